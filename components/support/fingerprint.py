@@ -28,6 +28,7 @@ from numba.core import config as numba_config
 from numba.core.compiler import Compiler
 from numba.core.dispatcher import Dispatcher
 
+
 # What belongs to these is told by their versions.
 _VERSIONED = ("builtins", "math", "cmath", "operator", "numpy", "numba")
 _VERSIONS = f"python {sys.version_info[:3]} numba {numba.__version__} llvmlite {llvmlite.__version__} numpy {np.__version__}"
@@ -113,15 +114,16 @@ def _package_key(dispatcher: Any) -> str | None:
     return _package_keys[dispatcher]
 
 
-@lru_cache
-def _source_key(module: str) -> str:
-    """Return a hash of the source of a module of this package, which makes machine code."""
-    return hashlib.sha256(inspect.getsource(sys.modules[module]).encode()).hexdigest()
-
-
 def is_of_package(function: Any) -> bool:
     """Return whether a jitted function is part of this package, whose constants are never assigned anew."""
     return str(getattr(function, "__module__", "")).split(".")[0] == __name__.split(".")[0]
+
+
+@lru_cache
+def _pipeline_text(pipeline: type) -> str:
+    """Return what a compiler of this package does: its name, and the source that it is in."""
+    source = inspect.getsource(sys.modules[pipeline.__module__])
+    return f"{pipeline.__qualname__} {hashlib.sha256(source.encode()).hexdigest()}"
 
 
 class _Unknown(Exception):
@@ -155,13 +157,13 @@ class _Walk:
             repr(dispatcher._compiler.locals),
             _code_text(function.__code__),
         ]
-        pipeline = dispatcher._compiler.pipeline_class
-        if is_of_package(pipeline):
-            self.parts.append(f"{pipeline.__qualname__} {_source_key(pipeline.__module__)}")
-        elif pipeline is not Compiler:
-            self._give_up(function, "pipeline", "not a value")
         if _imports(function.__code__):
             self._give_up(function, "import", "not a value")
+        pipeline = dispatcher._compiler.pipeline_class
+        if pipeline is not Compiler and not is_of_package(pipeline):
+            self._give_up(function, "pipeline", "not a value")
+        elif pipeline is not Compiler:
+            self.parts.append(_pipeline_text(pipeline))
         for name, look_up in _references(function):
             self._refer(function, name, look_up, own)
 
