@@ -8,6 +8,8 @@ SHELL := /bin/bash
 PYTHON ?= $(shell for name in python3 python3.14 python3.13 python3.12 python3.11 python; do \
 	"$$name" -c 'import sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null && echo "$$name" && break; done)
 WORKERS ?= 2
+# A file's tests in one process, which then compiles what they share once, and makes their fixtures once.
+BY_FILE := --dist loadfile --no-loadscope-reorder
 
 BIN := .venv/bin
 LOG := logs/nesterenko-1983-3.4-piston.mcap
@@ -33,7 +35,7 @@ demo: .venv/.view ## run Nesterenko's piston, prove its log identical, write its
 	@echo "Next          edit one line of a copy: $(BIN)/granular-env new nesterenko-1983/3.4-piston -o my-pulse.toml"
 
 test: .venv/.test ## every test but the slow ones
-	$(BIN)/pytest -n $(WORKERS) -m "not slow and not extra"
+	$(BIN)/pytest -n $(WORKERS) $(BY_FILE) -m "not slow and not extra"
 
 test-extras: .venv/.extras ## what needs the large optional packages: reinforcement learning, Ray
 	$(BIN)/pytest -n $(WORKERS) -m "extra and not slow"

@@ -14,9 +14,11 @@ from typing import Any, ClassVar, Self
 import numpy as np
 from pydantic import BaseModel
 
-from .contract import Balance, Event, Variable
+from .balances import Balance
+from .contract import Variable
 from .drawables import validate_drawables
 from .errors import ParameterError, nearest, one_line
+from .events import Event
 from .inputs import Held, input_value
 from .number_arrays import start_array
 from .snapshot import Block, FloatArray, Snapshot
@@ -205,7 +207,7 @@ class Component(Stepping, metaclass=_Fixed):
             raise ParameterError(f"got {one_line(seed)}", expected="a whole number from 0 to 2^64 - 1, or None", at="seed")
         self._refuse_while_stepping("reset")
         values = {name: self._start_values(name, value) for name, value in start.items()}
-        before, tick = self._block.to_bytes(), self._tick
+        before, tick, failure = self._block.to_bytes(), self._tick, self._failure
         self._undo.forget()
         self._block.clear()
         self._tick, self._failure = 0, -1
@@ -216,7 +218,7 @@ class Component(Stepping, metaclass=_Fixed):
                     self._refuse_infinite_balances()
         except BaseException:
             self._block.load(before)
-            self._tick = tick
+            self._tick, self._failure = tick, failure
             raise
         starts = {name: 0.0 if variable.start is None else variable.start for name, variable in self._inputs.items()}
         self._hold(self.hold({**starts, **given}))
@@ -337,7 +339,7 @@ class Component(Stepping, metaclass=_Fixed):
 
     def save(self) -> Snapshot:
         """Return the whole state; costs one copy."""
-        data = self._block.to_bytes() if self._grows else bytes(self._memory_bytes)
+        data = self._block.to_bytes() if self._block.grows else bytes(self._block.memory_bytes)
         return Snapshot(self.identity, self._tick, data, self._held)
 
     @property
@@ -352,7 +354,8 @@ class Component(Stepping, metaclass=_Fixed):
 
     def state_view(self) -> memoryview:
         """Return the bits of the state, as `save` would copy them; to be read before the next step."""
-        return memoryview(self._block.to_bytes()) if self._grows else self._memory_bytes.toreadonly()
+        block = self._block
+        return memoryview(block.to_bytes()) if block.grows else block.memory_bytes.toreadonly()
 
     def restore(self, snapshot: Snapshot) -> None:
         """Go on from a snapshot, bit for bit, whichever process took it.
@@ -368,16 +371,19 @@ class Component(Stepping, metaclass=_Fixed):
         # First: an interrupt after the state has changed must not leave a copy that seems to lead to it.
         self._undo.forget()
         try:
-            if self._grows:
-                self._block.load(snapshot.data)
+            block = self._block
+            if block.grows:
+                block.load(snapshot.data)
             else:
-                self._memory_bytes[:] = snapshot.data
+                block.memory_bytes[:] = snapshot.data
         except ValueError:  # another length
             self.refuse_foreign(snapshot)
             raise
         own: dict[str, Any] = self.__dict__  # type: ignore[assignment] - as in `step`
         own["_tick"] = snapshot.tick
         own["_failure"] = -1
+        if not self._undo.is_small:
+            self._undo.keep(snapshot.tick, snapshot.data)
         for observer in self._observers:
             observer.on_reset(self)
 

@@ -26,6 +26,12 @@ class Block:
     What has a fixed size lies in one piece of memory, so that a snapshot is one copy. A list that grows has an array with a
     capacity, which is raised between ticks; a snapshot holds the rows in use. The numbers of rows in use are the last words of
     the memory, so a parent that owns the memory of parts has those of their lists too, and with `include` the rows.
+
+    Attributes:
+        memory: what has a fixed size, shape (words,).
+        memory_bytes: the same as bytes.
+        views: each part of it, by name.
+        grows: whether there are lists, of its own or of parts.
     """
 
     def __init__(
@@ -46,6 +52,8 @@ class Block:
         layout = {**fields, **({"_counts": ("i8", (len(lists),))} if lists else {})}
         sizes = {name: math.prod(shape) for name, (_, shape) in layout.items()}
         self.memory: FloatArray = np.zeros(sum(sizes.values())) if memory is None else memory
+        # Assigning between byte views is the quickest copy there is from Python.
+        self.memory_bytes = self.memory.reshape(-1).data.cast("B")
         self.views: dict[str, np.ndarray] = {}
         offset = 0
         for name, (dtype, shape) in layout.items():
@@ -56,6 +64,7 @@ class Block:
         self._places = {name: place for place, name in enumerate(lists)}
         # All lists whose counts lie in this memory: its own, and those of parts.
         self._tables: list[tuple[Block, str]] = [(self, name) for name in lists]
+        self.grows = bool(lists)
 
     def include(self, part: Block) -> None:
         """Take the lists of a part, which lies in this block's memory, into copies of this one; they stay the part's.
@@ -66,6 +75,7 @@ class Block:
         if not np.shares_memory(self.memory, part.memory) or self._word_of(part) + part.memory.size > self.memory.size:
             raise ValueError("the part does not lie in this block's memory")
         self._tables += part._tables
+        self.grows = bool(self._tables)
 
     def _word_of(self, part: Block) -> int:
         """Return the number of the word of this memory at which that of a part begins."""
@@ -77,11 +87,6 @@ class Block:
 
     def __getitem__(self, name: str) -> np.ndarray:
         return self.views[name] if name in self.views else self._lists[name][: self.count(name)]
-
-    @property
-    def grows(self) -> bool:
-        """Return whether it has lists, or parts that have."""
-        return bool(self._tables)
 
     @property
     def nbytes(self) -> int:

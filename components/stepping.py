@@ -65,12 +65,7 @@ class Stepping(Physics):
         # The tick at which the last step failed, until something else succeeds.
         self._failure = -1
         self._chunk_ticks = 256
-        # Assigning between byte views is the quickest copy there is from Python; lists that grow need a slower one.
-        self._memory_bytes = self._block.memory.reshape(-1).data.cast("B")
-        self._grows = self._block.grows
         self._undo = Undo(self._block, is_shared=self._given_memory is not None)
-        # Where a state is small it is copied at every step.
-        self._is_small, self._backup = self._undo.is_small, self._undo.buffer
         self._held = {}
         # Whether any of them is a profile.
         self._profiled = False
@@ -79,7 +74,6 @@ class Stepping(Physics):
     def _report_changes_to(self, owner: Stepping) -> None:
         """Let a parent that owns the memory know when the state is changed beside the parent's steps."""
         self._undo.belong_to(owner._undo)
-        self._is_small = False
 
     @property
     def tick(self) -> int:
@@ -127,10 +121,11 @@ class Stepping(Physics):
             if self._observers or ticks > self._chunk_ticks:
                 self._long_step(ticks, inputs)
                 return
-            if self._is_small:
-                self._backup[:] = self._memory_bytes
+            undo = self._undo
+            if undo.is_small:
+                undo.buffer[:] = undo.memory
             else:
-                self._undo.prepare(before)
+                undo.prepare(before)
             try:
                 if inputs:
                     if numbers:
@@ -144,8 +139,8 @@ class Stepping(Physics):
             except BaseException:  # Ctrl-C too
                 self._put_back(before, held)
                 raise
-            if not self._is_small:
-                self._undo.note(ticks, self._held)
+            if not undo.is_small:
+                undo.note(ticks, self._held)
         finally:
             own["_stepping"] = False
 
@@ -315,7 +310,7 @@ class Stepping(Physics):
             self._put_back(start, held)
             _call_all([observer.on_failure for observer in self._observers], self, error)
             raise
-        if not self._is_small:
+        if not self._undo.is_small:
             self._undo.note(ticks, self._held)
         if len(self._observers) == 1:  # as usual, and quicker
             self._observers[0].on_step(self, ticks, inputs)
@@ -355,7 +350,7 @@ class Stepping(Physics):
         for attempt in range(_ATTEMPTS):
             try:
                 self._undo.load()
-                if not self._is_small:
+                if not self._undo.is_small:
                     self._make_again()
                 self._tick = self._failure = tick
                 self._hold(held)

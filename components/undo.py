@@ -26,6 +26,7 @@ class Undo:
     copy will do: the steps that were made since are made again.
 
     Attributes:
+        memory: the state, as bytes; of one that grows, what has a fixed size.
         buffer: where a state that does not grow is copied to.
         is_small: whether the state is copied into `buffer` at every step, by whoever steps.
         tick: of the copy.
@@ -35,15 +36,16 @@ class Undo:
     def __init__(self, block: Block, *, is_shared: bool) -> None:
         """Take the state's block; `is_shared` where others write to its memory too, so that each step needs a fresh copy."""
         self._block = block
-        self._memory = block.memory.reshape(-1).data.cast("B")
-        self.buffer = memoryview(bytearray(0 if block.grows else self._memory.nbytes))
-        self._grown = b""
+        self.memory = block.memory_bytes
+        self.buffer = memoryview(bytearray(0 if block.grows else self.memory.nbytes))
+        # The copy: in the buffer, or bytes of its own.
+        self._data: bytes | memoryview = self.buffer
         self.tick, self.steps = -1, list[tuple[int, Mapping[str, Held]]]()
         # Tick that the copy and the steps lead to. It is set last: whatever is interrupted, what does not fit is not used.
         self._until = -1
         self._is_shared = is_shared
         self._owner: Undo | None = None
-        self.is_small = not block.grows and self._memory.nbytes < _SMALL_STATE
+        self.is_small = not block.grows and self.memory.nbytes < _SMALL_STATE
         self._taken = self._seconds = 0.0
         self._array_bytes = 0
 
@@ -66,8 +68,9 @@ class Undo:
 
     def note(self, ticks: int, held: Mapping[str, Held]) -> None:
         """Note a step that was made, with all inputs that were held."""
-        if self.steps and held is not self.steps[-1][1]:
-            self._array_bytes += sum(map(_array_bytes, held.values()))
+        before = self.steps[-1][1] if self.steps else {}
+        if held is not before:  # most inputs of the step before are held still
+            self._array_bytes += sum(_array_bytes(value) for name, value in held.items() if value is not before.get(name))
         self.steps.append((ticks, held))
         self._until += ticks
 
@@ -80,15 +83,23 @@ class Undo:
     def load(self) -> None:
         """Put the copy into the component's memory."""
         if self._block.grows:
-            self._block.load(self._grown)
+            self._block.load(bytes(self._data))
         else:
-            self._memory[:] = self.buffer
+            self.memory[:] = self._data
+
+    def keep(self, tick: int, data: bytes) -> None:
+        """Use what the state was just restored from as the copy, where nobody can change it: the next step takes none."""
+        if data.__class__ is bytes and not self._is_shared:
+            self._data, self.tick, self.steps, self._array_bytes = data, tick, [], 0
+            self._taken = perf_counter()
+            self._until = tick
 
     def _copy(self) -> None:
         if self._block.grows:
-            self._grown = self._block.to_bytes()
+            self._data = self._block.to_bytes()
         else:
-            self.buffer[:] = self._memory
+            self.buffer[:] = self.memory
+            self._data = self.buffer
 
     def _is_due(self) -> bool:
         is_long = len(self.steps) >= _MOST_STEPS or self._array_bytes > _MOST_ARRAYS * self._block.nbytes

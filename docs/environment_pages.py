@@ -38,6 +38,7 @@ PLAYS: dict[str, tuple[int, str | OpenLoop]] = {
     "Splitting-v1": (0, "theory"),
     "BuriedTarget-v1": (0, "theory"),
     "Confinement-v2": (0, "nothing"),
+    "Relief-v1": (0, "best"),
 }
 
 

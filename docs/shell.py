@@ -91,7 +91,7 @@ def whole_cells(solid: Any) -> np.ndarray:
 def show_cells(axes: Axes, x: np.ndarray, y: np.ndarray, cells: np.ndarray, values: np.ndarray, most: float) -> Any:
     """Draw cells in the plane, coloured by the mean of their corners."""
     shapes = np.stack([x[cells], y[cells]], axis=-1)
-    drawn = PolyCollection(shapes, array=values[cells].mean(axis=1), cmap="YlOrRd", edgecolors="0.35", linewidths=0.25)
+    drawn = PolyCollection(list(shapes), array=values[cells].mean(axis=1), cmap="YlOrRd", edgecolors="0.35", linewidths=0.25)
     drawn.set_clim(0.0, most)
     axes.add_collection(drawn)
     axes.set(aspect="equal", facecolor="white")

@@ -139,38 +139,44 @@ FIGURES = {
 }  # fmt: skip
 
 
-def made(folder, **options):
-    done = atlas.compute(papers.paper("nesterenko-1983"), folder, **options)
-    atlas.write(done, folder)
-    return json.loads((folder / "atlas.json").read_text())
-
-
-@pytest.fixture(scope="module")
-def whole(tmp_path_factory):
-    """The whole paper, with few draws."""
-    folder = tmp_path_factory.mktemp("atlas")
-    return folder, made(folder, constants={"seeds": SEEDS}, processes=2)
-
-
-def compute_numbers(folder, refinement):
-    """Compute the entries with single numbers; return what was found, and the (entry, share) told meanwhile."""
-    paper, told = papers.paper("nesterenko-1983"), []
-    only = [entry.name for entry in paper.entries if entry.name not in ENSEMBLES]
+def compute(folder, processes=2, **options):
+    """Compute entries; return what was found, and the (entry, share) told meanwhile."""
+    told = []
     found = atlas.compute(
-        paper,
+        papers.paper("nesterenko-1983"),
         folder,
-        only=only,
-        refinement=refinement,
-        processes=2,
+        processes=processes,
         told=lambda entry, share: told.append((entry.name, share)),
+        **options,
     )
     return found, told
 
 
+def atlas_of(folder, processes=2, **options):
+    """What a program reads of the computed entries."""
+    atlas.write(compute(folder, processes, **options)[0], folder)
+    return json.loads((folder / "atlas.json").read_text())
+
+
 @pytest.fixture(scope="module")
-def numbers(tmp_path_factory):
+def computed_paper(tmp_path_factory):
+    """The whole paper with few draws: its folder, what was found, and what was told meanwhile."""
+    folder = tmp_path_factory.mktemp("atlas")
+    found, told = compute(folder, constants={"seeds": SEEDS})
+    atlas.write(found, folder)
+    return folder, found, told
+
+
+@pytest.fixture(scope="module")
+def whole(computed_paper):
+    folder = computed_paper[0]
+    return folder, json.loads((folder / "atlas.json").read_text())
+
+
+@pytest.fixture(scope="module")
+def numbers(computed_paper):
     """The entries with single numbers, as computed."""
-    return compute_numbers(tmp_path_factory.mktemp("numbers"), 1)
+    return [done for done in computed_paper[1].done if done.entry.name not in ENSEMBLES]
 
 
 def words(data, entry):
@@ -241,10 +247,10 @@ def test_figures_that_are_known_to_more_digits(whole):
 
 @pytest.mark.slow
 def test_no_digit_is_printed_that_half_the_step_and_sampling_change(numbers, tmp_path):
-    once, twice = numbers[0], compute_numbers(tmp_path, 2)[0]
-    assert not once.failed and not twice.failed
+    finer_numbers, _ = compute(tmp_path, only=[one.entry.name for one in numbers], refinement=2)
+    assert not finer_numbers.failed
     seen = 0
-    for one, other in zip(once.done, twice.done, strict=True):
+    for one, other in zip(numbers, finer_numbers.done, strict=True):
         for item, finer in zip(one.findings.items, other.findings.items, strict=True):
             for value, fine in zip(item.values, finer.values, strict=True):
                 if isinstance(value.computed, str | int):
@@ -258,15 +264,11 @@ def test_no_digit_is_printed_that_half_the_step_and_sampling_change(numbers, tmp
     assert seen > 80
 
 
-def test_the_progress_bar_knows_how_many_runs_an_entry_makes(numbers, tmp_path):
-    told = list(numbers[1])
-    constants, paper = {"seeds": 4, "N": 40}, papers.paper("nesterenko-1983")
-    atlas.compute(
-        paper, tmp_path, constants, only=ENSEMBLES, told=lambda entry, share: told.append((entry.name, share))
-    )  # fmt: skip
-    for entry in paper.entries:
+def test_the_progress_bar_knows_how_many_runs_an_entry_makes(computed_paper):
+    _, found, told = computed_paper
+    for entry in found.paper.entries:
         own = [share for name, share in told if name == entry.name]
-        assert len(own) == entry.expected_runs(constants) + 2, entry.name
+        assert len(own) == entry.expected_runs(found.constants) + 2, entry.name
         assert own[0] == 0.0 and own[-1] == 1.0
 
 
@@ -290,8 +292,7 @@ def test_waves_are_counted_twice_by_one_rule(whole):
 
 
 def test_a_number_is_reproduced_by_a_stated_tolerance_or_the_printed_digits_alone(numbers):
-    once, _ = numbers
-    values = [value for done in once.done for item in done.findings.items for value in item.values]
+    values = [value for done in numbers for item in done.findings.items for value in item.values]
     numbers = [value for value in values if value.verdict.kind == "reproduced" and not isinstance(value.computed, str)]
     for value in numbers:
         assert value.source or value.largest_difference == value.rounding, value
@@ -357,7 +358,7 @@ def curves_of(data):
 def test_changing_a_and_n_moves_the_figures(tmp_path):
     only = ["3.1-two-grains", "3.4-piston"]
     data = {
-        name: made(tmp_path / name, constants=constants, only=only)
+        name: atlas_of(tmp_path / name, 1, constants=constants, only=only)
         for name, constants in (("base", {"N": 40}), ("stiff", {"N": 40, "A": 4 * 5.6e12}), ("long", {"N": 50}))
     }
     curves = {name: list(curves_of(found)) for name, found in data.items()}
@@ -375,7 +376,7 @@ def test_changing_a_and_n_moves_the_figures(tmp_path):
 
 @pytest.mark.slow
 def test_the_whole_paper_with_all_draws(tmp_path):
-    data = made(tmp_path, processes=2)
+    data = atlas_of(tmp_path)
     check(data, VERDICTS | BANDS)
     assert data["constants"]["seeds"] >= 40
     decay = computed(data, "3.5b-free", "R0 = 0.5 decays less")

@@ -17,7 +17,7 @@ from granular_env.components.automata.breaking import CRITERIA
 from granular_env.components.automata.breaking.functions import failure
 from granular_env.components.errors import GranularError, ParameterError
 from granular_env.components.support import memory_limits
-from granular_env.recording.replay.nearness import nearest
+from granular_env.recording.replay.event_ratio import largest_event_ratio
 
 
 def confined(**laws: object) -> Automata:
@@ -443,7 +443,7 @@ def test_a_log_says_how_near_the_run_came_to_breaking(tmp_path: Path, capsys: py
         stretch(automata, -5e-4, rate=1e-5)
     with ge.open_log(path) as log:
         times, ratios = log.series("criterion_ratio")
-        found = nearest(log)
+        found = largest_event_ratio(log)
     assert found is not None and found.variable == "criterion_ratio" and found.instants >= len(times)
     frame = int(np.abs(times - found.time).argmin())
     assert found.ratio == ratios.max() == ratios[frame, found.index] and 0.03 < found.ratio < 0.06

@@ -5,13 +5,11 @@ A ```python block is executed, in one process and one empty folder a page, in th
 block after ``<!-- file: NAME -->`` is written to that file.
 """
 
-import os
 import re
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
+from support.page_runner import run_page
 
 ROOT = Path(__file__).resolve().parent.parent
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
@@ -19,31 +17,12 @@ BLOCK = re.compile(
     r"(?:<!-- (run|file: (?P<file>\S+)) -->\n)?^```(?P<language>\w+)[^\n]*\n(?P<code>.*?)^```$", re.MULTILINE | re.DOTALL
 )
 PROMISE = re.compile(r"^ *print\(.*\)  # (.+)$", re.MULTILINE)
+BARE_POINT = re.compile(r"(?<![\w.\])/:{+^])-?\.\d")  # .5 for 0.5; behind a colon it is the format of a number
 LINK = re.compile(r"\]\((?!https?:|#|mailto:)([^)#\s]+)")
 # Lines that fail where the log is there already, unless they say "overwrite".
 WRITES_A_LOG = re.compile(
     r"ge\.record\(|RecordEnv\(|ge\.run\(.*log=|\.run\(\"[^\"]+\.mcap\"|granular-env (?:run|branch) .*--log "
 )
-
-RUNNER = """
-import contextlib, io, subprocess, sys
-names = {"__name__": "__main__"}
-for kind, where, code, promised in BLOCKS:
-    if kind == "bash":
-        subprocess.run(["bash", "-eu", "-o", "pipefail", "-c", code], check=True, stdout=sys.stderr)
-        continue
-    if kind != "python":
-        with open(kind, "w") as file:
-            file.write(code)
-        continue
-    printed = io.StringIO()
-    with contextlib.redirect_stdout(printed):
-        exec(compile(code, where, "exec"), names)
-    lines = printed.getvalue().splitlines()
-    # A line in a loop prints several, which stand beside each other on the page.
-    if promised and " ".join(lines) != " ".join(promised):
-        sys.exit(f"{where}: the page promises {promised}, the code printed {lines}")
-"""
 
 
 def name_of(page: Path) -> str:
@@ -67,15 +46,23 @@ def runnable(page: Path) -> list[tuple[str, str, str, list[str]]]:
 
 @pytest.mark.parametrize("page", [page for page in PAGES if runnable(page)], ids=name_of)
 def test_the_snippets_of_a_page_run_and_print_what_it_says(page, tmp_path):
-    script = tmp_path / "page.py"
-    script.write_text(f"BLOCKS = {runnable(page)!r}\n{RUNNER}")
     folder = tmp_path / "work"
     folder.mkdir()
-    path = os.pathsep.join([str(Path(sys.executable).parent), os.environ.get("PATH", "")])
-    python_path = os.pathsep.join([str(ROOT), os.environ.get("PYTHONPATH", "")])
-    environment = {**os.environ, "PATH": path, "PYTHONPATH": python_path}
-    result = subprocess.run([sys.executable, str(script)], cwd=folder, env=environment, capture_output=True, text=True)
-    assert result.returncode == 0, result.stderr
+    assert not (said := run_page(runnable(page), folder)), said
+
+
+@pytest.mark.parametrize(
+    ("kind", "code", "said"),
+    [
+        ("python", "print(1 + 1)  # 3", "the page promises ['3'], the code printed ['2']"),
+        ("python", "import no_such_module", "ModuleNotFoundError"),
+        ("bash", "granular-env run no-such-experiment", "exit status 2"),
+        ("bash", "test -s no-such-file", "returned non-zero exit status 1"),
+    ],
+)
+def test_what_goes_wrong_in_a_snippet_is_said(kind, code, said, tmp_path):
+    (tmp_path / "work").mkdir()
+    assert said in run_page([(kind, "page.md:1", code, PROMISE.findall(code))], tmp_path / "work")
 
 
 @pytest.mark.parametrize("page", PAGES, ids=name_of)
@@ -108,6 +95,15 @@ def test_the_tutorial_shows_every_picture_that_its_lines_draw():
     for name in drawn:
         assert text.index(f"images/tutorial-{name}") < text.index(f'savefig("{name}")')
         assert 0 < (ROOT / "docs" / "images" / f"tutorial-{name}").stat().st_size < 80_000
+
+
+def test_numbers_have_a_digit_before_the_point():
+    """On the pages, and in the experiments, studies and plans that people read and copy."""
+    assert BARE_POINT.search("a part of .5") and BARE_POINT.search("-.011") and not BARE_POINT.search("0.5, {x:.3f}, x.2")
+    documents = [ROOT / "CHANGELOG.md", ROOT / "CONTRIBUTING.md", *(ROOT / "granular_env").rglob("*.toml")]
+    assert len(documents) > 50
+    for path in [*PAGES, *documents]:
+        assert [line for line in path.read_text().splitlines() if BARE_POINT.search(line)] == [], path
 
 
 @pytest.mark.parametrize("page", PAGES, ids=name_of)

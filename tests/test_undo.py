@@ -15,6 +15,7 @@ from granular_env.components.discs import Discs
 from granular_env.components.errors import GranularError, ParameterError
 from granular_env.components.oscillator import Oscillator
 from granular_env.components.profiles import Profile
+from granular_env.components.snapshot import Block
 
 
 class Interrupter:
@@ -80,6 +81,41 @@ def test_what_changes_a_state_beside_steps_is_not_undone(one_copy: None) -> None
     start = component.save()
     interrupted(component, 4)
     assert component.save().to_bytes() == start.to_bytes()
+
+
+def test_a_restore_is_a_copy(one_copy: None, monkeypatch: pytest.MonkeyPatch) -> None:
+    component, twin = Discs(), Discs()
+    component.step(5e-5, force=1.0)
+    earlier = component.save()
+    component.step(5e-5)
+    component.restore(earlier)
+
+    def refuse(self: undo.Undo) -> None:
+        raise AssertionError("no further copy is needed")
+
+    monkeypatch.setattr(undo.Undo, "_copy", refuse)
+    component.step(5e-5, force=0.5)
+    interrupted(component, 4)
+    monkeypatch.undo()
+    twin.step(5e-5, force=1.0)
+    twin.step(5e-5, force=0.5)
+    assert bits(component) == bits(twin)
+
+
+def test_a_reset_that_fails_leaves_the_phase_as_it_was(one_copy: None) -> None:
+    component = Discs()
+    interrupted(component, 4)
+    assert component.phase == "failed"
+    with pytest.raises(ParameterError, match="finite"):
+        component.reset(velocity=[1e200, 0.0])
+    assert component.phase == "failed"
+
+
+def test_an_array_that_is_held_on_counts_once() -> None:
+    noted, force = undo.Undo(Block(position=("f8", (8,))), is_shared=False), np.zeros(100)
+    for number in range(5):
+        noted.note(1, {"force": force, "pull": float(number)})
+    assert noted._array_bytes == force.nbytes
 
 
 def test_memory_that_others_own_is_copied_at_each_step(one_copy: None) -> None:

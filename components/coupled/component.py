@@ -17,8 +17,9 @@ from ..automata.schedule import make_parts
 from ..automata.state import Body, Scratch
 from ..automata.sweep import KEPT, update_forces
 from ..automata.ties import Ties, add_ties
+from ..balances import Balance
 from ..component import Component
-from ..contract import Balance, Variable
+from ..contract import Variable
 from ..drawables import Drawable, Links
 from ..errors import ParameterError, StepError
 from ..grid import layout
@@ -47,8 +48,8 @@ from .start import follow_nodes, join_forces, write_forces
 from .strays import find_strays
 from .zigzag import find_ties
 
-# The part of the largest stable step that is allowed, and the part that is suggested, for the grid where automata make several
-# steps in one of it: kicks that come at a multiple of the period of a mode of the automata feed that mode, the faster the
+# The part of the largest stable step that is allowed, and the part that is suggested, for the grid where automata make
+# several steps in one of it: kicks at a multiple of the period of a mode of the automata feed that mode, the faster the
 # larger they are. Measured with n = 2, 3, 4: 3000 steps of a noisy motion keep the energy to 1 % up to 0.35, to 25 % at 0.44,
 # and not at all at 0.8.
 _ALLOWED_IMPULSES, _SUGGESTED_IMPULSES = 0.5, 0.35

@@ -8,8 +8,9 @@ from typing import Any
 
 import numpy as np
 
+from ..balances import Balance
 from ..component import Component
-from ..contract import Balance, Variable
+from ..contract import Variable
 from ..drawables import Cells, Drawable, Points
 from ..errors import ParameterError, StepError
 from ..snapshot import FloatArray
@@ -117,11 +118,6 @@ class Shell(Component):
     def point_count(self) -> int:
         """Number of integration points."""
         return len(self._assembly.points.volume)
-
-    @property
-    def station_bounds(self) -> FloatArray:
-        """Ends of the part of the length that belongs to each plane of nodes along the body, shape (stations + 1,) [m]."""
-        return self._assembly.lattice.axes[0].bounds
 
     @cached_property
     def _node_stencils(self) -> Stencils:

@@ -20,8 +20,8 @@ from numba.core.dispatcher import Dispatcher
 from numba.core.registry import CPUDispatcher
 
 from . import compilation_notice
+from .code_libraries import EntryCompiler, IntermediateCompiler
 from .fingerprint import is_of_package
-from .intermediate_code import IntermediateCompiler
 from .kernel_cache import KernelCache
 
 _settings: Any = numba_config
@@ -91,7 +91,7 @@ def _compile(function: F, **options: Any) -> F:
         options["no_cfunc_wrapper"] = True
     if options.get("no_cpython_wrapper"):
         return _keep_on_disk(_Internal(function, targetoptions=options, pipeline_class=IntermediateCompiler))
-    return _keep_on_disk(_Kernel(function, targetoptions=options))
+    return _keep_on_disk(_Kernel(function, targetoptions=options, pipeline_class=EntryCompiler))
 
 
 def _keep_on_disk(kernel: Any) -> Any:

@@ -24,8 +24,8 @@ from numba.core.serialize import dumps
 
 from ..errors import ParameterError
 from .cache_folder import cache_folder
+from .code_libraries import rebuild
 from .fingerprint import Fingerprint, fingerprint
-from .intermediate_code import rebuild
 from .notice import tell
 
 _DIGEST_SIZE = hashlib.sha256().digest_size

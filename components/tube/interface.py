@@ -31,7 +31,7 @@ class Interface(NamedTuple):
         station: of each of these, shape (s,).
         share: of each of these in the mean over its station, shape (s,).
         reference: positions of these, shape (s, 3) [m].
-        rest: mean radius of each station before anything moves, shape (stations,) [m].
+        rest: distance of these from the axis, shape (s,) [m].
         area: cross-section of each cell of the gas before anything moves, shape (cells,) [m^2].
     """
 
@@ -69,11 +69,3 @@ def find_overlaps(bounds: FloatArray, cell_size: float, cells: int) -> tuple[Int
         np.array(begin, dtype=np.int64), np.array(cell, dtype=np.int64), np.array(length, dtype=np.float64),
         np.array(offset, dtype=np.float64),
     )  # fmt: skip
-
-
-def mean_shares(stations: int, around: int, half: bool) -> FloatArray:
-    """Return the share of each node of the inner surface in the mean over its station; of a half tube the edges count half."""
-    weights = np.ones(around)
-    if half:
-        weights[0] = weights[-1] = 0.5
-    return np.tile(weights / weights.sum(), stations)

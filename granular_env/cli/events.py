@@ -18,9 +18,9 @@ from granular_env.terminal import columns, printable, wrap_text
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from granular_env.components.contract import Event, EventDetail
     from granular_env.components.drawables import Drawable
-    from granular_env.recording.replay.nearness import Nearness
+    from granular_env.components.events import Event, EventDetail
+    from granular_env.recording.replay.event_ratio import EventRatio
 
 _MOST = 40
 
@@ -41,14 +41,14 @@ def events(
 ) -> int:
     """Say what happened in a run, when, and which limit was passed; or how near it came."""
     from granular_env.recording import open_log
-    from granular_env.recording.replay.nearness import nearest
+    from granular_env.recording.replay.event_ratio import largest_event_ratio
 
     with open_log(log, allow_large=allow_large) as opened:
         found, kinds, step_size = opened.events(kind, index), opened.event_kinds, opened.step_size
         details, drawables = opened.event_details, opened.drawables
         if near:
-            nearness = nearest(opened)
-            print(json.dumps(nearness and dataclasses.asdict(nearness)) if for_programs else _words_for(nearness))
+            largest = largest_event_ratio(opened)
+            print(json.dumps(largest and dataclasses.asdict(largest)) if for_programs else _words_for(largest))
             return Status.DONE
     if for_programs:
         rows = [
@@ -73,12 +73,12 @@ def events(
     return Status.DONE
 
 
-def _words_for(nearness: Nearness | None) -> str:
-    if nearness is None:
+def _words_for(found: EventRatio | None) -> str:
+    if found is None:
         return "nearest: not known; the component of this log has no output that says how near an event is"
     return wrap_text(
-        f"nearest: {printable(nearness.variable)}[{nearness.index}] reached {nearness.ratio:.6g} of its limit at "
-        f"{nearness.time:.9g} s (1 is an event; {count_of(nearness.instants, 'instant')} looked at)"
+        f"nearest: {printable(found.variable)}[{found.index}] reached {found.ratio:.6g} of its limit at "
+        f"{found.time:.9g} s (1 is an event; {count_of(found.instants, 'instant')} looked at)"
     )
 
 

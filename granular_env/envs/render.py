@@ -66,7 +66,7 @@ def _caption(component: Component, task: Task) -> str:
         value, unit = element.of(component.get(element.name)), component.variables[element.name].unit
         largest = float(np.abs(value).max())
         amount = f"{value:+.2f}" if np.ndim(value) == 0 else f"{largest:.2f}"
-        if largest >= 1e5:
+        if largest >= 1e5 or 0.0 < largest < 0.01:
             amount = f"{value:+.3g}" if np.ndim(value) == 0 else f"{largest:.3g}"
         shown = f"{name} = {amount}" if np.ndim(value) == 0 else f"|{name}| <= {amount}"
         parts.append(f"{shown} {unit}")

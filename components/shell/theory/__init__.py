@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from .beams import cantilever_frequency, cantilever_shape, clamped_bar_frequency
 from .fragments import mott_fragments
+from .travelling_load import front_amplification
 from .tubes import breathing_frequency, critical_speed, lame_displacement, static_hoop_stress
 
 __all__ = [
@@ -12,6 +13,7 @@ __all__ = [
     "cantilever_shape",
     "clamped_bar_frequency",
     "critical_speed",
+    "front_amplification",
     "lame_displacement",
     "mott_fragments",
     "static_hoop_stress",

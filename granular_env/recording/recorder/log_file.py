@@ -19,6 +19,10 @@ from ...output_files import advice_for, resolve_file
 _SYNC_BYTES = 16 << 20
 
 
+class SyncError(OSError):
+    """The disk did not confirm what it was given: nobody knows how much of the file is on it."""
+
+
 class LogFile:
     """A file opened for one writer.
 
@@ -48,8 +52,13 @@ class LogFile:
         return count
 
     def flush(self) -> None:
-        """Hand what was written to the operating system; of a long log the disk takes it meanwhile, so the end is short."""
+        """Hand what was written to the operating system; of a long log the disk takes it meanwhile, so the end is short.
+
+        Raises:
+            SyncError: the disk failed to take what it was given before.
+        """
         self._file.flush()
+        self._tell_sync_error()
         if self._unsynced > _SYNC_BYTES and (self._syncing is None or not self._syncing.is_alive()):
             self._unsynced = 0
             self._syncing = threading.Thread(target=self._sync, name=f"granular-env disk {self.path}", daemon=True)
@@ -65,12 +74,15 @@ class LogFile:
             self._release_older()
 
     def sync(self) -> None:
-        """Wait until the disk has it."""
+        """Wait until the disk has it; `SyncError` where it fails to take it."""
         self._file.flush()
         self._await_disk()
         self._sync()
+        self._tell_sync_error()
+
+    def _tell_sync_error(self) -> None:
         if self._sync_error is not None:
-            raise self._sync_error
+            raise SyncError(*self._sync_error.args) from self._sync_error
 
     def _await_disk(self) -> None:
         if self._syncing is not None and self._syncing.is_alive():

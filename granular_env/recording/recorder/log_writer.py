@@ -17,7 +17,7 @@ from ..format import schemas
 from ..format.metadata import METADATA_NAME
 from ..format.records import COLUMNS, HEADER, KINDS, TOPICS, Record, encode, log_identity
 from ..preview.messages import PreviewMessage, Topic
-from .log_file import LogFile
+from .log_file import LogFile, SyncError
 
 CHUNK_BYTES = 1 << 20
 # The first chunks are smaller, so that of a short log of which the end is lost not all is lost [bytes]; then an eighth of
@@ -150,12 +150,18 @@ class LogWriter:
         try:
             write()
         except (OSError, ValueError) as error:
-            reason = getattr(error, "strerror", None) or str(error)
-            ending = self._advice if self.published else "The log that stood there is kept"
-            self._failed = LogError(
-                f"log {str(self.path)!r} cannot be written any more: {reason}", hint=f"{advice_for(error)}. {ending}"
-            )
+            self._failed = self._explain(error)
             raise self._failed from error
+
+    def _explain(self, error: Exception) -> LogError:
+        reason, came = getattr(error, "strerror", None) or str(error), f"log {str(self.path)!r}"
+        if not self.published:
+            hint = f"{advice_for(error)}. The log that stood there is kept"
+            return LogError(f"{came} cannot be written any more: {reason}", hint=hint)
+        if isinstance(error, SyncError):
+            hint = "copy it to another disk, and see with `granular-env replay --verify` how much of it is sound"
+            return LogError(f"{came} was written, but its disk did not confirm that it has it: {reason}", hint=hint)
+        return LogError(f"{came} cannot be written any more: {reason}", hint=f"{advice_for(error)}. {self._advice}")
 
 
 def as_path(path: str | os.PathLike[str]) -> Path:

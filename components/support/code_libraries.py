@@ -1,7 +1,8 @@
-"""Kernels that other kernels alone call, as intermediate code of LLVM: no machine code is made of each by itself.
+"""Two kinds of compiled kernels: machine code with an entry from Python, and LLVM's intermediate code for other kernels.
 
-Their callers contain them, and are optimized with them. Without this every function would be optimized once for itself and once
-more in each of its callers, and half of the time of a compilation would go into machine code that nothing calls.
+What other kernels alone call is contained in these, and optimized with them. Otherwise each function would be optimized once
+for itself and once more in each of its callers, and half of the time of a compilation would go into machine code that nothing
+calls.
 """
 
 from __future__ import annotations
@@ -9,6 +10,7 @@ from __future__ import annotations
 from typing import Any
 
 import llvmlite.binding as llvm
+from numba.core import types
 from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import CompilerBase, CompileResult, DefaultPassBuilder
 from numba.core.compiler_machinery import LoweringPass, register_pass
@@ -16,6 +18,22 @@ from numba.core.typed_passes import IRLegalization
 
 # What stands in front of such code on disk, where numba has the name of its own two formats.
 _FORMAT = "intermediate"
+
+
+class MachineCode(JITCodeLibrary):
+    """The library of a function that Python calls with tuples of many arrays.
+
+    Its entry takes the tuples apart, which is so much code that optimizing it takes longer than the function does, for a
+    microsecond: it is left as it is.
+    """
+
+    def add_ir_module(self, ir_module: Any) -> None:
+        """Add a module; the entry from Python is not optimized."""
+        for function in ir_module.functions:
+            if not function.is_declaration and function.name.startswith("_ZN7cpython"):
+                function.attributes.add("noinline")
+                function.attributes.add("optnone")
+        super().add_ir_module(ir_module)
 
 
 class IntermediateCode(JITCodeLibrary):
@@ -57,6 +75,24 @@ class IntermediateCode(JITCodeLibrary):
 
 
 @register_pass(mutates_CFG=False, analysis_only=False)
+class _MakeMachineCode(LoweringPass):
+    """Have the pass that follows, which writes LLVM's code, write it into a `MachineCode` where tuples are handed over."""
+
+    _name = "make_machine_code"
+
+    def __init__(self) -> None:
+        LoweringPass.__init__(self)
+
+    def run_pass(self, state: Any) -> Any:
+        """Make the library; return whether the state has changed."""
+        if not any(isinstance(kind, types.BaseTuple) for kind in state.args):
+            return False
+        state.library = MachineCode(state.targetctx.codegen(), state.func_id.func_qualname)
+        state.library.enable_object_caching()
+        return True
+
+
+@register_pass(mutates_CFG=False, analysis_only=False)
 class _MakeIntermediateCode(LoweringPass):
     """Have the pass that follows, which writes LLVM's code, write it into an `IntermediateCode`."""
 
@@ -71,15 +107,29 @@ class _MakeIntermediateCode(LoweringPass):
         return True
 
 
-class IntermediateCompiler(CompilerBase):
+class _Compiler(CompilerBase):
     """The compiler of numba, but for what it makes."""
+
+    making: type[LoweringPass]
 
     def define_pipelines(self) -> list[Any]:
         """Return numba's passes, and one before the last."""
         manager = DefaultPassBuilder.define_nopython_pipeline(self.state)
-        manager.add_pass_after(_MakeIntermediateCode, IRLegalization)
+        manager.add_pass_after(self.making, IRLegalization)
         manager.finalize()
         return [manager]
+
+
+class EntryCompiler(_Compiler):
+    """The compiler of functions that Python calls."""
+
+    making = _MakeMachineCode
+
+
+class IntermediateCompiler(_Compiler):
+    """The compiler of functions that other kernels alone call."""
+
+    making = _MakeIntermediateCode
 
 
 def rebuild(context: Any, library: Any, *parts: Any) -> Any:

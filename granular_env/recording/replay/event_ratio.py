@@ -1,4 +1,4 @@
-"""Nearness of a run to an event, which its log answers by running again."""
+"""The largest ratio of a run to the limit of an event, found by running its log again."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from .steps import advance, restore
 
 
 @dataclass(frozen=True, slots=True)
-class Nearness:
+class EventRatio:
     """The largest part of its limit that what decides an event reached.
 
     Attributes:
@@ -33,8 +33,8 @@ class Nearness:
     instants: int
 
 
-def nearest(log: Log, components: Mapping[str, type[Component]] | None = None) -> Nearness | None:
-    """Return how near the run came to an event at the instants of its frames; None where its component cannot tell.
+def largest_event_ratio(log: Log, components: Mapping[str, type[Component]] | None = None) -> EventRatio | None:
+    """Return how near the run came to an event, at the instants of its frames; None where its component cannot tell.
 
     Args:
         log: an open log; its run is repeated.
@@ -50,7 +50,7 @@ def nearest(log: Log, components: Mapping[str, type[Component]] | None = None) -
     if not found:
         raise LogError("it holds no step, so nothing can be said", at="steps", source=f"log {str(log.path)!r}")
     ratio, index, tick = max(found, key=itemgetter(0))
-    return Nearness(component.event_ratio, index, tick * log.step_size, ratio, len(found))
+    return EventRatio(component.event_ratio, index, tick * log.step_size, ratio, len(found))
 
 
 def _ratios(log: Log, component: Component) -> Iterator[tuple[float, int, int]]:

@@ -1,0 +1,73 @@
+"""Running the snippets of a page of the docs: a process for each page, forked from one that has the large packages loaded."""
+
+import contextlib
+import io
+import multiprocessing
+import os
+import shlex
+import subprocess
+import sys
+import traceback
+from pathlib import Path
+
+# Importing these takes a second, which each page and each command would spend anew.
+_LOADED = (
+    "granular_env.cli", "granular_env.envs.environment", "granular_env.run_loop", "granular_env.recording",
+    "granular_env.components.chain", "gymnasium", "matplotlib.pyplot", "scipy.optimize", "support.page_runner",
+)  # fmt: skip
+_processes = multiprocessing.get_context("forkserver")
+_processes.set_forkserver_preload(list(_LOADED))
+
+Snippet = tuple[str, str, str, list[str]]
+
+
+def run_page(snippets: list[Snippet], folder: Path) -> str:
+    """What went wrong in a page's snippets (kind or file, where, content, promised lines), run in a folder; "" for nothing."""
+    errors = folder.with_suffix(".errors")
+    process = _processes.Process(target=_run_all, args=(snippets, folder, errors))
+    process.start()
+    process.join()
+    return "" if process.exitcode == 0 else errors.read_text()
+
+
+def _run_all(snippets: list[Snippet], folder: Path, errors: Path) -> None:
+    with errors.open("w") as file:
+        os.dup2(file.fileno(), 1)
+        os.dup2(file.fileno(), 2)
+    os.chdir(folder)
+    sys.path.insert(0, str(folder))
+    names = {"__name__": "__main__"}
+    try:
+        for kind, where, code, promised in snippets:
+            if kind == "bash":
+                _run_commands(code)
+            elif kind == "python":
+                _run_python(where, code, promised, names)
+            else:
+                Path(kind).write_text(code)
+    except BaseException:
+        traceback.print_exc()
+        sys.stderr.flush()
+        os._exit(1)
+
+
+def _run_python(where: str, code: str, promised: list[str], names: dict[str, object]) -> None:
+    printed = io.StringIO()
+    with contextlib.redirect_stdout(printed):
+        exec(compile(code, where, "exec"), names)
+    lines = printed.getvalue().splitlines()
+    # A line in a loop prints several, which stand beside each other on the page.
+    if promised and " ".join(lines) != " ".join(promised):
+        raise AssertionError(f"{where}: the page promises {promised}, the code printed {lines}")
+
+
+def _run_commands(code: str) -> None:
+    """Run the lines of a shell: our own commands in this process, others by bash."""
+    from granular_env.cli import main
+
+    for line in code.replace("\\\n", " ").splitlines():
+        words = shlex.split(line, comments=True)
+        if words[:1] != ["granular-env"] or set(line) & set("|><&;$`*"):
+            subprocess.run(["bash", "-eu", "-o", "pipefail", "-c", line], check=True)
+        elif status := main(words[1:]):
+            raise AssertionError(f"{line}: exit status {status}")

@@ -1,0 +1,55 @@
+"""The shipped experiments on the gas and the shell together, on coarser nodes."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import granular_env as ge
+from granular_env.components.shell.theory import critical_speed, front_amplification
+
+COARSE = {"component.gas.cells": 355, "component.shell.body.along": 62, "component.shell.body.around": 13}
+MEAN, WALL = 0.020195, 0.00089
+
+
+def test_the_whole_tube_loads_its_wall_and_its_log_replays(tmp_path: Path) -> None:
+    """Until the front has run 10 cm into the section; the spark needs 8 us to light the gas."""
+    path = tmp_path / "tube.mcap"
+    ge.run("gato-shie-2010/whole-tube-coarse", log=path, overrides={**COARSE, "duration": 6.9e-4})
+    log = ge.open_log(path)
+    time, front = log.series("gas_right_front")
+    arrival = float(np.interp(1.52, front[front > 0.5], time[front > 0.5]))
+    assert arrival == pytest.approx(1.52 / 2374.0 + 8e-6, rel=0.01)
+    _, radial = log.series("radial_displacement")
+    assert not radial[time < arrival - 5e-6].any()
+    _, pressure = log.series("shell_pressure")
+    assert pressure.max() == pytest.approx(3.4e6, rel=0.1)
+    static = (pressure.max() - 1e5) * 0.01975 * MEAN / (69e9 * WALL)
+    # The front is three times as fast as the waves that it would resonate with.
+    assert radial.max() / static == pytest.approx(front_amplification(2374.0 / 827.0), rel=0.1)
+    assert ge.verify(path).identical
+
+
+@pytest.mark.slow
+def test_flexural_waves_pile_up_at_a_front_of_their_speed() -> None:
+    """The wall swings out farther than at any other speed, and farther the longer the front runs; see the experiment."""
+    overrides = {"component.shell.body.around": 17, "duration": 1e-6}
+    amplified = []
+    for heat, duration in ((5.4e5, 5.4e-4), (1.084e6, 3.6e-4), (2.36e6, 2.6e-4)):
+        changes = {**overrides, "component.gas.gas.heat_release": heat}
+        tube: Any = ge.run("gato-shie-2010/travelling-load", overrides=changes).component
+        peak = np.zeros(134)
+        while tube.time < duration:
+            tube.step(1e-6)
+            peak = np.maximum(peak, tube.get("radial_displacement"))
+        static = (tube.get("peak_pressure") - 1e5) * 0.01975 * MEAN / (69e9 * WALL)
+        amplified.append((tube.gas.front.speed, peak / static))
+    slow, critical, fast = (values for _, values in amplified)
+    limits = [front_amplification(speed / critical_speed(69e9, 0.33, 2719.0, MEAN, WALL)) for speed, _ in amplified]
+    assert slow[60:120].mean() == pytest.approx(limits[0], rel=0.06)
+    assert fast[60:120].mean() == pytest.approx(limits[2], rel=0.06)
+    assert critical[100:120].mean() > 1.2 * fast[60:120].max()
+    assert critical[100:120].mean() > 1.15 * critical[20:30].mean()
