@@ -393,7 +393,7 @@ class Tube(Component):
             for drawable in part.drawables():
                 names: dict[str, Any] = {
                     key: f"{prefix}_{name}"
-                    for key in ("displacement", "colour", "field")
+                    for key in ("displacement", "colour", "field", "state")
                     if (name := getattr(drawable, key, ""))
                 }
                 if prefix == "shell" and isinstance(drawable, Points):
