@@ -16,7 +16,9 @@ from .timing import interleaved, ratio, seconds
 _WORKERS = 2
 
 
-def measure(tasks: int = 100, task_seconds: float = 0.1, rounds: int = 3, least_tasks: int = 2000) -> Iterator[Figure]:
+def measure(
+    tasks: int = 100, task_seconds: float = 0.1, rounds: int = 3, least_tasks: int = 2000, uncounted: int = 1
+) -> Iterator[Figure]:
     """The speed-up for tasks of some length, and for the smallest ones with the start of the processes."""
     with TemporaryDirectory() as folder:
         place = Path(folder)
@@ -25,7 +27,7 @@ def measure(tasks: int = 100, task_seconds: float = 0.1, rounds: int = 3, least_
         begin = _plan(_WORKERS, 5e-8)
         calls = {engine: lambda engine=engine: _swept(plan, place, engine) for engine in ("serial", "processes")}
         calls |= {f"{engine} begins": lambda engine=engine: _swept(begin, place, engine) for engine in ("serial", "processes")}
-        times = interleaved(calls, rounds, wall=True)
+        times = interleaved(calls, rounds, wall=True, uncounted=uncounted)
         steady = {engine: times[engine] - times[f"{engine} begins"] for engine in ("serial", "processes")}
         each = float(np.median(steady["serial"])) / tasks * 1e3
         start = float(np.median(times["processes begins"] - times["serial begins"]))
@@ -41,6 +43,7 @@ def measure(tasks: int = 100, task_seconds: float = 0.1, rounds: int = 3, least_
             {engine: lambda engine=engine: _swept(small, place, engine) for engine in ("serial", "processes")},
             rounds,
             wall=True,
+            uncounted=uncounted,
         )
         note = (
             f"{least_tasks} of {float(np.median(times['serial'])) / least_tasks * 1e3:.2f} ms, starting the processes included"

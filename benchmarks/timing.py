@@ -23,17 +23,19 @@ def seconds(call: Call, *, wall: bool = False) -> float:
     return clock() - begin
 
 
-def interleaved(calls: Mapping[str, Call], rounds: int, before: Call = lambda: None, *, wall: bool = False) -> Times:
-    """Return the times of each call in each of so many rounds, shape (rounds,) [s]; one round before them is not counted.
+def interleaved(
+    calls: Mapping[str, Call], rounds: int, before: Call = lambda: None, *, wall: bool = False, uncounted: int = 1
+) -> Times:
+    """Return the times of each call in each of so many rounds, shape (rounds,) [s], after some that are not counted.
 
     `before` is called before each call, untimed.
     """
     times: dict[str, list[float]] = {name: [] for name in calls}
-    for _ in range(rounds + 1):
+    for _ in range(uncounted + rounds):
         for name, call in calls.items():
             before()
             times[name].append(seconds(call, wall=wall))
-    return {name: np.array(values[1:]) for name, values in times.items()}
+    return {name: np.array(values[uncounted:]) for name, values in times.items()}
 
 
 def ratio(above: np.ndarray, below: np.ndarray) -> float:

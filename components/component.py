@@ -14,9 +14,11 @@ from typing import Any, ClassVar, Self
 import numpy as np
 from pydantic import BaseModel
 
-from .contract import Balance, Event, Variable
+from .balances import Balance
+from .contract import Variable
 from .drawables import validate_drawables
 from .errors import ParameterError, nearest, one_line
+from .events import Event
 from .inputs import Held, input_value
 from .number_arrays import start_array
 from .snapshot import Block, FloatArray, Snapshot

@@ -21,8 +21,10 @@ from abc import ABCMeta, abstractmethod
 from collections.abc import Callable, Iterable, Mapping
 from typing import Any, ClassVar, Literal
 
+from .balances import Balance
 from .drawables import Drawable
 from .errors import StepError
+from .events import EventDetail
 from .inputs import Held
 from .snapshot import FloatArray
 
@@ -56,80 +58,6 @@ class Variable:
             object.__setattr__(self, "variability", "fixed" if self.causality == "parameter" else "continuous")
         if not self.initial:
             object.__setattr__(self, "initial", "exact" if self.state or self.causality != "output" else "calculated")
-
-
-# A number, or a vector: momentum in the plane has two components.
-Amount = float | FloatArray
-
-
-@dataclasses.dataclass(frozen=True, slots=True)
-class Balance:
-    """The fate of a conserved quantity since the reset; each entry is an output variable of its name.
-
-    Attributes:
-        quantity: such as "energy"; `<quantity>_residual` is a variable too.
-        unit: of all entries.
-        stored: what there is now, by entry, such as {"kinetic_energy": 2.0}.
-        supplied: what inputs and boundaries have given since the reset.
-        lost: what has gone into forms that do not come back, since the reset.
-        initial: what was stored at the reset.
-    """
-
-    quantity: str
-    unit: str
-    stored: Mapping[str, Amount]
-    supplied: Mapping[str, Amount] = dataclasses.field(default_factory=dict)
-    lost: Mapping[str, Amount] = dataclasses.field(default_factory=dict)
-    initial: Amount = 0.0
-
-    @property
-    def residual(self) -> Amount:
-        """Stored + lost - initial - supplied: the error of the numerics."""
-        first, *others = [*self.stored.values(), *self.lost.values()]
-        left: Any = first
-        for amount in others:
-            left = left + amount
-        left = left - self.initial
-        for amount in self.supplied.values():
-            left = left - amount
-        return left
-
-    @property
-    def entries(self) -> dict[str, Amount]:
-        """All entries by name, the residual among them."""
-        return {**self.stored, **self.lost, **self.supplied, f"{self.quantity}_residual": self.residual}
-
-
-@dataclasses.dataclass(frozen=True, slots=True)
-class Event:
-    """Something that happened at a point in time: a link broke, a grain yielded, an assumption was left behind.
-
-    Attributes:
-        tick: at the end of which internal step.
-        kind: one of the component's `event_kinds`.
-        index: which link, grain, ...; None where that has no meaning.
-        value: of the quantity that decided.
-        limit: that it passed.
-    """
-
-    tick: int
-    kind: str
-    index: int | None
-    value: float
-    limit: float
-
-
-@dataclasses.dataclass(frozen=True, slots=True)
-class EventDetail:
-    """The unit of a kind of events, and what their indices count.
-
-    Attributes:
-        unit: of value and limit; "" where it is not said.
-        counts: name of the drawable whose elements its indices count: points, links or cells; "" for none.
-    """
-
-    unit: str = ""
-    counts: str = ""
 
 
 class Physics(metaclass=ABCMeta):

@@ -9,28 +9,29 @@ from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
 import numpy as np
-from pydantic import Field
 
+from .balances import Balance
 from .component import Component
-from .contract import Balance, Variable
+from .contract import Variable
 from .drawables import Drawable, Links, Points
 from .errors import ParameterError, StepError
-from .profiles import CompiledProfile
+from .inputs import input_value
 from .snapshot import EVENT_ROWS, FloatArray
+from .support.parameter_fields import field
 from .support.validation import Parameters
 
 
 class DiscsParameters(Parameters):
     """A block of equal discs, each linked to its neighbours along x and y, in the middle of a box."""
 
-    rows: int = Field(2, ge=1, description="discs along y", json_schema_extra={"unit": "1"})
-    columns: int = Field(4, ge=1, description="discs along x", json_schema_extra={"unit": "1"})
-    radius: float = Field(0.01, gt=0.0, description="radius of each disc", json_schema_extra={"unit": "m"})
-    mass: float = Field(0.01, gt=0.0, description="mass of each disc", json_schema_extra={"unit": "kg"})
-    clearance: float = Field(0.02, ge=0.0, description="from the block to each wall", json_schema_extra={"unit": "m"})
-    stiffness: float = Field(1e4, gt=0.0, description="of contacts, links and walls", json_schema_extra={"unit": "N/m"})
-    breaking_strain: float = Field(0.01, gt=0.0, description="strain that breaks a link", json_schema_extra={"unit": "1"})
-    step_size: float = Field(1e-5, gt=0.0, description="internal step", json_schema_extra={"unit": "s"})
+    rows: int = field(2, "discs along y", "1", ge=1)
+    columns: int = field(4, "discs along x", "1", ge=1)
+    radius: float = field(0.01, "radius of each disc", "m", gt=0.0)
+    mass: float = field(0.01, "mass of each disc", "kg", gt=0.0)
+    clearance: float = field(0.02, "from the block to each wall", "m", ge=0.0)
+    stiffness: float = field(1e4, "of contacts, links and walls", "N/m", gt=0.0)
+    breaking_strain: float = field(0.01, "strain that breaks a link", "1", gt=0.0)
+    step_size: float = field(1e-5, "internal step", "s", gt=0.0)
 
 
 class Discs(Component):
@@ -80,12 +81,11 @@ class Discs(Component):
         }
 
     def _start(self, seed: int | None, values: Mapping[str, FloatArray]) -> Mapping[str, Any]:
-        given = super()._start(seed, values)
-        for pair in np.flatnonzero(self._pairs()[1] < 1e-9 * self.diameter)[:1]:
-            one, other = int(self.first[pair]), int(self.second[pair])
-            raise ParameterError(
-                f"puts disc {other} where disc {one} is", hint="move one of them", at=("start", "displacement", other)
-            )
+        given, close = super()._start(seed, values), np.flatnonzero(self._pairs()[1] < 1e-9 * self.diameter)
+        if len(close):
+            one, other = int(self.first[close[0]]), int(self.second[close[0]])
+            at = ("start", "displacement", other)
+            raise ParameterError(f"puts disc {other} where disc {one} is", hint="move one of them", at=at)
         self._block["start"][:] = sum(self._energies()), *self._moments(self.mass * self._block["velocity"])
         return given
 
@@ -95,7 +95,7 @@ class Discs(Component):
         u, v = block["displacement"], block["velocity"]
         for tick in range(self._tick, self._tick + ticks):
             # Links break and forces act at the step's middle, where leapfrog kicks.
-            force: Any = given.value(tick, 0.5) if isinstance(given, CompiledProfile) else given
+            force = input_value(given, tick, 0.5)
             u += 0.5 * h * v
             self._break_links(tick + 1)
             walls = -p.stiffness * self._wall_overlap()
@@ -111,10 +111,10 @@ class Discs(Component):
     def _explain(self, status: int) -> StepError:
         speed, limit = self._speed(), self.parameters.radius / self.step_size
         disc = int(np.argmin(speed <= limit))
+        came = f"reached {speed[disc]:g} m/s soon after {self.time:g} s, expected at most {limit:g} m/s, a radius in a step"
         return StepError(
-            f"reached {speed[disc]:g} m/s soon after {self.time:g} s, expected at most {limit:g} m/s, a "
-            "radius in a step; take a smaller step_size",
-            time=self.time, at=("velocity", disc), variable="velocity", index=disc, value=float(speed[disc]), limit=limit,
+            f"{came}; take a smaller step_size", at=("velocity", disc), time=self.time, variable="velocity", index=disc,
+            value=float(speed[disc]), limit=limit,
         )  # fmt: skip
 
     def _pairs(self) -> tuple[FloatArray, FloatArray]:
@@ -169,17 +169,16 @@ class Discs(Component):
 
     def balances(self) -> tuple[Balance, ...]:
         """Return energy, momentum, and angular momentum about the corner of the box, since the reset."""
-        kinetic, potential = self._energies()
-        supplied, lost = {"input_work": float(self._block["work"])}, {"fracture_energy": float(self._block["fracture"])}
-        now = self._moments(self.mass * self._block["velocity"])
-        start, (force, walls) = self._block["start"].copy(), self._block["impulses"].copy()
-        impulse = {"impulse": force[:2], "wall_impulse": walls[:2]}
-        angular_momentum = {"angular_momentum": float(now[2])}
-        angular_impulse = {"angular_impulse": float(force[2]), "wall_angular_impulse": float(walls[2])}
+        (kinetic, potential), block = self._energies(), self._block
+        now, start = self._moments(self.mass * block["velocity"]), block["start"].copy()
+        force, walls = block["impulses"].copy()
+        stored, supplied = {"kinetic_energy": kinetic, "potential_energy": potential}, {"input_work": float(block["work"])}
+        lost, impulse = {"fracture_energy": float(block["fracture"])}, {"impulse": force[:2], "wall_impulse": walls[:2]}
+        turning = {"angular_impulse": float(force[2]), "wall_angular_impulse": float(walls[2])}
         return (
-            Balance("energy", "J", {"kinetic_energy": kinetic, "potential_energy": potential}, supplied, lost, float(start[0])),
+            Balance("energy", "J", stored, supplied, lost, float(start[0])),
             Balance("momentum", "kg m/s", {"momentum": now[:2]}, impulse, initial=start[1:3]),
-            Balance("angular_momentum", "kg m2/s", angular_momentum, angular_impulse, initial=float(start[3])),
+            Balance("angular_momentum", "kg m2/s", {"angular_momentum": float(now[2])}, turning, initial=float(start[3])),
         )
 
     def drawables(self) -> tuple[Drawable, ...]:

@@ -11,10 +11,11 @@ from collections.abc import Iterable, Mapping
 import numpy as np
 from pydantic import Field
 
+from .balances import Balance
 from .component import Component
-from .contract import Balance, Variable
+from .contract import Variable
 from .errors import StepError
-from .profiles import CompiledProfile
+from .inputs import input_value
 from .snapshot import FloatArray
 from .support.validation import Parameters
 
@@ -54,7 +55,7 @@ class Oscillator(Component):
         x, v, tally, h = self._block["position"], self._block["velocity"], self._block["tally"], self.step_size
         for tick in range(self._tick, self._tick + ticks):
             # A profile is read at the step's middle, where leapfrog kicks.
-            force = given.value(tick, 0.5) if isinstance(given, CompiledProfile) else given
+            force = input_value(given, tick, 0.5)
             x += 0.5 * h * v
             kick = h / self.mass * (force - self.stiffness * x)
             tally[2] += h * force * (v + 0.5 * kick)

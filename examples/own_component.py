@@ -9,7 +9,7 @@ from typing import Any
 from pydantic import Field
 
 import granular_env as ge
-from granular_env.components.contract import Balance
+from granular_env.components.balances import Balance
 from granular_env.components.errors import StepError
 from granular_env.components.support.validation import Parameters
 

@@ -54,7 +54,7 @@ SMALL = {
     "recording": (lambda: recording.measure(steps=20, rounds=2, long_grains=50, long_steps=200, long_rounds=2), 3),
     "mcap": (lambda: mcap_peer.measure(small=20, large=2, large_words=100, rounds=2), 4),
     "replay": (lambda: replay.measure(grains=40, steps=20, rounds=2), 2),
-    "sweeps": (lambda: sweeps.measure(tasks=3, task_seconds=0.001, rounds=1, least_tasks=3), 2),
+    "sweeps": (lambda: sweeps.measure(tasks=3, task_seconds=0.001, rounds=1, least_tasks=3, uncounted=0), 2),
 }
 
 

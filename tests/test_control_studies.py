@@ -272,14 +272,14 @@ def test_a_study_that_is_killed_again_and_again_finds_what_an_uninterrupted_one_
         started = subprocess.Popen([sys.executable, "-c", code], cwd=ROOT, stderr=subprocess.PIPE, text=True)
         _wait_for(tmp_path / "killed" / "checkpoints", started)
         try:
-            started.wait(draw.uniform(0.0, 0.4) if killed < 4 else None)
+            started.wait(draw.uniform(0.0, 0.4) if killed < 2 else None)
         except subprocess.TimeoutExpired:
             started.send_signal(signal.SIGKILL)
             killed += started.wait() == -signal.SIGKILL
             continue
         assert started.returncode == 0, started.stderr.read()
         break
-    assert killed == 4
+    assert killed == 2
     assert results_of(tmp_path / "killed") == results_of(tmp_path / "whole")
     for name in SEARCHES:
         path, owner = Path("checkpoints") / f"{name}-1.trial", _owner(methods, name)

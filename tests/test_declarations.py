@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from granular_env.components.contract import Balance
+from granular_env.components.balances import Balance
 from granular_env.components.discs import Discs
 from granular_env.components.drawables import Cells, Curve, Drawable, Links, Points
 from granular_env.components.errors import ParameterError

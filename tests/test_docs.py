@@ -17,6 +17,7 @@ BLOCK = re.compile(
     r"(?:<!-- (run|file: (?P<file>\S+)) -->\n)?^```(?P<language>\w+)[^\n]*\n(?P<code>.*?)^```$", re.MULTILINE | re.DOTALL
 )
 PROMISE = re.compile(r"^ *print\(.*\)  # (.+)$", re.MULTILINE)
+BARE_POINT = re.compile(r"(?<![\w.\])/:{+^])-?\.\d")  # .5 for 0.5; behind a colon it is the format of a number
 LINK = re.compile(r"\]\((?!https?:|#|mailto:)([^)#\s]+)")
 # Lines that fail where the log is there already, unless they say "overwrite".
 WRITES_A_LOG = re.compile(
@@ -94,6 +95,15 @@ def test_the_tutorial_shows_every_picture_that_its_lines_draw():
     for name in drawn:
         assert text.index(f"images/tutorial-{name}") < text.index(f'savefig("{name}")')
         assert 0 < (ROOT / "docs" / "images" / f"tutorial-{name}").stat().st_size < 80_000
+
+
+def test_numbers_have_a_digit_before_the_point():
+    """On the pages, and in the experiments, studies and plans that people read and copy."""
+    assert BARE_POINT.search("a part of .5") and BARE_POINT.search("-.011") and not BARE_POINT.search("0.5, {x:.3f}, x.2")
+    documents = [ROOT / "CHANGELOG.md", ROOT / "CONTRIBUTING.md", *(ROOT / "granular_env").rglob("*.toml")]
+    assert len(documents) > 50
+    for path in [*PAGES, *documents]:
+        assert [line for line in path.read_text().splitlines() if BARE_POINT.search(line)] == [], path
 
 
 @pytest.mark.parametrize("page", PAGES, ids=name_of)

@@ -36,7 +36,7 @@ FINAL = {
     "detonation-nozzle": "e0f3cb915297ba962ace23026ee195c8",
     "shell-bulging": "0ae9f80d992e128bc77fed6e035c43a0",
     "shell-cracking": "ab24b114241d6bcd1e2e18a814c8a358",
-    "tube-burning": "f5d564f90562aa2ff0d955a2210001d9",
+    "tube-burning": "c51c2a2e87f8290acf86d1dbf537a924",
 }
 
 

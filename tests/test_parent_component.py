@@ -13,8 +13,9 @@ from pydantic import Field
 from support.component_examples import EXAMPLES, Example
 
 import granular_env as ge
+from granular_env.components.balances import Balance
 from granular_env.components.component import Component
-from granular_env.components.contract import Balance, Variable
+from granular_env.components.contract import Variable
 from granular_env.components.discs import Discs
 from granular_env.components.errors import GranularError, ParameterError, StepError
 from granular_env.components.snapshot import EVENT_ROWS, Block, FloatArray

@@ -8,15 +8,15 @@ from typing import Any
 import numpy as np
 import pytest
 from support.solid_tools import frequency
-from support.tube_tools import AREA, BODY, GAS, RADIUS, WALL, gas_ring, small_tube
+from support.tube_tools import AREA, BODY, GAS, RADIUS, WALL, cracking_tube, gas_ring, small_tube
 
 import granular_env as ge
-from granular_env.components.contract import Event
 from granular_env.components.detonation.layout import Medium, State
+from granular_env.components.events import Event
 from granular_env.components.tube import kernels
 from granular_env.components.tube.interface import find_overlaps
 
-TWO_WAY = {"name": "two_way", "motion": False}
+SWITCHED_OFF = {"name": "two_way", "motion": False, "leakage": False}
 
 
 def run(tube: Any, ticks: int, **inputs: Any) -> Any:
@@ -98,8 +98,8 @@ def test_the_shell_sleeps_until_it_is_loaded() -> None:
     assert (tube.get("peak_pressure") > 1e6).all()
 
 
-def test_two_ways_without_motion_are_one_way() -> None:
-    one, two = (run(small_tube(coupling=coupling), 200) for coupling in ("one_way", TWO_WAY))
+def test_two_ways_that_are_switched_off_are_one_way() -> None:
+    one, two = (run(small_tube(coupling=coupling), 200) for coupling in ("one_way", SWITCHED_OFF))
     assert one.memory.tobytes() == two.memory.tobytes()
     moved = run(small_tube(coupling="two_way"), 200)
     assert one.memory.tobytes() != moved.memory.tobytes()
@@ -205,6 +205,22 @@ def test_a_vent_lowers_the_pressure_behind_it() -> None:
     energy, _, mass = vented.balances()
     assert mass.lost["leaked_mass"] > 0.0 and abs(mass.residual) < 1e-15
     assert abs(energy.residual) < 1e-5 * energy.lost["leaked_energy"]
+
+
+def test_gas_leaks_through_cracks() -> None:
+    """And pays for the work on a wall that breaks, to rounding; what a piece is not pressed on any more it does not pay for."""
+    tube, tight = cracking_tube(), cracking_tube(coupling={"name": "two_way", "leakage": False})
+    for one in (tube, tight):
+        run(one, 300)
+    assert tube.events("shell_point_parted")
+    assert tube.get("shell_crack_area").sum() > 1e-10
+    energy, momentum, mass = tube.balances()
+    assert mass.lost["leaked_mass"] > 1e-12 and tight.get("leaked_mass") == 0.0
+    assert abs(mass.residual) < 1e-15
+    assert abs(tube.get("exchange_difference")) < 1e-10 * energy.supplied["pressure_work"]
+    assert np.abs(momentum.residual).max() < 1e-13 * momentum.supplied["left_impulse"][0]
+    opened = tube.get("shell_crack_area") > 0.0
+    assert (tube.get("shell_pressure")[opened] < tight.get("shell_pressure")[opened]).any()
 
 
 # -- what is refused -----------------------------------------------------------------------------------------------------------

@@ -8,8 +8,9 @@ from typing import Any
 
 import numpy as np
 
+from ..balances import Balance
 from ..component import Component
-from ..contract import Balance, Variable
+from ..contract import Variable
 from ..drawables import Drawable, Links, Points
 from ..errors import ParameterError, StepError
 from ..materials.elastic import material

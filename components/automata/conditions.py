@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -13,8 +12,7 @@ import numpy.typing as npt
 from ..boundaries import Boundary, edge_variable, prescribed_components
 from ..contract import Variable
 from ..errors import ParameterError
-from ..inputs import Held
-from ..profiles import CompiledProfile
+from ..inputs import Held, input_value
 from ..support.arrays import FloatArray
 from .boundaries import Fixed, PrescribedVelocity, Symmetry, Traction
 from .edges import EDGES, edge_automata, shared_areas
@@ -114,11 +112,11 @@ class Conditions:
     def apply(self, held: Mapping[str, Held], tick: int, part: float = 1.0) -> None:
         """Fill loads and grips for the internal step that begins at a tick: forces at its middle, velocities at a part."""
         if self._forced.size:
-            self.load.force[: len(self._forced)] = _value(held["force"], tick, 0.5)
+            self.load.force[: len(self._forced)] = input_value(held["force"], tick, 0.5)
         for pull in self._pulls:
-            self.load.force[pull.rows] = pull.areas[:, np.newaxis] * _value(held[pull.name], tick, 0.5)
+            self.load.force[pull.rows] = pull.areas[:, np.newaxis] * input_value(held[pull.name], tick, 0.5)
         for drive in self._drives:
-            self.grip.velocity[drive.rows, drive.axis] = _value(held[drive.name], tick, part)[drive.axis]
+            self.grip.velocity[drive.rows, drive.axis] = input_value(held[drive.name], tick, part)[drive.axis]
 
 
 def _held_axes(edge: str, boundary: Boundary) -> tuple[int, ...]:
@@ -163,7 +161,3 @@ def _automaton_near(where: str, point: Sequence[float], packing: Packing) -> int
             at=where,
         )
     return automaton
-
-
-def _value(held: Held, tick: int, part: float) -> Any:
-    return held.value(tick, part) if isinstance(held, CompiledProfile) else held

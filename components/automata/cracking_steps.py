@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..contract import EventDetail
 from ..errors import ParameterError
+from ..events import EventDetail
 from ..snapshot import EVENT_ROWS, Block
 from ..support.arrays import FloatArray
 from ..support.counter_random import uniform

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from ..contract import EventDetail
+from ..events import EventDetail
 from ..snapshot import Block
 from ..support.arrays import FloatArray
 from . import threads

@@ -7,8 +7,9 @@ from typing import Any, Self
 
 import numpy as np
 
+from ..balances import Balance
 from ..component import Component
-from ..contract import Balance, Variable
+from ..contract import Variable
 from ..drawables import Points
 from ..errors import ParameterError, StepError, caution
 from ..inputs import Held

@@ -17,8 +17,9 @@ from ..automata.schedule import make_parts
 from ..automata.state import Body, Scratch
 from ..automata.sweep import KEPT, update_forces
 from ..automata.ties import Ties, add_ties
+from ..balances import Balance
 from ..component import Component
-from ..contract import Balance, Variable
+from ..contract import Variable
 from ..drawables import Drawable, Links
 from ..errors import ParameterError, StepError
 from ..grid import layout

@@ -7,8 +7,9 @@ from typing import Any
 
 import numpy as np
 
+from ..balances import Balance
 from ..component import Component
-from ..contract import Balance, Variable
+from ..contract import Variable
 from ..drawables import Cells, Curve, Drawable
 from ..errors import ParameterError, StepError
 from ..snapshot import EVENT_ROWS, FloatArray

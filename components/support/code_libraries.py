@@ -1,4 +1,4 @@
-"""What numba makes of a kernel: machine code with an entry from Python, or intermediate code of LLVM for other kernels.
+"""Two kinds of compiled kernels: machine code with an entry from Python, and LLVM's intermediate code for other kernels.
 
 What other kernels alone call is contained in these, and optimized with them. Otherwise each function would be optimized once
 for itself and once more in each of its callers, and half of the time of a compilation would go into machine code that nothing

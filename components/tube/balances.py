@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from ..contract import Amount, Balance
+from ..balances import Amount, Balance
 from ..support.arrays import FloatArray
 
 # What a shell whose ends cannot be left never has.

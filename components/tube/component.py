@@ -9,8 +9,9 @@ from typing import Any, TypeVar
 
 import numpy as np
 
+from ..balances import Balance
 from ..component import Component
-from ..contract import Balance, Variable
+from ..contract import Variable
 from ..detonation.component import DetonationTube
 from ..detonation.layout import WALL_WORK
 from ..drawables import Cells, Drawable, Points
@@ -61,7 +62,7 @@ class Tube(Component):
         stations = shell.parameters.body.counts[0]
         self._lay_out(
             gas=("f8", (gas.memory.size,)), shell=("f8", (shell.memory.size,)), peak_pressure=("f8", (stations,)),
-            tally=("f8", (kernels.TALLY,)), awake=("i8", (1,)),
+            widening=("f8", (stations,)), tally=("f8", (kernels.TALLY,)), awake=("i8", (1,)),
         )  # fmt: skip
         self.gas: DetonationTube = self._make_part(
             DetonationTube, "gas", step_size=self.step_size / self.gas_steps, memory=self._block["gas"]
@@ -97,18 +98,17 @@ class Tube(Component):
         stations, bounds = along.count, along.bounds + self.parameters.position
         begin, cell, length, offset = find_overlaps(bounds, self.gas.cell_size, self.gas.parameters.cells)
         shares = np.tile(ring.widths / ring.widths.sum(), stations)
-        found = Interface(
-            begin, cell, length, offset, np.diff(bounds), surface.nodes, surface.station, shares, surface.reference,
-            np.zeros(stations), self.gas.areas.copy(),
+        rest = np.sqrt(surface.reference[:, 1] ** 2 + surface.reference[:, 2] ** 2)
+        return Interface(
+            begin, cell, length, offset, np.diff(bounds), surface.nodes, surface.station, shares, surface.reference, rest,
+            self.gas.areas.copy(),
         )  # fmt: skip
-        kernels.write_radii(found, np.zeros_like(self.shell.nodes), found.rest)
-        return found
 
     def _make_scratch(self, stations: int) -> None:
         """Allocate what the kernels write to and nobody keeps."""
         cells, surface = self.gas.parameters.cells, len(self.interface.nodes)
         self._pressures = np.zeros((3, stations))
-        self._works, self._radii = np.zeros(stations), np.zeros(stations)
+        self._works = np.zeros(stations)
         self._before = np.zeros((2, surface, 3))
         self._cells = np.zeros((2, cells))
         self._openings = np.zeros(cells)
@@ -212,12 +212,15 @@ class Tube(Component):
 
     def _present_area(self) -> FloatArray:
         """Return the cross-section of the cells of the gas that the shell leaves them as it is now, shape (cells,) [m^2]."""
-        interface = self.interface
-        kernels.write_radii(interface, self.shell.tables()[1].displacement, self._radii)
-        ratio = self._radii / interface.rest
-        widening = np.repeat(ratio * ratio - 1.0, np.diff(interface.begin))
-        growth = np.bincount(interface.cell, interface.length * widening, minlength=len(interface.area))
+        interface, widening = self.interface, self._block["widening"]
+        kernels.write_widening(interface, self.shell.tables()[1], widening)
+        growth = self._to_cells(interface.length * np.repeat(widening, np.diff(interface.begin)))
         return interface.area * (1.0 + growth / self.gas.cell_size)
+
+    def _to_cells(self, amounts: FloatArray) -> FloatArray:
+        """Return the sums over the overlaps of each cell of the gas, shape (cells,)."""
+        found = np.bincount(self.interface.cell, amounts, minlength=len(self.interface.area))
+        return np.asarray(found, dtype=np.float64)
 
     def _advance(self, ticks: int) -> int:
         for tick in range(self._tick, self._tick + ticks):
@@ -244,7 +247,7 @@ class Tube(Component):
         return self._move_wall(tick, after)
 
     def _advance_gas(self, tick: int) -> int:
-        """Advance the gas with the area that it has, and let it out of the vent."""
+        """Advance the gas with the area that it has, and let it out through openings."""
         gas = self.gas.tables()[2]
         for step in range(self.gas_steps):
             part = (step + 0.5) / self.gas_steps
@@ -259,18 +262,28 @@ class Tube(Component):
             status = self.gas.advance(1)
             if status:
                 return _GAS + status
-        self._open_vent(tick)
+        self._let_out(tick)
         return 0
 
-    def _open_vent(self, tick: int) -> None:
-        """Let gas out of the vent."""
-        p = self.parameters
-        if p.vent is None:
+    def _let_out(self, tick: int) -> None:
+        """Let gas out of the vent and of open cracks."""
+        p, interface = self.parameters, self.interface
+        if p.vent is None and not self._cracks_leak:
             return
         medium, _, gas, _, _ = self.gas.tables()
-        cell = min(int(p.vent / self.gas.cell_size), p.gas.cells - 1)
-        self._openings[cell] = max(_number(self._held["vent_area"], tick, 0.5), 0.0)
+        self._openings[:] = 0.0
+        if self._cracks_leak and self.shell.event_count:
+            areas = np.repeat(self.shell.peek("crack_area") / interface.width, np.diff(interface.begin))
+            self._openings[:] = self._to_cells(areas * interface.length)
+        if p.vent is not None:
+            cell = min(int(p.vent / self.gas.cell_size), p.gas.cells - 1)
+            self._openings[cell] += max(_number(self._held["vent_area"], tick, 0.5), 0.0)
         kernels.leak(medium, gas, self._openings, p.discharge, p.room_pressure, self.step_size, self._block["tally"])
+
+    @property
+    def _cracks_leak(self) -> bool:
+        """Return whether gas can leave through cracks."""
+        return self.parameters.coupling.leaks and self.parameters.shell.fracture.name != "none"
 
     def _is_awake(self, pressures: FloatArray) -> bool:
         """Return whether the shell moves; it sleeps at rest until something loads it."""
@@ -281,31 +294,29 @@ class Tube(Component):
 
     def _advance_shell(self, tick: int, before: FloatArray, after: FloatArray) -> int:
         """Advance the shell under pressures that go linearly through the tick, and count the work."""
-        solid, state, _, _ = self.shell.tables()
         room, acting, (velocity, area) = self.parameters.room_pressure, self._pressures[2], self._before
         self._works[:] = 0.0
         for step in range(self.shell_steps):
             acting[:] = before + (step + 0.5) / self.shell_steps * (after - before)
             self._failed_tick = tick * self.shell_steps + step
+            # Those of a shell that parts in this step are others afterwards.
+            solid, state, _, _ = self.shell.tables()
             kernels.keep_surface(self.interface, state, velocity, area)
             self.shell.adopt(self._failed_tick, {})
             self.shell.adopt_inputs({"pressure": acting - room})
             status = self.shell.advance(1)
             if status:
                 return _SHELL + status
-            kernels.add_work(
-                self.interface, state, solid.body.prescribed, velocity, area, acting, room, solid.step, self._works,
-                self._block["tally"],
-            )  # fmt: skip
+            kernels.add_work(self.interface, solid, state, velocity, area, acting, room, self._works, self._block["tally"])
         return 0
 
     def _move_wall(self, tick: int, pressures: FloatArray) -> int:
         """Give the gas the cross-section that the shell leaves it, and take the work of this tick from it."""
         medium, _, gas, _, tally = self.gas.tables()
-        kernels.write_radii(self.interface, self.shell.tables()[1].displacement, self._radii)
+        kernels.write_widening(self.interface, self.shell.tables()[1], self._block["widening"])
         self._failed_tick = tick
         status = kernels.move_wall(
-            medium, gas, self.interface, pressures, self._radii, self._works, self._cells[0], self._cells[1],
+            medium, gas, self.interface, pressures, self._block["widening"], self._works, self._cells[0], self._cells[1],
             tally[WALL_WORK : WALL_WORK + 1], self._failed,
         )  # fmt: skip
         return _WALL + status if status else 0
@@ -371,9 +382,9 @@ class Tube(Component):
 
     def _largest_change(self) -> float:
         """Return the largest relative change of a station's cross-section now."""
-        kernels.write_radii(self.interface, self.shell.tables()[1].displacement, self._radii)
-        ratio = self._radii / self.interface.rest
-        return float(np.abs(ratio * ratio - 1.0).max())
+        widening = self._block["widening"].copy()
+        kernels.write_widening(self.interface, self.shell.tables()[1], widening)
+        return float(np.abs(widening).max())
 
     def cautions(self) -> list[str]:
         """Return those of the parts, and a sentence where the gas should have felt the wall."""
@@ -393,7 +404,7 @@ class Tube(Component):
             for drawable in part.drawables():
                 names: dict[str, Any] = {
                     key: f"{prefix}_{name}"
-                    for key in ("displacement", "colour", "field", "state")
+                    for key in ("displacement", "colour", "state", "field")
                     if (name := getattr(drawable, key, ""))
                 }
                 if prefix == "shell" and isinstance(drawable, Points):

@@ -1,4 +1,4 @@
-"""Couplings, by name: the gas feels nothing of the wall (one_way), or that it moves (two_way)."""
+"""Couplings, by name: the gas feels nothing of the wall (one_way), or that it moves and opens (two_way)."""
 
 from __future__ import annotations
 
@@ -18,6 +18,11 @@ class Coupling(Named):
         """True where the gas has the cross-section of the wall as it is, and pays for the work on it."""
         return False
 
+    @property
+    def leaks(self) -> bool:
+        """True where gas leaves through open cracks."""
+        return False
+
 
 class OneWay(Coupling):
     """The gas flows as in a rigid tube, and its pressure loads the wall: Gato & Shie (2010)."""
@@ -30,11 +35,17 @@ class TwoWay(Coupling):
 
     name: Literal["two_way"] = field("two_way", "the gas feels the wall", "1")
     motion: bool = field(True, "whether the gas feels that the wall moves", "1")
+    leakage: bool = field(True, "whether gas leaves through open cracks", "1")
 
     @property
     def moves_gas(self) -> bool:
         """True where the gas has the cross-section of the wall as it is, and pays for the work on it."""
         return self.motion
+
+    @property
+    def leaks(self) -> bool:
+        """True where gas leaves through open cracks."""
+        return self.leakage
 
 
 COUPLINGS: dict[str, type[Coupling]] = {"one_way": OneWay, "two_way": TwoWay}

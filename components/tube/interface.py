@@ -31,7 +31,7 @@ class Interface(NamedTuple):
         station: of each of these, shape (s,).
         share: of each of these in the mean over its station, shape (s,).
         reference: positions of these, shape (s, 3) [m].
-        rest: mean radius of each station before anything moves, shape (stations,) [m].
+        rest: distance of these from the axis, shape (s,) [m].
         area: cross-section of each cell of the gas before anything moves, shape (cells,) [m^2].
     """
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 from math import sqrt
 
 from ..detonation.limiters import limited_difference
+from ..shell.kernels import surface_area
 from ..support.jit import jit
 from ..support.powers import power
 
@@ -54,19 +55,29 @@ def write_peaks(pressures, peaks):
 
 
 @jit
-def write_radii(interface, displacement, out):
-    """Write the mean radius of the inner surface at each station.
+def write_widening(interface, state, out):
+    """Write by how much the cross-section at each station is larger than at rest, relatively: of the mean radius squared.
+
+    The mean goes over the nodes on which the gas presses; a station that has lost all of them keeps its value.
 
     Args:
         interface: an `Interface`.
-        displacement: of all nodes, shape (n, 3) [m].
-        out: shape (stations,) [m].
+        state: of the shell.
+        out: shape (stations,).
     """
-    out[:] = 0.0
-    for s in range(interface.nodes.size):
-        j = interface.nodes[s]
-        y, z = interface.reference[s, 1] + displacement[j, 1], interface.reference[s, 2] + displacement[j, 2]
-        out[interface.station[s]] += interface.share[s] * sqrt(y * y + z * z)
+    around = interface.nodes.size // out.size
+    for k in range(out.size):
+        total, ratio = 0.0, 0.0
+        for s in range(k * around, (k + 1) * around):
+            if state.area[s, 0] != 0.0 or state.area[s, 1] != 0.0 or state.area[s, 2] != 0.0:
+                j, share = interface.nodes[s], interface.share[s]
+                y = interface.reference[s, 1] + state.displacement[j, 1]
+                z = interface.reference[s, 2] + state.displacement[j, 2]
+                total += share
+                ratio += share * (sqrt(y * y + z * z) / interface.rest[s])
+        if total > 0.0:
+            ratio /= total
+            out[k] = ratio * ratio - 1.0
 
 
 @jit
@@ -80,35 +91,36 @@ def keep_surface(interface, state, velocity_out, area_out):
 
 
 @jit
-def add_work(interface, state, prescribed, velocity, area, pressures, room_pressure, step, works, tally):
+def add_work(interface, solid, state, velocity, area, pressures, room_pressure, works, tally):
     """Add what the gas did on the wall in a step of the shell, and what the wall did on the room.
 
     Each node sweeps the mean of its areas before and after, times the mean of its velocities: as the shell counts it.
 
     Args:
         interface: an `Interface`.
+        solid: `shell.layout.Solid` as it was before the step, when nothing had parted in it.
         state: of the shell, after the step.
-        prescribed: see `shell.layout.Body`.
         velocity: of the inner surface before the step, shape (s, 3) [m/s].
         area: of the same, shape (s, 3) [m^2].
         pressures: of the gas, that acted at the stations, shape (stations,) [Pa].
         room_pressure: on the outer surface [Pa].
-        step: of the shell [s].
         works: of the gas at each station, is added to, shape (stations,) [J].
         tally: shape (TALLY,).
     """
     for s in range(interface.nodes.size):
         j, k, swept = interface.nodes[s], interface.station[s], 0.0
+        x, y, z = surface_area(solid.surface, state.displacement, s)
         for i in range(3):
-            if prescribed[j, i] == 0:
-                swept += (area[s, i] + state.area[s, i]) * (velocity[s, i] + state.velocity[j, i])
-        swept *= 0.25 * step
+            if solid.body.prescribed[j, i] == 0:
+                new = x if i == 0 else (y if i == 1 else z)
+                swept += (area[s, i] + new) * (velocity[s, i] + state.velocity[j, i])
+        swept *= 0.25 * solid.step
         works[k] += pressures[k] * swept
         tally[ROOM_WORK] += room_pressure * swept
 
 
 @jit
-def move_wall(medium, gas, interface, pressures, radii, works, growth, taken, wall_work, failed):
+def move_wall(medium, gas, interface, pressures, widening, works, growth, taken, wall_work, failed):
     """Give the gas the cross-section that the shell leaves it, and take the work from it that it did on the wall.
 
     Mass and momentum of each cell stay what they are. Overlaps share the work of their station by pressure and length.
@@ -118,7 +130,7 @@ def move_wall(medium, gas, interface, pressures, radii, works, growth, taken, wa
         gas: `detonation.layout.State`.
         interface: an `Interface`.
         pressures: of the gas at the stations now, shape (stations,) [Pa].
-        radii: mean radius of the stations now, shape (stations,) [m].
+        widening: of the stations now, see `write_widening`, shape (stations,).
         works: of the gas at each station in this tick, shape (stations,) [J].
         growth: scratch, shape (cells,).
         taken: scratch, shape (cells,).
@@ -130,12 +142,11 @@ def move_wall(medium, gas, interface, pressures, radii, works, growth, taken, wa
     """
     growth[:] = 0.0
     taken[:] = 0.0
-    for k in range(radii.size):
-        ratio = radii[k] / interface.rest[k]
-        widening, part = ratio * ratio - 1.0, works[k] / (interface.width[k] * pressures[k])
+    for k in range(widening.size):
+        part = works[k] / (interface.width[k] * pressures[k])
         for overlap in range(interface.begin[k], interface.begin[k + 1]):
             i, length = interface.cell[overlap], interface.length[overlap]
-            growth[i] += length * widening
+            growth[i] += length * widening[k]
             taken[i] += part * length * overlap_pressure(interface, gas.pressure, overlap)
     size = medium.cell_size
     for i in range(growth.size):

@@ -18,8 +18,8 @@ from granular_env.terminal import columns, printable, wrap_text
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from granular_env.components.contract import Event, EventDetail
     from granular_env.components.drawables import Drawable
+    from granular_env.components.events import Event, EventDetail
     from granular_env.recording.replay.event_ratio import EventRatio
 
 _MOST = 40

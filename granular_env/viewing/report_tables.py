@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 from markupsafe import Markup
 
-from granular_env.components.contract import Event
 from granular_env.components.errors import GranularError, LogError
+from granular_env.components.events import Event
 from granular_env.documents import to_toml
 from granular_env.recording.format.header import BalanceNames
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import granular_env as ge
@@ -19,6 +20,16 @@ def small_tube(**changes: Any) -> Any:
     """Return a gas that burns from the left end on, and a shell behind the first half of the way."""
     shell = {"body": BODY, "boundaries": {"start": "clamped", "end": "symmetry"}}
     return ge.make("tube", **{"gas": GAS, "shell": shell, "position": 0.0152, **changes})
+
+
+def cracking_tube(**changes: Any) -> Any:
+    """Return one with a notch, whose brittle wall breaks."""
+    notch = {"length": 0.003, "depth": 0.0004, "width": 0.0004, "around": 0.5 * math.pi}
+    shell = {
+        "body": {**BODY, "along": 13, "around": 13, "notch": notch}, "boundaries": {"start": "clamped", "end": "clamped"},
+        "fracture": {"name": "principal_stress", "stress": 2.2e7},
+    }  # fmt: skip
+    return small_tube(**{"shell": shell, "coupling": "two_way", **changes})
 
 
 def gas_ring(coupling: Any, young: float, pressure: float) -> Any:

@@ -15,8 +15,9 @@ from typing import Any
 
 import numpy as np
 
+from ...components.balances import Balance
 from ...components.component import Component
-from ...components.contract import Balance, Variable
+from ...components.contract import Variable
 from ...components.errors import ParameterError
 from .drawables import drawable_facts
 from .records import FORMAT, damage
@@ -147,7 +148,7 @@ def _event_details(component: Component) -> dict[str, Any]:
 
 @dataclasses.dataclass(frozen=True, slots=True)
 class BalanceNames:
-    """The names behind a balance, in the order of `contract.Balance`; all have one unit."""
+    """The names behind a balance, in the order of `balances.Balance`; all have one unit."""
 
     quantity: str
     unit: str

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from ...components.contract import Event, EventDetail
 from ...components.drawables import Cells, Drawable, Links, Points
+from ...components.events import Event, EventDetail
 from ...components.snapshot import FloatArray
 
 

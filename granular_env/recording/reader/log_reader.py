@@ -8,9 +8,9 @@ from typing import Any, Self
 import numpy as np
 
 from ...components.component import refuse_unknown_events
-from ...components.contract import Event, EventDetail
 from ...components.drawables import Drawable
 from ...components.errors import LogError, ParameterError
+from ...components.events import Event, EventDetail
 from ...components.profiles import CompiledProfile
 from ...components.snapshot import Snapshot
 from ...output_files import count_of
@@ -148,7 +148,7 @@ class LogReader:
 
     @property
     def event_details(self) -> dict[str, EventDetail]:
-        """Units of some or all of these kinds, and what their indices count; see `contract.EventDetail`."""
+        """Units of some or all of these kinds, and what their indices count; see `events.EventDetail`."""
         details = self.records.header.get("event_details", {})
         try:
             found = {kind: EventDetail(**detail) for kind, detail in details.items()}

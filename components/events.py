@@ -1,0 +1,37 @@
+"""Events: what happens at a point in time and should be found later."""
+
+from __future__ import annotations
+
+import dataclasses
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class Event:
+    """Something that happened at a point in time: a link broke, a grain yielded, an assumption was left behind.
+
+    Attributes:
+        tick: at the end of which internal step.
+        kind: one of the component's `event_kinds`.
+        index: which link, grain, ...; None where that has no meaning.
+        value: of the quantity that decided.
+        limit: that it passed.
+    """
+
+    tick: int
+    kind: str
+    index: int | None
+    value: float
+    limit: float
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class EventDetail:
+    """The unit of a kind of events, and what their indices count.
+
+    Attributes:
+        unit: of value and limit; "" where it is not said.
+        counts: name of the drawable whose elements its indices count: points, links or cells; "" for none.
+    """
+
+    unit: str = ""
+    counts: str = ""
