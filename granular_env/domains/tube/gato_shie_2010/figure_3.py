@@ -5,7 +5,7 @@ from __future__ import annotations
 from granular_env.atlas.context import Context
 from granular_env.atlas.model import Entry, Findings
 
-from .cracked import as_printed, crack_outcome, cracks, picture, runs_beyond, turns
+from .crack_statements import as_printed, crack_outcome, cracks, picture, runs_beyond, turns
 
 _INCHES = 2
 

@@ -6,7 +6,7 @@ from granular_env.atlas.context import Context
 from granular_env.atlas.model import Entry, Figure, Findings
 
 from .cases import ARRIVAL, DURATION, notched_tube
-from .cracked import as_printed, crack_outcome, cracks, picture, runs_beyond, turns
+from .crack_statements import as_printed, crack_outcome, cracks, picture, runs_beyond, turns
 from .outcome import read_outcome
 from .pictures import rolled_out
 

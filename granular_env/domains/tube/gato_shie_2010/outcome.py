@@ -1,4 +1,4 @@
-"""What became of a tube: how near it came to parting, how far cracks ran along and around it, and in words."""
+"""The outcome of a run: how near a tube came to parting, how far cracks ran along and around it, and in words."""
 
 from __future__ import annotations
 
@@ -33,6 +33,7 @@ class Outcome:
         ratio: the largest principal stress over its limit so far; 0 where it stayed below a half.
         nearest: where that was: from the middle of the notch [m], and its angle from the notch [rad].
         pieces: how many there are.
+        parted: how many points have parted.
     """
 
     x: FloatArray
@@ -43,6 +44,7 @@ class Outcome:
     ratio: float
     nearest: tuple[float, float]
     pieces: float
+    parted: float
 
     def crosses_axis(self) -> npt.NDArray[np.bool_]:
         """Return of each pair whether its nodes lie behind one another along the tube: a crack between them runs around it."""
@@ -98,6 +100,7 @@ def read_outcome(log: Log, time: float | None = None) -> Outcome:
         np.asarray(log.get("shell_surface_stress", late)), np.asarray(of_node)[links.pairs],
         np.asarray(log.get("shell_surface_links", late)) == 0.0, ratio,
         (place, float(report.get("shell: angle around, rad", math.nan))), float(log.get("shell_pieces", late)),
+        float(report.get("shell: points that have parted", 0.0)),
     )  # fmt: skip
 
 
