@@ -228,10 +228,7 @@ FOREIGN = {
     "_reduce": "numba",
     "_unique_ids": "numba's marker of a kernel, in the key of its cache",
     "_exit": "os",
-    "_final_module": "numba",
-    "_find_referenced_environments": "numba",
     "_getframe": "sys",
-    "_shared_module": "numba",
     "_get_torch_save_params": "stable-baselines3",
     "_np_random_seed": "gymnasium",
 }
