@@ -58,7 +58,7 @@ def test_outcomes_have_the_words_of_what_is_cut() -> None:
     assert lattice_outcome(straight).words == "axial crack"
     assert lattice_outcome(straight).along() == pytest.approx(0.02)
     assert lattice_outcome(straight + around[:5]).words == "hoop crack"
-    assert lattice_outcome(straight + around[:5]).around() == pytest.approx(5 / 11)
+    assert lattice_outcome(straight + around[:5]).around() == pytest.approx(0.45)  # columns at the ends stand for half as much
     assert lattice_outcome(straight + around).words == "severed"
     assert in_notch(1, (0.012, 0.0)) and not in_notch(1, (0.02, 0.0)) and not in_notch(3, (0.0, 1.0))
 

@@ -55,8 +55,14 @@ class Outcome:
         """Return the largest part of the circumference that a crack takes at one place along the tube."""
         chosen = self.crosses_axis()
         middle = np.round(self.x[self.pairs].mean(axis=1)[chosen], 9)
-        cut = self.cut[chosen]
-        return max((float(cut[middle == place].mean()) for place in np.unique(middle)), default=0.0)
+        angles = np.unique(np.round(self.arc, 9))
+        between = 0.5 * (angles[1:] + angles[:-1])
+        widths = np.diff(np.concatenate([angles[:1], between, angles[-1:]]))
+        own = widths[np.searchsorted(angles, np.round(self.arc[self.pairs[chosen, 0]], 9))]
+        lengths = own * self.cut[chosen]
+        return max(
+            (float(lengths[middle == place].sum() / own[middle == place].sum()) for place in np.unique(middle)), default=0.0
+        )
 
     def along(self) -> float:
         """Return how far cracks run along the tube beside the notch, from the first to the last [m]; 0 where none does."""
