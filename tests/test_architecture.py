@@ -221,9 +221,6 @@ def modules() -> dict[str, Path]:
 FOREIGN = {
     "_cache": "numba",
     "_compiler": "numba",
-    "_final_module": "numba",
-    "_find_referenced_environments": "numba",
-    "_shared_module": "numba",
     "_rebuild": "numba",
     "_reduce": "numba",
     "_unique_ids": "numba's marker of a kernel, in the key of its cache",

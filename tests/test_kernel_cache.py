@@ -23,7 +23,7 @@ from granular_env.components.support import kernel_cache
 from granular_env.components.support.addresses import address
 from granular_env.components.support.cache_folder import cache_base, cache_folder
 from granular_env.components.support.fingerprint import fingerprint
-from granular_env.components.support.jit import JIT, entry_point, jit
+from granular_env.components.support.jit import JIT, entry_point, internal, jit
 
 pytestmark = pytest.mark.skipif(not JIT, reason="nothing is compiled")
 ROOT = Path(__file__).resolve().parents[1]
@@ -184,6 +184,11 @@ def test_the_fingerprint_follows_what_machine_code_is_made_from(name: str, monke
     assert before.key is not None and fingerprint(compiled).key == before.key
     change(monkeypatch)
     assert fingerprint(compiled).key != before.key
+
+
+def test_kernels_of_either_kind_are_kept_and_told_apart() -> None:
+    keys = [fingerprint(make(lambda x: x)).key for make in (jit, internal)]
+    assert None not in keys and keys[0] != keys[1]
 
 
 def test_enclosed_values_defaults_and_constants_tell_functions_apart() -> None:

@@ -5,6 +5,6 @@ from __future__ import annotations
 from .component import Automata
 from .parameters import AutomataParameters
 
-COMPILATION = ("the automata", 13)
+COMPILATION = ("the automata", 9)
 
 __all__ = ["Automata", "AutomataParameters"]

@@ -5,6 +5,6 @@ from __future__ import annotations
 from .component import Coupled
 from .parameters import CoupledParameters
 
-COMPILATION = ("the coupled medium", 12)
+COMPILATION = ("the coupled medium", 7)
 
 __all__ = ["Coupled", "CoupledParameters"]

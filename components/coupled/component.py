@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import math
 from collections.abc import Callable, Iterable, Mapping
 from typing import Any, TypeVar
 
@@ -12,7 +11,7 @@ import numpy as np
 from ..automata.advance import TOO_FAST as TOO_FAST_ALONE
 from ..automata.component import Automata
 from ..automata.cracking_steps import UNSOUND, CrackingSteps
-from ..automata.motion import HOLDS_ROTATION, HOLDS_X, HOLDS_Y, TALLY_ROWS, WORK, Grip, Load
+from ..automata.motion import TALLY_ROWS, WORK
 from ..automata.schedule import make_parts
 from ..automata.state import Body, Scratch
 from ..automata.sweep import KEPT, update_forces
@@ -27,11 +26,9 @@ from ..grid.component import Grid
 from ..grid.mesh import IntArray
 from ..inputs import Held
 from ..support.arrays import FloatArray
-from ..support.roots import round_down_to_125
-from ..support.stable_step import ALLOWED, SUGGESTED
 from . import sums, threads
 from .advance import BREAK, DONE, INVERTED, MICRO, PROGRESS, ROW, SEARCH, TOO_FAST, advance
-from .edges import Edges
+from .edge_inputs import EdgeInputs
 from .exchange import (
     EXCHANGE_TALLY,
     IMPULSE,
@@ -45,22 +42,16 @@ from .interface import Interface, Places, carried_mass, common_sides, find_inter
 from .parameters import CoupledParameters
 from .parts import AutomataPart, Cracking, GridPart, Seam, Steps
 from .start import follow_nodes, join_forces, write_forces
+from .step_sizes import choose_steps
 from .strays import find_strays
 from .zigzag import find_ties
 
-# The part of the largest stable step that is allowed, and the part that is suggested, for the grid where automata make
-# several steps in one of it: kicks at a multiple of the period of a mode of the automata feed that mode, the faster the
-# larger they are. Measured with n = 2, 3, 4: 3000 steps of a noisy motion keep the energy to 1 % up to 0.35, to 25 % at 0.44,
-# and not at all at 0.8.
-_ALLOWED_IMPULSES, _SUGGESTED_IMPULSES = 0.5, 0.35
 # No automaton may cross this part of its diameter in one of its steps.
 _LARGEST_MOVE = 0.1
 # Energies of the parts that are outputs.
 _PART_ENERGIES = ("grid_kinetic_energy", "grid_elastic_energy", "automata_kinetic_energy", "automata_elastic_energy")
 # What `_advance` returns, beside `advance.INVERTED`, where the automata cannot go on: this and their own status.
 _AUTOMATA_FAILED = 16
-# Axes that do not count nodes, cells, automata or pairs: both parts have them.
-_ENTRIES = ("direction", "entry", "component")
 
 Part = TypeVar("Part", Grid, Automata)
 
@@ -89,7 +80,9 @@ class Coupled(Component):
         grid, automata = self._make_part(Grid, "grid"), self._make_part(Automata, "automata")
         ties = self._find_interface(grid, automata)
         frequency = automata.largest_frequency if ties is None else automata.tied_frequency(ties)
-        self._choose_steps(grid.highest_frequency, frequency)
+        chosen = choose_steps(p, 2.0 / grid.highest_frequency, 2.0 / frequency)
+        self.step_size, self.micro_steps = chosen.step, chosen.micro
+        self.grid_step_part, self.automata_step_part = chosen.grid_part, chosen.automata_part
         self._lay_out_state(grid, automata, ties)
         self.carried_mass: FloatArray = carried_mass(self.interface, len(self.grid.mesh.nodes), self.automata.mass)
         self.mass: FloatArray = np.concatenate([self.grid.mass, self.automata.mass])
@@ -107,41 +100,6 @@ class Coupled(Component):
             raise ParameterError(
                 *(dataclasses.replace(fault, source=f"component {self.name!r}").within(name) for fault in error.faults)
             ) from None
-
-    def _choose_steps(self, grid_frequency: float, automata_frequency: float) -> None:
-        p = self.parameters
-        limits = 2.0 / grid_frequency, 2.0 / automata_frequency
-        self.micro_steps: int = p.micro_steps or self._micro_steps_needed(*limits)
-        together = self.micro_steps == 1 or p.scheme == "literal"
-        allowed, suggested = (ALLOWED, SUGGESTED) if together else (_ALLOWED_IMPULSES, _SUGGESTED_IMPULSES)
-        suggestion = min(suggested * limits[0], SUGGESTED * self.micro_steps * limits[1])
-        self.step_size = round_down_to_125(suggestion) if p.step_size is None else p.step_size
-        self.grid_step_part: float = self.step_size / limits[0]
-        self.automata_step_part: float = self.step_size / (self.micro_steps * limits[1])
-        largest = min(allowed * limits[0], ALLOWED * self.micro_steps * limits[1])
-        if self.step_size > largest:
-            raise ParameterError(
-                f"got {self.step_size:g} s with {self._told_micro_steps()}",
-                expected=(
-                    f"at most {largest:.6g} s: {allowed:g} of the largest stable one of the grid, {limits[0]:.6g} s, and "
-                    f"{ALLOWED:g} of that of the automata in each micro-step, {limits[1]:.6g} s"
-                ),
-                hint="leave it out, or change micro_steps",
-                at="step_size",
-            )
-
-    def _told_micro_steps(self) -> str:
-        """Return the number of micro-steps for a message: as it was given, or that it was chosen."""
-        given = self.parameters.micro_steps is not None
-        return f"micro_steps = {self.micro_steps}" + ("" if given else ", which this step needs")
-
-    def _micro_steps_needed(self, grid_limit: float, automata_limit: float) -> int:
-        """Return how many micro-steps of the automata a step of the grid holds; 1 where they are about as large."""
-        step = self.parameters.step_size
-        if step is not None:
-            return max(math.ceil(step / (ALLOWED * automata_limit)), 1)
-        step = _SUGGESTED_IMPULSES * grid_limit
-        return 1 if SUGGESTED * automata_limit >= step else math.ceil(step / (SUGGESTED * automata_limit))
 
     def _find_interface(self, grid: Grid, automata: Automata) -> Ties | None:
         """Find the interface; return the faces of automata that it carries along, None where there are none."""
@@ -188,8 +146,9 @@ class Coupled(Component):
         places = np.searchsorted(nodes, self.interface.nodes)
         exchange = Exchange(places, forces[0], forces[1], before, start, given, self._block["exchange"])
         self._seam = Seam(self.interface, exchange)
-        self._edges = self._make_edges()
-        body, edges = _driven_body(automata.steps.body, self.interface.automata), self._edges
+        self._edge_inputs = EdgeInputs(automata.conditions, self.interface)
+        self._edge_inputs.refuse_free_nodes(self.grid.mesh, self.grid.tables()[2])
+        body, edges = _driven_body(automata.steps.body, self.interface.automata), self._edge_inputs.edges
         marked = np.unique(np.concatenate([self.interface.automata, edges.load.automata, edges.grip.automata]))
         self._automata_part = AutomataPart(
             body, make_parts(body)[0], self.reference, automata.motion, scratch, edges, marked, np.zeros((len(marked), KEPT)),
@@ -208,46 +167,13 @@ class Coupled(Component):
         self._failed = np.zeros(2, dtype=np.int64)
         self._divided: Mapping[str, Held] | None = None
 
-    def _make_edges(self) -> Edges:
-        """Return what edges and inputs do to automata that do not belong to the interface; of those that do, their rotation."""
-        conditions, free = self.automata.conditions, self.interface.free > 0
-        load, grip = conditions.load, conditions.grip
-        self._loads = np.flatnonzero(free[load.automata])
-        held = np.where(free[grip.automata], grip.held, grip.held & HOLDS_ROTATION)
-        self._refuse_free_nodes(grip)
-        ours = Grip(grip.automata, held, grip.velocity)
-        some, rows = len(self._loads), len(grip.automata)
-        bits = np.zeros(self.automata.count, dtype=np.int64)
-        bits[grip.automata] = held
-        self._acts = np.stack([bits & HOLDS_X, bits & HOLDS_Y], axis=1)[load.automata[self._loads]] == 0
-        free_load = Load(load.automata[self._loads], np.zeros((some, 2)))
-        return Edges(free_load, ours, np.zeros((some, 2)), np.zeros((rows, 5)), np.zeros((rows, 3)))
-
-    def _refuse_free_nodes(self, grip: Grip) -> None:
-        """Refuse automata of the interface that an edge holds and their nodes do not."""
-        conditions = self.grid.tables()[2]
-        row_of = {int(node): row for row, node in enumerate(conditions.nodes)}
-        ends = dict(zip(self.interface.automata.tolist(), self.interface.ends.tolist(), strict=True))
-        for automaton, held in zip(grip.automata.tolist(), grip.held.tolist(), strict=True):
-            for node in ends.get(automaton, ()):
-                for k, bit in enumerate((HOLDS_X, HOLDS_Y)):
-                    if held & bit and not conditions.prescribed[row_of[node], k]:
-                        x, y = self.grid.mesh.nodes[node]
-                        raise ParameterError(
-                            f"automaton {automaton} at ({x:.9g}, {y:.9g}) m is held along {'xy'[k]} by its edge, and belongs "
-                            f"to the interface, but node {node} of the grid is free there",
-                            hint="give the edge of the grid that ends there the same condition",
-                            at="automata",
-                        )
-
     # -- description ------------------------------------------------------------------------------------------------
 
     def _declare(self) -> Iterable[Variable]:
         for prefix, part in (("grid", self.grid), ("automata", self.automata)):
             for variable in part.declared():
-                axes = tuple(axis if axis in _ENTRIES else f"{prefix} {axis}" for axis in variable.axes)
                 text = f"{prefix}: {variable.description}"
-                yield dataclasses.replace(variable, name=f"{prefix}_{variable.name}", description=text, axes=axes)
+                yield dataclasses.replace(variable, name=f"{prefix}_{variable.name}", description=text)
         for name in _PART_ENERGIES:
             text = f"{name.replace('_', ' ')}; of interface nodes with the mass of this part"
             yield Variable(name, "output", "J", (), text)
@@ -285,13 +211,8 @@ class Coupled(Component):
     def _part_energies(self) -> dict[str, float]:
         found = self._sums()
         links = self.automata.steps.stored(0.0)
-        amounts = (found[sums.KINETIC], self._grid_elastic(found), found[sums.AUTOMATA_KINETIC], links["elastic_energy"])
+        amounts = (found[sums.KINETIC], sums.grid_elastic(found), found[sums.AUTOMATA_KINETIC], links["elastic_energy"])
         return dict(zip(_PART_ENERGIES, map(float, amounts), strict=True))
-
-    @staticmethod
-    def _grid_elastic(found: FloatArray) -> float:
-        """Return the elastic energy of the cells: what their stresses have done, less what has become plastic [J]."""
-        return float(found[sums.ELASTIC]) - float(found[sums.PLASTIC])
 
     def _mass_difference(self) -> float:
         """Return the mass of nodes and free automata less density times area of both parts."""
@@ -378,7 +299,7 @@ class Coupled(Component):
             self._steps.scheme, self._in_lockstep,
         )  # fmt: skip
         found = self._sums()
-        self._block["start"][:] = self._energy(found), *self._momentum(found), self._angular_momentum(found)
+        self._block["start"][:] = self._energy(found), *sums.momentum(found), sums.angular_momentum(found)
         return {}
 
     def _write_automata_forces(self) -> None:
@@ -433,14 +354,13 @@ class Coupled(Component):
 
     def _apply_to_automata(self, tick: int) -> None:
         """Fill loads and grip for the tick."""
-        conditions, edges = self.automata.conditions, self._edges
-        conditions.apply(self.automata.held_inputs, tick, 0.5)
-        edges.load.force[:] = np.where(self._acts, conditions.load.force[self._loads], 0.0)
+        self.automata.conditions.apply(self.automata.held_inputs, tick, 0.5)
+        self._edge_inputs.fill_loads()
 
     def _advance_with(self, tick: int, ticks: int) -> int:
         factors = self.grid.factors(tick, ticks)
         grid = self._grid_part()
-        loads = self._interface_loads(grid.conditions)
+        loads = self._edge_inputs.loads_on_nodes(grid.conditions, self._seam.exchange.places)
         if loads is not None:
             drive = np.concatenate([grid.conditions.drive, loads[None]])
             grid = grid._replace(conditions=grid.conditions._replace(drive=drive))
@@ -472,18 +392,6 @@ class Coupled(Component):
             if status == BREAK:
                 self._cracking.change_links((tick + int(self._progress[ROW])) * self.micro_steps + int(self._progress[MICRO]))
 
-    def _interface_loads(self, conditions: layout.Conditions) -> FloatArray | None:
-        """Return what loads on automata of the interface give the nodes, shape (nodes with conditions, 2) [N]; None without."""
-        load, interface = self.automata.conditions.load, self.interface
-        if len(self._loads) == len(load.automata):
-            return None
-        pulled = np.zeros((self.automata.count, 2))
-        np.add.at(pulled, load.automata, load.force)
-        found = np.zeros((len(conditions.nodes), 2))
-        rows = np.repeat(self._seam.exchange.places, np.diff(interface.first))
-        np.add.at(found, rows, interface.shares[:, None] * pulled[interface.automata[interface.acting]])
-        return np.where(conditions.prescribed > 0, 0.0, found)
-
     def _explain(self, status: int) -> StepError:
         if status == INVERTED:
             self.grid.failed_at[:] = self._failed
@@ -514,21 +422,16 @@ class Coupled(Component):
             sums.write_sums(self._grid_part(), self._automata_part, self._seam, self.grid.mass, self._in_lockstep, found)
         return found
 
-    def _leapfrog(self, found: FloatArray) -> float:
-        micro = self.step_size / self.micro_steps
-        pulled = self.step_size * self.step_size * found[sums.PULLED] + micro * micro * found[sums.AUTOMATA_PULLED]
-        return -0.125 * float(pulled)
-
     def _stored(self, found: FloatArray) -> dict[str, float]:
         links = self.automata.steps.stored(0.0)
-        elastic = self._grid_elastic(found) + links.pop("elastic_energy")
+        elastic = sums.grid_elastic(found) + links.pop("elastic_energy")
         return {
             "kinetic_energy": float(found[sums.KINETIC] + found[sums.AUTOMATA_KINETIC]),
             "rotational_energy": float(found[sums.ROTATIONAL]),
             "elastic_energy": elastic,
             "hourglass_energy": float(found[sums.HOURGLASS]),
             **links,
-            "leapfrog_energy": self._leapfrog(found),
+            "leapfrog_energy": sums.leapfrog(found, self.step_size, self.micro_steps),
         }
 
     def _lost(self, found: FloatArray) -> dict[str, float]:
@@ -538,15 +441,6 @@ class Coupled(Component):
 
     def _energy(self, found: FloatArray) -> float:
         return sum(self._stored(found).values())
-
-    @staticmethod
-    def _momentum(found: FloatArray) -> FloatArray:
-        ours, theirs = sums.MOMENTUM, sums.AUTOMATA_MOMENTUM
-        return found[ours : ours + 2] + found[theirs : theirs + 2]
-
-    @staticmethod
-    def _angular_momentum(found: FloatArray) -> float:
-        return float(found[sums.ANGULAR_MOMENTUM] + found[sums.AUTOMATA_ANGULAR_MOMENTUM])
 
     def balances(self) -> tuple[Balance, ...]:
         """Return energy, momentum, angular momentum about the origin (not where edges are periodic), and mass.
@@ -567,7 +461,7 @@ class Coupled(Component):
         mass = float(self.mass.sum())
         balances = [
             Balance("energy", "J", self._stored(found), work, self._lost(found), float(start[0])),
-            Balance("momentum", "kg m/s", {"momentum": self._momentum(found)}, impulse, initial=start[1:3]),
+            Balance("momentum", "kg m/s", {"momentum": sums.momentum(found)}, impulse, initial=start[1:3]),
             Balance("mass", "kg", {"mass": mass}, initial=mass),
         ]
         if not len(self.grid.joined) and not any(self.automata.parameters.periodic):
@@ -575,7 +469,7 @@ class Coupled(Component):
                 "angular_impulse": float(tally[layout.ANGULAR] + load[3]),
                 "boundary_angular_impulse": float(tally[layout.BOUNDARY_ANGULAR] + grip[3]),
             }
-            turned = {"angular_momentum": self._angular_momentum(found)}
+            turned = {"angular_momentum": sums.angular_momentum(found)}
             balances.insert(2, Balance("angular_momentum", "kg m2/s", turned, turning, initial=float(start[3])))
         return tuple(balances)
 

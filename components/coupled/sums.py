@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from ..automata.motion import HOLDS_ROTATION, HOLDS_X, HOLDS_Y
 from ..grid import kernels as grid_kernels
+from ..support.arrays import FloatArray
 from ..support.jit import internal, jit
 
 # Entries of the sums: of the grid, then of the automata.
@@ -95,3 +96,24 @@ def add_carried(grid, seam, together, sums_out):
             if not together and not conditions.prescribed[i, k]:
                 force = seam.exchange.automata_force[row, k]
                 sums_out[AUTOMATA_PULLED] += share * force * force / conditions.mass[i]
+
+
+def grid_elastic(found: FloatArray) -> float:
+    """Return the elastic energy of the cells: what their stresses have done, less what has become plastic [J]."""
+    return float(found[ELASTIC]) - float(found[PLASTIC])
+
+
+def momentum(found: FloatArray) -> FloatArray:
+    """Return the momentum of the whole, shape (2,) [N s]."""
+    return found[MOMENTUM : MOMENTUM + 2] + found[AUTOMATA_MOMENTUM : AUTOMATA_MOMENTUM + 2]
+
+
+def angular_momentum(found: FloatArray) -> float:
+    """Return the angular momentum of the whole about the origin [N m s]."""
+    return float(found[ANGULAR_MOMENTUM] + found[AUTOMATA_ANGULAR_MOMENTUM])
+
+
+def leapfrog(found: FloatArray, step: float, micro: int) -> float:
+    """Return -h^2/8 times the sum of force^2 / mass, each part with its own step [J]."""
+    own = step / micro
+    return -0.125 * float(step * step * found[PULLED] + own * own * found[AUTOMATA_PULLED])

@@ -5,6 +5,6 @@ from __future__ import annotations
 from .component import Grid
 from .parameters import GridParameters
 
-COMPILATION = ("the grid", 8)
+COMPILATION = ("the grid", 6)
 
 __all__ = ["Grid", "GridParameters"]

@@ -10,7 +10,7 @@ import numpy as np
 
 from ..balances import Balance
 from ..component import Component
-from ..contract import Variable
+from ..contract import EventDetail, Variable
 from ..drawables import Cells, Drawable, Points
 from ..errors import ParameterError, StepError
 from ..inputs import Held
@@ -31,6 +31,7 @@ _COMPRESSED = 0.5
 _BYTES_OF_CELL = 420
 _STATE = ("displacement", "velocity", "force", "stress", "hourglass_force", "energy", "plastic_strain", "plastic_work")
 _YIELD = {"cell_yielded": "the equivalent stress of a cell reached its yield stress for the first time"}
+_YIELD_DETAILS = {"cell_yielded": EventDetail("Pa", "grid")}
 
 
 class Grid(Component):
@@ -145,7 +146,7 @@ class Grid(Component):
             plastic_work=("f8", (plastic,)), tally=("f8", (layout.TALLY,)), start=("f8", (4,)),
         )  # fmt: skip
         if self._plastic:  # only then can anything happen that is an event
-            vars(self)["event_kinds"] = _YIELD
+            vars(self)["event_kinds"], vars(self)["event_details"] = _YIELD, _YIELD_DETAILS
         self._state = layout.State(*(self._block[name] for name in _STATE))
         self._driven_by: Mapping[str, Held] | None = None
         self._signals: list[CompiledProfile] = []

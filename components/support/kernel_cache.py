@@ -73,12 +73,13 @@ class KernelCache:
 
     def save_overload(self, signature: Any, compiled: Any) -> None:
         """Keep a compiled function where it can be kept."""
-        for environment in compiled._find_referenced_environments():
+        parts = compiled._reduce()
+        for environment in parts[-1]:
             compiled.library.codegen.set_env(environment.env_name, environment)
         path = self._path(signature, compiled.codegen)
         if path is None or compiled.library.has_dynamic_globals or any(not one.can_cache for one in compiled.lifted):
             return
-        content = dumps(compiled._reduce())
+        content = dumps(parts)
         try:
             _write(path, hashlib.sha256(content).digest() + content)
             _forget_oldest(path.parent)

@@ -43,7 +43,7 @@ def place_of(event: Event, detail: EventDetail | None, drawables: Sequence[Drawa
         case Points() if index < len(drawn.reference):
             return EventPlace(f"{drawn.name} {index}", _middle(drawn.reference[index : index + 1]))
         case Cells() if index < len(drawn.connectivity):
-            return EventPlace(f"{drawn.name} {index}", _middle(drawn.nodes[drawn.connectivity[index]]))
+            return EventPlace(f"cell {index} of {drawn.name}", _middle(drawn.nodes[drawn.connectivity[index]]))
         case _:
             return None
 
