@@ -18,12 +18,13 @@ import numpy as np
 import pytest
 from numba.core import config as numba_config
 
+from granular_env.components.detonation.kernels import advance, flow
 from granular_env.components.errors import ParameterError
 from granular_env.components.support import kernel_cache
 from granular_env.components.support.addresses import address
 from granular_env.components.support.cache_folder import cache_base, cache_folder
 from granular_env.components.support.fingerprint import fingerprint
-from granular_env.components.support.jit import JIT, entry_point, jit
+from granular_env.components.support.jit import JIT, entry_point, internal, jit
 
 pytestmark = pytest.mark.skipif(not JIT, reason="nothing is compiled")
 ROOT = Path(__file__).resolve().parents[1]
@@ -39,6 +40,13 @@ def run(code: str, folder: Path, *, cache: Path | None = None, **options: Any) -
     )
     assert done.returncode == 0, done.stderr
     return done
+
+
+def test_kernels_of_the_package_are_kept_on_disk() -> None:
+    """Those with an entry from Python, and those that only kernels call; see `code_libraries`."""
+    for kernel in (advance, flow):
+        assert fingerprint(kernel).unknown is None
+        assert fingerprint(kernel).key == fingerprint(kernel).key is not None
 
 
 def write(folder: Path, files: dict[str, str]) -> None:
@@ -193,6 +201,11 @@ def test_the_fingerprint_follows_what_machine_code_is_made_from(name: str, monke
     assert before.key is not None and fingerprint(compiled).key == before.key
     change(monkeypatch)
     assert fingerprint(compiled).key != before.key
+
+
+def test_kernels_of_either_kind_are_kept_and_told_apart() -> None:
+    keys = [fingerprint(make(lambda x: x)).key for make in (jit, internal)]
+    assert None not in keys and keys[0] != keys[1]
 
 
 def test_enclosed_values_defaults_and_constants_tell_functions_apart() -> None:

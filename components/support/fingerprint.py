@@ -11,6 +11,7 @@ import builtins
 import dis
 import enum
 import hashlib
+import inspect
 import struct
 import sys
 import types
@@ -27,15 +28,11 @@ from numba.core import config as numba_config
 from numba.core.compiler import Compiler
 from numba.core.dispatcher import Dispatcher
 
-from .code_libraries import EntryCompiler, IntermediateCompiler
-
 # What belongs to these is told by their versions.
 _VERSIONED = ("builtins", "math", "cmath", "operator", "numpy", "numba")
 _VERSIONS = f"python {sys.version_info[:3]} numba {numba.__version__} llvmlite {llvmlite.__version__} numpy {np.__version__}"
 # Settings of numba that change machine code.
 _SETTINGS = ("BOUNDSCHECK", "OPT", "LOOP_VECTORIZE", "SLP_VECTORIZE", "DEBUGINFO_DEFAULT")
-# Compilers whose machine code follows from what is looked at here: numba's, and those that `jit` chooses by its options.
-_COMPILERS = (Compiler, EntryCompiler, IntermediateCompiler)
 _MISSING = object()
 _settings: Any = numba_config
 
@@ -121,6 +118,13 @@ def is_of_package(function: Any) -> bool:
     return str(getattr(function, "__module__", "")).split(".")[0] == __name__.split(".")[0]
 
 
+@lru_cache
+def _pipeline_text(pipeline: type) -> str:
+    """Return what a compiler of this package does: its name, and the source that it is in."""
+    source = inspect.getsource(sys.modules[pipeline.__module__])
+    return f"{pipeline.__qualname__} {hashlib.sha256(source.encode()).hexdigest()}"
+
+
 class _Unknown(Exception):
     """A value has no fingerprint."""
 
@@ -150,11 +154,15 @@ class _Walk:
         self.parts += [
             repr(sorted(dispatcher.targetoptions.items())),
             repr(dispatcher._compiler.locals),
-            dispatcher._compiler.pipeline_class.__name__,
             _code_text(function.__code__),
         ]
-        if _imports(function.__code__) or dispatcher._compiler.pipeline_class not in _COMPILERS:
-            self._give_up(function, "import or pipeline", "not a value")
+        if _imports(function.__code__):
+            self._give_up(function, "import", "not a value")
+        pipeline = dispatcher._compiler.pipeline_class
+        if pipeline is not Compiler and not is_of_package(pipeline):
+            self._give_up(function, "pipeline", "not a value")
+        elif pipeline is not Compiler:
+            self.parts.append(_pipeline_text(pipeline))
         for name, look_up in _references(function):
             self._refer(function, name, look_up, own)
 
