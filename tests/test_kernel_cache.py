@@ -150,6 +150,15 @@ def test_like_functions_of_two_processes_stay_apart_in_a_third(tmp_path: Path) -
     assert run(both, tmp_path, environment={"K": "3"}).stdout.split() == ["3.0", "5.0", "1"]
 
 
+def test_intermediate_code_is_read_from_disk_into_another_caller(tmp_path: Path) -> None:
+    text = "from granular_env.components.support.jit import internal, jit\n@internal\ndef inner(x):\n    return 2.0 * x\n"
+    callers = "@jit\ndef first(x):\n    return inner(x)\n@jit\ndef second(x):\n    return inner(x) + 1.0\n"
+    write(tmp_path, {"called.py": text + callers})
+    run("import called; called.first(1.0)", tmp_path)
+    again = run("import called; print(called.second(1.0), sum(called.inner.stats.cache_hits.values()))", tmp_path)
+    assert again.stdout.split() == ["3.0", "1"]
+
+
 class Level(enum.IntEnum):
     """A global of the functions below."""
 
