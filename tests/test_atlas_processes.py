@@ -187,8 +187,7 @@ def test_a_context_counts_the_runs_of_an_entry(tmp_path):
 def test_the_bar_goes_by_the_work_and_names_what_is_computed_at_80_columns(tmp_path):
     code = (
         "import sys\nfrom granular_env.cli import main\n"
-        f"main(['atlas', 'nesterenko-1983', '--out', {str(tmp_path)!r}, '--only', '3.4-losses', '--only', '3.4-piston',"
-        " '--set', 'N=120'])"
+        f"main(['atlas', 'nesterenko-1983', '--out', {str(tmp_path)!r}, '--only', '3.4-losses', '--only', '3.4-piston'])"
     )
     status, written = run_in_terminal(["-c", code], 80)
     lines = [line for line in seen_lines(written) if re.search(r"\d %", line)]
