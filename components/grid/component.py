@@ -10,7 +10,8 @@ import numpy as np
 
 from ..balances import Balance
 from ..component import Component
-from ..contract import EventDetail, Variable
+from ..contract import Variable
+from ..events import EventDetail
 from ..drawables import Cells, Drawable, Points
 from ..errors import ParameterError, StepError
 from ..inputs import Held
