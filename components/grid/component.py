@@ -10,9 +10,10 @@ import numpy as np
 
 from ..balances import Balance
 from ..component import Component
-from ..contract import EventDetail, Variable
+from ..contract import Variable
 from ..drawables import Cells, Drawable, Points
 from ..errors import ParameterError, StepError
+from ..events import EventDetail
 from ..inputs import Held
 from ..materials.elastic import Material, material
 from ..profiles import CompiledProfile
