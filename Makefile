@@ -64,6 +64,7 @@ docs: .venv/.docs ## the documentation with the atlases of the papers, in site/
 	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict --quiet
 	$(BIN)/granular-env atlas nesterenko-1983 --out site/atlas/nesterenko-1983
 	$(BIN)/granular-env atlas psakhie-2003 --out site/atlas/psakhie-2003
+	$(BIN)/granular-env atlas gato-shie-2010 --out site/atlas/gato-shie-2010
 	@echo "site/index.html"
 
 install-hooks: .venv/.dev ## run the checks before each commit

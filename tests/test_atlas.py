@@ -365,7 +365,7 @@ def test_without_a_paper_all_are_listed(capsys):
 
 
 def test_unknown_papers(tmp_path):
-    assert atlas.names() == ["nesterenko-1983", "psakhie-2003"]
+    assert atlas.names() == ["gato-shie-2010", "nesterenko-1983", "psakhie-2003"]
     with pytest.raises(ParameterError, match="nesterenko-1983"):
         atlas.paper("nesterenko")
     with pytest.raises(GranularError, match="cannot be written"):

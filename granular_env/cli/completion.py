@@ -45,7 +45,7 @@ def papers(ctx: click.Context, param: click.Parameter, begun: str) -> list[Compl
     """Complete the names of papers that have an atlas."""
     from granular_env.domains import DOMAINS
 
-    return _beginning({paper: "" for domain in DOMAINS.values() for paper in domain.papers}, begun)
+    return _beginning({paper: "" for paper in sorted(paper for domain in DOMAINS.values() for paper in domain.papers)}, begun)
 
 
 def files(ctx: click.Context, param: click.Parameter, begun: str) -> list[CompletionItem[str]]:

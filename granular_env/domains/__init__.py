@@ -77,7 +77,10 @@ DOMAINS: dict[str, Domain] = {
     "coupled": Domain(papers={"psakhie-2003": "granular_env.domains.coupled.psakhie_2003:PAPER"}),
     "discs": Domain(environments="granular_env.domains.discs.tasks:ENVIRONMENTS"),
     "grid": Domain(environments="granular_env.domains.grid.tasks:ENVIRONMENTS"),
-    "tube": Domain(environments="granular_env.domains.tube.tasks:ENVIRONMENTS"),
+    "tube": Domain(
+        environments="granular_env.domains.tube.tasks:ENVIRONMENTS",
+        papers={"gato-shie-2010": "granular_env.domains.tube.gato_shie_2010:PAPER"},
+    ),
 }
 """Name of a component in the catalogue -> what its domain offers."""
 

@@ -1,0 +1,66 @@
+"""The paper's notched tubes, as experiments: the gas of the whole tube, and the piece of the wall around the notch."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from granular_env.atlas.context import Context
+
+# Nodes of the whole tube, and the factor that cracks are drawn for; the paper's factor.
+NODES, FACTOR, PAPER_FACTOR = 5000, 1.6, 3.0
+YIELD_STRESS = 275e6
+# Inner radius and wall; depth of the notch, and width, which the paper does not print [m].
+RADIUS, WALL, DEPTH, WIDTH = 0.01975, 0.89e-3, 0.6e-3, 0.5e-3
+INCH = 0.0254
+# Detonation tube and specimen [m]; the piece of it that is a shell, with the notch in its middle.
+LENGTH, MIDDLE, PIECE = 2.13, 1.825, 0.16
+POSITION = MIDDLE - 0.5 * PIECE
+PRESSURE = 180e3
+# When the front is at the middle of the notch, about; how long the runs are [s].
+ARRIVAL, DURATION = 7.7e-4, 9.2e-4
+_EVERY = 1e-5
+_LAYERS = 3
+# Planes along the piece over those around its half.
+_ASPECT = 1.4
+_CELLS, _SPARK = 710, 1e7
+HOURGLASS = 0.05
+RECORDED = ("shell_surface_stress", "shell_surface_displacement", "shell_surface_links", "shell_pieces", "radial_displacement")
+
+
+def counts(nodes: float) -> tuple[int, int]:
+    """Return the planes along the piece, and around its half, of a whole tube with so many nodes."""
+    around = math.sqrt(0.5 * nodes / (_LAYERS * _ASPECT))
+    return round(_ASPECT * around), round(around)
+
+
+def notched_tube(
+    context: Context, inches: int, factor: float, *, nodes: float | None = None, hourglass: float = HOURGLASS
+) -> dict[str, Any]:
+    """Return the experiment of a notch so long.
+
+    Args:
+        context: of the atlas; its refinement divides the step of the shell.
+        inches: length of the notch.
+        factor: of the criterion of fracture.
+        nodes: of the whole tube; default: the page's.
+        hourglass: stiffness that stabilises columns, in that of the material.
+    """
+    along, around = counts(context.constants["nodes"] if nodes is None else nodes)
+    notch = {"length": inches * INCH, "depth": DEPTH, "width": WIDTH}
+    body = {"name": "tube", "length": PIECE, "along": along, "around": around, "half": True, "notch": notch}
+    gas = {
+        "length": LENGTH, "cells": _CELLS, "cross_section": 0.5 * math.pi * RADIUS * RADIUS, "initial_pressure": PRESSURE,
+        "right": "absorbing", "ignition_zone": [0.0, 0.012],
+    }  # fmt: skip
+    shell = {
+        "body": body, "material": "thermoviscoplastic", "boundaries": {"start": "symmetry", "end": "symmetry"},
+        "fracture": {"name": "principal_stress", "factor": factor}, "hourglass": hourglass,
+    }  # fmt: skip
+    return {
+        "name": f"notch-{inches}-in",
+        "duration": DURATION,
+        "component": {"type": "tube", "position": POSITION, "coupling": "one_way", "gas": gas, "shell": shell},
+        "input": {"gas_ignition_power": {"profile": "half_sine", "peak": _SPARK * PRESSURE / 1e5, "duration": 1e-5}},
+        "record": {"every": _EVERY, "variables": list(RECORDED)},
+    }

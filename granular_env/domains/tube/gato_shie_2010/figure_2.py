@@ -1,0 +1,38 @@
+"""Figure 2: the notch of one inch."""
+
+from __future__ import annotations
+
+from granular_env.atlas.context import Context
+from granular_env.atlas.model import Entry, Findings
+
+from .crack_statements import as_printed, crack_outcome, cracks, picture, runs_beyond, turns
+
+_INCHES = 1
+
+
+def compute(context: Context) -> Findings:
+    """Run it with the paper's factor and with the page's."""
+    one = crack_outcome(context, _INCHES)
+    part = one.around()
+    statements = [
+        ("first", "straight on", runs_beyond(one, _INCHES)),
+        ("then", "around the tube", turns(one)),
+        ("end", "stops at about 3/4 of the circumference", 0.6 < part < 0.9),
+    ]
+    return Findings(
+        [as_printed(context, _INCHES, "hoop crack"), cracks(context, _INCHES, "figure 2", statements)],
+        [picture(context, _INCHES, "figure-2", "Figure 2: notch of 1 in")],
+    )
+
+
+ENTRY = Entry(
+    "figure-2",
+    "Results",
+    "Figure 2: the short notch, 1 in",
+    "“In the case of the short notch, as in the experiment, the crack first ran straight; nearer to the front of the "
+    "detonation it "
+    "curved and ran at an angle of 45°, and then went on around the tube.” It stopped after about 3/4 of the circumference.",
+    compute,
+    weight=60.0,
+    runs=3,
+)

@@ -1,0 +1,115 @@
+"""The outcome of a run: how near a tube came to parting, how far cracks ran along and around it, and in words."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+
+import numpy as np
+import numpy.typing as npt
+
+from granular_env.atlas.context import Context
+from granular_env.components.drawables import Cells, Links, Points
+from granular_env.components.support.arrays import FloatArray
+from granular_env.recording.replay.log import Log
+
+from .cases import INCH, MIDDLE, notched_tube
+
+_SEVERED = 0.98
+# Cracks that are shorter than this part of the circumference do not count as turned.
+_TURNED = 0.05
+
+
+@dataclasses.dataclass(frozen=True)
+class Outcome:
+    """A tube at the end of its run.
+
+    Attributes:
+        x: of the nodes of the outer surface, from the middle of the notch, shape (s,) [m].
+        arc: their angle from the notch, shape (s,) [rad], 0 to pi.
+        stress: equivalent stress at these, shape (s,) [Pa].
+        pairs: indices of neighbours in the surface, shape (links, 2).
+        cut: whether a crack lies between them, shape (links,).
+        ratio: the largest principal stress over its limit so far; 0 where it stayed below a half.
+        nearest: where that was: from the middle of the notch [m], and its angle from the notch [rad].
+        pieces: how many there are.
+        parted: how many points have parted.
+    """
+
+    x: FloatArray
+    arc: FloatArray
+    stress: FloatArray
+    pairs: npt.NDArray[np.int64]
+    cut: npt.NDArray[np.bool_]
+    ratio: float
+    nearest: tuple[float, float]
+    pieces: float
+    parted: float
+
+    def crosses_axis(self) -> npt.NDArray[np.bool_]:
+        """Return of each pair whether its nodes lie behind one another along the tube: a crack between them runs around it."""
+        x, arc = self.x[self.pairs], self.arc[self.pairs]
+        return np.abs(np.diff(x, axis=1)[:, 0]) > np.abs(np.diff(arc, axis=1)[:, 0]) * 1e-6
+
+    def around(self) -> float:
+        """Return the largest part of the circumference that a crack takes at one place along the tube."""
+        chosen = self.crosses_axis()
+        middle = np.round(self.x[self.pairs].mean(axis=1)[chosen], 9)
+        angles = np.unique(np.round(self.arc, 9))
+        between = 0.5 * (angles[1:] + angles[:-1])
+        widths = np.diff(np.concatenate([angles[:1], between, angles[-1:]]))
+        own = widths[np.searchsorted(angles, np.round(self.arc[self.pairs[chosen, 0]], 9))]
+        lengths = own * self.cut[chosen]
+        return max(
+            (float(lengths[middle == place].sum() / own[middle == place].sum()) for place in np.unique(middle)), default=0.0
+        )
+
+    def along(self) -> float:
+        """Return how far cracks run along the tube beside the notch, from the first to the last [m]; 0 where none does."""
+        chosen = ~self.crosses_axis() & self.cut
+        places = self.x[self.pairs].mean(axis=1)[chosen]
+        return float(np.ptp(places)) if len(places) else 0.0
+
+    @property
+    def words(self) -> str:
+        """Return the outcome in words: whole, axial crack, hoop crack, severed."""
+        if not self.cut.any():
+            return "whole"
+        part = self.around()
+        if part > _SEVERED:
+            return "severed"
+        return "axial crack" if part < _TURNED else "hoop crack"
+
+
+def outcome(
+    context: Context, inches: int, factor: float, *, nodes: float | None = None, hourglass: float | None = None
+) -> Outcome:
+    """Run a notched tube, or read its log; see `notched_tube`."""
+    changes = {} if hourglass is None else {"hourglass": hourglass}
+    return read_outcome(context.run(notched_tube(context, inches, factor, nodes=nodes, **changes)))
+
+
+def read_outcome(log: Log, time: float | None = None) -> Outcome:
+    """Return what became of a tube until a time, by default the end of its log."""
+    [surface] = [one for one in log.drawables if isinstance(one, Cells) and one.name == "surface"]
+    [nodes] = [one for one in log.drawables if isinstance(one, Points) and one.name == "nodes"]
+    [links] = [one for one in log.drawables if isinstance(one, Links)]
+    late = float(log.times("shell_pieces")[-1]) if time is None else time
+    # Links name the nodes of the body, the surface has numbers of its own.
+    number = {tuple(place): k for k, place in enumerate(np.round(surface.nodes, 9).tolist())}
+    of_node = [number.get(tuple(place), -1) for place in np.round(nodes.reference, 9).tolist()]
+    report = log.metadata["report"]
+    ratio = float(report.get("shell: largest fracture ratio so far, above 0.5", 0.0))
+    place = float(report.get("shell: along the body, m", 0.0)) - 0.5 * float(np.ptp(surface.nodes[:, 0]))
+    return Outcome(
+        surface.nodes[:, 0] - MIDDLE, np.arctan2(surface.nodes[:, 1], surface.nodes[:, 2]),
+        np.asarray(log.get("shell_surface_stress", late)), np.asarray(of_node)[links.pairs],
+        np.asarray(log.get("shell_surface_links", late)) == 0.0, ratio,
+        (place, float(report.get("shell: angle around, rad", math.nan))), float(log.get("shell_pieces", late)),
+        float(report.get("shell: points that have parted", 0.0)),
+    )  # fmt: skip
+
+
+def in_notch(inches: int, place: tuple[float, float]) -> bool:
+    """Tell whether a place lies in the notch or within a tenth of an inch of its ends."""
+    return abs(place[0]) <= (0.5 * inches + 0.1) * INCH and abs(place[1]) < 0.1
