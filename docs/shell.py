@@ -1,4 +1,4 @@
-"""Draws the picture of shell.md: ``python docs/shell.py``."""
+"""Draws the pictures of shell.md: ``python docs/shell.py``."""
 
 from pathlib import Path
 from typing import Any
@@ -6,6 +6,7 @@ from typing import Any
 import appearance
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.collections import PolyCollection
 
 import granular_env as ge
 from granular_env.components.shell.theory import breathing_frequency, lame_displacement
@@ -14,6 +15,16 @@ from granular_env.viewing import figure_style
 IMAGES = Path(__file__).parent / "images"
 DARK_RED, BLUE = "#c1121f", "#274c77"
 TIMES = (1e-5, 3e-5)
+# A piece of the tube with a notch in the middle.
+NOTCHED = {
+    "body": {
+        "name": "tube", "length": 0.02, "along": 25, "around": 90,
+        "notch": {"length": 0.008, "depth": 0.0006, "width": 0.0005},
+    },
+    "material": "thermoviscoplastic",
+    "fracture": {"name": "principal_stress", "factor": 1.3},
+    "boundaries": {"start": "clamped", "end": "clamped"},
+}  # fmt: skip
 
 
 def show_breathing(axes: Axes) -> None:
@@ -67,5 +78,55 @@ def breathing_and_impact() -> None:
     appearance.save(figure, IMAGES / "shell.png", colours=128)
 
 
+def whole_cells(solid: Any) -> np.ndarray:
+    """Return the corners of the cells of the outer surface that no crack crosses, as numbers of columns."""
+    cells, _, _, links = solid.drawables()
+    column = {int(node): number for number, node in enumerate(solid.surface_nodes)}
+    cut = {frozenset(column[int(node)] for node in pair) for pair in links.pairs[solid.get("surface_links") == 0.0]}
+    corners = cells.connectivity
+    kept = [not any(frozenset((a, b)) in cut for a, b in zip(cell, np.roll(cell, -1), strict=True)) for cell in corners]
+    return corners[kept]
+
+
+def show_cells(axes: Axes, x: np.ndarray, y: np.ndarray, cells: np.ndarray, values: np.ndarray, most: float) -> Any:
+    """Draw cells in the plane, coloured by the mean of their corners."""
+    shapes = np.stack([x[cells], y[cells]], axis=-1)
+    drawn = PolyCollection(list(shapes), array=values[cells].mean(axis=1), cmap="YlOrRd", edgecolors="0.35", linewidths=0.25)
+    drawn.set_clim(0.0, most)
+    axes.add_collection(drawn)
+    axes.set(aspect="equal", facecolor="white")
+    return drawn
+
+
+@figure_style.with_style
+def cracks() -> None:
+    """Draw the shipped ring in pieces, and a tube whose notch has torn open, unrolled."""
+    figure = figure_style.new_figure(11.0, 4.2)
+    left, right = figure.subplots(1, 2, width_ratios=[1.0, 1.0])
+    ring: Any = ge.run("gato-shie-2010/expanding-ring", overrides={"record.variables": ["pieces"]}).component
+    place = 1e3 * (ring.nodes[ring.surface_nodes] + ring.get("surface_displacement"))
+    # Seen along its axis the ring is its wall: the cells are drawn a little towards the eye.
+    away = 1.0 + 0.06 * place[:, 0] / place[:, 0].max()
+    strain = ring.get("surface_plastic_strain")
+    drawn = show_cells(left, place[:, 1] * away, place[:, 2] * away, whole_cells(ring), strain, 0.3)
+    left.set(xlim=(-34.0, 34.0), ylim=(-34.0, 34.0), xlabel="y [mm]", ylabel="z [mm]")
+    left.set_title(f"a ring in {ring.get('pieces'):.0f} pieces after 50 µs")
+    figure.colorbar(drawn, ax=left, label="plastic strain", shrink=0.8)
+    tube: Any = ge.make("shell", **NOTCHED)
+    tube.step(3e-5, pressure=5e6)
+    place = 1e3 * (tube.nodes[tube.surface_nodes] + tube.get("surface_displacement"))
+    turned = np.arctan2(place[:, 1], place[:, 2])
+    radius = 20.64
+    cells = whole_cells(tube)
+    cells = cells[np.ptp(turned[cells], axis=1) < 1.0]
+    stress = 1e-6 * tube.get("surface_stress")
+    drawn = show_cells(right, place[:, 0], radius * turned, cells, stress, 400.0)
+    right.set(xlim=(-5.5, 25.5), ylim=(-15.0, 15.0), xlabel="along the tube [mm]", ylabel="around [mm]")
+    right.set_title("a notched tube, 5 MPa, after 30 µs")
+    figure.colorbar(drawn, ax=right, label="equivalent stress [MPa]", shrink=0.8)
+    appearance.save(figure, IMAGES / "shell-fracture.png", colours=128)
+
+
 if __name__ == "__main__":
     breathing_and_impact()
+    cracks()

@@ -18,6 +18,7 @@ import numpy as np
 import pytest
 from numba.core import config as numba_config
 
+from granular_env.components.detonation.kernels import advance, flow
 from granular_env.components.errors import ParameterError
 from granular_env.components.support import kernel_cache
 from granular_env.components.support.addresses import address
@@ -39,6 +40,13 @@ def run(code: str, folder: Path, *, cache: Path | None = None, **options: Any) -
     )
     assert done.returncode == 0, done.stderr
     return done
+
+
+def test_kernels_of_the_package_are_kept_on_disk() -> None:
+    """Those with an entry from Python, and those that only kernels call; see `code_libraries`."""
+    for kernel in (advance, flow):
+        assert fingerprint(kernel).unknown is None
+        assert fingerprint(kernel).key == fingerprint(kernel).key is not None
 
 
 def write(folder: Path, files: dict[str, str]) -> None:

@@ -11,7 +11,7 @@ import pytest
 from support.solid_tools import RADIUS, WALL, frequency
 
 import granular_env as ge
-from granular_env.components.shell.theory import breathing_frequency, lame_displacement
+from granular_env.components.shell.theory import breathing_frequency, lame_displacement, mott_fragments
 
 
 def test_the_tube_breathes_and_its_log_replays(tmp_path: Path) -> None:
@@ -53,3 +53,28 @@ def test_a_rod_that_hits_a_wall_mushrooms() -> None:
     energy, momentum, _ = rod.balances()
     assert abs(energy.residual) < 0.01 * energy.initial
     assert momentum.entries["wall_impulse"][0] > -momentum.initial[0]  # type: ignore[index]
+
+
+def test_a_ring_flies_apart_into_about_as_many_pieces_as_mott_counts(tmp_path: Path) -> None:
+    path = tmp_path / "ring.mcap"
+    ring: Any = ge.run("gato-shie-2010/expanding-ring", log=path, overrides={"record.variables": ["pieces"]}).component
+    first = ring.events("point_parted")[0].tick * ring.step_size
+    place, velocity = ring.nodes + ring.get("displacement"), ring.get("velocity")
+    outwards = (place[:, 1:] * velocity[:, 1:]).sum() / (place[:, 1:] ** 2).sum()
+    # When it parts, at a strain of 0.2 at most: the speed is that of the pieces, in which little energy is left.
+    radius = 1.15 * (RADIUS + 0.5 * WALL)
+    rate = outwards * np.sqrt((place[:, 1:] ** 2).sum(axis=1)).mean() / radius
+    # Each of the 3 * 128 columns parts at a strain from 0.14 to 0.26; the law at such a strain and rate.
+    begun = 3 * 128 / (2.0 * math.pi * radius * 0.12)
+    flow = 275e6 * (1.0 + 0.15 / 0.001) ** 0.07 * (rate / 1e-3) ** 0.01
+    expected = mott_fragments(radius, rate, flow, 2719.0, begun)
+    assert 8.0 < expected < 20.0
+    assert ring.get("pieces") == pytest.approx(expected, rel=0.4)
+    assert 1.5e-5 < first < 4e-5
+    # Neither even nor odd columns are preferred.
+    parted = np.unique([event.index // 2 % 128 for event in ring.events("point_parted")])
+    assert abs((parted % 2).mean() - 0.5) < 0.1
+    energy = ring.balances()[0]
+    assert abs(energy.residual) < 1e-4 * energy.supplied["pressure_work"]
+    # A run from the first instant after some cracks gives the same ones.
+    assert ge.verify(path).identical

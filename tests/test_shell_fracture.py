@@ -17,9 +17,12 @@ NOTCH = {"length": 0.002, "depth": 0.0006, "width": 0.0005, "around": 0.003, "di
 BODY = {"name": "plate", "length": 0.012, "width": 0.006, "along": ALONG, "across": ACROSS, "notch": NOTCH}
 PULLED = {
     "body": BODY, "material": "thermoviscoplastic", "boundaries": {"start": "symmetry", "end": "platen"},
-    "fracture": {"name": "principal_stress", "factor": 1.3}, "step_size": 4e-8,
+    "fracture": {"name": "principal_stress", "factor": 1.2}, "step_size": 3.5e-8,
 }  # fmt: skip
 SPEED = 12.0
+
+
+TICKS = 300
 
 
 def pulled_plate(**changes: Any) -> Any:
@@ -40,7 +43,7 @@ def broken_plate() -> Any:
     while plate.event_count < 5:
         plate.step(plate.step_size, end_velocity=SPEED)
     early = plate.save().to_bytes()
-    plate.step(400 * plate.step_size)
+    plate.step(TICKS * plate.step_size)
     return plate, early, plate.save().to_bytes()
 
 
@@ -53,7 +56,7 @@ def test_a_plate_breaks_in_two_at_its_notch() -> None:
     assert parted[np.abs(along - 0.006) < 0.0016].sum() > 0.66 * parted.sum()
     first = plate.events("point_parted")[0]
     assert along[first.index // (2 * ACROSS)] == pytest.approx(0.006)
-    assert first.limit == pytest.approx(1.3 * 275e6)
+    assert first.limit == pytest.approx(1.2 * 275e6)
     assert first.limit < first.value < 1.1 * first.limit
     assert plate.get("crack_length") > 0.006
     moved = plate.nodes + plate.get("displacement")
@@ -61,12 +64,25 @@ def test_a_plate_breaks_in_two_at_its_notch() -> None:
     # Both halves move as wholes, apart.
     opened = x[-1].mean() - x[0].mean() - 0.012
     area = plate.get("crack_area").sum()
-    assert opened > 1e-4
+    assert opened > 5e-5
     assert area == pytest.approx(opened * 0.006, rel=0.3)
     report = plate.report()
     assert report["pieces"] == 2.0
     assert report["along the body, m"] == pytest.approx(0.006, abs=0.0025)
     assert report["largest fracture ratio so far, above 0.5"] > 1.0
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("factor", [1.2, 1.3])
+@pytest.mark.parametrize("hourglass", [0.02, 0.05, 0.1])
+def test_the_outcome_does_not_hang_on_the_hourglass_control(hourglass: float, factor: float) -> None:
+    plate = pulled_plate(hourglass=hourglass, fracture={"name": "principal_stress", "factor": factor})
+    while plate.get("pieces") < 2.0 and plate.time < 4e-5:
+        plate.step(20 * plate.step_size, end_velocity=SPEED)
+    assert plate.get("pieces") == 2.0
+    along = plate.lattice.axes[0].positions
+    parted = cracked_columns(plate)
+    assert parted[np.abs(along - 0.006) < 0.0016].any(axis=0).all()
 
 
 def test_the_energy_of_a_breaking_body_closes() -> None:
@@ -84,14 +100,14 @@ def test_a_breaking_run_goes_on_bit_for_bit_from_any_snapshot() -> None:
     _, early, end = broken_plate()
     other = pulled_plate()
     other.restore(ge.Snapshot.from_bytes(early))
-    for ticks in (1, 1, 2, 96, 300):
+    for ticks in (1, 1, 2, 96, TICKS - 100):
         other.step(ticks * other.step_size)
     assert other.save().to_bytes() == end
     # Back before most cracks, and on again: what followed from them is made anew.
     other.restore(ge.Snapshot.from_bytes(early))
     assert cracked_columns(other).sum() < 6.0
     assert other.get("pieces") == 1.0
-    other.step(400 * other.step_size)
+    other.step(TICKS * other.step_size)
     assert other.save().to_bytes() == end
 
 
@@ -104,7 +120,7 @@ def test_a_step_that_fails_takes_its_cracks_back() -> None:
         other.step(100 * other.step_size, end_velocity=1e6)
     np.testing.assert_array_equal(other.get("cracks"), cracks)
     np.testing.assert_array_equal(other.get("displacement"), displacement)
-    other.step(400 * other.step_size)
+    other.step(TICKS * other.step_size)
     assert other.save().to_bytes() == end
     other.reset()
     assert other.get("cracks").sum() == other.event_count == 0
@@ -140,7 +156,7 @@ def test_a_bar_breaks_where_it_is_weakest() -> None:
     law = {"name": "principal_stress", "stress": 1e8, "scatter": 0.1, "seed": 5}
     edges = {"start": "symmetry", "end": "platen"}
     material = {"name": "elastic", **ALUMINIUM, "poisson": 0.0}
-    bar: Any = ge.make("shell", body=body, material=material, boundaries=edges, fracture=law, step_size=5e-8)
+    bar: Any = ge.make("shell", body=body, material=material, boundaries=edges, fracture=law, step_size=4e-8)
     # Nearly as far as the weakest column bears at the start.
     bar.reset(nodal_displacement=bar.nodes * [0.88e8 / 69e9, 0.0, 0.0], nodal_velocity=bar.nodes * [0.1 / 0.012, 0.0, 0.0])
     while bar.get("pieces") < 2.0 and bar.time < 2e-5:

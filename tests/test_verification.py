@@ -271,6 +271,8 @@ def _with_other_snapshot(why: int) -> Callable[[Record], Record]:
         snapshot = Snapshot.from_bytes(old.arrays["snapshot"].tobytes())
         memory = snapshot.memory.copy()
         words = memory.view(np.int64)
+        if not words.any():  # of the start before the reset, where that was written in time
+            return old
         words[np.flatnonzero(words)[0]] ^= 1
         other = Snapshot(snapshot.identity, snapshot.tick, memory.tobytes(), snapshot.inputs)
         return changed(old, snapshot=np.frombuffer(other.to_bytes(), dtype=np.uint8))

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Callable, Iterable, Mapping
-from typing import Any, TypeVar
+from typing import Any
 
 import numpy as np
 
@@ -25,6 +24,7 @@ from ..grid import layout
 from ..grid.component import Grid
 from ..grid.mesh import IntArray
 from ..inputs import Held
+from ..parts import make_part, part_drawable, part_readers, part_values, part_variables
 from ..support.arrays import FloatArray
 from . import sums, threads
 from .advance import BREAK, DONE, INVERTED, MICRO, PROGRESS, ROW, SEARCH, TOO_FAST, advance
@@ -53,8 +53,6 @@ _PART_ENERGIES = ("grid_kinetic_energy", "grid_elastic_energy", "automata_kineti
 # What `_advance` returns, beside `advance.INVERTED`, where the automata cannot go on: this and their own status.
 _AUTOMATA_FAILED = 16
 
-Part = TypeVar("Part", Grid, Automata)
-
 
 class Coupled(Component):
     """A grid and movable cellular automata that share an interface: Psakhie et al. (2003), section 2.3.
@@ -74,13 +72,11 @@ class Coupled(Component):
         return Grid.memory_needed(parameters.grid) + Automata.memory_needed(parameters.automata)
 
     def _build(self) -> None:
-        p = self.parameters
-        self._given = {"grid": p.grid.model_dump(), "automata": p.automata.model_dump()}
         # Built by themselves first: their frequencies bound the step, and the size of their states is known then.
-        grid, automata = self._make_part(Grid, "grid"), self._make_part(Automata, "automata")
+        grid, automata = make_part(Grid, self, "grid"), make_part(Automata, self, "automata")
         ties = self._find_interface(grid, automata)
         frequency = automata.largest_frequency if ties is None else automata.tied_frequency(ties)
-        chosen = choose_steps(p, 2.0 / grid.highest_frequency, 2.0 / frequency)
+        chosen = choose_steps(self.parameters, 2.0 / grid.highest_frequency, 2.0 / frequency)
         self.step_size, self.micro_steps = chosen.step, chosen.micro
         self.grid_step_part, self.automata_step_part = chosen.grid_part, chosen.automata_part
         self._lay_out_state(grid, automata, ties)
@@ -91,15 +87,6 @@ class Coupled(Component):
         self._has_two_halves = not yielding and threads.are_worth_it(cells, self.automata.count, self.micro_steps)
         self.grid.attach(self.carried_mass, 2 if self._has_two_halves else 1)
         self._make_parts()
-
-    def _make_part(self, kind: type[Part], name: str, **changes: Any) -> Part:
-        """Return one of the parts; what is wrong with its parameters is told as of this component."""
-        try:
-            return kind(**{**self._given[name], **changes})
-        except ParameterError as error:
-            raise ParameterError(
-                *(dataclasses.replace(fault, source=f"component {self.name!r}").within(name) for fault in error.faults)
-            ) from None
 
     def _find_interface(self, grid: Grid, automata: Automata) -> Ties | None:
         """Find the interface; return the faces of automata that it carries along, None where there are none."""
@@ -128,8 +115,8 @@ class Coupled(Component):
             exchange=("f8", (EXCHANGE_TALLY,)), start=("f8", (4,)),
         )  # fmt: skip
         micro = self.step_size / self.micro_steps
-        self.grid = self._make_part(Grid, "grid", step_size=self.step_size, memory=self._block["grid"])
-        self.automata = self._make_part(Automata, "automata", step_size=micro, memory=self._block["automata"])
+        self.grid = make_part(Grid, self, "grid", step_size=self.step_size, memory=self._block["grid"])
+        self.automata = make_part(Automata, self, "automata", step_size=micro, memory=self._block["automata"])
         if ties is not None:
             self.automata.steps.tie(ties)
         self._include(self.grid, "grid")
@@ -171,9 +158,7 @@ class Coupled(Component):
 
     def _declare(self) -> Iterable[Variable]:
         for prefix, part in (("grid", self.grid), ("automata", self.automata)):
-            for variable in part.declared():
-                text = f"{prefix}: {variable.description}"
-                yield dataclasses.replace(variable, name=f"{prefix}_{variable.name}", description=text)
+            yield from part_variables(prefix, part)
         for name in _PART_ENERGIES:
             text = f"{name.replace('_', ' ')}; of interface nodes with the mass of this part"
             yield Variable(name, "output", "J", (), text)
@@ -203,9 +188,7 @@ class Coupled(Component):
         for name in _PART_ENERGIES:
             found[name] = lambda name=name: self._part_energies()[name]
         for prefix, part in (("grid", self.grid), ("automata", self.automata)):
-            for variable in part.declared():
-                if variable.causality == "output":
-                    found[f"{prefix}_{variable.name}"] = lambda part=part, name=variable.name: part.peek(name)
+            found |= part_readers(prefix, part)
         return found
 
     def _part_energies(self) -> dict[str, float]:
@@ -269,22 +252,15 @@ class Coupled(Component):
         shown: list[Drawable] = []
         for prefix, part in (("grid", self.grid), ("automata", self.automata)):
             for drawable in part.drawables():
-                names: dict[str, Any] = {
-                    key: f"{prefix}_{name}"
-                    for key in ("displacement", "colour", "rotation", "state", "field")
-                    if (name := getattr(drawable, key, ""))
-                }
-                if prefix == "automata" and not isinstance(drawable, Links):
-                    names["reference"] = self.reference
-                shown.append(dataclasses.replace(drawable, **names))
+                moved = prefix == "automata" and not isinstance(drawable, Links)
+                shown.append(part_drawable(prefix, drawable, **({"reference": self.reference} if moved else {})))
         return tuple(shown)
 
     # -- stepping ---------------------------------------------------------------------------------------------------
 
     def _start(self, seed: int | None, values: Mapping[str, FloatArray]) -> Mapping[str, Any]:
         for prefix, part in (("grid", self.grid), ("automata", self.automata)):
-            own = {name.removeprefix(f"{prefix}_"): value for name, value in values.items() if name.startswith(f"{prefix}_")}
-            part.begin(seed, own)
+            part.begin(seed, part_values(prefix, values))
         self._divided = None
         grid, automata = self._grid_part(), self._automata_part
         exchange = self._seam.exchange
@@ -347,8 +323,7 @@ class Coupled(Component):
     def _divide_inputs(self) -> None:
         """Hand each part the inputs that are its own."""
         for prefix, part in (("grid", self.grid), ("automata", self.automata)):
-            held = {name.removeprefix(f"{prefix}_"): v for name, v in self._held.items() if name.startswith(f"{prefix}_")}
-            part.adopt_inputs(held)
+            part.adopt_inputs(part_values(prefix, self._held))
         self._automata_follow_profile = self.automata.follows_profile
         self._divided = self._held
 

@@ -17,7 +17,7 @@ _ITERATIONS = 60
 _SETTLED = 1e-4
 # The highest frequency of a body with cracks over that of a whole one, as measured at most: what sees one side of a crack alone
 # is stiffer.
-CRACKED = 1.35
+CRACKED = 1.5
 # Stiffness of a wall against a node over mass times the highest frequency squared: the step is hardly smaller for it, and a
 # node that bounces loses no energy to the step (with ten times as much 1 % of an impact would be lost).
 WALL_STIFFNESS = 0.05

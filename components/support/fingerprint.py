@@ -28,7 +28,6 @@ from numba.core import config as numba_config
 from numba.core.compiler import Compiler
 from numba.core.dispatcher import Dispatcher
 
-
 # What belongs to these is told by their versions.
 _VERSIONED = ("builtins", "math", "cmath", "operator", "numpy", "numba")
 _VERSIONS = f"python {sys.version_info[:3]} numba {numba.__version__} llvmlite {llvmlite.__version__} numpy {np.__version__}"

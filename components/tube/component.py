@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 import math
 from collections.abc import Callable, Iterable, Mapping
-from typing import Any, TypeVar
+from typing import Any
 
 import numpy as np
 
@@ -17,6 +17,7 @@ from ..detonation.layout import WALL_WORK
 from ..drawables import Cells, Drawable, Points
 from ..errors import Fault, ParameterError, StepError
 from ..inputs import Held
+from ..parts import make_part, part_drawable, part_readers, part_values, part_variables
 from ..profiles import CompiledProfile
 from ..shell.component import Shell
 from ..support.arrays import FloatArray
@@ -31,9 +32,6 @@ _GAS, _SHELL, _WALL = 16, 32, 48
 # A change of the cross-section that a gas in a rigid tube should have felt.
 _LARGE_CHANGE = 0.02
 # Axes that do not count cells, nodes, points or gauges: both parts have them.
-_ENTRIES = ("direction", "entry", "station")
-
-Part = TypeVar("Part", DetonationTube, Shell)
 
 
 class Tube(Component):
@@ -54,37 +52,23 @@ class Tube(Component):
         return DetonationTube.memory_needed(parameters.gas) + Shell.memory_needed(parameters.shell)
 
     def _build(self) -> None:
-        p = self.parameters
-        self._given = {"gas": p.gas.model_dump(), "shell": p.shell.model_dump()}
         # Built by themselves first: they know their steps and how large their states are.
-        gas, shell = self._make_part(DetonationTube, "gas"), self._make_part(Shell, "shell")
+        gas, shell = make_part(DetonationTube, self, "gas"), make_part(Shell, self, "shell")
         self._choose_steps(gas.step_size, shell.step_size)
         stations = shell.parameters.body.counts[0]
         self._lay_out(
             gas=("f8", (gas.memory.size,)), shell=("f8", (shell.memory.size,)), peak_pressure=("f8", (stations,)),
             widening=("f8", (stations,)), tally=("f8", (kernels.TALLY,)), awake=("i8", (1,)),
         )  # fmt: skip
-        self.gas: DetonationTube = self._make_part(
-            DetonationTube, "gas", step_size=self.step_size / self.gas_steps, memory=self._block["gas"]
-        )
-        self.shell: Shell = self._make_part(
-            Shell, "shell", step_size=self.step_size / self.shell_steps, memory=self._block["shell"]
-        )
+        gas_step, shell_step = self.step_size / self.gas_steps, self.step_size / self.shell_steps
+        self.gas: DetonationTube = make_part(DetonationTube, self, "gas", step_size=gas_step, memory=self._block["gas"])
+        self.shell: Shell = make_part(Shell, self, "shell", step_size=shell_step, memory=self._block["shell"])
         self._include(self.gas, "gas", self.gas_steps)
         self._include(self.shell, "shell", self.shell_steps)
         self.interface: Interface = self._find_interface()
         # As the field gives it, which does not pass through the nodes' parameters.
         self._rest_radii: FloatArray = self.shell.get("mean_inner_radius")
         self._make_scratch(stations)
-
-    def _make_part(self, kind: type[Part], name: str, **changes: Any) -> Part:
-        """Return one of the parts; what is wrong with its parameters is told as of this component."""
-        try:
-            return kind(**{**self._given[name], **changes})
-        except ParameterError as error:
-            raise ParameterError(
-                *(dataclasses.replace(fault, source=f"component {self.name!r}").within(name) for fault in error.faults)
-            ) from None
 
     def _choose_steps(self, gas_step: float, shell_step: float) -> None:
         """Set the internal step, and how many steps each part makes in it, from those that they suggest."""
@@ -126,10 +110,7 @@ class Tube(Component):
     def _declare(self) -> Iterable[Variable]:
         stations = len(self.interface.width)
         for prefix, part in (("gas", self.gas), ("shell", self.shell)):
-            for variable in part.declared():
-                axes = tuple(axis if axis in _ENTRIES else f"{prefix} {axis}" for axis in variable.axes)
-                name, text = f"{prefix}_{variable.name}", f"{prefix}: {variable.description}"
-                yield self._declare_output(dataclasses.replace(variable, name=name, description=text, axes=axes))
+            yield from map(self._declare_output, part_variables(prefix, part))
         if self.parameters.vent is not None:
             yield Variable(
                 "vent_area", "input", "m^2", (), "area of the opening at `vent`, through which gas leaves", start=0.0,
@@ -172,9 +153,7 @@ class Tube(Component):
             "exchange_difference": self._exchange_difference,
         }
         for prefix, part in (("gas", self.gas), ("shell", self.shell)):
-            for variable in part.declared():
-                if variable.causality == "output":
-                    found[f"{prefix}_{variable.name}"] = lambda part=part, name=variable.name: part.peek(name)
+            found |= part_readers(prefix, part)
         return found
 
     def _shell_pressure(self) -> FloatArray:
@@ -204,9 +183,8 @@ class Tube(Component):
         self, part: Component, prefix: str, seed: int | None, values: Mapping[str, FloatArray], more: Mapping[str, FloatArray]
     ) -> Mapping[str, Any]:
         """Write the start state of a part; what is wrong with its values is told as of this component."""
-        own = {name.removeprefix(f"{prefix}_"): value for name, value in values.items() if name.startswith(f"{prefix}_")}
         try:
-            return part.begin(seed, {**own, **more})
+            return part.begin(seed, {**part_values(prefix, values), **more})
         except ParameterError as error:
             raise ParameterError(*(_fault_of_part(fault, prefix) for fault in error.faults)) from None
 
@@ -402,16 +380,12 @@ class Tube(Component):
         shift, shown = np.array([self.parameters.position, 0.0, 0.0]), []
         for prefix, part in (("shell", self.shell), ("gas", self.gas)):
             for drawable in part.drawables():
-                names: dict[str, Any] = {
-                    key: f"{prefix}_{name}"
-                    for key in ("displacement", "colour", "state", "field")
-                    if (name := getattr(drawable, key, ""))
-                }
+                moved = {}
                 if prefix == "shell" and isinstance(drawable, Points):
-                    names["reference"] = drawable.reference + shift
+                    moved = {"reference": drawable.reference + shift}
                 if prefix == "shell" and isinstance(drawable, Cells):
-                    names["nodes"] = drawable.nodes + shift
-                shown.append(dataclasses.replace(drawable, **names))
+                    moved = {"nodes": drawable.nodes + shift}
+                shown.append(part_drawable(prefix, drawable, **moved))
         return tuple(shown)
 
 

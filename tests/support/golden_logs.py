@@ -273,7 +273,7 @@ CRACKING = {
     "material": "thermoviscoplastic",
     "fracture": {"name": "principal_stress", "factor": 1.05},
     "boundaries": {"start": "symmetry", "end": "platen"},
-    "step_size": 4e-8,
+    "step_size": 3e-8,
 }  # fmt: skip
 
 

@@ -8,9 +8,10 @@ from typing import Any
 
 import numpy as np
 
-from ...contract import EventDetail, Variable
+from ...contract import Variable
 from ...drawables import Drawable, Links, Points
 from ...errors import ParameterError
+from ...events import EventDetail
 from ...snapshot import EVENT_ROWS, Block
 from ...support.arrays import FloatArray
 from .. import kernels
@@ -265,7 +266,7 @@ class BreakingBody:
         yield Variable("point_displacement", "output", "m", (m, 3), "displacement of the points", axes=("point", "direction"))
         yield Variable(
             "surface_links", "output", "1", (links,), "0 where a crack lies between two neighbouring columns, at the outer "
-            "surface, otherwise 1", minimum=0.0, maximum=1.0, axes=("link",),
+            "surface, or nothing bears one of them, otherwise 1", minimum=0.0, maximum=1.0, axes=("link",),
         )  # fmt: skip
         yield Variable(
             "pieces", "output", "1", (), "pieces of the body that hang together, of such as bear stress", minimum=1.0
@@ -308,10 +309,13 @@ class BreakingBody:
         return np.concatenate(ahead)
 
     def _surface_links(self) -> FloatArray:
-        around = self._assembly.solid.surface.around
-        own, links = np.arange(len(around)), self.cracks.links
-        top = self._assembly.lattice.top_nodes % self._assembly.lattice.shape[2]
-        cut = [links[own, way, top][around[:, side] != own] for way, side in ((0, 1), (1, 3))]
+        around, cracks = self._assembly.solid.surface.around, self.cracks
+        own, top = np.arange(len(around)), self._assembly.lattice.top_nodes % self._assembly.lattice.shape[2]
+        cut = []
+        for way, side in ((0, 1), (1, 3)):
+            after = around[:, side]
+            marked = cracks.links[own, way, np.minimum(top, top[after])] > 0
+            cut.append((marked | ~cracks.borne | ~cracks.borne[after])[after != own])
         return 1.0 - np.concatenate(cut)
 
     def _eroded_mass(self) -> float:

@@ -25,9 +25,11 @@ _BESIDE_NODES, _BESIDE_POINTS = 0.45, 0.05
 # Sides are taken as equal where the sums of what decides on them differ by less than this part.
 _EQUAL = 1e-9
 # A point whose share of the squared frequency would exceed this multiple of the largest one at the start is eroded.
-_STIFFEST = 1.25
+_STIFFEST = 2.0
 # A node that points see less than this part as much as before any crack is loosened: nothing sees it any more.
 _LOOSE = 0.2
+# Part of the yield stress that a point has to bear to part by its strain: one that a crack has unloaded does not.
+_TENSION = 0.5
 # Time for a point that has parted to unload: that of sound over so many of the longest spacings.
 _SPACINGS_TO_UNLOAD = 4.0
 
@@ -71,8 +73,9 @@ class Cracks:
         columns = len(points.volume) // self._through
         along, across, thickness = lattice.axes
         lines = points.lines
+        limits, tension = law.limits(solid.law, columns, self._through), _TENSION * solid.law.yield_stress
         self.judged = Judgement(
-            law.code, law.limits(solid.law, columns, self._through), along.slope(lines[0].at), across.slope(lines[1].at),
+            law.code, limits, tension, along.slope(lines[0].at), across.slope(lines[1].at),
             thickness.slope(lines[2].at), thickness.at(lines[2].at) if lattice.bent else np.ones(self._through),
             np.zeros((len(points.volume), 3)), np.zeros(len(points.volume), dtype=np.int64),
             np.zeros(len(points.volume), dtype=np.int64), self._ticks_to_unload(solid),
@@ -310,7 +313,7 @@ class Cracks:
         blind = np.zeros(len(self._places), dtype=bool)
         blind[self.eroded.astype(np.int64)] = True
         seen = self.visibility
-        label_columns(seen.begin, seen.nodes, seen.hidden, blind, layers, labels, borne)
+        label_columns(seen.begin, seen.nodes, seen.kind, seen.first, seen.values, blind, layers, labels, borne)
         return labels, borne
 
     @property

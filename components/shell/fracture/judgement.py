@@ -29,6 +29,7 @@ class Judgement(NamedTuple):
     Attributes:
         code: of the law.
         limit: at which each point parts, shape (m,).
+        tension: largest principal stress below which nothing parts by its strain [Pa].
         along, across, through: distances of planes at the points along each axis, an angle where the axis is one [m].
         radius: at the points through the thickness, 1 where the body is straight, shape (points through,).
         normal: of the first crack of each point, in index space, shape (m, 3).
@@ -39,6 +40,7 @@ class Judgement(NamedTuple):
 
     code: int
     limit: FloatArray
+    tension: float
     along: FloatArray
     across: FloatArray
     through: FloatArray
@@ -104,7 +106,7 @@ def decisive_value(state, judged, p):
     t = state.stress
     stress, nx, ny, nz = largest_principal(t[p, 0], t[p, 1], t[p, 2], t[p, 3], t[p, 4], t[p, 5])
     if judged.code == PLASTIC_STRAIN:
-        return state.plastic_strain[p] if stress > 0.0 else 0.0, nx, ny, nz
+        return state.plastic_strain[p] if stress > judged.tension else 0.0, nx, ny, nz
     return stress / volume, nx, ny, nz
 
 

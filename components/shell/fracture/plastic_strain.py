@@ -1,4 +1,4 @@
-"""A point in tension parts where its equivalent plastic strain passes a limit."""
+"""A point parts where its plastic strain passes a limit, while its largest principal stress is above half the yield stress."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from .law import FractureLaw
 
 
 class PlasticStrain(FractureLaw):
-    """The equivalent plastic strain decides, where the largest principal stress is tensile."""
+    """The equivalent plastic strain decides, where the largest principal stress is above half the yield stress."""
 
     code: ClassVar[int] = 1
     unit: ClassVar[str] = "1"

@@ -13,9 +13,14 @@ import zlib
 from collections import OrderedDict
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from io import BytesIO
 from pathlib import Path
-from typing import IO
+from typing import IO, Any
 
+from mcap.data_stream import ReadDataStream
+from mcap.exceptions import EndOfFile
+from mcap.opcode import Opcode
+from mcap.records import Channel, Footer, Header, McapRecord, Metadata, MetadataIndex
 from mcap.writer import MCAP0_MAGIC
 
 from ...components.errors import Fault, LogError, Phrase
@@ -23,14 +28,17 @@ from . import PROFILE
 from .limits import Limits
 
 _RECORD = struct.Struct("<BQ")
-_FOOTER = struct.Struct("<QQI")
 _CHUNK = struct.Struct("<QQQII")
+_CHUNK_INDEX = struct.Struct("<QQQQ")
 _MESSAGE = struct.Struct("<HIQQ")
-_HEADER_OP, _FOOTER_OP, _SCHEMA_OP, _CHANNEL_OP, _MESSAGE_OP, _CHUNK_OP, _CHUNK_INDEX_OP, _DATA_END_OP = 1, 2, 3, 4, 5, 6, 8, 15
-_METADATA_OP, _METADATA_INDEX_OP = 12, 13
-_FOOTER_BYTES = _RECORD.size + _FOOTER.size
-# Decompressed chunks that are kept at hand, and what a message's object takes beside its data [bytes].
+# As plain numbers, which compare faster: each message of a log is looked at.
+_CHANNEL_OP, _MESSAGE_OP = int(Opcode.CHANNEL), int(Opcode.MESSAGE)
+_FOOTER_BODY = 20
+_FOOTER_BYTES = _RECORD.size + _FOOTER_BODY
+# The header's first text, the profile, lies within these [bytes].
+_HEADER_BYTES = 256
 NOT_A_LOG = "an MCAP file but no log of granular-env, or its first record is lost"
+# Decompressed chunks that are kept at hand, and what a message's object takes beside its data [bytes].
 _CACHE_BYTES, _OBJECT_BYTES = 64 << 20, 200
 _RECOVER = "`granular-env recover` saves what is intact"
 
@@ -65,6 +73,7 @@ class McapReader:
         self.advice: Phrase = ""
         self._scanned = len(MCAP0_MAGIC)
         self._cache: OrderedDict[int, list[RawMessage]] = OrderedDict()
+        self._cached_bytes = 0
         self._channels: dict[int, str] = {}
         self._metadata: list[tuple[int, int]] = []
         try:
@@ -122,6 +131,7 @@ class McapReader:
             offset, length = self.places[chunk]
             known = self._parse_messages(self._chunk_content(offset, length), length)
             self._cache[chunk] = known
+            self._cached_bytes += _bytes_held(known)
             self._forget()
         self._cache.move_to_end(chunk)
         return known
@@ -137,28 +147,22 @@ class McapReader:
         found = []
         for offset, length in self._metadata:
             opcode, body = next(self._records(memoryview(self._read(offset, length))), (0, memoryview(b"")))
-            if opcode != _METADATA_OP:
+            if opcode != Opcode.METADATA:
                 raise self._damage_error("a Metadata record")
-            name, rest = self._text(body)
-            texts, rest = {}, rest[4:]
-            while rest:
-                key, rest = self._text(rest)
-                texts[key], rest = self._text(rest)
-            found.append((name, texts))
+            record = self._parse(Metadata, body, "a Metadata record")
+            found.append((record.name, record.metadata))
         return found
 
-    def _text(self, data: memoryview) -> tuple[str, memoryview]:
-        """Return a text that follows its length, and the rest of the data."""
+    def _parse(self, kind: type[McapRecord], body: memoryview | bytes, what: str) -> Any:
+        """Return a small record as the `mcap` package reads it; `LogError` where it cannot."""
         try:
-            (length,) = struct.unpack_from("<I", data)
-            return str(data[4 : 4 + length], "utf-8"), data[4 + length :]
-        except (struct.error, UnicodeDecodeError) as error:
-            raise self._damage_error("a Metadata record") from error
+            return kind.read(ReadDataStream(BytesIO(body)))  # type: ignore[attr-defined] - each kind has it, their base has not
+        except (EndOfFile, struct.error, UnicodeDecodeError) as error:
+            raise self._damage_error(what) from error
 
     def _forget(self) -> None:
-        total = sum(map(_bytes_held, self._cache.values()))
-        while total > _CACHE_BYTES and len(self._cache) > 1:
-            total -= _bytes_held(self._cache.popitem(last=False)[1])
+        while self._cached_bytes > _CACHE_BYTES and len(self._cache) > 1:
+            self._cached_bytes -= _bytes_held(self._cache.popitem(last=False)[1])
 
     # -- finding chunks ---------------------------------------------------------------------------------------------
 
@@ -177,21 +181,21 @@ class McapReader:
         for opcode, body in self._records(memoryview(summary)):
             if opcode == _CHANNEL_OP:
                 self._add_channel(body)
-            elif opcode == _CHUNK_INDEX_OP:
-                _, _, offset, length = struct.unpack_from("<QQQQ", body)
+            elif opcode == Opcode.CHUNK_INDEX:
+                # A long log has thousands of these: the package takes five times as long.
+                _, _, offset, length = _CHUNK_INDEX.unpack_from(body)
                 self.places.append((offset, length))
-            elif opcode == _METADATA_INDEX_OP:
-                self._metadata.append(struct.unpack_from("<QQ", body))
+            elif opcode == Opcode.METADATA_INDEX:
+                place = self._parse(MetadataIndex, body, "the index of Metadata records")
+                self._metadata.append((place.offset, place.length))
         self._check_places(start)
 
     def _check_profile(self) -> None:
         """Refuse other programs' files before any chunk of theirs is decompressed."""
         opcode, length = _RECORD.unpack(self._read(len(MCAP0_MAGIC), _RECORD.size))
-        (name_length,) = struct.unpack("<I", self._read(len(MCAP0_MAGIC) + _RECORD.size, 4))
-        expected = PROFILE.encode()
-        if opcode != _HEADER_OP or name_length > length or name_length != len(expected) or (
-            self._read(len(MCAP0_MAGIC) + _RECORD.size + 4, name_length) != expected
-        ):  # fmt: skip
+        begin = len(MCAP0_MAGIC) + _RECORD.size
+        head = self._read(begin, min(length, _HEADER_BYTES, self._size - begin))
+        if opcode != Opcode.HEADER or self._parse(Header, head, "the header").profile != PROFILE:
             raise LogError(NOT_A_LOG, source=f"{str(self.path)!r}")
 
     def _footer(self) -> tuple[int, bytes] | None:
@@ -201,11 +205,12 @@ class McapReader:
             return None
         tail = self._read(end, _FOOTER_BYTES)
         opcode, length = _RECORD.unpack_from(tail)
-        start, _, crc = _FOOTER.unpack_from(tail, _RECORD.size)
-        if opcode != _FOOTER_OP or length != _FOOTER.size or not len(MCAP0_MAGIC) <= start <= end:
+        footer = self._parse(Footer, tail[_RECORD.size :], "the footer")
+        start = footer.summary_start
+        if opcode != Opcode.FOOTER or length != _FOOTER_BODY or not len(MCAP0_MAGIC) <= start <= end:
             raise self._damage_error("the footer")
         summary = self._read(start, end - start)
-        if zlib.crc32(tail[:-4], zlib.crc32(summary)) != crc:
+        if zlib.crc32(tail[:-4], zlib.crc32(summary)) != footer.summary_crc:
             raise self._damage_error("the summary")
         return start, summary
 
@@ -226,10 +231,10 @@ class McapReader:
             if offset + total > self._size:
                 self.damage = f"the record at byte {offset} is cut off"
                 return
-            if opcode in (_DATA_END_OP, _FOOTER_OP):
+            if opcode in (Opcode.DATA_END, Opcode.FOOTER):
                 self._scanned = self._size
                 return
-            if opcode == _CHUNK_OP:
+            if opcode == Opcode.CHUNK:
                 try:
                     self._parse_messages(self._chunk_content(offset, total), total)
                 except LogError as error:
@@ -250,7 +255,7 @@ class McapReader:
         place = f"the chunk at byte {offset}"
         opcode, body_length = _RECORD.unpack_from(data)
         head = _RECORD.size + _CHUNK.size
-        if opcode != _CHUNK_OP or body_length != length - _RECORD.size or length < head + 8:
+        if opcode != Opcode.CHUNK or body_length != length - _RECORD.size or length < head + 8:
             raise self._damage_error(place)
         _, _, size, crc, name_length = _CHUNK.unpack_from(data, _RECORD.size)
         name = data[head : head + name_length]
@@ -300,12 +305,8 @@ class McapReader:
         return messages
 
     def _add_channel(self, body: memoryview) -> None:
-        try:
-            number, _, length = struct.unpack_from("<HHI", body)
-            topic = str(body[8 : 8 + length], "utf-8")
-        except (struct.error, UnicodeDecodeError) as error:
-            raise self._damage_error("a channel") from error
-        if self._channels.setdefault(number, topic) != topic:
+        channel = self._parse(Channel, body, "a channel")
+        if self._channels.setdefault(channel.id, channel.topic) != channel.topic:
             raise self._damage_error("a channel with two topics")
 
     def _records(self, view: memoryview) -> Iterator[tuple[int, memoryview]]:
