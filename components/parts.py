@@ -32,12 +32,19 @@ def make_part(kind: type[Part], owner: Component, name: str, **changes: Any) -> 
         raise ParameterError(*(dataclasses.replace(fault, source=source).within(name) for fault in error.faults)) from None
 
 
-def part_variables(prefix: str, part: Component) -> Iterator[Variable]:
-    """Yield the inputs and outputs of a part, with the names that they have in the whole."""
-    for variable in part.declared():
-        axes = tuple(axis if axis in _ENTRIES else f"{prefix} {axis}" for axis in variable.axes)
-        text = f"{prefix}: {variable.description}"
-        yield dataclasses.replace(variable, name=f"{prefix}_{variable.name}", description=text, axes=axes)
+def part_variables(parts: Mapping[str, Component]) -> Iterator[Variable]:
+    """Yield the inputs and outputs of the parts, given by prefix, with the names that they have in the whole.
+
+    Axes keep their names, but for those that two parts have and that mean something else in each.
+    """
+    declared = {prefix: list(part.declared()) for prefix, part in parts.items()}
+    axes = [{axis for variable in variables for axis in variable.axes} for variables in declared.values()]
+    ambiguous = {axis for axis in set().union(*axes) - set(_ENTRIES) if sum(axis in some for some in axes) > 1}
+    for prefix, variables in declared.items():
+        for variable in variables:
+            names = tuple(f"{prefix} {axis}" if axis in ambiguous else axis for axis in variable.axes)
+            text = f"{prefix}: {variable.description}"
+            yield dataclasses.replace(variable, name=f"{prefix}_{variable.name}", description=text, axes=names)
 
 
 def part_readers(prefix: str, part: Component) -> dict[str, Callable[[], Any]]:

@@ -157,8 +157,7 @@ class Coupled(Component):
     # -- description ------------------------------------------------------------------------------------------------
 
     def _declare(self) -> Iterable[Variable]:
-        for prefix, part in (("grid", self.grid), ("automata", self.automata)):
-            yield from part_variables(prefix, part)
+        yield from part_variables({"grid": self.grid, "automata": self.automata})
         for name in _PART_ENERGIES:
             text = f"{name.replace('_', ' ')}; of interface nodes with the mass of this part"
             yield Variable(name, "output", "J", (), text)

@@ -109,8 +109,7 @@ class Tube(Component):
 
     def _declare(self) -> Iterable[Variable]:
         stations = len(self.interface.width)
-        for prefix, part in (("gas", self.gas), ("shell", self.shell)):
-            yield from map(self._declare_output, part_variables(prefix, part))
+        yield from map(self._declare_output, part_variables({"gas": self.gas, "shell": self.shell}))
         if self.parameters.vent is not None:
             yield Variable(
                 "vent_area", "input", "m^2", (), "area of the opening at `vent`, through which gas leaves", start=0.0,
