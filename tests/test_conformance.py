@@ -187,7 +187,7 @@ sys.path.insert(0, sys.argv[1])
 from support.component_examples import EXAMPLES
 from support.conformance_tools import drive
 from granular_env.components.snapshot import Snapshot
-from granular_env.recording.drawables import drawable_facts, drawables_from
+from granular_env.recording.format.drawables import drawable_facts, drawables_from
 sent, answers = pickle.load(sys.stdin.buffer), {}
 for example in EXAMPLES:
     driven, continued = example.started(), example.make()

@@ -47,8 +47,9 @@ def act_literally(grid, automata, seam, time, micro):
 def finish_literally(grid, automata, seam, factors, row, steps, tick, again):
     """Advance the grid with the mean of the forces of the automata; return a cell that is inverted, or -1."""
     interface, exchange, state = seam.interface, seam.exchange, grid.state
-    for row in range(interface.nodes.size):
-        exchange.automata_force[row, 0], exchange.automata_force[row, 1] = exchange.given[row, 0], exchange.given[row, 1]
+    for node in range(interface.nodes.size):
+        for k in range(2):
+            exchange.automata_force[node, k] = exchange.given[node, k]
     assemble(interface, exchange, state, grid.conditions, 0.5 * steps.step, steps.scheme)
     begin_grid(grid, factors, row, steps.step)
     follow(interface, state, automata.motion)
