@@ -93,9 +93,9 @@ def read_history(
     opened = _as_path(path)
     path = opened if name is None else Path(name)
     _check_choices(delimiter=(delimiter, _DELIMITERS), decimal=(decimal, (".", ",")), gaps=(gaps, ("refuse", "bridge")))
-    for name, given in (("time_unit", time_unit), ("value_unit", value_unit), ("unit", unit)):
+    for argument, given in (("time_unit", time_unit), ("value_unit", value_unit), ("unit", unit)):
         if given is not None and not isinstance(given, str):
-            raise ParameterError(f"got {one_line(given)}", expected="a unit such as 'us' or 'kN'", at=name)
+            raise ParameterError(f"got {one_line(given)}", expected="a unit such as 'us' or 'kN'", at=argument)
     if isinstance(skip, bool) or not isinstance(skip, int) or skip < 0:
         raise ParameterError(
             f"got {one_line(skip)}", expected="how many lines to leave out, a whole number from 0 on", at="skip"
