@@ -11,9 +11,10 @@ from pathlib import Path
 
 import psutil
 import pytest
-from support.atlas_toys import toy
+from support.atlas_toys import experiment, toy
 from support.terminal_tools import run_in_terminal, seen_lines
 
+import granular_env as ge
 from granular_env import atlas
 from granular_env.atlas.context import Context
 from granular_env.atlas.folder import open_folder
@@ -48,8 +49,14 @@ def endless(context):
 """
 
 
+@pytest.fixture(scope="module")
+def compiled():
+    """Compile what the endless runs need, so that the processes answer a signal and do not compile first."""
+    ge.run(experiment(64, 5e9) | {"duration": 1e-4, "record": {"every": 1e-4, "variables": ["velocity"]}})
+
+
 @pytest.fixture
-def start(tmp_path):
+def start(tmp_path, compiled):
     """Start the command on an endless paper, and wait until each process has begun its log."""
     (tmp_path / "script.py").write_text(SCRIPT.format(tests=str(Path(__file__).parent)))
     (tmp_path / "endless.py").write_text(ENDLESS)

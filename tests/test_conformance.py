@@ -17,7 +17,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from support.component_examples import EXAMPLES, Example, of_component
-from support.conformance_tools import Watcher, bits, drive, every_example, readings
+from support.conformance_tools import Watcher, bits, drive, every_component, every_example, readings
 
 from granular_env.components import catalogue
 from granular_env.components.component import Component
@@ -434,7 +434,7 @@ def interrupt(component: Component) -> None:
         component.ignore(failing)
 
 
-@every_example
+@every_component
 @pytest.mark.parametrize("phase", ["ready", "stepping", "failed"])
 @pytest.mark.parametrize("call", LIFE_CYCLE)
 def test_what_is_legal_when(example: Example, call: str, phase: str) -> None:

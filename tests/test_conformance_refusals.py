@@ -8,7 +8,7 @@ import warnings
 import numpy as np
 import pytest
 from support.component_examples import EXAMPLES, Example
-from support.conformance_tools import Watcher, bits, drive, every_example, readings
+from support.conformance_tools import ONE_OF_EACH, Watcher, bits, drive, every_example, readings
 
 from granular_env.components.component import Component
 from granular_env.components.errors import GranularError, GranularWarning, ParameterError, StepError
@@ -32,6 +32,14 @@ def refused(component: Component, action, *expected: str) -> None:  # noqa: ANN0
     assert bits(component) != reference
 
 
+@pytest.fixture(params=ONE_OF_EACH, ids=lambda example: example.label)
+def one_moving(request: pytest.FixtureRequest) -> tuple[Component, Example]:
+    """One of each component in mid-run, and its example: for what the parameters cannot change."""
+    component = request.param.started()
+    drive(component, request.param, 25)
+    return component, request.param
+
+
 @pytest.fixture(params=EXAMPLES, ids=lambda example: example.label)
 def moving(request: pytest.FixtureRequest) -> tuple[Component, Example]:
     """A component in mid-run, and its example."""
@@ -41,14 +49,16 @@ def moving(request: pytest.FixtureRequest) -> tuple[Component, Example]:
 
 
 @pytest.mark.parametrize("duration", [0.0, -1.0, NAN, math.inf, "1", b"1", [1.0], (), {}, HUGE, 1j, np.ones(2), object()])
-def test_wrong_durations_are_refused(moving: tuple[Component, Example], duration: object) -> None:
-    component, _ = moving
+def test_wrong_durations_are_refused(one_moving: tuple[Component, Example], duration: object) -> None:
+    component, _ = one_moving
     refused(component, lambda: component.step(duration), "duration")  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize("count", [0.5, 1.5, 10.25, 1 + 1e-6])
-def test_a_duration_that_is_no_multiple_is_refused_with_both_numbers(moving: tuple[Component, Example], count: float) -> None:
-    component, _ = moving
+def test_a_duration_that_is_no_multiple_names_its_neighbours(
+    one_moving: tuple[Component, Example], count: float
+) -> None:
+    component, _ = one_moving
     h = component.step_size
     refused(component, lambda: component.step(count * h), "internal steps", f"{h:.12g}", f"{math.ceil(count) * h:.12g} s")
 
@@ -159,8 +169,8 @@ def test_wrong_start_names_are_refused(moving: tuple[Component, Example]) -> Non
 
 
 @pytest.mark.parametrize("name", ["no_such_variable", "", None, 3, ["velocity"], {}])
-def test_unknown_variables_are_refused(moving: tuple[Component, Example], name: object) -> None:
-    component, _ = moving
+def test_unknown_variables_are_refused(one_moving: tuple[Component, Example], name: object) -> None:
+    component, _ = one_moving
     refused(component, lambda: component.get(name))  # type: ignore[arg-type]
 
 

@@ -9,6 +9,9 @@ from granular_env.components.component import Component
 from support.component_examples import EXAMPLES, Example
 
 every_example = pytest.mark.parametrize("example", EXAMPLES, ids=lambda example: example.label)
+# One of each component, for what does not depend on its parameters.
+ONE_OF_EACH = list({example.component: example for example in reversed(EXAMPLES)}.values())
+every_component = pytest.mark.parametrize("example", ONE_OF_EACH, ids=lambda example: example.label)
 
 
 def bits(component: Component) -> bytes:

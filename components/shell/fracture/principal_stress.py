@@ -1,6 +1,7 @@
 """A point parts where its largest principal Cauchy stress passes a multiple of the yield stress, or a given strength.
 
-Source: Gato & Shie (2010), whose factor is 3. With their material 3 is not reached.
+Source: Gato & Shie (2010), whose factor is 3. Their material flows at up to 1.6; whether constraint in a notch lifts the stress
+to 3 depends on the mesh.
 """
 
 from __future__ import annotations
