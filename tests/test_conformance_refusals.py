@@ -55,9 +55,7 @@ def test_wrong_durations_are_refused(one_moving: tuple[Component, Example], dura
 
 
 @pytest.mark.parametrize("count", [0.5, 1.5, 10.25, 1 + 1e-6])
-def test_a_duration_that_is_no_multiple_names_its_neighbours(
-    one_moving: tuple[Component, Example], count: float
-) -> None:
+def test_a_duration_that_is_no_multiple_names_its_neighbours(one_moving: tuple[Component, Example], count: float) -> None:
     component, _ = one_moving
     h = component.step_size
     refused(component, lambda: component.step(count * h), "internal steps", f"{h:.12g}", f"{math.ceil(count) * h:.12g} s")
