@@ -13,7 +13,7 @@ from granular_env.components.shell.geometry.axis import closed_axis, even_axis
 from granular_env.components.shell.geometry.bodies import Plate, Rod, Tube
 from granular_env.components.shell.geometry.lattice import Lattice
 from granular_env.components.shell.integration import gauss_points, integration_points
-from granular_env.components.shell.shape_functions import decompose, quartic_spline, solve
+from granular_env.components.shell.shape_functions import UnspannedBasisError, decompose, quartic_spline, solve
 from granular_env.components.shell.stencils import make_stencils
 from granular_env.components.shell.zero_modes import RIGID_MOTIONS, gradient_matrices, zero_mode_count
 
@@ -154,7 +154,8 @@ def test_the_decomposition_solves() -> None:
     right = random.normal(size=(4, 5))
     found = np.array(solve(lower, pivots, list(right)))
     np.testing.assert_allclose(np.einsum("sij,js->is", full, found), right, atol=1e-10)
-    with pytest.raises(ValueError, match="^2$"):
+    with pytest.raises(UnspannedBasisError, match="of point 2 do not span") as caught:
         full[2, 3] = full[2, 2]
         full[2, :, 3] = full[2, :, 2]
         decompose([[full[:, i, j] for j in range(i + 1)] for i in range(4)])
+    assert caught.value.point == 2

@@ -22,6 +22,18 @@ BasisName = Literal["linear", "quadratic"]
 SMALLEST_PIVOT = 1e-10
 
 
+class UnspannedBasisError(ValueError):
+    """The neighbours of a point do not span the basis.
+
+    Attributes:
+        point: its number among those that were asked for.
+    """
+
+    def __init__(self, point: int) -> None:
+        super().__init__(f"the neighbours of point {point} do not span the basis")
+        self.point = point
+
+
 def quartic_spline(s: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return W = 1 - 6 s^2 + 8 s^3 - 3 s^4 for |s| < 1 and its derivative, 0 beyond."""
     a = np.abs(s)
@@ -50,7 +62,7 @@ def moving_least_squares(
         basis: what is reproduced.
 
     Raises:
-        ValueError: the neighbours of a point do not span the basis; its number is the argument.
+        UnspannedBasisError: the neighbours of a point do not span the basis.
     """
     length = np.abs(np.where(weights[..., None] > 0.0, offsets, 0.0)).max(axis=(0, 2))
     p = basis_at(offsets / length[:, None], basis)
@@ -100,7 +112,7 @@ def decompose(matrix: list[list[FloatArray]]) -> tuple[list[list[FloatArray]], l
             pivot = pivot - factor * entry
         poor = ~(pivot > SMALLEST_PIVOT * entries[row])
         if poor.any():
-            raise ValueError(int(np.argmax(poor)))
+            raise UnspannedBasisError(int(np.argmax(poor)))
         lower.append(factors)
         pivots.append(pivot)
     return lower, pivots

@@ -16,7 +16,7 @@ from ..support.arrays import FloatArray
 from .geometry.axis import Axis, IntArray
 from .geometry.lattice import Lattice
 from .integration import LinePoints
-from .shape_functions import BasisName, moving_least_squares, quartic_spline
+from .shape_functions import BasisName, UnspannedBasisError, moving_least_squares, quartic_spline
 
 
 class Stencils(NamedTuple):
@@ -173,8 +173,8 @@ def shape_functions_at(
     offsets, weights, slopes = weights_at(lattice, own, seen, present, radii)
     try:
         values, gradients = moving_least_squares(offsets.swapaxes(0, 1), weights.T, slopes.swapaxes(0, 1), basis)
-    except ValueError as error:
-        place = ", ".join(f"{float(axis.at(one)):.4g}" for axis, one in zip(lattice.axes, index[int(str(error))], strict=True))
+    except UnspannedBasisError as error:
+        place = ", ".join(f"{float(axis.at(one)):.4g}" for axis, one in zip(lattice.axes, index[error.point], strict=True))
         raise ValueError(f"the point at {place} sees too few nodes for the basis {basis!r}") from None
     return values.T, gradients.swapaxes(0, 1)
 
@@ -190,8 +190,8 @@ def _product_stencils(
     offsets, weights, slopes, present = _neighbourhoods(lattice, rows, radii)
     try:
         values, gradients = moving_least_squares(offsets.swapaxes(0, 1), weights.T, slopes.swapaxes(0, 1), basis)
-    except ValueError as error:
-        along, across, through = np.unravel_index(int(str(error)), [len(row.kept) for row in rows])
+    except UnspannedBasisError as error:
+        along, across, through = np.unravel_index(error.point, [len(row.kept) for row in rows])
         numbers = zip(lattice.axes, rows, (along, across, through), strict=True)
         place = ", ".join(f"{float(axis.at(row.at[row.kept[number]])):.4g}" for axis, row, number in numbers)
         raise ValueError(f"the point at {place} sees too few nodes for the basis {basis!r}") from None

@@ -16,9 +16,8 @@ from ..detonation.component import DetonationTube
 from ..detonation.layout import WALL_WORK
 from ..drawables import Cells, Drawable, Points
 from ..errors import Fault, ParameterError, StepError
-from ..inputs import Held
+from ..inputs import input_value
 from ..parts import make_part, part_drawable, part_readers, part_values, part_variables
-from ..profiles import CompiledProfile
 from ..shell.component import Shell
 from ..support.arrays import FloatArray
 from . import balances, kernels
@@ -229,7 +228,7 @@ class Tube(Component):
         for step in range(self.gas_steps):
             part = (step + 0.5) / self.gas_steps
             own = {
-                name.removeprefix("gas_"): _number(value, tick, part)
+                name.removeprefix("gas_"): input_value(value, tick, part)
                 for name, value in self._held.items()
                 if name != "vent_area"
             }
@@ -254,7 +253,7 @@ class Tube(Component):
             self._openings[:] = self._to_cells(areas * interface.length)
         if p.vent is not None:
             cell = min(int(p.vent / self.gas.cell_size), p.gas.cells - 1)
-            self._openings[cell] += max(_number(self._held["vent_area"], tick, 0.5), 0.0)
+            self._openings[cell] += max(input_value(self._held["vent_area"], tick, 0.5), 0.0)
         kernels.leak(medium, gas, self._openings, p.discharge, p.room_pressure, self.step_size, self._block["tally"])
 
     @property
@@ -391,11 +390,6 @@ class Tube(Component):
 def _steps_in(step: float, limit: float) -> int:
     """Return how many steps of at most that limit make a step."""
     return max(math.ceil(step / limit * (1.0 - 1e-9)), 1)
-
-
-def _number(held: Held, tick: int, part: float) -> float:
-    """Return the value of an input, `part` of an internal step after a tick."""
-    return held.value(tick, part) if isinstance(held, CompiledProfile) else float(held)  # type: ignore[return-value]
 
 
 def _fault_of_part(fault: Fault, prefix: str) -> Fault:
