@@ -274,7 +274,7 @@ def test_a_link_stays_one(tmp_path: Path) -> None:
 
 
 def test_runs_at_once_without_a_name_get_one_each(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    from granular_env.cli.log_paths import reserve_log
+    from granular_env.cli.new_log_path import reserve_log
 
     monkeypatch.chdir(tmp_path)
     with reserve_log("a") as first, reserve_log("a") as second:

@@ -18,10 +18,10 @@ from ..profiles import CompiledProfile
 from ..support.arrays import FloatArray
 from ..support.roots import round_down_to_125
 from . import motion
-from .bonds import intact_bonds, update_bond_forces
-from .conditions import Conditions
-from .cracking_steps import TOO_FAR, UNSOUND, CrackingSteps
-from .linked_steps import LinkedSteps
+from .bond_forces import intact_bonds, update_bond_forces
+from .cracking_specimen import TOO_FAR, UNSOUND, CrackingSpecimen
+from .linked_specimen import LinkedSpecimen
+from .loads_and_grips import Conditions
 from .packing import LATTICES, Packing, pack
 from .parameters import AutomataParameters
 from .schedule import make_parts
@@ -89,7 +89,7 @@ class Automata(Component):
         self.motion = self.steps.motion
 
     def tied_frequency(self, ties: Ties) -> float:
-        """Return the largest frequency where a parent carries faces along [rad/s]; see `LinkedSteps.tie`."""
+        """Return the largest frequency where a parent carries faces along [rad/s]; see `LinkedSpecimen.tie`."""
         body = tie_faces(self.body, ties)
         whole = make_parts(body)[0]
 
@@ -99,11 +99,11 @@ class Automata(Component):
 
         return largest_frequency(body, update, False, ties)
 
-    def _make_steps(self) -> LinkedSteps:
-        kind = CrackingSteps if self.parameters.has_history else LinkedSteps
+    def _make_steps(self) -> LinkedSpecimen:
+        kind = CrackingSpecimen if self.parameters.has_history else LinkedSpecimen
         self._speed_limit = _LARGEST_MOVE * self.parameters.diameter / self.step_size
         steps = kind(self.packing, self.body, self.conditions, self.scratch, self.step_size, self._speed_limit)
-        if isinstance(steps, CrackingSteps):
+        if isinstance(steps, CrackingSpecimen):
             steps.prepare(self.parameters)
         return steps
 
@@ -161,7 +161,7 @@ class Automata(Component):
             "stress": steps.stress,
             "linked": steps.linked,
         }
-        if isinstance(steps, CrackingSteps):
+        if isinstance(steps, CrackingSpecimen):
             found |= {"damage": steps.damage, "broken_links": steps.broken_links, "touching": steps.touching}
             if self.parameters.criterion.causes:
                 found["criterion_ratio"] = steps.criterion_ratio

@@ -14,7 +14,7 @@ import numpy as np
 
 from ..support.arrays import FloatArray
 from ..support.jit import internal, jit
-from .bonds import Bonds, Law, bond_dilations, bond_forces, bond_stresses, update_bonds
+from .bond_forces import Bonds, Law, bond_dilations, bond_forces, bond_stresses, update_bonds
 from .contact import Ground, add_contacts, dashpot_power
 from .motion import add_loads, drift, hold, keep_velocities, kick, settle_loads
 from .pair import orient

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..support.jit import internal_inlined, jit
-from .bonds import bond_dilation, condensation, opposite_slot, pair_strains
+from .bond_forces import bond_dilation, condensation, opposite_slot, pair_strains
 from .contact import FIRST, SECOND, SLOT, START, contact_part, separation, sliding_speed
 from .pair import turned
 from .release import LINKING, pair_and_volumes, put_weight, scheduled_weight

@@ -6,7 +6,7 @@ What a change of weights takes of the energy of the link, of both volumes and of
 from __future__ import annotations
 
 from ..support.jit import internal, internal_inlined
-from .bonds import opposite_slot, pair_energy, volume_energy
+from .bond_forces import opposite_slot, pair_energy, volume_energy
 from .contact import FIRST, SECOND, SLOT, START, contact_energy
 
 # Places in a tally of losses, and what stands for "contacts have to be found anew" in the last one.

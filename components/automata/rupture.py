@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..support.jit import internal, internal_inlined, jit
-from .bonds import bond_dilation, bond_failure, bond_tractions, opposite_slot, pair_energy, volume_energy
+from .bond_forces import bond_dilation, bond_failure, bond_tractions, opposite_slot, pair_energy, volume_energy
 from .contact import FIRST, SECOND, SLOT, START, contact_part, separation
 from .release import change_weight
 

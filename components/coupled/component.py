@@ -9,7 +9,7 @@ import numpy as np
 
 from ..automata.advance import TOO_FAST as TOO_FAST_ALONE
 from ..automata.component import Automata
-from ..automata.cracking_steps import UNSOUND, CrackingSteps
+from ..automata.cracking_specimen import UNSOUND, CrackingSpecimen
 from ..automata.motion import TALLY_ROWS, WORK
 from ..automata.schedule import make_parts
 from ..automata.state import Body, Scratch
@@ -146,7 +146,7 @@ class Coupled(Component):
         swept = scheme != LITERAL and automata.steps.ties is None and not automata.parameters.has_history
         self._steps = Steps(self.step_size, self.micro_steps, scheme, limit, swept)
         self._halves = make_parts(body, 2) if swept and self._has_two_halves else []
-        self._cracking = automata.steps if isinstance(automata.steps, CrackingSteps) else None
+        self._cracking = automata.steps if isinstance(automata.steps, CrackingSpecimen) else None
         # The kinds of steps, as `advance` wants to know them.
         self._literal = 1 if self._steps.scheme == LITERAL else None
         self._impulses = 1 if self.micro_steps > 1 and not self._literal else None

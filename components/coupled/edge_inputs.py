@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..automata.conditions import Conditions
+from ..automata.loads_and_grips import Conditions
 from ..automata.motion import HOLDS_ROTATION, HOLDS_X, HOLDS_Y, Grip, Load
 from ..errors import ParameterError
 from ..grid import layout

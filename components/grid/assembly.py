@@ -11,9 +11,9 @@ import numpy as np
 from ..materials.elastic import Material
 from ..materials.plasticity import PlasticLaw
 from ..support.arrays import FloatArray
-from . import conditions, layout
+from . import boundary_nodes, layout
 from .boundaries import Boundary
-from .conditions import EdgeInput
+from .boundary_nodes import EdgeInput
 from .mesh import IntArray, Mesh
 from .schedule import make_schedule
 
@@ -29,8 +29,8 @@ class Assembly:
         mass: of each node by itself, shape (n,) [kg].
         places: node -> its row in `conditions`, -1 for the others, shape (n,).
         joined: groups of nodes that move as one, shape (k, 4), the rest of each row -1.
-        leaders: whose prescribed velocity each node with conditions has; see `conditions.leading_rows`.
-        held_edges: nodes and components that edges prescribe; see `conditions.held_edges`.
+        leaders: whose prescribed velocity each node with conditions has; see `boundary_nodes.leading_rows`.
+        held_edges: nodes and components that edges prescribe; see `boundary_nodes.held_edges`.
         inputs: of the edges, and the forces on nodes.
     """
 
@@ -76,26 +76,26 @@ def assemble(
     Raises:
         ValueError: a boundary does not fit its edge.
     """
-    joined = conditions.joined_nodes(mesh, boundaries)
-    prescribed = conditions.prescribed_components(mesh, boundaries)
-    held_edges = conditions.held_edges(mesh, boundaries, prescribed)
-    inputs = conditions.edge_inputs(mesh, boundaries, forced, held_edges)
+    joined = boundary_nodes.joined_nodes(mesh, boundaries)
+    prescribed = boundary_nodes.prescribed_components(mesh, boundaries)
+    held_edges = boundary_nodes.held_edges(mesh, boundaries, prescribed)
+    inputs = boundary_nodes.edge_inputs(mesh, boundaries, forced, held_edges)
     count = len(mesh.nodes)
     density, longitudinal, shear = (
         np.array([getattr(one, name) for one in materials])[cell_material]
         for name in ("density", "longitudinal_speed", "shear_speed")
     )
     own_mass = lump(mesh, density * mesh.areas)
-    damped = conditions.dashpots(mesh, boundaries, density, longitudinal, shear, own_mass)
+    damped = boundary_nodes.dashpots(mesh, boundaries, density, longitudinal, shear, own_mass)
     plan = make_schedule(count, mesh.cells, parts)
     more = np.zeros(count) if attached is None else attached
     apart = np.concatenate([plan.further[:, 0].astype(np.int64), np.flatnonzero(more)])
-    nodes = conditions.special_nodes(joined, inputs, prescribed, damped, apart)
+    nodes = boundary_nodes.special_nodes(joined, inputs, prescribed, damped, apart)
     places = np.full(count, -1, dtype=np.int64)
     places[nodes] = np.arange(len(nodes))
-    share = own_mass[nodes] / conditions.join_rows(own_mass[nodes, None], places, joined)[:, 0]
+    share = own_mass[nodes] / boundary_nodes.join_rows(own_mass[nodes, None], places, joined)[:, 0]
     mass = own_mass + more
-    mass[nodes] = conditions.join_rows(mass[nodes, None], places, joined)[:, 0]
+    mass[nodes] = boundary_nodes.join_rows(mass[nodes, None], places, joined)[:, 0]
     special = np.zeros(count, dtype=np.uint8)
     special[nodes] = special[np.array(others, dtype=np.int64)] = 1
     moduli = np.array([[one.first_lame, one.shear_modulus] for one in materials])
@@ -120,14 +120,14 @@ def assemble(
     held = layout.Conditions(
         nodes=nodes.astype(np.uint32),
         mass=mass[nodes],
-        damping=conditions.join_rows(damping, places, joined),
+        damping=boundary_nodes.join_rows(damping, places, joined),
         prescribed=_prescribed_flags(prescribed, places, joined, len(nodes)),
         share=share,
         groups=joined.astype(np.int32),
         drive=np.zeros((1, len(nodes), 2)),
         begin=np.zeros((len(nodes), 5, 2)),
     )
-    leaders = conditions.leading_rows(prescribed, places, joined, len(nodes))
+    leaders = boundary_nodes.leading_rows(prescribed, places, joined, len(nodes))
     return Assembly(grid, held, np.zeros((plan.rows, 2)), own_mass, places, joined, leaders, held_edges, inputs)
 
 
@@ -162,4 +162,4 @@ def _prescribed_flags(
     flags = np.zeros((count, 2))
     for node, components in prescribed.items():
         flags[places[node], list(components)] = 1.0
-    return (conditions.join_rows(flags, places, joined) > 0.0).astype(np.uint8)
+    return (boundary_nodes.join_rows(flags, places, joined) > 0.0).astype(np.uint8)

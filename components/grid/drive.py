@@ -9,7 +9,7 @@ import numpy as np
 from ..inputs import Held
 from ..profiles import CompiledProfile
 from ..support.arrays import FloatArray
-from . import conditions
+from . import boundary_nodes
 from .assembly import Assembly
 
 
@@ -31,7 +31,7 @@ def make_drive(assembly: Assembly, held: Mapping[str, Held]) -> tuple[list[Compi
     flags = assembly.conditions.prescribed > 0
     for row in range(len(forces)):
         led = np.take_along_axis(velocities[row], assembly.leaders, axis=0)
-        forces[row] = np.where(flags, led, conditions.join_rows(forces[row], assembly.places, assembly.joined))
+        forces[row] = np.where(flags, led, boundary_nodes.join_rows(forces[row], assembly.places, assembly.joined))
     return profiles, forces
 
 

@@ -6,8 +6,9 @@ from typing import Any
 
 import click
 
-from granular_env.cli.command import Overrides, command, quiet_option, set_option
+from granular_env.cli.command import command
 from granular_env.cli.completion import folders, papers
+from granular_env.cli.options import Overrides, quiet_option, set_option
 from granular_env.cli.status import Status
 from granular_env.components.errors import ParameterError, one_line
 from granular_env.terminal import columns, wrap_text

@@ -10,9 +10,10 @@ from typing import Any
 
 import click
 
-from granular_env.cli.command import Overrides, command, json_option, large_option, set_option
+from granular_env.cli.command import command
 from granular_env.cli.completion import names
 from granular_env.cli.kinds import is_plan, is_study
+from granular_env.cli.options import Overrides, json_option, large_option, set_option
 from granular_env.cli.status import Status
 from granular_env.components.errors import GranularWarning, MissingExtraError
 from granular_env.output_files import count_of, readable_bytes

@@ -1,22 +1,16 @@
-"""Commands of the program, and the options that several of them share."""
+"""What every command of the program is: its help, and how its arguments are read."""
 
 from __future__ import annotations
 
-import functools
 import itertools
-import os
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from typing import Any
 
 import click
 
-from granular_env.cli.set_keys import set_keys
-from granular_env.components.errors import Override
 from granular_env.package_contents import first_sentence
 
 Body = Callable[..., int]
-Decorator = Callable[[Body], Body]
-Overrides = tuple[Override, ...]
 
 
 class Command(click.Command):
@@ -40,98 +34,3 @@ class Command(click.Command):
 def command(name: str, **attributes: Any) -> Callable[[Body], Command]:
     """Make a command of a function, whose docstring is the help."""
     return click.command(name, cls=Command, **attributes)
-
-
-def set_option(text: str) -> Decorator:
-    """Let the command take overrides, as `overrides`."""
-    return click.option(
-        "--set",
-        "overrides",
-        metavar="KEY=VALUE",
-        multiple=True,
-        callback=_parse_overrides,
-        shell_complete=set_keys,
-        help=text,
-    )
-
-
-def _parse_overrides(ctx: click.Context, param: click.Parameter, texts: Sequence[str]) -> Overrides:
-    if ctx.resilient_parsing or not texts:
-        return ()
-    from granular_env.documents import parse_assignments
-
-    return parse_assignments(texts)
-
-
-def quiet_option(product: str) -> Decorator:
-    """Let the command print nothing but the path of what it made, as `quiet`."""
-    text = f"No progress bar; print only the {product}'s path."
-    return click.option("--quiet", is_flag=True, callback=_silence_compiler, help=text)
-
-
-def _silence_compiler(ctx: click.Context, param: click.Parameter, quiet: bool) -> bool:
-    if quiet:
-        os.environ.setdefault("GRANULAR_ENV_QUIET", "1")
-    return quiet
-
-
-def json_option(text: str = "Print the result for programs.") -> Decorator:
-    """Let the command print JSON, as `for_programs`."""
-    return click.option("--json", "for_programs", is_flag=True, help=text)
-
-
-def output_options(product: str) -> Decorator:
-    """Let the command print less, or JSON, as `quiet` or `for_programs`."""
-
-    def decorate(body: Body) -> Body:
-        as_json = json_option("No progress bar; print the result for programs.")
-        return quiet_option(product)(as_json(exclusive("quiet", "for_programs")(body)))
-
-    return decorate
-
-
-def overwrite_option(text: str) -> Decorator:
-    """Let the command replace what exists, as `overwrite`."""
-    return click.option("--overwrite", is_flag=True, help=text)
-
-
-def large_option(text: str = "Lift the limits on sizes that a log may declare.") -> Decorator:
-    """Let the command lift limits, as `allow_large`."""
-    return click.option("--allow-large", is_flag=True, help=text)
-
-
-def exclusive(*names: str) -> Decorator:
-    """Refuse two of these options together."""
-
-    def decorate(body: Body) -> Body:
-        @functools.wraps(body)
-        def call(**values: Any) -> int:
-            flags = {one.name: one.opts[0] for one in click.get_current_context().command.params}
-            given = [flags[name] for name in names if values[name] is not None and values[name] is not False]
-            if len(given) > 1:
-                raise click.UsageError(f"{given[0]} and {given[1]} exclude each other; give one of them.")
-            return body(**values)
-
-        return call
-
-    return decorate
-
-
-class CommaSeparated(click.ParamType):
-    """Values of one type, apart by commas."""
-
-    def __init__(self, each: click.ParamType) -> None:
-        self.each, self.name = each, each.name
-
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> list[Any]:
-        """Return the values of one text."""
-        return [self.each.convert(text.strip(), param, ctx) for text in value.split(",")]
-
-
-def list_option(flag: str, metavar: str, each: click.ParamType, text: str) -> Decorator:
-    """Let the command take several values, apart by commas or one after another; None where there are none."""
-    return click.option(flag, metavar=f"{metavar},...", type=CommaSeparated(each), multiple=True, callback=_join, help=text)
-
-
-def _join(ctx: click.Context, param: click.Parameter, lists: Sequence[list[Any]]) -> list[Any] | None:
-    return list(itertools.chain.from_iterable(lists)) or None

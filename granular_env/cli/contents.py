@@ -13,8 +13,9 @@ from typing import Any
 
 import click
 
-from granular_env.cli.command import Overrides, command, json_option, set_option
+from granular_env.cli.command import command
 from granular_env.cli.completion import files, names
+from granular_env.cli.options import Overrides, json_option, set_option
 from granular_env.terminal import columns, printable, wrap_text
 
 _ANYTHING = names("components", "experiments", "plans of sweeps", "studies")

@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from granular_env.cli.command import command, exclusive, json_option, large_option
+from granular_env.cli.command import command
 from granular_env.cli.completion import files
+from granular_env.cli.options import exclusive, json_option, large_option
 from granular_env.cli.status import Status
 from granular_env.output_files import count_of
 from granular_env.terminal import columns, printable, wrap_text

@@ -9,9 +9,10 @@ from pathlib import Path
 
 import click
 
-from granular_env.cli.command import Overrides, command, json_option, large_option, overwrite_option, quiet_option, set_option
+from granular_env.cli.command import command
 from granular_env.cli.completion import files
-from granular_env.cli.log_paths import log_target
+from granular_env.cli.new_log_path import log_target
+from granular_env.cli.options import Overrides, json_option, large_option, overwrite_option, quiet_option, set_option
 from granular_env.cli.results import print_result, silence_own_warnings
 from granular_env.cli.status import Status
 from granular_env.output_files import count_of

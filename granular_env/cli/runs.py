@@ -6,10 +6,11 @@ from contextlib import nullcontext
 
 import click
 
-from granular_env.cli.command import Overrides, command, exclusive, large_option, output_options, overwrite_option, set_option
+from granular_env.cli.command import command
 from granular_env.cli.completion import files, names
 from granular_env.cli.kinds import refuse_other_kinds
-from granular_env.cli.log_paths import log_target
+from granular_env.cli.new_log_path import log_target
+from granular_env.cli.options import Overrides, exclusive, large_option, output_options, overwrite_option, set_option
 from granular_env.cli.results import print_result, silence_own_warnings
 
 

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import click
 
-from granular_env.cli.command import Overrides, command, overwrite_option, quiet_option, set_option
+from granular_env.cli.command import command
 from granular_env.cli.completion import folders, names
 from granular_env.cli.kinds import refuse_other_kinds
+from granular_env.cli.options import Overrides, overwrite_option, quiet_option, set_option
 from granular_env.cli.results import silence_own_warnings
 from granular_env.cli.status import Status
 from granular_env.components.errors import ExperimentError

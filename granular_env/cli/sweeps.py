@@ -8,9 +8,10 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from granular_env.cli.command import Overrides, command, large_option, output_options, set_option
+from granular_env.cli.command import command
 from granular_env.cli.completion import folders, names
 from granular_env.cli.kinds import refuse_other_kinds
+from granular_env.cli.options import Overrides, large_option, output_options, set_option
 from granular_env.cli.status import Status
 
 if TYPE_CHECKING:

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from .collision import restitution
 from .dispersion import lattice_frequencies, leapfrog_frequency, rotation_frequency
+from .restitution import restitution
 from .speeds import longitudinal_speed, shear_speed
 from .strength import (
     confined_strength,

@@ -8,7 +8,7 @@ from pydantic import SerializeAsAny
 
 from ...errors import ParameterError
 from ...support.tagged_union import ByName
-from .base import Arrangement, Uniform
+from .arrangement import Arrangement, Uniform
 from .decorated import Decorated
 from .dimer import Dimer
 from .impurity import Impurity

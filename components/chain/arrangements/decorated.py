@@ -9,7 +9,7 @@ import numpy as np
 from ...errors import ParameterError
 from ...materials.elastic import Material, Preset, material
 from ...support.parameter_fields import Positive, field
-from .base import Arrangement, FloatArray
+from .arrangement import Arrangement, FloatArray
 from .tapered import geometric, sound_radii
 
 

@@ -10,7 +10,7 @@ from pydantic import Field, model_validator
 from ...errors import ParameterError
 from ...materials.elastic import Material, Preset
 from ...support.parameter_fields import Positive, field
-from .base import Arrangement, FloatArray, alternatives
+from .arrangement import Arrangement, FloatArray, alternatives
 
 _Pair = Field(min_length=2, max_length=2)
 

@@ -9,7 +9,7 @@ from pydantic import model_validator
 from ...errors import ParameterError
 from ...materials.elastic import Material, Preset, material
 from ...support.parameter_fields import Index, Positive, field
-from .base import Arrangement, FloatArray
+from .arrangement import Arrangement, FloatArray
 
 
 class Impurity(Arrangement):

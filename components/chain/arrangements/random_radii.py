@@ -8,7 +8,7 @@ from ...materials.elastic import Material, Preset
 from ...support.counter_random import uniform
 from ...support.parameter_fields import field
 from ..uniform_radii import UniformRadii
-from .base import Arrangement, FloatArray, alternatives
+from .arrangement import Arrangement, FloatArray, alternatives
 
 
 class Random(UniformRadii, Arrangement):

@@ -12,7 +12,7 @@ from ...errors import ParameterError
 from ...materials.elastic import Material, Preset
 from ...support.parameter_fields import Positive, field
 from ...support.roots import integer_power, nth_root
-from .base import Arrangement, FloatArray, alternatives
+from .arrangement import Arrangement, FloatArray, alternatives
 
 # Outside of this range a grain has no mass that a chain takes [m].
 _TINY, _HUGE = 1e-20, 1e18

@@ -12,8 +12,8 @@ from ..snapshot import Block
 from ..support.arrays import FloatArray
 from . import threads
 from .advance import advance
-from .conditions import Conditions
-from .energy import elastic_energy
+from .elastic_energy import elastic_energy
+from .loads_and_grips import Conditions
 from .packing import Packing
 from .pair import orient
 from .schedule import Part, make_parts
@@ -23,7 +23,7 @@ from .sweep import KEPT, update_forces
 from .ties import Ties, add_tie_stresses, add_ties, tie_energy, tie_faces
 
 
-class LinkedSteps:
+class LinkedSpecimen:
     """A specimen without histories: the fast path.
 
     Attributes:

@@ -10,10 +10,10 @@ from ..snapshot import EVENT_ROWS, Block
 from ..support.arrays import FloatArray
 from ..support.counter_random import uniform
 from . import cracking
-from .bonds import Bonds, Law, bond_energy, criterion_ratios, measure_bonds
+from .bond_forces import Bonds, Law, bond_energy, criterion_ratios, measure_bonds
 from .contact import FIRST, SECOND, SLOT, Contacts, Ground, all_contact_energy, count_touching
 from .cracking import Judgement, Medium
-from .linked_steps import LinkedSteps
+from .linked_specimen import LinkedSpecimen
 from .linking import count_linkable, link_contacts, raise_weights
 from .neighbours import SKIN, can_be_found, find_pairs, merge, slots_of_links
 from .packing import Packing
@@ -31,7 +31,7 @@ _MOST_TRAVEL = 0.5 * SKIN
 _LOSSES = "fracture_energy", "friction_energy", "inelastic_energy", "damping_energy", "linking_energy"
 
 
-class CrackingSteps(LinkedSteps):
+class CrackingSpecimen(LinkedSpecimen):
     """A specimen with histories: links that weaken, yield and break, contacts that rub."""
 
     def _prepare_sweeps(self) -> None:
