@@ -1,4 +1,4 @@
-"""What every command of the program is: its help, and how its arguments are read."""
+"""Commands of the program: their help, and how their arguments are read."""
 
 from __future__ import annotations
 
