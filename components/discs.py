@@ -15,8 +15,9 @@ from .component import Component
 from .contract import Variable
 from .drawables import Drawable, Links, Points
 from .errors import ParameterError, StepError
+from .events import EVENT_ROWS
 from .inputs import input_value
-from .snapshot import EVENT_ROWS, FloatArray
+from .support.arrays import FloatArray
 from .support.parameter_fields import field
 from .support.validation import Parameters
 
