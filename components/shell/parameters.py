@@ -32,9 +32,7 @@ class Integration(Parameters):
 class ShellParameters(Parameters):
     """A solid of thin walls, in three dimensions and without a mesh; by default a ring of the tube of Gato & Shie (2010)."""
 
-    body: ChosenBody = field(
-        Tube(), "plate, tube or rod, with its measures and numbers of nodes", "1", examples=[COARSE_RING]
-    )
+    body: ChosenBody = field(Tube(), "plate, tube or rod, with its measures and numbers of nodes", "1", examples=[COARSE_RING])
     material: ChosenMaterial = field(
         LinearElastic(), "elastic {young, poisson, density} or thermoviscoplastic (Gato & Shie 2010)", "1"
     )
