@@ -279,7 +279,7 @@ def _refuse_double_links(packing: Packing) -> None:
     if len(np.unique(ends, axis=0)) < len(ends):
         raise ParameterError(
             "two automata of this periodic specimen are neighbours on two sides",
-            expected="at least 3 diameters across where links may break",
+            expected="at least 3 diameters across where links may break, or join several materials",
             at="shape",
         )
 
