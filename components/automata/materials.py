@@ -1,4 +1,4 @@
-"""Which material each automaton is of, and by which laws the links within and between materials yield and break."""
+"""Materials of automata by number, and the laws by which the links within and between materials yield and break."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How a link between automata of two materials divides its strain between its halves.
+"""Division of the strain of a link between automata of two materials between its halves.
 
 A link of one material strains both its halves alike. Between i and j of two materials the half of i is strained by eps + d,
 that of j by eps - d, and d makes the energy small; with a of free and released faces, see `bond_forces`,
