@@ -122,7 +122,7 @@ def assert_same(path: Path, other: Path) -> None:
         assert [tick for _, tick in mine.snapshots] == [tick for _, tick in theirs.snapshots]
         assert _end_state(mine) == _end_state(theirs)
         assert mine.metadata["report"] == theirs.metadata["report"]
-        assert mine.metadata["incidents"][-1]["incident"] == "resumed"
+        assert mine.incidents[-1]["incident"] == "resumed"
     found = verify(path)
     assert found.identical, found.message
 
