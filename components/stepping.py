@@ -67,7 +67,8 @@ class Stepping(Physics):
         # The tick at which the last step failed, until something else succeeds.
         self._failure = -1
         self._chunk_ticks = 256
-        self._undo = Undo(self._block, is_shared=self._given_memory is not None)
+        takes_arrays = any(variable.shape for variable in self._inputs.values())
+        self._undo = Undo(self._block, is_shared=self._given_memory is not None, counts_arrays=takes_arrays)
         self._held = {}
         # Whether any of them is a profile.
         self._profiled = False
@@ -126,7 +127,7 @@ class Stepping(Physics):
             undo = self._undo
             if undo.is_small:
                 undo.buffer[:] = undo.memory
-            else:
+            elif undo.until != before or len(undo.steps) >= undo.limit:
                 undo.prepare(before)
             try:
                 if inputs:
@@ -141,8 +142,13 @@ class Stepping(Physics):
             except BaseException:  # Ctrl-C too
                 self._put_back(before, held)
                 raise
-            if not undo.is_small:
+            if undo.is_small:
+                return
+            if undo.counts_arrays:
                 undo.note(ticks, self._held)
+            else:  # as `note` does
+                undo.steps.append((ticks, self._held))
+                undo.until = before + ticks
         finally:
             own["_stepping"] = False
 
