@@ -52,6 +52,7 @@ class Discs(Component):
         p = self.parameters
         n, self.step_size, self.diameter = p.rows * p.columns, p.step_size, 2.0 * p.radius
         places = np.array([(column, row) for row in range(p.rows) for column in range(p.columns)], dtype=np.float64)
+        self.mass = np.full((n, 1), p.mass)
         self.reference = p.clearance + p.radius + self.diameter * places
         self.box = 2.0 * p.clearance + self.diameter * np.array([p.columns, p.rows])
         pairs = np.stack(np.triu_indices(n, 1), axis=1)
@@ -81,7 +82,7 @@ class Discs(Component):
             one, other = self.pairs[pair].tolist()
             at = ("start", "displacement", other)
             raise ParameterError(f"puts disc {other} where disc {one} is", hint="move one of them", at=at)
-        self._block["start"][:] = sum(self._energies()), *self._moments(self.parameters.mass * self._block["velocity"])
+        self._block["start"][:] = sum(self._energies()), *self._moments(self.mass * self._block["velocity"])
         return given
 
     @np.errstate(all="ignore")  # the status tells
@@ -94,7 +95,7 @@ class Discs(Component):
             u += 0.5 * h * v
             self._break_links(tick + 1)
             walls = -p.stiffness * self._wall_overlap()
-            kick = h / p.mass * (force + walls + self._pair_forces())
+            kick = h / self.mass * (force + walls + self._pair_forces())
             block["work"][...] += h * (force * (v + 0.5 * kick)).sum()
             block["impulses"][:] += h * self._moments(force), h * self._moments(walls)
             v += kick
@@ -156,12 +157,12 @@ class Discs(Component):
 
     def _energies(self) -> tuple[float, float]:
         stretched = (self._stretch(self._pairs()[1]) ** 2).sum() + (self._wall_overlap() ** 2).sum()
-        kinetic = 0.5 * (self.parameters.mass * self._block["velocity"] ** 2).sum()
+        kinetic = 0.5 * (self.mass * self._block["velocity"] ** 2).sum()
         return float(kinetic), float(0.5 * self.parameters.stiffness * stretched)
 
     def balances(self) -> tuple[Balance, ...]:
         """Return energy, momentum, and angular momentum about the corner of the box, since the reset."""
-        (kinetic, potential), now = self._energies(), self._moments(self.parameters.mass * self._block["velocity"])
+        (kinetic, potential), now = self._energies(), self._moments(self.mass * self._block["velocity"])
         start, force, walls = self._block["start"].copy(), *self._block["impulses"].copy()
         work, fracture = float(self._block["work"]), float(self._block["fracture"])
         energies = {"kinetic_energy": kinetic, "potential_energy": potential}

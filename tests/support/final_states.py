@@ -54,7 +54,9 @@ def compare(before: Path, after: Path) -> bool:
     verdicts = {key: "same bits" if later.get(key) == row else "DIFFERS" for key, row in earlier.items()}
     for (name, variable), verdict in verdicts.items():
         print(f"{name}\t{variable}\t{earlier[name, variable][0]}\t{verdict}")
-    print(f"{list(verdicts.values()).count('same bits')} of {len(verdicts)} rows the same, {len(later.keys() - earlier.keys())} new")
+    print(
+        f"{list(verdicts.values()).count('same bits')} of {len(verdicts)} rows the same, {len(later.keys() - earlier.keys())} new"
+    )
     return "DIFFERS" not in verdicts.values()
 
 
