@@ -15,8 +15,9 @@ from .component import Component
 from .contract import Variable
 from .drawables import Drawable, Links, Points
 from .errors import ParameterError, StepError
+from .events import EVENT_ROWS
 from .inputs import input_value
-from .snapshot import EVENT_ROWS, FloatArray
+from .support.arrays import FloatArray
 from .support.excess import excess_error
 from .support.parameter_fields import field
 from .support.validation import Parameters
@@ -93,9 +94,10 @@ class Discs(Component):
             # Links break and forces act at the step's middle, where leapfrog kicks.
             force = input_value(given, tick, 0.5)
             u += 0.5 * h * v
-            self._break_links(tick + 1)
+            along, distance = self._pairs()
+            self._break_links(tick + 1, distance)
             walls = -p.stiffness * self._wall_overlap()
-            kick = h / self.mass * (force + walls + self._pair_forces())
+            kick = h / self.mass * (force + walls + self._pair_forces(along, distance))
             block["work"][...] += h * (force * (v + 0.5 * kick)).sum()
             block["impulses"][:] += h * self._moments(force), h * self._moments(walls)
             v += kick
@@ -128,16 +130,15 @@ class Discs(Component):
         low, high = self._centres() - self.parameters.radius, self._centres() + self.parameters.radius
         return np.minimum(low, 0.0) + np.maximum(high - self.box, 0.0)
 
-    def _pair_forces(self) -> FloatArray:
-        along, distance = self._pairs()
+    def _pair_forces(self, along: FloatArray, distance: FloatArray) -> FloatArray:
         tension = (self.parameters.stiffness * self._stretch(distance) / distance)[:, np.newaxis] * along
         forces = np.zeros_like(self.reference)
         np.add.at(forces, self.pairs[:, 0], tension)
         np.subtract.at(forces, self.pairs[:, 1], tension)
         return forces
 
-    def _break_links(self, tick: int) -> None:
-        strain, limit = self._pairs()[1] / self.diameter - 1.0, self.parameters.breaking_strain
+    def _break_links(self, tick: int, distance: FloatArray) -> None:
+        strain, limit = distance / self.diameter - 1.0, self.parameters.breaking_strain
         for link in np.flatnonzero(self._holding() & (strain > limit)):
             self._block["fracture"][...] += 0.5 * self.parameters.stiffness * (strain[link] * self.diameter) ** 2
             self._block.append("broken", link)

@@ -1,9 +1,9 @@
 """Which worker runs which file of tests, and in which order: files that compile the same kernels in one, the longest first.
 
 A kernel that nobody has compiled yet is compiled by every worker that wants it before the first is done. So one worker begins
-with what needs the kernels of the chain, the next one with what needs those of bodies in the plane, of shells and of gas. What needs
-some of both comes when both are compiled. And the longest files of each kind come first: otherwise one worker ends with a long file while
-the other one has nothing left to do.
+with files that need the kernels of the chain, the next one with those that need bodies in the plane, shells and gas; files
+that need some of both come when both are compiled. And the longest files come first: otherwise one worker ends with a long
+file while the other has nothing left to do.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from typing import Any
 
 from xdist.scheduler import LoadFileScheduling
 
-CHAIN = re.compile(r"test_(chain_|control_|envs|measurement|atlas_nesterenko|examples)")
+CHAIN = re.compile(r"test_(chain_|control_|envs|measurement|atlas_nesterenko|examples|benchmarks)")
 BODIES = re.compile(r"test_(automata_|coupled|grid|shell|tube|detonation|thermo|atlas_psakhie|atlas_gato_shie)")
 # In the order of their CPU time with no kernel kept, the longest first; all others take less.
 LONG = [
