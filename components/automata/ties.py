@@ -6,9 +6,11 @@ diameter inside. Its outer face f moves with the middle of the two. It is tied l
     d = (x_a + x_b) / 2 - x_i,      eps = d . N(phi_i) / (D / 2) - 1,      gamma = d . T(phi_i) / (D / 2)
     f_n = S (2 G eps + lambda theta_i),      f_t = S 2 G gamma,      U = S (D / 2) G (eps^2 + gamma^2)
 
-and adds its share to theta_i, as the face of a pair would; -F / 2 acts on a and on b. The half of the cell between its centre
-and the face, m / 2, moves by half with each of them, as the half pair is strained: m / 4 goes from i to a and b. With all of
-it in the centre, half of the cell would lie a quarter of a diameter too far inside, and the interface would send back six times as much of P waves.
+and adds its share to theta_i, as the face of a pair would; -F / 2 acts on a and on b.
+
+The half of the cell between its centre and the face, m / 2, moves by half with each of them, as the half pair is strained:
+m / 4 goes from i to a and b. With all of it in the centre it would lie a quarter of a diameter too far inside, and the
+interface would send back six times as much of P waves.
 
 At a corner with a row along x, the cells of the row are cut along their centres, and a pair of the row counts half a face at
 the middle between the centres, not at the middle of that half. For two neighbours on opposite sides that cancels; at the corner
