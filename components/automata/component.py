@@ -16,6 +16,7 @@ from ..errors import ParameterError, StepError
 from ..materials.elastic import Material
 from ..profiles import CompiledProfile
 from ..support.arrays import FloatArray
+from ..support.excess import excess_error
 from ..support.roots import round_down_to_125
 from . import motion
 from .bond_forces import update_bond_forces
@@ -224,13 +225,8 @@ class Automata(Component):
         meaning = f"{_LARGEST_MOVE:g} of a diameter in an internal step"
         if status == TOO_FAR:
             variable, unit, limit, meaning = "displacement", "m", 1e9 * self.parameters.diameter, "a thousand million diameters"
-        size = self._magnitude(variable)
-        index = int(np.argmin(size <= limit))
-        return StepError(
-            f"reached {size[index]:g} {unit} soon after {self.time:g} s, expected at most {limit:g} "
-            f"{unit}, {meaning}; take a smaller step_size, or load the specimen less",
-            time=self.time, at=(variable, index), variable=variable, index=index, value=float(size[index]), limit=limit,
-        )  # fmt: skip
+        advice = f"{meaning}; take a smaller step_size, or load the specimen less"
+        return excess_error(variable, unit, self._magnitude(variable), limit, self.time, advice)
 
     # -- reading ----------------------------------------------------------------------------------------------------
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from ..errors import ParameterError
-from ..events import EventDetail
-from ..snapshot import EVENT_ROWS, Block
+from ..events import EVENT_ROWS, EventDetail
+from ..state_block import Block
 from ..support.arrays import FloatArray
 from ..support.counter_random import uniform
 from . import cracking
@@ -15,13 +15,13 @@ from .bond_strains import Bonds
 from .contact import FIRST, SECOND, SLOT, Contacts, Ground, add_contact_forces, all_contact_energy, count_touching
 from .cracking import Judgement, Medium
 from .linked_specimen import LinkedSpecimen
-from .linking import count_linkable, link_contacts, raise_weights
 from .materials import IntArray, chosen_materials, law_rows, law_tables
 from .mixture import Mixture
 from .neighbours import SKIN, can_be_found, find_pairs, merge, slots_of_links
 from .packing import Packing
 from .parameters import AutomataParameters
 from .release import LOSSES, NEVER_FOUND, TRAVEL
+from .relinked_pairs import count_linkable, link_contacts, raise_weights
 from .rupture import break_bonds
 from .stability import ALLOWED_PART, damping_limit
 from .state import Body
