@@ -9,7 +9,7 @@ import numpy as np
 
 from .inputs import Held
 from .profiles import CompiledProfile
-from .snapshot import Block
+from .state_block import Block
 
 # A smaller state is copied at every step: a chain of 400 grains costs the same either way [bytes].
 _SMALL_STATE = 12 << 10
