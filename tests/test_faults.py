@@ -17,6 +17,7 @@ from granular_env.experiments import load_experiment
 from granular_env.experiments.preparation import branch_inputs, prepare
 from granular_env.recording import open_log
 from granular_env.sweep import check_sweep
+from granular_env.viewing.live import LiveViewer
 
 NAN = float("nan")
 ROW = "discs/broken-row"
@@ -304,3 +305,20 @@ def test_a_sweep_blames_what_was_given_to_it(overrides: dict[str, Any], beginnin
     with pytest.raises(GranularError) as caught:
         check_sweep(plan, overrides)
     assert beginning in str(caught.value) and ("input.force.peak=" not in str(caught.value))
+
+
+@pytest.mark.parametrize(
+    ("call", "text"),
+    [
+        (lambda: ge.run_atlas(3, "out"), "paper: got 3, expected the name of a paper, or a Paper"),
+        (lambda: ge.Snapshot.from_bytes("x"), "got 'x', expected the bytes of a packed block"),
+        (lambda: ge.run(3), "experiment: got 3, expected a name or a path"),
+        (lambda: ge.run_study(3), "study: got 3, expected a name or a path"),
+        (lambda: ge.run("a" * 5000), "File name too long), expected a name or a path"),
+        (lambda: LiveViewer(3), "component: got 3, expected a component"),
+    ],
+)
+def test_what_is_of_another_type_is_told_in_one_sentence(call: Callable[[], Any], text: str) -> None:
+    with pytest.raises(ge.GranularError) as caught:
+        call()
+    assert str(caught.value).endswith(text)

@@ -108,7 +108,7 @@ class Tube(Component):
 
     def _declare(self) -> Iterable[Variable]:
         stations = len(self.interface.width)
-        yield from map(self._declare_output, part_variables({"gas": self.gas, "shell": self.shell}))
+        yield from map(self._declare_output, part_variables({"gas": self.gas, "shell": self.shell}, ("gauge",)))
         if self.parameters.vent is not None:
             yield Variable(
                 "vent_area", "input", "m^2", (), "area of the opening at `vent`, through which gas leaves", start=0.0,
