@@ -16,6 +16,9 @@ from granular_env.components.errors import Fault, GranularError, ParameterError,
 from granular_env.experiments import load_experiment
 from granular_env.experiments.preparation import branch_inputs, prepare
 from granular_env.recording import open_log
+from granular_env.recording.container.limits import Limits
+from granular_env.recording.reader.component_from_header import build
+from granular_env.recording.replay.steps import advance, restore
 from granular_env.sweep import check_sweep
 from granular_env.viewing.live import LiveViewer
 
@@ -322,3 +325,18 @@ def test_what_is_of_another_type_is_told_in_one_sentence(call: Callable[[], Any]
     with pytest.raises(ge.GranularError) as caught:
         call()
     assert str(caught.value).endswith(text)
+
+
+def test_what_the_content_of_a_log_gives_keeps_its_data() -> None:
+    oscillator, other = ge.make("oscillator"), ge.make("oscillator", mass=2.0)
+    with pytest.raises(ge.LogError) as caught:
+        restore(oscillator, other.save())
+    (fault,) = caught.value.faults
+    assert fault.location == ("snapshots",) and "same parameters and version" in str(fault.hint)
+    with pytest.raises(ge.LogError) as caught:
+        advance(oscillator, [(0, {"force": NAN})], 3)
+    (fault,) = caught.value.faults
+    assert fault.location == ("steps", "input", "force") and "nan" in str(fault.received) and fault.expected
+    with pytest.raises(ge.LogError) as caught:
+        build({"component": "oscillator", "parameters": {"mass": -1.0}}, Limits("x.mcap"), None)
+    assert caught.value.faults[0].location == ("header", "parameters", "mass") and "x.mcap" in str(caught.value)
