@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import sys
 from collections.abc import Callable, Iterable, Mapping
 from contextlib import suppress
 from time import perf_counter
@@ -27,6 +28,8 @@ _SILENT_SECONDS, _LONG_SECONDS = 5.0, 60.0
 
 # How often the state before a failed step is put back anew where that is interrupted.
 _ATTEMPTS = 100
+# So often in a row at the same tick a fault is one that lasts.
+_REPEATS = 3
 
 # Which calls are legal when. "ready": made, reset, restored or stepped; "stepping": in the middle of a step, where an observer
 # (or another thread) calls; "failed": the last step raised, and the state is that before it.
@@ -399,9 +402,11 @@ class Stepping(Physics):
     def _put_back(self, tick: int, held: Mapping[str, Held]) -> None:
         """Put the state of a tick back, and what was held then: a copy, and the steps since it was taken, made again.
 
-        Whatever interrupts that (Ctrl-C, a timeout of the caller's), it is begun anew, and the error under way is told.
+        Whatever interrupts that (Ctrl-C, a timeout of the caller's), it is begun anew, and the error under way is told. A fault
+        that comes again at the same place is no interrupt: then the component stays where that is.
         """
-        for attempt in range(_ATTEMPTS):
+        before, repeats, fault = None, 0, None
+        for _ in range(_ATTEMPTS):
             try:
                 self._undo.load()
                 if not self._undo.is_small:
@@ -410,12 +415,18 @@ class Stepping(Physics):
                 self._hold(held)
                 return
             except BaseException as error:
-                if attempt == _ATTEMPTS - 1:
-                    self._undo.forget()
-                    raise GranularError(
-                        f"component {self.name!r} could not be put back to {tick * self.step_size:.12g} s: {error}",
-                        hint="restore a snapshot, or reset it",
-                    ) from error
+                place = type(error), str(error), self._tick
+                repeats = repeats + 1 if place == before else 1
+                before, fault = place, error
+                if repeats == _REPEATS:
+                    break
+        self._undo.forget()
+        self._failure = self._tick
+        raise GranularError(
+            f"component {self.name!r} could not be put back to {tick * self.step_size:.12g} s, where a step failed "
+            f"({_description(sys.exception())}): {_description(fault)}",
+            hint=f"it is at {self.time:.12g} s; restore a snapshot, or reset it",
+        ) from fault
 
     def _make_again(self) -> None:
         """Make the steps since the copy again; they gave no error before."""
@@ -425,6 +436,11 @@ class Stepping(Physics):
             if self._advance(ticks):
                 raise GranularError("a step that was made before fails now", hint="`_advance` depends on more than the block")
             self._tick += ticks
+
+
+def _description(error: BaseException | None) -> str:
+    text = " ".join(str(error).split())
+    return f"{type(error).__name__}: {text[:400]}" if text else type(error).__name__
 
 
 def _call_all(functions: Iterable[Callable[..., None]], *arguments: Any) -> None:

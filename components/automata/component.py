@@ -78,9 +78,8 @@ class Automata(Component):
         self._pairs = self.packing.pairs()
         self.steps = self._make_steps()
         # Those of this specimen's criterion.
-        vars(self)["event_kinds"] = self.steps.event_kinds
-        vars(self)["event_details"] = self.steps.event_details
-        vars(self)["event_ratio"] = "criterion_ratio" if self.steps.event_kinds else ""
+        kinds = self.steps.event_kinds
+        self._declare_events(kinds, self.steps.event_details, "criterion_ratio" if kinds else "")
         n = self.count
         self._lay_out(
             displacement=("f8", (n, 2)), velocity=("f8", (n, 2)), rotation=("f8", (n,)), spin=("f8", (n,)),

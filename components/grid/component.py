@@ -147,7 +147,7 @@ class Grid(Component):
             plastic_work=("f8", (plastic,)), tally=("f8", (layout.TALLY,)), start=("f8", (4,)),
         )  # fmt: skip
         if self._plastic:  # only then can anything happen that is an event
-            vars(self)["event_kinds"], vars(self)["event_details"] = _YIELD, _YIELD_DETAILS
+            self._declare_events(_YIELD, _YIELD_DETAILS)
         self._state = layout.State(*(self._block[name] for name in _STATE))
         self._driven_by: Mapping[str, Held] | None = None
         self._signals: list[CompiledProfile] = []
