@@ -106,7 +106,8 @@ def test_an_edited_law_is_compiled_anew(tmp_path: Path) -> None:
         "chain = ge.make('chain', grains=3, integrator='rk4', contact_stiffness=1e7, step_size=1e-7)\n"
         "chain.reset(velocity={0: 1.0}); chain.step(2e-5); print(chain.get('velocity').tolist())"
     )
-    options = {"folder": tmp_path, "GRANULAR_ENV_CACHE": str(tmp_path / "cache")}
+    # How well the code is optimized makes no difference here, and takes half of the time.
+    options = {"folder": tmp_path, "GRANULAR_ENV_CACHE": str(tmp_path / "cache"), "NUMBA_OPT": "0"}
     before = python(code, **options)
     kernels = tmp_path / "granular_env" / "components" / "chain" / "laws" / "hertz.py"
     text = kernels.read_text(encoding="utf-8")
