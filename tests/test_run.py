@@ -261,7 +261,7 @@ def test_ctrl_c_on_the_command_line_leaves_a_complete_log(command, tmp_path):
     process = subprocess.Popen(command, cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
     try:
         # The log has grown beyond its header: the loop is running.
-        for _ in range(600):
+        for _ in range(3000):
             if process.poll() is not None or (log.exists() and log.stat().st_size > 20_000):
                 break
             time.sleep(0.1)
