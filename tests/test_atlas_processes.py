@@ -194,7 +194,7 @@ def test_a_context_counts_the_runs_of_an_entry(tmp_path):
 def test_the_bar_goes_by_the_work_and_names_what_is_computed_at_80_columns(tmp_path):
     code = (
         "import sys\nfrom granular_env.cli import main\n"
-        f"main(['atlas', 'nesterenko-1983', '--out', {str(tmp_path)!r}, '--only', '3.4-losses', '--only', '3.4-piston'])"
+        f"main(['atlas', 'nesterenko-1983', '--out', {str(tmp_path)!r}, '--only', '3.4-energy', '--only', '3.4-piston'])"
     )
     status, written = run_in_terminal(["-c", code], 80)
     lines = [line for line in seen_lines(written) if re.search(r"\d %", line)]
@@ -203,5 +203,5 @@ def test_the_bar_goes_by_the_work_and_names_what_is_computed_at_80_columns(tmp_p
     # Neither entry is done before the last moment: what is seen between is the work of their runs.
     assert len([part for part in parts if 5 < part < 95]) >= 3, parts
     # Which of the two is being computed at a look depends on the machine; each look names it with its own share.
-    assert any(re.search(r"3\.4-(losses|piston) [1-9]\d? %", line) for line in lines), lines
+    assert any(re.search(r"3\.4-(energy|piston) [1-9]\d? %", line) for line in lines), lines
     assert "left" in lines[-1]

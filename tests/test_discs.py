@@ -116,16 +116,16 @@ def test_a_link_below_its_limit_holds() -> None:
 
 def test_snapshots_grow_with_what_breaks_and_go_on_bit_for_bit() -> None:
     discs, saved = thrown(), []
-    for _ in range(20):
+    for _ in range(10):
         saved.append((discs.save(), discs.state_bytes, discs.event_count))
-        discs.step(0.002)
+        discs.step(0.004)
     (_, first, none), (_, last, many) = saved[0], saved[-1]
     assert none == 0 < many and last == first + many * (5 + 1) * 8  # a row of the events, and the number of the link
     for number, (snapshot, _, count) in enumerate(saved):
         other = Discs(**THROWN)
         other.restore(ge.Snapshot.from_bytes(snapshot.to_bytes()))
         assert other.event_count == count
-        other.step(0.002 * (20 - number))
+        other.step(0.004 * (10 - number))
         assert other.save().to_bytes() == discs.save().to_bytes() and other.events() == discs.events()
 
 

@@ -80,7 +80,7 @@ def _check_killed(path: Path, told: list[tuple[int, float]]) -> None:
 
 def test_killed_at_random_moments(tmp_path: Path) -> None:
     chance = random.Random(1)
-    for _ in range(12):
+    for _ in range(8):
         _check_killed(tmp_path / "a.mcap", _kill(tmp_path / "a.mcap", chance.uniform(0.0, 0.4)))
 
 
