@@ -13,6 +13,7 @@ from typing import Any
 
 import grimp
 import pytest
+from support import scheduling
 
 from granular_env.components import catalogue
 from granular_env.components.component import Component
@@ -362,3 +363,15 @@ def test_hardly_any_function_is_named_by_a_participle():
     names = [node.name for tree in trees for node in ast.walk(tree) if isinstance(node, ast.FunctionDef)]
     found = [name for name in names if "_" not in name.strip("_") and participle.fullmatch(name)]
     assert len(names) > 3000 and len(found) <= 0.015 * len(names), found
+
+
+def test_files_that_are_scheduled_by_name_exist():
+    """The order of test files in `make test`; see `support.scheduling`."""
+    names = {path.name for path in (ROOT / "tests").glob("test_*.py")}
+    assert set(scheduling.LONG) <= names and len(set(scheduling.LONG)) == len(scheduling.LONG)
+    for kind in (scheduling.CHAIN, scheduling.BODIES):
+        for prefix in kind.pattern.removeprefix("test_(").removesuffix(")").split("|"):
+            assert any(name.startswith(f"test_{prefix}") for name in names), prefix
+    own, other = scheduling.CHAIN, scheduling.BODIES
+    order = [f"tests/test_{name}.py" for name in ("chain_adjoint", "chain_bits", "envs", "cli", "run", "progress", "grid")]
+    assert sorted(reversed(order), key=lambda path: scheduling.rank(path, own, other)) == order
