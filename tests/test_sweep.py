@@ -716,9 +716,11 @@ def called(folder: Path, *arguments: str) -> subprocess.Popen:
     return subprocess.Popen(command, cwd=folder, env=environment, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
 
 
-def first_results(folder: Path) -> None:
+def first_results(folder: Path, program: subprocess.Popen) -> None:
+    """Wait until the program has kept a result."""
     path = folder / "sweeps" / "long" / "results.jsonl"
     while not (path.exists() and path.stat().st_size):
+        assert program.poll() is None, program.communicate()
         time.sleep(0.05)
 
 
@@ -781,7 +783,7 @@ def test_the_command_checks_and_copies_plans(tmp_path, monkeypatch, capsys):
 def test_ctrl_c_ends_the_command_with_what_is_done(tmp_path):
     (tmp_path / "plan.toml").write_text(LONG)
     program = called(tmp_path, "plan.toml", "--workers", "2")
-    first_results(tmp_path)
+    first_results(tmp_path, program)
     workers = children(program.pid)
     program.send_signal(signal.SIGINT)
     told, errors = program.communicate(timeout=60)
@@ -795,7 +797,7 @@ def test_ctrl_c_ends_the_command_with_what_is_done(tmp_path):
 def test_after_a_kill_nothing_goes_on_and_what_is_done_is_there(tmp_path):
     (tmp_path / "plan.toml").write_text(LONG)
     program = called(tmp_path, "plan.toml", "--workers", "2")
-    first_results(tmp_path)
+    first_results(tmp_path, program)
     workers = children(program.pid)
     program.kill()
     program.communicate(timeout=60)
