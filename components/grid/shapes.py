@@ -10,6 +10,7 @@ import numpy as np
 from pydantic import AfterValidator, Field, SerializeAsAny, model_validator
 
 from ..areas import ChosenArea
+from ..support.magnitudes import refuse_absurd, refuse_far
 from ..support.parameter_fields import Index, Pair, Positive, PositivePair, field
 from ..support.tagged_union import ByName, Named
 from .mesh import Mesh, rectangle, without_cells
@@ -58,6 +59,13 @@ class Rectangle(Shape):
     )
     holes: list[ChosenArea] = field([], "areas without cells: a box or a disc; at the boundary it makes a notch", "1")
 
+    @model_validator(mode="after")
+    def _validate_magnitudes(self) -> Rectangle:
+        sizes = self.cell_size if isinstance(self.cell_size, list) else [self.cell_size]
+        refuse_absurd((("cell_size",), one) for one in sizes)
+        refuse_far((("centre", place), one) for place, one in enumerate(self.centre or ()))
+        return self
+
     @property
     def cell_count(self) -> int:  # noqa: D102
         return self.columns * self.rows
@@ -99,6 +107,10 @@ class Quadrilaterals(Shape):
 
     @model_validator(mode="after")
     def _validate(self) -> Quadrilaterals:
+        nodes = np.array(self.nodes, dtype=np.float64)
+        farthest = int(np.abs(nodes).max(axis=1).argmax())
+        refuse_far((("nodes", farthest), one) for one in self.nodes[farthest])
+        refuse_absurd([(("nodes",), float(np.ptp(nodes, axis=0).max()))])
         self.build()
         return self
 
