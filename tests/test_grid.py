@@ -318,6 +318,8 @@ def mesh_of(cells: list[list[int]], nodes: list | None = None, **edges: list[int
         ({"regions": [{"area": {"name": "disc", "centre": [0, 0], "radius": 0.1}, "material": 0}]}, ["regions[0]", "no cell"]),
         ({"plasticity": ["elastic", "elastic"]}, ["plasticity", "2 laws for 1 materials"]),
         ({"forced_nodes": [99]}, ["forced_nodes[0]", "expected 0 to 24"]),
+        ({"forced_nodes": [7, 0], "boundaries": {"left": "fixed"}}, ["forced_nodes[1]: node 0 is held along x and y"]),
+        ({"mesh": {**SQUARE, "cell_size": 1e-160}}, ["mesh.cell_size: got 1e-160, expected 1e-40 to 1e+40"]),
         ({"receivers": [3, 3]}, ["receivers[1]", "there already"]),
         ({"step_size": 0.6}, ["step_size", "expected at most", "2 / omega"]),
         ({"plasticity": {**CONE, "dilatancy": 0.4}}, ["dilatancy", "at most friction"]),
