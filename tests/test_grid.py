@@ -309,6 +309,10 @@ def mesh_of(cells: list[list[int]], nodes: list | None = None, **edges: list[int
         ({"mesh": {**SQUARE, "holes": [{"name": "box", "x": [9, 10], "y": [0, 1]}]}}, ["holes[0]", "the middle of no cell"]),
         ({"mesh": {**SQUARE, "holes": [{"name": "box", "x": [-1, 9], "y": [-1, 9]}]}}, ["nothing is left"]),
         ({"mesh": {**SQUARE, "holes": [{"name": "box", "x": [3, 2], "y": [0, 1]}]}}, ["the smaller number first"]),
+        (
+            {"mesh": mesh_of([[0, 1, 2, 3], [4, 5, 6, 7]], [*NODES[:4], [0.5, 0.5], [1.5, 0.5], [1.5, 1.5], [0.5, 1.5]])},
+            ["nodes[4]", "lies inside cell 0"],
+        ),
         ({"material": {"density": 1.0, "young": 1.0, "poisson": 0.5}}, ["poisson", "0.5"]),
         ({"boundaries": {"rihgt": "fixed"}}, ["boundaries.rihgt", "right"]),
         ({"boundaries": {"left": "periodic"}}, ["boundaries.left", "partner"]),
