@@ -283,7 +283,7 @@ class Shell(Component):
             gradients = some.gradients[first : first + len(u)]
             sine, cosine = self._turn_of_column(int(column))
             for k, axis in enumerate(([1.0, 0.0, 0.0], [0.0, cosine, -sine])):
-                change = (u * gradients[:, k : k + 1]).sum(axis=0)
+                change = (u * gradients[:, k : k + 1]).sum(axis=0) * (some.along[node] if k == 0 else 1.0)
                 along = change[0] * axis[0] + change[1] * axis[1] + change[2] * axis[2]
                 found[row, k] = along + 0.5 * (change * change).sum()
         return found

@@ -297,8 +297,9 @@ class Cracks:
             self.visibility.first[self.visibility.kind[points]].astype(np.int64) - np.cumsum(counts) + counts, counts
         )
         gradients = self.visibility.gradients[row + np.arange(counts.sum())]
-        terms = (gradients * gradients).sum(axis=1) / body.mass[some.nodes[entry]]
         owner = np.repeat(np.arange(len(points)), counts)
+        gradients[:, 0] *= self.visibility.along[points][owner]
+        terms = (gradients * gradients).sum(axis=1) / body.mass[some.nodes[entry]]
         return body.volume[points] * np.bincount(owner, weights=terms, minlength=len(points))
 
     # -- tables -----------------------------------------------------------------------------------------------------
@@ -310,7 +311,7 @@ class Cracks:
         self.labels, self.borne = self._label_pieces()
         self.detached: Marks = detached_columns(lattice, self.severed, self.labels) | self._loose_columns()
         self.released: Marks = crack_lips(lattice, self.severed) | self.detached
-        body = whole.body._replace(kind=seen.kind, first=seen.first, gradients=seen.gradients)
+        body = whole.body._replace(kind=seen.kind, first=seen.first, gradients=seen.gradients, along=seen.along)
         around = self._loaded_neighbours()
         self.solid = whole._replace(
             body=body, hourglass=whole.hourglass._replace(partner=self._ties()), surface=whole.surface._replace(around=around)

@@ -64,6 +64,7 @@ def write_gradients(solid, state, points, out):
                 x += value * body.gradients[row + slot, 0]
                 y += value * body.gradients[row + slot, 1]
                 z += value * body.gradients[row + slot, 2]
+            x *= body.along[p]
             out[number, 3 * i], out[number, 3 * i + 1], out[number, 3 * i + 2] = x, c * y + s * z, c * z - s * y
 
 
@@ -78,6 +79,7 @@ def write_pull(solid, state, scratch, points):
         )  # fmt: skip
         volume = body.volume[p]
         c, s = volume * body.cosine[p], volume * body.sine[p]
+        volume *= body.along[p]
         pull[p, 0], pull[p, 1], pull[p, 2] = volume * pxx, volume * pxy, volume * pxz
         pull[p, 3], pull[p, 4], pull[p, 5] = c * pyx - s * pzx, c * pyy - s * pzy, c * pyz - s * pzz
         pull[p, 6], pull[p, 7], pull[p, 8] = s * pyx + c * pzx, s * pyy + c * pzy, s * pyz + c * pzz
