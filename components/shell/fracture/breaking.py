@@ -11,8 +11,8 @@ import numpy as np
 from ...contract import Variable
 from ...drawables import Drawable, Links, Points
 from ...errors import ParameterError
-from ...events import EventDetail
-from ...snapshot import EVENT_ROWS, Block
+from ...events import EVENT_ROWS, EventDetail
+from ...state_block import Block
 from ...support.arrays import FloatArray
 from .. import kernels, threads
 from ..assembly import Assembly
