@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from ..events import EventDetail
-from ..snapshot import Block
+from ..state_block import Block
 from ..support.arrays import FloatArray
 from . import threads
 from .advance import advance
@@ -93,6 +93,11 @@ class LinkedSpecimen:
         if self.ties is not None:
             add_ties(self.body, self.ties, motion, scratch)
         return scratch.dilation
+
+    def forces(self) -> FloatArray:
+        """Return the forces of links and contacts in the present state, shape (n, 2) [N]."""
+        self.dilation()
+        return self.scratch.force
 
     def stress(self) -> FloatArray:
         """Return the stresses of the automata, shape (n, 3) [Pa]."""

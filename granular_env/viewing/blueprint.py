@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
+from ..optional_packages import import_optional
 from .legend import LEGEND
-from .optional_packages import import_optional
 from .plot_groups import Plot, select_plots
 from .profiles import profile_pane
 from .scene import TIMELINE, Scales, whole_camera
