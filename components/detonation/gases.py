@@ -16,7 +16,6 @@ from ..errors import ParameterError, nearest
 from ..support.parameter_fields import NotNegative, Positive, field
 from ..support.validation import Parameters
 
-
 # Bounds of gamma: what lies between them covers every gas.
 SMALLEST_GAMMA, LARGEST_GAMMA = 1.01, 3.0
 
