@@ -80,12 +80,7 @@ def breathing_and_impact() -> None:
 
 def whole_cells(solid: Any) -> np.ndarray:
     """Return the corners of the cells of the outer surface that no crack crosses, as numbers of columns."""
-    cells, _, _, links = solid.drawables()
-    column = {int(node): number for number, node in enumerate(solid.surface_nodes)}
-    cut = {frozenset(column[int(node)] for node in pair) for pair in links.pairs[solid.get("surface_links") == 0.0]}
-    corners = cells.connectivity
-    kept = [not any(frozenset((a, b)) in cut for a, b in zip(cell, np.roll(cell, -1), strict=True)) for cell in corners]
-    return corners[kept]
+    return solid.drawables()[0].connectivity[solid.get("surface_cells") != 0.0]
 
 
 def show_cells(axes: Axes, x: np.ndarray, y: np.ndarray, cells: np.ndarray, values: np.ndarray, most: float) -> Any:

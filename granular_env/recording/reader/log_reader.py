@@ -69,13 +69,15 @@ class LogReader:
 
     @property
     def metadata(self) -> dict[str, Any]:
-        """Component, parameters, experiment, versions, machine, options, events; and report and cautions if it was closed."""
+        """Component, parameters, experiment, versions, machine, options, events; if closed report, conclusions, cautions."""
         found = dict(self.records.header)
         found["complete"] = self.complete
         found["damage"] = self.records.container.damage
         found["incidents"] = [dict(self.records.read(row).header) for row in self.records.rows(INCIDENTS) if row[DETAIL] == 0]
         closing = self.records.closing_header
         found["report"], found["cautions"] = closing.get("report", {}), closing.get("cautions", [])
+        concluded = closing.get("conclusions", [])
+        found["conclusions"] = [str(text) for text in concluded] if isinstance(concluded, list) else []
         return found
 
     @property

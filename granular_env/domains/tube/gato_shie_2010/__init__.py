@@ -2,7 +2,7 @@
 
 from granular_env.atlas.model import Constant, Paper
 
-from . import criterion, figure_1, figure_2, figure_3, figure_4, recipe, rules
+from . import coupling, criterion, figure_1, figure_2, figure_3, figure_4, pressures, recipe, rules
 from .cases import FACTOR, NODES, PAPER_FACTOR
 
 PAPER = Paper(
@@ -42,6 +42,7 @@ PAPER = Paper(
         ),
     },
     entries=(
-        figure_1.ENTRY, recipe.ENTRY, figure_2.ENTRY, figure_3.ENTRY, figure_4.ENTRY, criterion.ENTRY, rules.ENTRY,
+        figure_1.ENTRY, recipe.ENTRY, figure_2.ENTRY, figure_3.ENTRY, figure_4.ENTRY, criterion.ENTRY, pressures.ENTRY,
+        coupling.ENTRY, rules.ENTRY,
     ),
 )  # fmt: skip
