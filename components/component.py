@@ -21,8 +21,10 @@ from .errors import ParameterError, nearest, one_line
 from .events import Event
 from .inputs import Held, input_value
 from .number_arrays import start_array
-from .snapshot import Block, FloatArray, Snapshot
+from .snapshot import Snapshot
+from .state_block import Block
 from .stepping import Stepping
+from .support.arrays import FloatArray
 from .support.memory_limits import refuse_beyond
 from .support.serialization import canonical_json
 from .support.validation import validate_parameters, whole_number

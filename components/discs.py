@@ -15,8 +15,10 @@ from .component import Component
 from .contract import Variable
 from .drawables import Drawable, Links, Points
 from .errors import ParameterError, StepError
+from .events import EVENT_ROWS
 from .inputs import input_value
-from .snapshot import EVENT_ROWS, FloatArray
+from .support.arrays import FloatArray
+from .support.excess import excess_error
 from .support.parameter_fields import field
 from .support.validation import Parameters
 
@@ -45,24 +47,21 @@ class Discs(Component):
     @classmethod
     def memory_needed(cls, parameters: DiscsParameters) -> int:
         """Return the bytes that all pairs take while the forces are computed."""
-        discs = parameters.rows * parameters.columns
-        return discs * (discs - 1) // 2 * 15 * 8
+        return (parameters.rows * parameters.columns) ** 2 // 2 * 15 * 8
 
     def _build(self) -> None:
         p = self.parameters
         n, self.step_size, self.diameter = p.rows * p.columns, p.step_size, 2.0 * p.radius
-        self.mass = np.full((n, 1), p.mass)
         places = np.array([(column, row) for row in range(p.rows) for column in range(p.columns)], dtype=np.float64)
         self.reference = p.clearance + p.radius + self.diameter * places
         self.box = 2.0 * p.clearance + self.diameter * np.array([p.columns, p.rows])
-        first, second = np.triu_indices(n, 1)
-        linked = np.abs(places[second] - places[first]).sum(axis=1) == 1.0
-        order = np.argsort(~linked, kind="stable")  # all pairs can touch; those with a link come first
-        self.first, self.second, self.links = first[order], second[order], int(linked.sum())
-        self._lay_out(
-            displacement=("f8", (n, 2)), velocity=("f8", (n, 2)), work=("f8", ()), fracture=("f8", ()), impulses=("f8", (2, 3)),
-            start=("f8", (4,)), growing={"events": EVENT_ROWS, "broken": ("i8", ())},
-        )  # fmt: skip
+        pairs = np.stack(np.triu_indices(n, 1), axis=1)
+        linked = np.abs(places[pairs[:, 1]] - places[pairs[:, 0]]).sum(axis=1) == 1.0
+        # All pairs can touch; those with a link come first.
+        self.pairs, self.links = pairs[np.argsort(~linked, kind="stable")], int(linked.sum())
+        number, vectors = ("f8", ()), ("f8", (n, 2))
+        state = {"displacement": vectors, "velocity": vectors, "work": number, "fracture": number}
+        self._lay_out({"events": EVENT_ROWS, "broken": ("i8", ())}, **state, impulses=("f8", (2, 3)), start=("f8", (4,)))
 
     def _declare(self) -> Iterable[Variable]:
         n, axes = len(self.reference), ("disc", "direction")
@@ -74,19 +73,16 @@ class Discs(Component):
         yield Variable("broken_links", "output", "1", (), "number of broken links")
 
     def _outputs(self) -> dict[str, Callable[[], Any]]:
-        return {
-            "speed": self._speed,
-            "linked": lambda: self._holding()[: self.links].astype(np.float64),
-            "broken_links": lambda: float(self._block.count("broken")),
-        }
+        linked = {"linked": lambda: 1.0 * self._holding()[: self.links], "broken_links": lambda: float(self.event_count)}
+        return {"speed": self._speed, **linked}
 
     def _start(self, seed: int | None, values: Mapping[str, FloatArray]) -> Mapping[str, Any]:
-        given, close = super()._start(seed, values), np.flatnonzero(self._pairs()[1] < 1e-9 * self.diameter)
-        if len(close):
-            one, other = int(self.first[close[0]]), int(self.second[close[0]])
+        given = super()._start(seed, values)
+        for pair in np.flatnonzero(self._pairs()[1] < 1e-9 * self.diameter):
+            one, other = self.pairs[pair].tolist()
             at = ("start", "displacement", other)
             raise ParameterError(f"puts disc {other} where disc {one} is", hint="move one of them", at=at)
-        self._block["start"][:] = sum(self._energies()), *self._moments(self.mass * self._block["velocity"])
+        self._block["start"][:] = sum(self._energies()), *self._moments(self.parameters.mass * self._block["velocity"])
         return given
 
     @np.errstate(all="ignore")  # the status tells
@@ -99,7 +95,7 @@ class Discs(Component):
             u += 0.5 * h * v
             self._break_links(tick + 1)
             walls = -p.stiffness * self._wall_overlap()
-            kick = h / self.mass * (force + walls + self._pair_forces())
+            kick = h / p.mass * (force + walls + self._pair_forces())
             block["work"][...] += h * (force * (v + 0.5 * kick)).sum()
             block["impulses"][:] += h * self._moments(force), h * self._moments(walls)
             v += kick
@@ -109,23 +105,18 @@ class Discs(Component):
         return 0
 
     def _explain(self, status: int) -> StepError:
-        speed, limit = self._speed(), self.parameters.radius / self.step_size
-        disc = int(np.argmin(speed <= limit))
-        came = f"reached {speed[disc]:g} m/s soon after {self.time:g} s, expected at most {limit:g} m/s, a radius in a step"
-        return StepError(
-            f"{came}; take a smaller step_size", at=("velocity", disc), time=self.time, variable="velocity", index=disc,
-            value=float(speed[disc]), limit=limit,
-        )  # fmt: skip
+        limit, advice = self.parameters.radius / self.step_size, "a radius in a step; take a smaller step_size"
+        return excess_error("velocity", "m/s", self._speed(), limit, self.time, advice)
 
     def _pairs(self) -> tuple[FloatArray, FloatArray]:
         """Return the way from centre to centre of each pair, shape (pairs, 2), and its distance [m]."""
-        centres = self.reference + self._block["displacement"]
-        along = centres[self.second] - centres[self.first]
-        return along, np.sqrt(along[:, 0] ** 2 + along[:, 1] ** 2)
+        first, second = self._centres()[self.pairs.T]
+        along = second - first
+        return along, np.sqrt((along**2).sum(axis=1))
 
     def _holding(self) -> np.ndarray:
         """Return which pairs are linked."""
-        holding = np.arange(len(self.first)) < self.links
+        holding = np.arange(len(self.pairs)) < self.links
         holding[self._block["broken"]] = False
         return holding
 
@@ -134,15 +125,15 @@ class Discs(Component):
         return np.where(self._holding(), distance - self.diameter, np.minimum(distance - self.diameter, 0.0))
 
     def _wall_overlap(self) -> FloatArray:
-        centres, radius = self.reference + self._block["displacement"], self.parameters.radius
-        return np.minimum(centres - radius, 0.0) + np.maximum(centres + radius - self.box, 0.0)
+        low, high = self._centres() - self.parameters.radius, self._centres() + self.parameters.radius
+        return np.minimum(low, 0.0) + np.maximum(high - self.box, 0.0)
 
     def _pair_forces(self) -> FloatArray:
         along, distance = self._pairs()
         tension = (self.parameters.stiffness * self._stretch(distance) / distance)[:, np.newaxis] * along
         forces = np.zeros_like(self.reference)
-        np.add.at(forces, self.first, tension)
-        np.subtract.at(forces, self.second, tension)
+        np.add.at(forces, self.pairs[:, 0], tension)
+        np.subtract.at(forces, self.pairs[:, 1], tension)
         return forces
 
     def _break_links(self, tick: int) -> None:
@@ -152,36 +143,38 @@ class Discs(Component):
             self._block.append("broken", link)
             self._add_event(tick, "link_broken", int(link), float(strain[link]), limit)
 
+    def _centres(self) -> FloatArray:
+        return self.reference + self._block["displacement"]
+
     @np.errstate(over="ignore")
     def _speed(self) -> FloatArray:
         return np.sqrt((self._block["velocity"] ** 2).sum(axis=1))
 
     def _moments(self, vectors: FloatArray) -> FloatArray:
         """Return the sum of the discs' vectors, x and y, and their moment about the corner of the box."""
-        centres = self.reference + self._block["displacement"]
-        moments = centres[:, 0] * vectors[:, 1] - centres[:, 1] * vectors[:, 0]
-        return np.array([*vectors.sum(axis=0), moments.sum()])
+        x, y = self._centres().T
+        return np.array([*vectors.sum(axis=0), (x * vectors[:, 1] - y * vectors[:, 0]).sum()])
 
     def _energies(self) -> tuple[float, float]:
         stretched = (self._stretch(self._pairs()[1]) ** 2).sum() + (self._wall_overlap() ** 2).sum()
-        kinetic = 0.5 * (self.mass * self._block["velocity"] ** 2).sum()
+        kinetic = 0.5 * (self.parameters.mass * self._block["velocity"] ** 2).sum()
         return float(kinetic), float(0.5 * self.parameters.stiffness * stretched)
 
     def balances(self) -> tuple[Balance, ...]:
         """Return energy, momentum, and angular momentum about the corner of the box, since the reset."""
-        (kinetic, potential), block = self._energies(), self._block
-        now, start = self._moments(self.mass * block["velocity"]), block["start"].copy()
-        force, walls = block["impulses"].copy()
-        stored, supplied = {"kinetic_energy": kinetic, "potential_energy": potential}, {"input_work": float(block["work"])}
-        lost, impulse = {"fracture_energy": float(block["fracture"])}, {"impulse": force[:2], "wall_impulse": walls[:2]}
+        (kinetic, potential), now = self._energies(), self._moments(self.parameters.mass * self._block["velocity"])
+        start, force, walls = self._block["start"].copy(), *self._block["impulses"].copy()
+        work, fracture = float(self._block["work"]), float(self._block["fracture"])
+        energies = {"kinetic_energy": kinetic, "potential_energy": potential}
         turning = {"angular_impulse": float(force[2]), "wall_angular_impulse": float(walls[2])}
+        impulses = {"impulse": force[:2], "wall_impulse": walls[:2]}
         return (
-            Balance("energy", "J", stored, supplied, lost, float(start[0])),
-            Balance("momentum", "kg m/s", {"momentum": now[:2]}, impulse, initial=start[1:3]),
+            Balance("energy", "J", energies, {"input_work": work}, {"fracture_energy": fracture}, float(start[0])),
+            Balance("momentum", "kg m/s", {"momentum": now[:2]}, impulses, initial=start[1:3]),
             Balance("angular_momentum", "kg m2/s", {"angular_momentum": float(now[2])}, turning, initial=float(start[3])),
         )
 
     def drawables(self) -> tuple[Drawable, ...]:
         """Return the discs, coloured by speed, and the links."""
         discs = Points("discs", self.reference, np.full(len(self.reference), self.parameters.radius), "displacement", "speed")
-        return discs, Links("links", "discs", np.stack([self.first, self.second], axis=1)[: self.links], "linked")
+        return discs, Links("links", "discs", self.pairs[: self.links], "linked")

@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .errors import ParameterError
-from .snapshot import FloatArray
+from .support.arrays import FloatArray
 
 
 class _Geometry:

@@ -4,6 +4,9 @@ from __future__ import annotations
 
 import dataclasses
 
+# The growing part `events` of a state: tick, number of the kind, index (-1 for none), value, limit.
+EVENT_ROWS = ("f8", (5,))
+
 
 @dataclasses.dataclass(frozen=True, slots=True)
 class Event:

@@ -10,7 +10,7 @@ from .component import Component
 from .contract import Variable
 from .drawables import Drawable
 from .errors import ParameterError
-from .snapshot import FloatArray
+from .support.arrays import FloatArray
 
 Part = TypeVar("Part", bound=Component)
 # Axes that mean the same in each part.

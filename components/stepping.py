@@ -12,7 +12,8 @@ from .errors import GranularError, Location, ParameterError, StepError, caution,
 from .inputs import Held, hold_input
 from .observer import Observer
 from .profiles import CompiledProfile
-from .snapshot import Block, FloatArray
+from .state_block import Block
+from .support.arrays import FloatArray
 from .support.roots import round_down_to_125
 from .support.validation import Parameters, finite_number
 from .undo import Undo

@@ -9,7 +9,7 @@ import numpy as np
 
 from .inputs import Held
 from .profiles import CompiledProfile
-from .snapshot import Block
+from .state_block import Block
 
 # A smaller state is copied at every step, which costs less than to note the steps [bytes].
 _SMALL_STATE = 1 << 15

@@ -6,6 +6,7 @@ import appearance
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.collections import EllipseCollection
+from matplotlib.colors import ListedColormap
 
 import granular_env as ge
 from granular_env.viewing import figure_style
@@ -53,6 +54,32 @@ def welding() -> None:
     appearance.save(figure, IMAGES / "automata-welding.png", colours=64)
 
 
+def show_grains(axes: Axes, automata: ge.Component) -> None:
+    """Draw the materials, twenty times as far from their places as they are, and what is broken."""
+    points, links = automata.drawables()
+    centres = points.reference + 20.0 * automata.get("displacement")
+    size = np.full(len(centres), 2.0 * points.radius[0])
+    discs = EllipseCollection(
+        size, size, 0.0, units="xy", offsets=centres, offset_transform=axes.transData, array=automata.get("material"),
+        cmap=ListedColormap(["#d9c9a8", "#8fa3b8"]), linewidths=0.0,
+    )  # fmt: skip
+    axes.add_collection(discs)
+    middles = centres[links.pairs[automata.get("linked") < 1.0]].mean(axis=1)
+    axes.scatter(*middles.T, s=2.0, color="black", linewidths=0.0)
+    axes.set(xlim=(-2e-3, 6.2e-2), ylim=(-2e-3, 6.4e-2), aspect="equal", xticks=[], yticks=[])
+    axes.set_title(f"{automata.time * 1e6:.0f} us, {automata.get('broken_links'):.0f} broken")
+
+
+@figure_style.with_style
+def grains() -> None:
+    """Draw the grains in mortar as the crack runs along them."""
+    figure = figure_style.new_figure(9.6, 2.8)
+    for axes, time in zip(figure.subplots(1, 4), (5.4e-5, 6.0e-5, 7.0e-5, 1.1e-4), strict=True):
+        show_grains(axes, ge.run("psakhie-2003/grains-in-mortar", overrides={"duration": time}).component)
+    appearance.save(figure, IMAGES / "automata-grains.png", colours=64)
+
+
 if __name__ == "__main__":
     failures()
     welding()
+    grains()

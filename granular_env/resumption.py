@@ -67,6 +67,9 @@ def resume(
         stopped_by = stops.stop_reason(component) if component.tick else None
         if found.closed and (component.tick >= end or stopped_by is not None):
             why = "its experiment was run to its end" if stopped_by is None else f"its run was stopped by {stopped_by}"
+            if not opened.complete:
+                hint = "nothing is left to resume; `granular-env recover` makes the file whole"
+                raise LogError(f"{why}, only the end of the file is missing", hint=hint, source=where)
             raise LogError(f"it is complete: {why}", hint="nothing is left to resume", source=where)
         refuse_unrecordable(component)
         try:

@@ -1,6 +1,7 @@
 """The command line: what it prints, how it ends, and that nobody ever sees a traceback."""
 
 import json
+import math
 import os
 import re
 import subprocess
@@ -16,6 +17,7 @@ from granular_env.cli import main
 from granular_env.components import catalogue
 from granular_env.components.catalogue import make
 from granular_env.experiments import load_experiment, shipped_experiments
+from granular_env.experiments.templates import example_of
 from granular_env.output_files import with_article
 from granular_env.package_contents import first_sentence
 from granular_env.recording import open_log, record, verify
@@ -174,6 +176,12 @@ def test_the_template_of_a_component_with_inputs_sets_one_and_shows_the_keys_of_
         assert len(tomllib.loads(text)["input"]) == 1, name
         if name == "coupled":
             assert "[component.grid]" in text and "# friction = 0.5 " in text.partition("[component.automata]")[2]
+
+
+@pytest.mark.parametrize("name", catalogue.names())
+def test_what_is_described_is_built_in_a_moment(name):
+    """`describe` and `new` interpret kernels: a body of thousands of nodes, such as the default of a shell, took a minute."""
+    assert max(math.prod(one.shape) for one in example_of(name, {}).variables.values()) < 1000
 
 
 @pytest.mark.parametrize("name", catalogue.names())

@@ -15,7 +15,7 @@ from granular_env.components.component import Component
 from granular_env.components.errors import GranularError, GranularWarning, ParameterError
 from granular_env.components.number_arrays import start_array
 from granular_env.components.oscillator import Oscillator
-from granular_env.components.snapshot import Block
+from granular_env.components.state_block import Block
 
 
 def test_every_error_is_of_the_family() -> None:

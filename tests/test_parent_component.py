@@ -18,7 +18,9 @@ from granular_env.components.component import Component
 from granular_env.components.contract import Variable
 from granular_env.components.discs import Discs
 from granular_env.components.errors import GranularError, ParameterError, StepError
-from granular_env.components.snapshot import EVENT_ROWS, Block, FloatArray
+from granular_env.components.events import EVENT_ROWS
+from granular_env.components.state_block import Block
+from granular_env.components.support.arrays import FloatArray
 from granular_env.components.support.validation import Parameters
 from granular_env.recording import open_log, verify
 

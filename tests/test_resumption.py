@@ -112,7 +112,14 @@ def whole(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
 
 
 def assert_same(path: Path, other: Path) -> None:
-    """Two logs hold the same history: frames, events, snapshots at the same ticks, the state at the end, the report."""
+    """A log that was gone on with holds the same history as another."""
+    assert_same_history(path, other)
+    with open_log(path) as log:
+        assert log.metadata["incidents"][-1]["incident"] == "resumed"
+
+
+def assert_same_history(path: Path, other: Path) -> None:
+    """Two logs hold the same frames, events, snapshots at the same ticks, the state at the end, the report."""
     with open_log(path) as mine, open_log(other) as theirs:
         assert mine.complete and mine.end_tick == theirs.end_tick
         for name in theirs.variables:
@@ -122,9 +129,18 @@ def assert_same(path: Path, other: Path) -> None:
         assert [tick for _, tick in mine.snapshots] == [tick for _, tick in theirs.snapshots]
         assert _end_state(mine) == _end_state(theirs)
         assert mine.metadata["report"] == theirs.metadata["report"]
-        assert mine.metadata["incidents"][-1]["incident"] == "resumed"
     found = verify(path)
     assert found.identical, found.message
+
+
+def assert_made_whole(path: Path, other: Path) -> None:
+    """A run that came to its end but for the index of its log: recovering it is enough."""
+    again = path.with_name("whole-again.mcap")
+    recover(path, again, overwrite=True).close()
+    with open_log(again) as mine, open_log(other) as theirs:
+        assert mine.complete and mine.end_tick == theirs.end_tick
+        assert _end_state(mine) == _end_state(theirs)
+    assert verify(again).identical
 
 
 def _end_state(log: Log) -> bytes:
@@ -201,9 +217,24 @@ def test_a_log_that_ends_at_many_places(name: str, whole: dict[str, Path], tmp_p
         try:
             resume(path)
         except LogError as error:
-            assert "no log" in str(error) or "holds no step" in str(error)
+            if "only the end of the file is missing" in str(error):
+                assert_made_whole(path, whole[name])
+            else:
+                assert "no log" in str(error) or "holds no step" in str(error)
         else:
-            assert_same(path, whole[name])
+            # One that was cut in its first batch is recorded from its start.
+            assert_same_history(path, whole[name])
+
+
+def test_of_a_run_that_came_to_its_end_only_the_file_is_mended(whole: dict[str, Path], tmp_path: Path) -> None:
+    """Killed while the index was written."""
+    path = tmp_path / "killed.mcap"
+    path.write_bytes(whole["discs"].read_bytes()[:-8])
+    with pytest.raises(
+        LogError, match="only the end of the file is missing; nothing is left to resume; `granular-env recover`"
+    ):
+        resume(path)
+    assert_made_whole(path, whole["discs"])
 
 
 def test_damage_in_the_middle_is_run_anew(tmp_path: Path) -> None:

@@ -91,8 +91,8 @@ def test_a_plate_breaks_in_two_at_its_notch() -> None:
 
 
 def test_what_has_become_of_a_body_is_told_with_the_reason() -> None:
-    plate, early, late = broken_plate()
-    plate.restore(late)
+    plate, _, late = broken_plate()
+    plate.restore(ge.Snapshot.from_bytes(late))
     assert OUTCOMES[int(plate.get("outcome"))] == "severed"
     said, first = plate.conclusions()
     assert said.startswith("outcome: severed: cracks reach") and said.endswith("2 pieces")

@@ -15,7 +15,7 @@ from granular_env.components.discs import Discs
 from granular_env.components.errors import GranularError, ParameterError
 from granular_env.components.oscillator import Oscillator
 from granular_env.components.profiles import Profile
-from granular_env.components.snapshot import Block
+from granular_env.components.state_block import Block
 
 
 class Interrupter:

@@ -18,33 +18,17 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 
 from ..support.arrays import FloatArray
 from ..support.jit import internal, internal_inlined, jit
+from .bond_strains import bond_dilation, bond_strains, condensation, opposite_slot, pair_strains
 from .breaking.functions import failure
-from .pair import mirrored_slots, orient, strains, turned
+from .mixture import both_shear, lame_of, mean_shear, shear_of, volumetric_stress
+from .pair import mirrored_slots, orient, turned
 from .responses.functions import respond
-from .state import Body
+from .strain_division import bond_dilations, division_energy
 from .stress import virial
-
-
-class Bonds(NamedTuple):
-    """The histories of links; each is kept at both of its ends.
-
-    Attributes:
-        weight: 1 for a link that holds, less while it is released, 0 afterwards; shape (n, slots).
-        plastic: plastic strains along and across, shape (n, slots, 2).
-        stiffness: part of the shear modulus that is left, less 1, shape (n, slots).
-        inelastic: inelastic strain, shape (n, slots).
-        origin: strains along and across from which those of a link count, shape (n, slots, 2); where no pair is linked again
-            they are all 0, and this has shape (0, slots).
-    """
-
-    weight: FloatArray
-    plastic: FloatArray
-    stiffness: FloatArray
-    inelastic: FloatArray
-    origin: FloatArray
 
 
 class Law(NamedTuple):
@@ -52,9 +36,11 @@ class Law(NamedTuple):
 
     Attributes:
         elastic: whether they have no history.
-        response: see `responses.Response.constants`, shape (3,).
+        response: see `responses.Response.constants`, shape (3,); of several materials a row for each law, shape (laws, 3).
         criterion: number of the criterion.
-        strength: see `breaking.Criterion.constants`, shape (3,).
+        strength: see `breaking.Criterion.constants`, shape (3,), or (laws, 3).
+        rows: the two laws of each link of several materials, the weaker of which breaks it, and the first of which it follows
+            when it yields, shape (n, slots / 2, 2); else (0,).
         factors: of the strength of each link, shape (n, slots / 2).
         release: over how many internal steps a broken link is released, and a new one made.
         linking: see `relinking.Relinking.constants`, shape (2,).
@@ -65,6 +51,7 @@ class Law(NamedTuple):
     response: FloatArray
     criterion: int
     strength: FloatArray
+    rows: npt.NDArray[np.int64]
     factors: FloatArray
     release: int
     linking: FloatArray
@@ -72,88 +59,14 @@ class Law(NamedTuple):
 
 
 @internal_inlined
-def opposite_slot(slots, slot):
-    """Return the slot of the same pair at its other end."""
-    return slot + slots // 2 if slot < slots // 2 else slot - slots // 2
-
-
-@internal_inlined
-def pair_strains(body, displacement, half, i, slot):
-    """Return the strains of a pair since anything moved, and cos - 1 and sin of its rotation."""
-    nx, ny, j = body.directions[slot, 0], body.directions[slot, 1], body.neighbours[i, slot]
-    return strains(displacement, half, i, j, nx, ny, body.diameter)
-
-
-@internal_inlined
-def _origin_of(origin, i, slot):
-    """Return the strains from which those of a link count; which of the two is known when this is compiled.
-
-    A question to be answered for each link would make everything around it ten times as slow.
-    """
-    if origin.ndim == 3:
-        return origin[i, slot, 0], origin[i, slot, 1]
-    return 0.0, 0.0
-
-
-@internal_inlined
-def bond_strains(body, bonds, displacement, half, i, slot):
-    """Return the strains of a link, from those on that it was made with, and cos - 1 and sin of its rotation."""
-    eps, gamma, less, sine = pair_strains(body, displacement, half, i, slot)
-    along, across = _origin_of(bonds.origin, i, slot)
-    return eps - along, gamma - across, less, sine
-
-
-@internal_inlined
 def bond_tractions(body, bonds, displacement, half, dilation, i, slot):
     """Return the tractions along and across a link, and cos - 1 and sin of its rotation."""
     eps, gamma, less, sine = bond_strains(body, bonds, displacement, half, i, slot)
-    twice = 2.0 * body.shear * (1.0 + bonds.stiffness[i, slot])
+    moduli, j, left = bonds.mixture.moduli, body.neighbours[i, slot], 1.0 + bonds.stiffness[i, slot]
+    along, across = 2.0 * mean_shear(moduli, i, j, body.shear) * left, 2.0 * both_shear(moduli, i, j, body.shear) * left
     eps, gamma = eps - bonds.plastic[i, slot, 0], gamma - bonds.plastic[i, slot, 1]
-    pressing = body.lame * (0.5 * (dilation[i] + dilation[body.neighbours[i, slot]]))
-    return twice * eps + pressing, twice * gamma, less, sine
-
-
-@internal_inlined
-def _free_share(body, bonds, i, kind, slot):
-    """Return what a released face adds to the shares of free faces; its stiffness is what is left of that of the link."""
-    if bonds.weight[i, slot] == 1.0:
-        return 0.0
-    return (1.0 - bonds.weight[i, slot]) * body.share[kind, slot] / (1.0 + bonds.stiffness[i, slot])
-
-
-@internal_inlined
-def condensation(body, bonds, i):
-    """Return 1 + a of an automaton: what its free and released faces make of the volumetric strain."""
-    k, slots = body.kind[i], body.directions.shape[0]
-    free = 0.0
-    for group in range(slots // 2 - 1, -1, -1):
-        a, b = mirrored_slots(slots, group)
-        free += _free_share(body, bonds, i, k, a) + _free_share(body, bonds, i, k, b)
-    return 1.0 + (body.missing[k] + free) * body.lame / (2.0 * body.shear)
-
-
-@internal_inlined
-def bond_dilation(body, bonds, displacement, half, i):
-    """Return the volumetric strain of an automaton."""
-    k, slots = body.kind[i], body.directions.shape[0]
-    total = 0.0
-    for group in range(slots // 2 - 1, -1, -1):
-        pair = 0.0
-        for slot in mirrored_slots(slots, group):
-            eps, _, _, _ = bond_strains(body, bonds, displacement, half, i, slot)
-            weight = bonds.weight[i, slot]
-            # A released face keeps the strain that has flowed.
-            strain = eps if weight == 1.0 else weight * eps + (1.0 - weight) * bonds.plastic[i, slot, 0]
-            pair += body.share[k, slot] * strain
-        total += pair
-    return total / condensation(body, bonds, i)
-
-
-@internal
-def bond_dilations(body, bonds, displacement, half, dilation_out, begin, end):
-    """Write the volumetric strains of automata from `begin` up to `end`; arguments as for `bond_forces`."""
-    for i in range(begin, end):
-        dilation_out[i] = bond_dilation(body, bonds, displacement, half, i)
+    pressing = volumetric_stress(moduli, bonds.mixture.division, i, j, slot, body.lame, dilation[i], dilation[j])
+    return along * eps + pressing, across * gamma, less, sine
 
 
 @internal
@@ -216,12 +129,6 @@ def _pull(body, bonds, displacement, half, dilation, i, kind, slot):
     return fx, fy, (0.5 * body.diameter) * ((1.0 + eps) * ft - gamma * fn)
 
 
-def intact_bonds(body: Body) -> Bonds:
-    """Return links that all hold."""
-    shape = body.neighbours.shape
-    return Bonds(np.ones(shape), np.zeros((*shape, 2)), np.zeros(shape), np.zeros(shape), np.zeros((0, shape[1])))
-
-
 @jit
 def update_bond_forces(body, bonds, motion, scratch):
     """Write the volumetric strains of the positions as they are, and the forces and torques of the links."""
@@ -244,27 +151,39 @@ def measure_bonds(body, bonds, motion, scratch, stress_out):
 def pair_energy(body, bonds, displacement, half, i, slot):
     """Return the energy of a link itself, for a weight of 1 [J]."""
     eps, gamma, _, _ = bond_strains(body, bonds, displacement, half, i, slot)
-    modulus = body.shear * (1.0 + bonds.stiffness[i, slot])
     eps, gamma = eps - bonds.plastic[i, slot, 0], gamma - bonds.plastic[i, slot, 1]
-    return body.face[body.kind[i], slot] * body.diameter * modulus * (eps * eps + gamma * gamma)
+    volume = body.face[body.kind[i], slot] * body.diameter
+    return _elastic_energy(
+        bonds.mixture.moduli, body, volume, i, body.neighbours[i, slot], 1.0 + bonds.stiffness[i, slot], eps, gamma
+    )
+
+
+@internal_inlined
+def _elastic_energy(moduli, body, volume, i, j, left, eps, gamma):
+    if moduli.ndim == 2:
+        along, across = mean_shear(moduli, i, j, 0.0), both_shear(moduli, i, j, 0.0)
+        return volume * left * (along * (eps * eps) + across * (gamma * gamma))
+    return volume * (body.shear * left) * (eps * eps + gamma * gamma)
 
 
 @internal
 def volume_energy(body, bonds, displacement, half, i):
     """Return the energy of the volumetric strain of an automaton [J]."""
     theta = bond_dilation(body, bonds, displacement, half, i)
-    return 0.5 * body.volume[body.kind[i]] * body.lame * condensation(body, bonds, i) * theta * theta
+    lame = lame_of(bonds.mixture.moduli, i, body.lame)
+    return 0.5 * body.volume[body.kind[i]] * lame * condensation(body, bonds, i) * theta * theta
 
 
 @jit
 def bond_energy(body, bonds, displacement, half):
     """Return the energy that is stored in all links and volumes [J]."""
-    total, slots = 0.0, body.directions.shape[0]
+    total, slots, moduli = 0.0, body.directions.shape[0], bonds.mixture.moduli
     for i in range(body.kind.size):
         total += volume_energy(body, bonds, displacement, half, i)
         for slot in range(slots // 2):
             if bonds.weight[i, slot] > 0.0:
                 total += bonds.weight[i, slot] * pair_energy(body, bonds, displacement, half, i, slot)
+                total -= bonds.weight[i, slot] * division_energy(moduli, body, bonds, displacement, half, i, slot)
     return total
 
 
@@ -294,7 +213,8 @@ def update_bonds(body, bonds, law, displacement, half, dilation, stress, mark_ou
                 continue
             if not law.elastic:
                 equivalent = mean_equivalent_stress(body, bonds, dilation, stress, i, slot)
-                if equivalent > law.response[0]:
+                onset, _, _ = _response_of(law.response, law.rows, i, slot)
+                if equivalent > onset:
                     before = pair_energy(body, bonds, displacement, half, i, slot)
                     flow = _respond(body, bonds, law, displacement, half, dilation, i, slot, equivalent)
                     # Flow takes place under the stress after it: the kicks before and after see that, not the one tried.
@@ -302,9 +222,7 @@ def update_bonds(body, bonds, law, displacement, half, dilation, stress, mark_ou
             if law.criterion:
                 eps, gamma, _, _ = bond_strains(body, bonds, displacement, half, i, slot)
                 normal, tangential, equivalent, mean = pair_stress(body, bonds, displacement, half, dilation, stress, i, slot)
-                value, limit, _ = failure(
-                    law.criterion, law.strength, eps, gamma, normal, tangential, equivalent, mean, law.factors[i, slot]
-                )
+                value, limit, _ = _failure_of(law.strength, law, eps, gamma, normal, tangential, equivalent, mean, i, slot)
                 if value >= limit:
                     mark_out[i, slot] = value
                     marked += 1
@@ -312,21 +230,46 @@ def update_bonds(body, bonds, law, displacement, half, dilation, stress, mark_ou
 
 
 @internal_inlined
+def _response_of(response, rows, i, slot):
+    """Return onset, slope and part of the response of a link; links between two materials have no onset."""
+    if response.ndim == 2:
+        row = rows[i, slot, 0]
+        onset = response[row, 0] if row == rows[i, slot, 1] else np.inf
+        return onset, response[row, 1], response[row, 2]
+    return response[0], response[1], response[2]
+
+
+@internal_inlined
+def _failure_of(strength, law, eps, gamma, normal, tangential, equivalent, mean, i, slot):
+    """Return what decides whether a link breaks, its limit, and the number of the cause; see `breaking.functions.failure`."""
+    code, factor = law.criterion, law.factors[i, slot]
+    if strength.ndim == 2:
+        one, other = strength[law.rows[i, slot, 0]], strength[law.rows[i, slot, 1]]
+        value, limit, cause = failure(code, one, eps, gamma, normal, tangential, equivalent, mean, factor)
+        value_2, limit_2, cause_2 = failure(code, other, eps, gamma, normal, tangential, equivalent, mean, factor)
+        if value_2 / limit_2 > value / limit:
+            return value_2, limit_2, cause_2
+        return value, limit, cause
+    return failure(code, strength, eps, gamma, normal, tangential, equivalent, mean, factor)
+
+
+@internal_inlined
 def _respond(body, bonds, law, displacement, half, dilation, i, slot, equivalent):
     """Write the history of a link that yields, at both of its ends; return the energy of its plastic strains alone [J]."""
     eps, gamma, _, _ = bond_strains(body, bonds, displacement, half, i, slot)
     j, back = body.neighbours[i, slot], opposite_slot(body.directions.shape[0], slot)
-    theta = 0.5 * (dilation[i] + dilation[j])
+    theta, shear = 0.5 * (dilation[i] + dilation[j]), shear_of(bonds.mixture.moduli, i, body.shear)
+    onset, hardening, degradation = _response_of(law.response, law.rows, i, slot)
     eps_p, gamma_p, stiffness, inelastic = respond(
         equivalent, eps, gamma, theta, bonds.plastic[i, slot, 0], bonds.plastic[i, slot, 1], 1.0 + bonds.stiffness[i, slot],
-        bonds.inelastic[i, slot], body.shear, law.response[0], law.response[1], law.response[2],
+        bonds.inelastic[i, slot], shear, onset, hardening, degradation,
     )  # fmt: skip
     more, across = eps_p - bonds.plastic[i, slot, 0], gamma_p - bonds.plastic[i, slot, 1]
     bonds.plastic[i, slot, 0], bonds.plastic[i, slot, 1] = eps_p, gamma_p
     bonds.plastic[j, back, 0], bonds.plastic[j, back, 1] = eps_p, gamma_p
     bonds.stiffness[i, slot], bonds.stiffness[j, back] = stiffness - 1.0, stiffness - 1.0
     bonds.inelastic[i, slot], bonds.inelastic[j, back] = inelastic, inelastic
-    return body.face[body.kind[i], slot] * body.diameter * body.shear * stiffness * (more * more + across * across)
+    return body.face[body.kind[i], slot] * body.diameter * shear * stiffness * (more * more + across * across)
 
 
 @internal_inlined
@@ -347,8 +290,16 @@ def pair_stress(body, bonds, displacement, half, dilation, stress, i, slot):
 @internal_inlined
 def _mean_stress(body, bonds, dilation, i, slot):
     """Return the mean stress of a link, K theta, with what is left of its shear modulus [Pa]."""
-    left = 1.0 + bonds.stiffness[i, slot]
-    return (body.lame + 2.0 * body.shear * left / 3.0) * (0.5 * (dilation[i] + dilation[body.neighbours[i, slot]]))
+    left, j = 1.0 + bonds.stiffness[i, slot], body.neighbours[i, slot]
+    return _mean_pressure(bonds.mixture.moduli, body, i, j, left, dilation[i], dilation[j])
+
+
+@internal_inlined
+def _mean_pressure(moduli, body, i, j, left, theta_i, theta_j):
+    if moduli.ndim == 2:
+        one, other = moduli[i, 1] + 2.0 * moduli[i, 0] * left / 3.0, moduli[j, 1] + 2.0 * moduli[j, 0] * left / 3.0
+        return 0.5 * (one * theta_i + other * theta_j)
+    return (body.lame + 2.0 * body.shear * left / 3.0) * (0.5 * (theta_i + theta_j))
 
 
 @internal_inlined
@@ -375,8 +326,7 @@ def bond_failure(body, bonds, law, displacement, half, dilation, stress, i, slot
     """Return what decides whether a link breaks, its limit, and the number of the cause; slot in the first half."""
     eps, gamma, _, _ = bond_strains(body, bonds, displacement, half, i, slot)
     normal, tangential, equivalent, mean = pair_stress(body, bonds, displacement, half, dilation, stress, i, slot)
-    factor = law.factors[i, slot]
-    return failure(law.criterion, law.strength, eps, gamma, normal, tangential, equivalent, mean, factor)
+    return _failure_of(law.strength, law, eps, gamma, normal, tangential, equivalent, mean, i, slot)
 
 
 @jit

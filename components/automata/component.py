@@ -13,15 +13,19 @@ from ..component import Component
 from ..contract import Variable
 from ..drawables import Drawable, Links, Points
 from ..errors import ParameterError, StepError
-from ..materials.elastic import material
+from ..materials.elastic import Material
 from ..profiles import CompiledProfile
 from ..support.arrays import FloatArray
+from ..support.excess import excess_error
 from ..support.roots import round_down_to_125
 from . import motion
-from .bond_forces import intact_bonds, update_bond_forces
+from .bond_forces import update_bond_forces
+from .bond_strains import intact_bonds
 from .cracking_specimen import TOO_FAR, UNSOUND, CrackingSpecimen
 from .linked_specimen import LinkedSpecimen
 from .loads_and_grips import Conditions
+from .materials import chosen_materials, lame_constants, material_numbers
+from .mixture import Mixture, mix, one_material
 from .packing import LATTICES, Packing, pack
 from .parameters import AutomataParameters
 from .schedule import make_parts
@@ -54,25 +58,22 @@ class Automata(Component):
         """Return the bytes of the automata that the rectangle around the shape holds."""
         left, right, low, high = parameters.shape.bounds
         cells = (right - left) * (high - low) / (parameters.diameter**2 * LATTICES[parameters.packing].volume)
-        return int(min(cells, 1e15)) * (_BYTES + _HISTORY_BYTES * parameters.has_history)
+        return int(min(cells, 1e15)) * (_BYTES + _HISTORY_BYTES * parameters.has_bonds)
 
     def _build(self) -> None:
         p = self.parameters
         self.packing: Packing = pack(p.packing, p.shape, p.diameter, p.periodic)
         self.count = len(self.packing.kind)
-        solid = material(p.material)
-        self.shear_modulus = solid.young / (2.0 * (1.0 + solid.poisson))
-        self.lame_modulus = 2.0 * self.shear_modulus * solid.poisson / (1.0 - 2.0 * solid.poisson)
-        self.body: Body = make_body(
-            self.packing, density=solid.density, shear=self.shear_modulus, lame=self.lame_modulus, thickness=p.thickness
-        )
+        self._make_body()
         self.mass: FloatArray = self.body.mass[self.body.kind]
         self.scratch: Scratch = make_scratch(self.count)
         self.conditions = Conditions(p, self.packing)
         # Kernels that the steps of this specimen take too: none is compiled for this alone.
-        forces = update_bond_forces if p.has_history else update_forces
-        links = intact_bonds(self.body) if p.has_history else make_parts(self.body)[0]
-        self.largest_frequency = largest_frequency(self.body, partial(forces, self.body, links), p.has_history)
+        forces = update_bond_forces if p.has_bonds else update_forces
+        links = intact_bonds(self.body, self.mixture) if p.has_bonds else make_parts(self.body)[0]
+        self.largest_frequency = largest_frequency(
+            self.body, partial(forces, self.body, links), p.has_bonds, (self.mixture.moduli,)
+        )
         self.step_size = self._fitting_step_size()
         self._pairs = self.packing.pairs()
         self.steps = self._make_steps()
@@ -88,6 +89,21 @@ class Automata(Component):
         self.steps.bind(self._block)
         self.motion = self.steps.motion
 
+    def _make_body(self) -> None:
+        """Make the automata of their materials."""
+        p, solids = self.parameters, chosen_materials(self.parameters)
+        self.materials: list[Material] = solids
+        self.automaton_material = material_numbers(p, self.packing)
+        constants = np.array([lame_constants(solid) for solid in solids])
+        self.shear_modulus, self.lame_modulus = (np.nan, np.nan) if p.several_materials else constants[0].tolist()
+        density = np.array([solid.density for solid in solids])
+        self.body: Body = make_body(
+            self.packing, self.automaton_material, density=density, shear=self.shear_modulus, lame=self.lame_modulus,
+            thickness=p.thickness,
+        )  # fmt: skip
+        moduli = constants[self.automaton_material]
+        self.mixture: Mixture = mix(self.body, moduli) if p.several_materials else one_material()
+
     def tied_frequency(self, ties: Ties) -> float:
         """Return the largest frequency where a parent carries faces along [rad/s]; see `LinkedSpecimen.tie`."""
         body = tie_faces(self.body, ties)
@@ -100,11 +116,11 @@ class Automata(Component):
         return largest_frequency(body, update, False, ties)
 
     def _make_steps(self) -> LinkedSpecimen:
-        kind = CrackingSpecimen if self.parameters.has_history else LinkedSpecimen
+        kind = CrackingSpecimen if self.parameters.has_bonds else LinkedSpecimen
         self._speed_limit = _LARGEST_MOVE * self.parameters.diameter / self.step_size
         steps = kind(self.packing, self.body, self.conditions, self.scratch, self.step_size, self._speed_limit)
         if isinstance(steps, CrackingSpecimen):
-            steps.prepare(self.parameters)
+            steps.prepare(self.parameters, self.mixture, self.automaton_material)
         return steps
 
     def _fitting_step_size(self) -> float:
@@ -145,10 +161,12 @@ class Automata(Component):
             yield Variable("damage", "output", "1", (n,), "part of the faces that is broken", axes=("automaton",))
             yield Variable("broken_links", "output", "1", (), "number of broken links")
             yield Variable("touching", "output", "1", (), "number of pairs that are not linked and press")
-        if self.parameters.criterion.causes:
+        if self.parameters.several_materials:
+            yield Variable("material", "output", "1", (n,), "number of its material, from 0", axes=("automaton",))
+        if self.parameters.breakable:
             text = "what decides whether a pair breaks over its limit: 1 breaks it; 0 for a broken or an unloaded pair"
             yield Variable("criterion_ratio", "output", "1", (links,), text, minimum=0.0, axes=("link",))
-        if not self.parameters.response.elastic:
+        if self.parameters.yields:
             yield Variable("inelastic_strain", "output", "1", (n,), "mean of the pairs", axes=("automaton",))
 
     def _outputs(self) -> dict[str, Callable[[], Any]]:
@@ -161,11 +179,13 @@ class Automata(Component):
             "stress": steps.stress,
             "linked": steps.linked,
         }
+        if self.parameters.several_materials:
+            found["material"] = lambda: self.automaton_material.astype(np.float64)
         if isinstance(steps, CrackingSpecimen):
             found |= {"damage": steps.damage, "broken_links": steps.broken_links, "touching": steps.touching}
-            if self.parameters.criterion.causes:
+            if self.parameters.breakable:
                 found["criterion_ratio"] = steps.criterion_ratio
-            if not self.parameters.response.elastic:
+            if self.parameters.yields:
                 found["inelastic_strain"] = steps.inelastic
         return found
 
@@ -201,13 +221,8 @@ class Automata(Component):
         meaning = f"{_LARGEST_MOVE:g} of a diameter in an internal step"
         if status == TOO_FAR:
             variable, unit, limit, meaning = "displacement", "m", 1e9 * self.parameters.diameter, "a thousand million diameters"
-        size = self._magnitude(variable)
-        index = int(np.argmin(size <= limit))
-        return StepError(
-            f"reached {size[index]:g} {unit} soon after {self.time:g} s, expected at most {limit:g} "
-            f"{unit}, {meaning}; take a smaller step_size, or load the specimen less",
-            time=self.time, at=(variable, index), variable=variable, index=index, value=float(size[index]), limit=limit,
-        )  # fmt: skip
+        advice = f"{meaning}; take a smaller step_size, or load the specimen less"
+        return excess_error(variable, unit, self._magnitude(variable), limit, self.time, advice)
 
     # -- reading ----------------------------------------------------------------------------------------------------
 

@@ -36,8 +36,8 @@ class Ground(NamedTuple):
         places: whole numbers of `unit`, shape (n, 2), int32.
         unit: shape (2,) [m].
         period: after which length a specimen begins again along x and y, 0 where it does not, shape (2,) [m].
-        normal: stiffness k_n between whole automata [N/m].
-        tangential: stiffness k_t between whole automata [N/m].
+        normal: stiffness k_n between whole automata, shape () or, of each where there are several materials, (n,) [N/m].
+        tangential: stiffness k_t between whole automata, likewise [N/m].
         part: of a whole cell, of each automaton, shape (n,).
         friction: coefficient mu.
         damping: zeta, in parts of critical damping.
@@ -46,8 +46,8 @@ class Ground(NamedTuple):
     places: npt.NDArray[np.int32]
     unit: FloatArray
     period: FloatArray
-    normal: float
-    tangential: float
+    normal: FloatArray
+    tangential: FloatArray
     part: FloatArray
     friction: float
     damping: float
@@ -89,6 +89,14 @@ def contact_part(ground, i, j):
 
 
 @internal_inlined
+def contact_stiffness(stiffness, i, j):
+    """Return the stiffness of a contact of two automata, from that of all or of each: two halves in series [N/m]."""
+    if stiffness.ndim == 1:
+        return 2.0 * (stiffness[i] * stiffness[j]) / (stiffness[i] + stiffness[j])
+    return stiffness[()]
+
+
+@internal_inlined
 def contact_weight(bonds, pairs, row):
     """Return the part of a contact that acts: all of it but where its link is not released yet."""
     slot = pairs[row, SLOT]
@@ -126,8 +134,10 @@ def contact_energy(ground, bonds, motion, contacts, row, later):
     slid = contacts.slid[row]
     if later > 0.0:
         slid += later * sliding_speed(motion, i, j, x / r, y / r, r)
-    stiffness = ground.normal * overlap * overlap + ground.tangential * slid * slid
-    return 0.5 * contact_weight(bonds, contacts.pairs, row) * contact_part(ground, i, j) * stiffness
+    energy = (
+        contact_stiffness(ground.normal, i, j) * overlap * overlap + contact_stiffness(ground.tangential, i, j) * slid * slid
+    )
+    return 0.5 * contact_weight(bonds, contacts.pairs, row) * contact_part(ground, i, j) * energy
 
 
 @internal_inlined
@@ -136,7 +146,7 @@ def _dashpot_force(body, ground, motion, part, i, j, nx, ny, push):
     closing = (motion.velocity[i, 0] - motion.velocity[j, 0]) * nx + (motion.velocity[i, 1] - motion.velocity[j, 1]) * ny
     first, second = body.mass[body.kind[i]], body.mass[body.kind[j]]
     mass = first * second / (first + second)
-    return max(2.0 * ground.damping * np.sqrt(part * ground.normal * mass) * closing, -push)
+    return max(2.0 * ground.damping * np.sqrt(part * contact_stiffness(ground.normal, i, j) * mass) * closing, -push)
 
 
 @internal
@@ -166,18 +176,19 @@ def add_contacts(body, ground, bonds, motion, contacts, count, time, force, torq
         overlap = rest - r
         part = contact_weight(bonds, contacts.pairs, row) * contact_part(ground, i, j)
         contacts.dashpot[row, 0] = contacts.dashpot[row, 1] = 0.0
+        normal, tangential = contact_stiffness(ground.normal, i, j), contact_stiffness(ground.tangential, i, j)
         if not overlap > 0.0 or r == 0.0:
-            lost += 0.5 * part * ground.tangential * slid * slid
+            lost += 0.5 * part * tangential * slid * slid
             contacts.slid[row] = 0.0
             continue
         nx, ny = x / r, y / r
         before, slid = slid, slid + _way_slid(motion, i, j, x, y, r, time)
-        most = ground.friction * ground.normal * overlap / ground.tangential
+        most = ground.friction * normal * overlap / tangential
         kept = min(max(slid, -most), most)
         # The kicks before and after give the mean of both forces times the way: what is let go costs that mean.
-        lost += 0.5 * part * ground.tangential * (before + kept) * (slid - kept)
+        lost += 0.5 * part * tangential * (before + kept) * (slid - kept)
         contacts.slid[row] = kept
-        push, drag = part * ground.normal * overlap, part * ground.tangential * kept
+        push, drag = part * normal * overlap, part * tangential * kept
         if ground.damping > 0.0:
             more = _dashpot_force(body, ground, motion, part, i, j, nx, ny, push)
             contacts.dashpot[row, 0], contacts.dashpot[row, 1] = -more * nx, -more * ny

@@ -14,12 +14,14 @@ import numpy as np
 
 from ..support.arrays import FloatArray
 from ..support.jit import internal, jit
-from .bond_forces import Bonds, Law, bond_dilations, bond_forces, bond_stresses, update_bonds
+from .bond_forces import Law, bond_forces, bond_stresses, update_bonds
+from .bond_strains import Bonds
 from .contact import Ground, add_contacts, dashpot_power
 from .motion import add_loads, drift, hold, keep_velocities, kick, settle_loads
 from .pair import orient
 from .release import DAMPING, FRICTION, INELASTIC, TRAVEL, change_weights, settle_weights
 from .state import Body
+from .strain_division import bond_dilations
 
 # What `advance` returns: all steps are done, or what has to be done now.
 DONE, TOO_FAST, SEARCH, BREAK = 0, 1, 2, 3

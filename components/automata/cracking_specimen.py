@@ -5,20 +5,23 @@ from __future__ import annotations
 import numpy as np
 
 from ..errors import ParameterError
-from ..events import EventDetail
-from ..snapshot import EVENT_ROWS, Block
+from ..events import EVENT_ROWS, EventDetail
+from ..state_block import Block
 from ..support.arrays import FloatArray
 from ..support.counter_random import uniform
 from . import cracking
-from .bond_forces import Bonds, Law, bond_energy, criterion_ratios, measure_bonds
+from .bond_forces import Law, bond_energy, criterion_ratios, measure_bonds
+from .bond_strains import Bonds
 from .contact import FIRST, SECOND, SLOT, Contacts, Ground, all_contact_energy, count_touching
 from .cracking import Judgement, Medium
 from .linked_specimen import LinkedSpecimen
-from .linking import count_linkable, link_contacts, raise_weights
+from .materials import IntArray, chosen_materials, law_rows, law_tables
+from .mixture import Mixture
 from .neighbours import SKIN, can_be_found, find_pairs, merge, slots_of_links
 from .packing import Packing
 from .parameters import AutomataParameters
 from .release import LOSSES, NEVER_FOUND, TRAVEL
+from .relinked_pairs import count_linkable, link_contacts, raise_weights
 from .rupture import break_bonds
 from .stability import ALLOWED_PART, damping_limit
 from .state import Body
@@ -27,6 +30,8 @@ from .state import Body
 TOO_FAR, UNSOUND = 2, 3
 # So far may the fastest automaton move before contacts are found anew, in diameters.
 _MOST_TRAVEL = 0.5 * SKIN
+# Parts of the state of each link.
+_HISTORIES = "weight", "plastic", "stiffness", "inelastic", "origin"
 # What `losses` of the state hold, in its order.
 _LOSSES = "fracture_energy", "friction_energy", "inelastic_energy", "damping_energy", "linking_energy"
 
@@ -37,12 +42,13 @@ class CrackingSpecimen(LinkedSpecimen):
     def _prepare_sweeps(self) -> None:
         """Make nothing: sweeps know no histories."""
 
-    def prepare(self, parameters: AutomataParameters) -> None:
-        """Make the laws and the scratch, from the parameters."""
+    def prepare(self, parameters: AutomataParameters, mixture: Mixture, numbers: IntArray) -> None:
+        """Make the laws and the scratch, from the parameters, the moduli, and the number of each automaton's material."""
         p, n, slots = parameters, self.count, self.packing.lattice.slots
+        self._mixture, criterion = mixture, p.leading_criterion
         _refuse_double_links(self.packing)
-        self.event_kinds = {**p.criterion.causes, **p.relinking.kinds}
-        units = dict.fromkeys(p.criterion.causes, p.criterion.unit) | dict.fromkeys(p.relinking.kinds, "Pa")
+        self.event_kinds = {**criterion.causes, **p.relinking.kinds}
+        units = dict.fromkeys(criterion.causes, criterion.unit) | dict.fromkeys(p.relinking.kinds, "Pa")
         self.event_details = {kind: EventDetail(unit, "links") for kind, unit in units.items()}
         self.fields = {
             "weight": ("f8", (n, slots)), "plastic": ("f8", (n, slots, 2)), "stiffness": ("f8", (n, slots)),
@@ -54,13 +60,13 @@ class CrackingSpecimen(LinkedSpecimen):
         self._dashpot = np.zeros((0, 2))
         half = slots // 2
         spread = p.strength_scatter * (2.0 * uniform(p.strength_seed, 1, n * half).reshape(n, half) - 1.0)
-        response, strength = np.array(p.response.constants()), np.array(p.criterion.constants())
+        response, strength, rows = _make_laws(p, numbers, self.packing)
         self._law = Law(
-            p.response.elastic, response, p.criterion.code, strength, (1.0 + spread) * _regional_strengths(self.packing, p),
+            not p.yields, response, criterion.code, strength, rows, (1.0 + spread) * _regional_strengths(self.packing, p),
             p.release_ticks,
             np.array(p.relinking.constants()), p.release_ticks if p.relinking.kinds else 0,
         )  # fmt: skip
-        self._ground = _make_ground(self.packing, self.body, p)
+        self._ground = _make_ground(self.packing, self.body, p, mixture)
         self._refuse_damping(p)
         self.judgement = Judgement(np.zeros((n, 3)), np.zeros((n, half)))
         self._pairs = self.packing.pairs()
@@ -70,8 +76,12 @@ class CrackingSpecimen(LinkedSpecimen):
 
     def _refuse_damping(self, parameters: AutomataParameters) -> None:
         """Refuse dashpots that the step does not bear."""
-        given, whole = parameters.contact_damping, float(self.body.mass.max())
-        limit = ALLOWED_PART * damping_limit(self.packing.lattice.slots, self._ground.normal, whole, self.step_size)
+        given = parameters.contact_damping
+        # Of several materials the stiffest contact with the lightest whole automaton: on the safe side.
+        whole = min(solid.density for solid in chosen_materials(parameters)) * float(self.body.volume.max())
+        limit = ALLOWED_PART * damping_limit(
+            self.packing.lattice.slots, float(self._ground.normal.max()), whole, self.step_size
+        )
         if given > limit:
             raise ParameterError(
                 f"got {given:g}",
@@ -86,7 +96,8 @@ class CrackingSpecimen(LinkedSpecimen):
         """Take the state."""
         super().bind(block)
         self._block, self.losses = block, block["losses"]
-        self.medium = Medium(self.body, self._ground, Bonds(*(block[name] for name in Bonds._fields)), self._law)
+        bonds = Bonds(**{name: block[name] for name in _HISTORIES}, mixture=self._mixture)
+        self.medium = Medium(self.body, self._ground, bonds, self._law)
 
     def start(self) -> None:
         """Link all pairs, and have contacts found before the first step."""
@@ -268,7 +279,7 @@ def _refuse_double_links(packing: Packing) -> None:
     if len(np.unique(ends, axis=0)) < len(ends):
         raise ParameterError(
             "two automata of this periodic specimen are neighbours on two sides",
-            expected="at least 3 diameters across where links may break",
+            expected="at least 3 diameters across where links may break, or join several materials",
             at="shape",
         )
 
@@ -288,18 +299,28 @@ def _regional_strengths(packing: Packing, parameters: AutomataParameters) -> Flo
     return factors
 
 
-def _make_ground(packing: Packing, body: Body, parameters: AutomataParameters) -> Ground:
+def _make_laws(parameters: AutomataParameters, numbers: IntArray, packing: Packing) -> tuple[FloatArray, FloatArray, IntArray]:
+    """Return response, strength and rows of a `Law`."""
+    if not parameters.several_materials:
+        none = np.zeros(0, np.int64)
+        return np.array(parameters.responses[0].constants()), np.array(parameters.criteria[0].constants()), none
+    response, strength, rows = law_tables(parameters)
+    return response, strength, law_rows(rows, numbers, packing)
+
+
+def _make_ground(packing: Packing, body: Body, parameters: AutomataParameters, mixture: Mixture) -> Ground:
     lattice, diameter, p = packing.lattice, packing.diameter, parameters
     per_length = lattice.face * p.thickness
     share = lattice.face / (2.0 * lattice.volume)
+    shear, lame = mixture.moduli.T if p.several_materials else (body.shear, body.lame)
     left, right, low, high = p.shape.bounds
     period = np.array([right - left, high - low]) * np.array(p.periodic)
     return Ground(
         places=packing.places,
         unit=lattice.unit * diameter,
         period=period,
-        normal=per_length * (2.0 * body.shear + share * body.lame),
-        tangential=per_length * 2.0 * body.shear,
+        normal=np.array(per_length * (2.0 * shear + share * lame)),
+        tangential=np.array(per_length * 2.0 * shear),
         part=packing.classes.volume[packing.kind] / (lattice.volume * diameter**2),
         friction=p.friction,
         damping=p.contact_damping,

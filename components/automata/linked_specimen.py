@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from ..events import EventDetail
-from ..snapshot import Block
+from ..state_block import Block
 from ..support.arrays import FloatArray
 from . import threads
 from .advance import advance

@@ -13,9 +13,9 @@ from ..materials.elastic import Material, Preset, preset_list
 from ..support.parameter_fields import Index, Pair, field
 from ..support.validation import Parameters
 from .boundaries import ChosenBoundary, Periodic, Traction
-from .breaking import ChosenCriterion, Unbreakable
+from .breaking import ChosenCriteria, ChosenCriterion, Criterion, Unbreakable
 from .relinking import ChosenRelinking, Never
-from .responses import ChosenResponse, Linear
+from .responses import ChosenResponses, Linear, Response
 from .shapes import ChosenShape, Rectangle
 
 __all__ = ["AutomataParameters", "Place"]
@@ -30,8 +30,22 @@ class StrengthRegion(Parameters):
     factor: float = field(..., "of their strengths", "1", gt=0.0)
 
 
+class Region(Parameters):
+    """A part of the specimen with one of several materials."""
+
+    area: ChosenArea = field(..., "automata whose centre lies in this area: a box or a disc", "1")
+    material: int = field(..., "number of the material, from 0", "1", ge=0)
+
+
+class Interface(Parameters):
+    """The strength of links between automata of two materials."""
+
+    materials: list[Index] = field(..., "numbers of the two materials", "1", min_length=2, max_length=2)
+    criterion: ChosenCriterion = field(..., "what breaks links between them, of the same name as `criterion`, or none", "1")
+
+
 class AutomataParameters(Parameters):
-    """A specimen that is packed with equal automata, its material and its four edges; plane strain."""
+    """A specimen that is packed with equal automata, its materials and its four edges; plane strain."""
 
     shape: ChosenShape = field(
         ...,
@@ -41,14 +55,27 @@ class AutomataParameters(Parameters):
     )
     diameter: float = field(..., "diameter of the automata", "m", gt=0.0, examples=[0.01])
     packing: Literal["square", "hexagonal"] = field("hexagonal", "square, or hexagonal with rows along x", "1")
-    material: Preset | Material = field("steel", f"material, or the name of a preset ({preset_list()})", "1")
-    thickness: float = field(1.0, "extent along z", "m", gt=0.0)
-    response: ChosenResponse = field(
-        Linear(), "response of pairs: linear, degrading, plastic or plastic_degrading; a table {name = ..., ...}", "1"
+    material: Preset | Material | list[Preset | Material] = field(
+        "steel", f"material, or the name of a preset ({preset_list()}); several for `regions` or `automaton_material`", "1"
     )
-    criterion: ChosenCriterion = field(
+    regions: list[Region] = field([], "where materials lie; later ones cover earlier ones, material 0 is everywhere else", "1")
+    automaton_material: list[Index] | None = field(None, "number of the material of each automaton, instead of `regions`", "1")
+    thickness: float = field(1.0, "extent along z", "m", gt=0.0)
+    response: ChosenResponses = field(
+        Linear(),
+        "response of pairs: linear, degrading, plastic or plastic_degrading; a table {name = ..., ...}; one for all materials, "
+        "or one each. Pairs of two materials are linear",
+        "1",
+    )
+    criterion: ChosenCriteria = field(
         Unbreakable(),
-        "what breaks pairs: none, von_mises, drucker_prager, mohr_coulomb or strain; a table {name = ..., ...}",
+        "what breaks pairs: none, von_mises, drucker_prager, mohr_coulomb or strain; a table {name = ..., ...}; one for all "
+        "materials, or one each, of one name or none",
+        "1",
+    )
+    interfaces: list[Interface] = field(
+        [],
+        "strengths of pairs of two materials; by default a pair breaks by the criterion of either, the one that is met first",
         "1",
     )
     strength_scatter: float = field(0.0, "strengths of pairs lie evenly within 1 -+ this", "1", ge=0.0, lt=1.0)
@@ -97,17 +124,106 @@ class AutomataParameters(Parameters):
 
     @model_validator(mode="after")
     def _validate_relinking(self) -> AutomataParameters:
-        if self.relinking.kinds and not self.criterion.causes:
+        if self.relinking.kinds and not self.breakable:
             raise ValueError("relinking: links what has broken, and nothing breaks; choose a criterion, or leave relinking out")
+        if self.relinking.kinds and self.several_materials:
+            raise ValueError("relinking: knows no pairs of two materials; give one material, or leave relinking out")
         return self
+
+    @model_validator(mode="after")
+    def _validate_materials(self) -> AutomataParameters:
+        count = len(self.materials)
+        if not count:
+            raise ValueError("material: got none, expected at least one")
+        for name, given in (("response", self.response), ("criterion", self.criterion)):
+            if isinstance(given, list) and len(given) != count:
+                raise ValueError(f"{name}: got {len(given)} for {count} materials; give one for all, or one each")
+        if self.regions and self.automaton_material is not None:
+            raise ValueError("automaton_material: `regions` says it too; give one of them")
+        for place, region in enumerate(self.regions):
+            _refuse_unknown(f"regions[{place}].material", region.material, count)
+        for place, number in enumerate(self.automaton_material or ()):
+            _refuse_unknown(f"automaton_material[{place}]", number, count)
+        return self
+
+    @model_validator(mode="after")
+    def _validate_interfaces(self) -> AutomataParameters:
+        known: set[frozenset[int]] = set()
+        for place, interface in enumerate(self.interfaces):
+            for end, number in enumerate(interface.materials):
+                _refuse_unknown(f"interfaces[{place}].materials[{end}]", number, len(self.materials))
+            pair = frozenset(interface.materials)
+            if len(pair) < 2:
+                raise ValueError(f"interfaces[{place}].materials: got {interface.materials}, expected two different materials")
+            if pair in known:
+                raise ValueError(f"interfaces[{place}].materials: {interface.materials} are given twice; leave one out")
+            known.add(pair)
+        leading = self.leading_criterion
+        places = [f"criterion[{place}]" for place in range(len(self.criteria))]
+        places += [f"interfaces[{place}].criterion" for place in range(len(self.interfaces))]
+        for place, one in zip(places, self._all_criteria(), strict=True):
+            if one.causes and one.name != leading.name:
+                raise ValueError(
+                    f"{place}: got {one.name!r} beside {leading.name!r}; expected criteria of one name, or none, in a specimen"
+                )
+        return self
+
+    def _all_criteria(self) -> list[Criterion]:
+        return [*self.criteria, *(one.criterion for one in self.interfaces)]
+
+    @property
+    def materials(self) -> list[str | Material]:
+        """Presets or materials by their number."""
+        return self.material if isinstance(self.material, list) else [self.material]
+
+    @property
+    def several_materials(self) -> bool:
+        """Return whether there is more than one material."""
+        return len(self.materials) > 1
+
+    @property
+    def responses(self) -> list[Response]:
+        """The response of each material."""
+        return self.response if isinstance(self.response, list) else [self.response] * len(self.materials)
+
+    @property
+    def criteria(self) -> list[Criterion]:
+        """The criterion of each material."""
+        return self.criterion if isinstance(self.criterion, list) else [self.criterion] * len(self.materials)
+
+    @property
+    def leading_criterion(self) -> Criterion:
+        """The criterion that gives the others their name: the first that breaks anything."""
+        return next((one for one in self._all_criteria() if one.causes), Unbreakable())
+
+    @property
+    def breakable(self) -> bool:
+        """Return whether any pairs break."""
+        return bool(self.leading_criterion.causes)
+
+    @property
+    def yields(self) -> bool:
+        """Return whether any pairs yield."""
+        return not all(one.elastic for one in self.responses)
 
     @property
     def has_history(self) -> bool:
-        """Return whether pairs yield or break."""
-        return bool(self.criterion.causes) or not self.response.elastic
+        """Return whether any pairs yield or break."""
+        return self.breakable or self.yields
+
+    @property
+    def has_bonds(self) -> bool:
+        """Return whether links are computed one by one: they yield or break, or there are several materials."""
+        return self.has_history or self.several_materials
 
     @property
     def periodic(self) -> tuple[bool, bool]:
         """Return whether left and right are one, and bottom and top."""
         left, bottom = (isinstance(self.boundaries.get(name), Periodic) for name in ("left", "bottom"))
         return left, bottom
+
+
+def _refuse_unknown(name: str, number: int, count: int) -> None:
+    """Refuse the number of a material that is not there."""
+    if number >= count:
+        raise ValueError(f"{name}: got {number}, expected 0 to {count - 1}")

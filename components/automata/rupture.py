@@ -5,9 +5,11 @@ from __future__ import annotations
 import numpy as np
 
 from ..support.jit import internal, internal_inlined, jit
-from .bond_forces import bond_dilation, bond_failure, bond_tractions, opposite_slot, pair_energy, volume_energy
-from .contact import FIRST, SECOND, SLOT, START, contact_part, separation
+from .bond_forces import bond_failure, bond_tractions, pair_energy, volume_energy
+from .bond_strains import bond_dilation, opposite_slot
+from .contact import FIRST, SECOND, SLOT, START, contact_part, contact_stiffness, separation
 from .release import change_weight
+from .strain_division import bond_dilations, division_energy
 
 
 @jit
@@ -50,11 +52,20 @@ def break_bonds(medium, motion, scratch, judgement, numbers, contacts, count, ev
             count, known = count + 1, known + 1
     for row in range(first, count):
         change_weight(body, ground, bonds, law, motion, scratch.half, contacts, row, tick, losses)
-    for row in range(first, count):
-        for end in (FIRST, SECOND):
-            i = contacts.pairs[row, end]
-            scratch.dilation[i] = bond_dilation(body, bonds, u, scratch.half, i)
+    _update_dilations(bonds.mixture.moduli, body, bonds, u, scratch, contacts, first, count)
     return count, known
+
+
+@internal_inlined
+def _update_dilations(moduli, body, bonds, displacement, scratch, contacts, first, count):
+    """Compute the volumetric strains at both ends of the links of some contacts; of several materials those of all."""
+    if moduli.ndim == 2:
+        bond_dilations(body, bonds, displacement, scratch.half, scratch.dilation, 0, body.kind.size)
+    else:
+        for row in range(first, count):
+            for end in (FIRST, SECOND):
+                i = contacts.pairs[row, end]
+                scratch.dilation[i] = bond_dilation(body, bonds, displacement, scratch.half, i)
 
 
 @internal_inlined
@@ -72,11 +83,12 @@ def rest_distance(body, ground, bonds, motion, half, dilation, i, slot):
     most = body.diameter - r
     if not (most > 0.0 and normal < 0.0):
         return min(body.diameter, r)
-    stiffness = ground.normal * contact_part(ground, i, j)
+    stiffness = contact_stiffness(ground.normal, i, j) * contact_part(ground, i, j)
     energy = pair_energy(body, bonds, motion.displacement, half, i, slot)
+    energy -= division_energy(bonds.mixture.moduli, body, bonds, motion.displacement, half, i, slot)
     energy += _part_of_volume(body, bonds, motion, half, i, slot)
     energy += _part_of_volume(body, bonds, motion, half, j, opposite_slot(body.directions.shape[0], slot))
-    return r + min(most, -normal * body.face[kind, slot] / stiffness, np.sqrt(2.0 * energy / stiffness))
+    return r + min(most, -normal * body.face[kind, slot] / stiffness, np.sqrt(max(2.0 * energy / stiffness, 0.0)))
 
 
 @internal

@@ -24,7 +24,7 @@ _found = {breakable: ResultCache() for breakable in (False, True)}
 
 
 def largest_frequency(
-    body: Body, update: Callable[[Motion, Scratch], object], breakable: bool, ties: Iterable[Any] = ()
+    body: Body, update: Callable[[Motion, Scratch], object], breakable: bool, further: Iterable[Any] = ()
 ) -> float:
     """Return the largest frequency of small motions of a linked packing, from below [rad/s].
 
@@ -32,9 +32,9 @@ def largest_frequency(
         body: the packing.
         update: writes the forces and torques of a motion to a scratch.
         breakable: whether these are computed by the kernels of links that may break: their last bits differ.
-        ties: what else the forces follow from: numbers and arrays.
+        further: what else the forces follow from: numbers and arrays.
     """
-    return _found[breakable].get((*body, *ties), lambda: _compute_frequency(body, update))
+    return _found[breakable].get((*body, *further), lambda: _compute_frequency(body, update))
 
 
 def _compute_frequency(body: Body, update: Callable[[Motion, Scratch], object]) -> float:

@@ -25,8 +25,8 @@ class Body(NamedTuple):
         volume: shape (kinds,) [m^3].
         mass: shape (kinds,) [kg].
         inertia: moment of inertia about the centre, m D^2 / 8, shape (kinds,) [kg m^2].
-        shear: G [Pa].
-        lame: lambda = K - 2 G / 3 [Pa].
+        shear: G [Pa]; NaN where there are several materials, see `mixture.Mixture`.
+        lame: lambda = K - 2 G / 3 [Pa]; likewise.
     """
 
     neighbours: npt.NDArray[np.int32]
@@ -75,27 +75,36 @@ class Scratch(NamedTuple):
     torque: FloatArray
 
 
-def make_body(packing: Packing, *, density: float, shear: float, lame: float, thickness: float) -> Body:
-    """Return a packing made of a material.
+def make_body(
+    packing: Packing, numbers: npt.NDArray[np.int64], *, density: FloatArray, shear: float, lame: float, thickness: float
+) -> Body:
+    """Return a packing made of one or several materials.
 
     Args:
         packing: the automata.
-        density: mass density [kg/m^3].
-        shear: G [Pa].
-        lame: lambda [Pa].
+        numbers: material of each automaton, shape (n,).
+        density: mass density of each material, shape (materials,) [kg/m^3].
+        shear: G [Pa]; NaN of several materials, see `mixture.Mixture`.
+        lame: lambda [Pa]; likewise.
         thickness: extent along z [m].
     """
     classes, diameter = packing.classes, packing.diameter
-    mass = density * classes.volume * thickness
+    cuts = len(classes.volume)
+    cut, kind, of_kind = np.arange(cuts), packing.kind, np.zeros(cuts, np.int64)
+    if len(density) > 1:
+        # Automata of one kind are cut in the same way, and of one material.
+        key, place = np.unique(numbers * cuts + packing.kind, return_inverse=True)
+        cut, kind, of_kind = key % cuts, place.reshape(-1).astype(np.int32), key // cuts
+    mass = density[of_kind] * classes.volume[cut] * thickness
     return Body(
         neighbours=packing.neighbours,
-        kind=packing.kind,
+        kind=kind,
         directions=packing.lattice.directions,
         diameter=diameter,
-        face=classes.face * thickness,
-        share=classes.share,
-        missing=classes.missing,
-        volume=classes.volume * thickness,
+        face=classes.face[cut] * thickness,
+        share=classes.share[cut],
+        missing=classes.missing[cut],
+        volume=classes.volume[cut] * thickness,
         mass=mass,
         inertia=mass * diameter * diameter / 8.0,
         shear=shear,

@@ -14,17 +14,18 @@ from ..drawables import Points
 from ..errors import ParameterError, StepError, caution
 from ..inputs import Held
 from ..profiles import CompiledProfile
-from ..snapshot import Block, FloatArray
+from ..state_block import Block
 from ..support.addresses import location
+from ..support.arrays import FloatArray
 from ..support.jit import entry_point
 from . import kernels, layout
-from .diagnostics import Validity
 from .geometry import Geometry, geometry, smoothness, step_times_frequency, suggested_step_size
 from .held_step import HELD_SIGNATURE, advance_held, held_call
 from .integrators import SCHEMES, SIGNATURE, dop853
 from .laws import Dissipative, Law
 from .parameters import WALLS, ChainParameters
 from .specialisation import specialise
+from .validity import Validity
 
 # Where a contact sees fewer force evaluations a step is refused.
 _LEAST_FORCES = 16.0

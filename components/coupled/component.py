@@ -97,10 +97,10 @@ class Coupled(Component):
             mesh, grid.parameters.boundaries, grid.joined, packing, automata.mass, shape, origin, places
         )
         ties = find_ties(mesh, common_sides(mesh, shape, origin), packing, automata.body, places)
-        if ties is not None and automata.parameters.has_history:
+        if ties is not None and automata.parameters.has_bonds:
             raise ParameterError(
-                "got a hexagonal packing that meets the grid along y, and links that yield or break",
-                expected="packing = square, or linear links that hold",
+                "got a hexagonal packing that meets the grid along y, and links that yield or break, or several materials",
+                expected="packing = square, or linear links of one material that hold",
                 hint="along its rows, with grids below and above, a hexagonal packing may break",
                 at=("automata", "packing"),
             )
@@ -143,7 +143,7 @@ class Coupled(Component):
         )  # fmt: skip
         limit = _LARGEST_MOVE * automata.packing.diameter / (self.step_size / self.micro_steps)
         scheme = SCHEMES[self.parameters.scheme]
-        swept = scheme != LITERAL and automata.steps.ties is None and not automata.parameters.has_history
+        swept = scheme != LITERAL and automata.steps.ties is None and not automata.parameters.has_bonds
         self._steps = Steps(self.step_size, self.micro_steps, scheme, limit, swept)
         self._halves = make_parts(body, 2) if swept and self._has_two_halves else []
         self._cracking = automata.steps if isinstance(automata.steps, CrackingSpecimen) else None

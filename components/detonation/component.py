@@ -12,7 +12,8 @@ from ..component import Component
 from ..contract import Variable
 from ..drawables import Cells, Curve, Drawable
 from ..errors import ParameterError, StepError
-from ..snapshot import EVENT_ROWS, FloatArray
+from ..events import EVENT_ROWS
+from ..support.arrays import FloatArray
 from ..support.roots import round_down_to_125
 from . import kernels, layout
 from .chapman_jouguet import Detonation, Flow, chapman_jouguet

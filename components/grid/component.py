@@ -13,11 +13,11 @@ from ..component import Component
 from ..contract import Variable
 from ..drawables import Cells, Drawable, Points
 from ..errors import ParameterError, StepError
-from ..events import EventDetail
+from ..events import EVENT_ROWS, EventDetail
 from ..inputs import Held
 from ..materials.elastic import Material, material
 from ..profiles import CompiledProfile
-from ..snapshot import EVENT_ROWS, FloatArray
+from ..support.arrays import FloatArray
 from ..support.stable_step import refuse_large_step, suggest_step
 from . import kernels, layout, threads
 from .assembly import Assembly, assemble

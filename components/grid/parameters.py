@@ -29,8 +29,9 @@ class GridParameters(Parameters):
     """A continuum in plane strain on a mesh of quadrilaterals that moves with it; a slab one metre thick."""
 
     mesh: ChosenShape = field(
-        Rectangle(), "{name = rectangle, columns, rows, cell_size}, or {name = quadrilaterals, nodes, cells, edges}", "1"
-    )
+        Rectangle(), "{name = rectangle, columns, rows, cell_size}, or {name = quadrilaterals, nodes, cells, edges}", "1",
+        examples=[{"name": "rectangle", "columns": 8, "rows": 4}],
+    )  # fmt: skip
     material: Preset | Material | list[Preset | Material] = field(
         "steel", f"material, or the name of a preset ({preset_list()}); several for `regions` or `cell_material`", "1"
     )

@@ -13,7 +13,7 @@ from ..component import Component
 from ..contract import Variable
 from ..drawables import Cells, Drawable, Points
 from ..errors import ParameterError, StepError
-from ..snapshot import FloatArray
+from ..support.arrays import FloatArray
 from ..support.stable_step import refuse_large_step, suggest_step
 from . import energies, kernels, layout
 from .assembly import Assembly, assemble, gauge_columns, node_stencils, station_means, surface_quads

@@ -15,6 +15,8 @@ from .shape_functions import BasisName
 
 # Radius within which a point sees nodes, in spacings: with each basis the smallest that is sound.
 _RADII = {"linear": 1.7, "quadratic": 2.7}
+# An example that is built in no time, also by kernels that are interpreted.
+COARSE_RING = {"name": "tube", "along": 4, "around": 12, "layers": 2}
 
 
 class Integration(Parameters):
@@ -30,7 +32,7 @@ class Integration(Parameters):
 class ShellParameters(Parameters):
     """A solid of thin walls, in three dimensions and without a mesh; by default a ring of the tube of Gato & Shie (2010)."""
 
-    body: ChosenBody = field(Tube(), "plate, tube or rod, with its measures and numbers of nodes", "1")
+    body: ChosenBody = field(Tube(), "plate, tube or rod, with its measures and numbers of nodes", "1", examples=[COARSE_RING])
     material: ChosenMaterial = field(
         LinearElastic(), "elastic {young, poisson, density} or thermoviscoplastic (Gato & Shie 2010)", "1"
     )

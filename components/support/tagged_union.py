@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from pydantic import GetCoreSchemaHandler, SerializerFunctionWrapHandler, ValidationError, model_serializer
-from pydantic_core import CoreSchema, core_schema
+from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 
 from ..errors import nearest, one_line
 from .validation import Choices, Parameters, as_validation_error, faults_of, refusal
@@ -58,3 +58,23 @@ class ByName(Choices):
             return model(**{str(key): value for key, value in fields.items()})
         except ValidationError as error:
             raise as_validation_error(faults_of(error, fields, model)) from None
+
+
+@dataclass(frozen=True)
+class OneOrEach(ByName):
+    """Chooses one table for all, or a list of tables, one for each of several things."""
+
+    def choose(self, given: Any) -> Any:
+        """Return the table, or a list of them; raise a fault with its place in the list."""
+        if not isinstance(given, (list, tuple)):
+            return super().choose(given)
+        return [self._choose_at(place, one) for place, one in enumerate(given)]
+
+    def _choose_at(self, place: int, given: Any) -> Named:
+        try:
+            return super().choose(given)
+        except ValidationError as error:
+            faults = faults_of(error, given, Named)
+        except PydanticCustomError as error:
+            faults = [(error.context or {})["fault"]]
+        raise as_validation_error(fault.within(place) for fault in faults)

@@ -8,7 +8,7 @@ from pydantic import model_validator
 
 from ..detonation.parameters import DetonationParameters
 from ..shell.geometry.bodies import Tube
-from ..shell.parameters import ShellParameters
+from ..shell.parameters import COARSE_RING, ShellParameters
 from ..support.parameter_fields import NotNegative, Positive, field
 from ..support.validation import Parameters
 from .couplings import ChosenCoupling, OneWay
@@ -32,6 +32,7 @@ class TubeParameters(Parameters):
         "the section that gives way: a table of the parameters of a shell whose body is a tube, without step_size; a half tube "
         "holds half of the gas: gas.cross_section is half of a circle's",
         "1",
+        examples=[{"body": COARSE_RING}],
     )
     position: NotNegative = field(1.45, "where the section begins, in the coordinate x of the gas", "m")
     coupling: ChosenCoupling = field(

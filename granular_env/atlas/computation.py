@@ -13,7 +13,7 @@ from typing import Any
 
 from granular_env.components.errors import GranularError, ParameterError, nearest
 from granular_env.components.support.validation import whole_number
-from granular_env.viewing.optional_packages import import_optional
+from granular_env.optional_packages import import_optional
 from granular_env.workers import Worker, stop_all
 
 from .constants import constant_values

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from granular_env.colours import PALETTE, rgb
-from granular_env.viewing.optional_packages import import_optional
+from granular_env.optional_packages import import_optional
 
 from .model import Arrows, Figure, Letter, Shading
 

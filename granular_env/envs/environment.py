@@ -296,7 +296,7 @@ class ComponentEnv(Recreatable, gymnasium.Env[Observation, npt.NDArray[np.float3
             ParameterError: the log's component has other parameters, or the time is outside of the log; nothing has changed.
             LogError: it is no log, or cannot be re-run.
         """
-        from .log_state import snapshot_at
+        from .state_from_log import snapshot_at
 
         ready, snapshot = snapshot_at(self.component, self._like, log, at)
         start = set(options or {}) & {variable.name for variable in self.component.variables.values() if variable.state}

@@ -175,7 +175,9 @@ def _parameter_lines(model: type[BaseModel], example: Mapping[str, Any], table: 
             automatic = not field.is_required() and field.default is None
             value = f"# {key}: automatic" if automatic else f"# {key} = {default_of(field)}"
             value = f"{key} = {toml_value(example[key])}" if key in example else value
-            lines.append(_line(value, ", ".join(filter(None, (unit_of(field).removesuffix("1"), field.description)))))
+            meaning = ", ".join(filter(None, (unit_of(field).removesuffix("1"), field.description)))
+            is_other = key in example and not field.is_required() and field.default is not None
+            lines.append(_line(value, f"{meaning}; default: {default_of(field)}" if is_other else meaning))
     for key, part in parts.items():
         lines += ["", _line(f"[{table}.{key}]", model.model_fields[key].description or "")]
         lines += _parameter_lines(part, example.get(key, {}), f"{table}.{key}")

@@ -10,9 +10,9 @@ from typing import Any
 
 from granular_env.components.errors import ParameterError, SweepError, one_line
 from granular_env.documents import Overrides
+from granular_env.optional_packages import import_optional
 from granular_env.output_files import file_name
 from granular_env.progress import Progress
-from granular_env.viewing.optional_packages import import_optional
 
 from . import engines
 from .plan import Plan, load_plan

@@ -12,8 +12,8 @@ from pathlib import Path
 from typing import Any, TextIO
 
 from granular_env.components.errors import SweepError
+from granular_env.optional_packages import import_optional
 from granular_env.output_files import replacing
-from granular_env.viewing.optional_packages import import_optional
 
 from .store import CSV, TABLE, read_description, read_results
 from .worker import Result

@@ -6,8 +6,8 @@ from typing import Any
 
 import numpy as np
 
+from ..optional_packages import import_optional
 from .legend import LEGEND
-from .optional_packages import import_optional
 from .plot_groups import Plot, select_plots
 from .profiles import profile_pane
 from .scene import TIMELINE, Scales, whole_camera

@@ -16,6 +16,7 @@ from granular_env.colours import DIVERGING, PALETTE
 from granular_env.components.errors import ParameterError
 from granular_env.components.support.arrays import FloatArray
 
+from ..optional_packages import import_optional
 from .fields import Field, as_field
 from .figure_style import (
     draw_curves,
@@ -34,7 +35,6 @@ from .figure_style import (
     time_unit,
     with_style,
 )
-from .optional_packages import import_optional
 from .scene_data import Curve, Motion, SceneData
 from .units import label_with_unit
 

@@ -14,10 +14,10 @@ from typing import Any
 
 import numpy as np
 
+from ..optional_packages import import_optional
 from .figure_style import canvas, new_figure, svg, time_unit, with_style
 from .figures import EVENT_BINS
 from .legend import add_bar
-from .optional_packages import import_optional
 from .plane import Plane, draw_instant, load_plane
 from .scene_data import SceneData, evenly_picked
 

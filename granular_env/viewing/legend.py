@@ -9,9 +9,9 @@ import numpy as np
 
 from granular_env.colours import DIVERGING
 
+from ..optional_packages import import_optional
 from .colour_scales import ColourScale
 from .figure_style import DARK, canvas, new_figure
-from .optional_packages import import_optional
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -9,8 +9,8 @@ import numpy.typing as npt
 
 from granular_env.colours import sequential
 
+from ..optional_packages import import_optional
 from .cracks import MOST_LINES, crack_lines
-from .optional_packages import import_optional
 from .scene_data import LinkFrames, Motion
 
 # Radius of a line as a part of the smallest particle's; how far in front of the centres, in the largest one's.

@@ -15,8 +15,8 @@ from granular_env.components.component import Component
 from granular_env.components.errors import GranularError, GranularWarning, Option, ParameterError
 from granular_env.components.inputs import Held
 
+from ..optional_packages import import_optional
 from .blueprint import blueprint
-from .optional_packages import import_optional
 from .pace import Pace
 from .rerun_file import rerun_target
 from .rerun_process import RerunProcess, require_screen

@@ -13,12 +13,12 @@ from granular_env.colours import DIVERGING, diverging
 from granular_env.components.drawables import Cells, Drawable, Links, Points, drawn_outputs, spatial
 from granular_env.components.support.arrays import FloatArray
 
+from ..optional_packages import import_optional
 from .colour_scales import ColourScale, colour_scales, scale_of
 from .cracks import MOST_LINES, crack_lines
 from .figure_style import new_figure, time_unit, with_style
 from .figures import frame_at
 from .legend import add_bar
-from .optional_packages import import_optional
 from .scene import scales_of
 from .scene_data import MAXIMUM_SHOWN_LINKS, SceneData, coloured_drawables, sample_frames
 from .shapes import common_exaggeration, is_hidden, is_plane, is_solid

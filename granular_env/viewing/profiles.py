@@ -9,7 +9,7 @@ import numpy as np
 from granular_env.colours import PALETTE, rgb
 from granular_env.components.support.arrays import FloatArray
 
-from .optional_packages import import_optional
+from ..optional_packages import import_optional
 from .scene_data import ProfileFrames
 from .units import label_with_unit
 

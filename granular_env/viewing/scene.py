@@ -25,13 +25,13 @@ from granular_env.colours import PALETTE, diverging, rgb
 from granular_env.components.contract import Variable
 from granular_env.components.support.arrays import FloatArray
 
+from ..optional_packages import import_optional
 from .camera import Camera
 from .caption import caption
 from .colour_scales import ColourScale, colour_scales, rescale, scale_of
 from .legend import send_legend
 from .links import send_links, send_spokes
 from .meshes import send_mesh, send_triangles
-from .optional_packages import import_optional
 from .plot_groups import plots
 from .profiles import send_profile
 from .scene_data import MeshFrames, Motion, SceneData

@@ -16,8 +16,8 @@ from granular_env.components.errors import GranularError, Option, ParameterError
 from granular_env.output_files import require_writable, write_files
 from granular_env.progress import Progress, progress_bar
 
+from ..optional_packages import import_optional
 from .blueprint import blueprint
-from .optional_packages import import_optional
 from .rerun_file import rerun_target
 from .rerun_process import NEEDED, START_SECONDS, RerunProcess, require_screen, rerun_process
 from .scene import APPLICATION, TIMELINE, Scales, scales_of, send

@@ -9,14 +9,24 @@ from typing import Annotated
 
 from pydantic import SerializeAsAny
 
-from ...support.tagged_union import ByName
+from ...support.tagged_union import ByName, OneOrEach
 from .criterion import Criterion, Unbreakable
 from .drucker_prager import DruckerPrager
 from .mohr_coulomb import MohrCoulomb
 from .strain import Strain
 from .von_mises import VonMises
 
-__all__ = ["CRITERIA", "ChosenCriterion", "Criterion", "DruckerPrager", "MohrCoulomb", "Strain", "Unbreakable", "VonMises"]
+__all__ = [
+    "CRITERIA",
+    "ChosenCriteria",
+    "ChosenCriterion",
+    "Criterion",
+    "DruckerPrager",
+    "MohrCoulomb",
+    "Strain",
+    "Unbreakable",
+    "VonMises",
+]
 
 CRITERIA: dict[str, type[Criterion]] = {
     "none": Unbreakable,
@@ -27,3 +37,4 @@ CRITERIA: dict[str, type[Criterion]] = {
 }
 
 ChosenCriterion = Annotated[SerializeAsAny[Criterion], ByName(CRITERIA)]
+ChosenCriteria = Annotated[SerializeAsAny[Criterion] | list[SerializeAsAny[Criterion]], OneOrEach(CRITERIA)]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from typing import ClassVar, Literal
 
@@ -25,6 +26,10 @@ class Criterion(Named):
     def constants(self) -> tuple[float, float, float]:
         """Return what the kernel's function takes."""
         return 0.0, 0.0, 0.0
+
+    def unbreakable_constants(self) -> tuple[float, float, float]:
+        """Return what the kernel's function takes where nothing breaks: no limit is ever reached."""
+        return math.inf, math.inf, math.inf
 
 
 class Unbreakable(Criterion):

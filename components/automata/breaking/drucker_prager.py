@@ -7,6 +7,7 @@ so that uniaxial compression breaks at sigma_c and uniaxial tension at sigma_t. 
 
 from __future__ import annotations
 
+import math
 from typing import Literal
 
 from pydantic import model_validator
@@ -35,6 +36,10 @@ class DruckerPrager(Criterion):
         """Return sigma_c, and the factors of the equivalent and of the mean stress."""
         a = self.compressive / self.tensile
         return self.compressive, 0.5 * (a + 1.0), 1.5 * (a - 1.0)
+
+    def unbreakable_constants(self) -> tuple[float, float, float]:
+        """Return strengths without end, and no part of the stress beside them."""
+        return math.inf, 0.0, 0.0
 
 
 @internal_inlined

@@ -8,6 +8,7 @@ tau and sigma_n are the tractions on the pair's own face, so that it also matter
 
 from __future__ import annotations
 
+import math
 from typing import Literal
 
 from ...support.jit import internal_inlined
@@ -31,6 +32,10 @@ class MohrCoulomb(Criterion):
     def constants(self) -> tuple[float, float, float]:
         """Return cohesion, tan(phi) and the tensile strength."""
         return self.cohesion, self.internal_friction, self.tensile
+
+    def unbreakable_constants(self) -> tuple[float, float, float]:
+        """Return strengths without end, and no part of the stress beside them."""
+        return math.inf, 0.0, math.inf
 
 
 @internal_inlined

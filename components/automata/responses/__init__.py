@@ -11,14 +11,14 @@ from typing import Annotated
 
 from pydantic import SerializeAsAny
 
-from ...support.tagged_union import ByName
+from ...support.tagged_union import OneOrEach
 from .degrading import Degrading
 from .linear import Linear
 from .plastic import Plastic
 from .plastic_degrading import PlasticDegrading
 from .response import Response
 
-__all__ = ["RESPONSES", "ChosenResponse", "Degrading", "Linear", "Plastic", "PlasticDegrading", "Response"]
+__all__ = ["RESPONSES", "ChosenResponses", "Degrading", "Linear", "Plastic", "PlasticDegrading", "Response"]
 
 RESPONSES: dict[str, type[Response]] = {
     "linear": Linear,
@@ -27,4 +27,4 @@ RESPONSES: dict[str, type[Response]] = {
     "plastic_degrading": PlasticDegrading,
 }
 
-ChosenResponse = Annotated[SerializeAsAny[Response], ByName(RESPONSES)]
+ChosenResponses = Annotated[SerializeAsAny[Response] | list[SerializeAsAny[Response]], OneOrEach(RESPONSES)]

@@ -12,8 +12,8 @@ import numpy as np
 from ...contract import Variable
 from ...drawables import Drawable, Links, Points
 from ...errors import ParameterError
-from ...events import EventDetail
-from ...snapshot import EVENT_ROWS, Block
+from ...events import EVENT_ROWS, EventDetail
+from ...state_block import Block
 from ...support.arrays import FloatArray
 from .. import kernels
 from ..assembly import Assembly, node_stencils, station_means, surface_quads
@@ -344,7 +344,9 @@ class BreakingBody:
     def _surface_links(self) -> FloatArray:
         around, cut = self._assembly.solid.surface.around, self._cut_sides()
         there = [around[:, side] != np.arange(len(around)) for side in (1, 3)]
-        return 1.0 - np.concatenate([sides.ravel()[some] for sides, some in zip(cut, there, strict=True)])
+        return np.asarray(
+            1.0 - np.concatenate([sides.ravel()[some] for sides, some in zip(cut, there, strict=True)]), np.float64
+        )
 
     def _cut_sides(self) -> CutSides:
         """Return where a crack lies between neighbouring columns at the outer surface, or nothing bears one of them."""

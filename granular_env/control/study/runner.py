@@ -22,10 +22,10 @@ from granular_env.components.errors import (
     nearest,
 )
 from granular_env.documents import Overrides, to_toml
+from granular_env.optional_packages import import_optional
 from granular_env.output_files import file_name, write_files
 from granular_env.progress import Progress
 from granular_env.run_loop import Interrupt, collect_warnings
-from granular_env.viewing.optional_packages import import_optional
 
 from ..drive import DriveShape
 from ..problem import Actor, Problem

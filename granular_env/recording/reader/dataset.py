@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ...components.contract import Variable
-from ...components.errors import LogError, MissingExtraError
+from ...components.errors import LogError
+from ...optional_packages import import_optional
 
 if TYPE_CHECKING:
     from .log_reader import LogReader
@@ -15,10 +16,7 @@ if TYPE_CHECKING:
 
 def dataset_of(log: LogReader) -> Any:
     """Return all frames of a log; see `Log.to_xarray`."""
-    try:
-        import xarray
-    except ImportError as error:
-        raise MissingExtraError("to_xarray needs the package xarray", hint="pip install 'granular-env[data]'") from error
+    xarray = import_optional("xarray", "to_xarray")
     times, data = None, {}
     sizes: dict[str, int] = {}
     for name, variable in log.variables.items():

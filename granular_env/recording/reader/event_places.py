@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from ...components.drawables import Cells, Drawable, Links, Points
 from ...components.events import Event, EventDetail
-from ...components.snapshot import FloatArray
+from ...components.support.arrays import FloatArray
 
 
 @dataclass(frozen=True, slots=True)

@@ -20,7 +20,7 @@ from time import monotonic, perf_counter
 from typing import Any
 
 from granular_env.components.errors import ParameterError, SweepError, one_line
-from granular_env.viewing.optional_packages import import_optional
+from granular_env.optional_packages import import_optional
 
 from ..task_batches import TaskBatches
 from ..worker import Computer, Job, Order, Result, program

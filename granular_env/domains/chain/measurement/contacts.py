@@ -8,7 +8,7 @@ from granular_env.components.chain import kernels, layout
 from granular_env.components.chain.laws import Law
 from granular_env.components.chain.laws import functions as law_functions
 from granular_env.components.chain.specialisation import specialise
-from granular_env.components.snapshot import FloatArray
+from granular_env.components.support.arrays import FloatArray
 from granular_env.components.support.jit import jit
 
 

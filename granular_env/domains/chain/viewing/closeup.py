@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
+from granular_env.optional_packages import import_optional
 from granular_env.viewing.camera import Camera
-from granular_env.viewing.optional_packages import import_optional
 from granular_env.viewing.scene_data import Motion
 
 if TYPE_CHECKING:

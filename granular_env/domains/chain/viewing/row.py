@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from granular_env.colours import sequential, symmetric_limit
-from granular_env.viewing.optional_packages import import_optional
+from granular_env.optional_packages import import_optional
 from granular_env.viewing.scene import REST_COLOUR, Scales
 from granular_env.viewing.scene_data import Motion
 

@@ -1,12 +1,24 @@
-"""Broken pairs that are linked again: a contact becomes a link and an event. Compiled where a run has a law for it."""
+"""Broken pairs that are linked again: a contact becomes a link and an event. Compiled where a run has a law for it.
+
+Specimens have one material here: see `parameters`.
+"""
 
 from __future__ import annotations
 
 import numpy as np
 
 from ..support.jit import internal_inlined, jit
-from .bond_forces import bond_dilation, condensation, opposite_slot, pair_strains
-from .contact import FIRST, SECOND, SLOT, START, contact_part, separation, sliding_speed
+from .bond_strains import bond_dilation, condensation, opposite_slot, pair_strains
+from .contact import (
+    FIRST,
+    SECOND,
+    SLOT,
+    START,
+    contact_part,
+    contact_stiffness,
+    separation,
+    sliding_speed,
+)
 from .pair import turned
 from .release import LINKING, pair_and_volumes, put_weight, scheduled_weight
 
@@ -29,8 +41,8 @@ def linking_pressure(medium, motion, half, contacts, row):
     eps, gamma, _, _ = pair_strains(body, motion.displacement, half, i, slot)
     if abs(gamma) > 1.0 + eps or abs(sliding_speed(motion, i, j, x / r, y / r, r)) > medium.law.linking[1]:
         return -1.0
-    face = ground.tangential * body.diameter / (2.0 * body.shear)
-    return ground.normal * overlap / face
+    face = contact_stiffness(ground.tangential, i, j) * body.diameter / (2.0 * body.shear)
+    return contact_stiffness(ground.normal, i, j) * overlap / face
 
 
 @jit
@@ -131,7 +143,8 @@ def strain_link(body, ground, bonds, motion, half, contacts, row, weight):
     x, y, r = separation(ground, motion.displacement, i, j)
     part, overlap = contact_part(ground, i, j), max(contacts.rest[row] - r, 0.0)
     slid = contacts.slid[row] if overlap > 0.0 else 0.0
-    push, drag = part * ground.normal * overlap, part * ground.tangential * slid
+    push = part * contact_stiffness(ground.normal, i, j) * overlap
+    drag = part * contact_stiffness(ground.tangential, i, j) * slid
     fx, fy = (-push * x - drag * y) / r, (-push * y + drag * x) / r
     along, across = fx * nx + fy * ny, fy * nx - fx * ny
     # Without elastic strain of the link, and with its new weight: the volumetric part of its traction, and what a strain adds.

@@ -13,7 +13,7 @@ _INSTALL = {
     "pandas": ("pandas", "pip install 'granular-env[sweep]'"),
     "pyarrow": ("pyarrow", "pip install 'granular-env[sweep]'"),
     "ray": ("ray", "pip install 'granular-env[ray]'"),
-    "xarray": ("xarray", "pip install 'granular-env[sweep]'"),
+    "xarray": ("xarray", "pip install 'granular-env[data]'"),
 }
 
 

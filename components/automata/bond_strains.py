@@ -1,0 +1,109 @@
+"""The histories of links, their strains, and the volumetric strains that they make; see `bond_forces`."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from ..support.arrays import FloatArray
+from ..support.jit import internal_inlined
+from .mixture import Mixture, lame_of, shear_of
+from .pair import mirrored_slots, strains
+from .state import Body
+
+
+class Bonds(NamedTuple):
+    """The histories of links; each is kept at both of its ends.
+
+    Attributes:
+        weight: 1 for a link that holds, less while it is released, 0 afterwards; shape (n, slots).
+        plastic: plastic strains along and across, shape (n, slots, 2).
+        stiffness: part of the shear modulus that is left, less 1, shape (n, slots).
+        inelastic: inelastic strain, shape (n, slots).
+        origin: strains along and across from which those of a link count, shape (n, slots, 2); where no pair is linked again
+            they are all 0, and this has shape (0, slots).
+        mixture: moduli of automata of several materials; no part of the state.
+    """
+
+    weight: FloatArray
+    plastic: FloatArray
+    stiffness: FloatArray
+    inelastic: FloatArray
+    origin: FloatArray
+    mixture: Mixture
+
+
+def intact_bonds(body: Body, mixture: Mixture) -> Bonds:
+    """Return links that all hold."""
+    shape = body.neighbours.shape
+    return Bonds(np.ones(shape), np.zeros((*shape, 2)), np.zeros(shape), np.zeros(shape), np.zeros((0, shape[1])), mixture)
+
+
+@internal_inlined
+def opposite_slot(slots, slot):
+    """Return the slot of the same pair at its other end."""
+    return slot + slots // 2 if slot < slots // 2 else slot - slots // 2
+
+
+@internal_inlined
+def pair_strains(body, displacement, half, i, slot):
+    """Return the strains of a pair since anything moved, and cos - 1 and sin of its rotation."""
+    nx, ny, j = body.directions[slot, 0], body.directions[slot, 1], body.neighbours[i, slot]
+    return strains(displacement, half, i, j, nx, ny, body.diameter)
+
+
+@internal_inlined
+def _origin_of(origin, i, slot):
+    """Return the strains from which those of a link count; which of the two is known when this is compiled.
+
+    A question to be answered for each link would make everything around it ten times as slow.
+    """
+    if origin.ndim == 3:
+        return origin[i, slot, 0], origin[i, slot, 1]
+    return 0.0, 0.0
+
+
+@internal_inlined
+def bond_strains(body, bonds, displacement, half, i, slot):
+    """Return the strains of a link, from those on that it was made with, and cos - 1 and sin of its rotation."""
+    eps, gamma, less, sine = pair_strains(body, displacement, half, i, slot)
+    along, across = _origin_of(bonds.origin, i, slot)
+    return eps - along, gamma - across, less, sine
+
+
+@internal_inlined
+def _free_share(body, bonds, i, kind, slot):
+    """Return what a released face adds to the shares of free faces; its stiffness is what is left of that of the link."""
+    if bonds.weight[i, slot] == 1.0:
+        return 0.0
+    return (1.0 - bonds.weight[i, slot]) * body.share[kind, slot] / (1.0 + bonds.stiffness[i, slot])
+
+
+@internal_inlined
+def condensation(body, bonds, i):
+    """Return 1 + a of an automaton: what its free and released faces make of the volumetric strain."""
+    k, slots = body.kind[i], body.directions.shape[0]
+    free = 0.0
+    for group in range(slots // 2 - 1, -1, -1):
+        a, b = mirrored_slots(slots, group)
+        free += _free_share(body, bonds, i, k, a) + _free_share(body, bonds, i, k, b)
+    moduli = bonds.mixture.moduli
+    return 1.0 + (body.missing[k] + free) * lame_of(moduli, i, body.lame) / (2.0 * shear_of(moduli, i, body.shear))
+
+
+@internal_inlined
+def bond_dilation(body, bonds, displacement, half, i):
+    """Return the volumetric strain of an automaton, both halves of its links being strained alike."""
+    k, slots = body.kind[i], body.directions.shape[0]
+    total = 0.0
+    for group in range(slots // 2 - 1, -1, -1):
+        pair = 0.0
+        for slot in mirrored_slots(slots, group):
+            eps, _, _, _ = bond_strains(body, bonds, displacement, half, i, slot)
+            weight = bonds.weight[i, slot]
+            # A released face keeps the strain that has flowed.
+            strain = eps if weight == 1.0 else weight * eps + (1.0 - weight) * bonds.plastic[i, slot, 0]
+            pair += body.share[k, slot] * strain
+        total += pair
+    return total / condensation(body, bonds, i)

@@ -1,0 +1,155 @@
+"""The memory that the changing state of a component lies in: a fixed part with named views, and lists that grow."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from .errors import GranularError
+from .support.arrays import FloatArray
+from .support.memory_limits import refuse_beyond
+
+_FIRST_CAPACITY = 16
+
+
+class Block:
+    """The changing state of a component: memory with named views, and lists that grow.
+
+    What has a fixed size lies in one piece of memory, so that a snapshot is one copy. A list that grows has an array with a
+    capacity, which is raised between ticks; a snapshot holds the rows in use. The numbers of rows in use are the last words of
+    the memory, so a parent that owns the memory of parts has those of their lists too, and with `include` the rows.
+
+    Attributes:
+        memory: what has a fixed size, shape (words,).
+        memory_bytes: the same as bytes.
+        views: each part of it, by name.
+        grows: whether there are lists, of its own or of parts.
+    """
+
+    def __init__(
+        self,
+        memory: FloatArray | None = None,
+        /,
+        growing: Mapping[str, tuple[str, tuple[int, ...]]] | None = None,
+        **fields: tuple[str, tuple[int, ...]],
+    ) -> None:
+        """Lay out the state in fresh zeros, or in the memory given.
+
+        Args:
+            memory: shape (words,); see `words`.
+            growing: name of a list -> (dtype of 8 bytes, shape of a row).
+            **fields: name -> (dtype of 8 bytes, shape), one after the other.
+        """
+        lists = growing or {}
+        layout = {**fields, **({"_counts": ("i8", (len(lists),))} if lists else {})}
+        sizes = {name: math.prod(shape) for name, (_, shape) in layout.items()}
+        self.memory: FloatArray = np.zeros(sum(sizes.values())) if memory is None else memory
+        # Assigning between byte views is the quickest copy there is from Python.
+        self.memory_bytes = self.memory.reshape(-1).data.cast("B")
+        self.views: dict[str, np.ndarray] = {}
+        offset = 0
+        for name, (dtype, shape) in layout.items():
+            part = self.memory[offset : offset + sizes[name]]
+            self.views[name] = part.view(dtype).reshape(shape)
+            offset += sizes[name]
+        self._lists = {name: np.zeros((_FIRST_CAPACITY, *row), dtype) for name, (dtype, row) in lists.items()}
+        self._places = {name: place for place, name in enumerate(lists)}
+        # All lists whose counts lie in this memory: its own, and those of parts.
+        self._tables: list[tuple[Block, str]] = [(self, name) for name in lists]
+        self.grows = bool(lists)
+
+    def include(self, part: Block) -> None:
+        """Take the lists of a part, which lies in this block's memory, into copies of this one; they stay the part's.
+
+        Raises:
+            ValueError: the part lies elsewhere.
+        """
+        if not np.shares_memory(self.memory, part.memory) or self._word_of(part) + part.memory.size > self.memory.size:
+            raise ValueError("the part does not lie in this block's memory")
+        self._tables += part._tables
+        self.grows = bool(self._tables)
+
+    def _word_of(self, part: Block) -> int:
+        """Return the number of the word of this memory at which that of a part begins."""
+        return (part.memory.ctypes.data - self.memory.ctypes.data) // 8
+
+    def _count_word(self, name: str) -> int:
+        """Return the number of the word of this memory that holds how long a list is: they are the last ones."""
+        return self.memory.size - len(self._lists) + self._places[name]
+
+    def __getitem__(self, name: str) -> np.ndarray:
+        return self.views[name] if name in self.views else self._lists[name][: self.count(name)]
+
+    @property
+    def nbytes(self) -> int:
+        """Bytes of the state, of lists the rows in use."""
+        return self.memory.nbytes + sum(block[name].nbytes for block, name in self._tables)
+
+    def count(self, name: str) -> int:
+        """Return how many rows of a list are in use; 0 where there is no such list."""
+        place = self._places.get(name)
+        return 0 if place is None else int(self.views["_counts"][place])
+
+    def room(self, name: str, rows: int) -> np.ndarray:
+        """Return the whole array of a list, its capacity raised so that so many further rows fit; then set `set_count`.
+
+        Raises:
+            GranularError: there is not so much memory.
+        """
+        used, array = self.count(name), self._lists[name]
+        if used + rows > len(array):
+            capacity = max(2 * len(array), used + rows)
+            refuse_beyond(capacity * array[:1].nbytes, f"the list {name!r} with {capacity} rows", GranularError)
+            larger = np.zeros((capacity, *array.shape[1:]), array.dtype)
+            larger[:used] = array[:used]
+            self._lists[name] = array = larger
+        return array
+
+    def set_count(self, name: str, count: int) -> None:
+        """Say how many rows of a list are in use."""
+        self.views["_counts"][self._places[name]] = count
+
+    def append(self, name: str, row: Any) -> None:
+        """Put a row at the end of a list."""
+        count = self.count(name)
+        self.room(name, 1)[count] = row
+        self.set_count(name, count + 1)
+
+    def clear(self) -> None:
+        """Set all to 0, lists to no rows."""
+        self.memory[:] = 0.0
+
+    def to_bytes(self) -> bytes:
+        """Return the state: the fixed part, then the rows in use of each list."""
+        if not self._tables:
+            return self.memory.tobytes()
+        return b"".join([self.memory.tobytes(), *(block[name].tobytes() for block, name in self._tables)])
+
+    def sizes_in(self, data: bytes) -> list[int] | None:
+        """Return the bytes of each list in a state that `to_bytes` gave; None where it is no such state."""
+        fixed = self.memory.nbytes
+        if not self._tables:  # as usual, and on the way of every restore of an environment
+            return [] if len(data) == fixed else None
+        if len(data) < fixed:
+            return None
+        words = np.frombuffer(data, np.int64, fixed // 8)
+        counts = [int(words[self._word_of(block) + block._count_word(name)]) for block, name in self._tables]
+        sizes = [count * block._lists[name][:1].nbytes for count, (block, name) in zip(counts, self._tables, strict=True)]
+        return sizes if all(count >= 0 for count in counts) and fixed + sum(sizes) == len(data) else None
+
+    def load(self, data: bytes) -> None:
+        """Go back to a state that `to_bytes` gave; `ValueError` where it is none of this layout."""
+        sizes = self.sizes_in(data)
+        if sizes is None:
+            raise ValueError(f"a state of {len(data)} bytes")
+        offset = self.memory.nbytes
+        for (block, name), size in zip(self._tables, sizes, strict=True):
+            array = block._lists[name]
+            rows = np.frombuffer(data, array.dtype, size // 8, offset).reshape(-1, *array.shape[1:])
+            block.set_count(name, 0)
+            block.room(name, len(rows))[: len(rows)] = rows
+            offset += size
+        self.memory[:] = np.frombuffer(data, np.float64, len(self.memory))

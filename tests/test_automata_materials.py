@@ -1,0 +1,363 @@
+"""Specimens of several materials: layers, waves at a bond between two materials, mixtures that crack, and what is refused."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from support.automata_tools import BOTH, ROW, block
+from support.coupled_tools import coupled, mesh, rectangle, start_noise
+
+import granular_env as ge
+from granular_env.components.automata import Automata, theory
+from granular_env.components.automata.bond_forces import update_bond_forces
+from granular_env.components.automata.state import Motion
+from granular_env.components.drawables import Links
+from granular_env.components.errors import ParameterError
+
+SOFT = ge.Material(density=1.0, young=2.5, poisson=0.25)
+HARD = ge.Material(density=2.0, young=10.0, poisson=0.1)
+DENSE = ge.Material(density=3.0, young=2.5, poisson=0.25)
+WEAK = {"name": "mohr_coulomb", "cohesion": 4e-3, "internal_friction": 0.5, "tensile": 3e-3}
+STRONG = {"name": "mohr_coulomb", "cohesion": 2e-2, "internal_friction": 0.5, "tensile": 1.5e-2}
+SHEAR, LAME = (np.array([getattr(one, name) for one in (SOFT, HARD)]) for name in ("shear_modulus", "first_lame"))
+
+
+def upper_half(axis: int, middle: float) -> list[dict[str, Any]]:
+    """Return the region of the second material: all beyond a line across an axis."""
+    sides = [[-1000.0, 1000.0], [-1000.0, 1000.0]]
+    sides[axis][0] = middle
+    return [{"area": {"name": "box", "x": sides[0], "y": sides[1]}, "material": 1}]
+
+
+def mixed(packing: str, columns: int, rows: int, seed: int = 1, materials: int = 2, **parameters: Any) -> Automata:
+    """Return a block each of whose automata is of a material drawn by lot."""
+    count = block(packing, columns, rows).count
+    numbers = np.random.default_rng(seed).integers(0, materials, count).tolist()
+    given = [SOFT, HARD, ge.Material(density=0.5, young=0.4, poisson=0.45)][:materials]
+    return block(packing, columns, rows, material=given, automaton_material=numbers, **parameters)
+
+
+def forces(automata: Automata, displacement: np.ndarray, rotation: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the forces and torques of the links."""
+    medium: Any = automata.steps
+    still = np.zeros_like(displacement), np.zeros_like(rotation)
+    motion = Motion(displacement, still[0], rotation, still[1])
+    update_bond_forces(automata.body, medium.medium.bonds, motion, automata.scratch)
+    return automata.scratch.force.copy(), automata.scratch.torque.copy()
+
+
+# -- layers -------------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("axis", [0, 1], ids=["upright", "level"])
+@pytest.mark.parametrize(
+    ("along", "across", "shear"), [(0.0, 1.0, 0.0), (1.0, 0.0, 0.0), (0.0, 0.0, 1.0), (1.0, 2.0, -1.0)],
+    ids=["across", "along", "shear", "all"],
+)  # fmt: skip
+def test_layers_are_in_equilibrium_and_bear_what_both_materials_say(
+    axis: int, along: float, across: float, shear: float
+) -> None:
+    """A strain along layers, a stress across them and a shear stress: tractions are continuous, both moduli exact."""
+    size = 1e-13
+    automata = block("square", 8, 8, material=[SOFT, HARD], regions=upper_half(axis, 4.2))
+    place, beside = automata.packing.reference[:, axis], automata.packing.reference[:, 1 - axis]
+    layer, middle = automata.automaton_material, 4.5
+    stretch = (across - LAME * along) / (LAME + 2.0 * SHEAR)
+    angle = shear / SHEAR
+    displacement = np.zeros((automata.count, 2))
+    for values, axis_of, also in ((stretch, axis, 0.0 * beside), (angle, 1 - axis, along * beside)):
+        displacement[:, axis_of] = np.where(layer, values[0] * middle + values[1] * (place - middle), values[0] * place) + also
+    # Rows turn so that no torque acts: half of the shear.
+    rotation = (-0.5 if axis == 1 else 0.5) * angle[layer]
+    automata.reset(displacement=size * displacement, rotation=size * rotation)
+    stress = automata.get("stress") / size
+    force, torque = (one / size for one in forces(automata, size * displacement, size * rotation))
+    inside = (np.abs(automata.packing.reference - 4.0) < 3.5).all(axis=1)
+    assert np.abs(force[inside]).max() <= 1e-12 * 10.0 and np.abs(torque[inside]).max() <= 1e-12 * 10.0
+    np.testing.assert_allclose(stress[inside, axis], across, atol=1e-11)
+    np.testing.assert_allclose(stress[inside, 2], shear, atol=1e-11)
+    beside_stress = LAME * (along + stretch) + 2.0 * SHEAR * along
+    np.testing.assert_allclose(stress[inside, 1 - axis], beside_stress[layer[inside]], atol=1e-11)
+
+
+def test_a_layered_column_has_the_compliance_of_its_layers() -> None:
+    """Layers one automaton thick, then two, ...: the traction on a strain across them is that of springs in a row."""
+    edges = {
+        "left": "periodic",
+        "right": "periodic",
+        "bottom": {"name": "fixed"},
+        "top": {"name": "velocity", "components": "y"},
+    }
+    layers = [{"area": {"name": "box", "x": [-1.0, 9.0], "y": [low - 0.4, high + 0.4]}, "material": 1} for low, high in
+              ((2, 2), (4, 5), (8, 10))]  # fmt: skip
+    automata = block("square", 4, 12, material=[SOFT, HARD], regions=layers, boundaries=edges)
+    row = (automata.packing.reference[:, 0] == 0.0) & (automata.packing.reference[:, 1] > 0.0)
+    thick = np.bincount(automata.automaton_material[row], minlength=2) - [0.5, 0.0]
+    thick[0] += 0.5  # half a cell at either end
+    modulus = LAME + 2.0 * SHEAR
+    for _ in range(4):  # slowly: what waves are left is small
+        automata.step(2000.0, top_velocity=[0.0, 1e-10])
+    stress = automata.get("stress")[:, 1].mean()
+    assert stress == pytest.approx(8e-7 / float((thick / modulus).sum()), rel=2e-3)
+    assert np.ptp(automata.get("stress")[:, 1]) <= 1e-2 * stress
+
+
+# -- energy, momentum, motion ---------------------------------------------------------------------------------------------
+
+
+@BOTH
+def test_forces_of_a_mixture_are_those_of_its_energy(packing: str) -> None:
+    automata = mixed(packing, 8, 8, materials=3)
+    random = np.random.default_rng(2)
+    displacement, rotation = 1e-9 * random.standard_normal((automata.count, 2)), 1e-9 * random.standard_normal(automata.count)
+    automata.reset(displacement=displacement, rotation=rotation)
+    force, torque = forces(automata, displacement, rotation)
+    work = -0.5 * float((displacement * force).sum() + (rotation * torque).sum())
+    assert work > 0.0 and automata.get("elastic_energy") == pytest.approx(work, rel=1e-7)
+    assert np.abs(force.sum(axis=0)).max() <= 1e-13 * np.abs(force).max()
+    # Linear and symmetric: what one motion does on another is what that does on the first.
+    other, turn = 1e-9 * random.standard_normal((automata.count, 2)), 1e-9 * random.standard_normal(automata.count)
+    there, back = forces(automata, other, turn), (force, torque)
+    assert float((displacement * there[0]).sum() + (rotation * there[1]).sum()) == pytest.approx(
+        float((other * back[0]).sum() + (turn * back[1]).sum()), rel=1e-6
+    )
+
+
+@BOTH
+def test_a_mixture_keeps_discrete_energy_and_momenta(packing: str) -> None:
+    automata = mixed(packing, 6, 6)
+    random = np.random.default_rng(3)
+    automata.reset(velocity=1e-9 * random.standard_normal((automata.count, 2)))
+    mass, inertia, h = automata.mass, automata.body.inertia[automata.body.kind], automata.step_size
+    found, momenta = [], []
+    for _ in range(100):
+        u, v = automata.get("displacement"), automata.get("velocity")
+        turn, spin = automata.get("rotation"), automata.get("angular_velocity")
+        force, torque = forces(automata, u - 0.5 * h * v, turn - 0.5 * h * spin)
+        motion = 0.5 * float((mass * (v**2).sum(axis=1)).sum() + (inertia * spin**2).sum())
+        found.append(motion - 0.5 * float(((u + 0.5 * h * v) * force).sum() + ((turn + 0.5 * h * spin) * torque).sum()))
+        momenta.append([*automata.get("momentum"), automata.get("angular_momentum")])
+        automata.step()
+    assert np.ptp(found) <= 1e-7 * max(found)
+    assert np.ptp(momenta, axis=0).max() <= 1e-12 * 1e-9 * 6.0 * mass.sum()
+
+
+@BOTH
+def test_turning_a_mixture_costs_no_energy(packing: str) -> None:
+    automata = mixed(packing, 6, 6)
+    turn = np.array([[math.cos(1.0), -math.sin(1.0)], [math.sin(1.0), math.cos(1.0)]])
+    displacement = automata.packing.reference @ (turn - np.eye(2)).T
+    automata.reset(displacement=displacement, rotation=1.0)
+    stretched = 0.5 * float(automata.mass.sum()) * 1e-4  # about what a strain of 1e-2 costs
+    assert abs(automata.get("elastic_energy")) <= 1e-10 * stretched
+
+
+@BOTH
+def test_mirrored_mixtures_give_mirrored_bits(packing: str) -> None:
+    plain = block(packing)
+    x, y = plain.packing.reference.T
+    mirror = np.array([int(np.argmin((x - (8.0 - a)) ** 2 + (y - b) ** 2)) for a, b in zip(x, y, strict=True)])
+    numbers = np.random.default_rng(5).integers(0, 2, plain.count)
+    numbers = np.minimum(numbers, numbers[mirror])
+    automata = block(packing, material=[SOFT, HARD], automaton_material=numbers.tolist(), forced_automata="all")
+    force = 1e-2 * np.random.default_rng(1).standard_normal((automata.count, 2))
+    force = force + np.array([-1.0, 1.0]) * force[mirror]
+    automata.step(100 * automata.step_size, force=force)
+    u, w = automata.get("displacement"), automata.get("rotation")
+    assert np.abs(u).max() > 1e-3
+    np.testing.assert_array_equal(u[mirror], [-1.0, 1.0] * u)
+    np.testing.assert_array_equal(w[mirror], -w)
+
+
+@BOTH
+def test_two_names_for_one_material_are_that_material(packing: str) -> None:
+    """Where only the number differs nothing is divided: the motion is that of one material, to rounding."""
+    law = {"criterion": {"name": "strain", "tensile": 1.0}, "forced_automata": "all"}
+    one = block(packing, **law)
+    two = block(packing, material=[SOFT, SOFT], automaton_material=[i % 2 for i in range(one.count)], **law)
+    force = 1e-3 * np.random.default_rng(1).standard_normal((one.count, 2))
+    for automata in (one, two):
+        automata.step(100 * automata.step_size, force=force)
+    assert one.step_size == two.step_size
+    np.testing.assert_allclose(
+        two.get("displacement"), one.get("displacement"), atol=1e-12 * np.abs(one.get("displacement")).max()
+    )
+
+
+# -- waves --------------------------------------------------------------------------------------------------------------
+
+
+@BOTH
+@pytest.mark.parametrize("second", [HARD, DENSE], ids=["harder", "denser"])
+def test_a_wave_is_reflected_by_the_impedances_of_two_materials(packing: str, second: ge.Material) -> None:
+    """A pulse 40 diameters long meets a bond between two materials: what comes back and what goes on are those of theory."""
+    edges = {"bottom": "periodic", "top": "periodic"}
+    automata = block(packing, 320, 4, material=[SOFT, second], regions=upper_half(0, 160.2), boundaries=edges)
+    x, speed, length = automata.packing.reference[:, 0], theory.longitudinal_speed(1.0, 1.0, 1.0), 40.0
+    phase = np.clip((x - 110.0) / length, -0.5, 0.5)
+    velocity = 1e-8 * np.cos(math.pi * phase) ** 2
+    moved = -1e-8 / speed * length * (0.5 * phase + np.sin(2.0 * math.pi * phase) / (4.0 * math.pi) - 0.25)
+    automata.reset(velocity=np.stack([velocity, 0.0 * x], axis=1), displacement=np.stack([moved, 0.0 * x], axis=1))
+    automata.step(round(85.0 / speed / automata.step_size) * automata.step_size)
+    seen = automata.get("velocity")[:, 0] / 1e-8
+    one, other = speed, second.density * second.longitudinal_speed
+    expected = (one - other) / (one + other), 2.0 * one / (one + other)
+    back, on = seen[x < 155.0], seen[x > 165.0]
+    got = back[np.argmax(np.abs(back))], on.max()
+    np.testing.assert_allclose(got, expected, rtol=0.01)
+
+
+# -- cracks -------------------------------------------------------------------------------------------------------------
+
+
+@BOTH
+@pytest.mark.parametrize(("speed", "criteria"), [(0.005, [WEAK, "none"]), (-0.01, [WEAK, STRONG])], ids=["pulled", "pressed"])
+def test_a_mixture_that_breaks_and_rubs_closes_its_balance(packing: str, speed: float, criteria: list[Any]) -> None:
+    edges = {"bottom": "fixed", "top": "velocity"}
+    automata = mixed(packing, 10, 14, criterion=criteria, boundaries=edges, strength_scatter=0.2)
+    taken = [0.0]
+    for _ in range(8):
+        automata.step(12.5, top_velocity=[0.2 * speed, speed])
+        taken.append(automata.get("fracture_energy"))
+    assert automata.get("broken_links") > 40
+    assert np.diff(taken).min() >= -1e-3 * taken[-1] and taken[-1] > 0.01 * automata.get("boundary_work")
+    assert abs(automata.get("energy_residual")) <= 0.01 * automata.get("boundary_work")
+
+
+def link_ends(automata: Automata) -> np.ndarray:
+    """Return the two automata of each link."""
+    links = automata.drawables()[1]
+    assert isinstance(links, Links)
+    return links.pairs
+
+
+def torn(**parameters: Any) -> tuple[Automata, list[set[int]]]:
+    """Tear a strip of two materials apart; return it, and the materials at both ends of each link that broke."""
+    edges = {"left": "fixed", "right": "velocity"}
+    strip = block("square", 16, 4, material=[SOFT, HARD], regions=upper_half(0, 8.2), boundaries=edges, **parameters)
+    for _ in range(60):
+        strip.step(4.0, right_velocity=[2e-4, 0.0])
+        if strip.event_count:
+            break
+    pairs = link_ends(strip)
+    return strip, [set(strip.automaton_material[pairs[event.index]].tolist()) for event in strip.events()]
+
+
+def test_a_weak_interface_breaks_first_and_nothing_else() -> None:
+    weaker = [{"materials": [1, 0], "criterion": {**WEAK, "tensile": 1e-3}}]
+    strip, ends = torn(criterion=[WEAK, STRONG], interfaces=weaker)
+    assert len(ends) > 0 and all(one == {0, 1} for one in ends)
+    assert {event.limit for event in strip.events()} == {1e-3}
+
+
+def test_an_interface_breaks_by_default_where_the_weaker_material_would() -> None:
+    """Under one tension all links of the strip reach the limit of the soft side together, those of the hard one do not."""
+    strip, ends = torn(criterion=[WEAK, "none"])
+    assert {event.limit for event in strip.events()} == {3e-3}
+    assert {0} in ends or {0, 1} in ends
+    assert {1} not in ends
+    ratio = strip.get("criterion_ratio")
+    hard = (strip.automaton_material[link_ends(strip)] == 1).all(axis=1)
+    assert ratio[hard].max() == 0.0 and ratio[~hard].max() > 0.5
+
+
+def test_a_strong_interface_leaves_the_break_to_the_sides() -> None:
+    _, ends = torn(criterion=[WEAK, STRONG], interfaces=[{"materials": [0, 1], "criterion": "none"}])
+    assert len(ends) > 0 and {0, 1} not in ends
+
+
+def test_one_layer_yields_and_the_other_does_not() -> None:
+    response = [{"name": "plastic", "yield_stress": 2e-3}, {"name": "linear"}]
+    edges = {"left": "periodic", "right": "periodic", "bottom": "fixed", "top": "velocity"}
+    automata = block("square", 4, 8, material=[SOFT, HARD], regions=upper_half(1, 4.2), boundaries=edges, response=response)
+    automata.step(400.0, top_velocity=[1e-4, 0.0])
+    flowed, layer = automata.get("inelastic_strain"), automata.automaton_material
+    assert flowed[layer == 0].max() > 1e-3 and flowed[layer == 1].max() == 0.0
+    assert abs(automata.get("energy_residual")) <= 0.01 * automata.get("boundary_work")
+
+
+def test_a_contact_of_two_materials_is_two_halves_in_series() -> None:
+    """Two blocks meet: the force is that of springs k = 2 G + lambda / 2 in a row, on the overlap that there is."""
+    slit = {"name": "box", "x": [-1.0, 3.0], "y": [2.9, 3.1]}
+    shape = {"name": "rectangle", "width": 2.0, "height": 6.0, "holes": [slit]}
+    automata = block("square", 2, 6, shape=shape, material=[SOFT, HARD], regions=upper_half(1, 3.2), criterion=STRONG)
+    upper, y = automata.automaton_material == 1, automata.packing.reference[:, 1]
+    apart = np.stack([0.0 * y, np.where(upper, 2e-6 - 1.0, 0.0)], axis=1)
+    automata.reset(displacement=apart, velocity=np.stack([0.0 * y, np.where(upper, -1e-5, 0.0)], axis=1))
+    automata.step(10 * automata.step_size)
+    before, h = automata.get("velocity")[:, 1], automata.step_size
+    middle = automata.get("displacement")[:, 1] + 0.5 * h * before
+    overlap = middle[y == 2.0] - middle[y == 4.0] - 1.0
+    automata.step()
+    spring = 2.0 * SHEAR + 0.5 * LAME
+    force = 2.0 * spring.prod() / spring.sum() * overlap @ [0.5, 1.0, 0.5]  # two halves of cells beside a whole one
+    gained = (automata.mass * (automata.get("velocity")[:, 1] - before))[upper].sum()
+    assert automata.get("touching") == 3.0 and overlap.min() > 1e-6
+    assert gained == pytest.approx(force * h, rel=1e-6)
+
+
+# -- in a coupled body, in logs -----------------------------------------------------------------------------------------
+
+
+def test_a_coupled_body_takes_automata_of_several_materials() -> None:
+    """Noise in a body with layers of three kinds: energy and momentum of lockstep are kept as with one material."""
+    automata = {"shape": rectangle(6.0, 4.0), "material": [SOFT, HARD], "regions": upper_half(1, 1.6)}
+    body = coupled({"mesh": mesh(6, 4)}, automata, origin=[0.0, 4.0], step_size=0.1)
+    energy = start_noise(body, 1)
+    start = body.get("momentum")
+    body.step(200 * body.step_size)
+    assert abs(body.get("energy_residual")) <= 1e-12 * energy
+    assert np.abs(body.get("momentum") - start).max() <= 1e-12 * energy**0.5
+
+
+def test_a_mixture_that_cracks_replays_and_branches_bit_for_bit(tmp_path: Path) -> None:
+    automata = mixed("hexagonal", 6, 6, criterion=[WEAK, "none"], boundaries={"bottom": "fixed", "top": "velocity"})
+    with ge.record(automata, tmp_path / "run.mcap", every=10 * automata.step_size):
+        automata.step(300 * automata.step_size, top_velocity=[2e-3, 6e-3])
+    assert automata.event_count > 3 and ge.verify(tmp_path / "run.mcap").identical
+    other = Automata(**automata.parameters.model_dump())
+    log = ge.open_log(tmp_path / "run.mcap")
+    branch = log.branch(150 * automata.step_size)
+    branch.run(tmp_path / "branch.mcap")
+    assert branch.component.save().to_bytes() == automata.save().to_bytes()
+    other.restore(automata.save())
+    np.testing.assert_array_equal(other.get("stress"), automata.get("stress"))
+
+
+# -- refusals -----------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("parameters", "words"),
+    [
+        ({"regions": [{"area": {"name": "box", "x": [0, 1], "y": [0, 1]}, "material": 2}]}, r"regions\[0\].material: got 2"),
+        ({"regions": [{"area": {"name": "disc", "centre": [0.5, 0.5], "radius": 0.1}, "material": 1}]}, r"regions\[0\]: c"),
+        ({"automaton_material": [0, 1]}, "automaton_material: got 2 numbers, expected 81, one for each automaton"),
+        ({"automaton_material": [2] * 81}, r"automaton_material\[0\]: got 2, expected 0 to 1"),
+        ({"automaton_material": [0] * 81, "regions": upper_half(0, 4.2)}, "automaton_material: `regions` says it too"),
+        ({"response": ["linear"] * 3}, "response: got 3 for 2 materials"),
+        ({"criterion": [WEAK]}, "criterion: got 1 for 2 materials"),
+        ({"criterion": [WEAK, "tresca"]}, r"criterion\[1\]: got 'tresca', expected a known name"),
+        ({"criterion": [WEAK, {"name": "strain", "tensile": 1.0}]}, r"criterion\[1\]: got 'strain' beside 'mohr_coulomb'"),
+        ({"interfaces": [{"materials": [0, 0], "criterion": WEAK}]}, r"interfaces\[0\].materials: got \[0, 0\], expected two"),
+        ({"interfaces": [{"materials": [0, 2], "criterion": WEAK}]}, r"interfaces\[0\].materials\[1\]: got 2, expected 0 to 1"),
+        ({"interfaces": [{"materials": pair, "criterion": WEAK} for pair in ([0, 1], [1, 0])]}, r"interfaces\[1\].*twice"),
+        ({"criterion": WEAK, "relinking": {"name": "cold_welding", "pressure": 1.0, "slip_speed": 1.0}}, "relinking: knows no"),
+        ({"material": []}, "material: got none, expected at least one"),
+    ],
+)  # fmt: skip
+def test_materials_that_do_not_fit_are_refused(parameters: dict[str, Any], words: str) -> None:
+    with pytest.raises(ParameterError, match=words):
+        block(**{"material": [SOFT, HARD], **parameters})
+
+
+def test_a_zigzag_that_meets_a_grid_takes_one_material() -> None:
+    automata = {"shape": rectangle(4.0, 8.0 * ROW), "packing": "hexagonal", "material": [SOFT, HARD],
+                "regions": upper_half(0, 2.2)}  # fmt: skip
+    cells = {"name": "rectangle", "columns": 4, "rows": 4, "cell_size": [1.0, 2.0 * ROW]}
+    with pytest.raises(ParameterError, match="several materials"):
+        coupled({"mesh": cells}, automata, origin=[4.0, 0.0])
