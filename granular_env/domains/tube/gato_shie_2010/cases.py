@@ -19,7 +19,7 @@ POSITION = MIDDLE - 0.5 * PIECE
 PRESSURE = 180e3
 # When the front is at the middle of the notch, about; how long the runs are [s].
 ARRIVAL, DURATION = 7.7e-4, 9.2e-4
-_EVERY = 1e-5
+_EVERY = 5e-6
 _LAYERS = 3
 # Planes along the piece over those around its half.
 _ASPECT = 1.4

@@ -32,7 +32,7 @@ def _strains(context: Context) -> Figure:
     """Return the hoop strain at the gauges over time."""
     times, strains = context.run(notched_tube(context, _INCHES, context.constants["factor"])).series("shell_gauge_strain")
     curves = [
-        Curve(f"{1e3 * place:+.0f} mm, {math.degrees(angle):.0f}°", 1e6 * times, 1e3 * strains[:, number, 1], "line", number)
+        Curve(f"{1e3 * place:.0f} mm, {math.degrees(angle):.0f}°", 1e6 * times, 1e3 * strains[:, number, 1], "line", number)
         for number, (place, angle) in enumerate(GAUGES)
     ]
     return Figure(
