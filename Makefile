@@ -8,7 +8,8 @@ SHELL := /bin/bash
 PYTHON ?= $(shell for name in python3 python3.14 python3.13 python3.12 python3.11 python; do \
 	"$$name" -c 'import sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null && echo "$$name" && break; done)
 WORKERS ?= 2
-# A file's tests in one process, which then compiles what they share once, and makes their fixtures once.
+# A file's tests in one process, which then compiles what they share once, and makes their fixtures once; which process takes
+# which file is chosen in tests/support/scheduling.py.
 BY_FILE := --dist loadfile --no-loadscope-reorder
 
 BIN := .venv/bin
@@ -16,6 +17,9 @@ LOG := logs/nesterenko-1983-3.4-piston.mcap
 REPORT := logs/nesterenko-1983-3.4-piston
 SYSTEM_PACKAGES := mesa-vulkan-drivers libvulkan1 libegl1 libgl1-mesa-dri libxkbcommon-x11-0 libxcb-cursor0 libxcursor1 \
 	libxi6 libxrandr2 libx11-xcb1 libgtk-3-0 chromium
+
+# Hundreds of processes of the tests import the package: its bytecode is kept.
+unexport PYTHONDONTWRITEBYTECODE
 
 .NOTPARALLEL:
 .PHONY: help demo test test-extras test-slow check format bench bench-peers docs clean system-packages install-hooks

@@ -1,14 +1,15 @@
-"""What `step`, `save` and `restore` of 64 grains cost from Python, beyond the physics of the same step."""
+"""What `step`, `save` and `restore` of 64 grains cost from Python, and what the undo costs one-tick calls of larger chains."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import Any
 
 import numpy as np
 
 from . import chains
 from .figures import Figure
-from .timing import Times, interleaved, microseconds
+from .timing import Times, interleaved, microseconds, ratio
 
 
 def measure(calls: int = 2000, rounds: int = 101) -> Iterator[Figure]:
@@ -32,6 +33,33 @@ def measure(calls: int = 2000, rounds: int = 101) -> Iterator[Figure]:
     physics = lambda: chain._advance(calls)  # noqa: E731
     times = interleaved({"step": step, "physics": physics, "snapshot": snapshot, "empty": empty}, rounds)
     yield from _figures(times, calls)
+    for grains in (200, 1200, 5000):
+        yield _undo_figure(grains, max(calls * 200 // grains, 20), rounds)
+
+
+class _NoUndo:
+    """An undo that does nothing."""
+
+    is_small, counts_arrays, until, limit = False, True, -1, 0
+    steps: tuple[()] = ()
+
+    def prepare(self, tick: int) -> None: ...
+    def note(self, ticks: int, held: object) -> None: ...
+    def forget(self) -> None: ...
+
+
+def _undo_figure(grains: int, calls: int, rounds: int) -> Figure:
+    chain, without = chains.pressed(grains, left="free"), chains.pressed(grains, left="free")
+    without._undo = _NoUndo()
+
+    def steps(stepped: Any) -> None:
+        for _ in range(calls):
+            stepped.step(left_force=1.0)
+
+    times = interleaved({"with": lambda: steps(chain), "without": lambda: steps(without)}, rounds)
+    share = 100.0 * (1.0 - 1.0 / ratio(times["with"], times["without"]))
+    note = f"a call {microseconds(times['with'], calls):.2f} us, a state of {chain.state_bytes / 1024:.0f} KB"
+    return Figure(f"undo in one-tick calls, {grains} grains", share, "%", at_most=10.0, note=note)
 
 
 def _figures(times: Times, calls: int) -> Iterator[Figure]:

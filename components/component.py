@@ -223,9 +223,12 @@ class Component(Stepping, metaclass=_Fixed):
             self._tick, self._failure = tick, failure
             raise
         starts = {name: 0.0 if variable.start is None else variable.start for name, variable in self._inputs.items()}
-        self._hold(self.hold({**starts, **given}))
-        for observer in self._observers:
-            observer.on_reset(self)
+        try:
+            self._hold(self.hold({**starts, **given}))
+            self._tell_of_reset()
+        except BaseException:
+            self._tell_of_reset_once_more()
+            raise
 
     def _start(self, seed: int | None, values: Mapping[str, FloatArray]) -> Mapping[str, Any]:
         for name, value in values.items():
@@ -374,20 +377,24 @@ class Component(Stepping, metaclass=_Fixed):
         self._undo.forget()
         try:
             block = self._block
-            if block.grows:
-                block.load(snapshot.data)
-            else:
-                block.memory_bytes[:] = snapshot.data
-        except ValueError:  # another length
-            self.refuse_foreign(snapshot)
+            try:
+                if block.grows:
+                    block.load(snapshot.data)
+                else:
+                    block.memory_bytes[:] = snapshot.data
+            except ValueError:  # another length
+                self.refuse_foreign(snapshot)
+                raise
+            own: dict[str, Any] = self.__dict__  # type: ignore[assignment] - as in `step`
+            own["_tick"] = snapshot.tick
+            own["_failure"] = -1
+            if not self._undo.is_small:
+                self._undo.keep(snapshot.tick, snapshot.data)
+            if self._observers:
+                self._tell_of_reset()
+        except BaseException:
+            self._tell_of_reset_once_more()
             raise
-        own: dict[str, Any] = self.__dict__  # type: ignore[assignment] - as in `step`
-        own["_tick"] = snapshot.tick
-        own["_failure"] = -1
-        if not self._undo.is_small:
-            self._undo.keep(snapshot.tick, snapshot.data)
-        for observer in self._observers:
-            observer.on_reset(self)
 
     def refuse_foreign(self, snapshot: Snapshot) -> None:
         """Raise what `restore` would raise for this snapshot, and change nothing."""

@@ -53,6 +53,7 @@ class Discs(Component):
         p = self.parameters
         n, self.step_size, self.diameter = p.rows * p.columns, p.step_size, 2.0 * p.radius
         places = np.array([(column, row) for row in range(p.rows) for column in range(p.columns)], dtype=np.float64)
+        self.mass = np.full((n, 1), p.mass)
         self.reference = p.clearance + p.radius + self.diameter * places
         self.box = 2.0 * p.clearance + self.diameter * np.array([p.columns, p.rows])
         pairs = np.stack(np.triu_indices(n, 1), axis=1)
@@ -82,7 +83,7 @@ class Discs(Component):
             one, other = self.pairs[pair].tolist()
             at = ("start", "displacement", other)
             raise ParameterError(f"puts disc {other} where disc {one} is", hint="move one of them", at=at)
-        self._block["start"][:] = sum(self._energies()), *self._moments(self.parameters.mass * self._block["velocity"])
+        self._block["start"][:] = sum(self._energies()), *self._moments(self.mass * self._block["velocity"])
         return given
 
     @np.errstate(all="ignore")  # the status tells
@@ -93,9 +94,10 @@ class Discs(Component):
             # Links break and forces act at the step's middle, where leapfrog kicks.
             force = input_value(given, tick, 0.5)
             u += 0.5 * h * v
-            self._break_links(tick + 1)
+            along, distance = self._pairs()
+            self._break_links(tick + 1, distance)
             walls = -p.stiffness * self._wall_overlap()
-            kick = h / p.mass * (force + walls + self._pair_forces())
+            kick = h / self.mass * (force + walls + self._pair_forces(along, distance))
             block["work"][...] += h * (force * (v + 0.5 * kick)).sum()
             block["impulses"][:] += h * self._moments(force), h * self._moments(walls)
             v += kick
@@ -128,16 +130,15 @@ class Discs(Component):
         low, high = self._centres() - self.parameters.radius, self._centres() + self.parameters.radius
         return np.minimum(low, 0.0) + np.maximum(high - self.box, 0.0)
 
-    def _pair_forces(self) -> FloatArray:
-        along, distance = self._pairs()
+    def _pair_forces(self, along: FloatArray, distance: FloatArray) -> FloatArray:
         tension = (self.parameters.stiffness * self._stretch(distance) / distance)[:, np.newaxis] * along
         forces = np.zeros_like(self.reference)
         np.add.at(forces, self.pairs[:, 0], tension)
         np.subtract.at(forces, self.pairs[:, 1], tension)
         return forces
 
-    def _break_links(self, tick: int) -> None:
-        strain, limit = self._pairs()[1] / self.diameter - 1.0, self.parameters.breaking_strain
+    def _break_links(self, tick: int, distance: FloatArray) -> None:
+        strain, limit = distance / self.diameter - 1.0, self.parameters.breaking_strain
         for link in np.flatnonzero(self._holding() & (strain > limit)):
             self._block["fracture"][...] += 0.5 * self.parameters.stiffness * (strain[link] * self.diameter) ** 2
             self._block.append("broken", link)
@@ -157,12 +158,12 @@ class Discs(Component):
 
     def _energies(self) -> tuple[float, float]:
         stretched = (self._stretch(self._pairs()[1]) ** 2).sum() + (self._wall_overlap() ** 2).sum()
-        kinetic = 0.5 * (self.parameters.mass * self._block["velocity"] ** 2).sum()
+        kinetic = 0.5 * (self.mass * self._block["velocity"] ** 2).sum()
         return float(kinetic), float(0.5 * self.parameters.stiffness * stretched)
 
     def balances(self) -> tuple[Balance, ...]:
         """Return energy, momentum, and angular momentum about the corner of the box, since the reset."""
-        (kinetic, potential), now = self._energies(), self._moments(self.parameters.mass * self._block["velocity"])
+        (kinetic, potential), now = self._energies(), self._moments(self.mass * self._block["velocity"])
         start, force, walls = self._block["start"].copy(), *self._block["impulses"].copy()
         work, fracture = float(self._block["work"]), float(self._block["fracture"])
         energies = {"kinetic_energy": kinetic, "potential_energy": potential}

@@ -23,7 +23,8 @@ class Observer(Protocol):
     def on_step(self, component: Any, ticks: int, inputs: Mapping[str, Held]) -> None:
         """After a whole step, with the inputs that were set by it (compiled).
 
-        What is raised here reaches the caller once all observers have been told; the step stands.
+        What is raised here, an interrupt too, reaches the caller once all observers have been told; the step stands. Whoever
+        raises it is told once more, as it may have been cut short: `component.tick` says whether it has that step.
         """
 
     def on_failure(self, component: Any, error: BaseException) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Mapping
+from contextlib import suppress
 from time import perf_counter
 from typing import Any, ClassVar
 
@@ -61,12 +62,14 @@ class Stepping(Physics):
     def _prepare_steps(self) -> None:
         """Make what belongs to this one component alone, whose block is there."""
         self._observers: list[Observer] = []
+        self._step_start = 0
         # Two threads at once would mix two steps into one.
         self._stepping = False
         # The tick at which the last step failed, until something else succeeds.
         self._failure = -1
         self._chunk_ticks = 256
-        self._undo = Undo(self._block, is_shared=self._given_memory is not None)
+        takes_arrays = any(variable.shape for variable in self._inputs.values())
+        self._undo = Undo(self._block, is_shared=self._given_memory is not None, counts_arrays=takes_arrays)
         self._held = {}
         # Whether any of them is a profile.
         self._profiled = False
@@ -125,7 +128,7 @@ class Stepping(Physics):
             undo = self._undo
             if undo.is_small:
                 undo.buffer[:] = undo.memory
-            else:
+            elif undo.until != before or len(undo.steps) >= undo.limit:
                 undo.prepare(before)
             try:
                 if inputs:
@@ -140,8 +143,13 @@ class Stepping(Physics):
             except BaseException:  # Ctrl-C too
                 self._put_back(before, held)
                 raise
-            if not undo.is_small:
+            if undo.is_small:
+                return
+            if undo.counts_arrays:
                 undo.note(ticks, self._held)
+            else:  # as `note` does
+                undo.steps.append((ticks, self._held))
+                undo.until = before + ticks
         finally:
             own["_stepping"] = False
 
@@ -159,6 +167,11 @@ class Stepping(Physics):
                 hint="give each thread a component of its own",
                 at=call,
             )
+
+    @property
+    def step_start(self) -> int:
+        """The tick at which the step under way began, where anybody looks on."""
+        return self._step_start
 
     @property
     def is_observed(self) -> bool:
@@ -181,6 +194,14 @@ class Stepping(Physics):
         """Stop an observer's looking on."""
         if observer in self._observers:
             self._observers.remove(observer)
+
+    def _tell_of_reset(self) -> None:
+        for observer in self._observers:
+            observer.on_reset(self)
+
+    def _tell_of_reset_once_more(self) -> None:
+        """Tell it again while an error is under way, perhaps an interrupt, which came after the state may have changed."""
+        _call_all([observer.on_reset for observer in self._observers], self)
 
     # -- a part of a parent, whose kernels advance it ------------------------------------------------------------------
 
@@ -292,7 +313,9 @@ class Stepping(Physics):
         """Step in pieces, for observers and for Ctrl-C; all of it or nothing."""
         start, end, held = self._tick, self._tick + ticks, self._held
         self._undo.prepare(start)
-        begun, told = perf_counter(), ticks < _MANY_TICKS
+        self._step_start = start
+        begun, told, is_made = perf_counter(), ticks < _MANY_TICKS, False
+        untold: list[Observer] = []
         try:
             if inputs:
                 self._hold({**held, **inputs})
@@ -307,16 +330,19 @@ class Stepping(Physics):
                 for observer in self._observers:
                     if observer.next_tick <= stop:
                         observer.on_sample(self)
+            untold, is_made = self._observers[::-1], True
+            while untold:
+                untold[-1].on_step(self, ticks, inputs)
+                untold.pop()
         except BaseException as error:
-            self._put_back(start, held)
-            _call_all([observer.on_failure for observer in self._observers], self, error)
+            if is_made:  # it stands: whoever was not told of it, or was interrupted while it was, is told now
+                _call_all([observer.on_step for observer in reversed(untold)], self, ticks, inputs)
+            else:
+                self._put_back(start, held)
+                _call_all([observer.on_failure for observer in self._observers], self, error)
             raise
-        if not self._undo.is_small:
+        if not self._undo.is_small:  # last: where that is cut, the next step takes a copy
             self._undo.note(ticks, self._held)
-        if len(self._observers) == 1:  # as usual, and quicker
-            self._observers[0].on_step(self, ticks, inputs)
-        else:
-            _call_all([observer.on_step for observer in self._observers], self, ticks, inputs)
 
     def _tell_time_left(self, done: int, ticks: int, spent: float) -> None:
         """Warn of a step that has `spent` seconds behind it and takes much longer."""
@@ -375,12 +401,7 @@ class Stepping(Physics):
 
 
 def _call_all(functions: Iterable[Callable[..., None]], *arguments: Any) -> None:
-    """Call all of them, then raise what the first one raised: the others must not miss a step."""
-    faults: list[BaseException] = []
+    """Call all of them while an error is under way, whatever they raise: none must miss what the others are told."""
     for function in functions:
-        try:
+        with suppress(BaseException):
             function(*arguments)
-        except BaseException as error:
-            faults.append(error)
-    if faults:
-        raise faults[0]

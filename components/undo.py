@@ -11,10 +11,12 @@ from .inputs import Held
 from .profiles import CompiledProfile
 from .state_block import Block
 
-# A smaller state is copied at every step, which costs less than to note the steps [bytes].
-_SMALL_STATE = 1 << 15
-# Part of the time that copies may take.
-_SHARE = 0.05
+# A smaller state is copied at every step: a chain of 400 grains costs the same either way [bytes].
+_SMALL_STATE = 12 << 10
+# Part of the time that copies may take; to note the steps costs a chain of 400 grains as much again.
+_SHARE = 0.025
+# What a copy costs beside the copying: to look at the clock, and to begin a new list of steps [s].
+_BESIDE_COPY = 1.5e-6
 # Steps that are noted at most; and what they may hold of arrays, in sizes of the state.
 _MOST_STEPS, _MOST_ARRAYS = 100_000, 4
 
@@ -25,15 +27,20 @@ class Undo:
     The copy of a large state takes as long as a step, or longer. A step gives the same bits whenever it is made, so an older
     copy will do: the steps that were made since are made again.
 
+    Whoever steps asks `prepare` for a copy where `until` is not the tick or there are `limit` steps, and notes each step.
+
     Attributes:
         memory: the state, as bytes; of one that grows, what has a fixed size.
         buffer: where a state that does not grow is copied to.
         is_small: whether the state is copied into `buffer` at every step, by whoever steps.
         tick: of the copy.
         steps: (ticks, inputs held) of each step since the copy.
+        until: tick that the copy and the steps lead to. It is set last: whatever is interrupted, what does not fit is not used.
+        limit: number of steps at which to look whether a copy is due.
+        counts_arrays: whether steps may hold arrays, so that they have to be noted with `note`.
     """
 
-    def __init__(self, block: Block, *, is_shared: bool) -> None:
+    def __init__(self, block: Block, *, is_shared: bool, counts_arrays: bool = True) -> None:
         """Take the state's block; `is_shared` where others write to its memory too, so that each step needs a fresh copy."""
         self._block = block
         self.memory = block.memory_bytes
@@ -41,8 +48,7 @@ class Undo:
         # The copy: in the buffer, or bytes of its own.
         self._data: bytes | memoryview = self.buffer
         self.tick, self.steps = -1, list[tuple[int, Mapping[str, Held]]]()
-        # Tick that the copy and the steps lead to. It is set last: whatever is interrupted, what does not fit is not used.
-        self._until = -1
+        self.until, self.limit, self.counts_arrays = -1, 0, counts_arrays
         self._is_shared = is_shared
         self._owner: Undo | None = None
         self.is_small = not block.grows and self.memory.nbytes < _SMALL_STATE
@@ -57,26 +63,30 @@ class Undo:
         """Take a copy before a step from this tick, where it is time for one."""
         if self._owner is not None:
             self._owner.forget()
-        if self._until != tick or self._is_shared or self.is_small or self._is_due():
-            self._until = -1
-            begin = perf_counter()
-            self._copy()
-            self._taken = perf_counter()
-            self._seconds = self._taken - begin
-            self.tick, self.steps, self._array_bytes = tick, [], 0
-            self._until = tick
+        if self.until == tick and not self._is_shared and not self.is_small and not self._is_due():
+            return
+        self.until = -1
+        begin = perf_counter()
+        self._copy()
+        self._taken = perf_counter()
+        self._seconds = self._taken - begin + _BESIDE_COPY
+        self.tick, self.steps, self._array_bytes = tick, [], 0
+        self.until = tick
 
     def note(self, ticks: int, held: Mapping[str, Held]) -> None:
         """Note a step that was made, with all inputs that were held."""
-        before = self.steps[-1][1] if self.steps else {}
-        if held is not before:  # most inputs of the step before are held still
-            self._array_bytes += sum(_array_bytes(value) for name, value in held.items() if value is not before.get(name))
+        if self.counts_arrays:
+            before = self.steps[-1][1] if self.steps else {}
+            if held is not before:  # most inputs of the step before are held still
+                self._array_bytes += sum(_array_bytes(value) for name, value in held.items() if value is not before.get(name))
+                if self._array_bytes > _MOST_ARRAYS * self._block.nbytes:
+                    self.limit = 0
         self.steps.append((ticks, held))
-        self._until += ticks
+        self.until += ticks
 
     def forget(self) -> None:
         """Let the next step take a copy: the state was changed by something else than a step."""
-        self._until = -1
+        self.until = -1
         if self._owner is not None:
             self._owner.forget()
 
@@ -92,7 +102,7 @@ class Undo:
         if data.__class__ is bytes and not self._is_shared:
             self._data, self.tick, self.steps, self._array_bytes = data, tick, [], 0
             self._taken = perf_counter()
-            self._until = tick
+            self.until = tick
 
     def _copy(self) -> None:
         if self._block.grows:
@@ -102,8 +112,18 @@ class Undo:
             self._data = self.buffer
 
     def _is_due(self) -> bool:
-        is_long = len(self.steps) >= _MOST_STEPS or self._array_bytes > _MOST_ARRAYS * self._block.nbytes
-        return is_long or _SHARE * (perf_counter() - self._taken) > self._seconds
+        """Return whether a copy is due; set the number of steps at which to ask again, from what a step has taken so far."""
+        count = len(self.steps)
+        if not count or count < self.limit:
+            return False
+        if count >= _MOST_STEPS or self._array_bytes > _MOST_ARRAYS * self._block.nbytes:
+            self.limit = 1
+            return True
+        affordable = _SHARE * (perf_counter() - self._taken)
+        is_due = affordable >= self._seconds
+        wanted = int(count * self._seconds / affordable) if affordable > 0.0 else _MOST_STEPS
+        self.limit = max(1, wanted) if is_due else min(max(wanted, count + 1), 2 * count + 1)
+        return is_due
 
 
 def _array_bytes(value: Held) -> int:

@@ -120,7 +120,7 @@ def _refuse_other(program: Experiment, wanted: Experiment, where: str) -> None:
 
 def _refuse_ended(log: Log, where: str) -> None:
     """Refuse a run that ended with an error: it would do so again."""
-    incidents = log.metadata["incidents"]
+    incidents = log.incidents
     failed = next((one for one in incidents if one.get("incident") == "failed"), None)
     if failed is not None and log.complete:
         raise LogError(

@@ -339,6 +339,30 @@ def test_a_disc_splits_from_its_centre(tmp_path: Path) -> None:
     broken = points.reference[links.pairs[disc.get("linked") < 1.0, 0]]
     assert np.ptp(broken[:, 1]) > 2.0 * np.ptp(broken[:, 0])  # along the line between the plates
     assert abs(disc.get("energy_residual")) <= 0.01 * disc.get("boundary_work")
+    # The strength that the test is made for, 2 P / (pi D t), is that of the pairs.
+    load = np.abs(log.series("top_reaction")[1][:, 1]).max()
+    assert 2.0 * load / (math.pi * 0.05) == pytest.approx(5e6, rel=0.1)
+
+
+def test_plates_bear_contacts_too() -> None:
+    """What both plates give is the rate of the momentum between them, also where pieces touch."""
+    slit = {"name": "box", "x": [-1.0, 7.0], "y": [2.9, 3.1]}
+    shape = {"name": "rectangle", "width": 6.0, "height": 6.0, "holes": [slit]}
+    edges = {"bottom": "fixed", "top": "velocity"}
+    automata = block("square", shape=shape, boundaries=edges, criterion={"name": "strain", "tensile": 1.0}, friction=0.5)
+    automata.step(500 * automata.step_size, top_velocity=[0.005, -0.03])
+    free = np.flatnonzero((automata.packing.reference[:, 1] > 0.5) & (automata.packing.reference[:, 1] < 5.5))
+    assert automata.get("touching") > 4.0
+    seen = []
+    for _ in range(3):
+        momentum = automata.mass[free] @ automata.get("velocity")[free]
+        seen.append((momentum, automata.get("top_reaction") + automata.get("bottom_reaction")))
+        before = automata.save().to_bytes()
+        automata.get("top_reaction")
+        assert automata.save().to_bytes() == before
+        automata.step()
+    rate = (seen[2][0] - seen[0][0]) / (2.0 * automata.step_size)
+    np.testing.assert_allclose(seen[1][1], rate, rtol=0.03, atol=0.03 * np.abs(rate).max())
 
 
 # -- refusals -----------------------------------------------------------------------------------------------------------

@@ -329,6 +329,34 @@ def test_velocities_that_are_prescribed_are_met_and_their_impulse_is_known() -> 
     assert abs(automata.get("energy_residual")) <= 0.05 * automata.get("boundary_work")
 
 
+@BOTH
+@pytest.mark.parametrize("law", [{}, {"criterion": {"name": "strain", "tensile": 1.0}}], ids=["linked", "breakable"])
+def test_plates_bear_what_the_specimen_bears(packing: str, law: dict[str, object]) -> None:
+    """Between smooth plates a strip that is held along x is strained evenly: each plate bears stress times width."""
+    smooth = {"name": "velocity", "components": "y"}
+    sides = {"left": "periodic", "right": "periodic"}
+    automata = block(packing, 6, 8, boundaries={**sides, "bottom": "symmetry", "top": smooth}, **law)
+    height = automata.packing.reference[:, 1].max()
+    part = automata.packing.reference[:, 1] / height
+    automata.reset(displacement=np.stack([0.0 * part, -1e-6 * height * part], axis=1))
+    expected = 3.0 * 1e-6 * 6.0  # lambda + 2 G = 3
+    np.testing.assert_allclose(automata.get("top_reaction"), [0.0, -expected], rtol=1e-5, atol=1e-12)
+    np.testing.assert_allclose(automata.get("bottom_reaction"), [0.0, expected], rtol=1e-5, atol=1e-12)
+
+
+@BOTH
+@pytest.mark.parametrize("law", [{}, {"criterion": {"name": "strain", "tensile": 1.0}}], ids=["linked", "breakable"])
+def test_what_plates_hold_is_not_too_fast(packing: str, law: dict[str, object]) -> None:
+    """A nearly incompressible specimen glued to plates: their corners would fly off, were they not held."""
+    soft = ge.Material(density=1.0, young=2.5, poisson=0.42)
+    automata = block(packing, 12, 10, material=soft, boundaries={"bottom": "fixed", "top": "velocity"}, **law)
+    height = automata.packing.reference[:, 1].max()
+    pressed = round(0.18 * height / 0.01 / automata.step_size)
+    automata.step(pressed * automata.step_size, top_velocity=[0.0, -0.01])
+    assert automata.get("speed").max() < 0.05
+    assert abs(automata.get("energy_residual")) <= 1e-4 * automata.get("boundary_work")
+
+
 def test_a_smooth_plate_lets_its_automata_slide() -> None:
     smooth = {"name": "velocity", "components": "y"}
     automata = block("square", boundaries={"bottom": "symmetry", "top": smooth, "left": "symmetry"})

@@ -9,7 +9,9 @@ from __future__ import annotations
 import pickle
 import subprocess
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -251,20 +253,40 @@ def test_save_and_restore_at_every_step(example: Example, mode: str) -> None:
     assert hopping.report() == straight.report()
 
 
+@cache
+def twins(label: str) -> tuple[Component, Component]:
+    """Two components of an example, made once."""
+    example = next(example for example in EXAMPLES if example.label == label)
+    return example.make(), example.make()
+
+
+@contextmanager
+def watched(component: Component, every: int | None) -> Iterator[None]:
+    """An observer that reads everything every so many ticks, until the end of the block; none for None."""
+    watcher = Watcher(every or 1)
+    if every is not None:
+        component.observe(watcher)
+    try:
+        yield
+    finally:
+        component.ignore(watcher)
+
+
 @every_example
 @settings(max_examples=12)
 @given(data=st.data())
 def test_a_long_step_equals_its_parts(example: Example, data: st.DataObject) -> None:
     parts = data.draw(st.lists(st.integers(1, 60), min_size=1, max_size=8), label="parts")
-    whole, cut = example.started(), example.started()
+    whole, cut = twins(example.label)
+    for component in (whole, cut):
+        component.reset(**example.start)
     kinds = {"numbers": dict(example.inputs), "profiles": example.all_profiles(whole)}
     inputs = kinds[data.draw(st.sampled_from(sorted(kinds)), label="inputs")]
-    watched = data.draw(st.booleans(), label="watched")
-    if watched:
-        cut.observe(Watcher(data.draw(st.integers(1, 50), label="every")))
+    every = data.draw(st.one_of(st.none(), st.integers(1, 50)), label="watched every")
     whole.step(sum(parts) * whole.step_size, **inputs)
-    for index, part in enumerate(parts):
-        cut.step(part * cut.step_size, **(inputs if index == 0 else {}))
+    with watched(cut, every):
+        for index, part in enumerate(parts):
+            cut.step(part * cut.step_size, **(inputs if index == 0 else {}))
     assert bits(cut) == bits(whole)
     assert cut.report() == whole.report()
 

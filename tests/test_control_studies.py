@@ -35,6 +35,13 @@ SMALL = {
 }  # fmt: skip
 
 
+@pytest.fixture(autouse=True)
+def without_figures(request, monkeypatch):
+    """Leave out the drawing, most of the time of a small study, where a test does not look at the figures."""
+    if request.node.get_closest_marker("figures") is None:
+        monkeypatch.setattr(figures, "pictures", lambda result: {})
+
+
 def results_of(folder: Path) -> dict:
     return json.loads((folder / "results.json").read_text())
 
@@ -434,6 +441,7 @@ def test_a_record_is_the_same_after_saving_and_loading(tmp_path):
 # -- what is left of a study ----------------------------------------------------------------------------------------------
 
 
+@pytest.mark.figures
 def test_a_study_of_an_environment_leaves_results_figures_and_logs_that_replay(tmp_path):
     result = run_study(SMALL, tmp_path)
     names = {path.name for path in tmp_path.iterdir()}
@@ -458,6 +466,7 @@ def test_a_study_of_an_environment_leaves_results_figures_and_logs_that_replay(t
     assert best == sorted(best) and best[-1] == told["trials"][1]["return"]
 
 
+@pytest.mark.figures
 def test_the_page_shows_the_comparison_and_escapes_the_studys_words(tmp_path):
     run_study(bowl_study(description="<script>alert(1)</script>"), tmp_path, problem=Bowl())
     page = (tmp_path / "report.html").read_text()
@@ -488,6 +497,7 @@ def folder(tmp_path, monkeypatch):
     return tmp_path
 
 
+@pytest.mark.figures
 def test_the_command_runs_a_study_and_tells_how_it_went(folder, capsys):
     assert main(["study", "small.toml", "--set", "budget=1000"]) == 0
     told = capsys.readouterr().out

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
+from support import final_states
 from support.golden_logs import CASES, FOLDER, final_hash, log_path, played
 
 import granular_env as ge
@@ -72,3 +75,17 @@ def test_a_golden_log_holds_the_run(name: str) -> None:
     for variable in recorded:
         _, values = log.series(variable)
         assert np.asarray(values[-1]).tobytes() == np.asarray(component.get(variable)).tobytes()
+
+
+@pytest.mark.filterwarnings("ignore::granular_env.components.errors.GranularWarning")
+def test_a_table_of_final_states_tells_another_state(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    rows = [
+        "\t".join(row) for name in ("oscillator/pushed", "discs/broken-row") for row in final_states.final_state(name, 0.01)
+    ]
+    for name in ("before", "after"):
+        (tmp_path / name).write_text("\n".join(["\t".join(final_states.COLUMNS), *rows]))
+    assert final_states.compare(tmp_path / "before", tmp_path / "after")
+    assert capsys.readouterr().out.endswith("4 of 4 rows the same, 0 new\n")
+    (tmp_path / "after").write_text("\n".join([rows[0], *rows[:3], rows[3][:-1]]))
+    assert not final_states.compare(tmp_path / "before", tmp_path / "after")
+    assert "discs/broken-row\tvelocity\t1000\tDIFFERS" in capsys.readouterr().out

@@ -155,7 +155,7 @@ def test_a_failed_step_leaves_no_trace_but_its_reason(tmp_path: Path) -> None:
     record_a_failure(catalogue.make("chain", **CHAIN), tmp_path / "a.mcap", 1e9)
     log = open_log(tmp_path / "a.mcap")
     assert log.ticks("velocity").tolist() == list(range(151))
-    assert [incident["incident"] for incident in log.metadata["incidents"]] == ["failed"]
+    assert [incident["incident"] for incident in log.incidents] == ["failed"]
     assert verify(log).identical
 
 
@@ -174,7 +174,7 @@ def test_parts_of_a_long_step_that_were_written_are_a_segment_of_their_own_if_it
     log = open_log(tmp_path / "a.mcap")
     first, second = log.segments
     assert first.start == 0 and first.end > 100 and (second.start, second.end) == (100, 150)
-    (incident,) = log.metadata["incidents"]
+    (incident,) = log.incidents
     # What had been written of the step, and then undone.
     assert incident["incident"] == "failed" and incident["undone_ticks"] == first.end - 100
     assert verify(log).identical
@@ -469,6 +469,6 @@ def test_a_recovered_log_has_everything(tmp_path: Path) -> None:
     assert out.complete and out.calls == original.calls
     for name in original.variables:
         assert out.to_numpy(name).tobytes() == original.to_numpy(name).tobytes()
-    assert out.metadata["incidents"][-1]["incident"] == "recovered" and verify(out).identical
+    assert out.incidents[-1]["incident"] == "recovered" and verify(out).identical
     with pytest.raises(ParameterError, match="exists"):
         recover(tmp_path / "cut.mcap", tmp_path / "out.mcap")

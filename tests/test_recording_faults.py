@@ -356,7 +356,7 @@ def test_damage_in_the_middle_names_recover_and_recover_saves_the_front(tmp_path
     assert 0 < saved.end_tick < whole.end_tick and verify(saved).identical
     kept = saved.to_numpy("velocity")
     assert len(kept) and kept.tobytes() == whole.to_numpy("velocity")[: len(kept)].tobytes()
-    assert saved.metadata["incidents"][-1]["bytes_lost"] > 0
+    assert saved.incidents[-1]["bytes_lost"] > 0
 
 
 @pytest.mark.parametrize("content", [b"", b"x", b"\x89MCAP0\r\n", b"\x89MCAP0\r\n" * 9, b"PK\x03\x04" + bytes(500)])

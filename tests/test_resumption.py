@@ -115,7 +115,7 @@ def assert_same(path: Path, other: Path) -> None:
     """A log that was gone on with holds the same history as another."""
     assert_same_history(path, other)
     with open_log(path) as log:
-        assert log.metadata["incidents"][-1]["incident"] == "resumed"
+        assert log.incidents[-1]["incident"] == "resumed"
 
 
 def assert_same_history(path: Path, other: Path) -> None:

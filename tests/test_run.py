@@ -167,7 +167,7 @@ def test_a_run_that_breaks_down_leaves_a_complete_log(tmp_path):
         run(broken, log=tmp_path / "x.mcap")
     with open_log(tmp_path / "x.mcap") as log:
         assert log.complete
-        assert [incident["incident"] for incident in log.metadata["incidents"]] == ["failed"]
+        assert [incident["incident"] for incident in log.incidents] == ["failed"]
     assert verify(tmp_path / "x.mcap").identical
 
 

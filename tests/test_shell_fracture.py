@@ -21,6 +21,7 @@ from granular_env.components.shell.fracture.outcome import (
     outcome,
     tip_speed,
 )
+from granular_env.components.shell.kernels import write_areas
 
 ALONG, ACROSS = 25, 13
 NOTCH = {"length": 0.002, "depth": 0.0006, "width": 0.0005, "around": 0.003, "direction": "hoop"}
@@ -278,3 +279,17 @@ def test_pressure_ends_on_lips_and_pieces() -> None:
     assert (ring.get("crack_area") > 0.0).all()
     energy = ring.balances()[0]
     assert abs(energy.residual) < 1e-3 * energy.supplied["pressure_work"]
+
+
+def test_a_node_that_flies_on_by_itself_bears_no_pressure_and_gives_its_neighbours_none() -> None:
+    """Otherwise it would span more area with them the farther it flies, and be pushed the more."""
+    plate: Any = ge.make("shell", fracture={"name": "principal_stress", "stress": 1e9}, body={"name": "plate"}, step_size=1e-8)
+    node = 10 * plate.lattice.shape[1] * 3 + 5 * 3
+    plate._block.append("loosened", float(node))
+    solid, state, _, _ = plate.tables()
+    rest = np.abs(state.area).max(axis=0)
+    state.displacement[node] = -1.0
+    write_areas(solid, state)
+    own = int(np.flatnonzero(solid.surface.nodes == node)[0])
+    assert (state.area[own] == 0.0).all()
+    np.testing.assert_allclose(np.abs(state.area).max(axis=0), rest, atol=1e-20)

@@ -142,3 +142,20 @@ def test_a_notch_wants_layers_and_points_that_do_not_see_across_it() -> None:
         lattice_of({**TUBE, "layers": 2})
     with pytest.raises(ge.GranularError, match=r"radius: got 2.7 spacings, expected less than 2 with a notch"):
         ge.make("shell", body=TUBE, basis="quadratic")
+
+
+# A slot of three columns, so deep that the nodes left out see present ones in one plane alone; and so shallow.
+@pytest.mark.parametrize("depth", [0.0006, 0.0001])
+@pytest.mark.parametrize("rule", ["column", "cell"])
+def test_fields_are_read_at_a_notch_of_many_columns(depth: float, rule: str) -> None:
+    notch = {"length": 0.005, "width": 0.0018, "depth": depth, "around": 0.003}
+    body = {"name": "plate", "length": 0.012, "width": 0.006, "along": 13, "across": 11, "notch": notch}
+    plate = ge.make("shell", body=body, integration={"surface": rule, "through": 2})
+    lattice = plate.lattice
+    assert lattice.hollow.columns.any(axis=0).sum() >= 3
+    slopes = np.array([[1e-4, 2e-4, -1e-4], [3e-4, 0.0, 1e-4], [-2e-4, 1e-4, 2e-4]])
+    plate.reset(nodal_displacement=plate.nodes @ slopes)
+    # A node that is left out moves as the bottom of the notch below it.
+    read = lattice.number(*lattice.reading_places.T.astype(int))
+    assert (read != np.arange(len(read))).sum() == (~lattice.present).sum() > 0
+    np.testing.assert_allclose(plate.get("displacement"), (plate.nodes @ slopes)[read], rtol=0.0, atol=1e-17)

@@ -13,6 +13,12 @@ from granular_env.components.shell.theory import critical_speed, front_amplifica
 
 COARSE = {"component.gas.cells": 355, "component.shell.body.along": 62, "component.shell.body.around": 13}
 MEAN, WALL = 0.020195, 0.00089
+# 8 cm with the notch in the middle, soon after the closed end.
+NOTCHED: dict[str, Any] = {
+    "component.gas.length": 0.3, "component.gas.cells": 150, "component.gas.gauges": [0.1], "component.position": 0.06,
+    "component.shell.body.length": 0.08, "component.shell.body.along": 31, "component.shell.body.around": 24,
+}  # fmt: skip
+LENGTHS = {1: 0.0254, 2: 0.0508, 3: 0.0762}
 
 
 def test_the_whole_tube_loads_its_wall_and_its_log_replays(tmp_path: Path) -> None:
@@ -31,6 +37,45 @@ def test_the_whole_tube_loads_its_wall_and_its_log_replays(tmp_path: Path) -> No
     # The front is three times as fast as the waves that it would resonate with.
     assert radial.max() / static == pytest.approx(front_amplification(2374.0 / 827.0), rel=0.1)
     assert ge.verify(path).identical
+
+
+def test_a_notch_tears_and_a_branch_of_the_log_tears_on_in_the_same_way(tmp_path: Path) -> None:
+    path = tmp_path / "notch.mcap"
+    recorded = {"record.variables": ["shell_crack_length"], "duration": 6.6e-5}
+    tube = ge.run("gato-shie-2010/notch-1-inch", log=path, overrides={**NOTCHED, **recorded}).component
+    first = tube.events("shell_point_parted")[0]
+    assert first.tick * tube.step_size == pytest.approx(0.1 / 2374.0 + 8e-6, abs=3e-6)
+    assert tube.report()["shell: along the body, m"] == pytest.approx(0.04, abs=0.5 * LENGTHS[1])
+    assert 0.01 < tube.get("shell_crack_length") < 0.1
+    assert tube.get("leaked_mass") > 0.0
+    assert abs(tube.get("exchange_difference")) < 1e-12 * tube.balances()[0].supplied["pressure_work"]
+    middle = 5.6e-5
+    log = ge.open_log(path)
+    time, crack = log.series("shell_crack_length")
+    assert 0.0 < np.interp(middle, time, crack) < 0.7 * crack[-1]
+    branch = log.branch(middle).component
+    branch.step(tube.time - branch.time)
+    assert branch.save().to_bytes() == tube.save().to_bytes()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("inches", LENGTHS)
+def test_the_papers_notches_tear_farther_the_higher_the_tube_was_filled(inches: int) -> None:
+    cracks = []
+    for pressure in (1e5, 1.4e5, 1.8e5):
+        changes = {
+            **NOTCHED, "component.shell.body.length": 0.12, "component.shell.body.along": 41, "duration": 1e-4,
+            "component.gas.initial_pressure": pressure,
+        }  # fmt: skip
+        tube = ge.run(f"gato-shie-2010/notch-{inches}-inch", overrides=changes).component
+        along = tube.report()["shell: along the body, m"]
+        assert abs(along - 0.06) < 0.5 * LENGTHS[inches] + 0.005
+        assert abs(tube.get("exchange_difference")) < 1e-12 * tube.balances()[0].supplied["pressure_work"]
+        energy, _, mass = tube.balances()
+        assert abs(energy.residual) < 1e-3 * energy.supplied["pressure_work"]
+        assert abs(mass.residual) < 1e-14
+        cracks.append(tube.get("shell_crack_length"))
+    assert LENGTHS[inches] < cracks[0] < cracks[1] < cracks[2]
 
 
 @pytest.mark.slow

@@ -230,12 +230,15 @@ def test_steps_that_were_written_and_undone_are_told():
     from types import SimpleNamespace
 
     def told(**incident):
-        return incident_sentences(SimpleNamespace(metadata={"incidents": [incident]}, segments=[1]))
+        return incident_sentences(SimpleNamespace(incidents=[incident], segments=[1]))
 
     assert told(incident="failed", kind="StepError", message="too fast", undone_ticks=12) == [
         "A step failed: StepError: too fast; 12 internal steps of it, which had been written already, were undone"
     ]
     assert told(incident="interrupted", kind="KeyboardInterrupt", message="") == ["A step was interrupted (KeyboardInterrupt)"]
+    assert told(incident="unrecorded", message="what happened between 1 s and 2 s is not in the log") == [
+        "Steps are missing: what happened between 1 s and 2 s is not in the log."
+    ]
     assert told(incident="something") == []
 
 

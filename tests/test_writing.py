@@ -179,7 +179,7 @@ def test_what_a_full_disk_leaves_of_a_run_can_be_read_and_recovered(tmp_path):
     assert main(["recover", str(tmp_path / "a.mcap"), "-o", str(tmp_path / "whole.mcap")]) == 0
     with open_log(tmp_path / "whole.mcap") as whole:
         assert whole.complete and whole.end_tick == kept > 0
-        assert whole.metadata["incidents"][-1]["incident"] == "recovered"
+        assert whole.incidents[-1]["incident"] == "recovered"
     assert verify(tmp_path / "whole.mcap").identical
 
 

@@ -30,7 +30,7 @@ def settle(body, reference, motion, marked, kept, force, torque, load, load_befo
         time: length of the step [s].
 
     Returns:
-        The largest squared speed [m^2/s^2] before velocities are prescribed; NaN where one is not a number any more.
+        The largest squared speed of these [m^2/s^2]; NaN where one is not a number any more.
     """
     for row in range(marked.size):
         i = marked[row]
@@ -45,12 +45,12 @@ def settle(body, reference, motion, marked, kept, force, torque, load, load_befo
         v[i, 0] += time / body.mass[k] * force[i, 0]
         v[i, 1] += time / body.mass[k] * force[i, 1]
         motion.spin[i] += time / body.inertia[k] * torque[i]
-        square = v[i, 0] * v[i, 0] + v[i, 1] * v[i, 1]
-        fastest = fastest if square <= fastest else square
     hold(body, grip, reference, motion, force, torque, time, grip_before, tallies[1])
     settle_loads(load, motion, time, load_before, tallies[0])
     for row in range(marked.size):
         i = marked[row]
+        square = v[i, 0] * v[i, 0] + v[i, 1] * v[i, 1]
+        fastest = square if square > fastest or square != square else fastest
         motion.displacement[i, 0] += 0.5 * time * v[i, 0]
         motion.displacement[i, 1] += 0.5 * time * v[i, 1]
         motion.rotation[i] += 0.5 * time * motion.spin[i]

@@ -161,6 +161,9 @@ class Automata(Component):
             yield Variable("damage", "output", "1", (n,), "part of the faces that is broken", axes=("automaton",))
             yield Variable("broken_links", "output", "1", (), "number of broken links")
             yield Variable("touching", "output", "1", (), "number of pairs that are not linked and press")
+        for edge in self.conditions.held_edges:
+            text = f"force of the {edge} edge on the automata there, along x and y, where it prescribes the motion"
+            yield Variable(f"{edge}_reaction", "output", "N", (2,), text, axes=("direction",))
         if self.parameters.several_materials:
             yield Variable("material", "output", "1", (n,), "number of its material, from 0", axes=("automaton",))
         if self.parameters.breakable:
@@ -178,6 +181,7 @@ class Automata(Component):
             "dilation": lambda: steps.dilation().copy(),
             "stress": steps.stress,
             "linked": steps.linked,
+            **{f"{edge}_reaction": lambda edge=edge: self._reaction(edge) for edge in self.conditions.held_edges},
         }
         if self.parameters.several_materials:
             found["material"] = lambda: self.automaton_material.astype(np.float64)
@@ -228,6 +232,11 @@ class Automata(Component):
 
     def _speed(self) -> FloatArray:
         return self._magnitude("velocity")
+
+    def _reaction(self, edge: str) -> FloatArray:
+        """Return minus the forces on the automata of an edge, where it prescribes their motion, shape (2,) [N]."""
+        automata, own = self.conditions.held_edges[edge]
+        return 0.0 - np.where(own, self.steps.forces()[automata], 0.0).sum(axis=0)
 
     @np.errstate(over="ignore", invalid="ignore")
     def _magnitude(self, name: str) -> FloatArray:

@@ -203,6 +203,12 @@ def add_contacts(body, ground, bonds, motion, contacts, count, time, force, torq
     return lost
 
 
+@jit
+def add_contact_forces(medium, motion, contacts, count, force, torque):
+    """Call `add_contacts` without any time in which they slide, for readings; arguments as for `cracking.add_forces`."""
+    add_contacts(medium.body, medium.ground, medium.bonds, motion, contacts, count, 0.0, force, torque)
+
+
 @internal
 def dashpot_power(contacts, count, velocity):
     """Return what the dashpots take at these velocities, shape (n, 2) [m/s], with the forces that they have [W]."""

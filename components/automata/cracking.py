@@ -17,7 +17,7 @@ from ..support.jit import internal, jit
 from .bond_forces import Law, bond_forces, bond_stresses, update_bonds
 from .bond_strains import Bonds
 from .contact import Ground, add_contacts, dashpot_power
-from .motion import add_loads, drift, hold, keep_velocities, kick, settle_loads
+from .motion import add_loads, drift, held_speed, hold, keep_velocities, kick, settle_loads
 from .pair import orient
 from .release import DAMPING, FRICTION, INELASTIC, TRAVEL, change_weights, settle_weights
 from .state import Body
@@ -121,7 +121,7 @@ def move(medium, reference, motion, scratch, contacts, count, load, load_before,
         time: length of a step [s].
 
     Returns:
-        The largest squared speed [m^2/s^2]; NaN where one is not a number any more.
+        The largest squared speed [m^2/s^2] before velocities are prescribed; NaN where one is not a number any more.
     """
     body, automata = medium.body, medium.body.kind.size
     add_loads(load, reference, motion, scratch.force, time, load_before, tallies[0])
@@ -180,6 +180,6 @@ def advance(
         fastest = move(
             medium, reference, motion, scratch, contacts, count, load, load_before, grip, grip_before, tallies, losses, time
         )
-        if not fastest <= speed_limit * speed_limit:
+        if not held_speed(motion.velocity, fastest, speed_limit * speed_limit) <= speed_limit * speed_limit:
             return TOO_FAST, done
     return DONE, ticks

@@ -10,9 +10,9 @@ from ..state_block import Block
 from ..support.arrays import FloatArray
 from ..support.counter_random import uniform
 from . import cracking
-from .bond_forces import Law, bond_energy, criterion_ratios, measure_bonds
+from .bond_forces import Law, bond_energy, criterion_ratios, measure_bonds, update_bond_forces
 from .bond_strains import Bonds
-from .contact import FIRST, SECOND, SLOT, Contacts, Ground, all_contact_energy, count_touching
+from .contact import FIRST, SECOND, SLOT, Contacts, Ground, add_contact_forces, all_contact_energy, count_touching
 from .cracking import Judgement, Medium
 from .linked_specimen import LinkedSpecimen
 from .materials import IntArray, chosen_materials, law_rows, law_tables
@@ -221,6 +221,15 @@ class CrackingSpecimen(LinkedSpecimen):
         """Compute the rotations and volumetric strains of the present state; return the strains, in the scratch."""
         self.stress()
         return self.scratch.dilation
+
+    def forces(self) -> FloatArray:
+        """Return the forces of links and contacts in the present state, shape (n, 2) [N]."""
+        scratch, contacts, count = self.scratch, self.contacts(), self.count_contacts()
+        update_bond_forces(self.body, self.medium.bonds, self.motion, scratch)
+        # Contacts slide and find their rest where forces are added: here only copies of them.
+        shown = Contacts(contacts.pairs, contacts.slid.copy(), contacts.rest.copy(), np.zeros_like(contacts.dashpot))
+        add_contact_forces(self.medium, self.motion, shown, count, scratch.force, scratch.torque)
+        return scratch.force
 
     def stress(self) -> FloatArray:
         """Return the stresses that the links of the automata carry, shape (n, 3) [Pa]."""

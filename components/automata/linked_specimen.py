@@ -94,6 +94,11 @@ class LinkedSpecimen:
             add_ties(self.body, self.ties, motion, scratch)
         return scratch.dilation
 
+    def forces(self) -> FloatArray:
+        """Return the forces of links and contacts in the present state, shape (n, 2) [N]."""
+        self.dilation()
+        return self.scratch.force
+
     def stress(self) -> FloatArray:
         """Return the stresses of the automata, shape (n, 3) [Pa]."""
         found, theta = np.empty((self.count, 3)), self.dilation()

@@ -49,6 +49,8 @@ class Conditions:
         marked: automata that either acts on, in increasing order, shape (m,).
         load_before: memory for `motion.add_loads`.
         grip_before: memory for `motion.hold`.
+        held_edges: edge that prescribes motion -> its automata, shape (m,), and of which components it is that edge that
+            does, shape (m, 2).
     """
 
     def __init__(self, parameters: AutomataParameters, packing: Packing) -> None:
@@ -89,6 +91,12 @@ class Conditions:
         ]
         self.grip = Grip(automata, np.array(held, np.int64), np.zeros((len(automata), 2)))
         self.grip_before = np.zeros((len(automata), 3))
+        self.held_edges: dict[str, tuple[npt.NDArray[np.int64], npt.NDArray[np.bool_]]] = {}
+        for name in boundaries:
+            own = np.array([[owners[i].get(axis) == name for axis in (0, 1)] for i in automata.tolist()]).reshape(-1, 2)
+            if own.any():
+                there = own.any(axis=1)
+                self.held_edges[name] = automata[there], own[there]
         self._drives: list[_Drive] = []
         for name in self._of_kind(PrescribedVelocity):
             for axis in (0, 1):

@@ -92,6 +92,24 @@ def kick(body, motion, force, torque, time, begin, end):
 
 
 @internal
+def held_speed(velocity, fastest, limit):
+    """Return the largest squared speed [m^2/s^2] once velocities are prescribed: what is held is not as fast as a kick made it.
+
+    Args:
+        velocity: shape (n, 2) [m/s].
+        fastest: the largest squared speed before that.
+        limit: of squared speeds; looked for only where `fastest` is larger.
+    """
+    if fastest <= limit or fastest != fastest:
+        return fastest
+    largest = 0.0
+    for i in range(velocity.shape[0]):
+        square = velocity[i, 0] * velocity[i, 0] + velocity[i, 1] * velocity[i, 1]
+        largest = square if square > largest or square != square else largest
+    return largest
+
+
+@internal
 def add_loads(load, reference, motion, force, time, before, tally):
     """Add forces to those on their automata, and what they will give in a kick to a tally.
 

@@ -317,6 +317,19 @@ def _keep(sums, radius, marked, at, first, end, u, v, rotation, spin, force, tor
     return at
 
 
+@internal_inlined
+def _count_fast(body, part, marked, kept, force, time, limit):
+    """Return how many of the marked automata a kick of `time` [s] has made too fast: inputs act on them yet, and judge them."""
+    fast = 0
+    for row in range(marked.size):
+        i = marked[row]
+        if part.begin <= i and i < part.end:
+            by = time / body.mass[body.kind[i]]
+            vx, vy = kept[row, 2] + by * force[2 * i], kept[row, 3] + by * force[2 * i + 1]
+            fast += 0 if vx * vx + vy * vy <= limit else 1
+    return fast
+
+
 @jit
 def sweep(body, part, motion, scratch, marked, kept, time, limit, moves):
     """Advance automata by an internal step with the forces of their links, or compute those forces alone.
@@ -334,7 +347,7 @@ def sweep(body, part, motion, scratch, marked, kept, time, limit, moves):
         moves: see STILL.
 
     Returns:
-        How many automata are too fast.
+        How many automata are too fast, but of the marked ones.
     """
     displacement, velocity = (
         motion.displacement.reshape(motion.displacement.size),
@@ -397,6 +410,8 @@ def sweep(body, part, motion, scratch, marked, kept, time, limit, moves):
                         theta = _place(low, part.last, POINT_ROWS) + _THETA
                         _write(part.sums, part.points, theta, force, torque, dilation, first, count, radius)
                 low = stop
+    if fast > 0 and moves != STILL:
+        fast -= _count_fast(body, part, marked, kept, force, time if moves == DRIFT_KICK_DRIFT else half, limit)
     return fast
 
 

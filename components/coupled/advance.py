@@ -88,7 +88,7 @@ def advance(grid, automata, cracking, ties, seam, factors, steps, impulses, lite
             if impulses is not None:
                 fastest = act_with_impulses(grid, automata, seam, steps, time)
             elif literal is not None:
-                fastest = act_literally(grid, automata, seam, time, steps.micro)
+                fastest = act_literally(grid, automata, seam, time, steps.micro, steps.speed_limit * steps.speed_limit)
             else:
                 failed = finish_cells(grid, seam, steps.step, now, again)
                 fastest = finish_together(grid, automata, seam, steps)

@@ -14,7 +14,7 @@ from ..automata.motion import TALLY_ROWS, WORK
 from ..automata.schedule import make_parts
 from ..automata.state import Body, Scratch
 from ..automata.sweep import KEPT, update_forces
-from ..automata.ties import Ties, add_ties
+from ..automata.ties import Ties, add_ties, tie_faces
 from ..balances import Balance
 from ..component import Component
 from ..contract import Variable
@@ -38,7 +38,7 @@ from .exchange import (
     WORK_ON_GRID,
     Exchange,
 )
-from .interface import Interface, Places, carried_mass, common_sides, find_interface
+from .interface import Interface, Places, carried_mass, common_sides, find_interface, weigh
 from .parameters import CoupledParameters
 from .parts import AutomataPart, Cracking, GridPart, Seam, Steps
 from .start import follow_nodes, join_forces, write_forces
@@ -80,8 +80,8 @@ class Coupled(Component):
         self.step_size, self.micro_steps = chosen.step, chosen.micro
         self.grid_step_part, self.automata_step_part = chosen.grid_part, chosen.automata_part
         self._lay_out_state(grid, automata, ties)
-        self.carried_mass: FloatArray = carried_mass(self.interface, len(self.grid.mesh.nodes), self.automata.mass)
-        self.mass: FloatArray = np.concatenate([self.grid.mass, self.automata.mass])
+        self.carried_mass: FloatArray = carried_mass(self.interface, len(self.grid.mesh.nodes), self._automata_mass)
+        self.mass: FloatArray = np.concatenate([self.grid.mass, self._automata_mass])
         cells, yielding = len(self.grid.mesh.cells), bool(self.grid.event_kinds)
         # Cells that yield note events in their order.
         self._has_two_halves = not yielding and threads.are_worth_it(cells, self.automata.count, self.micro_steps)
@@ -93,10 +93,12 @@ class Coupled(Component):
         mesh, packing, shape = grid.mesh, automata.packing, automata.parameters.shape
         origin = np.array(self.parameters.origin)
         places = Places(packing, shape, origin, automata.parameters.periodic)
+        # What does not fit is refused here: ties are looked for where all sides fit.
         self.interface: Interface = find_interface(
             mesh, grid.parameters.boundaries, grid.joined, packing, automata.mass, shape, origin, places
         )
         ties = find_ties(mesh, common_sides(mesh, shape, origin), packing, automata.body, places)
+        self._automata_mass: FloatArray = automata.mass
         if ties is not None and automata.parameters.has_bonds:
             raise ParameterError(
                 "got a hexagonal packing that meets the grid along y, and links that yield or break, or several materials",
@@ -104,6 +106,10 @@ class Coupled(Component):
                 hint="along its rows, with grids below and above, a hexagonal packing may break",
                 at=("automata", "packing"),
             )
+        if ties is not None:
+            body = tie_faces(automata.body, ties)
+            self._automata_mass = body.mass[body.kind]
+            self.interface = weigh(self.interface, self._automata_mass)
         return ties
 
     def _lay_out_state(self, grid: Grid, automata: Automata, ties: Ties | None) -> None:
@@ -199,7 +205,7 @@ class Coupled(Component):
     def _mass_difference(self) -> float:
         """Return the mass of nodes and free automata less density times area of both parts."""
         conditions = self.grid.tables()[2]
-        free = self.automata.mass[self.interface.free > 0].sum()
+        free = self._automata_mass[self.interface.free > 0].sum()
         own = self.grid.mass.copy()
         own[conditions.nodes] = conditions.share * conditions.mass
         parts = self.grid.mass.sum() + self.automata.mass.sum()

@@ -272,11 +272,17 @@ def _make_interface(hanging: dict[int, tuple[int, int, float]], joined: IntArray
     acting = np.array([place for node in nodes for place, _ in acts[node]], dtype=np.int64)
     shares = np.array([share for node in nodes for _, share in acts[node]])
     first = np.cumsum([0, *(len(acts[node]) for node in nodes)]).astype(np.int64)
-    carried = shares * mass[automata[acting]]
-    total = np.array([carried[begin:end].sum() for begin, end in zip(first, first[1:], strict=False)])
     free = np.ones(len(mass), dtype=np.uint8)
     free[automata] = 0
-    return Interface(np.array(nodes, dtype=np.int64), automata, ends, weights, first, acting, shares, total, free)
+    found = Interface(np.array(nodes, dtype=np.int64), automata, ends, weights, first, acting, shares, np.zeros(0), free)
+    return weigh(found, mass)
+
+
+def weigh(interface: Interface, mass: FloatArray) -> Interface:
+    """Return the interface with the masses that its nodes carry where automata have these masses, shape (n,) [kg]."""
+    carried = interface.shares * mass[interface.automata[interface.acting]]
+    total = [carried[begin:end].sum() for begin, end in zip(interface.first, interface.first[1:], strict=False)]
+    return interface._replace(mass=np.array(total))
 
 
 def carried_mass(interface: Interface, count: int, mass: FloatArray) -> FloatArray:

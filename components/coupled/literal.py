@@ -6,6 +6,8 @@ of the forces of the automata, and take the automata along.
 
 from __future__ import annotations
 
+import numpy as np
+
 from ..automata import motion as automata_motion
 from ..grid import kernels as grid_kernels
 from ..support.jit import internal
@@ -25,19 +27,19 @@ def begin_literally(seam):
 def move_literally(grid, automata, seam, time):
     """Kick and drift the automata for `time` [s]; those of the interface with the velocities of their nodes."""
     keep_before(automata.edges, automata.motion, automata.scratch.force, automata.scratch.torque)
-    kick_automata(automata, 0.5 * time)
+    kick_automata(automata, 0.5 * time, np.inf)
     follow_velocities(seam.interface, grid.state, automata.motion)
     automata_motion.drift(automata.motion, time, 0, automata.body.kind.size)
 
 
 @internal
-def act_literally(grid, automata, seam, time, micro):
+def act_literally(grid, automata, seam, time, micro, limit):
     """Add to the mean of the forces, and kick the automata; return their largest squared speed."""
     exchange = seam.exchange
     for row in range(seam.interface.nodes.size):
         exchange.given[row, 0] += exchange.automata_force[row, 0] / micro
         exchange.given[row, 1] += exchange.automata_force[row, 1] / micro
-    fastest = kick_automata(automata, 0.5 * time)
+    fastest = kick_automata(automata, 0.5 * time, limit)
     follow_velocities(seam.interface, grid.state, automata.motion)
     settle_edges(automata, time)
     return fastest

@@ -164,17 +164,17 @@ def note_travel(automata, cracking, time):
 
 
 @internal
-def kick_automata(automata, time):
-    """Kick all automata; return the largest squared speed."""
+def kick_automata(automata, time, limit):
+    """Kick all automata, and hold some of them; return the largest squared speed, see `motion.held_speed`."""
     scratch, motion = automata.scratch, automata.motion
     fastest = automata_motion.kick(automata.body, motion, scratch.force, scratch.torque, time, 0, automata.body.kind.size)
     push_and_hold(automata.edges, automata.body, automata.reference, motion, time, automata.tallies[0])
-    return fastest
+    return automata_motion.held_speed(motion.velocity, fastest, limit)
 
 
 @internal
 def kick_marked(automata, time):
-    """Kick the marked automata, the others having been kicked by a sweep."""
+    """Kick the marked automata, the others having been kicked by a sweep; return their largest squared speed."""
     body, motion, force, torque = automata.body, automata.motion, automata.scratch.force, automata.scratch.torque
     for row in range(automata.marked.size):
         i = automata.marked[row]
@@ -183,6 +183,12 @@ def kick_marked(automata, time):
         motion.velocity[i, 1] += by * force[i, 1]
         motion.spin[i] += time / body.inertia[body.kind[i]] * torque[i]
     push_and_hold(automata.edges, body, automata.reference, motion, time, automata.tallies[0])
+    largest = 0.0
+    for row in range(automata.marked.size):
+        i = automata.marked[row]
+        square = motion.velocity[i, 0] * motion.velocity[i, 0] + motion.velocity[i, 1] * motion.velocity[i, 1]
+        largest = square if square > largest or square != square else largest
+    return largest
 
 
 @internal
@@ -201,7 +207,7 @@ def begin_automata(automata, seam, state, steps, time, first):
     if steps.swept and not first:
         kick_marked(automata, 0.5 * time)
     else:
-        kick_automata(automata, 0.5 * time)
+        kick_automata(automata, 0.5 * time, steps.speed_limit * steps.speed_limit)
     if not steps.swept:
         automata_motion.drift(motion, time, 0, automata.body.kind.size)
     follow(seam.interface, state, motion)
@@ -216,14 +222,13 @@ def begin_automata(automata, seam, state, steps, time, first):
 def finish_automata(automata, steps, time):
     """Kick the automata for the second half of a step where no sweep has; return the largest squared speed of these."""
     if not steps.swept:
-        return kick_automata(automata, 0.5 * time)
+        return kick_automata(automata, 0.5 * time, steps.speed_limit * steps.speed_limit)
     motion = automata.motion
     for row in range(automata.marked.size):
         i = automata.marked[row]
         motion.velocity[i, 0], motion.velocity[i, 1] = automata.kept[row, 2], automata.kept[row, 3]
         motion.spin[i] = automata.kept[row, 5]
-    kick_marked(automata, 0.5 * time)
-    return 0.0
+    return kick_marked(automata, 0.5 * time)
 
 
 @internal

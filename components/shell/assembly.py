@@ -11,7 +11,7 @@ from ..support.arrays import FloatArray
 from .boundaries import Conditions, edge_nodes, make_conditions
 from .geometry.lattice import Lattice
 from .hourglass import make_hourglass
-from .integration import IntegrationPoints, LinePoints, integration_points
+from .integration import IntegrationPoints, LinePoints, integration_points, points_at_planes
 from .layout import Body, Hourglass, IndexArray, IntArray, Solid, Surface
 from .parameters import ShellParameters
 from .stencils import Stencils, make_stencils
@@ -28,6 +28,7 @@ class Assembly(NamedTuple):
         lattice: the nodes.
         points: the integration points.
         stencils: of the points.
+        node_stencils: of the nodes themselves, at which fields are read.
         solid: the tables of the kernels, without step and wall.
         conditions: what is prescribed.
     """
@@ -35,6 +36,7 @@ class Assembly(NamedTuple):
     lattice: Lattice
     points: IntegrationPoints
     stencils: Stencils
+    node_stencils: Stencils
     solid: Solid
     conditions: Conditions
 
@@ -46,12 +48,11 @@ def assemble(p: ShellParameters) -> Assembly:
         ParameterError: the rule has modes without energy, or the neighbours of a point do not span the basis.
     """
     refuse_soft_rule(p)
-    lattice, rule, radius = p.body.lattice(), p.rule, p.chosen_radius
+    lattice, rule = p.body.lattice(), p.rule
     points = integration_points(lattice, rule.surface, rule.through)
-    try:
-        stencils = make_stencils(lattice, points.lines, (radius, radius, radius), p.basis, points.places)
-    except ValueError as error:
-        raise ParameterError(str(error), expected="more", hint="give a larger radius, or more nodes", at="radius") from None
+    lines = tuple(points_at_planes(axis) for axis in lattice.axes)
+    stencils = spanned_stencils(p, lattice, points.lines, points.places)
+    node_stencils = spanned_stencils(p, lattice, lines, lattice.reading_places)
     conditions = make_conditions(p.body, lattice, p.boundaries)
     # What a notch leaves out stays where it is, its mass is none of the body's.
     mass = np.where(lattice.present, p.material.density * lattice.volumes, 1.0)
@@ -64,7 +65,30 @@ def assemble(p: ShellParameters) -> Assembly:
         body, chosen_hourglass(p, lattice), inner_surface(lattice), p.material.constants(1.0), False, 1.0,
         np.zeros(2), lattice.nodes,
     )  # fmt: skip
-    return Assembly(lattice, points, stencils, solid, conditions)
+    return Assembly(lattice, points, stencils, node_stencils, solid, conditions)
+
+
+def spanned_stencils(p: ShellParameters, lattice: Lattice, lines: tuple[LinePoints, ...], places: FloatArray) -> Stencils:
+    """Return the stencils of points that are the product of points along the axes, but for those at a notch.
+
+    Args:
+        p: radius and basis.
+        lattice: the nodes.
+        lines: points along each axis.
+        places: where they are, at a notch too, shape (m, 3), as fractional indices.
+
+    Raises:
+        ParameterError: the neighbours of a point do not span the basis.
+    """
+    along, across, through = lines
+    radius = p.chosen_radius
+    try:
+        return make_stencils(lattice, (along, across, through), (radius, radius, radius), p.basis, places)
+    except ValueError as error:
+        raise ParameterError(
+            f"got {radius:g} spacings: {error}", expected="a radius within which there are enough nodes",
+            hint="give a larger radius, or more nodes", at="radius",
+        ) from None  # fmt: skip
 
 
 def refuse_soft_rule(p: ShellParameters) -> None:
@@ -128,13 +152,6 @@ def grid_neighbours(lattice: Lattice) -> IntArray:
         left, right = np.maximum(across - 1, 0), np.minimum(across + 1, m - 1)
     found = (before * m + across, after * m + across, along * m + left, along * m + right)
     return np.stack([one.ravel() for one in found], axis=1)
-
-
-def node_stencils(assembly: Assembly, p: ShellParameters) -> Stencils:
-    """Return the stencils of the nodes themselves, at which displacements are reported."""
-    lines = [LinePoints(np.arange(axis.count, dtype=np.float64), axis.widths) for axis in assembly.lattice.axes]
-    radius = p.chosen_radius
-    return make_stencils(assembly.lattice, (lines[0], lines[1], lines[2]), (radius, radius, radius), p.basis)
 
 
 def surface_quads(lattice: Lattice) -> IntArray:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
-from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -16,7 +15,7 @@ from ..errors import ParameterError, StepError
 from ..support.arrays import FloatArray
 from ..support.stable_step import refuse_large_step, suggest_step
 from . import energies, kernels, layout
-from .assembly import Assembly, assemble, gauge_columns, node_stencils, station_means, surface_quads
+from .assembly import Assembly, assemble, gauge_columns, station_means, surface_quads
 from .drive import pattern_of, tick_signals
 from .fracture.breaking import KINDS, BreakingBody
 from .fracture.judgement import write_triaxiality
@@ -28,7 +27,6 @@ from .integration import RuleName
 from .layout import IntArray, Solid, State
 from .parameters import ShellParameters
 from .stability import CRACKED, WALL_STIFFNESS, highest_frequency
-from .stencils import Stencils
 
 _STATE = ("displacement", "velocity", "force", "gradient", "stress", "plastic_strain", "temperature", "plastic_work", "area")
 # What a node, and an integration point, take: tables, state, its copy, scratch, and the stencils by which fields are read.
@@ -119,10 +117,6 @@ class Shell(Component):
     def point_count(self) -> int:
         """Number of integration points."""
         return len(self._assembly.points.volume)
-
-    @cached_property
-    def _node_stencils(self) -> Stencils:
-        return node_stencils(self._assembly, self.parameters)
 
     # -- the contract -----------------------------------------------------------------------------------------------
 
@@ -235,7 +229,7 @@ class Shell(Component):
         """Return a field where the nodes are, from its parameters, shape (n, 3)."""
         if self._breaking is not None:
             return self._breaking.node_field(self._block, parameters)
-        some, out = self._node_stencils, np.zeros_like(parameters)
+        some, out = self._assembly.node_stencils, np.zeros_like(parameters)
         kernels.interpolate(some.begin, some.nodes, some.kind, some.first, some.values, parameters, out)
         return out
 
@@ -287,7 +281,7 @@ class Shell(Component):
 
     def _gauge_strain(self) -> FloatArray:
         """Return E = (F^T F - 1) / 2 along the first two directions of the surface, shape (gauges, 2)."""
-        some, found = self._node_stencils, np.zeros((len(self._gauges), 2))
+        some, found = self._assembly.node_stencils, np.zeros((len(self._gauges), 2))
         for row, column in enumerate(self._gauges):
             node = self.surface_nodes[column]
             first = int(some.first[some.kind[node]])

@@ -65,6 +65,8 @@ def moving_least_squares(
         UnspannedBasisError: the neighbours of a point do not span the basis.
     """
     length = np.abs(np.where(weights[..., None] > 0.0, offsets, 0.0)).max(axis=(0, 2))
+    # A point that sees nothing, or itself alone, has no length; its moment matrix is singular with any other one, too.
+    length = np.where(length > 0.0, length, 1.0)
     p = basis_at(offsets / length[:, None], basis)
     lower, pivots = decompose(_moments(p, weights))
     unit = [np.ones_like(length), *[np.zeros_like(length) for _ in p[1:]]]

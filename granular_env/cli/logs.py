@@ -115,7 +115,7 @@ def recover(log: str, out: str, overwrite: bool, allow_large: bool) -> int:
     whole = recover(log, out, allow_large=allow_large, overwrite=overwrite)
     ticks = whole.end_tick - whole.start_tick
     print(f"recovered: {out}, {whole.duration:g} s, {count_of(whole.calls, 'call')} of step, {count_of(ticks, 'tick')}")
-    lost = whole.metadata["incidents"][-1]
+    lost = whole.incidents[-1]
     print(f"lost: {lost['lost']} ({lost['bytes_lost']} bytes)")
     if ticks:
         return Status.DONE

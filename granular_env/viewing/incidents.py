@@ -1,4 +1,4 @@
-"""Incidents of a run besides its steps, in sentences: failures, interruptions, a recovery, a resumption."""
+"""Incidents of a run besides its steps, in sentences: failures, interruptions, steps not recorded, a recovery, a resumption."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ _LONGEST = 1000
 
 def incident_sentences(log: Any) -> list[str]:
     """Return a sentence for each incident that a reader should know of, and one for the segments if they are several."""
-    sentences = [text for incident in log.metadata["incidents"] if (text := _sentence(incident))]
+    sentences = [text for incident in log.incidents if (text := _sentence(incident))]
     if len(sentences) > _MOST:
         sentences = [*sentences[:_MOST], f"{len(sentences) - _MOST} more incidents are in the log"]
     if (count := len(log.segments)) > 1:
@@ -26,6 +26,8 @@ def _sentence(incident: Mapping[str, Any]) -> str | None:
         return f"Recovered from another log; lost: {_cut(incident.get('lost'))}."
     if kind == "resumed":
         return "The run was resumed: its process had been killed or interrupted before."
+    if kind == "unrecorded":
+        return f"Steps are missing: {_cut(incident.get('message'))}."
     if kind not in ("failed", "interrupted"):
         return None
     told = ": ".join(_cut(incident[key]) for key in ("kind", "message") if incident.get(key))

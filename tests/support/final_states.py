@@ -3,8 +3,8 @@
 `python tests/support/final_states.py [--duration SECONDS] [NAME ...] > FILE` runs them and prints the table;
 `python tests/support/final_states.py --compare BEFORE AFTER` holds one such file against another.
 
-It asks the package only for what has kept its name and reads the state by the names of its variables, so that it runs on an older
-version too: `PYTHONPATH=OTHER_TREE python tests/support/final_states.py`.
+It asks the package only for what has kept its name and reads the state by the names of its variables, so that it runs on an
+older version too: `PYTHONPATH=OTHER_TREE python tests/support/final_states.py`.
 """
 
 from __future__ import annotations
@@ -54,9 +54,8 @@ def compare(before: Path, after: Path) -> bool:
     verdicts = {key: "same bits" if later.get(key) == row else "DIFFERS" for key, row in earlier.items()}
     for (name, variable), verdict in verdicts.items():
         print(f"{name}\t{variable}\t{earlier[name, variable][0]}\t{verdict}")
-    print(
-        f"{list(verdicts.values()).count('same bits')} of {len(verdicts)} rows the same, {len(later.keys() - earlier.keys())} new"
-    )
+    same, new = list(verdicts.values()).count("same bits"), len(later.keys() - earlier.keys())
+    print(f"{same} of {len(verdicts)} rows the same, {new} new")
     return "DIFFERS" not in verdicts.values()
 
 

@@ -16,7 +16,7 @@ from ...events import EVENT_ROWS, EventDetail
 from ...state_block import Block
 from ...support.arrays import FloatArray
 from .. import kernels
-from ..assembly import Assembly, node_stencils, station_means, surface_quads
+from ..assembly import Assembly, station_means, surface_quads
 from ..layout import IntArray, Scratch, Solid, State
 from ..parameters import ShellParameters
 from . import forces
@@ -181,9 +181,8 @@ class BreakingBody:
     def _nodes(self) -> Visibility:
         """Stencils of the nodes themselves, at which displacements are reported."""
         lattice, p = self._assembly.lattice, self._parameters
-        places = np.stack(np.unravel_index(np.arange(lattice.node_count), lattice.shape), axis=-1).astype(np.float64)
         self._seen_facets = np.zeros((0, 9))
-        return Visibility(lattice, places, node_stencils(self._assembly, p), p.chosen_radius, p.basis)
+        return Visibility(lattice, lattice.reading_places, self._assembly.node_stencils, p.chosen_radius, p.basis)
 
     def node_field(self, block: Block, parameters: FloatArray) -> FloatArray:
         """Return a field where the nodes are; a node that cracks have left alone has its parameter."""
@@ -196,10 +195,11 @@ class BreakingBody:
         if len(facets) > known:
             changed = np.unique(np.concatenate([seen.hide(facet) for facet in facets[known:]]))
             poor = changed[~seen.rebuild(changed)]
-            for node in poor:
+            read = self._assembly.lattice.number(*self._assembly.lattice.reading_places[poor].T.astype(np.int64))
+            for node, own in zip(poor, read, strict=True):
                 begin, end = (int(one) for one in seen.begin[node : node + 2])
                 row = int(seen.first[seen.kind[node]])
-                seen.values[row : row + end - begin] = seen.nodes[begin:end] == node
+                seen.values[row : row + end - begin] = seen.nodes[begin:end] == own
         self._seen_facets = facets.copy()
         out = np.zeros_like(parameters)
         kernels.interpolate(seen.begin, seen.nodes, seen.kind, seen.first, seen.values, parameters, out)

@@ -16,7 +16,7 @@ from ..stencils import Stencils
 from .facets import mark_links
 from .judgement import Judgement, decisive_value, index_normal
 from .law import FractureLaw
-from .pieces import Marks, label_columns, released_columns, severed_links
+from .pieces import Marks, crack_lips, detached_columns, label_columns, severed_links
 from .rows import write_hold
 from .visibility import Visibility
 
@@ -297,7 +297,8 @@ class Cracks:
         lattice, seen, whole = self._lattice, self.visibility, self._whole
         self.severed: Marks = severed_links(lattice, self.links)
         self.labels, self.borne = self._label_pieces()
-        self.released: Marks = released_columns(lattice, self.severed, self.labels)
+        self.detached: Marks = detached_columns(lattice, self.severed, self.labels) | self._loose_columns()
+        self.released: Marks = crack_lips(lattice, self.severed) | self.detached
         body = whole.body._replace(kind=seen.kind, first=seen.first, gradients=seen.gradients)
         around = self._loaded_neighbours()
         self.solid = whole._replace(
@@ -339,11 +340,22 @@ class Cracks:
         return np.where(cut | lost[:-1, None] | lost[partner], -1, partner)
 
     def _loaded_neighbours(self) -> IntArray:
-        """Return the neighbours that span the area of each node of the inner surface: itself across a crack."""
+        """Return the neighbours that span the area of each node of the inner surface: itself across a crack.
+
+        A node that flies on by itself spans no area with those that it has left, which would grow without bound.
+        """
         around = self._whole.surface.around
         own = np.broadcast_to(np.arange(len(around))[:, None], around.shape)
         cut = self._cut_sides(self.links[:, :2, 0] > 0) & (around != own)
-        return np.where(cut | self.released[:, None], own, around)
+        return np.where(cut | self.released[:, None] | self.detached[around], own, around)
+
+    def _loose_columns(self) -> Marks:
+        """Return the columns whose node on the inner surface nothing holds."""
+        found = np.zeros(len(self.labels), dtype=bool)
+        loosened = self.loosened.astype(np.int64)
+        layers = self._lattice.shape[2]
+        found[loosened[loosened % layers == 0] // layers] = True
+        return found
 
 
 def _thickness_cells(lattice: Lattice, points: IntegrationPoints, through: int) -> FloatArray:

@@ -74,12 +74,8 @@ def severed_links(lattice: Lattice, links: npt.NDArray[np.uint8]) -> Marks:
     return np.all((links > 0) | ~both, axis=2)
 
 
-def released_columns(lattice: Lattice, severed: Marks, labels: IntArray) -> Marks:
-    """Return the columns on whose inner surface the pressure acts no more.
-
-    They are the lips of cracks that go through the wall, and detached pieces: all but the largest one, and of a tube those that
-    close around nowhere.
-    """
+def crack_lips(lattice: Lattice, severed: Marks) -> Marks:
+    """Return the columns beside cracks that go through the whole wall."""
     n, m, _ = lattice.shape
     lips = np.zeros((n, m), dtype=bool)
     for way, axis in ((ALONG, 0), (ACROSS, 1)):
@@ -87,10 +83,16 @@ def released_columns(lattice: Lattice, severed: Marks, labels: IntArray) -> Mark
         if not lattice.axes[axis].closed:
             cut[(-1,) if axis == 0 else (slice(None), -1)] = False
         lips |= cut | np.roll(cut, 1, axis=axis)
+    return lips.ravel()
+
+
+def detached_columns(lattice: Lattice, severed: Marks, labels: IntArray) -> Marks:
+    """Return the columns of detached pieces: all but the largest one, and of a tube those that close around nowhere."""
+    n, m, _ = lattice.shape
     sizes = np.bincount(labels, minlength=n * m)
     held = {int(sizes.argmax())}
     if lattice.axes[1].closed:
         rows = labels.reshape(n, m)
         whole = (rows == rows[:, :1]).all(axis=1) & ~severed[:, ACROSS].reshape(n, m).any(axis=1)
         held |= {int(one) for one in rows[whole, 0]}
-    return lips.ravel() | ~np.isin(labels, sorted(held))
+    return ~np.isin(labels, sorted(held))

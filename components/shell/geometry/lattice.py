@@ -70,6 +70,18 @@ class Lattice:
             there[self.hollow.columns, self.hollow.bottom + 1 :] = False
         return there.ravel()
 
+    @cached_property
+    def reading_places(self) -> FloatArray:
+        """Fractional indices of the axes at which the fields of the nodes are read, shape (n, 3).
+
+        A node is read where it is; one that a notch leaves out, whose neighbours may all lie in one plane, at the bottom of the
+        notch below it.
+        """
+        places = np.stack(np.unravel_index(np.arange(self.node_count), self.shape), axis=-1).astype(np.float64)
+        if self.hollow is not None:
+            places[~self.present, 2] = self.hollow.bottom
+        return places
+
     @property
     def top_nodes(self) -> IntArray:
         """The outermost node of each column, shape (columns,)."""

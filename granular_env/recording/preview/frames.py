@@ -57,10 +57,12 @@ class PreviewFrames:
     def add(self, number: int, nanoseconds: int, scalars: list[float], drawn: Mapping[str, Any]) -> None:
         """Show it a frame; the arguments are those of `PreviewFrame`."""
         single = {name: np.array(values, dtype=np.float32) for name, values in drawn.items()}
-        self.frames.append(PreviewFrame(number, nanoseconds, scalars, single))
-        if len(self.frames) > self.capacity:
-            self._stride *= 2
-            self.frames = [frame for frame in self.frames if self.wants(frame.number)]
+        before = [frame for frame in self.frames if frame.number < number]  # later ones are of a step that was undone
+        frames, stride = [*before, PreviewFrame(number, nanoseconds, scalars, single)], self._stride
+        if len(frames) > self.capacity:
+            stride *= 2
+            frames = [frame for frame in frames if frame.number % stride == 0]
+        self.frames, self._stride = frames, stride  # nothing interrupts two assignments in a row
 
     def forget_from(self, number: int) -> None:
         """Drop the frames of this number and later: they are counted anew."""

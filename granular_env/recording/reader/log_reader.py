@@ -69,16 +69,24 @@ class LogReader:
 
     @property
     def metadata(self) -> dict[str, Any]:
-        """Component, parameters, experiment, versions, machine, options, events; if closed report, conclusions, cautions."""
+        """Component, parameters, experiment, versions, machine, options, kinds of events; at its end report and conclusions."""
         found = dict(self.records.header)
         found["complete"] = self.complete
         found["damage"] = self.records.container.damage
-        found["incidents"] = [dict(self.records.read(row).header) for row in self.records.rows(INCIDENTS) if row[DETAIL] == 0]
         closing = self.records.closing_header
         found["report"], found["cautions"] = closing.get("report", {}), closing.get("cautions", [])
         concluded = closing.get("conclusions", [])
         found["conclusions"] = [str(text) for text in concluded] if isinstance(concluded, list) else []
         return found
+
+    @property
+    def incidents(self) -> list[dict[str, Any]]:
+        """Return the incidents of the run beside its steps.
+
+        Each has a kind under "incident": "failed" and "interrupted", a step was undone; "unrecorded", steps are not in the log;
+        "recovered" and "resumed", the log was.
+        """
+        return [dict(self.records.read(row).header) for row in self.records.rows(INCIDENTS) if row[DETAIL] == 0]
 
     @property
     def size(self) -> int:

@@ -20,6 +20,26 @@ _KNOWN_PROFILES = 256
 
 
 @dataclass(slots=True)
+class Samples:
+    """Observations at some ticks.
+
+    Attributes:
+        frames: (tick, one value for each recorded variable).
+        hashes: (tick, one row).
+        snapshots: (tick, START or KEY, snapshot).
+        size: bytes, about.
+    """
+
+    frames: list[tuple[int, list[Any]]] = field(default_factory=list)
+    hashes: list[tuple[int, np.ndarray]] = field(default_factory=list)
+    snapshots: list[tuple[int, int, Snapshot]] = field(default_factory=list)
+    size: int = 0
+
+    def __bool__(self) -> bool:
+        return bool(self.frames or self.hashes or self.snapshots)
+
+
+@dataclass(slots=True)
 class RecordBatch:
     """Everything of one segment between two writes.
 
@@ -33,7 +53,7 @@ class RecordBatch:
         hashes: (tick, one row).
         events: rows of events, shape (events, 5) each.
         snapshots: (tick, START, KEY or END, snapshot).
-        size: bytes, about.
+        last: tick after the last step.
     """
 
     segment: int
@@ -45,22 +65,19 @@ class RecordBatch:
     hashes: list[tuple[int, np.ndarray]] = field(default_factory=list)
     events: list[np.ndarray] = field(default_factory=list)
     snapshots: list[tuple[int, int, Snapshot]] = field(default_factory=list)
-    size: int = 0
+    last: int = field(init=False)
+
+    def __post_init__(self) -> None:
+        self.last = self.first
 
     def __bool__(self) -> bool:
         return bool(self.durations or self.frames or self.hashes or self.snapshots)
 
-    @property
-    def last(self) -> int:
-        """Tick after the last step."""
-        return self.first + sum(self.durations)
-
-    def take(self, other: RecordBatch) -> None:
-        """Add what was gathered inside a step, once the step is whole."""
-        self.frames += other.frames
-        self.hashes += other.hashes
-        self.snapshots += other.snapshots
-        self.size += other.size
+    def take(self, samples: Samples) -> None:
+        """Add what was seen at the start, or in a step."""
+        self.frames += samples.frames
+        self.hashes += samples.hashes
+        self.snapshots += samples.snapshots
 
 
 class Profiles:
@@ -145,8 +162,6 @@ def _steps(batch: RecordBatch, sink: LogWriter, profiles: Profiles, inputs: Mapp
     by_name: dict[str, tuple[list[int], list[int], list[Any]]] = {}
     profile_words: dict[int, int] = {}
     for place, name, value in batch.sets:
-        if place >= len(durations):
-            continue  # Ctrl-C fell between noting the input and noting the step: then the step counts as not recorded
         places, numbers, values = by_name.setdefault(name, ([], [], []))
         places.append(place)
         if isinstance(value, CompiledProfile):
@@ -165,9 +180,8 @@ def _steps(batch: RecordBatch, sink: LogWriter, profiles: Profiles, inputs: Mapp
         label = str(list(inputs).index(name))
         arrays |= {f"{label}.steps": places, f"{label}.profiles": numbers, f"{label}.values": values}
     arrays |= profiles.new()
-    last = batch.first + int(durations.sum())
     header = {"profiles_before": profiles.count - len(arrays["profile_shapes"])}
-    place = (batch.segment, batch.first, last, len(durations))
+    place = (batch.segment, batch.first, batch.last, len(durations))
     yield Record(STEPS, 0, *place, sink.number(STEPS), header, arrays)
     # A second account of the inputs, apart from the first: a changed one does not go unnoticed even where rounding hides it.
     yield Record(HASHES, 1, *place, sink.number(HASHES), {"steps": step_digests(durations, content)}, {})

@@ -13,6 +13,8 @@ import threading
 import warnings
 import weakref
 from collections.abc import Mapping
+from contextlib import suppress
+from queue import Empty, SimpleQueue
 from time import perf_counter
 from typing import TYPE_CHECKING, Any, Self
 
@@ -25,12 +27,13 @@ from ...components.support.serialization import canonical_json
 from ..format.digests import hash_row, header_digests, parameter_digests
 from ..format.header import closing_facts, header_of
 from ..format.metadata import metadata_of, title_of
-from ..format.records import CLOSED, END, HEADER, INCIDENTS, KEY, START, Record, nanoseconds
+from ..format.records import CLOSED, HEADER, INCIDENTS, KEY, START, Record, nanoseconds
 from ..preview.frames import PreviewFrames, facts_of, film_facts_of_frames
 from .buffer_pool import BufferPool
+from .history import End, Item, Place, Start, Step, batches_of, empty_batch
 from .log_file import LogFile
 from .log_writer import LogWriter
-from .record_batch import Profiles, RecordBatch, write_batch
+from .record_batch import Profiles, RecordBatch, Samples, write_batch
 from .sampling import Agenda, Schedule
 
 if TYPE_CHECKING:
@@ -70,23 +73,25 @@ class Recorder:
         self._component, self._names, self._schedule = component, names, schedule
         self._state = [v.name for v in component.variables.values() if v.state]
         self._inputs = {v.name: v.shape for v in component.variables.values() if v.causality == "input"}
-        self._elapsed = self._before = elapsed
-        # How many of the component's events have been taken, or were there when the segment began.
-        self._has_events, self._events = bool(component.event_kinds), 0
-        self._segment, self._frames = -1, 0
-        self._expected, self._agenda = 0, Agenda(schedule)
-        self._lock, self._wake, self._written = threading.Lock(), threading.Event(), threading.Condition()
+        self._has_events, self._agenda = bool(component.event_kinds), Agenda(schedule)
+        # Locks and queues of C: an interrupt inside `Condition` or `Event`, which are Python, leaves them locked for ever.
+        self._lock, self._wake, self._written = threading.Lock(), SimpleQueue[None](), SimpleQueue[None]()
         self._closing = self._closed = self._ended = False
-        self._waiting: list[RecordBatch | tuple[Record, int]] = []
-        self._backlog = 0
+        # What has been noted since the last write, about how many bytes that is, and the last item before it.
+        self._items, self._size = list[Item](), 0
+        self._elapsed = elapsed
+        self._written_item: Item = Start(Place(-1, 0, elapsed), 0, 0, 0, Samples())
+        self._incidents = list[tuple[Place, int, dict[str, Any]]]()
+        self._samples = Samples()  # of the step under way
+        # Tick up to which the step under way has been noted; -1 where no part of it has.
+        self._part_until = -1
+        self._backlog = 0  # bytes being written
         self._error: GranularError | None = None
         self._continuation, self._film_facts = continuation, {}
         self._track = PreviewFrames(facts_of(component, title_of({"experiment": experiment, "component": component.name})))
         self._profiles = Profiles()
-        self._batch = self._inside = RecordBatch(-1, 0, 0)
+        self._batch = RecordBatch(-1, 0, 0)  # what the writing thread goes on with
         self._pool = BufferPool()
-        # Ticks of the step under way that have been handed over; frames that no failure takes back.
-        self._parts = self._taken_frames = 0
         self._file, self._sink = file, LogWriter(path, file)
         try:
             if continuation is None:
@@ -158,17 +163,21 @@ class Recorder:
         back to where the step began, and that is a new segment.
         """
         if not self._closed and self._error is None:
-            self._look(component, self._inside)
+            self._look(component, self._samples)
             # By size alone: what a log holds must not depend on how fast the machine was.
-            if self._inside.size > _WAKE_BYTES:
+            if self._samples.size > _WAKE_BYTES:
                 self._take_part(component)
-        self.next_tick = self._agenda.after(component.tick, self._age(component.tick))
+        self.next_tick = self._agenda.after(component.tick, self._last.place.age(component.tick))
 
     def _take_part(self, component: Component) -> None:
         with self._lock:
-            ticks, held = component.tick - self._expected, {} if self._parts else component.held_inputs
-            self._parts += ticks
-            self._take_step(component.tick, ticks, held)
+            last, now = self._last.tick, component.tick
+            is_first = last != self._part_until
+            if is_first and last != component.step_start:
+                self._begin_after_gap(component)
+            else:
+                self._take_step(now, component.held_inputs if is_first else {})
+            self._part_until = now
         self._hurry()
 
     def on_step(self, component: Component, ticks: int, inputs: Mapping[str, Held]) -> None:
@@ -177,55 +186,55 @@ class Recorder:
             return
         now = component.tick
         with self._lock:
-            rest, self._parts = ticks - self._parts, 0
-            if now - rest != self._expected:
-                # Ctrl-C fell between a step and its record: what is known for certain is the state now.
-                self._begin(component)
+            last, is_first = self._last.tick, self._part_until < 0
+            self._part_until = -1
+            if last == now:  # all of it has been noted: in parts, or before it was told of once more
+                self._samples = Samples()
                 return
-            if rest:
-                self._take_step(now, rest, inputs if rest == ticks else {})
-            size = self._batch.size
+            if is_first and last != now - ticks:
+                self._begin_after_gap(component)
+            else:
+                self._take_step(now, inputs if is_first else {})
+            size = self._size
         if size > _WAKE_BYTES or perf_counter() > self._due:
             self._hurry()
             self._tell_error()
 
-    def _take_step(self, now: int, ticks: int, inputs: Mapping[str, Held]) -> None:
-        batch = self._batch
-        if inputs:
-            place = len(batch.durations)
-            for name, value in inputs.items():
-                batch.sets.append((place, name, value))
-                batch.size += _SET_BYTES + (value.nbytes if isinstance(value, np.ndarray) else 0)
-        batch.durations.append(ticks)
-        batch.size += _STEP_BYTES
-        self._expected = now
-        if self._has_events:
-            self._take_events(batch)
-        if self._inside:
-            batch.take(self._inside)
-            self._inside = RecordBatch(batch.segment, 0, 0)
-        self._taken_frames = self._frames
+    @property
+    def _last(self) -> Item:
+        """The last item of the history: it tells where that stands."""
+        items = self._items  # the writing thread may put another list in its place
+        return items[-1] if items else self._written_item
 
-    def _take_events(self, batch: RecordBatch) -> None:
-        """Take the events since the last step."""
-        count = self._component.event_count
-        if count > self._events:
-            batch.events.append(self._component.event_rows(self._events))
-            batch.size += batch.events[-1].nbytes
-            self._events = count
+    def _take_step(self, now: int, inputs: Mapping[str, Held]) -> None:
+        last, samples, rows = self._last, self._samples or None, None
+        events, size = last.events, _STEP_BYTES
+        if self._has_events and self._component.event_count > events:
+            rows = self._component.event_rows(events)
+            events += len(rows)
+            size += rows.nbytes
+        for value in inputs.values():
+            size += _SET_BYTES + (value.nbytes if isinstance(value, np.ndarray) else 0)
+        frames = last.frames
+        if samples is not None:
+            frames, size = frames + len(samples.frames), size + samples.size
+        self._items.append(Step(last.place, now, frames, events, inputs, samples, rows))
+        if samples is not None:
+            self._samples = Samples()
+        self._size += size
 
     def on_failure(self, component: Component, error: BaseException) -> None:
         """Forget what was seen inside the step that failed, unless its parts were handed over; keep the reason."""
         with self._lock:
-            self._inside = RecordBatch(self._batch.segment, 0, 0)
-            self._frames = self._taken_frames
-            self._track.forget_from(self._frames)
-            self._note("interrupted" if isinstance(error, KeyboardInterrupt) else "failed", error)
-            if self._parts:
-                self._parts = 0
+            last, self._samples, self._part_until = self._last, Samples(), -1
+            self._track.forget_from(last.frames)
+            undone = max(last.tick - component.tick, 0)
+            kind = "interrupted" if isinstance(error, KeyboardInterrupt) else "failed"
+            self._note({"incident": kind, "kind": type(error).__name__, "message": str(error)[:4000], "undone_ticks": undone})
+            if undone:
                 self._begin(component)
             else:
-                self.next_tick = self._agenda.restart(component.tick, self._age(component.tick))
+                self.next_tick = self._agenda.restart(component.tick, last.place.age(component.tick))
 
     # -- the end ----------------------------------------------------------------------------------------------------
 
@@ -238,10 +247,10 @@ class Recorder:
         if self._closed:
             return
         if not self._closing:
-            self._finish_batch()
+            self._finish()
             self._component.ignore(self)
             self._closing = True
-        self._wake.set()
+        _signal(self._wake)
         # The collector of garbage may run in any thread.
         if threading.current_thread() is not self._thread:
             self._thread.join()
@@ -254,61 +263,71 @@ class Recorder:
         if self._error is not None:
             raise self._error
 
-    def _finish_batch(self) -> None:
+    def _finish(self) -> None:
+        """Note the end of the history."""
         with self._lock:
-            if self._component.tick != self._expected:
-                self._begin(self._component)
-            self._inside = RecordBatch(self._batch.segment, 0, 0)
-            if self._batch.durations or not self._batch.snapshots:
-                self._batch.snapshots.append((self._expected, END, self._component.save()))
+            component = self._component
+            if component.tick != self._last.tick:
+                self._begin_after_gap(component)
+            last = self._last
+            if not isinstance(last, End) and not (self._items and isinstance(last, Start)):
+                self._items.append(End(last.place, last.tick, last.frames, last.events, component.save()))
             film = {**self._film_facts, "stride": self._track.stride}
-            self._closing_event = {"incident": "closed", "film": film, **closing_facts(self._component)}
+            self._closing_event = {"incident": "closed", "film": film, **closing_facts(component)}
 
     # -- inside the stepping thread ---------------------------------------------------------------------------------
 
     def _begin(self, component: Component) -> None:
-        tick, batch = component.tick, self._batch
+        """Note the start of a segment. The last one is begun anew where nothing but its start has been noted of it."""
+        tick, last, samples = component.tick, self._last, Samples()
+        self._samples, self._part_until = Samples(), -1
+        is_anew = bool(self._items) and isinstance(last, Start)
+        place = Place(last.place.segment, tick, last.place.before)
+        if not is_anew:
+            place = Place(last.place.segment + 1, tick, last.place.age(last.tick))
+        frames = last.frames - len(last.samples.frames) if isinstance(last, Start) and is_anew else last.frames
         # What was seen inside a step that is not recorded is forgotten.
-        self._frames = self._taken_frames
-        self._track.forget_from(self._frames)
-        if batch.durations or batch.segment < 0 or not batch.snapshots or batch.snapshots[0][1] != START:
-            self._before += batch.last - self._start_tick if batch.segment >= 0 else 0
-            self._segment += 1
-            if batch:
-                self._waiting.append(batch)
-                self._backlog += batch.size
+        self._track.forget_from(frames)
+        samples.snapshots.append((tick, START, component.save()))
+        samples.size += component.state_bytes
+        samples.hashes.append((tick, hash_row(component, self._state, self._inputs)))
+        if self._schedule.is_frame(tick, place.before):
+            self._take_frame(component, samples, frames, place)
+        start = Start(place, tick, frames + len(samples.frames), component.event_count, samples)
+        if is_anew:
+            self._items[-1] = start
         else:
-            self._frames -= len(batch.frames)
-            self._track.forget_from(self._frames)
-        self._start_tick = self._expected = tick
-        self._events = component.event_count
-        self._batch = RecordBatch(self._segment, tick, self._before - tick)
-        self._inside = RecordBatch(self._segment, 0, 0)
-        self._batch.snapshots.append((tick, START, component.save()))
-        self._batch.size += component.state_bytes
-        self._batch.hashes.append((tick, hash_row(component, self._state, self._inputs)))
-        if self._schedule.is_frame(tick, self._before):
-            self._take_frame(component, self._batch)
-        self._taken_frames = self._frames
-        self.next_tick = self._agenda.restart(tick, self._age(tick))
+            self._items.append(start)
+            self._size += samples.size
+        self.next_tick = self._agenda.restart(tick, place.before)
+
+    def _begin_after_gap(self, component: Component) -> None:
+        """Begin a segment where the component is not where the last step that was told of has left it; keep that.
+
+        So it is where a second interrupt cut the telling of the first one's step, or where a parent has stepped it.
+        """
+        first, last = self._last.tick, component.tick
+        times = sorted(tick * component.step_size for tick in (first, last))
+        between = "between {:.12g} s and {:.12g} s of the component's time".format(*times)
+        what = f"what happened {between} is not in the log"
+        self._note({"incident": "unrecorded", "message": what, "first_tick": first, "last_tick": last})
+        self._begin(component)
 
     def _go_on(self, component: Component, kept: Continuation) -> None:
         """Take the place of the recorder that wrote what is kept of a log."""
-        tick, self._segment = component.tick, 0
-        self._start_tick, self._expected, self._events = kept.start, tick, component.event_count
-        self._frames = self._taken_frames = kept.frames
+        tick, place = component.tick, Place(0, kept.start, self._written_item.place.before)
+        self._written_item = Start(place, tick, kept.frames, component.event_count, Samples())
+        self._batch = empty_batch(place, tick)
         # What the preview shows beside the recorded variables is lost with the process that recorded them.
         self._track, self._film_facts = kept.film(), film_facts_of_frames()
         self._profiles.count, self._digests = kept.profiles, {}
-        self._batch = RecordBatch(0, tick, self._before - kept.start)
-        self._inside = RecordBatch(0, 0, 0)
-        self._agenda.key = self._schedule.key_after(kept.key, self._age(kept.key))
-        self.next_tick = self._agenda.after(tick, self._age(tick))
+        self._agenda.key = self._schedule.key_after(kept.key, place.age(kept.key))
+        self.next_tick = self._agenda.after(tick, place.age(tick))
 
-    def _look(self, component: Component, into: RecordBatch) -> None:
-        tick = component.tick
+    def _look(self, component: Component, into: Samples) -> None:
+        tick, last = component.tick, self._last
         if tick == self._agenda.frame:
-            self._take_frame(component, into)
+            self._take_frame(component, into, last.frames + len(into.frames), last.place)
         if tick == self._agenda.hash:
             into.hashes.append((tick, hash_row(component, self._state, self._inputs)))
             into.size += 8 * len(self._state)
@@ -316,32 +335,24 @@ class Recorder:
             into.snapshots.append((tick, KEY, component.save()))
             into.size += component.state_bytes
 
-    def _take_frame(self, component: Component, into: RecordBatch) -> None:
-        picture = self._track.wants(self._frames)
+    def _take_frame(self, component: Component, into: Samples, number: int, place: Place) -> None:
         balances = component.balance_values()
         values = [balances[name] if name in balances else self._pool.copy(component.peek(name)) for name in self._names]
-        into.frames.append((component.tick, values))
+        if self._track.wants(number):
+            time = nanoseconds(place.age(component.tick), component.step_size)
+            self._track.take(number, time, component, balances)
         into.size += sum(8 * np.size(value) + 100 for value in values)
-        if picture:
-            self._track.take(self._frames, self._nanoseconds(component.tick), component, balances)
-        self._frames += 1
+        into.frames.append((component.tick, values))
 
-    def _age(self, tick: int) -> int:
-        """Ticks of the whole log, and of its parents, before a tick of this segment."""
-        return self._before + tick - self._start_tick
-
-    def _nanoseconds(self, tick: int) -> int:
-        return nanoseconds(self._age(tick), self._component.step_size)
-
-    def _note(self, event: str, error: BaseException) -> None:
-        tick = self._expected
-        content = {"incident": event, "kind": type(error).__name__, "message": str(error)[:4000], "undone_ticks": self._parts}
-        self._waiting.append((Record(INCIDENTS, 0, self._segment, tick, tick, 1, 0, content, {}), self._nanoseconds(tick)))
+    def _note(self, content: dict[str, Any]) -> None:
+        last = self._last
+        self._incidents.append((last.place, last.tick, content))
 
     def _hurry(self) -> None:
-        self._wake.set()
-        with self._written:
-            self._written.wait_for(self._is_keeping_up, _LONGEST_WAIT)
+        _signal(self._wake)
+        end = perf_counter() + _LONGEST_WAIT
+        while not self._is_keeping_up() and (left := end - perf_counter()) > 0.0:
+            _wait(self._written, left)
 
     def _tell_error(self) -> None:
         if self._error is not None:
@@ -385,45 +396,39 @@ class Recorder:
             if self._error is not None:
                 self._sink.abandon()
                 self._due = 0.0
-            with self._written:
-                self._written.notify_all()
+            _signal(self._written)
         self._ended = True
         return True
 
     def _write_gathered(self) -> None:
         with self._lock:
-            waiting, self._waiting = self._waiting, []
-            if self._batch:
-                batch = self._batch
-                waiting.append(batch)
-                self._batch = RecordBatch(batch.segment, batch.last, batch.elapsed)
-            self._backlog = sum(item.size for item in waiting if isinstance(item, RecordBatch))
-            gathered = perf_counter()
-        for item in waiting:
-            self._write(item)
-        self._sink.flush()
-        if any(isinstance(item, RecordBatch) and item.durations for item in waiting):
-            self._sink.publish()
-        for item in waiting:
-            if isinstance(item, RecordBatch):
-                self._pool.take_back(value for _, values in item.frames for value in values)
-        self._backlog, self._due = 0, gathered + _WAIT_SECONDS
-        with self._written:
-            self._written.notify_all()
-
-    def _write(self, item: RecordBatch | tuple[Record, int]) -> None:
-        if isinstance(item, RecordBatch):
+            items, incidents, gathered = self._items, self._incidents, perf_counter()
+            self._written_item, self._items, self._incidents = self._last, [], []
+            self._backlog, self._size = self._size, 0
+        batches = batches_of(items, self._batch)
+        for batch in batches:
             names = self._names, self._inputs
-            write_batch(item, self._sink, self._profiles, *names, self._component.step_size, self._digests)
-        else:
-            event, time = item
-            self._sink.add(dataclasses.replace(event, number=self._sink.number(INCIDENTS)), time)
+            write_batch(batch, self._sink, self._profiles, *names, self._component.step_size, self._digests)
+        for place, tick, content in incidents:
+            self._write_incident(place, tick, content)
+        self._sink.flush()
+        if any(batch.durations for batch in batches):
+            self._sink.publish()
+        self._pool.take_back(value for batch in batches for _, values in batch.frames for value in values)
+        self._batch = empty_batch(self._written_item.place, self._written_item.tick)
+        self._backlog, self._due = 0, gathered + _WAIT_SECONDS
+        _signal(self._written)
+
+    def _write_incident(self, place: Place, tick: int, content: dict[str, Any]) -> None:
+        record = Record(INCIDENTS, 0, place.segment, tick, tick, 1, self._sink.number(INCIDENTS), content, {})
+        self._sink.add(record, nanoseconds(place.age(tick), self._component.step_size))
 
     def _write_end(self) -> None:
         self._sink.add_preview(self._track.messages())
-        arrays = {"index": self._sink.rows}
-        place = (self._segment, self._expected, self._expected, 1, self._sink.number(INCIDENTS))
-        self._sink.add(Record(INCIDENTS, CLOSED, *place, self._closing_event, arrays), self._nanoseconds(self._expected))
+        place, tick = self._written_item.place, self._written_item.tick
+        row = (place.segment, tick, tick, 1, self._sink.number(INCIDENTS))
+        time = nanoseconds(place.age(tick), self._component.step_size)
+        self._sink.add(Record(INCIDENTS, CLOSED, *row, self._closing_event, {"index": self._sink.rows}), time)
         self._sink.finish()
 
 
@@ -439,12 +444,23 @@ def _close_all() -> None:
         recorder.close()
 
 
-def _write_on(reference: weakref.ref[Recorder], wake: threading.Event) -> None:
+def _signal(queue: SimpleQueue[None]) -> None:
+    """Let whoever waits for a queue go on."""
+    if queue.empty():
+        queue.put(None)
+
+
+def _wait(queue: SimpleQueue[None], seconds: float) -> None:
+    """Wait for a signal, so long at most."""
+    with suppress(Empty):
+        queue.get(timeout=seconds)
+
+
+def _write_on(reference: weakref.ref[Recorder], wake: SimpleQueue[None]) -> None:
     """Write what a recorder has gathered, until it is closed or gone."""
     done = False
     while not done:
-        wake.wait(_WRITE_SECONDS)
-        wake.clear()
+        _wait(wake, _WRITE_SECONDS)
         recorder = reference()
         done = recorder is None or recorder._write_safely()
         del recorder

@@ -139,7 +139,7 @@ def continuation_of(log: Log) -> Continuation:
 
 
 def _incidents(log: Log) -> list[Any]:
-    return [incident.get("incident") for incident in log.metadata["incidents"]]
+    return [incident.get("incident") for incident in log.incidents]
 
 
 def _kept_records(log: Log, closed: bool) -> int:

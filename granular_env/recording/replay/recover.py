@@ -31,7 +31,7 @@ def recover(
         overwrite: whether an existing `out` may be replaced.
 
     Returns:
-        The new log, opened; the last of ``.metadata["incidents"]`` says what was lost.
+        The new log, opened; the last of ``.incidents`` says what was lost.
 
     Raises:
         LogError: nothing is intact, or `out` cannot be written.

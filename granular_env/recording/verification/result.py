@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
 from ...output_files import count_of
 from ..format.header import machine, versions
+
+# Sentences on pieces that are not in a log, at most.
+_MOST_GAPS = 20
 
 Outcome = Literal["identical", "different", "incomplete", "nothing was compared"]
 # Parts of the header that no re-run gives again; the log keeps digests of them apart, which are compared.
@@ -30,6 +34,7 @@ class Verification:
         notes: one sentence for each difference, then what may explain them.
         missing: parts that every closed log has and this one does not, so that they could not be compared.
         incidents: what happened to the recording, such as "failed" or "recovered"; nothing tells whether that is true.
+        gaps: a sentence for each piece of the run that the log says it does not hold.
     """
 
     path: str
@@ -45,6 +50,7 @@ class Verification:
     notes: list[str] = field(default_factory=list)
     missing: list[str] = field(default_factory=list)
     incidents: list[str] = field(default_factory=list)
+    gaps: list[str] = field(default_factory=list)
 
     @property
     def outcome(self) -> Outcome:
@@ -66,15 +72,15 @@ class Verification:
         hashes = count_of(self.hashes, "hash", "hashes")
         kinds = f"{count_of(self.frames, 'frame')}, {hashes}, {count_of(self.snapshots, 'snapshot')}"
         size = f"{count_of(self.calls, 'call')} of step, {count_of(self.ticks, 'tick')} ({kinds})"
-        lines = [f"{self.outcome}: {self._summary(size, kinds)}", *self.notes]
+        lines = [f"{self.outcome}: {self._summary(size, kinds)}", *self.notes, *_first_of(self.gaps)]
         if self.variable is None and self.ticks:
             if self.missing:
                 lines.append(f"not compared, since the log does not have them: {', '.join(self.missing)}")
             lines.append(f"compared with digests, since no re-run gives them: {_DIGESTED}")
             if self.incidents:
-                lines.append(
-                    f"not compared, since nothing tells of them: incidents of the recording ({', '.join(self.incidents)})"
-                )
+                counts = Counter(self.incidents).items()
+                kinds = ", ".join(kind if count == 1 else f"{kind} {count} times" for kind, count in counts)
+                lines.append(f"not compared, since nothing tells of them: incidents of the recording ({kinds})")
         return "\n".join(lines)
 
     def _summary(self, size: str, kinds: str) -> str:
@@ -92,6 +98,12 @@ class Verification:
 
     def __repr__(self) -> str:
         return f"<Verification of {self.path!r}: {self.message.splitlines()[0]}>"
+
+
+def _first_of(sentences: list[str]) -> list[str]:
+    """Return the first few of many sentences, and how many there are."""
+    rest = len(sentences) - _MOST_GAPS
+    return sentences if rest <= 0 else [*sentences[:_MOST_GAPS], f"{rest} more such pieces are not in the log"]
 
 
 class Difference(Exception):  # noqa: N818 - a finding, carried out of nested loops

@@ -71,8 +71,11 @@ class _Replay:
         self._segment: Segment | None = None
         self._framed = -1
         self._film = PreviewBuilder(log, self.component)
-        incidents = [str(incident.get("incident")) for incident in log.metadata["incidents"]]
-        self.result = Verification(str(log.path), log.complete, incidents=incidents)
+        self.result = Verification(str(log.path), log.complete)
+        for incident in log.incidents:
+            self.result.incidents.append(str(incident.get("incident")))
+            if incident.get("incident") == "unrecorded":
+                self.result.gaps.append(str(incident.get("message"))[:400])
 
     def run(self) -> Verification:
         log, result = self.log, self.result
