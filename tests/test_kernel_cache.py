@@ -464,3 +464,38 @@ print(called(2, 1.0), len(scaled.overloads))
 """
     write(tmp_path, {"task.py": text})
     assert run("import task", tmp_path).stdout == "30.0 1\n"
+
+
+# -- other versions of numba ----------------------------------------------------------------------------------------------
+
+
+def test_a_numba_that_is_built_in_another_way_gives_the_same_results(tmp_path: Path) -> None:
+    """Without what `code_libraries` stands on kernels are compiled by numba alone, in every process."""
+    write(tmp_path, {"kernels.py": """
+from granular_env.components.support.jit import internal, internal_inlined, jit
+
+@internal_inlined
+def square(x):
+    return x * x
+
+@internal
+def add(pair, n):
+    for i in range(n):
+        pair[0][i] += square(pair[1][i]) / 3.0
+
+@jit
+def go(pair, n):
+    add(pair, n)
+    return pair[0].sum()
+"""})  # fmt: skip
+    code = (
+        "import sys, numpy as np\nfrom kernels import add, go\nx = np.arange(5.0)\nadd((x, x), 3)\n"
+        "print(go((x, x + 0.1), 5).hex(), x.tobytes().hex())"
+    )
+    told = {"GRANULAR_ENV_QUIET": "0"}
+    plain = run(code, tmp_path, cache=tmp_path / "a", environment=told)
+    assert list((tmp_path / "a").rglob("*.kernel")) and "install numba" not in plain.stderr
+    for absent in ("codegen.JITCodeLibrary", "compiler.CompileResult._rebuild"):
+        without = run(f"import numba\ndel numba.core.{absent}\n{code}", tmp_path, cache=tmp_path / "b", environment=told)
+        assert without.stdout == plain.stdout != ""
+        assert "install numba" in without.stderr and not list((tmp_path / "b").rglob("*.kernel"))

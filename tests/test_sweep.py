@@ -89,7 +89,7 @@ def test_a_sample_depends_on_its_number_only(table):
     assert many[:20] == few
     assert parameter_grid.draws(one, "b", 5, 20) != few and parameter_grid.draws(one, "a", 6, 20) != few
     assert all(2 <= value <= 3 for value in many) and len(set(many)) >= 2
-    # Within 5 standard deviations of the mean; the integer, the coarsest, has .5.
+    # Within 5 standard deviations of the mean; the integer, the coarsest, has 0.5.
     expected = 1.0 / math.log(1.5) if table["distribution"] == "log_uniform" else 2.5
     assert np.mean(many) == pytest.approx(expected, abs=5 * 0.5 / math.sqrt(2000))
 
