@@ -78,7 +78,7 @@ class Shell(Component):
         self._whole: Solid = self._finish_solid()
         self._breaking = BreakingBody(p, law, self._assembly, self._whole) if isinstance(law, FractureLaw) else None
         if self._breaking is not None:
-            vars(self)["event_kinds"], vars(self)["event_details"] = KINDS, self._breaking.details
+            self._declare_events(KINDS, self._breaking.details)
         self._gauges: IntArray = gauge_columns(p, self.lattice)
         self._lay_out_state()
 
