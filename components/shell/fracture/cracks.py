@@ -16,7 +16,7 @@ from ..stencils import Stencils
 from .facets import mark_links
 from .judgement import Judgement, decisive_value, index_normal
 from .law import FractureLaw
-from .pieces import Marks, crack_lips, detached_columns, label_columns, severed_links
+from .pieces import Marks, crack_lips, detached_columns, find_connected, label_columns, link_layers, severed_links
 from .rows import write_hold
 from .visibility import Visibility
 
@@ -91,6 +91,7 @@ class Cracks:
             np.zeros((len(points.volume), 3)), np.zeros(len(points.volume), dtype=np.int64),
             np.zeros(len(points.volume), dtype=np.int64), self._ticks_to_unload(solid),
         )  # fmt: skip
+        self._link_layers, self._connected = link_layers(lattice), self._find_connected()
         self._hold = np.zeros(lattice.node_count)
         even = self.visibility
         write_hold(solid.body, even.kind, even.first, even.values, np.arange(lattice.node_count), self._hold)
@@ -108,6 +109,7 @@ class Cracks:
         """Go back to a body without cracks."""
         self.facets, self.eroded, self.loosened = np.zeros((0, 9)), np.zeros(0), np.zeros(0)
         self.links = np.zeros((self._lattice.shape[0] * self._lattice.shape[1], 4, self._lattice.shape[2]), dtype=np.uint8)
+        self.severed: Marks = severed_links(self.links, self._link_layers)
         self.visibility.clear()
         self.judged.normal[:] = 0.0
         self.judged.cracks[:] = self.judged.since[:] = 0
@@ -226,6 +228,7 @@ class Cracks:
         ring = self._lattice.axes[1]
         near = self._columns_near(facet, ring.count)
         mark_links(facet, self.visibility.table, near, self.links)
+        self.severed[near] = severed_links(self.links[near], self._link_layers[near])
         return self.visibility.hide(facet)
 
     def _columns_near(self, facet: FloatArray, around: int) -> IntArray:
@@ -307,7 +310,6 @@ class Cracks:
     def _update_tables(self) -> None:
         """Make the tables of the kernels: rows, ties and the surface under pressure."""
         lattice, seen, whole = self._lattice, self.visibility, self._whole
-        self.severed: Marks = severed_links(lattice, self.links)
         self.labels, self.borne = self._label_pieces()
         self.detached: Marks = detached_columns(lattice, self.severed, self.labels) | self._loose_columns()
         self.released: Marks = crack_lips(lattice, self.severed) | self.detached
@@ -316,6 +318,13 @@ class Cracks:
         self.solid = whole._replace(
             body=body, hourglass=whole.hourglass._replace(partner=self._ties()), surface=whole.surface._replace(around=around)
         )
+
+    def _find_connected(self) -> tuple[IntArray, IntArray]:
+        """Return what each point connects before any crack, as `label_columns` takes it."""
+        some = self._stencils
+        ends, columns = np.zeros(len(some.kind) + 1, dtype=np.int64), np.zeros(len(some.nodes), dtype=np.int64)
+        find_connected(some.begin, some.nodes, some.kind, some.first, some.values, self._lattice.shape[2], ends, columns)
+        return ends, columns[: ends[-1]].copy()
 
     def _label_pieces(self) -> tuple[IntArray, Marks]:
         """Return the number of the piece of each column, that of its first column, and whether anything bears it."""
@@ -326,7 +335,10 @@ class Cracks:
         blind = np.zeros(len(self._places), dtype=bool)
         blind[self.eroded.astype(np.int64)] = True
         seen = self.visibility
-        label_columns(seen.begin, seen.nodes, seen.kind, seen.first, seen.values, blind, layers, labels, borne)
+        shared, connected = len(self._stencils.first) - 1, self._connected
+        label_columns(
+            seen.begin, seen.nodes, seen.kind, seen.first, seen.values, blind, layers, shared, *connected, labels, borne
+        )
         return labels, borne
 
     @property
