@@ -89,7 +89,7 @@ def test_a_sample_depends_on_its_number_only(table):
     assert many[:20] == few
     assert parameter_grid.draws(one, "b", 5, 20) != few and parameter_grid.draws(one, "a", 6, 20) != few
     assert all(2 <= value <= 3 for value in many) and len(set(many)) >= 2
-    # Within 5 standard deviations of the mean; the integer, the coarsest, has .5.
+    # Within 5 standard deviations of the mean; the integer, the coarsest, has 0.5.
     expected = 1.0 / math.log(1.5) if table["distribution"] == "log_uniform" else 2.5
     assert np.mean(many) == pytest.approx(expected, abs=5 * 0.5 / math.sqrt(2000))
 
@@ -727,9 +727,11 @@ def called(folder: Path, *arguments: str) -> subprocess.Popen:
     return subprocess.Popen(command, cwd=folder, env=environment, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
 
 
-def first_results(folder: Path) -> None:
+def first_results(folder: Path, program: subprocess.Popen) -> None:
+    """Wait until the program has kept a result."""
     path = folder / "sweeps" / "long" / "results.jsonl"
     while not (path.exists() and path.stat().st_size):
+        assert program.poll() is None, program.communicate()
         time.sleep(0.05)
 
 
@@ -792,7 +794,7 @@ def test_the_command_checks_and_copies_plans(tmp_path, monkeypatch, capsys):
 def test_ctrl_c_ends_the_command_with_what_is_done(tmp_path):
     (tmp_path / "plan.toml").write_text(LONG)
     program = called(tmp_path, "plan.toml", "--workers", "2")
-    first_results(tmp_path)
+    first_results(tmp_path, program)
     workers = children(program.pid)
     program.send_signal(signal.SIGINT)
     told, errors = program.communicate(timeout=60)
@@ -806,7 +808,7 @@ def test_ctrl_c_ends_the_command_with_what_is_done(tmp_path):
 def test_after_a_kill_nothing_goes_on_and_what_is_done_is_there(tmp_path):
     (tmp_path / "plan.toml").write_text(LONG)
     program = called(tmp_path, "plan.toml", "--workers", "2")
-    first_results(tmp_path)
+    first_results(tmp_path, program)
     workers = children(program.pid)
     program.kill()
     program.communicate(timeout=60)

@@ -45,6 +45,7 @@ class Parting(NamedTuple):
         eroded: points that bear nothing any more, the spent ones and those that are left with too few neighbours.
         loosened: nodes that hardly any point saw any more.
         changed: points with other neighbours than before, the eroded ones among them.
+        torn: points, some of the eroded ones, that were distorted beyond measure: what told so, and its limit.
     """
 
     facets: list[FloatArray]
@@ -54,6 +55,16 @@ class Parting(NamedTuple):
     eroded: IntArray
     loosened: IntArray
     changed: IntArray
+    torn: dict[int, tuple[float, float]]
+
+    def joined(self, other: Parting, torn: dict[int, tuple[float, float]]) -> Parting:
+        """Return this one with the points and nodes of another one that followed from it, and why they were torn."""
+        return self._replace(
+            eroded=np.concatenate([self.eroded, other.eroded]),
+            loosened=np.concatenate([self.loosened, other.loosened]),
+            changed=np.union1d(self.changed, other.changed),
+            torn={**self.torn, **torn},
+        )
 
 
 class Cracks:
@@ -140,11 +151,11 @@ class Cracks:
         self.facets = np.concatenate([self.facets, np.array(facets).reshape(-1, 9)])
         spent_values = [(decided[p], float(limit[p])) for p in spent]
         eroded, loosened, points = self._settle(changed, spent)
-        return Parting(facets, values, spent, spent_values, eroded, loosened, points)
+        return Parting(facets, values, spent, spent_values, eroded, loosened, points, {})
 
-    def erode(self, point: int) -> Parting:
-        """Let a point bear nothing any more."""
-        return Parting([], [], [], [], *self._settle(set(), [point]))
+    def erode(self, points: list[int]) -> Parting:
+        """Let some points bear nothing any more."""
+        return Parting([], [], [], [], *self._settle(set(), points), {})
 
     def _settle(self, changed: set[int], spent: list[int]) -> tuple[IntArray, IntArray, IntArray]:
         """Rebuild what points see; erode those that see too little, and loosen nodes that are hardly seen, until all is sound.
@@ -286,8 +297,9 @@ class Cracks:
             self.visibility.first[self.visibility.kind[points]].astype(np.int64) - np.cumsum(counts) + counts, counts
         )
         gradients = self.visibility.gradients[row + np.arange(counts.sum())]
-        terms = (gradients * gradients).sum(axis=1) / body.mass[some.nodes[entry]]
         owner = np.repeat(np.arange(len(points)), counts)
+        gradients[:, 0] *= self.visibility.along[points][owner]
+        terms = (gradients * gradients).sum(axis=1) / body.mass[some.nodes[entry]]
         return body.volume[points] * np.bincount(owner, weights=terms, minlength=len(points))
 
     # -- tables -----------------------------------------------------------------------------------------------------
@@ -299,7 +311,7 @@ class Cracks:
         self.labels, self.borne = self._label_pieces()
         self.detached: Marks = detached_columns(lattice, self.severed, self.labels) | self._loose_columns()
         self.released: Marks = crack_lips(lattice, self.severed) | self.detached
-        body = whole.body._replace(kind=seen.kind, first=seen.first, gradients=seen.gradients)
+        body = whole.body._replace(kind=seen.kind, first=seen.first, gradients=seen.gradients, along=seen.along)
         around = self._loaded_neighbours()
         self.solid = whole._replace(
             body=body, hourglass=whole.hourglass._replace(partner=self._ties()), surface=whole.surface._replace(around=around)
