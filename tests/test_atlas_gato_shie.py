@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +13,7 @@ import pytest
 from granular_env import atlas
 from granular_env.atlas import papers
 from granular_env.atlas.context import Context
+from granular_env.cli import main
 from granular_env.components.tube import TubeParameters
 from granular_env.domains.tube.gato_shie_2010 import cases
 from granular_env.domains.tube.gato_shie_2010.outcome import Outcome, in_notch, read_outcome
@@ -97,6 +99,21 @@ def test_the_page_has_the_papers_figures_and_its_sizes_of_mesh() -> None:
         along, around = cases.counts(nodes)
         assert 2 * 3 * along * around == pytest.approx(nodes, rel=0.05)
     assert paper.constants["nodes"].high == 280_000
+
+
+def test_the_command_says_what_a_finer_page_takes_before_it_begins(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    paper = papers.paper("gato-shie-2010")
+    assert paper.cost is not None
+    coarse, fine = (paper.cost({"nodes": nodes, "factor": 1.6}) for nodes in (5000.0, 140_000.0))
+    minutes = [float(words.split("about ")[1].split(" minutes")[0]) for words in (coarse, fine)]
+    assert 3.0 < minutes[0] < 30.0 and minutes[1] > 5.0 * minutes[0]
+    begun: list[str] = []
+    monkeypatch.setattr(atlas, "run_atlas", lambda *given, **options: begun.append(capsys.readouterr().out) or sys.exit(0))
+    with pytest.raises(SystemExit):
+        main(["atlas", "gato-shie-2010", "--set", "nodes=140000", "--out", str(tmp_path)])
+    assert " ".join(begun[0].split()) == fine
 
 
 @pytest.mark.parametrize("inches", [1, 2, 3])

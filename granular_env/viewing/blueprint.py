@@ -22,7 +22,7 @@ _SHOWN_PLOTS, _SHOWN_PLOTS_ALONE = 3, 4
 _SHOWN_PROFILES = 4
 
 # Where a body in space is seen from, and how far from it, in lengths of its diagonal.
-_TOWARDS_EYE, _EYE_DISTANCE = (-0.25, -0.66, 0.71), 1.05
+_TOWARDS_EYE, _EYE_DISTANCE = (-0.25, -0.66, 0.71), 0.85
 
 # A plane less wide than so many heights stands beside the plots, not above them.
 _WIDE = 2.0
@@ -52,7 +52,7 @@ def blueprint(scene_data: SceneData, scales: Scales | None, views: Views | None,
             shown = [*views.panes(motion, scales), *shown]
             rows += views.rows(motion, scales)
     if profiles := [profile_pane(rrb, profile) for profile in scene_data.profiles[:_SHOWN_PROFILES]]:
-        rows.append((rrb.Grid(*profiles, grid_columns=2), 4.5))
+        rows.append((rrb.Grid(*profiles, grid_columns=min(2, len(profiles))), 4.5))
     if scales is not None and _is_tall(scene_data, scales):
         # Beside each other: a picture as high as it is wide has little room above the plots.
         beside = rrb.Vertical(*reversed(shown), row_shares=[3.0, 6.0][-len(shown) :])
@@ -77,7 +77,7 @@ def _stack(rrb: Any, rows: list[tuple[Any, float]], first: float | None = None) 
 
 def _is_tall(scene_data: SceneData, scales: Scales) -> bool:
     width, height = (high - low for low, high in zip(scales.low[:2], scales.high[:2], strict=True))
-    return scene_data.is_plane and width < _WIDE * height
+    return scene_data.is_solid or (scene_data.is_plane and width < _WIDE * height)
 
 
 def _legend(rrb: Any) -> Any:
