@@ -96,19 +96,16 @@ def batches_of(items: Iterable[Item], batch: RecordBatch) -> list[RecordBatch]:
             batch = empty_batch(item.place, item.tick)
             batches.append(batch)
             batch.take(item.samples)
-        elif isinstance(item, Step):
-            _add_step(batch, item)
-        else:
+        elif isinstance(item, End):
             batch.snapshots.append((item.tick, END, item.snapshot))
+        else:
+            _, tick, _, _, inputs, samples, rows = item
+            for name, value in inputs.items():
+                batch.sets.append((len(batch.durations), name, value))
+            batch.durations.append(tick - batch.last)
+            batch.last = tick
+            if rows is not None:
+                batch.events.append(rows)
+            if samples is not None:
+                batch.take(samples)
     return batches
-
-
-def _add_step(batch: RecordBatch, step: Step) -> None:
-    place = len(batch.durations)
-    batch.sets += [(place, name, value) for name, value in step.inputs.items()]
-    batch.durations.append(step.tick - batch.last)
-    batch.last = step.tick
-    if step.rows is not None:
-        batch.events.append(step.rows)
-    if step.samples is not None:
-        batch.take(step.samples)
