@@ -38,7 +38,7 @@ LIFE_CYCLE: Mapping[str, frozenset[str]] = {
     "reset": frozenset({"ready", "failed"}),
     "restore": frozenset({"ready", "failed"}),
     **dict.fromkeys(
-        ("get", "peek", "save", "balances", "events", "drawables", "report", "cautions", "observe", "ignore"),
+        ("get", "peek", "save", "balances", "events", "drawables", "report", "conclusions", "cautions", "observe", "ignore"),
         frozenset({"ready", "stepping", "failed"}),
     ),
 }
@@ -125,7 +125,8 @@ class Stepping(Physics):
                             continue
                     inputs, numbers = self.hold(inputs), False
                     break
-            if self._observers or ticks > self._chunk_ticks:
+            observers, untold = self._observers, None
+            if ticks > self._chunk_ticks or (observers and self._is_looked_at(before + ticks)):
                 self._long_step(ticks, inputs)
                 return
             undo = self._undo
@@ -143,8 +144,11 @@ class Stepping(Physics):
                 if status:
                     raise self._explain(status)
                 own["_tick"] = before + ticks
-            except BaseException:  # Ctrl-C too
-                self._put_back(before, held)
+                if observers:
+                    untold = observers[::-1]
+                    self._tell(untold, ticks, inputs)
+            except BaseException as error:  # Ctrl-C too
+                self._end_cut_step(before, held, untold, ticks, inputs, error)
                 raise
             if undo.is_small:
                 return
@@ -173,7 +177,7 @@ class Stepping(Physics):
 
     @property
     def step_start(self) -> int:
-        """The tick at which the step under way began, where anybody looks on."""
+        """The tick at which the step under way began, for an observer that looks in the middle of it."""
         return self._step_start
 
     @property
@@ -312,13 +316,20 @@ class Stepping(Physics):
 
     # -- pieces of a long step, and their undoing --------------------------------------------------------------------
 
+    def _is_looked_at(self, end: int) -> bool:
+        """Return whether an observer wants to look before a step is over, or when it is."""
+        for observer in self._observers:  # noqa: SIM110 - `any` would take twice as long, of each step that is recorded
+            if observer.next_tick <= end:
+                return True
+        return False
+
     def _long_step(self, ticks: int, inputs: Mapping[str, Held]) -> None:
         """Step in pieces, for observers and for Ctrl-C; all of it or nothing."""
         start, end, held = self._tick, self._tick + ticks, self._held
         self._undo.prepare(start)
         vars(self)["_step_start"] = start  # as in `step`
-        begun, told, is_made = perf_counter(), ticks < _MANY_TICKS, False
-        untold: list[Observer] = []
+        begun, told = perf_counter(), ticks < _MANY_TICKS
+        untold: list[Observer] | None = None
         try:
             if inputs:
                 self._hold({**held, **inputs})
@@ -333,19 +344,35 @@ class Stepping(Physics):
                 for observer in self._observers:
                     if observer.next_tick <= stop:
                         observer.on_sample(self)
-            untold, is_made = self._observers[::-1], True
-            while untold:
-                untold[-1].on_step(self, ticks, inputs)
-                untold.pop()
+            untold = self._observers[::-1]
+            self._tell(untold, ticks, inputs)
         except BaseException as error:
-            if is_made:  # it stands: whoever was not told of it, or was interrupted while it was, is told now
-                _call_all([observer.on_step for observer in reversed(untold)], self, ticks, inputs)
-            else:
-                self._put_back(start, held)
-                _call_all([observer.on_failure for observer in self._observers], self, error)
+            self._end_cut_step(start, held, untold, ticks, inputs, error)
             raise
         if not self._undo.is_small:  # last: where that is cut, the next step takes a copy
             self._undo.note(ticks, self._held)
+
+    def _tell(self, untold: list[Observer], ticks: int, inputs: Mapping[str, Held]) -> None:
+        """Tell the observers of a step, the last of the list first, and leave in the list who was not told."""
+        while untold:
+            untold[-1].on_step(self, ticks, inputs)
+            untold.pop()
+
+    def _end_cut_step(
+        self,
+        start: int,
+        held: Mapping[str, Held],
+        untold: list[Observer] | None,
+        ticks: int,
+        inputs: Mapping[str, Held],
+        error: BaseException,
+    ) -> None:
+        """Put a step back that was not made (`untold` is None); one that was stands, and the others are told of it."""
+        if untold is None:
+            self._put_back(start, held)
+            _call_all([observer.on_failure for observer in self._observers], self, error)
+        else:  # whoever was not told of it, or was interrupted while it was, is told now
+            _call_all([observer.on_step for observer in reversed(untold)], self, ticks, inputs)
 
     def _tell_time_left(self, done: int, ticks: int, spent: float) -> None:
         """Warn of a step that has `spent` seconds behind it and takes much longer."""

@@ -58,8 +58,8 @@ def assemble(p: ShellParameters) -> Assembly:
     mass = np.where(lattice.present, p.material.density * lattice.volumes, 1.0)
     seen_begin, seen_point, seen_slot = transpose(stencils, lattice.node_count)
     body = Body(
-        mass, stencils.begin, stencils.nodes, stencils.kind, stencils.first, stencils.gradients, points.volume, points.sine,
-        points.cosine, seen_begin, seen_point, seen_slot, conditions.prescribed, np.zeros(0),
+        mass, stencils.begin, stencils.nodes, stencils.kind, stencils.first, stencils.gradients, stencils.along, points.volume,
+        points.sine, points.cosine, seen_begin, seen_point, seen_slot, conditions.prescribed, np.zeros(0),
     )  # fmt: skip
     solid = Solid(
         body, chosen_hourglass(p, lattice), inner_surface(lattice), p.material.constants(1.0), False, 1.0,
@@ -162,6 +162,12 @@ def surface_quads(lattice: Lattice) -> IntArray:
     after = (across + 1) % m
     quads = (along * m + across, (along + 1) * m + across, (along + 1) * m + after, along * m + after)
     return np.stack(quads, axis=1)
+
+
+def station_means(assembly: Assembly, values: FloatArray) -> FloatArray:
+    """Return means of a field of the points over each row of points along the body, weighted by volume, shape (rows,)."""
+    volume = assembly.points.volume.reshape(len(assembly.points.lines[0].at), -1)
+    return np.asarray((values.reshape(volume.shape) * volume).sum(axis=1) / volume.sum(axis=1), dtype=np.float64)
 
 
 def gauge_columns(p: ShellParameters, lattice: Lattice) -> IntArray:

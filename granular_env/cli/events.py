@@ -46,18 +46,21 @@ def events(
 
     with open_log(log, allow_large=allow_large) as opened:
         found, kinds, step_size = opened.events(kind, index), opened.event_kinds, opened.step_size
-        details, drawables = opened.event_details, opened.drawables
+        details, drawables, conclusions = opened.event_details, opened.drawables, opened.metadata["conclusions"]
         if near:
             largest = largest_event_ratio(opened)
-            print(json.dumps(largest and dataclasses.asdict(largest)) if for_programs else _words_for(largest))
+            print(json.dumps(largest and dataclasses.asdict(largest)) if for_programs else _words_for(largest, bool(kinds)))
             return Status.DONE
     if for_programs:
         rows = [
             {**dataclasses.asdict(event), "time": event.tick * step_size, **_facts(event, details.get(event.kind), drawables)}
             for event in found
         ]
-        print(json.dumps({"kinds": kinds, "events": rows}, indent=2))
-    elif not kinds:
+        print(json.dumps({"kinds": kinds, "events": rows, "conclusions": conclusions}, indent=2))
+        return Status.DONE
+    for text in conclusions:
+        print(wrap_text(printable(str(text))))
+    if not kinds:
         print("events: none; the component of this log declares no kind of event")
     elif not found:
         asked = "" if kind is None and index is None else " of that kind or index"
@@ -74,7 +77,9 @@ def events(
     return Status.DONE
 
 
-def _words_for(found: EventRatio | None) -> str:
+def _words_for(found: EventRatio | None, has_kinds: bool) -> str:
+    if found is None and not has_kinds:
+        return "nearest: none; with the parameters of this log nothing has a limit that it could come near to"
     if found is None:
         return "nearest: not known; the component of this log has no output that says how near an event is"
     return wrap_text(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterable
 from functools import cached_property
 from typing import Any
@@ -14,8 +15,8 @@ from ...errors import ParameterError
 from ...events import EVENT_ROWS, EventDetail
 from ...state_block import Block
 from ...support.arrays import FloatArray
-from .. import kernels
-from ..assembly import Assembly
+from .. import kernels, threads
+from ..assembly import Assembly, station_means, surface_quads
 from ..layout import IntArray, Scratch, Solid, State
 from ..parameters import ShellParameters
 from . import forces
@@ -24,6 +25,7 @@ from .facets import FACET_ROWS
 from .judgement import find_parting, write_ratios
 from .law import FractureLaw
 from .openings import crack_length, open_areas
+from .outcome import AXIAL, OUTCOMES, CutSides, connects_ends, crack_along, crack_around, outcome, tip_speed
 from .visibility import Visibility
 
 PARTED, ERODED, SPENT, TORN = "point_parted", "point_eroded", "point_spent", "point_torn"
@@ -38,8 +40,12 @@ KINDS = {
 _FRACTURE, _ERODED = 0, 1
 # Values of events are at most this one.
 _LARGEST = 1e300
+# Volumes over that at the start outside of which a point beside a crack sees displacements that are no strain of its own.
+_VOLUMES = (0.5, 2.0)
 _FEWEST = {"linear": 4, "quadratic": 10}
 AddEvent = Callable[[int, str, int, float, float], None]
+# Signals of a tick, pressures of the stations, and the tally, as `kernels.drift` takes them.
+Inputs = tuple[FloatArray, FloatArray, FloatArray]
 
 
 class BreakingBody:
@@ -88,13 +94,14 @@ class BreakingBody:
         solid = self.solid(block)
         for row in range(len(signals)):
             tick = first_tick + row
-            inputs = signals[row : row + 1], pressures, block["tally"]
-            status = int(kernels.advance(solid, state, scratch, *inputs, tick, failed))
-            while status and self.cracks.is_beside_crack(int(failed[0])):
-                status = self._tear(block, state, scratch, inputs, failed, add_event)
-                solid = self.cracks.solid
-            if status:
-                return status
+            inputs = signals[row], pressures, block["tally"]
+            failures = self._advance_tick(solid, state, scratch, inputs, tick, failed)
+            for failure in failures:
+                if not self.cracks.is_beside_crack(failure[1]):
+                    threads.note_failure(failure, scratch, failed)
+                    return failure[0]
+            if failures:
+                solid = self._tear(block, state, scratch, inputs, failures, tick + 1, add_event)
             count = find_parting(solid, state, self.cracks.judged, self._found, block["nearest"], tick + 1)
             if count:
                 solid = self._part(block, state, scratch, self._found[:count].copy(), tick + 1, add_event)
@@ -105,38 +112,72 @@ class BreakingBody:
     ) -> Solid:  # fmt: skip
         """Part the body at some points; return its tables."""
         before = self.cracks.solid
-        parting = self.cracks.part(state, found, tick)
+        parting = self._without_distorted(self.cracks.part(state, found, tick), state)
         after = self.cracks.solid
         points, columns, nodes = self._surroundings(parting.changed)
         losses = block["losses"]
         losses[_FRACTURE] += forces.tie_energy(before, state, columns) + forces.leapfrog_energy(before, state, nodes)
         losses[_ERODED] += forces.erode(after, state, parting.eroded)
-        forces.write_gradients(after, state, parting.changed)
+        state.gradient[parting.changed] = forces.new_gradients(after, state, parting.changed)
         forces.refresh_forces(after, state, scratch, points, columns, nodes)
         kernels.write_areas(after, state)
         losses[_FRACTURE] -= forces.tie_energy(after, state, columns) + forces.leapfrog_energy(after, state, nodes)
         self._note(block, parting, tick, add_event)
         return after
 
+    def _without_distorted(self, parting: Parting, state: State) -> Parting:
+        """Let points bear nothing that see, with the neighbours that are left to them, a volume that no metal has.
+
+        Their stress would be turned into forces beyond measure.
+        """
+        while True:
+            left = np.setdiff1d(parting.changed, parting.eroded)
+            ratios = forces.volume_ratios(forces.new_gradients(self.cracks.solid, state, left))
+            wild = ~((ratios > _VOLUMES[0]) & (ratios < _VOLUMES[1]))
+            if not wild.any():
+                return parting
+            found = dict(zip(left[wild].tolist(), ratios[wild].tolist(), strict=True))
+            more = self.cracks.erode(list(found))
+            parting = parting.joined(more, {point: (ratio, _VOLUMES[ratio > 1.0]) for point, ratio in found.items()})
+
+    def _advance_tick(
+        self, solid: Solid, state: State, scratch: Scratch, inputs: Inputs, tick: int, failed: IntArray
+    ) -> list[threads.Failure]:
+        """Advance by a tick; return the points at which that failed, after which the tick is yet to be finished."""
+        signals, pressures, tally = inputs
+        bears = self.cracks.is_beside_crack
+        if not threads.divides(solid):
+            status = int(kernels.advance(solid, state, scratch, signals[None], pressures, tally, tick, failed))
+            if status == 0:
+                return []
+            point = int(failed[0])
+            first = status, point, float(scratch.pull[point, 0]), float(scratch.pull[point, 1])
+            others = threads.update_part(solid, state, scratch, point + 1, self.point_count, bears) if bears(point) else []
+            return [first, *others]
+        failed[1] = tick + 1
+        kernels.drift(solid, state, scratch, signals, pressures, tally)
+        failures = threads.update_stresses(solid, state, scratch, bears)
+        if not failures:
+            threads.finish_tick(solid, state, scratch, signals, pressures, tally)
+        return failures
+
     def _tear(
-        self, block: Block, state: State, scratch: Scratch, inputs: tuple[FloatArray, FloatArray, FloatArray],
-        failed: IntArray, add_event: AddEvent,
-    ) -> int:  # fmt: skip
-        """Let a point at which a tick failed bear nothing any more, and finish the tick; return 0 or a status."""
-        point, tick = int(failed[0]), int(failed[1])
-        value, limit = (float(one) for one in scratch.pull[point, :2])
-        parting = self.cracks.erode(point)
-        solid, (signals, pressures, tally) = self.cracks.solid, inputs
-        block["losses"][_ERODED] += forces.erode(solid, state, parting.eroded)
-        forces.write_gradients(solid, state, parting.changed)
-        self._note(block, parting._replace(spent=[point]), tick, add_event)
-        add_event(tick, TORN, point, value if abs(value) < _LARGEST else _LARGEST, limit)
-        status = int(kernels.update_stresses(solid, state, scratch, point, self.point_count, failed))
-        if status == 0:
-            kernels.hold_columns(solid, state, scratch, 0, len(solid.hourglass.partner))
-            kernels.gather_forces(solid, state, scratch, 0, len(solid.body.mass))
-            kernels.kick(solid, state, scratch, signals[0], pressures, tally)
-        return status
+        self, block: Block, state: State, scratch: Scratch, inputs: Inputs, failures: list[threads.Failure], tick: int,
+        add_event: AddEvent,
+    ) -> Solid:  # fmt: skip
+        """Let points at which a tick failed bear nothing any more, and finish the tick; return the tables."""
+        whole = self.cracks.solid
+        torn = {point: (value, limit) for _, point, value, limit in failures}
+        losses = block["losses"]
+        losses[_ERODED] += sum(forces.work_of_half_kick(whole, state, point) for point in torn)
+        parting = self._without_distorted(self.cracks.erode(list(torn))._replace(torn=torn), state)
+        solid = self.cracks.solid
+        losses[_ERODED] += forces.erode(solid, state, parting.eroded)
+        state.gradient[parting.changed] = forces.new_gradients(solid, state, parting.changed)
+        forces.write_pull(solid, state, scratch, parting.changed)
+        self._note(block, parting, tick, add_event)
+        threads.finish_tick(solid, state, scratch, *inputs)
+        return solid
 
     def _surroundings(self, changed: IntArray) -> tuple[IntArray, IntArray, IntArray]:
         """Return the points, columns with ties, and nodes whose forces change with some points."""
@@ -158,9 +199,11 @@ class BreakingBody:
         begin, hidden = self._assembly.stencils.begin, self.cracks.visibility.hidden
         for point, (value, limit) in zip(parting.spent, parting.spent_values, strict=False):
             add_event(tick, SPENT, point, value, limit)
+        for point, (value, limit) in parting.torn.items():
+            add_event(tick, TORN, point, value if abs(value) < _LARGEST else _LARGEST, limit)
         for point in parting.eroded:
             block.append("eroded", float(point))
-            if int(point) in parting.spent:
+            if int(point) in parting.spent or int(point) in parting.torn:
                 continue
             left = int((~hidden[begin[point] : begin[point + 1]]).sum())
             add_event(tick, ERODED, int(point), float(left), float(_FEWEST[self._parameters.basis]))
@@ -269,8 +312,24 @@ class BreakingBody:
             "surface, or nothing bears one of them, otherwise 1", minimum=0.0, maximum=1.0, axes=("link",),
         )  # fmt: skip
         yield Variable(
+            "surface_cells", "output", "1", (len(self._cell_links),), "0 where a crack crosses an edge of a cell of the outer "
+            "surface, or nothing bears a corner of it, otherwise 1", minimum=0.0, maximum=1.0, axes=("cell",),
+        )  # fmt: skip
+        yield Variable(
             "pieces", "output", "1", (), "pieces of the body that hang together, of such as bear stress", minimum=1.0
         )
+        yield Variable(
+            "outcome", "output", "1", (), "what has become of the body: 0 whole, 1 bulged, 2 axial crack, 3 hoop crack (around "
+            "it), 4 severed: no piece reaches from one end to the other", minimum=0.0, maximum=4.0,
+        )  # fmt: skip
+        yield Variable(
+            "crack_along", "output", "m", (), "how far cracks reach along the body at the outer surface, from the first place "
+            "to the last", minimum=0.0,
+        )  # fmt: skip
+        yield Variable(
+            "crack_around", "output", "1", (), "largest part of the circumference, or of the width, that cracks take at one "
+            "place along the body", minimum=0.0, maximum=1.0,
+        )  # fmt: skip
         yield Variable("crack_length", "output", "m", (), "length of all cracks in the surface", minimum=0.0)
         yield Variable(
             "crack_area", "output", "m^2", (stations,), "open area of the cracks through the wall, at each plane of nodes "
@@ -293,7 +352,11 @@ class BreakingBody:
             "cracks": lambda: self.cracks.judged.cracks.astype(np.float64),
             "point_displacement": lambda: self.point_field(state.displacement),
             "surface_links": self._surface_links,
+            "surface_cells": lambda: self._surface_links()[self._cell_links].min(axis=1),
             "pieces": lambda: float(self.cracks.piece_count),
+            "outcome": lambda: float(self.outcome(state)),
+            "crack_along": lambda: crack_along(self._assembly.lattice, self._cut_sides()),
+            "crack_around": lambda: crack_around(self._assembly.lattice, self._cut_sides()),
             "crack_length": lambda: crack_length(self._assembly, self.cracks),
             "crack_area": lambda: open_areas(self._assembly.lattice, self.cracks, self.node_field(block, state.displacement)),
             "eroded_mass": self._eroded_mass,
@@ -308,15 +371,89 @@ class BreakingBody:
         ahead = [np.stack([own, around[:, side]], axis=1)[around[:, side] != own] for side in (1, 3)]
         return np.concatenate(ahead)
 
+    @cached_property
+    def _cell_links(self) -> IntArray:
+        """Links that are the edges of each cell of the surface, shape (cells, 4)."""
+        links = np.sort(self.surface_pairs, axis=1)
+        cells = surface_quads(self._assembly.lattice)
+        edges = np.sort(np.stack([cells, np.roll(cells, -1, axis=1)], axis=2), axis=2)
+        columns = len(self._assembly.solid.surface.around)
+        keys, wanted = links[:, 0] * columns + links[:, 1], edges[..., 0] * columns + edges[..., 1]
+        order = np.argsort(keys)
+        return order[np.searchsorted(keys[order], wanted)]
+
     def _surface_links(self) -> FloatArray:
-        around, cracks = self._assembly.solid.surface.around, self.cracks
-        own, top = np.arange(len(around)), self._assembly.lattice.top_nodes % self._assembly.lattice.shape[2]
+        around, cut = self._assembly.solid.surface.around, self._cut_sides()
+        there = [around[:, side] != np.arange(len(around)) for side in (1, 3)]
+        return np.asarray(
+            1.0 - np.concatenate([sides.ravel()[some] for sides, some in zip(cut, there, strict=True)]), np.float64
+        )
+
+    def _cut_sides(self) -> CutSides:
+        """Return where a crack lies between neighbouring columns at the outer surface, or nothing bears one of them."""
+        around, cracks, (n, m, layers) = self._assembly.solid.surface.around, self.cracks, self._assembly.lattice.shape
+        own, top = np.arange(len(around)), self._assembly.lattice.top_nodes % layers
         cut = []
         for way, side in ((0, 1), (1, 3)):
             after = around[:, side]
             marked = cracks.links[own, way, np.minimum(top, top[after])] > 0
-            cut.append((marked | ~cracks.borne | ~cracks.borne[after])[after != own])
-        return 1.0 - np.concatenate(cut)
+            cut.append(((marked | ~cracks.borne | ~cracks.borne[after]) & (after != own)).reshape(n, m))
+        return CutSides(*cut)
+
+    def outcome(self, state: State) -> int:
+        """Return the number of the outcome in `OUTCOMES`."""
+        lattice, cracks = self._assembly.lattice, self.cracks
+        is_severed = not connects_ends(cracks.labels, cracks.borne, lattice.shape[:2])
+        strain = station_means(self._assembly, state.plastic_strain) if cracks.solid.plastic else np.zeros(1)
+        return outcome(lattice, self._cut_sides(), is_severed, strain)
+
+    def conclusions(self, block: Block, state: State, step_size: float) -> list[str]:
+        """Return sentences on what has become of the body, and why it did or did not break."""
+        self.solid(block)
+        lattice, cut, facets = self._assembly.lattice, self._cut_sides(), self.cracks.facets
+        number = self.outcome(state)
+        found = [f"outcome: {OUTCOMES[number]}"]
+        if number >= AXIAL:
+            part = "of the circumference" if lattice.bent else "of the width"
+            pieces = self.cracks.piece_count
+            found[0] += (
+                f": cracks reach {1e3 * crack_along(lattice, cut):.3g} mm along the body and take up to "
+                f"{100.0 * crack_around(lattice, cut):.3g} % {part}; {pieces} {'piece' if pieces == 1 else 'pieces'}"
+            )
+        if len(facets):
+            first, speeds = facets[0], self._crack_speeds(step_size)
+            found.append(
+                f"the first of {np.count_nonzero(self.cracks.judged.cracks)} points that parted did so at "
+                f"{1e6 * first[8] * step_size:.4g} us, {self._place_words(int(first[0]))}"
+                + "".join(f"; cracks ran {way} at {speed:.3g} m/s" for way, speed in speeds.items() if speed > 0.0)
+            )
+            return found
+        ratio, point, tick = (float(one) for one in block["nearest"])
+        near = f"reached {ratio:.3g} of its limit at {1e6 * tick * step_size:.4g} us, {self._place_words(int(point))}"
+        return [*found, f"{self.law.quantity} {near if ratio > 0.0 else 'stayed below half of its limit everywhere'}"]
+
+    def _place_words(self, point: int) -> str:
+        """Return where a point lies in the body, in words."""
+        lattice = self._assembly.lattice
+        along, across = (float(axis.at(self._assembly.points.places[point, k])) for k, axis in enumerate(lattice.axes[:2]))
+        if not lattice.bent:
+            return f"{1e3 * along:.4g} mm along the body and {1e3 * across:.4g} mm across it"
+        angle = math.degrees(math.remainder(across, math.tau))
+        return f"{1e3 * along:.4g} mm along the body and {angle:.3g} degrees around it"
+
+    def _crack_speeds(self, step_size: float) -> dict[str, float]:
+        """Return how fast cracks ran along the body and around it, or across a plate [m/s]."""
+        lattice, facets = self._assembly.lattice, self.cracks.facets
+        axis, ring, times = lattice.axes[0], lattice.axes[1], facets[:, 8] * step_size
+        along, around = axis.at(facets[:, 1]), ring.at(facets[:, 2])
+        if ring.closed:
+            around = np.remainder(around - around[0] + 0.5 * ring.period, ring.period)
+        radius = float(lattice.axes[2].positions[-1]) if lattice.bent else 1.0
+        spacings = float(np.diff(axis.positions).max()), radius * float(np.diff(ring.positions).max())
+        return {
+            "along the body": tip_speed(along, times, 3.0 * spacings[0]),
+            ("around it" if lattice.bent else "across it"): tip_speed(radius * around, times, 3.0 * spacings[1]),
+        }
 
     def _eroded_mass(self) -> float:
         volume = self._assembly.points.volume[self.cracks.eroded.astype(np.int64)]
