@@ -128,6 +128,10 @@ class Physics(metaclass=ABCMeta):
         """Return what viewers can draw; what comes first matters most."""
         return ()
 
+    def conclusions(self) -> list[str]:
+        """Return sentences on what has become of the system, such as whether it broke, where, and why or why not."""
+        return []
+
     def cautions(self) -> list[str]:
         """Sentences for every assumption that the run so far has left behind."""
         return []

@@ -71,9 +71,11 @@ class Cells(_Geometry):
     Attributes:
         name: what they are, such as "grid".
         nodes: before anything moves, shape (n, d) [m].
-        connectivity: nodes of each cell in order around it, shape (m, k), int64.
+        connectivity: nodes of each cell in order around it, of the surface of a body counter-clockwise as seen from outside,
+            shape (m, k), int64.
         field: the output that colours the cells, shape (m,) or (n,).
         displacement: the output that holds the nodes' displacements, shape (n, d) [m]; empty for none.
+        state: the output that is 0 where a cell is broken, so that it is not drawn, shape (m,); empty for none.
     """
 
     name: str
@@ -81,6 +83,7 @@ class Cells(_Geometry):
     connectivity: npt.NDArray[np.int64]
     field: str
     displacement: str = ""
+    state: str = ""
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -127,6 +130,7 @@ def validate_drawables(drawables: Sequence[Drawable], variables: Mapping[str, An
             case Cells():
                 _expect_indices((one.name, "connectivity"), one.connectivity, len(one.nodes))
                 count, shapes = len(one.nodes), {"displacement": 2}
+                _expect_states(one, variables)
             case Curve():
                 count, shapes = len(one.coordinate), {"field": 1}
         for role in OUTPUT_FIELDS:
@@ -144,6 +148,13 @@ def _expect_indices(where: tuple[str, str], indices: np.ndarray, count: int) -> 
     if indices.ndim != 2 or (indices.size and (indices.min() < 0 or indices.max() >= count)):
         span = f", from {indices.min()} to {indices.max()}" if indices.size else ""
         raise _fault(where, f"got shape {indices.shape}{span}", f"rows of indices from 0 to {count - 1}")
+
+
+def _expect_states(cells: Cells, variables: Mapping[str, Any]) -> None:
+    expected = (len(cells.connectivity),)
+    if cells.state in variables and variables[cells.state].shape != expected:
+        received = f"got {cells.state!r} of shape {variables[cells.state].shape}"
+        raise _fault((cells.name, "state"), received, f"one for each of the {expected[0]} cells")
 
 
 def _fault(where: tuple[str, str], received: str, expected: str) -> ParameterError:

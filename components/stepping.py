@@ -38,7 +38,7 @@ LIFE_CYCLE: Mapping[str, frozenset[str]] = {
     "reset": frozenset({"ready", "failed"}),
     "restore": frozenset({"ready", "failed"}),
     **dict.fromkeys(
-        ("get", "peek", "save", "balances", "events", "drawables", "report", "cautions", "observe", "ignore"),
+        ("get", "peek", "save", "balances", "events", "drawables", "report", "conclusions", "cautions", "observe", "ignore"),
         frozenset({"ready", "stepping", "failed"}),
     ),
 }

@@ -1,16 +1,19 @@
 """Draws the pictures of shell.md: ``python docs/shell.py``."""
 
+import tempfile
 from pathlib import Path
 from typing import Any
 
 import appearance
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.collections import PolyCollection
+from matplotlib.collections import PolyCollection, QuadMesh
 
 import granular_env as ge
 from granular_env.components.shell.theory import breathing_frequency, lame_displacement
 from granular_env.viewing import figure_style
+from granular_env.viewing.legend import add_bar
+from granular_env.viewing.plane import draw_instant, load_plane
 
 IMAGES = Path(__file__).parent / "images"
 DARK_RED, BLUE = "#c1121f", "#274c77"
@@ -80,12 +83,7 @@ def breathing_and_impact() -> None:
 
 def whole_cells(solid: Any) -> np.ndarray:
     """Return the corners of the cells of the outer surface that no crack crosses, as numbers of columns."""
-    cells, _, _, links = solid.drawables()
-    column = {int(node): number for number, node in enumerate(solid.surface_nodes)}
-    cut = {frozenset(column[int(node)] for node in pair) for pair in links.pairs[solid.get("surface_links") == 0.0]}
-    corners = cells.connectivity
-    kept = [not any(frozenset((a, b)) in cut for a, b in zip(cell, np.roll(cell, -1), strict=True)) for cell in corners]
-    return corners[kept]
+    return solid.drawables()[0].connectivity[solid.get("surface_cells") != 0.0]
 
 
 def show_cells(axes: Axes, x: np.ndarray, y: np.ndarray, cells: np.ndarray, values: np.ndarray, most: float) -> Any:
@@ -127,6 +125,40 @@ def cracks() -> None:
     appearance.save(figure, IMAGES / "shell-fracture.png", colours=128)
 
 
+@figure_style.with_style
+def torn_tube() -> None:
+    """Draw three instants of a tube whose notch tears open, obliquely, as a report does."""
+    body = {
+        **NOTCHED["body"],
+        "length": 0.04,
+        "along": 41,
+        "around": 96,
+        "notch": {**NOTCHED["body"]["notch"], "length": 0.012},
+    }
+    tube: Any = ge.make("shell", **{**NOTCHED, "body": body})
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "torn.mcap"
+        with ge.record(tube, path, every=1e-6, variables=["surface_displacement", "surface_stress", "surface_cells"]):
+            tube.step(3e-5, pressure=5e6)
+        with ge.open_log(path) as log:
+            shown = load_plane(log, None, [0.0, 8e-6, 2.8e-5])
+    assert shown is not None
+    figure = figure_style.new_figure(11.0, 4.4)
+    panels = figure.subplots(1, 3)
+    for frame, (axes, time) in enumerate(zip(panels, shown.times, strict=True)):
+        draw_instant(axes, shown, frame)
+        axes.set_title(f"{1e6 * time:.0f} µs", fontsize=11)
+    for scale in shown.scales:
+        add_bar(figure, scale, ax=panels, shrink=0.5, aspect=40, pad=0.02)
+    for marks in figure.findobj(QuadMesh):
+        # The bar keeps its colours on dark pages, as the tube does.
+        shades = marks.to_rgba(np.ravel(marks.get_array()))
+        marks.set_array(None)
+        marks.set_facecolor(shades)
+    appearance.save(figure, IMAGES / "cracked-tube.png", colours=256)
+
+
 if __name__ == "__main__":
     breathing_and_impact()
     cracks()
+    torn_tube()

@@ -16,6 +16,8 @@ IMAGES = DOCS / "images"
 EXPERIMENT = "nesterenko-1983/3.4-piston"
 # A sample that cracks, and an instant at which it does [s].
 CRACKING, CRACKED_AT = "psakhie-2003/uniaxial-compression", 2.85e-4
+# A tube with a notch, and an instant after the detonation has torn it open [s].
+TORN, TORN_AT = "gato-shie-2010/notch-1-inch", 8.6e-4
 
 sys.path.insert(0, str(DOCS.parent / "tests"))
 
@@ -40,6 +42,15 @@ def take_cracks(folder: Path) -> None:
     with ge.open_log(result.log) as log:
         picture = viewing.screenshot(log, folder / "cracks.png", at=CRACKED_AT, size=(1300, 780))
     small(picture.read_bytes(), 1200).save(IMAGES / "viewer-cracks.png", optimize=True)
+
+
+def take_tube(folder: Path) -> None:
+    """Take the desktop viewer of a tube that a detonation has torn open."""
+    result = ge.run(TORN, log=folder / "tube.mcap", overrides={"record.every": 1e-5})
+    assert result.log is not None
+    with ge.open_log(result.log) as log:
+        picture = viewing.screenshot(log, folder / "tube.png", at=TORN_AT, size=(1400, 900), exaggerate=1.0)
+    small(picture.read_bytes(), 1200).save(IMAGES / "viewer-tube.png", optimize=True)
 
 
 def take_report(log: Log, folder: Path) -> None:
@@ -70,3 +81,4 @@ if __name__ == "__main__":
             take_viewer(opened, Path(name))
             take_report(opened, Path(name))
         take_cracks(Path(name))
+        take_tube(Path(name))

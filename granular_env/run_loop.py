@@ -61,6 +61,7 @@ class RunResult:
         stopped_by: the stop rule that ended it, in words, or None.
         interrupted: whether Ctrl-C ended it; its log is complete up to there.
         report: figures that say how far the model's assumptions held, name with unit -> value.
+        conclusions: sentences on what has become of the component.
         cautions: a sentence for each assumption that was left behind.
         warnings: what the run warned of.
     """
@@ -72,6 +73,7 @@ class RunResult:
     stopped_by: str | None
     interrupted: bool
     report: dict[str, float]
+    conclusions: list[str]
     cautions: list[str]
     warnings: list[str]
 
@@ -219,6 +221,7 @@ def advance(
         stopped_by=stopped_by,
         interrupted=interrupted,
         report=component.report(),
+        conclusions=component.conclusions(),
         cautions=component.cautions(),
         warnings=told if told is not None else [],
     )

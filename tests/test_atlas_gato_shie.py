@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -12,12 +13,13 @@ import pytest
 from granular_env import atlas
 from granular_env.atlas import papers
 from granular_env.atlas.context import Context
+from granular_env.cli import main
 from granular_env.components.tube import TubeParameters
 from granular_env.domains.tube.gato_shie_2010 import cases
-from granular_env.domains.tube.gato_shie_2010.outcome import Outcome, in_notch
+from granular_env.domains.tube.gato_shie_2010.outcome import Outcome, in_notch, read_outcome
 from granular_env.domains.tube.gato_shie_2010.pictures import rolled_out
 
-NAMES = ["figure-1", "recipe", "figure-2", "figure-3", "figure-4", "criterion", "integration"]
+NAMES = ["figure-1", "recipe", "figure-2", "figure-3", "figure-4", "criterion", "pressures", "coupling", "integration"]
 
 
 def made(folder: Path, **options: Any) -> dict[str, Any]:
@@ -48,19 +50,32 @@ def lattice_outcome(cut: list[tuple[int, int, int, int]], along: int = 9, around
     pairs += [(i * around + j, i * around + j + 1) for i in range(along) for j in range(around - 1)]
     wanted = {(a * around + b, c * around + d) for a, b, c, d in cut}
     broken = np.array([pair in wanted for pair in pairs])
-    return Outcome(x.ravel(), arc.ravel(), np.ones(x.size), np.array(pairs), broken, 1.0, (0.0, 0.0), 1.0, float(broken.sum()))
+    return Outcome(
+        x.ravel(), arc.ravel(), np.ones(x.size), np.array(pairs), broken, 1.0, (0.0, 0.0), 1.0, float(broken.sum()),
+        "axial crack", 0.02, 0.04,
+    )  # fmt: skip
 
 
-def test_outcomes_have_the_words_of_what_is_cut() -> None:
-    straight = [(i, 0, i, 1) for i in range(3, 6)]
-    around = [(5, j, 6, j) for j in range(11)]
-    assert lattice_outcome([]).words == "whole" and lattice_outcome([]).along() == 0.0
-    assert lattice_outcome(straight).words == "axial crack"
-    assert lattice_outcome(straight).along() == pytest.approx(0.02)
-    assert lattice_outcome(straight + around[:5]).words == "hoop crack"
-    assert lattice_outcome(straight + around[:5]).around() == pytest.approx(0.45)  # columns at the ends stand for half as much
-    assert lattice_outcome(straight + around).words == "severed"
+def test_a_place_is_in_the_notch_or_not() -> None:
     assert in_notch(1, (0.012, 0.0)) and not in_notch(1, (0.02, 0.0)) and not in_notch(3, (0.0, 1.0))
+
+
+def test_a_run_is_read_as_the_component_reads_it(tmp_path: Path) -> None:
+    """A coarse piece of the tube that a detonation, lit just before it, tears open."""
+    context = Context(tmp_path, {"nodes": cases.NODES, "factor": cases.FACTOR})
+    case = cases.notched_tube(context, 1, 1.2, nodes=3000, two_way=True)
+    component = case["component"]
+    assert component["coupling"] == "two_way"
+    component["gas"] |= {"length": 0.24, "cells": 80, "right": "absorbing"}
+    component["position"] = 0.05
+    found = read_outcome(context.run({**case, "duration": 7e-5, "name": "short"}))
+    log = context.run({**case, "duration": 7e-5, "name": "short"})
+    assert found.words in ("axial crack", "hoop crack") and found.parted > 0 and found.ratio > 1.0
+    assert any(text.startswith(f"shell: outcome: {found.words}") for text in log.metadata["conclusions"])
+    across = ~found.crosses_axis() & found.cut
+    assert found.along == pytest.approx(np.ptp(found.x[found.pairs][across]), abs=1e-9)
+    early = read_outcome(log, 0.0)
+    assert early.words == "whole" and early.along == early.around == 0.0
 
 
 def test_a_picture_shows_both_halves_and_each_crack_twice() -> None:
@@ -84,6 +99,21 @@ def test_the_page_has_the_papers_figures_and_its_sizes_of_mesh() -> None:
         along, around = cases.counts(nodes)
         assert 2 * 3 * along * around == pytest.approx(nodes, rel=0.05)
     assert paper.constants["nodes"].high == 280_000
+
+
+def test_the_command_says_what_a_finer_page_takes_before_it_begins(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    paper = papers.paper("gato-shie-2010")
+    assert paper.cost is not None
+    coarse, fine = (paper.cost({"nodes": nodes, "factor": 1.6}) for nodes in (5000.0, 140_000.0))
+    minutes = [float(words.split("about ")[1].split(" minutes")[0]) for words in (coarse, fine)]
+    assert 3.0 < minutes[0] < 30.0 and minutes[1] > 5.0 * minutes[0]
+    begun: list[str] = []
+    monkeypatch.setattr(atlas, "run_atlas", lambda *given, **options: begun.append(capsys.readouterr().out) or sys.exit(0))
+    with pytest.raises(SystemExit):
+        main(["atlas", "gato-shie-2010", "--set", "nodes=140000", "--out", str(tmp_path)])
+    assert " ".join(begun[0].split()) == fine
 
 
 @pytest.mark.parametrize("inches", [1, 2, 3])

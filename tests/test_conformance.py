@@ -23,7 +23,7 @@ from support.conformance_tools import Watcher, bits, drive, every_component, eve
 
 from granular_env.components import catalogue
 from granular_env.components.component import Component
-from granular_env.components.drawables import Curve, Points, drawn_outputs
+from granular_env.components.drawables import Cells, Curve, Points, drawn_outputs
 from granular_env.components.errors import GranularError, ParameterError
 from granular_env.components.oscillator import Oscillator
 from granular_env.components.snapshot import Snapshot
@@ -104,7 +104,7 @@ FITTING = {
     ),
     "colour": lambda one: [one.radius.shape],
     "rotation": lambda one: [one.radius.shape],
-    "state": lambda one: [(len(one.pairs),)],
+    "state": lambda one: [(len(one.connectivity if isinstance(one, Cells) else one.pairs),)],
     "field": lambda one: [one.coordinate.shape] if isinstance(one, Curve) else [(len(one.nodes),), (len(one.connectivity),)],
 }
 
@@ -114,7 +114,7 @@ def test_report_and_cautions_can_be_read_at_any_time(example: Example) -> None:
     component = example.started()
     for _ in range(2):
         assert all(isinstance(name, str) and isinstance(value, float) for name, value in component.report().items())
-        assert all(isinstance(text, str) and text for text in component.cautions())
+        assert all(isinstance(text, str) and text for text in [*component.cautions(), *component.conclusions()])
         drive(component, example, example.ticks)
 
 
@@ -436,6 +436,7 @@ CALLS = {
     "drawables": lambda component: component.drawables(),
     "report": lambda component: component.report(),
     "cautions": lambda component: component.cautions(),
+    "conclusions": lambda component: component.conclusions(),
     "observe": lambda component: component.observe(Watcher(10**6)),
     "ignore": lambda component: component.ignore(Watcher(10**6)),
 }

@@ -50,6 +50,10 @@ def renamed(drawable: Any, **fields: Any) -> Any:
             "drawables.discs.reference: got shape (8, 5), expected up to 3 columns",
         ),
         (lambda p, k: (Cells("c", p.reference, np.array([[0, 1, 8]]), "speed"),), "drawables.c.connectivity: got"),
+        (
+            lambda p, k: (Cells("c", p.reference, np.array([[0, 1, 2]]), "speed", state="linked"),),
+            "drawables.c.state: got 'linked' of shape (10,), expected one for each of the 1 cells",
+        ),
         (lambda p, k: (Curve("c", np.zeros(3), "speed"),), "drawables.c.field: got 'speed' of shape"),
     ],
 )

@@ -17,6 +17,7 @@ from granular_env.components.discs import Discs
 from granular_env.components.drawables import Cells
 from granular_env.components.errors import ParameterError, StepError
 from granular_env.components.profiles import Profile
+from granular_env.control.study import figures
 from granular_env.control.study.runner import run_study
 from granular_env.envs import ComponentEnv, OpenLoop, Task
 from granular_env.envs.policies import Policy
@@ -365,6 +366,7 @@ def test_a_sweep_finds_how_strain_decides(tmp_path: Path) -> None:
 def test_cma_finds_how_to_break_every_link(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     pytest.importorskip("cma", reason="the extra `control` is not installed")
     monkeypatch.syspath_prepend(str(Path(__file__).parent))
+    monkeypatch.setattr(figures, "pictures", lambda result: {})  # looked at in test_control_studies.py
     study = {
         "version": 1, "name": "divide", "budget": 1500, "task": {"name": "test_discs:make_divide"},
         "drive": {"knots": 2}, "method": [{"type": "cma", "population": 6}],

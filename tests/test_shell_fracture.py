@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from functools import cache
 from typing import Any
 
@@ -12,6 +13,15 @@ from support.solid_tools import ALUMINIUM
 import granular_env as ge
 from granular_env.components.shell import threads
 from granular_env.components.shell.fracture import forces
+from granular_env.components.shell.fracture.outcome import (
+    OUTCOMES,
+    CutSides,
+    connects_ends,
+    crack_along,
+    crack_around,
+    outcome,
+    tip_speed,
+)
 from granular_env.components.shell.kernels import write_areas
 
 ALONG, ACROSS = 25, 13
@@ -68,10 +78,65 @@ def test_a_plate_breaks_in_two_at_its_notch() -> None:
     area = plate.get("crack_area").sum()
     assert opened > 5e-5
     assert area == pytest.approx(opened * 0.006, rel=0.3)
+    # A cell of the surface is broken where a crack lies between two of its corners.
+    surface, _, _, links = plate.drawables()
+    cut = links.pairs[plate.get("surface_links") == 0.0]
+    column = {int(node): number for number, node in enumerate(plate.surface_nodes)}
+    edges = {frozenset((column[a], column[b])) for a, b in cut.tolist()}
+    crossed = [any({a, b} in edges for a, b in zip(cell, np.roll(cell, -1), strict=True)) for cell in surface.connectivity]
+    assert 0 < sum(crossed) < len(crossed)
+    assert np.array_equal(plate.get("surface_cells") == 0.0, crossed)
     report = plate.report()
     assert report["pieces"] == 2.0
     assert report["along the body, m"] == pytest.approx(0.006, abs=0.0025)
     assert report["largest fracture ratio so far, above 0.5"] > 1.0
+
+
+def test_what_has_become_of_a_body_is_told_with_the_reason() -> None:
+    plate, _, late = broken_plate()
+    plate.restore(ge.Snapshot.from_bytes(late))
+    assert OUTCOMES[int(plate.get("outcome"))] == "severed"
+    said, first = plate.conclusions()
+    assert said.startswith("outcome: severed: cracks reach") and said.endswith("2 pieces")
+    assert "points that parted did so at 2.2" in first and "6 mm along the body" in first
+    # A crack is not faster than sound in a bar.
+    assert all(float(speed) < 5100.0 for speed in re.findall(r"at ([0-9.e+]+) m/s", first))
+    whole = pulled_plate()
+    assert whole.conclusions() == [
+        "outcome: whole", "the largest principal stress stayed below half of its limit everywhere",
+    ]  # fmt: skip
+    whole.step(55 * whole.step_size, end_velocity=SPEED)
+    outcome, reason = whole.conclusions()
+    ratio = float(re.findall(r"reached ([0-9.]+) of its limit at", reason)[0])
+    assert outcome == "outcome: whole" and 0.5 < ratio < 1.0 and ratio >= whole.get("fracture_ratio").max() * 0.999
+
+
+def test_outcomes_have_the_words_of_what_is_cut() -> None:
+    tube: Any = ge.make("shell", body={"name": "tube", "length": 0.02, "along": 9, "around": 24})
+    lattice, none = tube.lattice, np.zeros((9, 24), dtype=bool)
+    straight, half, ring = none.copy(), none.copy(), none.copy()
+    straight[3:6, 0] = True
+    half[4, :12] = ring[4] = True
+    quiet, flowed = np.zeros(9), np.full(9, 0.01)
+
+    def word(along: Any, across: Any, is_severed: bool = False, strain: Any = quiet) -> str:
+        return OUTCOMES[outcome(lattice, CutSides(along, across), is_severed, strain)]
+
+    assert word(none, none) == "whole" and word(none, none, strain=flowed) == "bulged"
+    assert word(none, straight) == "axial crack" and word(half, straight) == "hoop crack"
+    assert word(ring, none, is_severed=True) == "severed"
+    assert crack_along(lattice, CutSides(none, straight)) == pytest.approx(2 * 0.0025)
+    assert crack_around(lattice, CutSides(half, none)) == pytest.approx(0.5)
+    pieces = np.repeat(np.arange(9) > 4, 24).astype(np.int64)
+    borne = np.ones(9 * 24, dtype=bool)
+    assert not connects_ends(pieces, borne, (9, 24)) and connects_ends(0 * pieces, borne, (9, 24))
+
+
+def test_a_crack_is_as_fast_as_the_faster_one_of_its_tips() -> None:
+    times = np.linspace(0.0, 1e-5, 101)
+    ends = np.where(np.arange(101) % 2 == 0, 800.0 * times, -300.0 * times)
+    assert tip_speed(ends, times, 1e-3) == pytest.approx(800.0, rel=0.03)
+    assert tip_speed(ends, times, 0.1) == 0.0
 
 
 @pytest.mark.slow

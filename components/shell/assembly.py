@@ -164,6 +164,12 @@ def surface_quads(lattice: Lattice) -> IntArray:
     return np.stack(quads, axis=1)
 
 
+def station_means(assembly: Assembly, values: FloatArray) -> FloatArray:
+    """Return means of a field of the points over each row of points along the body, weighted by volume, shape (rows,)."""
+    volume = assembly.points.volume.reshape(len(assembly.points.lines[0].at), -1)
+    return np.asarray((values.reshape(volume.shape) * volume).sum(axis=1) / volume.sum(axis=1), dtype=np.float64)
+
+
 def gauge_columns(p: ShellParameters, lattice: Lattice) -> IntArray:
     """Return the column nearest to each gauge.
 

@@ -15,11 +15,12 @@ from ..errors import ParameterError, StepError
 from ..support.arrays import FloatArray
 from ..support.stable_step import refuse_large_step, suggest_step
 from . import energies, kernels, layout, threads
-from .assembly import Assembly, assemble, gauge_columns, surface_quads
+from .assembly import Assembly, assemble, gauge_columns, station_means, surface_quads
 from .drive import pattern_of, tick_signals
 from .fracture.breaking import KINDS, BreakingBody
 from .fracture.judgement import write_triaxiality
 from .fracture.law import FractureLaw
+from .fracture.outcome import BULGED, BULGED_STRAIN, OUTCOMES, WHOLE
 from .fracture.principal_stress import PrincipalStress
 from .geometry.lattice import Lattice
 from .integration import RuleName
@@ -180,6 +181,10 @@ class Shell(Component):
             "surface_plastic_strain", "output", "1", (s,), "mean plastic strain around the nodes of the outer surface",
             minimum=0.0, axes=("surface_node",),
         )  # fmt: skip
+        yield Variable(
+            "surface_temperature_rise", "output", "K", (s,), "mean temperature around the nodes of the outer surface less that "
+            "at the start", axes=("surface_node",),
+        )  # fmt: skip
         if self.lattice.bent:
             yield Variable(
                 "mean_inner_radius", "output", "m", (stations,), "mean radius of the inner surface at each plane of nodes "
@@ -210,6 +215,7 @@ class Shell(Component):
             "surface_displacement": lambda: self._field(state.displacement)[top],
             "surface_stress": lambda: self._at_nodes(self._equivalent_stress())[top],
             "surface_plastic_strain": lambda: self._at_nodes(self._plastic_strain())[top],
+            "surface_temperature_rise": lambda: self._at_nodes(self._temperature() - self.parameters.initial_temperature)[top],
             "gauge_strain": self._gauge_strain,
             **({"mean_inner_radius": self._mean_inner_radius} if self.lattice.bent else {}),
         }
@@ -445,6 +451,19 @@ class Shell(Component):
             found |= self._breaking.report(self._block, self.step_size)
         return found
 
+    def conclusions(self) -> list[str]:
+        """Return whether the body is whole, has bulged or cracked, how far and how fast cracks ran, and how near it came."""
+        if self._breaking is not None:
+            return self._breaking.conclusions(self._block, self._state, self.step_size)
+        if not self._whole.plastic:
+            return []
+        strain, report = float(station_means(self._assembly, self._state.plastic_strain).max()), self.report()
+        return [
+            f"outcome: {OUTCOMES[BULGED if strain > BULGED_STRAIN else WHOLE]}; no fracture law is chosen",
+            f"the largest principal stress is {report['largest fracture ratio now']:.3g} of three times the yield stress now, "
+            f"{1e3 * report['where along the body, m']:.4g} mm along the body",
+        ]
+
     def cautions(self) -> list[str]:
         """Return a sentence where hourglass control holds too much, and where the body is compressed too far for the step."""
         found, report = [], self.report()
@@ -472,8 +491,12 @@ class Shell(Component):
         """Return the outer surface and all nodes, coloured by the equivalent stress."""
         lattice = self.lattice
         size = 0.15 * float(min(axis.slope(np.zeros(1))[0] for axis in lattice.axes[::2]))
+        breaks = "" if self._breaking is None else "surface_cells"
         drawn: tuple[Drawable, ...] = (
-            Cells("surface", self.nodes[self.surface_nodes], surface_quads(lattice), "surface_stress", "surface_displacement"),
+            Cells(
+                "surface", self.nodes[self.surface_nodes], surface_quads(lattice), "surface_stress", "surface_displacement",
+                breaks,
+            ),
             Points("nodes", self.nodes, np.full(len(self.nodes), size), "displacement", "node_stress"),
-        )
+        )  # fmt: skip
         return drawn if self._breaking is None else (*drawn, *self._breaking.drawables(self.nodes, size))

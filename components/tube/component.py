@@ -360,6 +360,10 @@ class Tube(Component):
         kernels.write_widening(self.interface, self.shell.tables()[1], widening)
         return float(np.abs(widening).max())
 
+    def conclusions(self) -> list[str]:
+        """Return those of the shell."""
+        return [f"shell: {text}" for text in self.shell.conclusions()]
+
     def cautions(self) -> list[str]:
         """Return those of the parts, and a sentence where the gas should have felt the wall."""
         said = [f"gas: {text}" for text in self.gas.cautions()] + [f"shell: {text}" for text in self.shell.cautions()]

@@ -258,6 +258,7 @@ class Paper:
         summary: what it is about and what this page does, one string a paragraph.
         constants: what may be changed, by name.
         entries: in the order of the page.
+        cost: from the constants, what the page takes, in words; the command says so beforehand where constants are changed.
     """
 
     name: str
@@ -266,3 +267,4 @@ class Paper:
     summary: Sequence[str]
     constants: Mapping[str, Constant]
     entries: Sequence[Entry]
+    cost: Callable[[Mapping[str, float]], str] | None = None

@@ -30,9 +30,21 @@ def atlas(paper: str | None, out: str | None, overrides: Overrides, only: tuple[
         _list_papers()
         return Status.DONE
     constants = _constants(overrides)
+    if constants and not quiet and not only:
+        _print_cost(paper, constants)
     done = run_atlas(paper, out, overrides=constants, only=only, processes=processes, progress=not quiet)
     print(done.page if quiet else closing(done))
     return Status.DIFFERENT if done.failed else Status.DONE
+
+
+def _print_cost(name: str, constants: dict[str, Any]) -> None:
+    """Print what the page takes with these constants, where the paper knows."""
+    from granular_env.atlas import paper
+    from granular_env.atlas.constants import constant_values
+
+    chosen = paper(name)
+    if chosen.cost is not None:
+        print(wrap_text(chosen.cost(constant_values(chosen, constants))), flush=True)
 
 
 def _list_papers() -> None:

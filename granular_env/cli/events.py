@@ -46,7 +46,7 @@ def events(
 
     with open_log(log, allow_large=allow_large) as opened:
         found, kinds, step_size = opened.events(kind, index), opened.event_kinds, opened.step_size
-        details, drawables = opened.event_details, opened.drawables
+        details, drawables, conclusions = opened.event_details, opened.drawables, opened.metadata["conclusions"]
         if near:
             largest = largest_event_ratio(opened)
             print(json.dumps(largest and dataclasses.asdict(largest)) if for_programs else _words_for(largest, bool(kinds)))
@@ -56,8 +56,11 @@ def events(
             {**dataclasses.asdict(event), "time": event.tick * step_size, **_facts(event, details.get(event.kind), drawables)}
             for event in found
         ]
-        print(json.dumps({"kinds": kinds, "events": rows}, indent=2))
-    elif not kinds:
+        print(json.dumps({"kinds": kinds, "events": rows, "conclusions": conclusions}, indent=2))
+        return Status.DONE
+    for text in conclusions:
+        print(wrap_text(printable(str(text))))
+    if not kinds:
         print("events: none; the component of this log declares no kind of event")
     elif not found:
         asked = "" if kind is None and index is None else " of that kind or index"

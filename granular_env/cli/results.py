@@ -49,6 +49,7 @@ def _facts(result: RunResult) -> dict[str, Any]:
         "stopped_by": result.stopped_by,
         "interrupted": result.interrupted,
         "notes": [*result.warnings, *result.cautions],
+        "conclusions": result.conclusions,
         "report": _finite(result.report),
         "events": dict(Counter(event.kind for event in component.events())),
         "balances": {b.quantity: _finite(b.entries) for b in component.balances()},
@@ -78,6 +79,8 @@ def _print_for_people(result: RunResult) -> None:
         print("interrupted: the log is complete up to there" if result.log else "interrupted")
     if component.event_kinds and (found := component.events()):
         print(f"{summary(found)}" + (f"; granular-env events {shlex.quote(str(result.log))} lists them" if result.log else ""))
+    for text in result.conclusions:
+        print(wrap_text(printable(text)))
     for text in (*result.warnings, *result.cautions):
         print(wrap_text(f"note: {printable(text)}"))
     for name, value in result.report.items():

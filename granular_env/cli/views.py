@@ -29,6 +29,7 @@ from granular_env.components.errors import ParameterError
 @click.option(
     "--at", metavar="T", type=float, help="Instant of the screenshot [s] (default: the end if anything broke, else two thirds)."
 )
+@click.option("--colour", metavar="NAME", help="Colour by this recorded output, such as surface_plastic_strain.")
 @large_option()
 @exclusive("web", "save", "screenshot", "foxglove_layout")
 def view(
@@ -39,6 +40,7 @@ def view(
     foxglove_layout: str | None,
     exaggerate: float | None,
     at: float | None,
+    colour: str | None,
     allow_large: bool,
 ) -> int:
     """Look at a log in rerun, or write what rerun or Foxglove show."""
@@ -50,13 +52,13 @@ def view(
     opened = open_log(log, allow_large=allow_large)
     try:
         if save:
-            written = viewing.save_rrd(opened, save, exaggerate=exaggerate, progress=True)
+            written = viewing.save_rrd(opened, save, exaggerate=exaggerate, progress=True, colour=colour)
         elif screenshot:
-            written = viewing.screenshot(opened, screenshot, at=at, exaggerate=exaggerate)
+            written = viewing.screenshot(opened, screenshot, at=at, exaggerate=exaggerate, colour=colour)
         elif foxglove_layout:
             written = viewing.save_foxglove_layout(opened, foxglove_layout)
         else:
-            viewing.view(opened, web=web, exaggerate=exaggerate)
+            viewing.view(opened, web=web, exaggerate=exaggerate, colour=colour)
             return Status.DONE
     except ParameterError as error:
         raise error.renamed("path", "save" if save else "screenshot" if screenshot else "foxglove_layout") from None

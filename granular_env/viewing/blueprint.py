@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
+import numpy as np
+
 from ..optional_packages import import_optional
 from .legend import LEGEND
 from .plot_groups import Plot, select_plots
@@ -18,6 +20,9 @@ _PLAYBACK_SECONDS = 10.0
 _SHOWN_PLOTS, _SHOWN_PLOTS_ALONE = 3, 4
 # Of fields along a line.
 _SHOWN_PROFILES = 4
+
+# Where a body in space is seen from, and how far from it, in lengths of its diagonal.
+_TOWARDS_EYE, _EYE_DISTANCE = (-0.25, -0.66, 0.71), 0.85
 
 # A plane less wide than so many heights stands beside the plots, not above them.
 _WIDE = 2.0
@@ -47,7 +52,7 @@ def blueprint(scene_data: SceneData, scales: Scales | None, views: Views | None,
             shown = [*views.panes(motion, scales), *shown]
             rows += views.rows(motion, scales)
     if profiles := [profile_pane(rrb, profile) for profile in scene_data.profiles[:_SHOWN_PROFILES]]:
-        rows.append((rrb.Grid(*profiles, grid_columns=2), 4.5))
+        rows.append((rrb.Grid(*profiles, grid_columns=min(2, len(profiles))), 4.5))
     if scales is not None and _is_tall(scene_data, scales):
         # Beside each other: a picture as high as it is wide has little room above the plots.
         beside = rrb.Vertical(*reversed(shown), row_shares=[3.0, 6.0][-len(shown) :])
@@ -72,7 +77,7 @@ def _stack(rrb: Any, rows: list[tuple[Any, float]], first: float | None = None) 
 
 def _is_tall(scene_data: SceneData, scales: Scales) -> bool:
     width, height = (high - low for low, high in zip(scales.low[:2], scales.high[:2], strict=True))
-    return scene_data.is_plane and width < _WIDE * height
+    return scene_data.is_solid or (scene_data.is_plane and width < _WIDE * height)
 
 
 def _legend(rrb: Any) -> Any:
@@ -94,20 +99,31 @@ def _plot(rrb: Any, plot: Plot) -> Any:
 
 
 def _whole(rrb: Any, scene_data: SceneData, scales: Scales, views: Views | None) -> Any:
-    """Return the whole scene, from the side or from above, and in a second tab as a space to turn around in."""
+    """Return the whole scene, from the side or from above, and in a second tab as a space to turn around in.
+
+    Of a body in space, the second one is shown first.
+    """
     located = any(shape.located for shape in scene_data.shapes)
     drawn = f"; displacements drawn {scales.stretch}" if located else "; positions at the start"
+    drawn = drawn if scene_data.can_move else ""
     sizes = ", particles to scale" if scene_data.motions else ""
-    name = f"{'From above' if scene_data.is_plane else 'From the side'}{drawn if scene_data.can_move else ''}{sizes}"
+    name = f"{'From above' if scene_data.is_plane else 'From the side'}{drawn}{sizes}"
+    in_space = f"In space{drawn}{sizes}" if scene_data.is_solid else "The same in 3D"
     return rrb.Tabs(
         whole_camera(scene_data, scales, views).view(name, ["scene/**"]),
-        rrb.Spatial3DView(origin="scene", name="The same in 3D", line_grid=False, eye_controls=_oblique(rrb, scales)),
-        active_tab=0,
+        rrb.Spatial3DView(
+            origin="/", contents=["scene/**"], name=in_space, line_grid=False, eye_controls=_oblique(rrb, scene_data, scales)
+        ),
+        active_tab=int(scene_data.is_solid),
     )
 
 
-def _oblique(rrb: Any, scales: Scales) -> Any:
-    x, y, z = (0.5 * scales.magnification * (low + high) for low, high in zip(scales.low, scales.high, strict=True))
-    length = scales.magnification * scales.length
-    position = [x - 0.35 * length, y - 0.55 * length, z + 0.3 * length]
-    return rrb.EyeControls3D(kind="Orbital", position=position, look_target=[x, y, z], eye_up=[0.0, 0.0, 1.0])
+def _oblique(rrb: Any, scene_data: SceneData, scales: Scales) -> Any:
+    """Return an eye that sees everything obliquely from above: a row or a plane from near, a body in space as a whole."""
+    low, high = scales.magnification * np.array(scales.low), scales.magnification * np.array(scales.high)
+    middle = 0.5 * (low + high)
+    away = np.array([-0.35, -0.55, 0.3]) * float((high - low).max())
+    if scene_data.is_solid:
+        away = np.array(_TOWARDS_EYE) * _EYE_DISTANCE * float(np.sqrt(((high - low) ** 2).sum()))
+    position = (middle + away).tolist()
+    return rrb.EyeControls3D(kind="Orbital", position=position, look_target=middle.tolist(), eye_up=[0.0, 0.0, 1.0])

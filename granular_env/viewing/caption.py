@@ -51,7 +51,10 @@ def caption(scene_data: SceneData, scales: Scales | None, views: Views | None) -
 
 def _shape_words(shape: Motion | MeshFrames) -> str:
     if isinstance(shape, MeshFrames):
-        return f"**{plain(shape.name.capitalize())}: {len(shape.connectivity)} cells** between {len(shape.nodes)} nodes."
+        words = f"**{plain(shape.name.capitalize())}: {len(shape.connectivity)} cells** between {len(shape.nodes)} nodes."
+        if shape.whole is not None and not shape.whole.all():
+            words += " **Gaps are cracks:** cells that one crosses are left out."
+        return words + (" Dark is the inside." if shape.is_solid else "")
     least, largest = f"{shape.radius.min() * 1e3:.4g}", f"{shape.radius.max() * 1e3:.4g}"
     radii = least if least == largest else f"{least} to {largest}"
     return f"**{shape.total} {plain(shape.name)}**, radius {radii} mm (true to scale)."

@@ -15,6 +15,8 @@ _MOST_EDGED_CELLS, _MOST_ALONG = 2000, 200.0
 # The edges lie before the cells, by this part of the mesh's length.
 _IN_FRONT = 2e-3
 _EDGE = (120, 124, 128)
+# The colour of the inside of a body in space, and how far below the surface it lies, in lengths of the mesh.
+_INSIDE, _LINING = (45, 48, 52, 255), 2e-3
 
 
 def cells_entity(mesh: MeshFrames) -> str:
@@ -35,6 +37,8 @@ def edges_of(connectivity: npt.NDArray[np.int64], nodes: npt.NDArray[np.float64]
     # One number for both ends: sorted ten times as fast as pairs.
     keys, counts = np.unique(ends[:, 0] * len(nodes) + ends[:, 1], return_counts=True)
     edges = np.stack(np.divmod(keys, len(nodes)), axis=1)
+    if not len(edges):
+        return edges
     along = nodes[edges[:, 1]] - nodes[edges[:, 0]]
     least = float(np.quantile(np.sqrt((along * along).sum(axis=1)), 0.1))
     is_coarse = len(connectivity) <= _MOST_EDGED_CELLS and float(np.ptp(nodes, axis=0).max()) <= _MOST_ALONG * least
@@ -42,14 +46,17 @@ def edges_of(connectivity: npt.NDArray[np.int64], nodes: npt.NDArray[np.float64]
 
 
 def send_triangles(recording: Any, mesh: MeshFrames) -> None:
-    """Send what does not change: which nodes make which triangle."""
+    """Send what does not change: which nodes make which triangle, unless cells break."""
     rr = import_optional("rerun", "the viewer")
-    connectivity = mesh.connectivity
-    if _is_of_cells(mesh):
-        # A colour for each cell: no corners are shared.
-        connectivity = np.arange(connectivity.size).reshape(connectivity.shape)
-    triangles = rr.Mesh3D.from_fields(triangle_indices=triangles_of(connectivity).astype(np.uint32))
-    recording.log(cells_entity(mesh), triangles, static=True)
+    if mesh.whole is None:
+        triangles = rr.Mesh3D.from_fields(triangle_indices=triangles_of(_drawn_corners(mesh)).astype(np.uint32))
+        recording.log(cells_entity(mesh), triangles, static=True)
+    if mesh.is_solid:
+        normals = _normals(mesh)
+        shading = rr.Mesh3D.from_fields(vertex_normals=normals[mesh.connectivity.ravel()] if _is_of_cells(mesh) else normals)
+        recording.log(cells_entity(mesh), shading, static=True)
+        inside = rr.Mesh3D.from_fields(albedo_factor=_INSIDE)
+        recording.log(_inside_entity(mesh), inside, static=True)
 
 
 def send_mesh(
@@ -72,13 +79,62 @@ def send_mesh(
         colours = np.repeat(colours, mesh.connectivity.shape[1], axis=1)
     shown = rr.Mesh3D.columns(vertex_positions=corners.reshape(-1, 3), vertex_colors=colours.reshape(-1, 3))
     recording.send_columns(cells_entity(mesh), when, shown.partition(np.full(frames, corners.shape[1])))
-    edges = edges_of(mesh.connectivity, mesh.nodes)
-    strips = drawn[:, edges].reshape(-1, 2, 3)
-    strips[..., 2] += _IN_FRONT * float(np.ptp(mesh.nodes, axis=0).max())
+    if mesh.whole is not None:
+        triangles = [triangles_of(_drawn_corners(mesh)[kept]) for kept in mesh.whole]
+        shown = rr.Mesh3D.columns(triangle_indices=np.concatenate(triangles).astype(np.uint32))
+        recording.send_columns(cells_entity(mesh), when, shown.partition([len(one) for one in triangles]))
+    _send_edges(recording, mesh, drawn, when)
+    if mesh.is_solid:
+        _send_inside(recording, mesh, drawn, when)
+
+
+def _send_inside(recording: Any, mesh: MeshFrames, drawn: npt.NDArray[Any], when: list[Any]) -> None:
+    """Send a dark lining of a body in space, just below its surface: through gaps one sees that, not the far side's colours."""
+    rr = import_optional("rerun", "the viewer")
+    lining = (drawn - _LINING * float(np.ptp(mesh.nodes, axis=0).max()) * _normals(mesh)).astype(np.float32)
+    whole = np.ones((len(drawn), len(mesh.connectivity)), bool) if mesh.whole is None else mesh.whole
+    triangles = [triangles_of(mesh.connectivity[kept]) for kept in whole]
+    path = _inside_entity(mesh)
+    positions = rr.Mesh3D.columns(vertex_positions=lining.reshape(-1, 3))
+    recording.send_columns(path, when, positions.partition(np.full(len(drawn), lining.shape[1])))
+    indices = rr.Mesh3D.columns(triangle_indices=np.concatenate(triangles).astype(np.uint32))
+    recording.send_columns(path, when, indices.partition([len(one) for one in triangles]))
+
+
+def _inside_entity(mesh: MeshFrames) -> str:
+    return f"scene/inside_{mesh.name}"
+
+
+def _normals(mesh: MeshFrames) -> npt.NDArray[np.float32]:
+    """Return the outward normals of the nodes before anything moved, shape (n, 3)."""
+    corners = mesh.nodes[mesh.connectivity]
+    across = np.cross(corners[:, 2] - corners[:, 0], corners[:, -1] - corners[:, 1])
+    sums = np.zeros_like(mesh.nodes)
+    for place in range(mesh.connectivity.shape[1]):
+        np.add.at(sums, mesh.connectivity[:, place], across)
+    length = np.maximum(np.sqrt((sums * sums).sum(axis=1, keepdims=True)), 1e-300)
+    return (sums / length).astype(np.float32)
+
+
+def _send_edges(recording: Any, mesh: MeshFrames, drawn: npt.NDArray[Any], when: list[Any]) -> None:
+    """Send the edges of cells that are not broken; those of a plane in front of it."""
+    rr = import_optional("rerun", "the viewer")
+    whole = np.ones((1, len(mesh.connectivity)), bool) if mesh.whole is None else mesh.whole
+    edges = [edges_of(mesh.connectivity[kept], mesh.nodes) for kept in whole] * (len(drawn) if mesh.whole is None else 1)
+    strips = np.concatenate([places[ends] for places, ends in zip(drawn, edges, strict=True)])
+    if not mesh.is_solid:
+        strips[..., 2] += _IN_FRONT * float(np.ptp(mesh.nodes, axis=0).max())
     colour = np.broadcast_to(np.array(_EDGE, np.uint8), (len(strips), 3))
     radii = np.full(len(strips), rr.Radius.ui_points(0.5), np.float32)
     lines = rr.LineStrips3D.columns(strips=strips, colors=colour, radii=radii)
-    recording.send_columns(f"scene/edges_{mesh.name}", when, lines.partition(np.full(frames, len(edges))))
+    recording.send_columns(f"scene/edges_{mesh.name}", when, lines.partition([len(ends) for ends in edges]))
+
+
+def _drawn_corners(mesh: MeshFrames) -> npt.NDArray[np.int64]:
+    """Return the corners of each cell among those that are sent: with a colour for each cell none are shared."""
+    if _is_of_cells(mesh):
+        return np.arange(mesh.connectivity.size).reshape(mesh.connectivity.shape)
+    return mesh.connectivity
 
 
 def _is_of_cells(mesh: MeshFrames) -> bool:

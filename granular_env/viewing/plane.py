@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from granular_env.colours import DIVERGING
+from granular_env.colours import DIVERGING, diverging
 from granular_env.components.drawables import Cells, Drawable, Links, Points, drawn_outputs, spatial
 from granular_env.components.support.arrays import FloatArray
 
@@ -20,8 +20,8 @@ from .figure_style import new_figure, time_unit, with_style
 from .figures import frame_at
 from .legend import add_bar
 from .scene import scales_of
-from .scene_data import MAXIMUM_SHOWN_LINKS, SceneData, sample_frames
-from .shapes import common_exaggeration, is_hidden, is_plane
+from .scene_data import MAXIMUM_SHOWN_LINKS, SceneData, coloured_drawables, sample_frames
+from .shapes import common_exaggeration, is_hidden, is_plane, is_solid
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -36,6 +36,11 @@ _EDGE, _LINK, _CRACK, _SPOKE = "#737373", "#218a52", "#101214", "#808080"
 _WIDEST_EDGE, _EDGE_PART, _LEAST_EDGED = 0.6, 1.0 / 16.0, 3.0  # point, of a thing, point
 # Cells touch, so that lines between small ones would be most of what is seen [point].
 _LEAST_EDGED_CELL = 8.0
+# A body in space is seen from before, above, and a little from the left; what turns away from the light is so much darker.
+_TOWARDS = np.array([-0.25, -0.6, 0.76]) / np.sqrt(0.0625 + 0.36 + 0.5776)
+_RIGHT = np.cross([0.0, 0.0, 1.0], _TOWARDS) / np.hypot(_TOWARDS[0], _TOWARDS[1])
+_OBLIQUE = np.stack([_RIGHT, np.cross(_TOWARDS, _RIGHT), _TOWARDS], axis=1)
+_SHADE, _INSIDE, _UNKNOWN = 0.35, np.array([0.23, 0.24, 0.26, 1.0]), (0.855, 0.855, 0.855)
 # An event that is so near to the start or the end, in lengths of the run, has no picture of its own.
 _MARGIN = 0.05
 
@@ -59,10 +64,26 @@ class Plane:
     scales: tuple[ColourScale, ...]
 
     def places(self, drawable: Points | Cells, frame: int | slice) -> FloatArray:
-        """Return x and y of points, or of the nodes of cells, as they are drawn, shape (..., n, 2) [m]."""
-        rest = (drawable.reference if isinstance(drawable, Points) else drawable.nodes)[:, :2]
+        """Return where in the picture points, or the nodes of cells, are drawn, shape (..., n, 2) [m]."""
+        return self.seen(drawable, frame)[..., :2]
+
+    def seen(self, drawable: Points | Cells, frame: int | slice) -> FloatArray:
+        """Return the same with the distance towards the eye behind it, shape (..., n, 3) [m]."""
+        rest = spatial(drawable.reference if isinstance(drawable, Points) else drawable.nodes)
         moved = self.values.get(drawable.displacement)
-        return rest + (0.0 if moved is None else self.exaggeration * moved[frame][..., :2])
+        if moved is None:
+            return rest @ self.eye
+        return (rest + self.exaggeration * spatial(moved[frame])) @ self.eye
+
+    @cached_property
+    def is_solid(self) -> bool:
+        """True where a body in space is drawn, which is seen obliquely; a plane is seen from above."""
+        return any(isinstance(one, Cells) and is_solid(one.nodes) for one in self.drawables)
+
+    @cached_property
+    def eye(self) -> FloatArray:
+        """The directions right and up in the picture, and towards the eye, as columns."""
+        return _OBLIQUE if self.is_solid else np.eye(3)
 
     @cached_property
     def box(self) -> tuple[FloatArray, FloatArray]:
@@ -79,21 +100,25 @@ class Plane:
         return low - room, high + room
 
 
-def load_plane(log: Any, scene_data: SceneData | None, times: Sequence[float] | None = None) -> Plane | None:
+def load_plane(
+    log: Any, scene_data: SceneData | None, times: Sequence[float] | None = None, colour: str | None = None
+) -> Plane | None:
     """Read what a log holds of a plane at some instants.
 
     Args:
         log: an open log.
         scene_data: of it: displacements are stretched and colours chosen for the whole run; None for what suits the instants.
         times: the instants [s]; default: four that show the run, the first event among them.
+        colour: a recorded output that colours what it can, with a scale for these instants; the rest is grey.
 
     Returns:
         None where nothing lies or moves in a plane, or nothing of it was recorded.
 
     Raises:
-        ParameterError: an instant outside the recorded span.
+        ParameterError: an instant outside the recorded span, or nothing can be coloured by that output.
     """
-    drawables = tuple(one for one in log.drawables if _is_planar(one, log) and not is_hidden(one, log.drawables))
+    everything = coloured_drawables(log, colour)
+    drawables = tuple(one for one in everything if _is_planar(one, log) and not is_hidden(one, everything))
     names = [name for name in drawn_outputs(drawables) if name in log.variables and len(log.times(name))]
     if not any(not isinstance(one, Links) for one in drawables) or not names:
         return None
@@ -101,8 +126,10 @@ def load_plane(log: Any, scene_data: SceneData | None, times: Sequence[float] | 
     picked = np.unique([frame_at(clock, time) for time in (_instants(log, clock) if times is None else times)])
     values = {name: sample_frames(log, name, picked)[1] for name in names}
     coloured = [one.field if isinstance(one, Cells) else getattr(one, "colour", "") for one in drawables]
-    if scene_data is None:
-        factor = _exaggeration(drawables, values)
+    if scene_data is None or colour is not None:
+        now = None if scene_data is None else scales_of(scene_data)
+        factor = _exaggeration(drawables, values) if now is None else now.exaggeration
+        coloured = [name for name in coloured if colour in (None, name)]
         scales = colour_scales(((log.variables[name], values[name]) for name in coloured if name in values), is_plane=True)
     else:
         now = scales_of(scene_data)
@@ -199,7 +226,9 @@ def _draw_points(axes: Axes, plane: Plane, points: Points, frame: int) -> None:
         size, size, np.zeros(len(size)), units="xy", offsets=places, offset_transform=axes.transData, edgecolor=_EDGE,
         linewidth=width,
     )  # fmt: skip
-    _add(axes, plane, discs, points.colour, frame, len(size))
+    discs.set_rasterized(len(size) > _MOST_SHAPES)
+    values = plane.values.get(points.colour)
+    _add(axes, plane, discs, points.colour, None if values is None else values[frame])
     if width and points.rotation in plane.values:
         angle = plane.values[points.rotation][frame]
         along = points.radius[:, None] * np.stack([np.cos(angle), np.sin(angle)], axis=1)
@@ -211,13 +240,54 @@ def _draw_points(axes: Axes, plane: Plane, points: Points, frame: int) -> None:
 
 
 def _draw_cells(axes: Axes, plane: Plane, cells: Cells, frame: int) -> None:
-    corners = plane.places(cells, frame)[cells.connectivity]
-    size = float(np.sqrt(np.median(np.ptp(corners, axis=1).prod(axis=1))))
+    states, seen = plane.values.get(cells.state), plane.seen(cells, frame)
+    shown = np.arange(len(cells.connectivity)) if states is None else np.flatnonzero(states[frame])
+    if plane.is_solid:
+        # What is nearer to the eye hides what is behind it.
+        shown = shown[np.argsort(seen[cells.connectivity[shown], 2].mean(axis=1), kind="stable")]
+    corners = seen[cells.connectivity[shown]][..., :2]
+    size = float(np.sqrt(np.median(np.ptp(corners, axis=1).prod(axis=1)))) if len(corners) else 0.0
     width = min(0.2, _edge_width(axes, plane, size, _LEAST_EDGED_CELL))
     # Smooth edges of cells without lines between them would leave seams.
     edge = {"edgecolor": _EDGE, "linewidth": width} if width else {"linewidth": 0.0, "antialiased": False}
     shapes = import_optional("matplotlib.collections", "figures").PolyCollection(corners, **edge)
-    _add(axes, plane, shapes, cells.field, frame, len(corners), cells.connectivity)
+    shapes.set_rasterized(len(corners) > _MOST_SHAPES)
+    if not plane.is_solid:
+        _add(axes, plane, shapes, cells.field, _of_cells(plane, cells, frame, shown))
+        return
+    axes.add_collection(shapes)
+    shapes.set_facecolor(_lit(_colours(plane, cells, frame, shown), seen[cells.connectivity[shown]]))
+
+
+def _of_cells(plane: Plane, cells: Cells, frame: int, shown: np.ndarray) -> FloatArray | None:
+    """Return what colours some cells, of nodes the mean of each cell's; None where it was not recorded."""
+    values = plane.values.get(cells.field)
+    if values is None:
+        return None
+    now = values[frame]
+    return (now[cells.connectivity].mean(axis=1) if len(now) == len(cells.nodes) else now)[shown]
+
+
+def _colours(plane: Plane, cells: Cells, frame: int, shown: np.ndarray) -> FloatArray:
+    """Return the colours of some cells, shape (m, 4), 0 to 1."""
+    scale, values = scale_of(plane.scales, cells.field), _of_cells(plane, cells, frame, shown)
+    if scale is None or values is None:
+        return np.full((len(shown), 4), [*_UNKNOWN, 1.0])
+    return np.concatenate([diverging(values, scale.limit) / 255.0, np.ones((len(values), 1))], axis=1)
+
+
+def _lit(colours: FloatArray, corners: FloatArray) -> FloatArray:
+    """Return colours with light from the eye, and the inside of the body, which is seen through gaps, dark.
+
+    Args:
+        colours: of the cells, shape (m, 4).
+        corners: of each, as seen, shape (m, k, 3).
+    """
+    normal = np.cross(corners[:, 2] - corners[:, 0], corners[:, -1] - corners[:, 1])
+    length = np.maximum(np.sqrt((normal * normal).sum(axis=1)), 1e-300)
+    towards = (normal[:, 2] / length)[:, None]
+    lit = np.concatenate([colours[:, :3] * (1.0 - _SHADE * (1.0 - np.abs(towards))), colours[:, 3:]], axis=1)
+    return np.where(towards > 0.0, lit, _INSIDE)
 
 
 def _draw_links(axes: Axes, plane: Plane, links: Links, frame: int) -> None:
@@ -240,19 +310,13 @@ def _add_lines(axes: Axes, lines: FloatArray, colour: str, width: float) -> None
     axes.add_collection(shapes)
 
 
-def _add(
-    axes: Axes, plane: Plane, shapes: Any, name: str, frame: int, count: int, connectivity: np.ndarray | None = None
-) -> None:
-    """Put shapes into a picture, in the colours of an output where it was recorded: of nodes, in the mean of each cell's."""
-    shapes.set_rasterized(count > _MOST_SHAPES)
+def _add(axes: Axes, plane: Plane, shapes: Any, name: str, values: FloatArray | None) -> None:
+    """Put shapes into a picture, in the colours of an output where it was recorded."""
     axes.add_collection(shapes)
     scale = scale_of(plane.scales, name)
-    if scale is None:
-        shapes.set_facecolor("#dadada")
+    if scale is None or values is None:
+        shapes.set_facecolor(_UNKNOWN)
         return
-    values = plane.values[name][frame]
-    if connectivity is not None and len(values) != count:
-        values = values[connectivity].mean(axis=1)
     colours = import_optional("matplotlib.colors", "figures").LinearSegmentedColormap.from_list("granular", DIVERGING)
     shapes.set(array=values, clim=(-scale.limit, scale.limit), cmap=colours)
 
@@ -261,7 +325,8 @@ def words(plane: Plane) -> str:
     """Return what the pictures show, in words."""
     kinds = [one.name.replace("_", " ") for one in plane.drawables]
     shown = ", ".join(kinds[:-1]) + (f" and {kinds[-1]}" if len(kinds) > 1 else kinds[-1])
-    parts = [f"{shown.capitalize()} at chosen instants, x to the right, y up"]
+    where = "obliquely from above, x to the right; dark is the inside" if plane.is_solid else "x to the right, y up"
+    parts = [f"{shown.capitalize()} at chosen instants, {where}"]
     movable = [one for one in plane.drawables if isinstance(one, Points | Cells) and one.displacement]
     if movable and not any(one.displacement in plane.values for one in movable):
         parts.append("at their places at the start, since no displacements were recorded")
@@ -269,6 +334,8 @@ def words(plane: Plane) -> str:
         parts.append(f"displacements drawn {plane.exaggeration:g} x larger")
     if any(isinstance(one, Points) and one.rotation in plane.values for one in plane.drawables):
         parts.append("a spoke shows how each is turned")
+    if any(isinstance(one, Cells) and one.state in plane.values for one in plane.drawables):
+        parts.append("cells that a crack crosses are left out")
     links = [one for one in plane.drawables if isinstance(one, Links) and one.state in plane.values]
     if links:
         parts.append("a broken link is a short black line across, while its two ends are near")

@@ -8,13 +8,14 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from granular_env.components.drawables import Cells
 from granular_env.components.errors import ParameterError
 
 from . import figures, plane
 from .fields import Field, as_field, field_names, load_field, require_names
 from .plot_groups import plots
-from .scene_data import Curve, SceneData, from_log
-from .shapes import Place, places_of_outputs
+from .scene_data import Curve, SceneData, from_log, recorded_outputs
+from .shapes import Place, colouring_outputs, is_solid, places_of_outputs
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -82,14 +83,21 @@ def draw_report(log: Any, choice: Choice, progress: Callable[[float], None]) -> 
     scene_data = from_log(log, FRAMES, lambda part: progress(share * part))
     drawn: dict[str, Shown] = {}
     if choice.variables is None and (shown := plane.load_plane(log, scene_data, choice.times)) is not None:
-        drawn["plane"] = Shown("In the plane", plane.draw_plane(shown), plane.words(shown))
+        where = "In space" if shown.is_solid else "In the plane"
+        drawn["plane"] = Shown(where, plane.draw_plane(shown), plane.words(shown))
+        drawn |= _further_planes(log, scene_data, shown, choice)
     main = (
         scene_data.motion.colour_variable.name
         if scene_data.motion is not None and scene_data.motion.colour is not None
         else None
     )
     places = places_of_outputs(log.drawables)
+    surfaces = [one for one in log.drawables if isinstance(one, Cells) and is_solid(one.nodes)]
+    places |= dict.fromkeys(colouring_outputs(surfaces, recorded_outputs(log)), Place("", fills_plane=True))
+    states = {one.state for one in surfaces}
+    arrays = [name for name in arrays if name not in states or choice.variables is not None]
     # What colours the particles comes first and is in memory already.
+    share = 1.0 / (1 + len(arrays))
     for place, name in enumerate(sorted(arrays, key=lambda name: name != main), start=1):
         if name == main and scene_data.motion is not None:
             field = as_field(scene_data.motion)
@@ -117,6 +125,18 @@ def draw_report(log: Any, choice: Choice, progress: Callable[[float], None]) -> 
             "Events", figure, "How many events there were, in a hundred equal parts of the run, by their kind."
         )
     return scene_data, drawn
+
+
+def _further_planes(log: Any, scene_data: SceneData, shown: plane.Plane, choice: Choice) -> dict[str, Shown]:
+    """Return pictures of a body in space in the colours of what else was recorded for each of its nodes or cells."""
+    drawn: dict[str, Shown] = {}
+    surfaces = [one for one in shown.drawables if isinstance(one, Cells) and is_solid(one.nodes)]
+    now = {name for one in surfaces for name in (one.field, one.state)}
+    for name in colouring_outputs(surfaces, recorded_outputs(log)):
+        if name not in now and (other := plane.load_plane(log, scene_data, choice.times, name)) is not None:
+            words = f"The same, coloured by {log.variables[name].description}."
+            drawn[f"plane-{name}"] = Shown(f"{name.replace('_', ' ').capitalize()}", plane.draw_plane(other), words)
+    return drawn
 
 
 def _field_figures(field: Field, choice: Choice, is_main: bool, drawn_at: Place | None) -> dict[str, Shown]:

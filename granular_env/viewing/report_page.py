@@ -124,5 +124,7 @@ def _lead(log: Any, scene_data: SceneData) -> Markup:
     words = [html_page.paragraph(described[key]) for key in ("description",) if described.get(key)]
     words += [html_page.paragraph(f"From: {described['source']}", "dim")] if described.get("source") else []
     words.append(html_page.paragraph(f"{what}; recorded {metadata.get('created')}; {size}.", "dim"))
+    if concluded := metadata.get("conclusions"):
+        words.append(html_page.bullets([str(text) for text in concluded]))
     notes = [*incident_sentences(log), *scene_data.notes]
     return Markup().join([*words, *([html_page.bullets(notes, "cautions")] if notes else [])])

@@ -17,7 +17,7 @@ from granular_env.components.drawables import Cells, Drawable, Links, Points, sp
 from granular_env.components.support.arrays import FloatArray
 from granular_env.recording.format.header import BalanceNames, balance_facts, balance_names_from
 
-from .shapes import is_plane, visible_points
+from .shapes import colouring_outputs, is_hidden, is_plane, is_solid, recolour, visible_cells, visible_points
 from .views import views_class
 
 # Bounds of what is shown: viewers die of more.
@@ -130,6 +130,7 @@ class MeshFrames:
         located: whether the displacements were recorded.
         is_plane: whether they lie, or can move, in two dimensions.
         is_fixed: whether they never move, so that there are no displacements to record.
+        whole: which cells are not broken, shape (frames, m); None where none breaks, or their state was not recorded.
     """
 
     name: str
@@ -143,6 +144,12 @@ class MeshFrames:
     located: bool
     is_plane: bool
     is_fixed: bool = False
+    whole: npt.NDArray[np.bool_] | None = None
+
+    @property
+    def is_solid(self) -> bool:
+        """True where they are the surface of a body in space."""
+        return is_solid(self.nodes)
 
 
 @dataclass(frozen=True)
@@ -205,6 +212,11 @@ class SceneData:
         return any(shape.is_plane for shape in self.shapes)
 
     @property
+    def is_solid(self) -> bool:
+        """True where a body in space is drawn."""
+        return any(mesh.is_solid for mesh in self.meshes)
+
+    @property
     def can_move(self) -> bool:
         """False where everything drawn is fixed for good."""
         return any(isinstance(shape, Motion) or not shape.is_fixed for shape in self.shapes)
@@ -226,15 +238,25 @@ class SceneData:
 # -- from a log ---------------------------------------------------------------------------------------------------------
 
 
-def from_log(log: Any, frames: int = MAXIMUM_FRAMES, progress: Callable[[float], None] | None = None) -> SceneData:
-    """At most `frames` frames of a log and all its scalar outputs and inputs, thinned; `progress`: as in `sampled`."""
+def from_log(
+    log: Any, frames: int = MAXIMUM_FRAMES, progress: Callable[[float], None] | None = None, colour: str | None = None
+) -> SceneData:
+    """Return at most `frames` frames of a log and all its scalar outputs and inputs, thinned.
+
+    Args:
+        log: an open log.
+        frames: how many there are at most.
+        progress: as in `sample_frames`.
+        colour: a recorded output that colours what it can; default: what the component names.
+    """
     tell = progress or (lambda part: None)
+    drawn = coloured_drawables(log, colour)
     found: list[Motion] = []
-    for points in visible_points(log.drawables):
+    for points in visible_points(drawn):
         motion = _motion(log, points, frames, (lambda part: None) if found else tell)
         found += [] if motion is None else [motion]
     motion = found[0] if found else None
-    meshes = tuple(mesh for cells in log.drawables if isinstance(cells, Cells) and (mesh := _mesh(log, cells, frames)))
+    meshes = tuple(mesh for cells in visible_cells(drawn) if (mesh := _mesh(log, cells, frames)))
     outputs = {name: variable for name, variable in log.variables.items() if variable.causality == "output"}
     vectors = {name for balance in log.balances for name in (*balance.entries, balance.residual)}
     shown = [name for name in outputs if (outputs[name].shape == () or name in vectors) and len(log.times(name))]
@@ -255,6 +277,31 @@ def _balances_to_show(balances: Iterable[BalanceNames], variables: Mapping[str, 
         return tuple(part for name in names if name in variables for part in curve_names(variables[name]))
 
     return tuple(replace(one, stored=split(one.stored), lost=split(one.lost), supplied=split(one.supplied)) for one in balances)
+
+
+def recorded_outputs(log: Any) -> dict[str, Variable]:
+    """Return the outputs of which a log has frames, by name."""
+    return {name: one for name, one in log.variables.items() if one.causality == "output" and len(log.times(name))}
+
+
+def coloured_drawables(log: Any, colour: str | None) -> tuple[Drawable, ...]:
+    """Return what a log draws, coloured by an output; None for that which the component names.
+
+    The surface of a body in space whose field was not recorded takes the first output that was and that can colour it.
+
+    Raises:
+        ParameterError: nothing can be coloured by that output.
+    """
+    recorded = recorded_outputs(log)
+    if colour is not None:
+        return recolour(log.drawables, recorded, colour)
+    found: list[Drawable] = []
+    for one in log.drawables:
+        others = colouring_outputs([one], recorded) if isinstance(one, Cells) and is_solid(one.nodes) else []
+        others = [name for name in others if name != getattr(one, "state", "")]
+        is_bare = isinstance(one, Cells) and one.field not in recorded and bool(others)
+        found.append(replace(one, field=others[0]) if is_bare else one)  # type: ignore[call-arg]
+    return tuple(found)
 
 
 def curve_names(variable: Variable) -> list[str]:
@@ -320,11 +367,12 @@ def _mesh(log: Any, cells: Cells, frames: int) -> MeshFrames | None:
     if located := _has_frames(log, cells.displacement):
         displacement = _as_vectors(sample_frames(log, cells.displacement, picked)[1])
     field = sample_frames(log, cells.field, picked)[1] if _has_frames(log, cells.field) else None
+    whole = sample_frames(log, cells.state, picked)[1] != 0.0 if _has_frames(log, cells.state) else None
     return MeshFrames(
         cells.name, np.asarray(log.times(clock), dtype=np.float64)[picked], np.asarray(log.ticks(clock))[picked],
         nodes, cells.connectivity, displacement, field,
         log.variables.get(cells.field) or Variable(cells.field, "output", "", (), cells.field),
-        located, is_plane(nodes, log.variables.get(cells.displacement)), not cells.displacement,
+        located, is_plane(nodes, log.variables.get(cells.displacement)), not cells.displacement, whole,
     )  # fmt: skip
 
 
@@ -452,14 +500,17 @@ def _notes(log: Any, motion: Motion | None, meshes: Sequence[MeshFrames]) -> Ite
     if motion is not None and motion.colour is None and motion.colour_variable.name:
         yield f"{motion.colour_variable.name} was not recorded; the particles are grey."
     # Where nothing can happen, no link breaks.
-    if motion is not None and log.event_kinds and len(motion.links) < sum(isinstance(one, Links) for one in log.drawables):
+    joined = sum(isinstance(one, Links) and not is_hidden(one, log.drawables) for one in log.drawables)
+    if motion is not None and log.event_kinds and len(motion.links) < joined:
         yield "Not all links are shown: their state was not recorded, or there are too many."
     if motion is not None and motion.every > 1:
         yield f"Only each {motion.every}th of {motion.total} particles is shown."
-    for cells in log.drawables:
-        if isinstance(cells, Cells) and not any(mesh.name == cells.name for mesh in meshes):
+    for cells in visible_cells(log.drawables):
+        if not any(mesh.name == cells.name for mesh in meshes):
             missing = f"neither {cells.displacement} nor {cells.field} was recorded"
             yield f"The {cells.name} is not drawn: {missing}, or it is too large."
+        if cells.state and not _has_frames(log, cells.state):
+            yield f"{cells.state} was not recorded: cracks of the {cells.name} are not seen."
     for mesh in meshes:
         if not mesh.located and not mesh.is_fixed:
             yield f"The {mesh.name} is drawn as it was at the start: its displacements were not recorded."
@@ -492,8 +543,8 @@ def from_component(component: Component, title: str | None = None) -> SceneData:
         more=tuple(found[1:]),
         meshes=tuple(
             _present_mesh(component, cells, now, tick)
-            for cells in drawn
-            if isinstance(cells, Cells) and len(cells.nodes) <= MAXIMUM_SHOWN_NODES
+            for cells in visible_cells(drawn)
+            if len(cells.nodes) <= MAXIMUM_SHOWN_NODES
         ),
     )
 
@@ -530,4 +581,5 @@ def _present_mesh(component: Component, cells: Cells, now: FloatArray, tick: npt
         cells.name, now, tick, nodes, cells.connectivity, displacement,
         np.asarray(component.get(cells.field))[None], component.variables[cells.field],
         bool(cells.displacement), is_plane(nodes, component.variables.get(cells.displacement)), not cells.displacement,
+        np.asarray(component.get(cells.state))[None] != 0.0 if cells.state else None,
     )  # fmt: skip

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+import dataclasses
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from granular_env.components.contract import Variable
 from granular_env.components.drawables import Cells, Drawable, Links, Points, drawn_outputs
+from granular_env.components.errors import ParameterError
 from granular_env.components.support.arrays import FloatArray
 from granular_env.components.support.roots import round_down_to_125
 from granular_env.recording.preview.displacement_scale import choose_exaggeration
@@ -18,16 +20,95 @@ _DRAWN_TRAVEL = 0.1
 
 
 def is_hidden(drawable: Drawable, others: Sequence[Drawable]) -> bool:
-    """Return whether a drawable would hide others: points that are the nodes of cells, which are drawn themselves."""
-    return isinstance(drawable, Points) and any(
-        isinstance(one, Cells) and one.displacement == drawable.displacement and np.array_equal(one.nodes, drawable.reference)
-        for one in others
+    """Return whether a drawable is not drawn, because others show it, or it would hide them.
+
+    These are points that are the nodes of cells, or lie below a surface in space, links between such points, and cells in a
+    plane beside the surface of a body.
+    """
+    match drawable:
+        case Points():
+            return any(isinstance(one, Cells) and _covers(one, drawable) for one in others) or any(
+                isinstance(one, Cells)
+                and one.displacement == drawable.displacement
+                and np.array_equal(one.nodes, drawable.reference)
+                for one in others
+            )
+        case Links():
+            return any(isinstance(one, Points) and one.name == drawable.points and is_hidden(one, others) for one in others)
+        case Cells():
+            return not is_solid(drawable.nodes) and any(isinstance(one, Cells) and is_solid(one.nodes) for one in others)
+        case _:
+            return False
+
+
+def is_solid(places: FloatArray) -> bool:
+    """Return whether places, shape (n, d), fill three dimensions."""
+    return places.ndim == 2 and places.shape[1] == 3 and bool(np.ptp(places, axis=0).all())
+
+
+def recolour(drawables: Sequence[Drawable], variables: Mapping[str, Variable], name: str) -> tuple[Drawable, ...]:
+    """Return drawables of which those that an output can colour are coloured by it.
+
+    Args:
+        drawables: what a log or a component has.
+        variables: those that can be had, by name.
+        name: of the output.
+
+    Raises:
+        ParameterError: there is no such output, or nothing has one value of it for each of its nodes, cells or points.
+    """
+    known = colouring_outputs(drawables, variables)
+    if name not in known:
+        raise ParameterError(
+            f"{name!r} was not recorded, or nothing that is drawn has one value of it for each of its parts",
+            hint=f"this log can be coloured by {', '.join(known) or 'nothing'}", at="colour",
+        )  # fmt: skip
+    return tuple(
+        one
+        if not _can_colour(one, variables, name)
+        else dataclasses.replace(one, **{"field" if isinstance(one, Cells) else "colour": name})
+        for one in drawables
     )
+
+
+def colouring_outputs(drawables: Sequence[Drawable], variables: Mapping[str, Variable]) -> list[str]:
+    """Return the names of the outputs that can colour any of the drawables."""
+    return [name for name in variables if any(_can_colour(one, variables, name) for one in drawables)]
+
+
+def _can_colour(drawable: Drawable, variables: Mapping[str, Variable], name: str) -> bool:
+    """Return whether an output has a value for each node or cell, or each point, in the same order as what colours them now."""
+    if isinstance(drawable, Cells):
+        counts, now = (len(drawable.nodes), len(drawable.connectivity)), variables.get(drawable.field)
+    elif isinstance(drawable, Points):
+        counts, now = (len(drawable.radius),), variables.get(drawable.colour)
+    else:
+        return False
+    one = variables[name]
+    if one.causality != "output" or len(one.shape) != 1 or one.shape[0] not in counts:
+        return False
+    return now is None or one.axes == now.axes or one.shape != now.shape
+
+
+def _covers(surface: Cells, points: Points) -> bool:
+    """Return whether points lie in the box around a surface in space, or below it."""
+    places = points.reference
+    if surface.nodes.shape[1] != 3 or places.ndim != 2 or places.shape[1] != 3:
+        return False
+    low, high = surface.nodes.min(axis=0), surface.nodes.max(axis=0)
+    slack = 1e-9 * float((high - low).max())
+    low[2] = -np.inf
+    return bool(((places >= low - slack) & (places <= high + slack)).all())
 
 
 def visible_points(drawables: Sequence[Drawable]) -> list[Points]:
     """Return the points that are drawn."""
     return [one for one in drawables if isinstance(one, Points) and not is_hidden(one, drawables)]
+
+
+def visible_cells(drawables: Sequence[Drawable]) -> list[Cells]:
+    """Return the cells that are drawn."""
+    return [one for one in drawables if isinstance(one, Cells) and not is_hidden(one, drawables)]
 
 
 def is_plane(reference: FloatArray, displacement: Variable | None) -> bool:

@@ -33,6 +33,7 @@ def save_rrd(
     path: str | os.PathLike[str],
     exaggerate: float | None = None,
     progress: Progress = False,
+    colour: str | None = None,
 ) -> Path:
     """Write a log's scene, with its layout, as a file for rerun.
 
@@ -42,28 +43,35 @@ def save_rrd(
         exaggerate: draw displacements so many times larger; by default chosen so that the wave is seen and no particles
             pass one another. The factor is stated in the scene.
         progress: show a bar, or call this with the part that is done.
+        colour: a recorded output that colours what is drawn, instead of the component's choice.
 
     Returns:
         The path.
 
     Raises:
         MissingExtraError: rerun or matplotlib is not installed.
-        ParameterError: the factor is not a positive number, or the path does not end in .rrd or is that of another file.
+        ParameterError: the factor is not a positive number, nothing can be coloured by that output, or the path does not end in
+            .rrd or is that of another file.
         GranularError: the file cannot be written.
     """
     import_optional("rerun", "saving a rerun file")
     target = rerun_target(path)
     with progress_bar(f"scene of {target.name}", show=progress) as bar:
-        write_files({target: scene_bytes(log, exaggerate, bar.update)})
+        write_files({target: scene_bytes(log, exaggerate, bar.update, colour)})
     return target
 
 
-def scene_bytes(log: Any, exaggerate: float | None = None, progress: Callable[[float], None] | None = None) -> bytes:
+def scene_bytes(
+    log: Any,
+    exaggerate: float | None = None,
+    progress: Callable[[float], None] | None = None,
+    colour: str | None = None,
+) -> bytes:
     """Return the content of the file that `save_rrd` writes; errors as there."""
     _require_log(log)
     rr = import_optional("rerun", "the viewer")
     tell = progress or (lambda part: None)
-    scene_data = from_log(log, progress=lambda part: tell(0.7 * part))
+    scene_data = from_log(log, progress=lambda part: tell(0.7 * part), colour=colour)
     scales = _scales(scene_data, exaggerate)
     views = None
     if scene_data.motion is not None and scales is not None:
@@ -88,13 +96,14 @@ def scene_bytes(log: Any, exaggerate: float | None = None, progress: Callable[[f
         recording.disconnect()
 
 
-def view(log: Any, web: bool = False, exaggerate: float | None = None) -> None:
+def view(log: Any, web: bool = False, exaggerate: float | None = None, colour: str | None = None) -> None:
     """Show a log in rerun's desktop viewer, or serve it for a browser; returns when the viewer is closed (or at Ctrl-C).
 
     Args:
         log: an open log.
         web: serve the web viewer on 127.0.0.1 and print its address.
         exaggerate: as in `save_rrd`.
+        colour: as there.
 
     Raises:
         MissingExtraError, GranularError: rerun is not installed, or cannot start (no screen).
@@ -104,7 +113,7 @@ def view(log: Any, web: bool = False, exaggerate: float | None = None) -> None:
         file = Option("save", "FILE.rrd", call="save_rrd(log, 'FILE.rrd')")
         picture = Option("screenshot", "FILE.png", call="screenshot(log, 'FILE.png')")
         require_screen(("use the web viewer (", Option("web"), "), a rerun file (", file, ") or a picture (", picture, ")"))
-    data = scene_bytes(log, exaggerate)
+    data = scene_bytes(log, exaggerate, colour=colour)
     try:
         if web:
             _serve(data)
@@ -135,6 +144,7 @@ def screenshot(
     at: float | None = None,
     size: tuple[int, int] = (1600, 1000),
     exaggerate: float | None = None,
+    colour: str | None = None,
 ) -> Path:
     """Take a picture of the whole viewer, taken without a screen.
 
@@ -144,6 +154,7 @@ def screenshot(
         at: instant shown [s]; by default the end of a run with events, two thirds of another.
         size: width and height of the viewer's window [points].
         exaggerate: as in `save_rrd`.
+        colour: as there.
 
     Raises:
         MissingExtraError: rerun is not installed.
@@ -157,7 +168,8 @@ def screenshot(
     width, height = _window(size)
     _require_log(log)
     instant = _instant(log, at)
-    with rerun_process("--headless", "--window-size", f"{width}x{height}", data=scene_bytes(log, exaggerate)) as viewer:
+    data = scene_bytes(log, exaggerate, colour=colour)
+    with rerun_process("--headless", "--window-size", f"{width}x{height}", data=data) as viewer:
         picture = _take(viewer, instant)
     write_files({target: picture})
     return target

@@ -50,7 +50,7 @@ class Watcher:
 
     def on_sample(self, component: Component) -> None:
         self.looks.append(component.tick)
-        readings(component), component.save(), component.report(), component.cautions()
+        readings(component), component.save(), component.report(), component.conclusions(), component.cautions()
         self.next_tick = component.tick + self.every
 
     def on_step(self, component: Component, ticks: int, inputs: dict) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterable
 from functools import cached_property
 from typing import Any
@@ -15,7 +16,7 @@ from ...events import EVENT_ROWS, EventDetail
 from ...state_block import Block
 from ...support.arrays import FloatArray
 from .. import kernels, threads
-from ..assembly import Assembly
+from ..assembly import Assembly, station_means, surface_quads
 from ..layout import IntArray, Scratch, Solid, State
 from ..parameters import ShellParameters
 from . import forces
@@ -24,6 +25,7 @@ from .facets import FACET_ROWS
 from .judgement import find_parting, write_ratios
 from .law import FractureLaw
 from .openings import crack_length, open_areas
+from .outcome import AXIAL, OUTCOMES, CutSides, connects_ends, crack_along, crack_around, outcome, tip_speed
 from .visibility import Visibility
 
 PARTED, ERODED, SPENT, TORN = "point_parted", "point_eroded", "point_spent", "point_torn"
@@ -310,8 +312,24 @@ class BreakingBody:
             "surface, or nothing bears one of them, otherwise 1", minimum=0.0, maximum=1.0, axes=("link",),
         )  # fmt: skip
         yield Variable(
+            "surface_cells", "output", "1", (len(self._cell_links),), "0 where a crack crosses an edge of a cell of the outer "
+            "surface, or nothing bears a corner of it, otherwise 1", minimum=0.0, maximum=1.0, axes=("cell",),
+        )  # fmt: skip
+        yield Variable(
             "pieces", "output", "1", (), "pieces of the body that hang together, of such as bear stress", minimum=1.0
         )
+        yield Variable(
+            "outcome", "output", "1", (), "what has become of the body: 0 whole, 1 bulged, 2 axial crack, 3 hoop crack (around "
+            "it), 4 severed: no piece reaches from one end to the other", minimum=0.0, maximum=4.0,
+        )  # fmt: skip
+        yield Variable(
+            "crack_along", "output", "m", (), "how far cracks reach along the body at the outer surface, from the first place "
+            "to the last", minimum=0.0,
+        )  # fmt: skip
+        yield Variable(
+            "crack_around", "output", "1", (), "largest part of the circumference, or of the width, that cracks take at one "
+            "place along the body", minimum=0.0, maximum=1.0,
+        )  # fmt: skip
         yield Variable("crack_length", "output", "m", (), "length of all cracks in the surface", minimum=0.0)
         yield Variable(
             "crack_area", "output", "m^2", (stations,), "open area of the cracks through the wall, at each plane of nodes "
@@ -334,7 +352,11 @@ class BreakingBody:
             "cracks": lambda: self.cracks.judged.cracks.astype(np.float64),
             "point_displacement": lambda: self.point_field(state.displacement),
             "surface_links": self._surface_links,
+            "surface_cells": lambda: self._surface_links()[self._cell_links].min(axis=1),
             "pieces": lambda: float(self.cracks.piece_count),
+            "outcome": lambda: float(self.outcome(state)),
+            "crack_along": lambda: crack_along(self._assembly.lattice, self._cut_sides()),
+            "crack_around": lambda: crack_around(self._assembly.lattice, self._cut_sides()),
             "crack_length": lambda: crack_length(self._assembly, self.cracks),
             "crack_area": lambda: open_areas(self._assembly.lattice, self.cracks, self.node_field(block, state.displacement)),
             "eroded_mass": self._eroded_mass,
@@ -349,15 +371,89 @@ class BreakingBody:
         ahead = [np.stack([own, around[:, side]], axis=1)[around[:, side] != own] for side in (1, 3)]
         return np.concatenate(ahead)
 
+    @cached_property
+    def _cell_links(self) -> IntArray:
+        """Links that are the edges of each cell of the surface, shape (cells, 4)."""
+        links = np.sort(self.surface_pairs, axis=1)
+        cells = surface_quads(self._assembly.lattice)
+        edges = np.sort(np.stack([cells, np.roll(cells, -1, axis=1)], axis=2), axis=2)
+        columns = len(self._assembly.solid.surface.around)
+        keys, wanted = links[:, 0] * columns + links[:, 1], edges[..., 0] * columns + edges[..., 1]
+        order = np.argsort(keys)
+        return order[np.searchsorted(keys[order], wanted)]
+
     def _surface_links(self) -> FloatArray:
-        around, cracks = self._assembly.solid.surface.around, self.cracks
-        own, top = np.arange(len(around)), self._assembly.lattice.top_nodes % self._assembly.lattice.shape[2]
+        around, cut = self._assembly.solid.surface.around, self._cut_sides()
+        there = [around[:, side] != np.arange(len(around)) for side in (1, 3)]
+        return np.asarray(
+            1.0 - np.concatenate([sides.ravel()[some] for sides, some in zip(cut, there, strict=True)]), np.float64
+        )
+
+    def _cut_sides(self) -> CutSides:
+        """Return where a crack lies between neighbouring columns at the outer surface, or nothing bears one of them."""
+        around, cracks, (n, m, layers) = self._assembly.solid.surface.around, self.cracks, self._assembly.lattice.shape
+        own, top = np.arange(len(around)), self._assembly.lattice.top_nodes % layers
         cut = []
         for way, side in ((0, 1), (1, 3)):
             after = around[:, side]
             marked = cracks.links[own, way, np.minimum(top, top[after])] > 0
-            cut.append((marked | ~cracks.borne | ~cracks.borne[after])[after != own])
-        return 1.0 - np.concatenate(cut)
+            cut.append(((marked | ~cracks.borne | ~cracks.borne[after]) & (after != own)).reshape(n, m))
+        return CutSides(*cut)
+
+    def outcome(self, state: State) -> int:
+        """Return the number of the outcome in `OUTCOMES`."""
+        lattice, cracks = self._assembly.lattice, self.cracks
+        is_severed = not connects_ends(cracks.labels, cracks.borne, lattice.shape[:2])
+        strain = station_means(self._assembly, state.plastic_strain) if cracks.solid.plastic else np.zeros(1)
+        return outcome(lattice, self._cut_sides(), is_severed, strain)
+
+    def conclusions(self, block: Block, state: State, step_size: float) -> list[str]:
+        """Return sentences on what has become of the body, and why it did or did not break."""
+        self.solid(block)
+        lattice, cut, facets = self._assembly.lattice, self._cut_sides(), self.cracks.facets
+        number = self.outcome(state)
+        found = [f"outcome: {OUTCOMES[number]}"]
+        if number >= AXIAL:
+            part = "of the circumference" if lattice.bent else "of the width"
+            pieces = self.cracks.piece_count
+            found[0] += (
+                f": cracks reach {1e3 * crack_along(lattice, cut):.3g} mm along the body and take up to "
+                f"{100.0 * crack_around(lattice, cut):.3g} % {part}; {pieces} {'piece' if pieces == 1 else 'pieces'}"
+            )
+        if len(facets):
+            first, speeds = facets[0], self._crack_speeds(step_size)
+            found.append(
+                f"the first of {np.count_nonzero(self.cracks.judged.cracks)} points that parted did so at "
+                f"{1e6 * first[8] * step_size:.4g} us, {self._place_words(int(first[0]))}"
+                + "".join(f"; cracks ran {way} at {speed:.3g} m/s" for way, speed in speeds.items() if speed > 0.0)
+            )
+            return found
+        ratio, point, tick = (float(one) for one in block["nearest"])
+        near = f"reached {ratio:.3g} of its limit at {1e6 * tick * step_size:.4g} us, {self._place_words(int(point))}"
+        return [*found, f"{self.law.quantity} {near if ratio > 0.0 else 'stayed below half of its limit everywhere'}"]
+
+    def _place_words(self, point: int) -> str:
+        """Return where a point lies in the body, in words."""
+        lattice = self._assembly.lattice
+        along, across = (float(axis.at(self._assembly.points.places[point, k])) for k, axis in enumerate(lattice.axes[:2]))
+        if not lattice.bent:
+            return f"{1e3 * along:.4g} mm along the body and {1e3 * across:.4g} mm across it"
+        angle = math.degrees(math.remainder(across, math.tau))
+        return f"{1e3 * along:.4g} mm along the body and {angle:.3g} degrees around it"
+
+    def _crack_speeds(self, step_size: float) -> dict[str, float]:
+        """Return how fast cracks ran along the body and around it, or across a plate [m/s]."""
+        lattice, facets = self._assembly.lattice, self.cracks.facets
+        axis, ring, times = lattice.axes[0], lattice.axes[1], facets[:, 8] * step_size
+        along, around = axis.at(facets[:, 1]), ring.at(facets[:, 2])
+        if ring.closed:
+            around = np.remainder(around - around[0] + 0.5 * ring.period, ring.period)
+        radius = float(lattice.axes[2].positions[-1]) if lattice.bent else 1.0
+        spacings = float(np.diff(axis.positions).max()), radius * float(np.diff(ring.positions).max())
+        return {
+            "along the body": tip_speed(along, times, 3.0 * spacings[0]),
+            ("around it" if lattice.bent else "across it"): tip_speed(radius * around, times, 3.0 * spacings[1]),
+        }
 
     def _eroded_mass(self) -> float:
         volume = self._assembly.points.volume[self.cracks.eroded.astype(np.int64)]

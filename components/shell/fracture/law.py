@@ -20,6 +20,7 @@ class FractureLaw(Named):
 
     code: ClassVar[int]
     unit: ClassVar[str]
+    quantity: ClassVar[str]
     needs_flow: ClassVar[bool] = False
     scatter: float = field(
         0.0, "largest deviation of the strength of a column of points from the mean, over it", "1", ge=0.0, lt=1.0

@@ -14,6 +14,7 @@ class PlasticStrain(FractureLaw):
 
     code: ClassVar[int] = 1
     unit: ClassVar[str] = "1"
+    quantity: ClassVar[str] = "the plastic strain"
     needs_flow: ClassVar[bool] = True
     name: Literal["plastic_strain"] = field("plastic_strain", "the equivalent plastic strain decides", "1")
     strain: Positive = field(0.3, "plastic strain at which a point in tension parts", "1")

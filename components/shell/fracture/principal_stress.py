@@ -18,6 +18,7 @@ class PrincipalStress(FractureLaw):
 
     code: ClassVar[int] = 0
     unit: ClassVar[str] = "Pa"
+    quantity: ClassVar[str] = "the largest principal stress"
     name: Literal["principal_stress"] = field("principal_stress", "the largest principal stress decides", "1")
     factor: Positive = field(3.0, "largest principal stress over the yield stress at which a point parts", "1")
     stress: Positive | None = field(None, "that stress itself, in place of the factor", "Pa")

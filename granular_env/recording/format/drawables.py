@@ -19,6 +19,8 @@ _ARRAYS = {
     "reference": (np.float64, 2), "radius": (np.float64, 1), "pairs": (np.int64, 2), "nodes": (np.float64, 2),
     "connectivity": (np.int64, 2), "coordinate": (np.float64, 1),
 }  # fmt: skip
+# Roles that are written only where a drawable has them.
+_ROLES_OF_SOME = ((Cells, "state"),)
 # Places beyond this are nowhere [m].
 _FARTHEST = 1e100
 # The arrays that have one row for each of the things drawn, and where their numbers point to.
@@ -34,7 +36,7 @@ def drawable_facts(drawables: Iterable[Drawable]) -> tuple[list[dict[str, str]],
             value = getattr(drawable, field.name)
             if field.name in _ARRAYS:
                 arrays[f"{place}.{field.name}"] = np.asarray(value, _ARRAYS[field.name][0])
-            else:
+            elif value or (type(drawable), field.name) not in _ROLES_OF_SOME:
                 texts[field.name] = value
         facts.append(texts)
     return facts, arrays
@@ -75,6 +77,8 @@ def _drawable(place: int, texts: Any, arrays: Mapping[str, np.ndarray]) -> Drawa
         if field.name in _ARRAYS:
             dtype, dimensions = _ARRAYS[field.name]
             sound = value is not None and value.dtype == dtype and value.ndim == dimensions
+        elif field.name not in texts and (kind, field.name) in _ROLES_OF_SOME:
+            continue
         else:
             sound = isinstance(value, str)
         if not sound:
@@ -109,8 +113,8 @@ def unfit_output(drawable: Drawable, variables: Mapping[str, Variable]) -> str |
     elif isinstance(drawable, Links):
         fits = {drawable.state: [len(drawable.pairs)]}
     elif isinstance(drawable, Cells):
-        nodes = len(drawable.nodes)
-        fits = {drawable.displacement: [nodes], drawable.field: [nodes, len(drawable.connectivity)]}
+        nodes, cells = len(drawable.nodes), len(drawable.connectivity)
+        fits = {drawable.displacement: [nodes], drawable.field: [nodes, cells], drawable.state: [cells]}
     else:
         fits = {drawable.field: [len(drawable.coordinate)]}
     for name, lengths in fits.items():

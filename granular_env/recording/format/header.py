@@ -188,8 +188,9 @@ def balance_facts(balance: Balance) -> dict[str, Any]:
 
 
 def closing_facts(component: Component) -> dict[str, Any]:
-    """Return what the end of a log says of the run: the component's report and cautions."""
-    return {"report": _plain_values(component.report()), "cautions": _plain_values(component.cautions())}
+    """Return what the end of a log says of the run: the component's report, conclusions and cautions."""
+    names = ("report", "conclusions", "cautions")
+    return {name: _plain_values(getattr(component, name)()) for name in names}
 
 
 def _plain_values(value: Any) -> Any:

@@ -397,11 +397,16 @@ class Others:
         return dots, np.tile(colours_of(state[whole], self.largest[links.state]), (_LINK_DOTS, 1))
 
     def _nodes(self, cells: Cells, frame: PreviewFrame) -> tuple[np.ndarray, np.ndarray]:
-        """Return the nodes, or where the field belongs to the cells their centres."""
+        """Return the nodes, or where the field belongs to the cells their centres; of cells that are not broken."""
         nodes, field = spatial(cells.nodes), frame.drawn[cells.field]
         if cells.displacement:
             nodes = nodes + spatial(frame.drawn[cells.displacement])
-        places = nodes if len(field) == len(nodes) else nodes[cells.connectivity].mean(axis=1)
+        is_of_nodes = len(field) == len(nodes)
+        places = nodes if is_of_nodes else nodes[cells.connectivity].mean(axis=1)
+        if cells.state:
+            whole = frame.drawn[cells.state] != 0.0
+            shown = np.unique(cells.connectivity[whole]) if is_of_nodes else np.flatnonzero(whole)
+            places, field = places[shown], field[shown]
         return places, colours_of(field, self.largest[cells.field])
 
     def _heights(self, curve: Curve, frame: PreviewFrame) -> tuple[np.ndarray, np.ndarray]:

@@ -69,12 +69,14 @@ class LogReader:
 
     @property
     def metadata(self) -> dict[str, Any]:
-        """Component, parameters, experiment, versions, machine, options, kinds of events; at the end report and cautions."""
+        """Component, parameters, experiment, versions, machine, options, kinds of events; at its end report and conclusions."""
         found = dict(self.records.header)
         found["complete"] = self.complete
         found["damage"] = self.records.container.damage
         closing = self.records.closing_header
         found["report"], found["cautions"] = closing.get("report", {}), closing.get("cautions", [])
+        concluded = closing.get("conclusions", [])
+        found["conclusions"] = [str(text) for text in concluded] if isinstance(concluded, list) else []
         return found
 
     @property

@@ -2,8 +2,9 @@
 
 from granular_env.atlas.model import Constant, Paper
 
-from . import criterion, figure_1, figure_2, figure_3, figure_4, recipe, rules
+from . import coupling, criterion, figure_1, figure_2, figure_3, figure_4, pressures, recipe, rules
 from .cases import FACTOR, NODES, PAPER_FACTOR
+from .cost import cost_words
 
 PAPER = Paper(
     name="gato-shie-2010",
@@ -30,7 +31,7 @@ PAPER = Paper(
         "here it is 180 kPa. Where a word of the paper has no number we say how we read it, and then it holds in part, "
         "never more.",
         f"The page is coarse: {NODES} nodes for the whole tube. --set nodes=140000 and --set nodes=280000 make it with as many "
-        "nodes as the paper’s, in hours.",
+        "nodes as the paper’s; the command says beforehand what that takes.",
     ),
     constants={
         "nodes": Constant(
@@ -41,7 +42,9 @@ PAPER = Paper(
             FACTOR, "", "largest principal stress over the yield stress at which bonds break in the pictures", 0.8, 4.0
         ),
     },
+    cost=cost_words,
     entries=(
-        figure_1.ENTRY, recipe.ENTRY, figure_2.ENTRY, figure_3.ENTRY, figure_4.ENTRY, criterion.ENTRY, rules.ENTRY,
+        figure_1.ENTRY, recipe.ENTRY, figure_2.ENTRY, figure_3.ENTRY, figure_4.ENTRY, criterion.ENTRY, pressures.ENTRY,
+        coupling.ENTRY, rules.ENTRY,
     ),
 )  # fmt: skip

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Any
+from typing import Any, TypedDict, Unpack
 
 from granular_env.atlas.context import Context
 
@@ -19,13 +19,18 @@ POSITION = MIDDLE - 0.5 * PIECE
 PRESSURE = 180e3
 # When the front is at the middle of the notch, about; how long the runs are [s].
 ARRIVAL, DURATION = 7.7e-4, 9.2e-4
-_EVERY = 1e-5
+_EVERY = 5e-6
 _LAYERS = 3
 # Planes along the piece over those around its half.
 _ASPECT = 1.4
 _CELLS, _SPARK = 710, 1e7
 HOURGLASS = 0.05
-RECORDED = ("shell_surface_stress", "shell_surface_displacement", "shell_surface_links", "shell_pieces", "radial_displacement")
+# Gauges: from the middle of the notch along the tube [m], and the angle from it around the tube [rad].
+GAUGES = ((-0.06, 0.0), (-0.06, math.pi), (0.0, math.pi), (0.06, math.pi))
+RECORDED = (
+    "shell_surface_stress", "shell_surface_displacement", "shell_surface_links", "shell_surface_cells", "shell_pieces",
+    "shell_outcome", "shell_crack_along", "shell_crack_around", "shell_gauge_strain", "radial_displacement",
+)  # fmt: skip
 
 
 def counts(nodes: float) -> tuple[int, int]:
@@ -34,33 +39,43 @@ def counts(nodes: float) -> tuple[int, int]:
     return round(_ASPECT * around), round(around)
 
 
-def notched_tube(
-    context: Context, inches: int, factor: float, *, nodes: float | None = None, hourglass: float = HOURGLASS
-) -> dict[str, Any]:
+class Changes(TypedDict, total=False):
+    """Changes of a case of the page: nodes of the whole tube, hourglass control, initial pressure [Pa], two-way coupling."""
+
+    nodes: float
+    hourglass: float
+    pressure: float
+    two_way: bool
+
+
+def notched_tube(context: Context, inches: int, factor: float, **changes: Unpack[Changes]) -> dict[str, Any]:
     """Return the experiment of a notch so long.
 
     Args:
-        context: of the atlas; its refinement divides the step of the shell.
+        context: of the atlas.
         inches: length of the notch.
         factor: of the criterion of fracture.
-        nodes: of the whole tube; default: the page's.
-        hourglass: stiffness that stabilises columns, in that of the material.
+        changes: of the page's case; by default it has the page's nodes, and the gas does not feel the wall.
     """
-    along, around = counts(context.constants["nodes"] if nodes is None else nodes)
+    pressure, two_way = changes.get("pressure", PRESSURE), changes.get("two_way", False)
+    along, around = counts(changes.get("nodes", context.constants["nodes"]))
     notch = {"length": inches * INCH, "depth": DEPTH, "width": WIDTH}
     body = {"name": "tube", "length": PIECE, "along": along, "around": around, "half": True, "notch": notch}
     gas = {
-        "length": LENGTH, "cells": _CELLS, "cross_section": 0.5 * math.pi * RADIUS * RADIUS, "initial_pressure": PRESSURE,
+        "length": LENGTH, "cells": _CELLS, "cross_section": 0.5 * math.pi * RADIUS * RADIUS, "initial_pressure": pressure,
         "right": "absorbing", "ignition_zone": [0.0, 0.012],
     }  # fmt: skip
     shell = {
         "body": body, "material": "thermoviscoplastic", "boundaries": {"start": "symmetry", "end": "symmetry"},
-        "fracture": {"name": "principal_stress", "factor": factor}, "hourglass": hourglass,
+        "fracture": {"name": "principal_stress", "factor": factor}, "hourglass": changes.get("hourglass", HOURGLASS),
+        "gauges": [[0.5 * PIECE + place, angle] for place, angle in GAUGES],
     }  # fmt: skip
     return {
         "name": f"notch-{inches}-in",
         "duration": DURATION,
-        "component": {"type": "tube", "position": POSITION, "coupling": "one_way", "gas": gas, "shell": shell},
-        "input": {"gas_ignition_power": {"profile": "half_sine", "peak": _SPARK * PRESSURE / 1e5, "duration": 1e-5}},
+        "component": {
+            "type": "tube", "position": POSITION, "coupling": "two_way" if two_way else "one_way", "gas": gas, "shell": shell,
+        },
+        "input": {"gas_ignition_power": {"profile": "half_sine", "peak": _SPARK * pressure / 1e5, "duration": 1e-5}},
         "record": {"every": _EVERY, "variables": list(RECORDED)},
-    }
+    }  # fmt: skip

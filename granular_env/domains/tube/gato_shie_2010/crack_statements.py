@@ -53,8 +53,8 @@ def cracks(context: Context, inches: int, where: str, statements: list[tuple[str
         [
             *values,
             Value("outcome", None, one.words),
-            Value("length of cracks along the tube", None, one.along() / INCH, "in", digits=2),
-            Value("largest part of the circumference", None, 100.0 * one.around(), "%", digits=2),
+            Value("length of cracks along the tube", None, one.along / INCH, "in", digits=2),
+            Value("largest part of the circumference", None, 100.0 * one.around, "%", digits=2),
             Value("pieces", None, one.pieces, digits=2),
         ],
         remark="From neighbouring columns of nodes that are parted on the outer surface at the end of the run, some 0.15 ms "
@@ -76,9 +76,9 @@ def picture(context: Context, inches: int, name: str, title: str) -> Figure:
 
 def runs_beyond(one: Outcome, inches: int) -> bool:
     """Tell whether cracks along the tube reach beyond the notch."""
-    return one.along() > (inches + 0.05) * INCH
+    return one.along > (inches + 0.05) * INCH
 
 
 def turns(one: Outcome) -> bool:
     """Tell whether a crack runs around the tube by more than a tenth of its circumference."""
-    return one.around() > 0.1
+    return one.around > 0.1

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
-from granular_env.atlas.context import Context
-from granular_env.atlas.model import Entry, Findings
+import math
 
+from granular_env.atlas.context import Context
+from granular_env.atlas.model import Axis, Curve, Entry, Figure, Findings
+
+from .cases import GAUGES, notched_tube
 from .crack_statements import as_printed, crack_outcome, cracks, picture, runs_beyond, turns
 
 _INCHES = 1
@@ -13,7 +16,7 @@ _INCHES = 1
 def compute(context: Context) -> Findings:
     """Run it with the paper's factor and with the page's."""
     one = crack_outcome(context, _INCHES)
-    part = one.around()
+    part = one.around
     statements = [
         ("first", "straight on", runs_beyond(one, _INCHES)),
         ("then", "around the tube", turns(one)),
@@ -21,8 +24,23 @@ def compute(context: Context) -> Findings:
     ]
     return Findings(
         [as_printed(context, _INCHES, "hoop crack"), cracks(context, _INCHES, "figure 2", statements)],
-        [picture(context, _INCHES, "figure-2", "Figure 2: notch of 1 in")],
+        [picture(context, _INCHES, "figure-2", "Figure 2: notch of 1 in"), _strains(context)],
     )
+
+
+def _strains(context: Context) -> Figure:
+    """Return the hoop strain at the gauges over time."""
+    times, strains = context.run(notched_tube(context, _INCHES, context.constants["factor"])).series("shell_gauge_strain")
+    curves = [
+        Curve(f"{1e3 * place:.0f} mm, {math.degrees(angle):.0f}°", 1e6 * times, 1e3 * strains[:, number, 1], "line", number)
+        for number, (place, angle) in enumerate(GAUGES)
+    ]
+    return Figure(
+        "figure-2-strain", "Hoop strain at gauges, notch of 1 in",
+        "On the outer surface; places from the middle of the notch along the tube, angles from it around the tube. Ahead of "
+        "the crack the wall breathes; beside a crack it unloads.",
+        Axis("time, µs", 700.0), Axis("hoop strain, 1e-3"), curves,
+    )  # fmt: skip
 
 
 ENTRY = Entry(

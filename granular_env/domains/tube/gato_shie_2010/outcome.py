@@ -1,23 +1,21 @@
-"""The outcome of a run: how near a tube came to parting, how far cracks ran along and around it, and in words."""
+"""The outcome of a run, read from its log: how near a tube came to parting, how far cracks ran, and in words."""
 
 from __future__ import annotations
 
 import dataclasses
 import math
+from typing import Unpack
 
 import numpy as np
 import numpy.typing as npt
 
 from granular_env.atlas.context import Context
 from granular_env.components.drawables import Cells, Links, Points
+from granular_env.components.shell.fracture.outcome import OUTCOMES
 from granular_env.components.support.arrays import FloatArray
 from granular_env.recording.replay.log import Log
 
-from .cases import INCH, MIDDLE, notched_tube
-
-_SEVERED = 0.98
-# Cracks that are shorter than this part of the circumference do not count as turned.
-_TURNED = 0.05
+from .cases import INCH, MIDDLE, Changes, notched_tube
 
 
 @dataclasses.dataclass(frozen=True)
@@ -34,6 +32,9 @@ class Outcome:
         nearest: where that was: from the middle of the notch [m], and its angle from the notch [rad].
         pieces: how many there are.
         parted: how many points have parted.
+        words: the outcome in a word, as the component reads it: whole, bulged, axial crack, hoop crack, severed.
+        along: how far cracks reach along the tube, from the first place to the last [m]; 0 where none runs along it.
+        around: the largest part of the circumference that cracks take at one place along the tube.
     """
 
     x: FloatArray
@@ -45,48 +46,19 @@ class Outcome:
     nearest: tuple[float, float]
     pieces: float
     parted: float
+    words: str
+    along: float
+    around: float
 
     def crosses_axis(self) -> npt.NDArray[np.bool_]:
         """Return of each pair whether its nodes lie behind one another along the tube: a crack between them runs around it."""
         x, arc = self.x[self.pairs], self.arc[self.pairs]
         return np.abs(np.diff(x, axis=1)[:, 0]) > np.abs(np.diff(arc, axis=1)[:, 0]) * 1e-6
 
-    def around(self) -> float:
-        """Return the largest part of the circumference that a crack takes at one place along the tube."""
-        chosen = self.crosses_axis()
-        middle = np.round(self.x[self.pairs].mean(axis=1)[chosen], 9)
-        angles = np.unique(np.round(self.arc, 9))
-        between = 0.5 * (angles[1:] + angles[:-1])
-        widths = np.diff(np.concatenate([angles[:1], between, angles[-1:]]))
-        own = widths[np.searchsorted(angles, np.round(self.arc[self.pairs[chosen, 0]], 9))]
-        lengths = own * self.cut[chosen]
-        return max(
-            (float(lengths[middle == place].sum() / own[middle == place].sum()) for place in np.unique(middle)), default=0.0
-        )
 
-    def along(self) -> float:
-        """Return how far cracks run along the tube beside the notch, from the first to the last [m]; 0 where none does."""
-        chosen = ~self.crosses_axis() & self.cut
-        places = self.x[self.pairs].mean(axis=1)[chosen]
-        return float(np.ptp(places)) if len(places) else 0.0
-
-    @property
-    def words(self) -> str:
-        """Return the outcome in words: whole, axial crack, hoop crack, severed."""
-        if not self.cut.any():
-            return "whole"
-        part = self.around()
-        if part > _SEVERED:
-            return "severed"
-        return "axial crack" if part < _TURNED else "hoop crack"
-
-
-def outcome(
-    context: Context, inches: int, factor: float, *, nodes: float | None = None, hourglass: float | None = None
-) -> Outcome:
+def outcome(context: Context, inches: int, factor: float, **changes: Unpack[Changes]) -> Outcome:
     """Run a notched tube, or read its log; see `notched_tube`."""
-    changes = {} if hourglass is None else {"hourglass": hourglass}
-    return read_outcome(context.run(notched_tube(context, inches, factor, nodes=nodes, **changes)))
+    return read_outcome(context.run(notched_tube(context, inches, factor, **changes)))
 
 
 def read_outcome(log: Log, time: float | None = None) -> Outcome:
@@ -106,7 +78,8 @@ def read_outcome(log: Log, time: float | None = None) -> Outcome:
         np.asarray(log.get("shell_surface_stress", late)), np.asarray(of_node)[links.pairs],
         np.asarray(log.get("shell_surface_links", late)) == 0.0, ratio,
         (place, float(report.get("shell: angle around, rad", math.nan))), float(log.get("shell_pieces", late)),
-        float(report.get("shell: points that have parted", 0.0)),
+        float(report.get("shell: points that have parted", 0.0)), OUTCOMES[int(log.get("shell_outcome", late))],
+        float(log.get("shell_crack_along", late)), float(log.get("shell_crack_around", late)),
     )  # fmt: skip
 
 

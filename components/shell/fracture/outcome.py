@@ -1,0 +1,94 @@
+"""The outcome for a body in one word, and how far and how fast its cracks have run along it and around it."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from ...support.arrays import FloatArray
+from ..geometry.lattice import Lattice
+from ..layout import IntArray
+from .pieces import Marks
+
+OUTCOMES = ("whole", "bulged", "axial crack", "hoop crack", "severed")
+WHOLE, BULGED, AXIAL, HOOP, SEVERED = range(5)
+# A wall has bulged where the plastic strain is so large in the mean over a station: its circumference has grown for good.
+BULGED_STRAIN = 0.002
+# Cracks that take less than this part of the circumference at one place have not turned around the body.
+_TURNED = 0.05
+# The speed of a crack is that between these parts of its way.
+_FROM, _TO = 0.1, 0.9
+
+
+class CutSides(NamedTuple):
+    """The sides of the columns of nodes that a crack cuts off from the next column.
+
+    Attributes:
+        along: from the next one along the body, shape (n, m): such a crack runs around it.
+        across: from the next one around it, shape (n, m): such a crack runs along it.
+    """
+
+    along: Marks
+    across: Marks
+
+
+def crack_along(lattice: Lattice, cut: CutSides) -> float:
+    """Return how far cracks reach along the body, from the first place to the last [m]; 0 where none runs along it."""
+    stations = np.flatnonzero(cut.across.any(axis=1))
+    return float(np.ptp(lattice.axes[0].positions[stations])) if len(stations) else 0.0
+
+
+def crack_around(lattice: Lattice, cut: CutSides) -> float:
+    """Return the largest part of the circumference, or of the width of a plate, that cracks take at one place along."""
+    widths = lattice.axes[1].widths
+    return float(((cut.along * widths).sum(axis=1) / widths.sum()).max())
+
+
+def connects_ends(labels: IntArray, borne: Marks, shape: tuple[int, int]) -> bool:
+    """Return whether a piece reaches from the first station to the last.
+
+    Args:
+        labels: number of the piece of each column, shape (n m,).
+        borne: whether anything bears each column, shape (n m,).
+        shape: n, m.
+    """
+    rows, bearing = labels.reshape(shape), borne.reshape(shape)
+    return bool(np.isin(rows[0][bearing[0]], rows[-1][bearing[-1]]).any())
+
+
+def outcome(lattice: Lattice, cut: CutSides, is_severed: bool, plastic_strain: FloatArray) -> int:
+    """Return the number of the outcome in `OUTCOMES`.
+
+    Args:
+        lattice: of the nodes.
+        cut: sides of the columns at the outer surface that cracks cut.
+        is_severed: whether nothing joins both ends any more.
+        plastic_strain: mean of each station, or row of points, shape (stations,).
+    """
+    if is_severed:
+        return SEVERED
+    if cut.along.any() or cut.across.any():
+        return HOOP if crack_around(lattice, cut) >= _TURNED else AXIAL
+    return BULGED if float(plastic_strain.max(initial=0.0)) > BULGED_STRAIN else WHOLE
+
+
+def tip_speed(places: FloatArray, times: FloatArray, shortest: float) -> float:
+    """Return the speed of the faster one of the two tips of a crack, over the middle four fifths of its way [m/s].
+
+    Args:
+        places: where the crack grew, along its way, shape (k,) [m].
+        times: when, ascending, shape (k,) [s].
+        shortest: ways that are not longer have no speed [m].
+
+    Returns:
+        0 where no tip went so far.
+    """
+    speeds = [0.0]
+    for sign in (1.0, -1.0):
+        reach = np.maximum.accumulate(sign * (places - places[0])) if len(places) else np.zeros(0)
+        if len(reach) and reach[-1] > shortest:
+            begin, end = (int(np.searchsorted(reach, part * reach[-1])) for part in (_FROM, _TO))
+            if times[end] > times[begin]:
+                speeds.append(float((reach[end] - reach[begin]) / (times[end] - times[begin])))
+    return max(speeds)
