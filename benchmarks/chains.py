@@ -34,5 +34,5 @@ def struck(grains: int, **parameters: Any) -> Any:
 
 
 def crossing_ticks(chain: Any) -> int:
-    """About how many ticks the struck chain's wave needs to its last grains: .84 grains a tau."""
+    """About how many ticks the struck chain's wave needs to its last grains: 0.84 grains a tau."""
     return max(1, int(chain.parameters.grains * TAU / chain.step_size))

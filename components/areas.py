@@ -11,6 +11,7 @@ from pydantic import SerializeAsAny, model_validator
 from .support.arrays import FloatArray
 from .support.parameter_fields import Pair, field
 from .support.tagged_union import ByName, Named
+from .support.validation import refusal
 
 
 class Area(Named):
@@ -38,7 +39,7 @@ class Box(Area):
         for axis in ("x", "y"):
             low, high = getattr(self, axis)
             if not low < high:
-                raise ValueError(f"{axis}: got [{low:g}, {high:g}], expected the smaller number first")
+                raise refusal(f"got [{low:g}, {high:g}]", "the smaller number first", at=(axis,))
         return self
 
     @property

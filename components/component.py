@@ -18,7 +18,7 @@ from .balances import Balance
 from .contract import Variable
 from .drawables import validate_drawables
 from .errors import ParameterError, nearest, one_line
-from .events import Event
+from .events import Event, EventDetail
 from .inputs import Held, input_value
 from .number_arrays import start_array
 from .snapshot import Snapshot
@@ -130,11 +130,19 @@ class Component(Stepping, metaclass=_Fixed):
                 )
         self._block.include(part._block)
         self._included = (*self._included, (part, prefix, ticks))
-        vars(self)["event_kinds"] = {**self.event_kinds, **kinds}
         details = {f"{prefix}_{kind}": detail for kind, detail in part.event_details.items()}
-        vars(self)["event_details"] = {**self.event_details, **details}
-        if part.event_ratio and not self.event_ratio:
-            vars(self)["event_ratio"] = f"{prefix}_{part.event_ratio}"
+        ratio = f"{prefix}_{part.event_ratio}" if part.event_ratio and not self.event_ratio else self.event_ratio
+        self._declare_events({**self.event_kinds, **kinds}, {**self.event_details, **details}, ratio)
+
+    def _declare_events(self, kinds: Mapping[str, str], details: Mapping[str, EventDetail], ratio: str = "") -> None:
+        """Declare the events of this one component, in place of those of its class; call it in `_build`.
+
+        Args:
+            kinds: `event_kinds`.
+            details: `event_details`.
+            ratio: `event_ratio`.
+        """
+        vars(self).update(event_kinds=kinds, event_details=details, event_ratio=ratio)
 
     def _claim_memory(self, shape: tuple[int, ...]) -> FloatArray:
         """Return zeros of that shape, in the memory of a parent where there is one."""

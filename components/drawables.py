@@ -103,8 +103,8 @@ class Curve(_Geometry):
 
 Drawable = Points | Links | Cells | Curve
 
-# Outputs that a drawable names.
-_OUTPUTS = ("displacement", "colour", "rotation", "state", "field")
+# The fields of drawables that name an output, or are "".
+OUTPUT_FIELDS = ("displacement", "colour", "rotation", "state", "field")
 
 
 def validate_drawables(drawables: Sequence[Drawable], variables: Mapping[str, Any]) -> None:
@@ -133,7 +133,7 @@ def validate_drawables(drawables: Sequence[Drawable], variables: Mapping[str, An
                 _expect_states(one, variables)
             case Curve():
                 count, shapes = len(one.coordinate), {"field": 1}
-        for role in _OUTPUTS:
+        for role in OUTPUT_FIELDS:
             name = getattr(one, role, "")
             if not name:
                 continue
@@ -163,7 +163,7 @@ def _fault(where: tuple[str, str], received: str, expected: str) -> ParameterErr
 
 def drawn_outputs(drawables: Iterable[Drawable]) -> list[str]:
     """Return the names of the outputs that drawables show, each once."""
-    names = (getattr(drawable, name, "") for drawable in drawables for name in _OUTPUTS)
+    names = (getattr(drawable, name, "") for drawable in drawables for name in OUTPUT_FIELDS)
     return list(dict.fromkeys(name for name in names if name))
 
 

@@ -126,6 +126,8 @@ class Fault:
 
     def of(self, source: str) -> Fault:
         """Return it with one more source before its own."""
+        if not source:
+            return self
         return dataclasses.replace(self, source=(source, ": ", *_parts(self.source)) if self.source else source)
 
     def with_hint(self, hint: str) -> Fault:
@@ -257,6 +259,12 @@ class StepError(GranularError, ArithmeticError):
 
 class LogError(GranularError):
     """A log or a snapshot cannot be written, or is not one, or is damaged, or asks for more than the limits allow."""
+
+    @classmethod
+    def of_content(cls, error: GranularError, *location: str, source: str = "") -> Self:
+        """Return an error that the content of a log gave as one of the log, with all its data."""
+        faults = (fault.within(*location) for fault in error.faults)
+        return cls(*(fault.of(source) for fault in faults))
 
 
 class ExperimentError(GranularError, ValueError):

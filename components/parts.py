@@ -3,20 +3,16 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
 from typing import Any, TypeVar
 
 from .component import Component
 from .contract import Variable
-from .drawables import Drawable
+from .drawables import OUTPUT_FIELDS, Drawable
 from .errors import ParameterError
 from .support.arrays import FloatArray
 
 Part = TypeVar("Part", bound=Component)
-# Axes that mean the same in each part.
-_ENTRIES = ("direction", "entry", "component", "station")
-# What names an output, or "", in some kind of drawable.
-_DRAWN = ("displacement", "colour", "rotation", "state", "field")
 
 
 def make_part(kind: type[Part], owner: Component, name: str, **changes: Any) -> Part:
@@ -32,17 +28,16 @@ def make_part(kind: type[Part], owner: Component, name: str, **changes: Any) -> 
         raise ParameterError(*(dataclasses.replace(fault, source=source).within(name) for fault in error.faults)) from None
 
 
-def part_variables(parts: Mapping[str, Component]) -> Iterator[Variable]:
+def part_variables(parts: Mapping[str, Component], own_axes: Collection[str] = ()) -> Iterator[Variable]:
     """Yield the inputs and outputs of the parts, given by prefix, with the names that they have in the whole.
 
-    Axes keep their names, but for those that two parts have and that mean something else in each.
+    Args:
+        parts: by prefix.
+        own_axes: those that several parts have and that count something else in each, such as gauges: they get the prefix too.
     """
-    declared = {prefix: list(part.declared()) for prefix, part in parts.items()}
-    axes = [{axis for variable in variables for axis in variable.axes} for variables in declared.values()]
-    ambiguous = {axis for axis in set().union(*axes) - set(_ENTRIES) if sum(axis in some for some in axes) > 1}
-    for prefix, variables in declared.items():
-        for variable in variables:
-            names = tuple(f"{prefix} {axis}" if axis in ambiguous else axis for axis in variable.axes)
+    for prefix, part in parts.items():
+        for variable in part.declared():
+            names = tuple(f"{prefix} {axis}" if axis in own_axes else axis for axis in variable.axes)
             text = f"{prefix}: {variable.description}"
             yield dataclasses.replace(variable, name=f"{prefix}_{variable.name}", description=text, axes=names)
 
@@ -60,6 +55,6 @@ def part_values(prefix: str, values: Mapping[str, Any]) -> dict[str, Any]:
 
 def part_drawable(prefix: str, drawable: Drawable, **changes: FloatArray) -> Drawable:
     """Return a drawable of a part, which names the outputs of the whole; `changes` of its other fields."""
-    names = {key: f"{prefix}_{name}" for key in _DRAWN if (name := getattr(drawable, key, ""))}
+    names = {key: f"{prefix}_{name}" for key in OUTPUT_FIELDS if (name := getattr(drawable, key, ""))}
     fields: dict[str, Any] = {**names, **changes}
     return dataclasses.replace(drawable, **fields)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import sys
 from collections.abc import Callable, Iterable, Mapping
 from contextlib import suppress
 from time import perf_counter
@@ -27,6 +28,8 @@ _SILENT_SECONDS, _LONG_SECONDS = 5.0, 60.0
 
 # How often the state before a failed step is put back anew where that is interrupted.
 _ATTEMPTS = 100
+# So often in a row at the same tick a fault is one that lasts.
+_REPEATS = 3
 
 # Which calls are legal when. "ready": made, reset, restored or stepped; "stepping": in the middle of a step, where an observer
 # (or another thread) calls; "failed": the last step raised, and the state is that before it.
@@ -122,7 +125,8 @@ class Stepping(Physics):
                             continue
                     inputs, numbers = self.hold(inputs), False
                     break
-            if self._observers or ticks > self._chunk_ticks:
+            observers, untold = self._observers, None
+            if ticks > self._chunk_ticks or (observers and self._is_looked_at(before + ticks)):
                 self._long_step(ticks, inputs)
                 return
             undo = self._undo
@@ -140,8 +144,11 @@ class Stepping(Physics):
                 if status:
                     raise self._explain(status)
                 own["_tick"] = before + ticks
-            except BaseException:  # Ctrl-C too
-                self._put_back(before, held)
+                if observers:
+                    untold = observers[::-1]
+                    self._tell(untold, ticks, inputs)
+            except BaseException as error:  # Ctrl-C too
+                self._end_cut_step(before, held, untold, ticks, inputs, error)
                 raise
             if undo.is_small:
                 return
@@ -170,7 +177,7 @@ class Stepping(Physics):
 
     @property
     def step_start(self) -> int:
-        """The tick at which the step under way began, where anybody looks on."""
+        """The tick at which the step under way began, for an observer that looks in the middle of it."""
         return self._step_start
 
     @property
@@ -309,13 +316,20 @@ class Stepping(Physics):
 
     # -- pieces of a long step, and their undoing --------------------------------------------------------------------
 
+    def _is_looked_at(self, end: int) -> bool:
+        """Return whether an observer wants to look before a step is over, or when it is."""
+        for observer in self._observers:  # noqa: SIM110 - `any` would take twice as long, of each step that is recorded
+            if observer.next_tick <= end:
+                return True
+        return False
+
     def _long_step(self, ticks: int, inputs: Mapping[str, Held]) -> None:
         """Step in pieces, for observers and for Ctrl-C; all of it or nothing."""
         start, end, held = self._tick, self._tick + ticks, self._held
         self._undo.prepare(start)
         self._step_start = start
-        begun, told, is_made = perf_counter(), ticks < _MANY_TICKS, False
-        untold: list[Observer] = []
+        begun, told = perf_counter(), ticks < _MANY_TICKS
+        untold: list[Observer] | None = None
         try:
             if inputs:
                 self._hold({**held, **inputs})
@@ -330,19 +344,35 @@ class Stepping(Physics):
                 for observer in self._observers:
                     if observer.next_tick <= stop:
                         observer.on_sample(self)
-            untold, is_made = self._observers[::-1], True
-            while untold:
-                untold[-1].on_step(self, ticks, inputs)
-                untold.pop()
+            untold = self._observers[::-1]
+            self._tell(untold, ticks, inputs)
         except BaseException as error:
-            if is_made:  # it stands: whoever was not told of it, or was interrupted while it was, is told now
-                _call_all([observer.on_step for observer in reversed(untold)], self, ticks, inputs)
-            else:
-                self._put_back(start, held)
-                _call_all([observer.on_failure for observer in self._observers], self, error)
+            self._end_cut_step(start, held, untold, ticks, inputs, error)
             raise
         if not self._undo.is_small:  # last: where that is cut, the next step takes a copy
             self._undo.note(ticks, self._held)
+
+    def _tell(self, untold: list[Observer], ticks: int, inputs: Mapping[str, Held]) -> None:
+        """Tell the observers of a step, the last of the list first, and leave in the list who was not told."""
+        while untold:
+            untold[-1].on_step(self, ticks, inputs)
+            untold.pop()
+
+    def _end_cut_step(
+        self,
+        start: int,
+        held: Mapping[str, Held],
+        untold: list[Observer] | None,
+        ticks: int,
+        inputs: Mapping[str, Held],
+        error: BaseException,
+    ) -> None:
+        """Put a step back that was not made (`untold` is None); one that was stands, and the others are told of it."""
+        if untold is None:
+            self._put_back(start, held)
+            _call_all([observer.on_failure for observer in self._observers], self, error)
+        else:  # whoever was not told of it, or was interrupted while it was, is told now
+            _call_all([observer.on_step for observer in reversed(untold)], self, ticks, inputs)
 
     def _tell_time_left(self, done: int, ticks: int, spent: float) -> None:
         """Warn of a step that has `spent` seconds behind it and takes much longer."""
@@ -372,9 +402,11 @@ class Stepping(Physics):
     def _put_back(self, tick: int, held: Mapping[str, Held]) -> None:
         """Put the state of a tick back, and what was held then: a copy, and the steps since it was taken, made again.
 
-        Whatever interrupts that (Ctrl-C, a timeout of the caller's), it is begun anew, and the error under way is told.
+        Whatever interrupts that (Ctrl-C, a timeout of the caller's), it is begun anew, and the error under way is told. A fault
+        that comes again at the same place is no interrupt: then the component stays where that is.
         """
-        for attempt in range(_ATTEMPTS):
+        before, repeats, fault = None, 0, None
+        for _ in range(_ATTEMPTS):
             try:
                 self._undo.load()
                 if not self._undo.is_small:
@@ -383,12 +415,18 @@ class Stepping(Physics):
                 self._hold(held)
                 return
             except BaseException as error:
-                if attempt == _ATTEMPTS - 1:
-                    self._undo.forget()
-                    raise GranularError(
-                        f"component {self.name!r} could not be put back to {tick * self.step_size:.12g} s: {error}",
-                        hint="restore a snapshot, or reset it",
-                    ) from error
+                place = type(error), str(error), self._tick
+                repeats = repeats + 1 if place == before else 1
+                before, fault = place, error
+                if repeats == _REPEATS:
+                    break
+        self._undo.forget()
+        self._failure = self._tick
+        raise GranularError(
+            f"component {self.name!r} could not be put back to {tick * self.step_size:.12g} s, where a step failed "
+            f"({_description(sys.exception())}): {_description(fault)}",
+            hint=f"it is at {self.time:.12g} s; restore a snapshot, or reset it",
+        ) from fault
 
     def _make_again(self) -> None:
         """Make the steps since the copy again; they gave no error before."""
@@ -398,6 +436,11 @@ class Stepping(Physics):
             if self._advance(ticks):
                 raise GranularError("a step that was made before fails now", hint="`_advance` depends on more than the block")
             self._tick += ticks
+
+
+def _description(error: BaseException | None) -> str:
+    text = " ".join(str(error).split())
+    return f"{type(error).__name__}: {text[:400]}" if text else type(error).__name__
 
 
 def _call_all(functions: Iterable[Callable[..., None]], *arguments: Any) -> None:

@@ -55,7 +55,7 @@ def returned(env: make_pulse_forming, drive: np.ndarray) -> dict[str, float]:
 
 
 def passages(env: make_pulse_forming, drive: np.ndarray, grain: int) -> list[tuple[float, float]]:
-    """When crests pass a grain [s], and its velocity then [m/s]: the maxima above .2 m/s of every internal step."""
+    """When crests pass a grain [s], and its velocity then [m/s]: the maxima above 0.2 m/s of every internal step."""
     chain, speeds = env.component, []
     chain.reset()
     for force in np.concatenate([drive, np.zeros(40)]):

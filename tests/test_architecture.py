@@ -7,11 +7,13 @@ import re
 import subprocess
 import sys
 import tomllib
+from functools import cache
 from pathlib import Path
 from typing import Any
 
 import grimp
 import pytest
+from support import scheduling
 
 from granular_env.components import catalogue
 from granular_env.components.component import Component
@@ -41,8 +43,14 @@ def python(code: str) -> str:
     return result.stdout
 
 
+@cache
+def tree_of(path: Path) -> ast.Module:
+    """Return a file's syntax tree, parsed once for all tests; nobody changes it."""
+    return ast.parse(path.read_text())
+
+
 def imports(path: Path) -> list[ast.Import | ast.ImportFrom]:
-    return [node for node in ast.walk(ast.parse(path.read_text())) if isinstance(node, ast.Import | ast.ImportFrom)]
+    return [node for node in ast.walk(tree_of(path)) if isinstance(node, ast.Import | ast.ImportFrom)]
 
 
 def test_the_import_contracts_hold():
@@ -287,7 +295,7 @@ def foreign_privates(tree: ast.Module, homes: dict[str, list[ast.Module]]) -> li
 
 def test_no_module_uses_the_private_members_of_another():
     """But for those of base classes: whatever is used from outside has a public name, so that each class can change inside."""
-    trees = {path: ast.parse(path.read_text()) for path in modules().values()}
+    trees = {path: tree_of(path) for path in modules().values()}
     homes: dict[str, list[ast.Module]] = {}
     for tree in trees.values():
         for one in classes_in(tree):
@@ -311,7 +319,7 @@ def test_the_rule_for_private_members_finds_them():
 
 def imported_modules(name: str, path: Path, known: dict[str, Path]) -> set[str]:
     """The package's own modules that a module imports, at once or in its functions; not those for type checkers alone."""
-    tree = ast.parse(path.read_text())
+    tree = tree_of(path)
     blocks = [node for node in ast.walk(tree) if isinstance(node, ast.If) and ast.unparse(node.test) == "TYPE_CHECKING"]
     for_types = {id(node) for block in blocks for node in ast.walk(block)}
     found = set()
@@ -340,7 +348,7 @@ def test_docstrings_have_a_subject():
     found = [
         f"{path.relative_to(ROOT)}: {text.splitlines()[0]}"
         for path in modules().values()
-        for node in ast.walk(ast.parse(path.read_text()))
+        for node in ast.walk(tree_of(path))
         if isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef)
         and headless.match(text := ast.get_docstring(node) or "")
     ]
@@ -351,7 +359,19 @@ def test_hardly_any_function_is_named_by_a_participle():
     """A name is what a function does or gives; `told` or `warmed` says neither. Adjectives before a noun are no such names."""
     irregular = "told|written|made|given|held|drawn|seen|shown|built|kept|found|taken|driven|sent|sought|left|gone|met|lost"
     participle = re.compile(rf"_?(\w*[a-z]{{2}}ed|{irregular})")
-    trees = [ast.parse(path.read_text()) for path in modules().values()]
+    trees = [tree_of(path) for path in modules().values()]
     names = [node.name for tree in trees for node in ast.walk(tree) if isinstance(node, ast.FunctionDef)]
     found = [name for name in names if "_" not in name.strip("_") and participle.fullmatch(name)]
     assert len(names) > 3000 and len(found) <= 0.015 * len(names), found
+
+
+def test_files_that_are_scheduled_by_name_exist():
+    """The order of test files in `make test`; see `support.scheduling`."""
+    names = {path.name for path in (ROOT / "tests").glob("test_*.py")}
+    assert set(scheduling.LONG) <= names and len(set(scheduling.LONG)) == len(scheduling.LONG)
+    for kind in (scheduling.CHAIN, scheduling.BODIES):
+        for prefix in kind.pattern.removeprefix("test_(").removesuffix(")").split("|"):
+            assert any(name.startswith(f"test_{prefix}") for name in names), prefix
+    own, other = scheduling.CHAIN, scheduling.BODIES
+    order = [f"tests/test_{name}.py" for name in ("chain_adjoint", "chain_bits", "envs", "cli", "run", "progress", "grid")]
+    assert sorted(reversed(order), key=lambda path: scheduling.rank(path, own, other)) == order

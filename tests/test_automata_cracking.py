@@ -478,6 +478,11 @@ def test_a_log_says_how_near_the_run_came_to_breaking(tmp_path: Path, capsys: py
     assert main(["events", str(path), "--nearest"]) == 0
     told = " ".join(capsys.readouterr().out.split())
     assert f"criterion_ratio[{found.index}] reached {found.ratio:.6g} of its limit at {found.time:.9g} s" in told
+    unbreakable = confined()
+    with ge.record(unbreakable, tmp_path / "whole.mcap"):
+        unbreakable.step()
+    assert main(["events", str(tmp_path / "whole.mcap"), "--nearest"]) == 0
+    assert "nothing has a limit" in capsys.readouterr().out
     discs = ge.make("discs")
     with ge.record(discs, tmp_path / "discs.mcap"):
         discs.step(1e-4)

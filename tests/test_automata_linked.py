@@ -397,6 +397,21 @@ def test_packings_and_parameters_that_do_not_fit_are_refused(parameters: dict[st
         block("square", **parameters)
 
 
+@pytest.mark.parametrize(
+    ("parameters", "words"),
+    [
+        ({"diameter": 1e-300}, "diameter: got 1e-300, expected 1e-40 to 1e[+]40"),
+        ({"diameter": 1e160}, "diameter: got 1e[+]160"),
+        ({"material": {"density": 1e-160, "young": 1.0, "poisson": 0.2}}, "material.density: got 1e-160"),
+        ({"material": ["steel", {"density": 1.0, "young": 1e250, "poisson": 0.2}]}, r"material\[1\].young: got 1e[+]250"),
+        ({"shape": {"name": "rectangle", "width": 1e160, "height": 1.0}}, "shape: got 1e[+]160"),
+    ],
+)
+def test_absurd_magnitudes_are_refused(parameters: dict[str, object], words: str) -> None:
+    with pytest.raises(ParameterError, match=words):
+        block("square", **parameters)
+
+
 def test_a_specimen_that_is_torn_too_fast_is_refused_and_unharmed() -> None:
     automata = block("square", forced_automata=[0])
     with pytest.raises(StepError, match=r"velocity\[0\]: reached .* smaller step_size"):

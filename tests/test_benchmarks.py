@@ -23,9 +23,11 @@ from benchmarks import (  # noqa: E402
     kernel,
     lammps_bonds_peer,
     lammps_peer,
+    lammps_solid_peer,
     laws,
     mcap_peer,
     numpy_peer,
+    pyro_peer,
     recording,
     replay,
     roof,
@@ -49,7 +51,7 @@ SMALL = {
     "automata": (lambda: automata.measure(side=8, triad_words=1000, rounds=2, cracking=2.3e-4, smallest=8), 8),
     "coupled": (lambda: coupled.measure(side=6, rounds=2, smallest=6), 4),
     "detonation": (lambda: detonation.measure(cells=60, triad_words=1000, rounds=2), 2),
-    "shell": (lambda: shell.measure(along=4, around=12, triad_words=1000, rounds=2), 4),
+    "shell": (lambda: shell.measure(along=26, around=24, triad_words=1000, rounds=2), 10),
     "environments": (lambda: environments.measure(steps=2, rounds=2), 4),
     "recording": (lambda: recording.measure(steps=20, rounds=2, long_grains=50, long_steps=200, long_rounds=2), 3),
     "mcap": (lambda: mcap_peer.measure(small=20, large=2, large_words=100, rounds=2), 4),
@@ -113,10 +115,33 @@ def test_without_lammps_the_message_names_the_target(monkeypatch):
         next(lammps_peer.measure(grains=4, ticks=1, rounds=1))
     with pytest.raises(SystemExit, match="make bench-peers"):
         next(lammps_bonds_peer.measure(side=4, ticks=1, rounds=1))
+    with pytest.raises(SystemExit, match="make bench-peers"):
+        next(lammps_solid_peer.measure(along=5, across=3, ticks=1, rounds=1))
+
+
+def test_our_side_of_the_rod_beside_lammps_swings_as_theory_says():
+    """A free bar of unit stiffness and mass per length: its ends come to rest after half of the sound's way through it."""
+    rod = lammps_solid_peer.swinging_rod(13, 3)
+    rest = lammps_solid_peer.zero_crossing(
+        lambda: rod.step(rod.step_size), lambda: rod.get("nodal_velocity")[:, 0], rod.step_size
+    )
+    assert rest == pytest.approx(0.5 * 0.012 * (2719.0 / 69e9) ** 0.5, rel=0.02)
+
+
+def test_our_side_of_the_gas_beside_pyro_solves_sods_problem(monkeypatch):
+    tube, start = pyro_peer.sod_tube(100)
+    tube.step(0.2)
+    assert pyro_peer.density_error(tube.centres, tube.get("density"), tube.time) < 6e-3
+    tube.restore(start)
+    assert tube.tick == 0
+    monkeypatch.setitem(sys.modules, "pyro", None)
+    with pytest.raises(SystemExit, match="make bench-peers"):
+        next(pyro_peer.measure(cells=10, rows=2, rounds=1))
 
 
 def test_peers_that_are_not_installed_are_skipped_by_name(monkeypatch, capsys):
-    monkeypatch.setitem(sys.modules, "lammps", None)
+    for module in ("lammps", "pyro"):
+        monkeypatch.setitem(sys.modules, module, None)
     assert program.main(["--peers", "--strict"]) == 0
     assert "lammps-bonds: skipped: LAMMPS cannot be used" in capsys.readouterr().err
 

@@ -138,7 +138,7 @@ def passed_on(ratio: float) -> float:
 
 
 def test_dimers_pass_a_pulse_on_at_some_mass_ratios_and_scatter_it_at_others():
-    """Solitary waves at the ratios .3428 and .1548 (and 1), strong loss between them, near .59 and .24.
+    """Solitary waves at the ratios 0.3428 and 0.1548 (and 1), strong loss between them, near 0.59 and 0.24.
 
     K. R. Jayaprakash, Y. Starosvetsky, A. F. Vakakis, Phys. Rev. E 83, 036606 (2011); J. Nonlinear Sci. 23, 363 (2013).
     """
@@ -158,7 +158,7 @@ def thrown_off(**parameters: object) -> float:
 
 
 def test_decoration_and_taper_together_absorb_a_blow():
-    """Doney & Sen (2006): less comes through (.59) than with taper (.74) or decoration (.96) alone."""
+    """Doney & Sen (2006): less comes through (0.59) than with taper (0.74) or decoration (0.96) alone."""
     decorated = {"name": "decorated", "radius": R, "decoration_radius": 1e-3}
     tapered = {"name": "tapered", "first_radius": R, "taper": 0.05}
     alone = thrown_off(grains=21, radius=R), thrown_off(grains=41, arrangement=decorated)

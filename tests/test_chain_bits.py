@@ -21,7 +21,10 @@ chain_tools.print_bit_cases({schemes!r}, {grains}, {ticks})
 _TILED = """
 from granular_env.components.chain.integrators import compositions
 compositions.TILED_ABOVE, compositions._TILE_GRAINS, compositions._BLOCK_STAGES = {above}, {tile}, {block}
+print({tile}, {block})
 """
+TILINGS = [(6, 5), (11, 10), (16, 15), (17, 8), (40, 40)]
+SCHEMES, LENGTHS = ("pefrl", "leapfrog"), (20, 21, 23, 24, 26, 30)
 
 
 def compiled(schemes: tuple[str, ...], grains: int, ticks: int) -> list[str]:
@@ -34,18 +37,30 @@ def test_the_same_bits_with_the_jit_off() -> None:
     assert said.splitlines() == compiled(INTEGRATORS, GRAINS, TICKS)
 
 
+@pytest.fixture(scope="module")
+def tiled() -> dict[str, list[str]]:
+    """What a process without the compiler prints for each tiling, by the tiling."""
+    code = ""
+    for tile, block in TILINGS:
+        code += _TILED.format(above=4, tile=tile, block=block)
+        code += "".join(_UNJITTED.format(schemes=SCHEMES, grains=grains, ticks=9) for grains in LENGTHS)
+    printed: dict[str, list[str]] = {}
+    for line in python(code, NUMBA_DISABLE_JIT="1").splitlines():
+        if ":" in line:
+            list(printed.values())[-1].append(line)
+        else:
+            printed[line] = []
+    return printed
+
+
 @pytest.mark.filterwarnings("ignore::granular_env.components.errors.GranularWarning")
-@pytest.mark.parametrize(("tile", "block"), [(6, 5), (11, 10), (16, 15), (17, 8), (40, 40)])
-def test_the_same_bits_in_tiles(tile: int, block: int) -> None:
+@pytest.mark.parametrize(("tile", "block"), TILINGS)
+def test_the_same_bits_in_tiles(tile: int, block: int, tiled: dict[str, list[str]]) -> None:
     """Tiles narrower and wider than the chain, blocks of one and of many steps, every kind of end.
 
     The lengths make the last grain change tiles before, in the middle of, and after a step.
     """
-    schemes, lengths, ticks = ("pefrl", "leapfrog"), (20, 21, 23, 24, 26, 30), 9
-    code = _TILED.format(above=4, tile=tile, block=block)
-    code += "".join(_UNJITTED.format(schemes=schemes, grains=grains, ticks=ticks) for grains in lengths)
-    expected = [line for grains in lengths for line in compiled(schemes, grains, ticks)]
-    assert python(code, NUMBA_DISABLE_JIT="1").splitlines() == expected
+    assert tiled[f"{tile} {block}"] == [line for grains in LENGTHS for line in compiled(SCHEMES, grains, 9)]
 
 
 def plain_numpy(chain: ge.Chain, velocity: np.ndarray, ticks: int) -> tuple[np.ndarray, np.ndarray]:
@@ -106,7 +121,8 @@ def test_an_edited_law_is_compiled_anew(tmp_path: Path) -> None:
         "chain = ge.make('chain', grains=3, integrator='rk4', contact_stiffness=1e7, step_size=1e-7)\n"
         "chain.reset(velocity={0: 1.0}); chain.step(2e-5); print(chain.get('velocity').tolist())"
     )
-    options = {"folder": tmp_path, "GRANULAR_ENV_CACHE": str(tmp_path / "cache")}
+    # How well the code is optimized makes no difference here, and takes half of the time.
+    options = {"folder": tmp_path, "GRANULAR_ENV_CACHE": str(tmp_path / "cache"), "NUMBA_OPT": "0"}
     before = python(code, **options)
     kernels = tmp_path / "granular_env" / "components" / "chain" / "laws" / "hertz.py"
     text = kernels.read_text(encoding="utf-8")

@@ -116,7 +116,7 @@ def test_the_work_of_a_profile_is_its_integral_over_the_way() -> None:
 
 @pytest.mark.parametrize("scheme", INTEGRATORS)
 def test_scaling(scheme: str) -> None:
-    """(3.1): the same dimensionless velocities at the same dimensionless times, for v0 = .05, 5 and 500 m/s."""
+    """(3.1): the same dimensionless velocities at the same dimensionless times, for v0 = 0.05, 5 and 500 m/s."""
     seen = []
     for speed in (0.05, 5.0, 500.0):
         unit_of_time = (5.6e12**2 * speed) ** -0.2

@@ -80,7 +80,7 @@ def test_plastic_restitution_is_thorntons(speed: float) -> None:
     chain = ge.Chain(grains=2, law=PLASTIC)
     root, stiffness = float(chain.geometry.law_constants[1, 0]), float(chain.geometry.stiffness[1])
     mass = 0.5 * chain.geometry.mass[0]
-    # .5 m* v_y^2 = .4 k d_y^2.5.
+    # 0.5 m* v_y^2 = 0.4 k d_y^2.5.
     ratio = math.sqrt(0.8 * stiffness * root**5 / mass) / speed
     expected = (
         math.sqrt(6.0 * math.sqrt(3.0) / 5.0)

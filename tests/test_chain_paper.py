@@ -39,7 +39,7 @@ def test_31_last_grain(grains: int, value: float) -> None:
 def test_34_last_grain(grains: int, value: float, printed: float) -> None:
     assert last_velocity(grains, {0: SPEED}, left="piston") == pytest.approx(value, abs=1e-6)
     assert value == pytest.approx(printed, rel=4e-4)
-    # PEFRL at .1 tau keeps 3e-4.
+    # PEFRL at 0.1 tau keeps 3e-4.
     assert last_velocity(grains, {0: SPEED}, left="piston", integrator="pefrl", step_size=5e-7) == pytest.approx(
         value, abs=3e-4
     )
@@ -61,7 +61,7 @@ def test_31_rebound() -> None:
 
 @pytest.mark.parametrize(("moving", "expected"), [(1, [0.681632]), (2, [0.853502, 0.446358]), (4, None)])
 def test_31_number_of_waves(moving: int, expected: list[float] | None) -> None:
-    """Waves above .02 v0 at grain 60: one for each moving grain, the tallest in front."""
+    """Waves above 0.02 v0 at grain 60: one for each moving grain, the tallest in front."""
     chain = paper_chain()
     chain.reset(velocity=dict.fromkeys(range(moving), SPEED))
     seen = heights(history(chain, 6e-4, [59])[:, 0] / SPEED, 0.02)
@@ -123,7 +123,7 @@ def test_32_waves_of_a_striker(striker: float, waves: int) -> None:
 
 
 def test_33_triangle() -> None:
-    """100 us: seven waves at grain 35, and an eighth of .485 m/s at grain 60; 10 us: one."""
+    """100 us: seven waves at grain 35, and an eighth of 0.485 m/s at grain 60; 10 us: one."""
     push = {duration: ge.Profile.triangle(2e6 * MASS, duration) for duration in (1e-4, 1e-5)}
     seen = history(paper_chain(), 7e-4, [34, 59], left_force=push[1e-4])
     assert len(heights(seen[:1200, 0], 0.4)) == 7
@@ -157,7 +157,7 @@ def test_34_energy_is_shared_as_the_virial_theorem_says() -> None:
 
 @pytest.mark.parametrize(("grains", "first", "last"), [(200, 60, 160), (120, 40, 90)])
 def test_speed_of_the_solitary_wave(grains: int, first: int, last: int) -> None:
-    """V = .90747 v_m^.2 in diameters and A: time between the peaks of two grains."""
+    """V = 0.90747 v_m^.2 in diameters and A: time between the peaks of two grains."""
     chain = unit_chain(grains, integrator="dop853")
     chain.reset(velocity={0: 1.0})
     seen = history(chain, last * 1.25 + 10.0, [first, last])

@@ -128,7 +128,7 @@ def test_a_gentle_run_has_no_cautions() -> None:
 @pytest.mark.parametrize(("velocity_scale", "gap"), [(10.0, 0.0), (0.1, 0.0), (10.0, 1e-6), (3.7, 0.0)])
 @pytest.mark.parametrize("radius", [1e-3, 3e-3, 0.02])
 def test_suggested_step(velocity_scale: float, gap: float, radius: float) -> None:
-    """1, 2 or 5 x 10^k s, the largest such below .1 tau (.03 with gaps)."""
+    """1, 2 or 5 x 10^k s, the largest such below 0.1 tau (0.03 with gaps)."""
     chain = ge.make("chain", grains=5, radius=radius, velocity_scale=velocity_scale, gap=gap)
     k, mass = hertz(2e11, 0.29, radius, 2e11, 0.29, radius), 7800.0 * 4.0 / 3.0 * math.pi * radius**3
     wanted = (0.03 if gap else 0.1) * (mass / k) ** 0.4 * velocity_scale**-0.2
@@ -138,7 +138,7 @@ def test_suggested_step(velocity_scale: float, gap: float, radius: float) -> Non
 
 
 def test_suggested_step_under_precompression() -> None:
-    """h omega <= .5, omega^2 = 4 K / m of the tangent stiffness K."""
+    """h omega <= 0.5, omega^2 = 4 K / m of the tangent stiffness K."""
     chain = ge.make("chain", grains=5, precompression=1e4, velocity_scale=1e-6)
     k = hertz(2e11, 0.29, RADIUS, 2e11, 0.29, RADIUS)
     tangent = 1.5 * k * (1e4 / k) ** (1.0 / 3.0)
@@ -212,7 +212,7 @@ def test_a_change_of_both_drives_is_noticed(scheme: str) -> None:
 
 
 def test_a_gap_as_small_as_rounding_does_not_stop_the_reference() -> None:
-    """Displacements of .1 mm are rounded to 1e-20 m: a contact that is open by that much cannot be closed by a shorter step."""
+    """Displacements of 0.1 mm are rounded to 1e-20 m: a contact that is open by that much is not closed by a shorter step."""
     chain = paper_chain(3)
     step = np.spacing(1e-4)
     chain.reset(displacement=[1e-4, 1e-4 + step, 1e-4 + step], velocity={0: 1e-9})

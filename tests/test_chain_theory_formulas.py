@@ -40,7 +40,7 @@ def waves_of(place: np.ndarray, height: float) -> np.ndarray:
 
 
 def test_order_of_the_long_wave_equation() -> None:
-    """(2.4), as printed, leaves out (a/L)^4, whatever the height of the wave: here strains from .2 to 1.8."""
+    """(2.4), as printed, leaves out (a/L)^4, whatever the height of the wave: here strains from 0.2 to 1.8."""
     errors = []
     for diameter in (0.1, 0.05, 0.025):
         place = diameter * np.arange(round(6.0 / diameter))
@@ -181,7 +181,7 @@ def test_restitution_of_a_dashpot(wanted: float, speed: float) -> None:
 
 
 def test_exponents_of_the_restitution() -> None:
-    """+1/5 and -1/5, within .01 for 1 - e <= .02."""
+    """+1/5 and -1/5, within 0.01 for 1 - e <= 0.02."""
     speeds = np.array([0.1, 1.0])
     for law, power, exponent in ((theory.kuwabara_kono_loss, 0.5, 0.2), (theory.viscous_loss, 0.0, -0.2)):
         damping = 0.02 / law(1.0, 1.0, 1.0, speeds).max()

@@ -148,7 +148,7 @@ def test_a_chain_of_weak_dashpots_overshoots_less_than_the_continuum(c3: float, 
 
 
 def test_a_chain_of_dashpots_is_monotonic_from_a_smaller_viscosity_than_the_continuum() -> None:
-    """At C3 = .1 between .90 and .95, where the continuum's critical viscosity is 1.260."""
+    """At C3 = 0.1 between 0.90 and 0.95, where the continuum's critical viscosity is 1.260."""
     tops = []
     for viscosity in (0.8, 0.95):
         _, overlap, behind, _ = shock_in_a_chain(0.1, viscosity, 45.0)

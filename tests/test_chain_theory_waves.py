@@ -114,7 +114,7 @@ def test_waves_tend_to_their_limits() -> None:
     shape = (wave.strain_ratio - 1.0) / 0.001
     assert shape == pytest.approx(theory.korteweg_de_vries_shape(wave.position, 0.001), abs=5e-4)
     assert theory.periodic_wave(0.1, 1.0 - 1e-12).width == pytest.approx(theory.solitary_wave(0.1).width, rel=1e-6)
-    # The well's bottom has the curvature .4 (3 - 2/s2).
+    # The well's bottom has the curvature 0.4 (3 - 2/s2).
     bottom = theory.extremes(0.1).y2 ** 0.4
     small = theory.periodic_wave(0.1, 1e-8)
     assert small.period == pytest.approx(2.0 * math.pi / math.sqrt(0.4 * (3.0 - 2.0 / bottom)) / math.sqrt(10.0), rel=1e-6)
@@ -272,13 +272,13 @@ def test_the_uncompressed_wave_scales() -> None:
     ("ratio", "error"), [(185.8, -1.176), (30.0, -0.983), (7.93, -0.597), (1.563, -0.0405), (1.1, -0.0019)]
 )
 def test_the_continuum_against_the_lattice(ratio: float, error: float) -> None:
-    """How much slower than the chain's wave the continuum's is [%]; towards no precompression .79 % faster, in v_m^(1/5)."""
+    """How much slower than the chain's wave the continuum's is [%]; towards no precompression 0.79 % faster, in v_m^(1/5)."""
     wave = theory.lattice_wave(1.0, ratio - 1.0)
     assert 100.0 * (theory.speed_ratio(ratio) / wave.speed_ratio - 1.0) == pytest.approx(error, abs=6e-4)
 
 
 def test_coefficients_of_the_continuum_and_of_the_lattice() -> None:
-    """The paper's .915 is the continuum's (16/25)^(1/5): V/D1 = 1.05, v_m1/v0 = 1.56; with .907470 1.0424 and 1.625."""
+    """The paper's 0.915 is the continuum's (16/25)^(1/5): V/D1 = 1.05, v_m1/v0 = 1.56; with 0.907470 1.0424 and 1.625."""
     assert theory.CONTINUUM_SOLITARY_SPEED == pytest.approx(0.915, abs=5e-4)
     assert theory.front_ratio(0.915) == pytest.approx(1.05, abs=2e-3)
     assert theory.front_velocity_ratio(0.915) == pytest.approx(1.56, abs=1e-3)

@@ -264,18 +264,21 @@ KILLED = """
 import sys
 sys.path.insert(0, {tests!r})
 from support.control_toys import Bowl, bowl_study
-from granular_env.control.study import runner
+from granular_env.control.study import figures, runner
 runner._SAVED_EVERY = 0.0
-runner.run_study(bowl_study(*({{"type": name}} for name in {methods!r})), {folder!r}, problem=Bowl(pause=2e-3))
+figures.pictures = lambda result: {{}}
+runner.run_study(bowl_study(*({{"type": name}} for name in {methods!r})), {folder!r}, problem=Bowl(pause={pause}))
 """
 
 
 def test_a_study_that_is_killed_again_and_again_finds_what_an_uninterrupted_one_finds(tmp_path):
     methods = [{"type": name} for name in SEARCHES]
     run_study(bowl_study(*methods), tmp_path / "whole", problem=Bowl())
-    code = KILLED.format(tests=str(ROOT / "tests"), methods=SEARCHES, folder=str(tmp_path / "killed"))
     draw, killed = random.Random(1), 0
     while True:
+        # So slow that it cannot end before it is killed, and then as fast as it can.
+        pause = 0.02 if killed < 2 else 0.0
+        code = KILLED.format(tests=str(ROOT / "tests"), methods=SEARCHES, folder=str(tmp_path / "killed"), pause=pause)
         started = subprocess.Popen([sys.executable, "-c", code], cwd=ROOT, stderr=subprocess.PIPE, text=True)
         _wait_for(tmp_path / "killed" / "checkpoints", started)
         try:

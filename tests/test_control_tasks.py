@@ -292,8 +292,8 @@ def test_a_matched_end_swallows_all_but_the_rebound(action: str) -> None:
         # The integrator's own error of energy.
         assert nothing == pytest.approx(0.0, abs=1e-4)
         assert 0.9914 < theory < 0.9937
-    # One striker's solitary wave has 1.06932 m (.681632 v0)^2 of its m v0^2 / 2; two strikers rebound with that of the
-    # paper's section 3.1, v/v0 = -.1126, -.0480, ..., of their m v0^2.
+    # One striker's solitary wave has 1.06932 m (0.681632 v0)^2 of its m v0^2 / 2; two strikers rebound with that of the
+    # paper's section 3.1, v/v0 = -0.1126, -0.0480, ..., of their m v0^2.
     one = 1.0 - 2.0 * 1.0693229458 * 0.681632**2
     two = 0.5 * (0.1126**2 + 0.04802**2 + 0.02471**2 + 0.01327**2 + 0.006807**2 + 0.002877**2)
     for count, rebound in ((1, one), (2, two)):

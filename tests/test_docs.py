@@ -17,7 +17,8 @@ BLOCK = re.compile(
     r"(?:<!-- (run|file: (?P<file>\S+)) -->\n)?^```(?P<language>\w+)[^\n]*\n(?P<code>.*?)^```$", re.MULTILINE | re.DOTALL
 )
 PROMISE = re.compile(r"^ *print\(.*\)  # (.+)$", re.MULTILINE)
-BARE_POINT = re.compile(r"(?<![\w.\])/:{+^])-?\.\d")  # .5 for 0.5; behind a colon it is the format of a number
+BARE_POINT = re.compile(r"(?<![\w.\])/:{+^])-?\.\d")  # without a digit before it; behind a colon it is a format
+COMMENT = re.compile(r"^ *#.*|  # .*|(?<=\"\"\")[^\n\"]+(?=\"\"\")", re.MULTILINE)  # docstrings of one line
 LINK = re.compile(r"\]\((?!https?:|#|mailto:)([^)#\s]+)")
 # Lines that fail where the log is there already, unless they say "overwrite".
 WRITES_A_LOG = re.compile(
@@ -98,12 +99,16 @@ def test_the_tutorial_shows_every_picture_that_its_lines_draw():
 
 
 def test_numbers_have_a_digit_before_the_point():
-    """On the pages, and in the experiments, studies and plans that people read and copy."""
+    """On the pages, in the experiments, studies and plans that people read and copy, and in comments and docstrings."""
     assert BARE_POINT.search("a part of .5") and BARE_POINT.search("-.011") and not BARE_POINT.search("0.5, {x:.3f}, x.2")
     documents = [ROOT / "CHANGELOG.md", ROOT / "CONTRIBUTING.md", *(ROOT / "granular_env").rglob("*.toml")]
     assert len(documents) > 50
     for path in [*PAGES, *documents]:
         assert [line for line in path.read_text().splitlines() if BARE_POINT.search(line)] == [], path
+    for folder in ("components", "granular_env", "tests", "benchmarks", "examples"):
+        for path in (ROOT / folder).rglob("*.py"):
+            texts = [match[0] for match in COMMENT.finditer(path.read_text()) if "BARE_POINT" not in match[0]]
+            assert [text for text in texts if BARE_POINT.search(text)] == [], path
 
 
 @pytest.mark.parametrize("page", PAGES, ids=name_of)

@@ -244,7 +244,7 @@ def test_the_seed_of_the_reset_decides_the_chain_and_each_episode_has_its_own() 
 def test_draws_fill_their_range_evenly() -> None:
     env = make_protection(clock=0, grains=2, randomise={"precompression": (10.0, 20.0)})
     drawn = [env.reset(seed=seed)[1]["drawn_precompression"] for seed in range(300)]
-    # The mean of 300 even draws has a standard error of 10 / sqrt(12 * 300) = .17.
+    # The mean of 300 even draws has a standard error of 10 / sqrt(12 * 300) = 0.17.
     assert abs(np.mean(drawn) - 15.0) < 0.7 and min(drawn) < 10.5 and max(drawn) > 19.5
 
 

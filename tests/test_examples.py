@@ -38,7 +38,7 @@ def test_record_and_branch(run):
 def test_own_component(run):
     numbers = run("own_component")
     assert numbers["identical"]
-    # The first bounce, at .45 s, takes 1 - .5^2 of the energy; the second comes at .90 s and takes as much of the rest.
+    # The first bounce, at 0.45 s, takes 1 - 0.5^2 of the energy; the second comes at 0.90 s and takes as much of the rest.
     assert numbers["energy lost / energy at the start"] == pytest.approx(1.0 - 0.5**4, abs=2e-2)
     assert abs(numbers["energy residual"]) < 1e-12
 

@@ -32,7 +32,7 @@ def test_a_weakly_dissipative_piston_front_runs_at_d1():
     assert abs(speeds[1] - d1) < abs(speeds[0] - d1)
     balances = chain.balance_values()
     assert balances["dissipated_energy"] / balances["input_work"] == pytest.approx(0.0977, abs=1e-3)
-    # Second order in the step, 1.1e-4 at .5 us.
+    # Second order in the step, 1.1e-4 at 0.5 us.
     assert abs(balances["energy_residual"]) < 2e-4 * balances["input_work"]
     _, lossless = watched("laws/dissipative-piston", 1e-6, {"component.law": "hertz"})
     assert measurement.front_speed(lossless, 0.5 * SPEED, 50, 100) / d1 == pytest.approx(1.04, abs=0.005)

@@ -16,7 +16,11 @@ from granular_env.components.errors import Fault, GranularError, ParameterError,
 from granular_env.experiments import load_experiment
 from granular_env.experiments.preparation import branch_inputs, prepare
 from granular_env.recording import open_log
+from granular_env.recording.container.limits import Limits
+from granular_env.recording.reader.component_from_header import build
+from granular_env.recording.replay.steps import advance, restore
 from granular_env.sweep import check_sweep
+from granular_env.viewing.live import LiveViewer
 
 NAN = float("nan")
 ROW = "discs/broken-row"
@@ -304,3 +308,35 @@ def test_a_sweep_blames_what_was_given_to_it(overrides: dict[str, Any], beginnin
     with pytest.raises(GranularError) as caught:
         check_sweep(plan, overrides)
     assert beginning in str(caught.value) and ("input.force.peak=" not in str(caught.value))
+
+
+@pytest.mark.parametrize(
+    ("call", "text"),
+    [
+        (lambda: ge.run_atlas(3, "out"), "paper: got 3, expected the name of a paper, or a Paper"),
+        (lambda: ge.Snapshot.from_bytes("x"), "got 'x', expected the bytes of a packed block"),
+        (lambda: ge.run(3), "experiment: got 3, expected a name or a path"),
+        (lambda: ge.run_study(3), "study: got 3, expected a name or a path"),
+        (lambda: ge.run("a" * 5000), "File name too long), expected a name or a path"),
+        (lambda: LiveViewer(3), "component: got 3, expected a component"),
+    ],
+)
+def test_what_is_of_another_type_is_told_in_one_sentence(call: Callable[[], Any], text: str) -> None:
+    with pytest.raises(ge.GranularError) as caught:
+        call()
+    assert str(caught.value).endswith(text)
+
+
+def test_what_the_content_of_a_log_gives_keeps_its_data() -> None:
+    oscillator, other = ge.make("oscillator"), ge.make("oscillator", mass=2.0)
+    with pytest.raises(ge.LogError) as caught:
+        restore(oscillator, other.save())
+    (fault,) = caught.value.faults
+    assert fault.location == ("snapshots",) and "same parameters and version" in str(fault.hint)
+    with pytest.raises(ge.LogError) as caught:
+        advance(oscillator, [(0, {"force": NAN})], 3)
+    (fault,) = caught.value.faults
+    assert fault.location == ("steps", "input", "force") and "nan" in str(fault.received) and fault.expected
+    with pytest.raises(ge.LogError) as caught:
+        build({"component": "oscillator", "parameters": {"mass": -1.0}}, Limits("x.mcap"), None)
+    assert caught.value.faults[0].location == ("header", "parameters", "mass") and "x.mcap" in str(caught.value)

@@ -8,6 +8,7 @@ import re
 import resource
 import subprocess
 import sys
+import tempfile
 import types
 from collections.abc import Callable
 from pathlib import Path
@@ -17,6 +18,7 @@ import numba
 import numpy as np
 import pytest
 from numba.core import config as numba_config
+from support.forked import run_forked
 
 from granular_env.components.detonation.kernels import advance, flow
 from granular_env.components.errors import ParameterError
@@ -30,14 +32,27 @@ pytestmark = pytest.mark.skipif(not JIT, reason="nothing is compiled")
 ROOT = Path(__file__).resolve().parents[1]
 
 
-def run(code: str, folder: Path, *, cache: Path | None = None, **options: Any) -> subprocess.CompletedProcess[str]:
-    """Run Python there, with a cache of its own beside it."""
+def run(
+    code: str, folder: Path, *, cache: Path | None = None, fresh: bool = False, **options: Any
+) -> subprocess.CompletedProcess[str]:
+    """Run Python there, with a cache of its own beside it.
+
+    Args:
+        code: what to run.
+        folder: the current one.
+        cache: where kernels are kept.
+        fresh: whether a new interpreter runs it, which hashes texts in a way of its own; a forked process is sooner there.
+        **options: of `subprocess.run`, for a new interpreter.
+    """
     environment = {**os.environ, "PYTHONPATH": os.pathsep.join([str(folder), str(ROOT)]), "PYTHONDONTWRITEBYTECODE": "1"}
     environment["GRANULAR_ENV_CACHE"] = str(cache or folder / "cache")
     environment.update(options.pop("environment", {}))
-    done = subprocess.run(
-        [sys.executable, "-c", code], cwd=folder, env=environment, capture_output=True, text=True, timeout=300, **options
-    )
+    if fresh or options:
+        command = [sys.executable, "-c", code]
+        done = subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True, timeout=300, **options)
+    else:
+        with tempfile.TemporaryDirectory() as files:
+            done = run_forked(code, folder, environment, Path(files))
     assert done.returncode == 0, done.stderr
     return done
 
@@ -96,7 +111,7 @@ def test_an_edit_of_whatever_a_kernel_refers_to_is_noticed(tmp_path: Path) -> No
     code = f"import importlib\nprint(*(importlib.import_module(m).judge(1.0) for m in {modules}))"
     for k in (3.0, 4.0, 3.0):
         write(tmp_path, {helper: HELPER.format(k=k) for *_, helper in LAYOUTS.values()})
-        assert run(code, tmp_path).stdout.split() == [str(k)] * len(LAYOUTS)
+        assert run(code, tmp_path, fresh=True).stdout.split() == [str(k)] * len(LAYOUTS)
 
 
 def test_a_value_that_is_in_no_source_is_noticed_over_processes(tmp_path: Path) -> None:
@@ -410,11 +425,11 @@ def test_the_cache_forgets_what_was_not_used_for_longest(tmp_path: Path, monkeyp
 
 def test_the_first_compilation_speaks_once_and_a_warm_cache_never(tmp_path: Path) -> None:
     loud = {"GRANULAR_ENV_QUIET": "0"}
-    first = run(SMALL, tmp_path, environment=loud)
+    first = run(SMALL, tmp_path, environment=loud, fresh=True)
     assert re.fullmatch(r"granular-env: compiling .* about \d+ s of one core, once; kept in .*kernels\n", first.stderr)
     assert str(tmp_path / "cache" / "kernels") in first.stderr
     assert first.stdout == "1.414213562373095\n"
-    again = run(SMALL, tmp_path, environment=loud)
+    again = run(SMALL, tmp_path, environment=loud, fresh=True)
     assert (again.stdout, again.stderr) == (first.stdout, "")
 
 
@@ -449,3 +464,38 @@ print(called(2, 1.0), len(scaled.overloads))
 """
     write(tmp_path, {"task.py": text})
     assert run("import task", tmp_path).stdout == "30.0 1\n"
+
+
+# -- other versions of numba ----------------------------------------------------------------------------------------------
+
+
+def test_a_numba_that_is_built_in_another_way_gives_the_same_results(tmp_path: Path) -> None:
+    """Without what `code_libraries` stands on kernels are compiled by numba alone, in every process."""
+    write(tmp_path, {"kernels.py": """
+from granular_env.components.support.jit import internal, internal_inlined, jit
+
+@internal_inlined
+def square(x):
+    return x * x
+
+@internal
+def add(pair, n):
+    for i in range(n):
+        pair[0][i] += square(pair[1][i]) / 3.0
+
+@jit
+def go(pair, n):
+    add(pair, n)
+    return pair[0].sum()
+"""})  # fmt: skip
+    code = (
+        "import sys, numpy as np\nfrom kernels import add, go\nx = np.arange(5.0)\nadd((x, x), 3)\n"
+        "print(go((x, x + 0.1), 5).hex(), x.tobytes().hex())"
+    )
+    told = {"GRANULAR_ENV_QUIET": "0"}
+    plain = run(code, tmp_path, cache=tmp_path / "a", environment=told)
+    assert list((tmp_path / "a").rglob("*.kernel")) and "install numba" not in plain.stderr
+    for absent in ("codegen.JITCodeLibrary", "compiler.CompileResult._rebuild"):
+        without = run(f"import numba\ndel numba.core.{absent}\n{code}", tmp_path, cache=tmp_path / "b", environment=told)
+        assert without.stdout == plain.stdout != ""
+        assert "install numba" in without.stderr and not list((tmp_path / "b").rglob("*.kernel"))

@@ -52,7 +52,7 @@ def still(frames: int = 5, grains: int = 4, **changes: object) -> History:
 
 @given(height=st.floats(0.1, 10.0), place=st.floats(4.0, 6.0), every=st.floats(0.05, 0.3))
 def test_a_crest_between_the_samples(height: float, place: float, every: float) -> None:
-    """Of exp(-t^2), a pulse as long as a solitary wave is in tau: its error at .1 tau a sample stays below 1e-6."""
+    """Of exp(-t^2), a pulse as long as a solitary wave is in tau: its error at 0.1 tau a sample stays below 1e-6."""
     time = np.arange(0.0, 10.0, every)
     (crest,) = measurement.crests(time, height * bell(time - place), 0.05)
     bound = 1e-6 * max(1.0, (every / 0.1) ** 7)
@@ -211,7 +211,7 @@ def test_a_front_passes_the_grains_that_it_leaves_still() -> None:
         velocity[begin:, grain] = 1.0
     front = measurement.front_position(still(9, velocity=velocity), 0.9)
     assert (np.diff(front[1:]) >= 0.0).all()
-    # It passes .9 within the interval in which the grain jumps to 1.
+    # It passes 0.9 within the interval in which the grain jumps to 1.
     assert front[[1, 3, 7]] == pytest.approx([0.0, 2.0, 3.0], abs=0.2)
 
 
@@ -225,7 +225,7 @@ def test_a_grain_that_moves_from_the_start() -> None:
 
 
 def test_forces_and_energies_of_an_overlap() -> None:
-    """k d^1.5 and .4 k d^2.5; grain 1 is moved by .09 towards grain 2, with a gap of .05 on its left."""
+    """k d^1.5 and 0.4 k d^2.5; grain 1 is moved by 0.09 towards grain 2, with a gap of 0.05 on its left."""
     displacement = np.zeros((1, 3))
     displacement[0, 1] = 0.09
     history = still(

@@ -35,7 +35,7 @@ def seen(name: str, *overrides: tuple[str, float]) -> History:
 
 @cache
 def solitary() -> History:
-    """One grain strikes a chain with m = A = v0 = 1: a single solitary wave, sampled at .1 tau."""
+    """One grain strikes a chain with m = A = v0 = 1: a single solitary wave, sampled at 0.1 tau."""
     chain = unit_chain(200, integrator="dop853")
     chain.reset(velocity={0: 1.0})
     return measurement.observe(chain, 280.0, 0.1)
@@ -66,7 +66,7 @@ def test_31_rebound() -> None:
 
 
 def test_31_speed_and_width() -> None:
-    """V = .907470 v_m^.2 in 2R and A = 5.6e12; one shape for both waves: the width does not depend on the amplitude."""
+    """V = 0.907470 v_m^.2 in 2R and A = 5.6e12; one shape for both waves: the width does not depend on the amplitude."""
     history = seen("3.1-two-grains")
     waves = measurement.waves_at(history, 59, 0.02 * SPEED)
     for wave in waves:
@@ -154,7 +154,7 @@ def test_34_front_of_a_steady_shock() -> None:
 
 
 def test_34_pressure_ratio() -> None:
-    """About 2.257 (the paper: 2.24); which contacts near grain 50 and near the piston are taken moves it by .2 %."""
+    """About 2.257 (the paper: 2.24); which contacts near grain 50 and near the piston are taken moves it by 0.2 %."""
     found = measurement.pressure_ratio(piston(), 50)
     assert found.ratio == pytest.approx(2.257, rel=2e-3)
     for grain, near in ((49, 1), (51, 10)):
@@ -208,7 +208,7 @@ def test_energy_in_a_wave_along_the_chain_is_that_which_passes_a_grain() -> None
 
 
 def test_amplitudes_hold_at_coarse_sampling() -> None:
-    """At .1, .2 and .3 tau a sample: within 1e-4 v0 of the finest."""
+    """At 0.1, 0.2 and 0.3 tau a sample: within 1e-4 v0 of the finest."""
     fine = measurement.waves_at(solitary(), 80, 0.3)[0]
     for stride, bound in ((2, 1e-5), (3, 1e-4)):
         for shift in range(stride):

@@ -22,7 +22,7 @@ def error_at_one_period(step_size: float) -> float:
 
 def test_it_is_of_second_order() -> None:
     errors = [error_at_one_period(h) for h in (0.01, 0.005, 0.0025)]
-    # Leapfrog's phase runs ahead by (omega h)^2 / 24: 2 pi (2 pi .01)^2 / 24 = 1.03e-3 after a period.
+    # Leapfrog's phase runs ahead by (omega h)^2 / 24: 2 pi (2 pi 0.01)^2 / 24 = 1.03e-3 after a period.
     assert errors[0] == pytest.approx(1.03e-3, rel=0.02)
     for coarse, fine in zip(errors, errors[1:], strict=False):
         assert math.log2(coarse / fine) == pytest.approx(2.0, abs=0.1)

@@ -11,6 +11,7 @@ import pytest
 from support.solid_tools import ALUMINIUM
 
 import granular_env as ge
+from granular_env.components.shell import threads
 from granular_env.components.shell.fracture import forces
 from granular_env.components.shell.fracture.outcome import (
     OUTCOMES,
@@ -198,7 +199,7 @@ def test_points_beside_cracks_still_see_even_deformations() -> None:
     solid, state, _, _ = plate.tables()
     slope = np.array([[1e-3, 2e-4, 0.0], [0.0, -1e-3, 1e-4], [3e-4, 0.0, 5e-4]])
     state.displacement[:] = plate.nodes @ slope
-    forces.write_gradients(solid, state, np.arange(plate.point_count))
+    state.gradient[:] = forces.new_gradients(solid, state, np.arange(plate.point_count))
     bears = np.ones(plate.point_count, dtype=bool)
     for kind in ("point_eroded", "point_spent", "point_torn"):
         bears[[event.index for event in plate.events(kind)]] = False
@@ -293,3 +294,51 @@ def test_a_node_that_flies_on_by_itself_bears_no_pressure_and_gives_its_neighbou
     own = int(np.flatnonzero(solid.surface.nodes == node)[0])
     assert (state.area[own] == 0.0).all()
     np.testing.assert_allclose(np.abs(state.area).max(axis=0), rest, atol=1e-20)
+
+
+@pytest.mark.parametrize("fractures", [False, True])
+def test_two_threads_give_the_bits_of_one(fractures: bool, monkeypatch: pytest.MonkeyPatch) -> None:
+    ends = []
+    for least in (10**9, 1):
+        monkeypatch.setattr(threads, "LEAST_POINTS", least)
+        monkeypatch.setattr(threads, "available", lambda: True)
+        plate = pulled_plate(**({} if fractures else {"fracture": "none"}))
+        plate.step(150 * plate.step_size, end_velocity=SPEED)
+        ends.append(plate.save().to_bytes())
+        assert (plate.event_count > 20) == fractures
+    assert ends[0] == ends[1]
+
+
+def nodes_that_only_points_beside_cracks_see(plate: Any) -> list[int]:
+    """Return nodes that no other points see, of those that bear stress."""
+    body, cracks = plate.tables()[0].body, plate._breaking.cracks
+    found = []
+    for node in range(len(plate.nodes)):
+        seen = body.seen_point[body.seen_begin[node] : body.seen_begin[node + 1]].tolist()
+        bear = [point for point in seen if point not in cracks.eroded]
+        if len(bear) > 2 and all(cracks.is_beside_crack(point) for point in bear):
+            found.append(node)
+    return found
+
+
+def test_points_that_fail_beside_cracks_are_torn_alike_in_one_thread_and_in_two(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Nodes beside a crack are shot through the wall: points there bear nothing any more, and the energy closes."""
+    monkeypatch.setattr(threads, "available", lambda: True)
+    plate, _, end = broken_plate()
+    ends = []
+    for least in (10**9, 1):
+        monkeypatch.setattr(threads, "LEAST_POINTS", least)
+        plate.restore(ge.Snapshot.from_bytes(end))
+        solid, state, _, _ = plate.tables()
+        for node in nodes_that_only_points_beside_cracks_see(plate):
+            state.velocity[node] = (0.0, 0.0, -2.0e4)
+        before, known = plate.balances()[0], {event.index for event in plate.events("point_torn")}
+        plate.step(plate.step_size, end_velocity=SPEED)
+        torn = [event.index for event in plate.events("point_torn") if event.index not in known]
+        assert len(torn) > 4 and min(torn) < plate.point_count // 2 < max(torn), torn
+        assert (state.stress[torn] == 0.0).all()
+        after = plate.balances()[0]
+        assert abs(after.residual - before.residual) < 1e-3 * sum(after.stored.values())
+        ends.append(plate.save().to_bytes())
+    assert ends[0] == ends[1]
+    plate.restore(ge.Snapshot.from_bytes(end))

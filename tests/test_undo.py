@@ -212,9 +212,21 @@ def test_the_undo_is_begun_anew_whatever_interrupts_it(one_copy: None, monkeypat
 def test_a_state_that_cannot_be_put_back_is_told(one_copy: None, monkeypatch: pytest.MonkeyPatch) -> None:
     component = Discs()
     component.step(2e-5, force=1.0)
-    monkeypatch.setattr(Discs, "_advance", lambda self, ticks: 1)
-    with pytest.raises(GranularError, match="'discs' could not be put back to 2e-05 s.*a step that was made before fails now"):
+    calls, told = [], "could not be put back to 2e-05 s, where a step failed .StepError.*a step that was made before fails now"
+
+    def fail(self: Discs, ticks: int) -> int:
+        calls.append(ticks)
+        return 1
+
+    monkeypatch.setattr(Discs, "_advance", fail)
+    with pytest.raises(GranularError, match=told) as caught:
         component.step(3e-5)
+    # It stays at the copy, says so, and does not try for ever.
+    assert component.phase == "failed" and component.tick == 0 and "it is at 0 s" in str(caught.value) and len(calls) == 4
+    monkeypatch.undo()
+    component.reset()
+    component.step(2e-5)
+    assert component.phase == "ready"
 
 
 def test_a_part_that_is_changed_alone_is_not_undone(one_copy: None) -> None:

@@ -55,7 +55,7 @@ def test_overlaps_stand_in_for_forces_that_were_not_recorded(chain_log):
     motion = from_log(chain_log).motion
     u = chain_log.to_numpy("displacement")
     assert (motion.contact_name, motion.contact_unit) == ("overlap", "\u00b5m")
-    # Less than 1e-12 of a radius, 3e-9 um, is shown as a mere touch; rounding of positions up to .1 m is 1e-11 um.
+    # Less than 1e-12 of a radius, 3e-9 um, is shown as a mere touch; rounding of positions up to 0.1 m is 1e-11 um.
     np.testing.assert_allclose(motion.contact, np.maximum(u[:, :-1] - u[:, 1:], 0.0) * 1e6, rtol=1e-7, atol=3.1e-9)
 
 

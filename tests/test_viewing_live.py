@@ -108,7 +108,7 @@ def test_a_run_of_few_ticks_shows_each_of_them(clock):
 
 
 def test_what_is_received_are_twenty_frames_of_each_second_of_a_paced_run(tmp_path, clock):
-    """A run of .1 ms that is given 3 s: 60 frames arrive, 1/60 of the run apart, at their instants of wall time."""
+    """A run of 0.1 ms that is given 3 s: 60 frames arrive, 1/60 of the run apart, at their instants of wall time."""
     chain, times = make("chain", grains=60, left="piston"), []
     with LiveViewer(chain, save=tmp_path / "live.rrd", duration=1e-4, pace=3.0) as live:
         send = live._send

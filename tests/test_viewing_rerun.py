@@ -38,7 +38,7 @@ def test_a_saved_scene_holds_grains_of_true_size_stretched_by_the_stated_factor(
     np.testing.assert_array_equal(np.float32(radii), np.float32(motion.radius))
     drawn = np.array([row for row in grains["positions"] if row is not None])
     assert drawn.shape == (len(motion.times), 60, 3)
-    # Single precision of positions up to .4 m.
+    # Single precision of positions up to 0.4 m.
     np.testing.assert_allclose(drawn, motion.reference + factor * motion.displacement, atol=1e-7)
     assert {"time", "tick"} <= timelines[f"scene/particles_displacement_x{factor:g}"]
     assert len(RrdReader(path).blueprints()) == 1

@@ -78,9 +78,8 @@ class Automata(Component):
         self._pairs = self.packing.pairs()
         self.steps = self._make_steps()
         # Those of this specimen's criterion.
-        vars(self)["event_kinds"] = self.steps.event_kinds
-        vars(self)["event_details"] = self.steps.event_details
-        vars(self)["event_ratio"] = "criterion_ratio" if self.steps.event_kinds else ""
+        kinds = self.steps.event_kinds
+        self._declare_events(kinds, self.steps.event_details, "criterion_ratio" if kinds else "")
         n = self.count
         self._lay_out(
             displacement=("f8", (n, 2)), velocity=("f8", (n, 2)), rotation=("f8", (n,)), spin=("f8", (n,)),
@@ -157,10 +156,9 @@ class Automata(Component):
         )
         links = len(self._pairs)
         yield Variable("linked", "output", "1", (links,), "1 for a pair that is linked, 0 for a broken one", axes=("link",))
-        if self.parameters.has_history:
-            yield Variable("damage", "output", "1", (n,), "part of the faces that is broken", axes=("automaton",))
-            yield Variable("broken_links", "output", "1", (), "number of broken links")
-            yield Variable("touching", "output", "1", (), "number of pairs that are not linked and press")
+        yield Variable("damage", "output", "1", (n,), "part of the faces that is broken", axes=("automaton",))
+        yield Variable("broken_links", "output", "1", (), "number of broken links")
+        yield Variable("touching", "output", "1", (), "number of pairs that are not linked and press")
         for edge in self.conditions.held_edges:
             text = f"force of the {edge} edge on the automata there, along x and y, where it prescribes the motion"
             yield Variable(f"{edge}_reaction", "output", "N", (2,), text, axes=("direction",))
@@ -181,16 +179,17 @@ class Automata(Component):
             "dilation": lambda: steps.dilation().copy(),
             "stress": steps.stress,
             "linked": steps.linked,
+            "damage": steps.damage,
+            "broken_links": steps.broken_links,
+            "touching": steps.touching,
             **{f"{edge}_reaction": lambda edge=edge: self._reaction(edge) for edge in self.conditions.held_edges},
         }
         if self.parameters.several_materials:
             found["material"] = lambda: self.automaton_material.astype(np.float64)
-        if isinstance(steps, CrackingSpecimen):
-            found |= {"damage": steps.damage, "broken_links": steps.broken_links, "touching": steps.touching}
-            if self.parameters.breakable:
-                found["criterion_ratio"] = steps.criterion_ratio
-            if self.parameters.yields:
-                found["inelastic_strain"] = steps.inelastic
+        if isinstance(steps, CrackingSpecimen) and self.parameters.breakable:
+            found["criterion_ratio"] = steps.criterion_ratio
+        if isinstance(steps, CrackingSpecimen) and self.parameters.yields:
+            found["inelastic_strain"] = steps.inelastic
         return found
 
     # -- stepping ---------------------------------------------------------------------------------------------------

@@ -112,6 +112,18 @@ class LinkedSpecimen:
         """Return the weight of each link."""
         return np.ones(self._links)
 
+    def broken_links(self) -> float:
+        """Return how many links are broken."""
+        return 0.0
+
+    def touching(self) -> float:
+        """Return how many contacts press."""
+        return 0.0
+
+    def damage(self) -> FloatArray:
+        """Return what part of the faces of each automaton is broken, shape (n,)."""
+        return np.zeros(self.count)
+
     def stored(self, since: float) -> dict[str, float]:
         """Return the energies that are stored, but those of motion [J]; the forces were computed last so long ago [s]."""
         theta = self.dilation()

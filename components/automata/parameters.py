@@ -8,10 +8,11 @@ from pydantic import model_validator
 
 from ..areas import ChosenArea
 from ..boundaries import OPPOSITE
-from ..errors import nearest
-from ..materials.elastic import Material, Preset, preset_list
+from ..errors import Location, nearest
+from ..materials.elastic import Material, Preset, constants_of, preset_list
+from ..support.magnitudes import refuse_absurd, refuse_far
 from ..support.parameter_fields import Index, Pair, field
-from ..support.validation import Parameters
+from ..support.validation import Parameters, refusal
 from .boundaries import ChosenBoundary, Periodic, Traction
 from .breaking import ChosenCriteria, ChosenCriterion, Criterion, Unbreakable
 from .relinking import ChosenRelinking, Never
@@ -102,14 +103,20 @@ class AutomataParameters(Parameters):
     step_size: float | None = field(None, "internal step; default 0.7 of the largest stable one, rounded down", "s", gt=0.0)
 
     @model_validator(mode="after")
+    def _validate_magnitudes(self) -> AutomataParameters:
+        refuse_absurd([(("diameter",), self.diameter), (("thickness",), self.thickness), *constants_of(self.material)])
+        refuse_far((("shape",), one) for one in self.shape.bounds)
+        return self
+
+    @model_validator(mode="after")
     def _validate_edges(self) -> AutomataParameters:
         for name, boundary in self.boundaries.items():
             if name not in OPPOSITE:
-                raise ValueError(f"boundaries.{name}: is no edge of a specimen; {nearest(name, OPPOSITE)}")
+                raise refusal("is no edge of a specimen", hint=nearest(name, OPPOSITE), at=("boundaries", name))
             if isinstance(boundary, Periodic) and not isinstance(self.boundaries.get(OPPOSITE[name]), Periodic):
-                raise ValueError(f"boundaries.{name}: is periodic, so {OPPOSITE[name]} has to be periodic too")
+                raise refusal(f"is periodic, so {OPPOSITE[name]} has to be periodic too", at=("boundaries", name))
             if isinstance(boundary, (Periodic, Traction)) and not isinstance(self.shape, Rectangle):
-                raise ValueError(f"boundaries.{name}: {boundary.name!r} needs a straight edge; expected shape = rectangle")
+                raise refusal(f"{boundary.name!r} needs a straight edge", "shape = rectangle", at=("boundaries", name))
             if isinstance(boundary, (Periodic, Traction)):
                 self._refuse_notch(name, boundary)
         return self
@@ -120,30 +127,36 @@ class AutomataParameters(Parameters):
         for number, hole in enumerate(self.shape.holes):
             low, high = hole.bounds[place // 2 * 2 : place // 2 * 2 + 2]
             if low < self.shape.bounds[place] < high:
-                raise ValueError(f"boundaries.{edge}: {boundary.name!r} needs a whole edge; shape.holes[{number}] reaches it")
+                raise refusal(
+                    f"{boundary.name!r} needs a whole edge", hint=f"shape.holes[{number}] reaches it", at=("boundaries", edge)
+                )
 
     @model_validator(mode="after")
     def _validate_relinking(self) -> AutomataParameters:
         if self.relinking.kinds and not self.breakable:
-            raise ValueError("relinking: links what has broken, and nothing breaks; choose a criterion, or leave relinking out")
+            raise refusal(
+                "links what has broken, and nothing breaks; choose a criterion, or leave relinking out", at=("relinking",)
+            )
         if self.relinking.kinds and self.several_materials:
-            raise ValueError("relinking: knows no pairs of two materials; give one material, or leave relinking out")
+            raise refusal(
+                "knows no pairs of two materials", hint="give one material, or leave relinking out", at=("relinking",)
+            )
         return self
 
     @model_validator(mode="after")
     def _validate_materials(self) -> AutomataParameters:
         count = len(self.materials)
         if not count:
-            raise ValueError("material: got none, expected at least one")
+            raise refusal("got none", "at least one", at=("material",))
         for name, given in (("response", self.response), ("criterion", self.criterion)):
             if isinstance(given, list) and len(given) != count:
-                raise ValueError(f"{name}: got {len(given)} for {count} materials; give one for all, or one each")
+                raise refusal(f"got {len(given)} for {count} materials", hint="give one for all, or one each", at=(name,))
         if self.regions and self.automaton_material is not None:
-            raise ValueError("automaton_material: `regions` says it too; give one of them")
+            raise refusal("`regions` says it too", hint="give one of them", at=("automaton_material",))
         for place, region in enumerate(self.regions):
-            _refuse_unknown(f"regions[{place}].material", region.material, count)
+            _refuse_unknown(("regions", place, "material"), region.material, count)
         for place, number in enumerate(self.automaton_material or ()):
-            _refuse_unknown(f"automaton_material[{place}]", number, count)
+            _refuse_unknown(("automaton_material", place), number, count)
         return self
 
     @model_validator(mode="after")
@@ -151,20 +164,24 @@ class AutomataParameters(Parameters):
         known: set[frozenset[int]] = set()
         for place, interface in enumerate(self.interfaces):
             for end, number in enumerate(interface.materials):
-                _refuse_unknown(f"interfaces[{place}].materials[{end}]", number, len(self.materials))
+                _refuse_unknown(("interfaces", place, "materials", end), number, len(self.materials))
             pair = frozenset(interface.materials)
             if len(pair) < 2:
-                raise ValueError(f"interfaces[{place}].materials: got {interface.materials}, expected two different materials")
+                raise refusal(f"got {interface.materials}", "two different materials", at=("interfaces", place, "materials"))
             if pair in known:
-                raise ValueError(f"interfaces[{place}].materials: {interface.materials} are given twice; leave one out")
+                raise refusal(
+                    f"{interface.materials} are given twice", hint="leave one out", at=("interfaces", place, "materials")
+                )
             known.add(pair)
         leading = self.leading_criterion
-        places = [f"criterion[{place}]" for place in range(len(self.criteria))]
-        places += [f"interfaces[{place}].criterion" for place in range(len(self.interfaces))]
+        places: list[Location] = [("criterion", place) for place in range(len(self.criteria))]
+        places += [("interfaces", place, "criterion") for place in range(len(self.interfaces))]
         for place, one in zip(places, self._all_criteria(), strict=True):
             if one.causes and one.name != leading.name:
-                raise ValueError(
-                    f"{place}: got {one.name!r} beside {leading.name!r}; expected criteria of one name, or none, in a specimen"
+                raise refusal(
+                    f"got {one.name!r} beside {leading.name!r}",
+                    "criteria of one name, or none, in a specimen",
+                    at=place,
                 )
         return self
 
@@ -223,7 +240,7 @@ class AutomataParameters(Parameters):
         return left, bottom
 
 
-def _refuse_unknown(name: str, number: int, count: int) -> None:
+def _refuse_unknown(place: Location, number: int, count: int) -> None:
     """Refuse the number of a material that is not there."""
     if number >= count:
-        raise ValueError(f"{name}: got {number}, expected 0 to {count - 1}")
+        raise refusal(f"got {number}", f"0 to {count - 1}", at=place)

@@ -14,6 +14,7 @@ from ..errors import one_line
 from ..support.arrays import FloatArray
 from ..support.parameter_fields import Pair, field
 from ..support.tagged_union import ByName, Named
+from ..support.validation import refusal
 
 # Points this close to the outline are on it, in diameters of an automaton.
 ON_THE_OUTLINE = 1e-6
@@ -87,7 +88,7 @@ class Disc(Shape):
     @model_validator(mode="after")
     def _validate_height(self) -> Disc:
         if self.height is not None and self.height >= 2.0 * self.radius:
-            raise ValueError(f"height: got {self.height:g} m, expected less than the diameter, {2.0 * self.radius:g} m")
+            raise refusal(f"got {self.height:g} m", f"less than the diameter, {2.0 * self.radius:g} m", at=("height",))
         return self
 
     @property
@@ -121,13 +122,13 @@ class Polygon(Shape):
     def _validate_area(self) -> Polygon:
         corners = np.array(self.corners)
         if not abs(_area(corners)) > 1e-12 * float(np.ptp(corners, axis=0).max()) ** 2:
-            raise ValueError(f"corners: got {one_line(self.corners)}, expected a polygon with an area")
+            raise refusal(f"got {one_line(self.corners)}", "a polygon with an area", at=("corners",))
         twice = np.flatnonzero((corners == np.roll(corners, -1, axis=0)).all(axis=1))
         if len(twice):
-            raise ValueError(f"corners: corner {twice[0]} is followed by itself; give each corner once")
+            raise refusal(f"corner {twice[0]} is followed by itself", hint="give each corner once", at=("corners",))
         crossing = _first_crossing(corners)
         if crossing is not None:
-            raise ValueError(f"corners: side {crossing[0]} crosses side {crossing[1]}, expected a polygon that does not")
+            raise refusal(f"side {crossing[0]} crosses side {crossing[1]}", "a polygon that does not", at=("corners",))
         return self
 
     @property

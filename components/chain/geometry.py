@@ -156,7 +156,7 @@ def step_times_frequency(exponent: float, forces_per_step: float, forces_per_col
 def suggested_step_size(
     parameters: ChainParameters, chain: Geometry, *, scheme_factor: float, largest_angle: float, pressed_angle: float
 ) -> float:
-    """.1 (m/k)^(2/5) v^(-1/5) of the quickest contact (spheres), less under a static load; 1, 2 or 5 x 10^k [s].
+    """0.1 (m/k)^(2/5) v^(-1/5) of the quickest contact (spheres), less under a static load; 1, 2 or 5 x 10^k [s].
 
     Args:
         parameters: of the chain.

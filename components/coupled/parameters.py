@@ -8,8 +8,9 @@ from pydantic import model_validator
 
 from ..automata.parameters import AutomataParameters
 from ..grid.parameters import GridParameters
+from ..support.magnitudes import refuse_far
 from ..support.parameter_fields import Pair, Positive, field
-from ..support.validation import Parameters
+from ..support.validation import Parameters, refusal
 
 Scheme = Literal["force", "momentum", "literal"]
 
@@ -50,11 +51,18 @@ class CoupledParameters(Parameters):
     def _validate_parts(self) -> CoupledParameters:
         for part in ("grid", "automata"):
             if getattr(self, part).step_size is not None:
-                raise ValueError(f"{part}.step_size: the parts have one step_size; give it beside them, not in {part}")
+                raise refusal(
+                    "the parts have one step_size", hint=f"give it beside them, not in {part}", at=(part, "step_size")
+                )
         if self.automata.thickness != 1.0:
-            raise ValueError(
-                f"automata.thickness: got {self.automata.thickness:g} m, expected 1 m, as thick as the slab of the grid"
+            raise refusal(
+                f"got {self.automata.thickness:g} m",
+                "1 m, as thick as the slab of the grid",
+                at=("automata", "thickness"),
             )
+        refuse_far((("origin", place), one) for place, one in enumerate(self.origin))
         if self.scheme == "literal" and self.micro_steps is None:
-            raise ValueError("micro_steps: missing; with scheme = literal give how many sub-steps of the automata make a step")
+            raise refusal(
+                "missing", hint="with scheme = literal give how many sub-steps of the automata make a step", at=("micro_steps",)
+            )
         return self

@@ -297,7 +297,7 @@ class DetonationTube(Component):
             )  # fmt: skip
         if status == layout.BAD_AREA:
             area = float(tick_signals(self._held, tick - 1, 1)[0, layout.AREA] * area_pattern(self._held)[cell])
-            largest = float(state.area[cell]) * (1.0 + 2.0 / (self.gas.gamma - 1.0)) if area > 0.0 else 0.0
+            largest = float(state.area[cell]) * (1.0 + 2.0 / (self.gas.gamma - 1.0))
             return StepError(
                 f"got {area:g} m^2 for {where}, expected more than 0 and less than {largest:g} m^2, where walls leave "
                 "the gas behind; let them move less in a step",

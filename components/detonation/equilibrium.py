@@ -11,7 +11,7 @@ import math
 from collections.abc import Callable
 from typing import Any
 
-from ..errors import MissingExtraError
+from ..errors import MissingExtraError, ParameterError
 from .gases import Gas, fit_gas
 
 # Compression of the products, and how closely the least speed is sought in it.
@@ -30,19 +30,22 @@ def equilibrium_gas(composition: str, pressure: float, temperature: float, mecha
 
     Raises:
         MissingExtraError: Cantera is not installed.
+        ParameterError: Cantera knows no such mixture or mechanism, or the mixture does not detonate.
     """
+    for name, value in (("pressure", pressure), ("temperature", temperature)):
+        if not 0.0 < value < math.inf:
+            raise ParameterError(f"got {value:g}", expected="greater than 0, and finite", at=name)
     try:
         import cantera  # type: ignore[import-not-found]
     except ImportError as error:
         raise MissingExtraError(
             "equilibrium_gas needs the package cantera", hint="pip install 'granular-env[mixtures]'"
         ) from error
-    gas: Any = cantera.Solution(mechanism)
-    gas.TPX = temperature, pressure, composition
+    gas = _mixture(cantera, mechanism, composition, pressure, temperature)
     density, enthalpy = float(gas.density), float(gas.enthalpy_mass)
 
-    def products(compression: float) -> tuple[float, float]:
-        """Return speed [m/s] and pressure [Pa] of the detonation to products so dense."""
+    def products(compression: float) -> tuple[float, float, float]:
+        """Return speed [m/s], pressure [Pa] and temperature [K] of the detonation to products so dense."""
 
         def state(hot: float) -> tuple[float, float, float]:
             """Return what energy is left over [J/kg], speed and pressure of products of this temperature [K]."""
@@ -56,11 +59,36 @@ def equilibrium_gas(composition: str, pressure: float, temperature: float, mecha
         for _ in range(_BISECTIONS):
             middle = 0.5 * (low + high)
             low, high = (low, middle) if state(middle)[0] > 0.0 else (middle, high)
-        return state(high)[1:]
+        return *state(high)[1:], high
 
     compression = _argument_of_least(lambda value: products(value)[0], _LEAST_COMPRESSION, _MOST_COMPRESSION)
-    speed, cj_pressure = products(compression)
+    speed, cj_pressure, hot = products(compression)
+    if hot < _COLDEST + 1.0:
+        came = f"got {composition!r}, which would stay colder than {_COLDEST:g} K"
+        raise ParameterError(came, expected="a mixture that detonates: a fuel with its oxidiser", at="composition")
     return fit_gas(speed, cj_pressure, pressure, density, temperature)
+
+
+def _mixture(cantera: Any, mechanism: str, composition: str, pressure: float, temperature: float) -> Any:
+    """Return Cantera's gas in that state; what Cantera refuses is told as of the argument."""
+    try:
+        gas: Any = cantera.Solution(mechanism)
+    except cantera.CanteraError as error:
+        raise ParameterError(
+            f"got {mechanism!r}: {_words(error)}", hint="gri30.yaml comes with Cantera", at="mechanism"
+        ) from error
+    try:
+        gas.TPX = temperature, pressure, composition
+    except cantera.CanteraError as error:
+        hint = f"give moles of species of {mechanism}, such as 'C2H4:1, O2:3'"
+        raise ParameterError(f"got {composition!r}: {_words(error)}", hint=hint, at="composition") from error
+    return gas
+
+
+def _words(error: Exception) -> str:
+    """Return what an error of Cantera says, without its frame of stars and the name of its function."""
+    lines = [line.strip() for line in str(error).splitlines() if line.strip() and not line.startswith("*")]
+    return " ".join(lines[1:] if len(lines) > 1 else lines).rstrip(".")
 
 
 def _argument_of_least(function: Callable[[float], float], low: float, high: float) -> float:

@@ -12,15 +12,18 @@ from typing import Annotated, NamedTuple
 
 from pydantic import AfterValidator
 
-from ..errors import nearest
+from ..errors import ParameterError, nearest
 from ..support.parameter_fields import NotNegative, Positive, field
 from ..support.validation import Parameters
+
+# Bounds of gamma: what lies between them covers every gas.
+SMALLEST_GAMMA, LARGEST_GAMMA = 1.01, 3.0
 
 
 class Gas(Parameters):
     """A perfect gas with one adiabatic exponent, which may release heat."""
 
-    gamma: float = field(1.4, "adiabatic exponent", "1", gt=1.01, le=3.0)
+    gamma: float = field(1.4, "adiabatic exponent", "1", gt=SMALLEST_GAMMA, le=LARGEST_GAMMA)
     gas_constant: Positive = field(287.05, "pressure over density and temperature, p / (rho T)", "J/(kg K)")
     heat_release: NotNegative = field(0.0, "heat that the whole reaction sets free; 0: an inert gas", "J/kg")
 
@@ -118,10 +121,33 @@ def fit_gas(speed: float, cj_pressure: float, pressure: float, density: float, t
         pressure: initial [Pa].
         density: initial [kg/m^3].
         temperature: initial [K].
+
+    Raises:
+        ParameterError: no gas has these; the number that does not fit is named.
     """
+    _refuse_impossible(speed, cj_pressure, pressure, density, temperature)
     gamma = (pressure + density * speed * speed) / cj_pressure - 1.0
     sound = math.sqrt(gamma * pressure / density)
     mach = speed / sound
     h = ((mach * mach - 1.0) / (2.0 * mach)) ** 2
     heat = 2.0 * h * sound * sound / (gamma * gamma - 1.0)
     return Gas(gamma=gamma, gas_constant=pressure / (density * temperature), heat_release=heat)
+
+
+def _refuse_impossible(speed: float, cj_pressure: float, pressure: float, density: float, temperature: float) -> None:
+    """Refuse numbers of `fit_gas` that are not positive, that no gamma fits, or with which the front runs below the sound."""
+    given = {
+        "speed": speed, "cj_pressure": cj_pressure, "pressure": pressure, "density": density, "temperature": temperature
+    }  # fmt: skip
+    for name, value in given.items():
+        if not 0.0 < value < math.inf:
+            raise ParameterError(f"got {value:g}", expected="greater than 0, and finite", at=name)
+    behind = pressure + density * speed * speed
+    least, most = behind / (LARGEST_GAMMA + 1.0), behind / (SMALLEST_GAMMA + 1.0)
+    if not least <= cj_pressure < most:
+        raise ParameterError(
+            f"got {cj_pressure:g} Pa", expected=f"{least:g} to {most:g} Pa with a front of {speed:g} m/s", at="cj_pressure"
+        )
+    sound = math.sqrt((behind / cj_pressure - 1.0) * pressure / density)
+    if speed <= sound:
+        raise ParameterError(f"got {speed:g} m/s", expected=f"more than the {sound:g} m/s of sound in the gas", at="speed")

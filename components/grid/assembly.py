@@ -74,7 +74,7 @@ def assemble(
             carry some become nodes with conditions, shape (n,) [kg].
 
     Raises:
-        ValueError: a boundary does not fit its edge.
+        ParameterError: a boundary does not fit its edge.
     """
     joined = boundary_nodes.joined_nodes(mesh, boundaries)
     prescribed = boundary_nodes.prescribed_components(mesh, boundaries)

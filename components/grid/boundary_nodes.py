@@ -12,6 +12,7 @@ import numpy.typing as npt
 from .. import boundaries as shared
 from ..boundaries import OPPOSITE, edge_variable
 from ..contract import Variable
+from ..errors import ParameterError
 from ..support.arrays import FloatArray
 from .boundaries import Absorbing, Boundary, Fixed, Periodic, PrescribedVelocity, Symmetry, Traction
 from .mesh import IntArray, Mesh
@@ -60,7 +61,7 @@ def joined_nodes(mesh: Mesh, boundaries: Mapping[str, Boundary]) -> IntArray:
     """Return the groups of nodes that periodic edges join, the rest of each row -1, shape (k, 4).
 
     Raises:
-        ValueError: an edge has no partner, or their nodes do not lie opposite each other.
+        ParameterError: an edge has no partner, or their nodes do not lie opposite each other.
     """
     pairs: list[IntArray] = []
     for name, boundary in boundaries.items():
@@ -68,7 +69,7 @@ def joined_nodes(mesh: Mesh, boundaries: Mapping[str, Boundary]) -> IntArray:
             partner = boundary.partner or OPPOSITE.get(name, "")
             other = boundaries.get(partner)
             if not isinstance(other, Periodic) or (other.partner or OPPOSITE.get(partner, "")) != name:
-                raise ValueError(f"boundaries.{name}: is periodic, so its partner {partner!r} has to be periodic too")
+                raise ParameterError(f"is periodic, so its partner {partner!r} has to be periodic too", at=("boundaries", name))
             if name < partner:
                 pairs.append(_opposite_nodes(mesh, name, partner))
     if not pairs:
@@ -85,8 +86,8 @@ def joined_nodes(mesh: Mesh, boundaries: Mapping[str, Boundary]) -> IntArray:
     rows = np.full((len(members), 4), -1, dtype=np.int64)
     for row, nodes in zip(rows, members.values(), strict=True):
         if len(nodes) not in (2, 4):
-            raise ValueError(
-                f"boundaries: periodic edges join the nodes {nodes}; expected two, or four at a corner of the domain"
+            raise ParameterError(
+                f"periodic edges join the nodes {nodes}", expected="two, or four at a corner of the domain", at="boundaries"
             )
         row[: len(nodes)] = nodes
     return rows
@@ -96,10 +97,14 @@ def _opposite_nodes(mesh: Mesh, first: str, second: str) -> IntArray:
     """Return pairs of nodes of two edges that differ by one vector, shape (k, 2)."""
     one, two = mesh.edge_nodes(first), mesh.edge_nodes(second)
     if len(one) != len(two):
-        raise ValueError(f"boundaries.{first}: has {len(one)} nodes, and {second} has {len(two)}; periodic edges need as many")
+        raise ParameterError(
+            f"has {len(one)} nodes, and {second} has {len(two)}", hint="periodic edges need as many", at=("boundaries", first)
+        )
     way = mesh.nodes[two] - mesh.nodes[one]
     if np.abs(way - way[0]).max() > _MISFIT * np.abs(way[0]).max():
-        raise ValueError(f"boundaries.{first}: its nodes do not lie opposite those of {second}, as periodic edges need")
+        raise ParameterError(
+            f"its nodes do not lie opposite those of {second}, as periodic edges need", at=("boundaries", first)
+        )
     return np.stack([one, two], axis=1)
 
 
@@ -148,7 +153,7 @@ def prescribed_components(mesh: Mesh, boundaries: Mapping[str, Boundary]) -> dic
     """Return node -> component -> edge whose boundary prescribes it; "" is never one.
 
     Raises:
-        ValueError: a symmetry edge does not lie along an axis.
+        ParameterError: a symmetry edge does not lie along an axis.
     """
     return shared.prescribed_components(boundaries, mesh.edge_nodes, lambda name, one: _components(mesh, name, one))
 
@@ -170,7 +175,7 @@ def _components(mesh: Mesh, name: str, boundary: Boundary) -> tuple[int, ...]:
         nodes = mesh.nodes[mesh.edge_nodes(name)]
         extent = nodes.max(axis=0) - nodes.min(axis=0)
         if extent.min() > _MISFIT * extent.max():
-            raise ValueError(f"boundaries.{name}: a symmetry edge has to lie along x or y; this one does not")
+            raise ParameterError("a symmetry edge has to lie along x or y; this one does not", at=("boundaries", name))
         return (int(np.argmin(extent)),)
     return boundary.axes if isinstance(boundary, PrescribedVelocity) else (0, 1)
 

@@ -57,14 +57,15 @@ class Grid(Component):
         p = self.parameters
         try:
             self.mesh: Mesh = p.mesh.build()
-        except ValueError as error:
-            raise ParameterError(str(error), source="component 'grid'") from None
+        except ParameterError as error:
+            raise error.within("mesh") from None
         self.cell_material: IntArray = self._materials_of_cells()
         self._materials: list[Material] = [material(one) for one in p.materials]
         self._forced = self._nodes_at("forced_nodes", p.forced_nodes)
         self._receivers = self._nodes_at("receivers", p.receivers)
         self._plastic = any(p.plastic_laws[number].code for number in np.unique(self.cell_material))
         self.attach(None)
+        self._refuse_held_forces()
         self.mass: FloatArray = self._assembly.mass
         self.highest_frequency: float = highest_frequency(self._grid, self._conditions, self._corner)
         self.step_size = p.step_size or suggest_step(self.highest_frequency, "leave an edge free, or make the mesh finer")
@@ -98,6 +99,16 @@ class Grid(Component):
                 raise ParameterError(f"node {found[-1]} is there already", hint="give each node once", at=f"{name}[{index}]")
         return np.array(found, dtype=np.int64)
 
+    def _refuse_held_forces(self) -> None:
+        """Refuse forces on nodes whose motion is prescribed along both axes: they would do nothing."""
+        held = self._conditions.prescribed[self._assembly.places[self._forced]].all(axis=1)
+        for index in np.flatnonzero(held).tolist():
+            raise ParameterError(
+                f"node {self._forced[index]} is held along x and y, so a force there does nothing",
+                hint="leave it out, or free its edge",
+                at=("forced_nodes", index),
+            )
+
     def _node_near(self, where: str, point: Sequence[float]) -> int:
         """Return the node nearest to a point, which may lie as far off as a point of the body does."""
         node = self.mesh.nearest_node(point[0], point[1])
@@ -125,13 +136,10 @@ class Grid(Component):
 
     def _assemble(self, attached: FloatArray | None, parts: int) -> Assembly:
         p = self.parameters
-        try:
-            return assemble(
-                self.mesh, self._materials, self.cell_material, laws=p.plastic_laws, boundaries=p.boundaries,
-                forced=self._forced.tolist(), hourglass=p.hourglass, parts=parts, attached=attached,
-            )  # fmt: skip
-        except ValueError as error:
-            raise ParameterError(f"{error}", source="component 'grid'") from None
+        return assemble(
+            self.mesh, self._materials, self.cell_material, laws=p.plastic_laws, boundaries=p.boundaries,
+            forced=self._forced.tolist(), hourglass=p.hourglass, parts=parts, attached=attached,
+        )  # fmt: skip
 
     def _parts(self) -> int:
         """Return in how many parts threads can advance the grid: yielding cells note events, in the order of cells."""
@@ -147,7 +155,7 @@ class Grid(Component):
             plastic_work=("f8", (plastic,)), tally=("f8", (layout.TALLY,)), start=("f8", (4,)),
         )  # fmt: skip
         if self._plastic:  # only then can anything happen that is an event
-            vars(self)["event_kinds"], vars(self)["event_details"] = _YIELD, _YIELD_DETAILS
+            self._declare_events(_YIELD, _YIELD_DETAILS)
         self._state = layout.State(*(self._block[name] for name in _STATE))
         self._driven_by: Mapping[str, Held] | None = None
         self._signals: list[CompiledProfile] = []

@@ -83,7 +83,7 @@ class Mesh:
         unused = np.flatnonzero(np.bincount(self.cells.ravel(), minlength=n) == 0)
         if len(unused):
             return f"nodes[{unused[0]}]", "belongs to no cell; remove it, or number the nodes anew"
-        return self._shape_problem() or self._side_problem()
+        return self._shape_problem() or self._side_problem() or self._overlap_problem()
 
     def _shape_problem(self) -> tuple[str, str] | None:
         """Return the first cell with an inverted or flat corner."""
@@ -113,6 +113,25 @@ class Mesh:
         start, end = divmod(int(keys[np.argmax(counts)]), len(self.nodes))
         cells = np.unique(np.flatnonzero((sides == (start, end)).all(axis=1)) % len(self.cells)).tolist()
         return "cells", f"the cells {cells} lie on the same side of the line from node {start} to node {end}, expected one cell"
+
+    def _overlap_problem(self) -> tuple[str, str] | None:
+        """Return a node that lies inside a cell: parts of the mesh that have no nodes in common overlap there."""
+        from scipy.spatial import cKDTree  # type: ignore[attr-defined]
+
+        corners = self.nodes[self.cells]
+        reach = np.sqrt(((corners - self.centres[:, np.newaxis]) ** 2).sum(axis=2).max(axis=1))
+        tree: Any = cKDTree(self.nodes)
+        near = tree.query_ball_point(self.centres, reach)
+        cell = np.repeat(np.arange(len(self.cells)), [len(one) for one in near])
+        node = np.concatenate(near).astype(np.int64)
+        inside = np.ones(len(node), dtype=bool)
+        for j in range(4):
+            side, way = corners[cell, (j + 1) % 4] - corners[cell, j], self.nodes[node] - corners[cell, j]
+            inside &= side[:, 0] * way[:, 1] - side[:, 1] * way[:, 0] > _FLATTEST * reach[cell] ** 2
+        if not inside.any():
+            return None
+        place = int(np.argmax(inside))
+        return f"nodes[{node[place]}]", f"lies inside cell {cell[place]}, expected cells that do not overlap"
 
 
 def cell_areas(nodes: FloatArray, cells: IntArray) -> FloatArray:

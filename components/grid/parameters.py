@@ -8,10 +8,11 @@ from pydantic import field_validator, model_validator
 
 from ..areas import ChosenArea
 from ..errors import nearest
-from ..materials.elastic import Material, Preset, preset_list
+from ..materials.elastic import Material, Preset, constants_of, preset_list
 from ..materials.plasticity import ChosenPlasticity, Elastic
+from ..support.magnitudes import refuse_absurd
 from ..support.parameter_fields import Index, Pair, Positive, field
-from ..support.validation import Parameters
+from ..support.validation import Parameters, refusal
 from .boundaries import ChosenBoundary
 from .shapes import ChosenShape, Rectangle
 
@@ -71,19 +72,26 @@ class GridParameters(Parameters):
     def _validate_materials(self) -> GridParameters:
         count = len(self.materials)
         if not count:
-            raise ValueError("material: got none, expected at least one")
+            raise refusal("got none", "at least one", at=("material",))
         if len(self.plastic_laws) != count:
-            raise ValueError(
-                f"plasticity: got {len(self.plastic_laws)} laws for {count} materials; give one for all, or one each"
+            raise refusal(
+                f"got {len(self.plastic_laws)} laws for {count} materials",
+                hint="give one for all, or one each",
+                at=("plasticity",),
             )
         if self.regions and self.cell_material is not None:
-            raise ValueError("cell_material: `regions` says it too; give one of them")
+            raise refusal("`regions` says it too", hint="give one of them", at=("cell_material",))
         for place, region in enumerate(self.regions):
             if region.material >= count:
-                raise ValueError(f"regions[{place}].material: got {region.material}, expected 0 to {count - 1}")
+                raise refusal(f"got {region.material}", f"0 to {count - 1}", at=("regions", place, "material"))
         for place, number in enumerate(self.cell_material or ()):
             if number >= count:
-                raise ValueError(f"cell_material[{place}]: got {number}, expected 0 to {count - 1}")
+                raise refusal(f"got {number}", f"0 to {count - 1}", at=("cell_material", place))
+        return self
+
+    @model_validator(mode="after")
+    def _validate_magnitudes(self) -> GridParameters:
+        refuse_absurd(constants_of(self.material))
         return self
 
     @model_validator(mode="after")
@@ -91,5 +99,5 @@ class GridParameters(Parameters):
         known = self.mesh.edge_names
         for name in self.boundaries:
             if name not in known:
-                raise ValueError(f"boundaries.{name}: is no edge of this mesh; {nearest(name, known)}")
+                raise refusal("is no edge of this mesh", hint=nearest(name, known), at=("boundaries", name))
         return self

@@ -10,6 +10,8 @@ import numpy as np
 from pydantic import AfterValidator, Field, SerializeAsAny, model_validator
 
 from ..areas import ChosenArea
+from ..errors import ParameterError
+from ..support.magnitudes import refuse_absurd, refuse_far
 from ..support.parameter_fields import Index, Pair, Positive, PositivePair, field
 from ..support.tagged_union import ByName, Named
 from .mesh import Mesh, rectangle, without_cells
@@ -43,7 +45,7 @@ class Shape(Named):
 
     @abstractmethod
     def build(self) -> Mesh:
-        """Return the mesh; `ValueError` where it cannot be computed on."""
+        """Return the mesh; `ParameterError` where it cannot be computed on."""
 
 
 class Rectangle(Shape):
@@ -57,6 +59,13 @@ class Rectangle(Shape):
         None, "middle of the rectangle; default: its lower left corner is at 0. About [0, 0] mirror images are exact", "m"
     )
     holes: list[ChosenArea] = field([], "areas without cells: a box or a disc; at the boundary it makes a notch", "1")
+
+    @model_validator(mode="after")
+    def _validate_magnitudes(self) -> Rectangle:
+        sizes = self.cell_size if isinstance(self.cell_size, list) else [self.cell_size]
+        refuse_absurd((("cell_size",), one) for one in sizes)
+        refuse_far((("centre", place), one) for place, one in enumerate(self.centre or ()))
+        return self
 
     @property
     def cell_count(self) -> int:  # noqa: D102
@@ -80,10 +89,12 @@ class Rectangle(Shape):
         for place, hole in enumerate(self.holes):
             inside = hole.contains(mesh.centres)
             if not inside.any():
-                raise ValueError(f"holes[{place}]: contains the middle of no cell; make it larger, or leave it out")
+                raise ParameterError(
+                    "contains the middle of no cell", hint="make it larger, or leave it out", at=("holes", place)
+                )
             removed |= inside
         if removed.all():
-            raise ValueError("holes: nothing is left of the mesh")
+            raise ParameterError("nothing is left of the mesh", at="holes")
         return without_cells(mesh, removed)
 
 
@@ -99,6 +110,10 @@ class Quadrilaterals(Shape):
 
     @model_validator(mode="after")
     def _validate(self) -> Quadrilaterals:
+        nodes = np.array(self.nodes, dtype=np.float64)
+        farthest = int(np.abs(nodes).max(axis=1).argmax())
+        refuse_far((("nodes", farthest), one) for one in self.nodes[farthest])
+        refuse_absurd([(("nodes",), float(np.ptp(nodes, axis=0).max()))])
         self.build()
         return self
 
@@ -114,7 +129,7 @@ class Quadrilaterals(Shape):
         mesh = Mesh(np.array(self.nodes, dtype=np.float64), np.array(self.cells, dtype=np.int64))
         problem = mesh.problem()
         if problem is not None:
-            raise ValueError(": ".join(problem))
+            raise ParameterError(problem[1], at=problem[0])
         oriented = {tuple(sorted(side)): side for side in mesh.sides.tolist()}
         edges = {}
         for name, chain in self.edges.items():
@@ -122,7 +137,9 @@ class Quadrilaterals(Shape):
             for first, second in zip(chain, chain[1:], strict=False):
                 side = oriented.get((min(first, second), max(first, second)))
                 if side is None:
-                    raise ValueError(f"edges.{name}: between the nodes {first} and {second} there is no side of the boundary")
+                    raise ParameterError(
+                        f"between the nodes {first} and {second} there is no side of the boundary", at=("edges", name)
+                    )
                 sides.append(side)
             edges[name] = np.array(sides, dtype=np.int64)
         return Mesh(mesh.nodes, mesh.cells, edges)

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from typing import Annotated, Any
 
 from pydantic import AfterValidator, Field, ValidationError
 
-from ..errors import ParameterError, nearest, one_line
+from ..errors import Location, ParameterError, nearest, one_line
 from ..support.validation import Fixed, faults_of
 
 _SYMBOLS = {"E": "young", "nu": "poisson", "rho": "density"}
@@ -84,6 +85,15 @@ PRESETS = {
     "glass": Material(density=2500.0, young=7.0e10, poisson=0.22),
     "ptfe": Material(density=2200.0, young=1.46e9, poisson=0.46),
 }
+
+
+def constants_of(given: str | Material | list[str | Material]) -> Iterator[tuple[Location, float]]:
+    """Yield density and Young's modulus of the materials of a parameter `material`, each with its place there."""
+    for place, one in enumerate(given if isinstance(given, list) else [given]):
+        if isinstance(one, Material):
+            where: Location = ("material", place) if isinstance(given, list) else ("material",)
+            yield (*where, "density"), one.density
+            yield (*where, "young"), one.young
 
 
 def _no_preset(name: object) -> ParameterError:

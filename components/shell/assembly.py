@@ -58,8 +58,8 @@ def assemble(p: ShellParameters) -> Assembly:
     mass = np.where(lattice.present, p.material.density * lattice.volumes, 1.0)
     seen_begin, seen_point, seen_slot = transpose(stencils, lattice.node_count)
     body = Body(
-        mass, stencils.begin, stencils.nodes, stencils.kind, stencils.first, stencils.gradients, points.volume, points.sine,
-        points.cosine, seen_begin, seen_point, seen_slot, conditions.prescribed, np.zeros(0),
+        mass, stencils.begin, stencils.nodes, stencils.kind, stencils.first, stencils.gradients, stencils.along, points.volume,
+        points.sine, points.cosine, seen_begin, seen_point, seen_slot, conditions.prescribed, np.zeros(0),
     )  # fmt: skip
     solid = Solid(
         body, chosen_hourglass(p, lattice), inner_surface(lattice), p.material.constants(1.0), False, 1.0,

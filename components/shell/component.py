@@ -14,7 +14,7 @@ from ..drawables import Cells, Drawable, Points
 from ..errors import ParameterError, StepError
 from ..support.arrays import FloatArray
 from ..support.stable_step import refuse_large_step, suggest_step
-from . import energies, kernels, layout
+from . import energies, kernels, layout, threads
 from .assembly import Assembly, assemble, gauge_columns, station_means, surface_quads
 from .drive import pattern_of, tick_signals
 from .fracture.breaking import KINDS, BreakingBody
@@ -79,7 +79,7 @@ class Shell(Component):
         self._whole: Solid = self._finish_solid()
         self._breaking = BreakingBody(p, law, self._assembly, self._whole) if isinstance(law, FractureLaw) else None
         if self._breaking is not None:
-            vars(self)["event_kinds"], vars(self)["event_details"] = KINDS, self._breaking.details
+            self._declare_events(KINDS, self._breaking.details)
         self._gauges: IntArray = gauge_columns(p, self.lattice)
         self._lay_out_state()
 
@@ -289,7 +289,7 @@ class Shell(Component):
             gradients = some.gradients[first : first + len(u)]
             sine, cosine = self._turn_of_column(int(column))
             for k, axis in enumerate(([1.0, 0.0, 0.0], [0.0, cosine, -sine])):
-                change = (u * gradients[:, k : k + 1]).sum(axis=0)
+                change = (u * gradients[:, k : k + 1]).sum(axis=0) * (some.along[node] if k == 0 else 1.0)
                 along = change[0] * axis[0] + change[1] * axis[1] + change[2] * axis[2]
                 found[row, k] = along + 0.5 * (change * change).sum()
         return found
@@ -362,8 +362,9 @@ class Shell(Component):
             return self._breaking.advance(
                 self._block, self._state, self._scratch, signals, pressures, self._tick, self._failed, self._add_event
             )
+        advance = threads.advance if threads.divides(self._whole) else kernels.advance
         return int(
-            kernels.advance(
+            advance(
                 self._solid, self._state, self._scratch, signals, pattern_of(self._held["pressure"]), self._block["tally"],
                 self._tick, self._failed,
             )

@@ -88,9 +88,10 @@ def hold_columns(solid, state, scratch, begin, end):
         for point in range(tied.points):
             p = c * tied.points + point
             cosine, sine = part * body.cosine[p], part * body.sine[p]
-            pull[p, 0] -= part * txx
-            pull[p, 1] -= part * txy
-            pull[p, 2] -= part * txz
+            along = part * body.along[p]
+            pull[p, 0] -= along * txx
+            pull[p, 1] -= along * txy
+            pull[p, 2] -= along * txz
             pull[p, 3] -= cosine * tyx - sine * tzx
             pull[p, 4] -= cosine * tyy - sine * tzy
             pull[p, 5] -= cosine * tyz - sine * tzz

@@ -189,6 +189,8 @@ def update_stresses(solid, state, scratch, begin, end, failed):
             azx += uz * gx
             azy += uz * gy
             azz += uz * gz
+        stretch = body.along[p]
+        axx, ayx, azx = stretch * axx, stretch * ayx, stretch * azx
         # From the frame of the point to that of the body.
         c, s = body.cosine[p], body.sine[p]
         axy, axz = c * axy + s * axz, c * axz - s * axy
@@ -240,6 +242,7 @@ def update_stresses(solid, state, scratch, begin, end, failed):
         )
         volume = body.volume[p]
         c, s = volume * c, volume * s
+        volume *= stretch
         pull[p, 0], pull[p, 1], pull[p, 2] = volume * pxx, volume * pxy, volume * pxz
         pull[p, 3], pull[p, 4], pull[p, 5] = c * pyx - s * pzx, c * pyy - s * pzy, c * pyz - s * pzz
         pull[p, 6], pull[p, 7], pull[p, 8] = s * pyx + c * pzx, s * pyy + c * pzy, s * pyz + c * pzz

@@ -27,6 +27,7 @@ class Body(NamedTuple):
         kind: number of each point's stencil, shape (m,).
         first: where each stencil begins in `gradients`, shape (stencils + 1,).
         gradients: of the shape functions in the frame of the point, shape (rows, 3) [1/m].
+        along: by what the gradients along the body are multiplied at each point, shape (m,).
         volume: of the points, shape (m,) [m^3].
         sine, cosine: of the angle by which the frame of a point is turned, shape (m,).
         seen_begin: where the points that see each node begin in `seen_point`, and the end of the last, shape (n + 1,).
@@ -42,6 +43,7 @@ class Body(NamedTuple):
     kind: IndexArray
     first: IndexArray
     gradients: FloatArray
+    along: FloatArray
     volume: FloatArray
     sine: FloatArray
     cosine: FloatArray

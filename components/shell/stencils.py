@@ -1,7 +1,8 @@
 """Stencils: the nodes that each point sees and their weights, shared by all points whose neighbourhoods look alike.
 
 In its own frame (along, around, through the thickness) a point of an even tube sees what all others in its row see: the
-gradients of the shape functions are kept once for each kind of neighbourhood, and turned by the angle of the point.
+gradients of the shape functions are kept once for each kind of neighbourhood, and turned by the angle of the point. Where
+distances grow evenly along the body, neighbourhoods are alike but for their length: their gradients along it are multiplied.
 """
 
 from __future__ import annotations
@@ -29,6 +30,8 @@ class Stencils(NamedTuple):
         first: where each stencil begins in the two tables, and the end of the last, shape (s + 1,).
         values: shape functions, shape (rows,).
         gradients: their gradients in the frame of the point, shape (rows, 3) [1/m].
+        along: by what those along the body are multiplied, shape (m,): the spacing there at the point for which the stencil
+            was computed over that at the point.
     """
 
     begin: npt.NDArray[np.uint32]
@@ -37,8 +40,11 @@ class Stencils(NamedTuple):
     first: npt.NDArray[np.uint32]
     values: FloatArray
     gradients: FloatArray
+    along: FloatArray
 
 
+# Spacings that differ by less than this part, which is rounding, are the same.
+_SAME = 1e-12
 _Marks = npt.NDArray[np.bool_]
 _Rows = tuple[FloatArray, FloatArray]
 
@@ -52,6 +58,7 @@ class _Line(NamedTuple):
         kinds: number of the kind of each point, shape (m,).
         kept: a point of each kind, shape (kinds,).
         at: fractional indices of the points, shape (m,).
+        stretch: spacing at the point of the kind over that at each point, shape (m,).
     """
 
     planes: IntArray
@@ -59,21 +66,26 @@ class _Line(NamedTuple):
     kinds: IntArray
     kept: IntArray
     at: FloatArray
+    stretch: FloatArray
 
 
-def _line(axis: Axis, index: FloatArray, radius: float, shared: bool) -> _Line:
+def _line(axis: Axis, index: FloatArray, radius: float, shared: bool, scaled: bool) -> _Line:
     found = [axis.neighbours(float(one), radius) for one in index]
     most = max(map(len, found))
     planes = np.array([[*some, *[some[0]] * (most - len(some))] for some in found], dtype=np.int64)
     present = np.array([[number < len(some) for number in range(most)] for some in found])
-    # Planes that look alike from two points, to rounding, make one kind; nothing does through the thickness of a bent body.
-    scale = float(np.abs(axis.slope(index)).min())
-    seen = np.concatenate([axis.at_any(planes) - axis.at(index)[:, None], axis.slope(index)[:, None]], axis=1)
+    # Planes that look alike from two points, to rounding, make one kind, where the axis may be scaled also such as are farther
+    # apart for one; nothing does through the thickness of a bent body.
+    slope = axis.slope(index)
+    scale = slope[:, None] if scaled else float(np.abs(slope).min())
+    seen = np.concatenate([axis.at_any(planes) - axis.at(index)[:, None], slope[:, None]], axis=1)
     rounded = np.rint(np.concatenate([seen / scale, planes - index[:, None], present], axis=1) * 1e9)
     if not shared:
         rounded = np.concatenate([rounded, np.arange(len(index))[:, None]], axis=1)
     _, kept, kinds = np.unique(rounded, axis=0, return_index=True, return_inverse=True)
-    return _Line(planes, present, kinds.ravel(), kept, index)
+    stretch = slope[kept[kinds.ravel()]] / slope
+    stretch = np.where(np.abs(stretch - 1.0) < _SAME, 1.0, stretch)
+    return _Line(planes, present, kinds.ravel(), kept, index, stretch)
 
 
 def make_stencils(
@@ -121,7 +133,8 @@ def _replace(even: Stencils, picked: IntArray, nodes: IntArray, there: _Marks, r
     kind[picked] = len(even.first) - 1 + np.arange(len(picked))
     first = np.concatenate([even.first[:-1], even.first[-1] + _ends(own)]).astype(np.uint32)
     values, gradients = (np.concatenate(pair) for pair in zip((even.values, even.gradients), rows, strict=True))
-    return Stencils(_ends(counts), mixed, kind, first, values, gradients)
+    along = np.where(is_own, 1.0, even.along)
+    return Stencils(_ends(counts), mixed, kind, first, values, gradients, along)
 
 
 def _stencils_at(
@@ -184,7 +197,7 @@ def _product_stencils(
 ) -> Stencils:
     """Return the stencils of points that are the product of points along the axes, as if all nodes were there."""
     rows = tuple(
-        _line(axis, line.at, radius, not (lattice.bent and place == 2))
+        _line(axis, line.at, radius, not (lattice.bent and place == 2), place == 0)
         for place, (axis, line, radius) in enumerate(zip(lattice.axes, lines, radii, strict=True))
     )
     offsets, weights, slopes, present = _neighbourhoods(lattice, rows, radii)
@@ -207,6 +220,7 @@ def _product_stencils(
         first=_ends(counts),
         values=values.T[present],
         gradients=gradients.swapaxes(0, 1)[present],
+        along=np.repeat(rows[0].stretch, len(kind) // len(rows[0].stretch)),
     )
 
 

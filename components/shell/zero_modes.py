@@ -43,9 +43,10 @@ def gradient_matrices(nodes: int, points: IntegrationPoints, stencils: Stencils)
     rows = np.repeat(np.arange(len(counts)), counts)
     slot = np.arange(len(rows)) - np.repeat(stencils.begin[:-1].astype(np.int64), counts)
     local = stencils.gradients[stencils.first[stencils.kind].astype(np.int64)[rows] + slot]
+    along = stencils.along[rows]
     sine, cosine = points.sine[rows], points.cosine[rows]
     columns = (
-        local[:, 0],
+        along * local[:, 0],
         cosine * local[:, 1] + sine * local[:, 2],
         cosine * local[:, 2] - sine * local[:, 1],
     )

@@ -3,6 +3,9 @@
 What other kernels alone call is contained in these, and optimized with them. Otherwise each function would be optimized once
 for itself and once more in each of its callers, and half of the time of a compilation would go into machine code that nothing
 calls.
+
+This stands on the inside of numba, which may change with any version of it. Where something is missing, importing this module
+raises `ImportError`, and `jit` and `kernel_cache` do without: the same results, compiled in every process.
 """
 
 from __future__ import annotations
@@ -10,11 +13,24 @@ from __future__ import annotations
 from typing import Any
 
 import llvmlite.binding as llvm
+import numba
 from numba.core import types
 from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import CompilerBase, CompileResult, DefaultPassBuilder
 from numba.core.compiler_machinery import LoweringPass, register_pass
 from numba.core.typed_passes import IRLegalization
+
+_METHODS = {
+    JITCodeLibrary: (
+        "_ensure_finalized", "_finalize_dynamic_globals", "_finalize_final_module", "_get_module_for_linking",
+        "_optimize_final_module", "add_ir_module", "enable_object_caching", "serialize_using_object_code",
+    ),
+    CompileResult: ("_rebuild", "_reduce"),
+}  # fmt: skip
+for _kind, _names in _METHODS.items():
+    for _name in _names:
+        if not hasattr(_kind, _name):
+            raise ImportError(f"numba {numba.__version__} has no {_kind.__name__}.{_name}")
 
 # What stands in front of such code on disk, where numba has the name of its own two formats.
 _FORMAT = "intermediate"

@@ -21,9 +21,8 @@ from numba.core.dispatcher import Dispatcher
 from numba.core.registry import CPUDispatcher
 
 from . import compilation_notice
-from .code_libraries import EntryCompiler, IntermediateCompiler
 from .fingerprint import is_of_package
-from .kernel_cache import KernelCache
+from .kernel_cache import KernelCache, code_libraries
 
 _settings: Any = numba_config
 # Whether anything is compiled at all.
@@ -83,8 +82,7 @@ class _Internal(_Kernel):
     def __call__(self, *arguments: Any, **named: Any) -> Any:  # pyright: ignore[reportIncompatibleMethodOverride]
         """Call it by another one that has such an entry."""
         if not hasattr(self, "_with_entry"):
-            options = {name: value for name, value in self.targetoptions.items() if name not in _INTERNAL}
-            self._with_entry = _keep_on_disk(_Kernel(self.py_func, targetoptions=options))
+            self._with_entry = _keep_on_disk(_Kernel(self.py_func, targetoptions=_without_internal(self.targetoptions)))
         return self._with_entry(*arguments, **named)
 
 
@@ -100,9 +98,15 @@ def _compile(function: F, **options: Any) -> F:
     if is_of_package(function):
         # Functions as values need an entry for C. No kernel of this package is one, and a tenth of the compilation is saved.
         options["no_cfunc_wrapper"] = True
+    if code_libraries is None:
+        return _keep_on_disk(_Kernel(function, targetoptions=_without_internal(options)))
     if options.get("no_cpython_wrapper"):
-        return _keep_on_disk(_Internal(function, targetoptions=options, pipeline_class=IntermediateCompiler))
-    return _keep_on_disk(_Kernel(function, targetoptions=options, pipeline_class=EntryCompiler))
+        return _keep_on_disk(_Internal(function, targetoptions=options, pipeline_class=code_libraries.IntermediateCompiler))
+    return _keep_on_disk(_Kernel(function, targetoptions=options, pipeline_class=code_libraries.EntryCompiler))
+
+
+def _without_internal(options: dict[str, Any]) -> dict[str, Any]:
+    return {name: value for name, value in options.items() if name not in _INTERNAL}
 
 
 def _keep_on_disk(kernel: Any) -> Any:

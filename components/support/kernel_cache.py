@@ -24,9 +24,17 @@ from numba.core.serialize import dumps
 
 from ..errors import ParameterError
 from .cache_folder import cache_folder
-from .code_libraries import rebuild
 from .fingerprint import Fingerprint, fingerprint
 from .notice import tell
+
+try:
+    from . import code_libraries
+except ImportError as _error:
+    code_libraries = None
+    tell(
+        f"this version of numba is built in another way than those that were tested ({_error}): kernels are compiled in every "
+        "process, and that takes longer; install numba>=0.61,<0.69"
+    )
 
 _DIGEST_SIZE = hashlib.sha256().digest_size
 # When the files together are larger, those that were not used for longest go.
@@ -63,16 +71,18 @@ class KernelCache:
         self.note_references()
         path = self._path(signature, target_context.codegen())
         content = None if path is None else _read(path)
-        if path is None or content is None:
+        if path is None or content is None or code_libraries is None:
             return None
         try:
-            return rebuild(target_context, *pickle.loads(content))
+            return code_libraries.rebuild(target_context, *pickle.loads(content))
         except Exception:  # whatever it is, it is not what was written by this version of numba
             _remove(path)
             return None
 
     def save_overload(self, signature: Any, compiled: Any) -> None:
         """Keep a compiled function where it can be kept."""
+        if code_libraries is None:
+            return
         parts = compiled._reduce()
         for environment in parts[-1]:
             compiled.library.codegen.set_env(environment.env_name, environment)

@@ -17,7 +17,7 @@ from typing import Any
 
 import numpy as np
 
-from ..errors import LogError
+from ..errors import LogError, one_line
 
 MAGIC = b"GRNL"
 VERSION = 2
@@ -72,6 +72,8 @@ def unpack(data: bytes | memoryview, most_text: int | None = None) -> tuple[dict
         data: the block.
         most_text: limit on the bytes of its JSON header: parsed, JSON takes up to forty times its length.
     """
+    if not isinstance(data, (bytes, bytearray, memoryview)):
+        raise LogError(f"got {one_line(data)}", expected="the bytes of a packed block")
     try:
         return _unpack(memoryview(data).cast("B"), most_text)
     except LogError:

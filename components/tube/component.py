@@ -108,7 +108,7 @@ class Tube(Component):
 
     def _declare(self) -> Iterable[Variable]:
         stations = len(self.interface.width)
-        yield from map(self._declare_output, part_variables({"gas": self.gas, "shell": self.shell}))
+        yield from map(self._declare_output, part_variables({"gas": self.gas, "shell": self.shell}, ("gauge",)))
         if self.parameters.vent is not None:
             yield Variable(
                 "vent_area", "input", "m^2", (), "area of the opening at `vent`, through which gas leaves", start=0.0,
@@ -307,21 +307,19 @@ class Tube(Component):
     def _explain_part(self, part: Component, prefix: str, status: int, steps: int) -> StepError:
         """Return the error of a part as one of the whole."""
         part.adopt(self._failed_tick, {})
-        error = part.explain(status)
-        more = f"; the {prefix} makes {steps} such steps in a tick of {self.step_size:g} s" if steps > 1 else ""
-        return StepError(
-            f"{prefix}_{error}{more}", time=error.time, variable=f"{prefix}_{error.variable}", index=error.index,
-            value=error.value, limit=error.limit,
-        )  # fmt: skip
+        error = part.explain(status).of_part(prefix)
+        if steps == 1:
+            return error
+        return error.with_hint(f"the {prefix} makes {steps} such steps in a tick of {self.step_size:g} s")
 
     def _explain_wall(self) -> StepError:
         """Return the error for a cell that the wall leaves without pressure."""
         cell, time = int(self._failed[0]), (self._failed_tick + 1) * self.step_size
         value = float(self.gas.tables()[2].pressure[cell])
         return StepError(
-            f"gas_pressure: fell to {value:g} Pa in cell {cell}, x = {self.gas.centres[cell]:.6g} m, at {time:.9g} s, expected "
+            f"fell to {value:g} Pa in cell {cell}, x = {self.gas.centres[cell]:.6g} m, at {time:.9g} s, expected "
             f"more than 0: the wall moved too far in a tick; take a smaller step_size (now {self.step_size:g} s)",
-            time=time, variable="gas_pressure", index=cell, value=value, limit=0.0,
+            time=time, at="gas_pressure", variable="gas_pressure", index=cell, value=value, limit=0.0,
         )  # fmt: skip
 
     # -- reading ----------------------------------------------------------------------------------------------------

@@ -8,6 +8,7 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
+from granular_env.components.errors import ParameterError, one_line
 from granular_env.progress import Progress
 
 from . import papers
@@ -49,6 +50,8 @@ def run_atlas(
         GranularError: the folder cannot be written, another process computes there, or its `atlas.json` is not an atlas's.
     """
     found = papers.paper(paper) if isinstance(paper, str) else paper
+    if not isinstance(found, Paper):
+        raise ParameterError(f"got {one_line(found)}", expected="the name of a paper, or a Paper", at="paper")
     where, names = Path(folder) if folder is not None else Path("atlas") / found.name, list(only)
     with telling(chosen(found, names), found.name, progress) as told:
         done = compute(found, where, overrides, only=names, processes=processes, refinement=refinement, told=told)

@@ -49,7 +49,7 @@ def events(
         details, drawables, conclusions = opened.event_details, opened.drawables, opened.metadata["conclusions"]
         if near:
             largest = largest_event_ratio(opened)
-            print(json.dumps(largest and dataclasses.asdict(largest)) if for_programs else _words_for(largest))
+            print(json.dumps(largest and dataclasses.asdict(largest)) if for_programs else _words_for(largest, bool(kinds)))
             return Status.DONE
     if for_programs:
         rows = [
@@ -77,7 +77,9 @@ def events(
     return Status.DONE
 
 
-def _words_for(found: EventRatio | None) -> str:
+def _words_for(found: EventRatio | None, has_kinds: bool) -> str:
+    if found is None and not has_kinds:
+        return "nearest: none; with the parameters of this log nothing has a limit that it could come near to"
     if found is None:
         return "nearest: not known; the component of this log has no output that says how near an event is"
     return wrap_text(

@@ -26,6 +26,9 @@ from granular_env.components.errors import ParameterError
 @click.option(
     "--exaggerate", metavar="F", type=float, help="Draw displacements F times larger (default: so that one sees them)."
 )
+@click.option(
+    "--at", metavar="T", type=float, help="Instant of the screenshot [s] (default: the end if anything broke, else two thirds)."
+)
 @click.option("--colour", metavar="NAME", help="Colour by this recorded output, such as surface_plastic_strain.")
 @large_option()
 @exclusive("web", "save", "screenshot", "foxglove_layout")
@@ -36,6 +39,7 @@ def view(
     screenshot: str | None,
     foxglove_layout: str | None,
     exaggerate: float | None,
+    at: float | None,
     colour: str | None,
     allow_large: bool,
 ) -> int:
@@ -43,12 +47,14 @@ def view(
     from granular_env import viewing
     from granular_env.recording import open_log
 
+    if at is not None and not screenshot:
+        raise ParameterError("is the instant of a screenshot", hint="give --screenshot PNG too", at="at")
     opened = open_log(log, allow_large=allow_large)
     try:
         if save:
             written = viewing.save_rrd(opened, save, exaggerate=exaggerate, progress=True, colour=colour)
         elif screenshot:
-            written = viewing.screenshot(opened, screenshot, exaggerate=exaggerate, colour=colour)
+            written = viewing.screenshot(opened, screenshot, at=at, exaggerate=exaggerate, colour=colour)
         elif foxglove_layout:
             written = viewing.save_foxglove_layout(opened, foxglove_layout)
         else:

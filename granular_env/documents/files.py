@@ -33,7 +33,8 @@ def find(source: str | os.PathLike[str], kind: str, shelf: str) -> Path:
         path = Path(source)
         is_file = path.is_file()
     except (TypeError, ValueError, OSError) as error:
-        raise ExperimentError(f"got {one_line(source, 60)}", expected=f"a name or a path ({error})", at=kind) from None
+        why = "" if isinstance(error, TypeError) else f" ({error.strerror if isinstance(error, OSError) else error})"
+        raise ExperimentError(f"got {one_line(source, 60)}{why}", expected="a name or a path", at=kind) from None
     if is_file:
         if begins_as_log(path):
             raise ExperimentError("this is a log", hint="try `granular-env check` or `granular-env report`", source=str(path))

@@ -12,7 +12,7 @@ from time import perf_counter
 from typing import Any, Self
 
 from granular_env.components.component import Component
-from granular_env.components.errors import GranularError, GranularWarning, Option, ParameterError
+from granular_env.components.errors import GranularError, GranularWarning, Option, ParameterError, one_line
 from granular_env.components.inputs import Held
 
 from ..optional_packages import import_optional
@@ -77,6 +77,8 @@ class LiveViewer:
                 `pace` is not a positive number, or there is a pace for no duration.
             GranularError: there is no screen, or the viewer cannot be started.
         """
+        if not isinstance(component, Component):
+            raise ParameterError(f"got {one_line(component)}", expected="a component", at="component")
         self.next_tick, self.frames = 0, 0
         self._component, self._title, self._exaggerate = component, title, exaggerate
         self._pacing = Pace(_ticks_per_second(component, duration, pace))

@@ -151,7 +151,7 @@ def screenshot(
     Args:
         log: an open log.
         png: path of the picture.
-        at: instant shown [s]; by default two thirds of the run.
+        at: instant shown [s]; by default the end of a run with events, two thirds of another.
         size: width and height of the viewer's window [points].
         exaggerate: as in `save_rrd`.
         colour: as there.
@@ -225,9 +225,10 @@ def _number(name: str, value: Any) -> float:
 
 
 def _instant(log: Any, at: float | None) -> float:
-    """Return the instant to show [s]: two thirds of the run, where none is given."""
+    """Return the instant to show [s]: where none is given the end, with all that has broken, or two thirds of the run."""
     start = log.start_tick * log.step_size
-    instant = start + 2.0 / 3.0 * log.duration if at is None else _number("at", at)
+    shown = log.duration if log.events() else 2.0 / 3.0 * log.duration
+    instant = start + shown if at is None else _number("at", at)
     # The end as people write it may be a rounding error later.
     slack = 1e-9 * max(abs(start), log.duration)
     if not start - slack <= instant <= start + log.duration + slack:

@@ -121,9 +121,9 @@ def _driven_chain(integrator: str, energy_tolerance: float) -> Example:
     )
 
 
-# Energy residuals of an impact at the default step, .1 of the collision's own unit of time, over the energy (measured once with
+# Energy residuals of an impact at the default step, 0.1 of the collision's unit of time, over the energy (measured once with
 # a reference integrator of relative error 1e-13): PEFRL 2e-6; leapfrog 6e-6 at an eighth of that step, and of second order;
-# RK4 7e-5 and Hamming 5e-5, of fourth order; DOP853 2e-9. The driven chains take .43 of the default step.
+# RK4 7e-5 and Hamming 5e-5, of fourth order; DOP853 2e-9. The driven chains take 0.43 of the default step.
 _PEFRL = 2e-6
 _DRIVEN = {
     "pefrl": _PEFRL,

@@ -2,7 +2,6 @@
 
 import contextlib
 import io
-import multiprocessing
 import os
 import shlex
 import subprocess
@@ -10,13 +9,7 @@ import sys
 import traceback
 from pathlib import Path
 
-# Importing these takes a second, which each page and each command would spend anew.
-_LOADED = (
-    "granular_env.cli", "granular_env.envs.environment", "granular_env.run_loop", "granular_env.recording",
-    "granular_env.components.chain", "gymnasium", "matplotlib.pyplot", "scipy.optimize", "support.page_runner",
-)  # fmt: skip
-_processes = multiprocessing.get_context("forkserver")
-_processes.set_forkserver_preload(list(_LOADED))
+from support.forkserver import forkserver
 
 Snippet = tuple[str, str, str, list[str]]
 
@@ -24,7 +17,7 @@ Snippet = tuple[str, str, str, list[str]]
 def run_page(snippets: list[Snippet], folder: Path) -> str:
     """What went wrong in a page's snippets (kind or file, where, content, promised lines), run in a folder; "" for nothing."""
     errors = folder.with_suffix(".errors")
-    process = _processes.Process(target=_run_all, args=(snippets, folder, errors))
+    process = forkserver.Process(target=_run_all, args=(snippets, folder, errors))
     process.start()
     process.join()
     return "" if process.exitcode == 0 else errors.read_text()

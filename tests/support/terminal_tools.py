@@ -18,7 +18,7 @@ ROOT = Path(__file__).resolve().parents[2]
 _CONTROLS = r"\x1b\[[0-9;?]*[A-Za-z]|\x07"  # colours, movements of the cursor, the bell
 
 
-def run_in_terminal(arguments: list[str], width: int = 80, cwd: Path = ROOT, timeout: float = 100.0) -> tuple[int, str]:
+def run_in_terminal(arguments: list[str], width: int = 80, cwd: Path = ROOT, timeout: float = 300.0) -> tuple[int, str]:
     """Run Python with arguments in a terminal; return its status and all that it wrote."""
     try:
         parent, child = pty.openpty()
@@ -43,7 +43,7 @@ def run_in_terminal(arguments: list[str], width: int = 80, cwd: Path = ROOT, tim
                 if not piece:
                     break
                 written += piece
-        return process.wait(timeout=10), written.decode(errors="replace")
+        return process.wait(timeout=60), written.decode(errors="replace")
     finally:
         process.kill()
         os.close(parent)

@@ -14,6 +14,7 @@ from pydantic import model_validator
 
 from ...support.jit import internal_inlined
 from ...support.parameter_fields import field
+from ...support.validation import refusal
 from .criterion import DRUCKER_PRAGER, Criterion
 
 
@@ -29,7 +30,7 @@ class DruckerPrager(Criterion):
     @model_validator(mode="after")
     def _validate_order(self) -> DruckerPrager:
         if self.compressive < self.tensile:
-            raise ValueError(f"compressive: got {self.compressive:g} Pa, expected at least tensile = {self.tensile:g} Pa")
+            raise refusal(f"got {self.compressive:g} Pa", f"at least tensile = {self.tensile:g} Pa", at=("compressive",))
         return self
 
     def constants(self) -> tuple[float, float, float]:

@@ -15,7 +15,7 @@ from ...errors import ParameterError
 from ...events import EVENT_ROWS, EventDetail
 from ...state_block import Block
 from ...support.arrays import FloatArray
-from .. import kernels
+from .. import kernels, threads
 from ..assembly import Assembly, station_means, surface_quads
 from ..layout import IntArray, Scratch, Solid, State
 from ..parameters import ShellParameters
@@ -40,8 +40,12 @@ KINDS = {
 _FRACTURE, _ERODED = 0, 1
 # Values of events are at most this one.
 _LARGEST = 1e300
+# Volumes over that at the start outside of which a point beside a crack sees displacements that are no strain of its own.
+_VOLUMES = (0.5, 2.0)
 _FEWEST = {"linear": 4, "quadratic": 10}
 AddEvent = Callable[[int, str, int, float, float], None]
+# Signals of a tick, pressures of the stations, and the tally, as `kernels.drift` takes them.
+Inputs = tuple[FloatArray, FloatArray, FloatArray]
 
 
 class BreakingBody:
@@ -90,13 +94,14 @@ class BreakingBody:
         solid = self.solid(block)
         for row in range(len(signals)):
             tick = first_tick + row
-            inputs = signals[row : row + 1], pressures, block["tally"]
-            status = int(kernels.advance(solid, state, scratch, *inputs, tick, failed))
-            while status and self.cracks.is_beside_crack(int(failed[0])):
-                status = self._tear(block, state, scratch, inputs, failed, add_event)
-                solid = self.cracks.solid
-            if status:
-                return status
+            inputs = signals[row], pressures, block["tally"]
+            failures = self._advance_tick(solid, state, scratch, inputs, tick, failed)
+            for failure in failures:
+                if not self.cracks.is_beside_crack(failure[1]):
+                    threads.note_failure(failure, scratch, failed)
+                    return failure[0]
+            if failures:
+                solid = self._tear(block, state, scratch, inputs, failures, tick + 1, add_event)
             count = find_parting(solid, state, self.cracks.judged, self._found, block["nearest"], tick + 1)
             if count:
                 solid = self._part(block, state, scratch, self._found[:count].copy(), tick + 1, add_event)
@@ -107,38 +112,72 @@ class BreakingBody:
     ) -> Solid:  # fmt: skip
         """Part the body at some points; return its tables."""
         before = self.cracks.solid
-        parting = self.cracks.part(state, found, tick)
+        parting = self._without_distorted(self.cracks.part(state, found, tick), state)
         after = self.cracks.solid
         points, columns, nodes = self._surroundings(parting.changed)
         losses = block["losses"]
         losses[_FRACTURE] += forces.tie_energy(before, state, columns) + forces.leapfrog_energy(before, state, nodes)
         losses[_ERODED] += forces.erode(after, state, parting.eroded)
-        forces.write_gradients(after, state, parting.changed)
+        state.gradient[parting.changed] = forces.new_gradients(after, state, parting.changed)
         forces.refresh_forces(after, state, scratch, points, columns, nodes)
         kernels.write_areas(after, state)
         losses[_FRACTURE] -= forces.tie_energy(after, state, columns) + forces.leapfrog_energy(after, state, nodes)
         self._note(block, parting, tick, add_event)
         return after
 
+    def _without_distorted(self, parting: Parting, state: State) -> Parting:
+        """Let points bear nothing that see, with the neighbours that are left to them, a volume that no metal has.
+
+        Their stress would be turned into forces beyond measure.
+        """
+        while True:
+            left = np.setdiff1d(parting.changed, parting.eroded)
+            ratios = forces.volume_ratios(forces.new_gradients(self.cracks.solid, state, left))
+            wild = ~((ratios > _VOLUMES[0]) & (ratios < _VOLUMES[1]))
+            if not wild.any():
+                return parting
+            found = dict(zip(left[wild].tolist(), ratios[wild].tolist(), strict=True))
+            more = self.cracks.erode(list(found))
+            parting = parting.joined(more, {point: (ratio, _VOLUMES[ratio > 1.0]) for point, ratio in found.items()})
+
+    def _advance_tick(
+        self, solid: Solid, state: State, scratch: Scratch, inputs: Inputs, tick: int, failed: IntArray
+    ) -> list[threads.Failure]:
+        """Advance by a tick; return the points at which that failed, after which the tick is yet to be finished."""
+        signals, pressures, tally = inputs
+        bears = self.cracks.is_beside_crack
+        if not threads.divides(solid):
+            status = int(kernels.advance(solid, state, scratch, signals[None], pressures, tally, tick, failed))
+            if status == 0:
+                return []
+            point = int(failed[0])
+            first = status, point, float(scratch.pull[point, 0]), float(scratch.pull[point, 1])
+            others = threads.update_part(solid, state, scratch, point + 1, self.point_count, bears) if bears(point) else []
+            return [first, *others]
+        failed[1] = tick + 1
+        kernels.drift(solid, state, scratch, signals, pressures, tally)
+        failures = threads.update_stresses(solid, state, scratch, bears)
+        if not failures:
+            threads.finish_tick(solid, state, scratch, signals, pressures, tally)
+        return failures
+
     def _tear(
-        self, block: Block, state: State, scratch: Scratch, inputs: tuple[FloatArray, FloatArray, FloatArray],
-        failed: IntArray, add_event: AddEvent,
-    ) -> int:  # fmt: skip
-        """Let a point at which a tick failed bear nothing any more, and finish the tick; return 0 or a status."""
-        point, tick = int(failed[0]), int(failed[1])
-        value, limit = (float(one) for one in scratch.pull[point, :2])
-        parting = self.cracks.erode(point)
-        solid, (signals, pressures, tally) = self.cracks.solid, inputs
-        block["losses"][_ERODED] += forces.erode(solid, state, parting.eroded)
-        forces.write_gradients(solid, state, parting.changed)
-        self._note(block, parting._replace(spent=[point]), tick, add_event)
-        add_event(tick, TORN, point, value if abs(value) < _LARGEST else _LARGEST, limit)
-        status = int(kernels.update_stresses(solid, state, scratch, point, self.point_count, failed))
-        if status == 0:
-            kernels.hold_columns(solid, state, scratch, 0, len(solid.hourglass.partner))
-            kernels.gather_forces(solid, state, scratch, 0, len(solid.body.mass))
-            kernels.kick(solid, state, scratch, signals[0], pressures, tally)
-        return status
+        self, block: Block, state: State, scratch: Scratch, inputs: Inputs, failures: list[threads.Failure], tick: int,
+        add_event: AddEvent,
+    ) -> Solid:  # fmt: skip
+        """Let points at which a tick failed bear nothing any more, and finish the tick; return the tables."""
+        whole = self.cracks.solid
+        torn = {point: (value, limit) for _, point, value, limit in failures}
+        losses = block["losses"]
+        losses[_ERODED] += sum(forces.work_of_half_kick(whole, state, point) for point in torn)
+        parting = self._without_distorted(self.cracks.erode(list(torn))._replace(torn=torn), state)
+        solid = self.cracks.solid
+        losses[_ERODED] += forces.erode(solid, state, parting.eroded)
+        state.gradient[parting.changed] = forces.new_gradients(solid, state, parting.changed)
+        forces.write_pull(solid, state, scratch, parting.changed)
+        self._note(block, parting, tick, add_event)
+        threads.finish_tick(solid, state, scratch, *inputs)
+        return solid
 
     def _surroundings(self, changed: IntArray) -> tuple[IntArray, IntArray, IntArray]:
         """Return the points, columns with ties, and nodes whose forces change with some points."""
@@ -160,9 +199,11 @@ class BreakingBody:
         begin, hidden = self._assembly.stencils.begin, self.cracks.visibility.hidden
         for point, (value, limit) in zip(parting.spent, parting.spent_values, strict=False):
             add_event(tick, SPENT, point, value, limit)
+        for point, (value, limit) in parting.torn.items():
+            add_event(tick, TORN, point, value if abs(value) < _LARGEST else _LARGEST, limit)
         for point in parting.eroded:
             block.append("eroded", float(point))
-            if int(point) in parting.spent:
+            if int(point) in parting.spent or int(point) in parting.torn:
                 continue
             left = int((~hidden[begin[point] : begin[point + 1]]).sum())
             add_event(tick, ERODED, int(point), float(left), float(_FEWEST[self._parameters.basis]))

@@ -16,7 +16,7 @@ from ..stencils import Stencils
 from .facets import mark_links
 from .judgement import Judgement, decisive_value, index_normal
 from .law import FractureLaw
-from .pieces import Marks, crack_lips, detached_columns, label_columns, severed_links
+from .pieces import Marks, crack_lips, detached_columns, find_connected, label_columns, link_layers, severed_links
 from .rows import write_hold
 from .visibility import Visibility
 
@@ -45,6 +45,7 @@ class Parting(NamedTuple):
         eroded: points that bear nothing any more, the spent ones and those that are left with too few neighbours.
         loosened: nodes that hardly any point saw any more.
         changed: points with other neighbours than before, the eroded ones among them.
+        torn: points, some of the eroded ones, that were distorted beyond measure: what told so, and its limit.
     """
 
     facets: list[FloatArray]
@@ -54,6 +55,16 @@ class Parting(NamedTuple):
     eroded: IntArray
     loosened: IntArray
     changed: IntArray
+    torn: dict[int, tuple[float, float]]
+
+    def joined(self, other: Parting, torn: dict[int, tuple[float, float]]) -> Parting:
+        """Return this one with the points and nodes of another one that followed from it, and why they were torn."""
+        return self._replace(
+            eroded=np.concatenate([self.eroded, other.eroded]),
+            loosened=np.concatenate([self.loosened, other.loosened]),
+            changed=np.union1d(self.changed, other.changed),
+            torn={**self.torn, **torn},
+        )
 
 
 class Cracks:
@@ -80,6 +91,7 @@ class Cracks:
             np.zeros((len(points.volume), 3)), np.zeros(len(points.volume), dtype=np.int64),
             np.zeros(len(points.volume), dtype=np.int64), self._ticks_to_unload(solid),
         )  # fmt: skip
+        self._link_layers, self._connected = link_layers(lattice), self._find_connected()
         self._hold = np.zeros(lattice.node_count)
         even = self.visibility
         write_hold(solid.body, even.kind, even.first, even.values, np.arange(lattice.node_count), self._hold)
@@ -97,6 +109,7 @@ class Cracks:
         """Go back to a body without cracks."""
         self.facets, self.eroded, self.loosened = np.zeros((0, 9)), np.zeros(0), np.zeros(0)
         self.links = np.zeros((self._lattice.shape[0] * self._lattice.shape[1], 4, self._lattice.shape[2]), dtype=np.uint8)
+        self.severed: Marks = severed_links(self.links, self._link_layers)
         self.visibility.clear()
         self.judged.normal[:] = 0.0
         self.judged.cracks[:] = self.judged.since[:] = 0
@@ -140,11 +153,11 @@ class Cracks:
         self.facets = np.concatenate([self.facets, np.array(facets).reshape(-1, 9)])
         spent_values = [(decided[p], float(limit[p])) for p in spent]
         eroded, loosened, points = self._settle(changed, spent)
-        return Parting(facets, values, spent, spent_values, eroded, loosened, points)
+        return Parting(facets, values, spent, spent_values, eroded, loosened, points, {})
 
-    def erode(self, point: int) -> Parting:
-        """Let a point bear nothing any more."""
-        return Parting([], [], [], [], *self._settle(set(), [point]))
+    def erode(self, points: list[int]) -> Parting:
+        """Let some points bear nothing any more."""
+        return Parting([], [], [], [], *self._settle(set(), points), {})
 
     def _settle(self, changed: set[int], spent: list[int]) -> tuple[IntArray, IntArray, IntArray]:
         """Rebuild what points see; erode those that see too little, and loosen nodes that are hardly seen, until all is sound.
@@ -215,6 +228,7 @@ class Cracks:
         ring = self._lattice.axes[1]
         near = self._columns_near(facet, ring.count)
         mark_links(facet, self.visibility.table, near, self.links)
+        self.severed[near] = severed_links(self.links[near], self._link_layers[near])
         return self.visibility.hide(facet)
 
     def _columns_near(self, facet: FloatArray, around: int) -> IntArray:
@@ -286,8 +300,9 @@ class Cracks:
             self.visibility.first[self.visibility.kind[points]].astype(np.int64) - np.cumsum(counts) + counts, counts
         )
         gradients = self.visibility.gradients[row + np.arange(counts.sum())]
-        terms = (gradients * gradients).sum(axis=1) / body.mass[some.nodes[entry]]
         owner = np.repeat(np.arange(len(points)), counts)
+        gradients[:, 0] *= self.visibility.along[points][owner]
+        terms = (gradients * gradients).sum(axis=1) / body.mass[some.nodes[entry]]
         return body.volume[points] * np.bincount(owner, weights=terms, minlength=len(points))
 
     # -- tables -----------------------------------------------------------------------------------------------------
@@ -295,15 +310,21 @@ class Cracks:
     def _update_tables(self) -> None:
         """Make the tables of the kernels: rows, ties and the surface under pressure."""
         lattice, seen, whole = self._lattice, self.visibility, self._whole
-        self.severed: Marks = severed_links(lattice, self.links)
         self.labels, self.borne = self._label_pieces()
         self.detached: Marks = detached_columns(lattice, self.severed, self.labels) | self._loose_columns()
         self.released: Marks = crack_lips(lattice, self.severed) | self.detached
-        body = whole.body._replace(kind=seen.kind, first=seen.first, gradients=seen.gradients)
+        body = whole.body._replace(kind=seen.kind, first=seen.first, gradients=seen.gradients, along=seen.along)
         around = self._loaded_neighbours()
         self.solid = whole._replace(
             body=body, hourglass=whole.hourglass._replace(partner=self._ties()), surface=whole.surface._replace(around=around)
         )
+
+    def _find_connected(self) -> tuple[IntArray, IntArray]:
+        """Return what each point connects before any crack, as `label_columns` takes it."""
+        some = self._stencils
+        ends, columns = np.zeros(len(some.kind) + 1, dtype=np.int64), np.zeros(len(some.nodes), dtype=np.int64)
+        find_connected(some.begin, some.nodes, some.kind, some.first, some.values, self._lattice.shape[2], ends, columns)
+        return ends, columns[: ends[-1]].copy()
 
     def _label_pieces(self) -> tuple[IntArray, Marks]:
         """Return the number of the piece of each column, that of its first column, and whether anything bears it."""
@@ -314,7 +335,10 @@ class Cracks:
         blind = np.zeros(len(self._places), dtype=bool)
         blind[self.eroded.astype(np.int64)] = True
         seen = self.visibility
-        label_columns(seen.begin, seen.nodes, seen.kind, seen.first, seen.values, blind, layers, labels, borne)
+        shared, connected = len(self._stencils.first) - 1, self._connected
+        label_columns(
+            seen.begin, seen.nodes, seen.kind, seen.first, seen.values, blind, layers, shared, *connected, labels, borne
+        )
         return labels, borne
 
     @property

@@ -17,7 +17,32 @@ _CONNECTS = 0.01
 
 
 @jit
-def label_columns(begin, nodes, kind, first_rows, values, blind, layers, labels, borne):
+def find_connected(begin, nodes, kind, first_rows, values, layers, ends, columns):
+    """Write the columns of which points of a body without cracks see a node, one point after the other.
+
+    Args:
+        begin: where the neighbours of each point begin, shape (m + 1,).
+        nodes: the neighbours, shape (entries,).
+        kind: number of each point's rows, shape (m,).
+        first_rows: where those begin, shape (kinds,).
+        values: shape functions, shape (rows,).
+        layers: nodes of a column.
+        ends: written: where those of each point end in `columns`, shape (m + 1,), the first one 0.
+        columns: written, shape (entries,).
+    """
+    count = 0
+    for p in range(kind.size):
+        last = -1
+        for entry in range(begin[p], begin[p + 1]):
+            if abs(values[first_rows[kind[p]] + entry - begin[p]]) > _CONNECTS and nodes[entry] // layers != last:
+                last = nodes[entry] // layers
+                columns[count] = last
+                count += 1
+        ends[p + 1] = count
+
+
+@jit
+def label_columns(begin, nodes, kind, first_rows, values, blind, layers, shared, ends, columns, labels, borne):
     """Write for each column of nodes the first column that points connect with it.
 
     A point that bears stress connects all columns of which it sees a node, unless it hardly does.
@@ -30,6 +55,9 @@ def label_columns(begin, nodes, kind, first_rows, values, blind, layers, labels,
         values: shape functions, shape (rows,).
         blind: which points bear nothing, shape (m,).
         layers: nodes of a column.
+        shared: points of a smaller kind see what they saw before any crack.
+        ends: where the columns that each of those connects end, see `find_connected`, shape (m + 1,).
+        columns: these columns.
         labels: written, shape (columns,).
         borne: written: whether any point sees each column, shape (columns,).
     """
@@ -39,13 +67,20 @@ def label_columns(begin, nodes, kind, first_rows, values, blind, layers, labels,
         if blind[p]:
             continue
         first, last = -1, -1
-        for entry in range(begin[p], begin[p + 1]):
-            if not abs(values[first_rows[kind[p]] + entry - begin[p]]) > _CONNECTS:
-                continue
-            column = nodes[entry] // layers
-            if column == last:
-                continue
-            last = column
+        plain = kind[p] < shared
+        from_entry, to_entry = np.int64(begin[p]), np.int64(begin[p + 1])
+        if plain:
+            from_entry, to_entry = ends[p], ends[p + 1]
+        for entry in range(from_entry, to_entry):
+            if plain:
+                column = columns[entry]
+            else:
+                if not abs(values[first_rows[kind[p]] + entry - begin[p]]) > _CONNECTS:
+                    continue
+                column = nodes[entry] // layers
+                if column == last:
+                    continue
+                last = column
             borne[column] = True
             second = column
             while labels[second] != second:
@@ -64,14 +99,18 @@ def label_columns(begin, nodes, kind, first_rows, values, blind, layers, labels,
         labels[column] = root
 
 
-def severed_links(lattice: Lattice, links: npt.NDArray[np.uint8]) -> Marks:
-    """Return which links of `facets.mark_links` are cut through the whole wall, or what a notch has left of it."""
+def link_layers(lattice: Lattice) -> Marks:
+    """Return in which layers both nodes of the links of `facets.mark_links` are there, shape (columns, 4, layers)."""
     n, m, layers = lattice.shape
     there = lattice.present.reshape(n, m, layers)
     ahead = [np.roll(there, -1, axis=0), np.roll(there, -1, axis=1)]
     ahead += [np.roll(ahead[0], -1, axis=1), np.roll(ahead[0], 1, axis=1)]
-    both = np.stack([there & one for one in ahead], axis=2).reshape(n * m, 4, layers)
-    return np.all((links > 0) | ~both, axis=2)
+    return np.stack([there & one for one in ahead], axis=2).reshape(n * m, 4, layers)
+
+
+def severed_links(links: npt.NDArray[np.uint8], layers: Marks) -> Marks:
+    """Return which links are cut through the whole wall, or what a notch has left of it; both as of `link_layers`."""
+    return np.all((links > 0) | ~layers, axis=2)
 
 
 def crack_lips(lattice: Lattice, severed: Marks) -> Marks:

@@ -23,7 +23,8 @@ class Visibility:
     its own in the tables, at their end.
 
     Attributes:
-        begin, nodes, kind, first, values, gradients: as in `Stencils`, with rows of its own for a point that has lost any.
+        begin, nodes, kind, first, values, gradients, along: as in `Stencils`, with rows of its own for a point that has lost
+            any.
     """
 
     def __init__(self, lattice: Lattice, places: FloatArray, stencils: Stencils, radius: float, basis: BasisName) -> None:
@@ -42,7 +43,7 @@ class Visibility:
         even = self._stencils
         self.hidden = np.zeros(len(even.nodes), dtype=bool)
         self.kind, self.first = even.kind.copy(), even.first.copy()
-        self.values, self.gradients = even.values, even.gradients
+        self.values, self.gradients, self.along = even.values, even.gradients, even.along.copy()
         self._kinds, self._rows = len(even.first) - 1, len(even.values)
 
     def near(self, place: FloatArray) -> IntArray:
@@ -101,7 +102,7 @@ class Visibility:
         if self._rows + rows > len(self.values) or self.values is self._stencils.values:
             self.values, self.gradients = (_grown(one, self._rows + rows) for one in (self.values, self.gradients))
         for point in fresh:
-            self.kind[point], self.first[self._kinds] = self._kinds, self._rows
+            self.kind[point], self.first[self._kinds], self.along[point] = self._kinds, self._rows, 1.0
             self._kinds, self._rows = self._kinds + 1, self._rows + int(self._counts[point])
 
     def _compute(self, points: IntArray) -> tuple[FloatArray, FloatArray, npt.NDArray[np.bool_]]:

@@ -1,8 +1,6 @@
 """Writes the MCAP container: chunks compressed part by part, without ever joining large arrays, and the summary at the end.
 
-The small records are those of the `mcap` package. Its own writer takes each message as one piece and copies it several times
-while holding the interpreter's lock: a run of 100,000 particles that is recorded then takes 5 to 7 % more of the processor
-(`python -m benchmarks --only mcap recording`).
+The small records are those of the `mcap` package.
 """
 
 from __future__ import annotations

@@ -38,7 +38,9 @@ def build(header: Mapping[str, Any], caps: Limits, components: Mapping[str, type
     try:
         validate_parameters(kind.Parameters, given, f"component {kind.name!r}")
         return kind(**given)
-    except (GranularError, ArithmeticError, ValueError, TypeError, MemoryError, RecursionError) as error:
+    except GranularError as error:
+        raise LogError.of_content(error, "header", "parameters", source=f"log {caps.path!r}") from error
+    except (ArithmeticError, ValueError, TypeError, MemoryError, RecursionError) as error:
         raise LogError(f"not valid for {kind.name!r}: {error}", at="header.parameters", source=f"log {caps.path!r}") from error
 
 

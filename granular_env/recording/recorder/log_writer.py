@@ -159,8 +159,8 @@ class LogWriter:
             hint = f"{advice_for(error)}. The log that stood there is kept"
             return LogError(f"{came} cannot be written any more: {reason}", hint=hint)
         if isinstance(error, SyncError):
-            hint = "copy it to another disk, and see with `granular-env replay --verify` how much of it is sound"
-            return LogError(f"{came} was written, but its disk did not confirm that it has it: {reason}", hint=hint)
+            hint = "copy it to another disk; if it is incomplete, `granular-env recover` makes it whole"
+            return LogError(f"{came}: its disk did not confirm that it has what was written: {reason}", hint=hint)
         return LogError(f"{came} cannot be written any more: {reason}", hint=f"{advice_for(error)}. {self._advice}")
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
+from itertools import chain
 from typing import Any
 
 import numpy as np
@@ -17,6 +18,10 @@ from .log_writer import CHUNK_BYTES, LogWriter
 
 # Compiled profiles that are remembered by object, so that one that is used again is stored once.
 _KNOWN_PROFILES = 256
+
+
+# (Index of the step, inputs by name) for each step that set some.
+Sets = list[tuple[int, Mapping[str, Held]]]
 
 
 @dataclass(slots=True)
@@ -48,7 +53,7 @@ class RecordBatch:
         first: tick before the first step.
         elapsed: ticks of the whole log before this segment, minus the segment's first tick.
         durations: ticks of each step.
-        sets: (index of the step, name of the input, value) for each input that was set.
+        sets: (index of the step, inputs by name) for each step that set some.
         frames: (tick, one value for each recorded variable).
         hashes: (tick, one row).
         events: rows of events, shape (events, 5) each.
@@ -60,7 +65,7 @@ class RecordBatch:
     first: int
     elapsed: int
     durations: list[int] = field(default_factory=list)
-    sets: list[tuple[int, str, Held]] = field(default_factory=list)
+    sets: Sets = field(default_factory=list)
     frames: list[tuple[int, list[Any]]] = field(default_factory=list)
     hashes: list[tuple[int, np.ndarray]] = field(default_factory=list)
     events: list[np.ndarray] = field(default_factory=list)
@@ -159,22 +164,10 @@ def _snapshots(batch: RecordBatch, sink: LogWriter, items: list[tuple[int, int, 
 
 def _steps(batch: RecordBatch, sink: LogWriter, profiles: Profiles, inputs: Mapping[str, tuple[int, ...]]) -> Iterator[Record]:
     durations = np.array(batch.durations, dtype=np.int64)
-    by_name: dict[str, tuple[list[int], list[int], list[Any]]] = {}
     profile_words: dict[int, int] = {}
-    for place, name, value in batch.sets:
-        places, numbers, values = by_name.setdefault(name, ([], [], []))
-        places.append(place)
-        if isinstance(value, CompiledProfile):
-            number, word = profiles.number(value)
-            profile_words[number] = word
-            numbers.append(number)
-        else:
-            numbers.append(-1)
-            values.append(value)
     arrays = {"durations": durations}
     content = {}
-    for name, (*lists, held) in by_name.items():
-        places, numbers = (np.array(x, dtype=np.int64) for x in lists)
+    for name, (places, numbers, held) in _by_name(batch.sets, profiles, profile_words).items():
         values = np.array(held, dtype=np.float64).reshape(len(held), *inputs[name])
         content[name] = (places, set_words(numbers, values, profile_words))
         label = str(list(inputs).index(name))
@@ -185,6 +178,24 @@ def _steps(batch: RecordBatch, sink: LogWriter, profiles: Profiles, inputs: Mapp
     yield Record(STEPS, 0, *place, sink.number(STEPS), header, arrays)
     # A second account of the inputs, apart from the first: a changed one does not go unnoticed even where rounding hides it.
     yield Record(HASHES, 1, *place, sink.number(HASHES), {"steps": step_digests(durations, content)}, {})
+
+
+def _by_name(
+    sets: Sets, profiles: Profiles, profile_words: dict[int, int]
+) -> dict[str, tuple[np.ndarray, np.ndarray, list[Any]]]:
+    """Return for each input that was set: at which steps, the numbers of profiles (-1 for none), and the other values."""
+    found = {}
+    for name in dict.fromkeys(chain.from_iterable(newly_held for _, newly_held in sets)):
+        places = [place for place, newly_held in sets if name in newly_held]
+        values = [newly_held[name] for _, newly_held in sets if name in newly_held]
+        numbers = np.full(len(values), -1)
+        if CompiledProfile in set(map(type, values)):
+            for place, value in enumerate(values):
+                if isinstance(value, CompiledProfile):
+                    numbers[place], profile_words[numbers[place]] = profiles.number(value)
+            values = [value for value in values if not isinstance(value, CompiledProfile)]
+        found[name] = (np.array(places, dtype=np.int64), numbers, values)
+    return found
 
 
 def _frames(batch: RecordBatch, sink: LogWriter, names: list[str]) -> Iterator[Record]:

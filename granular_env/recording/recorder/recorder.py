@@ -46,6 +46,8 @@ _LONGEST_WAIT = 0.5
 # Gathered bytes at which the writing thread is woken, and at which the stepping thread waits for it.
 _WAKE_BYTES, _WAIT_BYTES = 4 << 20, 64 << 20
 _STEP_BYTES, _SET_BYTES = 40, 100
+# The class's own constructor takes three times as long.
+_new_step = tuple.__new__
 
 
 class Recorder:
@@ -74,6 +76,8 @@ class Recorder:
         self._state = [v.name for v in component.variables.values() if v.state]
         self._inputs = {v.name: v.shape for v in component.variables.values() if v.causality == "input"}
         self._has_events, self._agenda = bool(component.event_kinds), Agenda(schedule)
+        # Whether a step may be noted by its tick and inputs alone: no events, and no inputs that are arrays, whose size counts.
+        self._is_plain = not self._has_events and not any(self._inputs.values())
         # Locks and queues of C: an interrupt inside `Condition` or `Event`, which are Python, leaves them locked for ever.
         self._lock, self._wake, self._written = threading.Lock(), SimpleQueue[None](), SimpleQueue[None]()
         self._closing = self._closed = self._ended = False
@@ -186,19 +190,28 @@ class Recorder:
             return
         now = component.tick
         with self._lock:
-            last, is_first = self._last.tick, self._part_until < 0
-            self._part_until = -1
-            if last == now:  # all of it has been noted: in parts, or before it was told of once more
-                self._samples = Samples()
-                return
-            if is_first and last != now - ticks:
-                self._begin_after_gap(component)
+            items = self._items
+            last = items[-1] if items else self._written_item
+            if self._is_plain and self._part_until < 0 and last.tick == now - ticks and not self._samples:  # as usual
+                items.append(_new_step(Step, (last.place, now, last.frames, last.events, inputs, None, None)))
+                size = self._size = self._size + _STEP_BYTES + _SET_BYTES * len(inputs)
             else:
-                self._take_step(now, inputs if is_first else {})
-            size = self._size
+                self._take_whole_step(component, last.tick, now - ticks, inputs)
+                size = self._size
         if size > _WAKE_BYTES or perf_counter() > self._due:
             self._hurry()
             self._tell_error()
+
+    def _take_whole_step(self, component: Component, last: int, start: int, inputs: Mapping[str, Held]) -> None:
+        """Note a step in which there was something to be seen, or that has been noted in part, or after a gap."""
+        now, is_first = component.tick, self._part_until < 0
+        self._part_until = -1
+        if last == now:  # all of it has been noted: in parts, or before it was told of once more
+            self._samples = Samples()
+        elif is_first and last != start:
+            self._begin_after_gap(component)
+        else:
+            self._take_step(now, inputs if is_first else {})
 
     @property
     def _last(self) -> Item:

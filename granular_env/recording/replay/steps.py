@@ -17,7 +17,7 @@ def restore(component: Component, snapshot: Snapshot) -> None:
     try:
         component.restore(snapshot)
     except GranularError as error:
-        raise LogError(f"one does not fit its component: {error}", at="snapshots") from error
+        raise LogError.of_content(error.renamed("snapshot", "snapshots"), "snapshots") from error
 
 
 def advance(component: Component, changes: Changes, tick: int, tell: Callable[[], None] | None = None) -> None:
@@ -38,4 +38,4 @@ def advance(component: Component, changes: Changes, tick: int, tell: Callable[[]
     except StepError:
         raise
     except GranularError as error:
-        raise LogError(f"an input is set that the component refuses: {error}", at="steps") from error
+        raise LogError.of_content(error, "steps") from error

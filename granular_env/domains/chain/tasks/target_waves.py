@@ -179,7 +179,7 @@ def wave_shapes(mass: float, stiffness: float, rest_overlap: float, amplitudes: 
         waves = [wave]
     else:
         waves = [_pressed_wave(constant, rest_overlap, float(one)) for one in amplitudes]
-        # Lengths are in overlaps at rest, times in A^-.5 d0^-.25.
+        # Lengths are in overlaps at rest, times in A^-0.5 d0^-0.25.
         speeds = np.array([wave.speed * math.sqrt(constant) * math.sqrt(math.sqrt(rest_overlap)) for wave in waves])
     return _layout(mass, waves), speeds
 
