@@ -48,6 +48,8 @@ from .zigzag import find_ties
 
 # No automaton may cross this part of its diameter in one of its steps.
 _LARGEST_MOVE = 0.1
+# Micro-steps of a sound run make less than this part of the energy that was there or was supplied.
+_LARGEST_GAIN = 0.08
 # Energies of the parts that are outputs.
 _PART_ENERGIES = ("grid_kinetic_energy", "grid_elastic_energy", "automata_kinetic_energy", "automata_elastic_energy")
 # What `_advance` returns, beside `advance.INVERTED`, where the automata cannot go on: this and their own status.
@@ -250,7 +252,21 @@ class Coupled(Component):
                 f"{y:.6g}) m: pieces touch automata alone, and fly through the free sides of the grid; leave such sides no way "
                 "to be reached, or surround the automata by the interface"
             )
-        return said
+        return said + self._energy_cautions()
+
+    def _energy_cautions(self) -> list[str]:
+        """Return a sentence where impulses have made energy beyond what sound runs do."""
+        if self._in_lockstep:
+            return []
+        energy = self.balances()[0]
+        scale = abs(float(energy.initial)) + sum(abs(float(amount)) for amount in energy.supplied.values())
+        made = float(energy.residual)
+        if not made > _LARGEST_GAIN * scale:
+            return []
+        return [
+            f"the micro-steps have made {made:.3g} J, {made / scale:.1%} of the energy that was there or was supplied: take a "
+            f"smaller step_size than {self.step_size:g} s, or micro_steps = 1 with a step that the automata alone allow"
+        ]
 
     def drawables(self) -> tuple[Drawable, ...]:
         """Return the grid, the automata and their links."""

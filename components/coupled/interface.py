@@ -120,6 +120,7 @@ def find_interface(
                     hint="join them by periodic edges, or close the automata on themselves nowhere",
                     at="automata",
                 )
+    _refuse_shared_nodes(hanging, leader)
     _refuse_touching(mesh, places, hanging)
     return _make_interface(hanging, joined, mass)
 
@@ -144,13 +145,14 @@ def _refuse_gap(mesh: Mesh, packing: Packing, origin: FloatArray) -> None:
     distance, nearest = tree.query(mesh.nodes[nodes])
     place = int(np.argmin(distance))
     (x, y), (u, v) = mesh.nodes[nodes[place]].tolist(), centres[nearest[place]].tolist()
-    apart = f"({x - u:.6g}, {y - v:.6g}) m" if distance[place] > ON_THE_OUTLINE * packing.diameter else "a point alone"
+    meeting = distance[place] <= ON_THE_OUTLINE * packing.diameter
+    apart = "they meet in this point alone" if meeting else f"off by ({x - u:.6g}, {y - v:.6g}) m"
     raise ParameterError(
         "no side of a cell lies on the outline of the automata",
         hint=(
             f"nearest are node {nodes[place]} at ({x:.9g}, {y:.9g}) m and automaton {nearest[place]} at ({u:.9g}, "
-            f"{v:.9g}) m, which is off by {apart}; move `origin`, or leave a hole in the mesh that the automata "
-            "fill"
+            f"{v:.9g}) m: {apart}; move `origin`, or leave a hole in the mesh that the automata fill (a round one has sides of "
+            "cells as its outline: give the automata a polygon of these)"
         ),
         at="automata",
     )
@@ -241,6 +243,18 @@ def _refuse_touching(mesh: Mesh, places: Places, hanging: dict[int, tuple[int, i
             raise ParameterError(
                 f"the two parts touch in a point, node {node} at ({x:.9g}, {y:.9g}) m",
                 expected="a side of a cell",
+                at="automata",
+            )
+
+
+def _refuse_shared_nodes(hanging: dict[int, tuple[int, int, float]], leader: IntArray) -> None:
+    """Refuse two automata on one node, or on two that periodic edges join: each would move with the other."""
+    on: dict[int, int] = {}
+    for automaton, (first, second, _) in hanging.items():
+        if first == second and (other := on.setdefault(int(leader[first]), automaton)) != automaton:
+            raise ParameterError(
+                f"automata {other} and {automaton} both move with node {leader[first]} of the grid, which periodic edges join",
+                hint="close the automata on themselves too, or the grid nowhere",
                 at="automata",
             )
 

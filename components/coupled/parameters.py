@@ -65,4 +65,11 @@ class CoupledParameters(Parameters):
             raise refusal(
                 "missing", hint="with scheme = literal give how many sub-steps of the automata make a step", at=("micro_steps",)
             )
+        if self.scheme == "literal" and self.micro_steps == 1:
+            raise refusal(
+                "got 1 with scheme = literal, which differs from the others in sub-steps alone",
+                "2 or more",
+                hint='with one step take scheme = "force"',
+                at=("micro_steps",),
+            )
         return self
