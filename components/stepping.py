@@ -327,7 +327,7 @@ class Stepping(Physics):
         """Step in pieces, for observers and for Ctrl-C; all of it or nothing."""
         start, end, held = self._tick, self._tick + ticks, self._held
         self._undo.prepare(start)
-        self._step_start = start
+        vars(self)["_step_start"] = start  # as in `step`
         begun, told = perf_counter(), ticks < _MANY_TICKS
         untold: list[Observer] | None = None
         try:

@@ -493,9 +493,11 @@ def go(pair, n):
         "print(go((x, x + 0.1), 5).hex(), x.tobytes().hex())"
     )
     told = {"GRANULAR_ENV_QUIET": "0"}
-    plain = run(code, tmp_path, cache=tmp_path / "a", environment=told)
+    plain = run(code, tmp_path, cache=tmp_path / "a", fresh=True, environment=told)
     assert list((tmp_path / "a").rglob("*.kernel")) and "install numba" not in plain.stderr
     for absent in ("codegen.JITCodeLibrary", "compiler.CompileResult._rebuild"):
-        without = run(f"import numba\ndel numba.core.{absent}\n{code}", tmp_path, cache=tmp_path / "b", environment=told)
+        without = run(
+            f"import numba\ndel numba.core.{absent}\n{code}", tmp_path, cache=tmp_path / "b", fresh=True, environment=told
+        )
         assert without.stdout == plain.stdout != ""
         assert "install numba" in without.stderr and not list((tmp_path / "b").rglob("*.kernel"))
