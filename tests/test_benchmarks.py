@@ -60,8 +60,11 @@ SMALL = {
 }
 
 
-# Compiles everything in processes of its own.
-@pytest.mark.parametrize("name", [pytest.param(one, marks=pytest.mark.slow) if one == "compilation" else one for one in SMALL])
+# They compile what no other test needs, the first one everything, in processes of its own.
+SLOW = {"compilation", "environments", "gradient", "laws", "shell"}
+
+
+@pytest.mark.parametrize("name", [pytest.param(one, marks=pytest.mark.slow) if one in SLOW else one for one in SMALL])
 def test_a_benchmark_gives_its_figures(name):
     measure, count = SMALL[name]
     figures = list(measure())
