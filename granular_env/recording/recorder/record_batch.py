@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from itertools import chain
+from operator import itemgetter
 from typing import Any
 
 import numpy as np
@@ -185,7 +186,7 @@ def _by_name(
 ) -> dict[str, tuple[np.ndarray, np.ndarray, list[Any]]]:
     """Return for each input that was set: at which steps, the numbers of profiles (-1 for none), and the other values."""
     found = {}
-    for name in dict.fromkeys(chain.from_iterable(newly_held for _, newly_held in sets)):
+    for name in dict.fromkeys(chain.from_iterable(map(itemgetter(1), sets))):
         places = [place for place, newly_held in sets if name in newly_held]
         values = [newly_held[name] for _, newly_held in sets if name in newly_held]
         numbers = np.full(len(values), -1)

@@ -192,7 +192,7 @@ class Recorder:
         with self._lock:
             items = self._items
             last = items[-1] if items else self._written_item
-            if self._is_plain and self._part_until < 0 and last.tick == now - ticks and not self._samples:  # as usual
+            if self._is_plain and self._part_until < 0 and last.tick == now - ticks and not self._samples.size:  # as usual
                 items.append(_new_step(Step, (last.place, now, last.frames, last.events, inputs, None, None)))
                 size = self._size = self._size + _STEP_BYTES + _SET_BYTES * len(inputs)
             else:
@@ -354,7 +354,7 @@ class Recorder:
         if self._track.wants(number):
             time = nanoseconds(place.age(component.tick), component.step_size)
             self._track.take(number, time, component, balances)
-        into.size += sum(8 * np.size(value) + 100 for value in values)
+        into.size += 100 + sum(8 * np.size(value) + 100 for value in values)
         into.frames.append((component.tick, values))
 
     def _note(self, content: dict[str, Any]) -> None:
