@@ -36,7 +36,7 @@ def burst_log(tmp_path_factory: pytest.TempPathFactory) -> Any:
     return ge.open_log(path)
 
 
-def given(rows: list[Any]) -> list[Any]:
+def present_values(rows: list[Any]) -> list[Any]:
     """Return the values of the rows that have any."""
     return [one for one in rows if one is not None]
 
@@ -49,12 +49,12 @@ def test_cells_that_a_crack_crosses_are_left_out(burst_log: Any, tmp_path: Any) 
     assert mesh.whole[0].all() and kept[-1] < kept[0]
     pytest.importorskip("rerun", reason="the extra `view` is not installed")
     sent, _ = columns(save_rrd(burst_log, tmp_path / "burst.rrd"))
-    triangles = given(sent["scene/cells_surface"]["triangle_indices"])
+    triangles = present_values(sent["scene/cells_surface"]["triangle_indices"])
     assert [len(one) for one in triangles] == [2 * count for count in kept]
     # Without shared corners at the gap, its lips have edges of their own.
-    edges = given(sent["scene/edges_surface"]["strips"])
+    edges = present_values(sent["scene/edges_surface"]["strips"])
     assert len(edges) == 7 and len(edges[-1]) < len(edges[0])
-    inside = given(sent["scene/inside_surface"]["triangle_indices"])
+    inside = present_values(sent["scene/inside_surface"]["triangle_indices"])
     assert [len(one) for one in inside] == [2 * count for count in kept]
 
 

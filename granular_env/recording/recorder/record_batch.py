@@ -33,7 +33,7 @@ class Samples:
         frames: (tick, one value for each recorded variable).
         hashes: (tick, one row).
         snapshots: (tick, START or KEY, snapshot).
-        size: bytes, about.
+        size: bytes, about; 0 where nothing was seen.
     """
 
     frames: list[tuple[int, list[Any]]] = field(default_factory=list)

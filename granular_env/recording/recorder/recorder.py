@@ -343,7 +343,7 @@ class Recorder:
             self._take_frame(component, into, last.frames + len(into.frames), last.place)
         if tick == self._agenda.hash:
             into.hashes.append((tick, hash_row(component, self._state, self._inputs)))
-            into.size += 8 * len(self._state)
+            into.size += 8 + 8 * len(self._state)
         if tick == self._agenda.key:
             into.snapshots.append((tick, KEY, component.save()))
             into.size += component.state_bytes

@@ -21,6 +21,8 @@ PRESSURE = 180e3
 ARRIVAL, DURATION = 7.7e-4, 9.2e-4
 _EVERY = 5e-6
 _LAYERS = 3
+# A cheaper mesh: its nodes over the page's.
+COARSER = 0.64
 # Planes along the piece over those around its half.
 _ASPECT = 1.4
 _CELLS, _SPARK = 710, 1e7

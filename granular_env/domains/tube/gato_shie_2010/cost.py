@@ -7,7 +7,7 @@ from collections.abc import Mapping
 # Runs of broken tubes, some of them on coarser meshes; the gas, and all that does not grow with the nodes [s, of one core].
 _RUNS, _FIXED_SECONDS = 19, 12.0
 # Ticks of the shell after the front has come, nodes and ticks a second of one that breaks, and bytes of a log for each node.
-_TICKS, _SPEED, _BYTES = 4000.0, 1.5e6, 2600.0
+_TICKS, _SPEED, _BYTES = 7500.0, 2.4e6, 2600.0
 
 
 def cost_words(constants: Mapping[str, float]) -> str:

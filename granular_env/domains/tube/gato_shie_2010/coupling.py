@@ -10,7 +10,7 @@ from granular_env.atlas.verdicts import Value
 from granular_env.recording.replay.log import Log
 
 from .cases import INCH, notched_tube
-from .outcome import Outcome, read_outcome
+from .outcome import Outcome, outcome_values, read_outcome
 
 _INCHES = 1
 
@@ -33,9 +33,8 @@ def _table(logs: dict[str, Log], found: dict[str, Outcome]) -> Item:
         end = float(log.times("shell_pieces")[-1])
         leaked = float(log.get("leaked_mass", end)) / float(log.get("gas_mass", 0.0))
         values += [
-            Value(f"{words}: outcome", None, one.words),
+            *outcome_values(words, one),
             Value(f"{words}: length of cracks along the tube", None, one.along / INCH, "in", digits=2),
-            Value(f"{words}: part of the circumference", None, 100.0 * one.around, "%", digits=2),
             Value(f"{words}: gas that has left through cracks", None, 100.0 * leaked, "%", digits=2),
             Value(f"{words}: largest mean growth of the radius", None, 1e6 * _growth(log), "µm", digits=3),
         ]

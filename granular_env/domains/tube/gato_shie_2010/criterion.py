@@ -9,12 +9,11 @@ from granular_env.atlas.model import Axis, Curve, Entry, Figure, Findings, Item,
 from granular_env.atlas.verdicts import Value
 from granular_env.components.materials.thermoviscoplastic import Thermoviscoplastic
 
-from .cases import HOURGLASS, PAPER_FACTOR
-from .outcome import Outcome, in_notch, outcome
+from .cases import COARSER, HOURGLASS, PAPER_FACTOR
+from .outcome import Outcome, in_notch, outcome, outcome_values
 
 _INCHES = 1
 _STABILISATIONS = (0.02, 0.1)
-_COARSER = 0.64
 _FACTORS = (2.0,)
 
 
@@ -28,7 +27,7 @@ def compute(context: Context) -> Findings:
 def _variants(context: Context) -> list[tuple[str, Outcome]]:
     """Return the outcome of each variant, by what is varied."""
     factor, nodes = context.constants["factor"], context.constants["nodes"]
-    coarse = _COARSER * nodes
+    coarse = COARSER * nodes
     found = [(f"factor {factor:g}", outcome(context, _INCHES, factor))]
     found += [(f"factor {one:g}", outcome(context, _INCHES, one)) for one in _FACTORS]
     found += [
@@ -67,8 +66,7 @@ def _saturated() -> float:
 def _table(found: dict[str, Outcome]) -> Item:
     values: list[Value] = []
     for words, one in found.items():
-        values.append(Value(f"{words}: outcome", None, one.words))
-        values.append(Value(f"{words}: part of the circumference", None, 100.0 * one.around, "%", digits=2))
+        values += outcome_values(words, one)
     return Item(
         "What the outcome for the 1 in notch hangs on", "not in the paper", values,
         remark=f"The stabilisation holds displacements that alternate from column to column; {HOURGLASS:g} of the "

@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from granular_env.atlas.context import Context
+from granular_env.atlas.verdicts import Value
 from granular_env.components.drawables import Cells, Links, Points
 from granular_env.components.shell.fracture.outcome import OUTCOMES
 from granular_env.components.support.arrays import FloatArray
@@ -81,6 +82,14 @@ def read_outcome(log: Log, time: float | None = None) -> Outcome:
         float(report.get("shell: points that have parted", 0.0)), OUTCOMES[int(log.get("shell_outcome", late))],
         float(log.get("shell_crack_along", late)), float(log.get("shell_crack_around", late)),
     )  # fmt: skip
+
+
+def outcome_values(words: str, one: Outcome) -> list[Value]:
+    """Return the rows of a table that a run has: its outcome, and how far cracks run around the tube."""
+    return [
+        Value(f"{words}: outcome", None, one.words),
+        Value(f"{words}: part of the circumference", None, 100.0 * one.around, "%", digits=2),
+    ]
 
 
 def in_notch(inches: int, place: tuple[float, float]) -> bool:

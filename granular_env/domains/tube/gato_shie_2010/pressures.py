@@ -6,17 +6,16 @@ from granular_env.atlas.context import Context
 from granular_env.atlas.model import Axis, Curve, Entry, Figure, Findings, Item
 from granular_env.atlas.verdicts import Value
 
-from .outcome import Outcome, outcome
+from .cases import COARSER
+from .outcome import Outcome, outcome, outcome_values
 
 _INCHES = (1, 2, 3)
 _PRESSURES = (80e3, 130e3, 180e3)
-# A cheap mesh, in that of the page.
-_COARSER = 0.64
 
 
 def compute(context: Context) -> Findings:
     """Run each notch with each filling, on a coarser mesh."""
-    factor, nodes = context.constants["factor"], max(_COARSER * context.constants["nodes"], 3000.0)
+    factor, nodes = context.constants["factor"], max(COARSER * context.constants["nodes"], 3000.0)
     found = {
         (inches, pressure): outcome(context, inches, factor, nodes=nodes, pressure=pressure)
         for inches in _INCHES
@@ -28,9 +27,7 @@ def compute(context: Context) -> Findings:
 def _table(found: dict[tuple[int, float], Outcome], factor: float, nodes: float) -> Item:
     values: list[Value] = []
     for (inches, pressure), one in found.items():
-        name = f"{inches} in, {pressure / 1e3:.0f} kPa"
-        values.append(Value(f"{name}: outcome", None, one.words))
-        values.append(Value(f"{name}: part of the circumference", None, 100.0 * one.around, "%", digits=2))
+        values += outcome_values(f"{inches} in, {pressure / 1e3:.0f} kPa", one)
     return Item(
         "The outcome by notch and initial pressure", "not in the paper", values,
         remark=f"The paper names the range of the experiments, 80 to 180 kPa, and not at which pressure each figure was made. "
