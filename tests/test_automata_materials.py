@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from support.automata_tools import BOTH, ROW, block
+from support.automata_tools import BOTH, block
 from support.coupled_tools import coupled, mesh, rectangle, start_noise
 
 import granular_env as ge
@@ -353,11 +353,3 @@ def test_a_mixture_that_cracks_replays_and_branches_bit_for_bit(tmp_path: Path) 
 def test_materials_that_do_not_fit_are_refused(parameters: dict[str, Any], words: str) -> None:
     with pytest.raises(ParameterError, match=words):
         block(**{"material": [SOFT, HARD], **parameters})
-
-
-def test_a_zigzag_that_meets_a_grid_takes_one_material() -> None:
-    automata = {"shape": rectangle(4.0, 8.0 * ROW), "packing": "hexagonal", "material": [SOFT, HARD],
-                "regions": upper_half(0, 2.2)}  # fmt: skip
-    cells = {"name": "rectangle", "columns": 4, "rows": 4, "cell_size": [1.0, 2.0 * ROW]}
-    with pytest.raises(ParameterError, match="several materials"):
-        coupled({"mesh": cells}, automata, origin=[4.0, 0.0])

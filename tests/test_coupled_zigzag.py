@@ -124,8 +124,6 @@ def test_ties_count_in_the_largest_frequency() -> None:
 @pytest.mark.parametrize(
     ("changes", "words"),
     [
-        ({"criterion": {"name": "von_mises", "strength": 1.0}}, "automata.packing: got a hexagonal packing that meets"),
-        ({"response": {"name": "plastic", "yield_stress": 1.0}}, "linear links of one material that hold"),
         ({"shape": rectangle(0.5, 4 * TALL[1])}, "no whole automaton"),
     ],
 )

@@ -22,13 +22,15 @@ import numpy.typing as npt
 
 from ..support.arrays import FloatArray
 from ..support.jit import internal, internal_inlined, jit
-from .bond_strains import bond_dilation, bond_strains, condensation, opposite_slot, pair_strains
+from .bond_strains import bond_strains, opposite_slot, pair_strains
 from .breaking.functions import failure
 from .mixture import both_shear, lame_of, mean_shear, shear_of, volumetric_stress
 from .pair import mirrored_slots, orient, turned
 from .responses.functions import respond
 from .strain_division import bond_dilations, division_energy
-from .stress import virial
+from .stress import equivalent_stress, virial
+from .tied_forces import add_face_stresses, add_tied_forces, faces_energy, update_faces
+from .volumetric_strain import bond_dilation, condensation
 
 
 class Law(NamedTuple):
@@ -82,6 +84,7 @@ def bond_stresses(body, bonds, displacement, half, dilation, stress_out, begin, 
                 px, py, pxy = px + ax, py + ay, pxy + axy
             xx, yy, xy = xx + px, yy + py, xy + pxy
         stress_out[i, 0], stress_out[i, 1], stress_out[i, 2] = xx, yy, xy
+    add_face_stresses(bonds.ties, body, bonds, displacement, half, dilation, stress_out)
 
 
 @internal_inlined
@@ -116,6 +119,7 @@ def bond_forces(body, bonds, displacement, half, dilation, force_out, torque_out
                 px, py, turning = px + ax, py + ay, turning + at
             fx, fy, torque = fx + px, fy + py, torque + turning
         force_out[i, 0], force_out[i, 1], torque_out[i] = fx, fy, torque
+    add_tied_forces(bonds.ties, body, bonds, displacement, half, dilation, force_out, torque_out)
 
 
 @internal_inlined
@@ -177,7 +181,8 @@ def volume_energy(body, bonds, displacement, half, i):
 @jit
 def bond_energy(body, bonds, displacement, half):
     """Return the energy that is stored in all links and volumes [J]."""
-    total, slots, moduli = 0.0, body.directions.shape[0], bonds.mixture.moduli
+    slots, moduli = body.directions.shape[0], bonds.mixture.moduli
+    total = faces_energy(bonds.ties, body, bonds, displacement, half)
     for i in range(body.kind.size):
         total += volume_energy(body, bonds, displacement, half, i)
         for slot in range(slots // 2):
@@ -226,6 +231,8 @@ def update_bonds(body, bonds, law, displacement, half, dilation, stress, mark_ou
                 if value >= limit:
                     mark_out[i, slot] = value
                     marked += 1
+    if not law.elastic:
+        lost += update_faces(bonds.ties, body, bonds, law, displacement, half, dilation, stress)
     return marked, lost
 
 
@@ -300,13 +307,6 @@ def _mean_pressure(moduli, body, i, j, left, theta_i, theta_j):
         one, other = moduli[i, 1] + 2.0 * moduli[i, 0] * left / 3.0, moduli[j, 1] + 2.0 * moduli[j, 0] * left / 3.0
         return 0.5 * (one * theta_i + other * theta_j)
     return (body.lame + 2.0 * body.shear * left / 3.0) * (0.5 * (theta_i + theta_j))
-
-
-@internal_inlined
-def equivalent_stress(xx, yy, zz, xy):
-    """Return von Mises' equivalent stress [Pa]."""
-    squares = (xx - yy) * (xx - yy) + (yy - zz) * (yy - zz) + (zz - xx) * (zz - xx)
-    return np.sqrt(0.5 * squares + 3.0 * xy * xy)
 
 
 @internal_inlined

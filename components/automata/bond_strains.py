@@ -1,4 +1,4 @@
-"""The histories of links, their strains, and the volumetric strains that they make; see `bond_forces`."""
+"""The histories of links, and their strains; see `bond_forces`."""
 
 from __future__ import annotations
 
@@ -8,9 +8,10 @@ import numpy as np
 
 from ..support.arrays import FloatArray
 from ..support.jit import internal_inlined
-from .mixture import Mixture, lame_of, shear_of
-from .pair import mirrored_slots, strains
+from .mixture import Mixture
+from .pair import strains
 from .state import Body
+from .ties import Ties
 
 
 class Bonds(NamedTuple):
@@ -24,6 +25,7 @@ class Bonds(NamedTuple):
         origin: strains along and across from which those of a link count, shape (n, slots, 2); where no pair is linked again
             they are all 0, and this has shape (0, slots).
         mixture: moduli of automata of several materials; no part of the state.
+        ties: faces that a parent carries along, see `ties`; None without. No part of the state.
     """
 
     weight: FloatArray
@@ -32,12 +34,14 @@ class Bonds(NamedTuple):
     inelastic: FloatArray
     origin: FloatArray
     mixture: Mixture
+    ties: Ties | None
 
 
-def intact_bonds(body: Body, mixture: Mixture) -> Bonds:
+def intact_bonds(body: Body, mixture: Mixture, ties: Ties | None = None) -> Bonds:
     """Return links that all hold."""
     shape = body.neighbours.shape
-    return Bonds(np.ones(shape), np.zeros((*shape, 2)), np.zeros(shape), np.zeros(shape), np.zeros((0, shape[1])), mixture)
+    plastic, origin = np.zeros((*shape, 2)), np.zeros((0, shape[1]))
+    return Bonds(np.ones(shape), plastic, np.zeros(shape), np.zeros(shape), origin, mixture, ties)
 
 
 @internal_inlined
@@ -73,37 +77,8 @@ def bond_strains(body, bonds, displacement, half, i, slot):
 
 
 @internal_inlined
-def _free_share(body, bonds, i, kind, slot):
+def free_share(body, bonds, i, kind, slot):
     """Return what a released face adds to the shares of free faces; its stiffness is what is left of that of the link."""
     if bonds.weight[i, slot] == 1.0:
         return 0.0
     return (1.0 - bonds.weight[i, slot]) * body.share[kind, slot] / (1.0 + bonds.stiffness[i, slot])
-
-
-@internal_inlined
-def condensation(body, bonds, i):
-    """Return 1 + a of an automaton: what its free and released faces make of the volumetric strain."""
-    k, slots = body.kind[i], body.directions.shape[0]
-    free = 0.0
-    for group in range(slots // 2 - 1, -1, -1):
-        a, b = mirrored_slots(slots, group)
-        free += _free_share(body, bonds, i, k, a) + _free_share(body, bonds, i, k, b)
-    moduli = bonds.mixture.moduli
-    return 1.0 + (body.missing[k] + free) * lame_of(moduli, i, body.lame) / (2.0 * shear_of(moduli, i, body.shear))
-
-
-@internal_inlined
-def bond_dilation(body, bonds, displacement, half, i):
-    """Return the volumetric strain of an automaton, both halves of its links being strained alike."""
-    k, slots = body.kind[i], body.directions.shape[0]
-    total = 0.0
-    for group in range(slots // 2 - 1, -1, -1):
-        pair = 0.0
-        for slot in mirrored_slots(slots, group):
-            eps, _, _, _ = bond_strains(body, bonds, displacement, half, i, slot)
-            weight = bonds.weight[i, slot]
-            # A released face keeps the strain that has flowed.
-            strain = eps if weight == 1.0 else weight * eps + (1.0 - weight) * bonds.plastic[i, slot, 0]
-            pair += body.share[k, slot] * strain
-        total += pair
-    return total / condensation(body, bonds, i)

@@ -25,7 +25,7 @@ from .cracking_specimen import TOO_FAR, UNSOUND, CrackingSpecimen
 from .linked_specimen import LinkedSpecimen
 from .loads_and_grips import Conditions
 from .materials import chosen_materials, lame_constants, material_numbers
-from .mixture import Mixture, mix, one_material
+from .mixture import Mixture, mix, mix_again, one_material
 from .packing import LATTICES, Packing, pack
 from .parameters import AutomataParameters
 from .schedule import make_parts
@@ -106,6 +106,10 @@ class Automata(Component):
     def tied_frequency(self, ties: Ties) -> float:
         """Return the largest frequency where a parent carries faces along [rad/s]; see `LinkedSpecimen.tie`."""
         body = tie_faces(self.body, ties)
+        if self.parameters.has_bonds:
+            links = intact_bonds(body, mix_again(self.mixture, body), ties)
+            further = (self.mixture.moduli, *ties)
+            return largest_frequency(body, partial(update_bond_forces, body, links), True, further)
         whole = make_parts(body)[0]
 
         def update(motion: Motion, scratch: Scratch) -> None:

@@ -16,7 +16,7 @@ from .contact import FIRST, SECOND, SLOT, Contacts, Ground, add_contact_forces, 
 from .cracking import Judgement, Medium
 from .linked_specimen import LinkedSpecimen
 from .materials import IntArray, chosen_materials, law_rows, law_tables
-from .mixture import Mixture
+from .mixture import Mixture, mix_again
 from .neighbours import SKIN, can_be_found, find_pairs, merge, slots_of_links
 from .packing import Packing
 from .parameters import AutomataParameters
@@ -25,6 +25,7 @@ from .relinked_pairs import count_linkable, link_contacts, raise_weights
 from .rupture import break_bonds
 from .stability import ALLOWED_PART, damping_limit
 from .state import Body
+from .ties import Ties
 
 # Statuses of `advance` beside that of an automaton that is too fast.
 TOO_FAR, UNSOUND = 2, 3
@@ -45,6 +46,7 @@ class CrackingSpecimen(LinkedSpecimen):
     def prepare(self, parameters: AutomataParameters, mixture: Mixture, numbers: IntArray) -> None:
         """Make the laws and the scratch, from the parameters, the moduli, and the number of each automaton's material."""
         p, n, slots = parameters, self.count, self.packing.lattice.slots
+        self._parameters, self._materials = p, numbers
         self._mixture, criterion = mixture, p.leading_criterion
         _refuse_double_links(self.packing)
         self.event_kinds = {**criterion.causes, **p.relinking.kinds}
@@ -74,11 +76,11 @@ class CrackingSpecimen(LinkedSpecimen):
         self._numbers[self._pairs[:, 0], self._pairs[:, 2]] = np.arange(len(self._pairs))
         self._surface = (self.body.face[self.body.kind] == 0.0).any(axis=1)
 
-    def _refuse_damping(self, parameters: AutomataParameters) -> None:
-        """Refuse dashpots that the step does not bear."""
+    def _refuse_damping(self, parameters: AutomataParameters, part: float = 1.0) -> None:
+        """Refuse dashpots that the step does not bear, where automata have a part of their mass."""
         given = parameters.contact_damping
         # Of several materials the stiffest contact with the lightest whole automaton: on the safe side.
-        whole = min(solid.density for solid in chosen_materials(parameters)) * float(self.body.volume.max())
+        whole = part * min(solid.density for solid in chosen_materials(parameters)) * float(self.body.volume.max())
         limit = ALLOWED_PART * damping_limit(
             self.packing.lattice.slots, float(self._ground.normal.max()), whole, self.step_size
         )
@@ -96,8 +98,20 @@ class CrackingSpecimen(LinkedSpecimen):
         """Take the state."""
         super().bind(block)
         self._block, self.losses = block, block["losses"]
-        bonds = Bonds(**{name: block[name] for name in _HISTORIES}, mixture=self._mixture)
+        self._make_medium()
+
+    def _make_medium(self) -> None:
+        histories = {name: self._block[name] for name in _HISTORIES}
+        bonds = Bonds(**histories, mixture=self._mixture, ties=self.ties)
         self.medium = Medium(self.body, self._ground, bonds, self._law)
+
+    def tie(self, ties: Ties) -> None:
+        """Let a parent carry faces along: their histories are those of their slots, which have no neighbours."""
+        super().tie(ties._replace(materials=self._materials[ties.automata]))
+        self._mixture = mix_again(self._mixture, self.body)
+        # An automaton with a tied face has lost a quarter of its mass to those that carry the face.
+        self._refuse_damping(self._parameters, 0.75)
+        self._make_medium()
 
     def start(self) -> None:
         """Link all pairs, and have contacts found before the first step."""

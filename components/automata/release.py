@@ -10,6 +10,7 @@ from .bond_forces import pair_energy, volume_energy
 from .bond_strains import opposite_slot
 from .contact import FIRST, SECOND, SLOT, START, contact_energy
 from .strain_division import divisions_around
+from .tied_forces import faces_energy_of
 
 # Places in a tally of losses, and what stands for "contacts have to be found anew" in the last one.
 FRACTURE, FRICTION, INELASTIC, DAMPING, LINKING, TRAVEL, LOSSES = 0, 1, 2, 3, 4, 5, 6
@@ -35,10 +36,12 @@ def scheduled_weight(pairs, row, tick, release):
 
 @internal
 def pair_and_volumes(body, ground, bonds, motion, half, contacts, row):
-    """Return the energy of a contact, of its link and of both volumes, less that of divisions [J]; as for `change_weight`."""
+    """Return the energy of a contact, of its link, of both volumes and their tied faces, less that of divisions [J]."""
     i, j, slot = contacts.pairs[row, FIRST], contacts.pairs[row, SECOND], contacts.pairs[row, SLOT]
     energy = volume_energy(body, bonds, motion.displacement, half, i) + volume_energy(body, bonds, motion.displacement, half, j)
     energy += bonds.weight[i, slot] * pair_energy(body, bonds, motion.displacement, half, i, slot)
+    energy += faces_energy_of(bonds.ties, body, bonds, motion.displacement, half, i)
+    energy += faces_energy_of(bonds.ties, body, bonds, motion.displacement, half, j)
     energy -= divisions_around(bonds.mixture.moduli, body, bonds, motion.displacement, half, i, j)
     return energy + contact_energy(ground, bonds, motion, contacts, row, 0.0)
 

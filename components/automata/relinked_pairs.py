@@ -8,7 +8,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..support.jit import internal_inlined, jit
-from .bond_strains import bond_dilation, condensation, opposite_slot, pair_strains
+from .bond_strains import opposite_slot, pair_strains
 from .contact import (
     FIRST,
     SECOND,
@@ -21,6 +21,7 @@ from .contact import (
 )
 from .pair import turned
 from .release import LINKING, pair_and_volumes, put_weight, scheduled_weight
+from .volumetric_strain import bond_dilation, condensation
 
 
 @internal_inlined

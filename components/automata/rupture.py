@@ -6,10 +6,12 @@ import numpy as np
 
 from ..support.jit import internal, internal_inlined, jit
 from .bond_forces import bond_failure, bond_tractions, pair_energy, volume_energy
-from .bond_strains import bond_dilation, opposite_slot
+from .bond_strains import opposite_slot
 from .contact import FIRST, SECOND, SLOT, START, contact_part, contact_stiffness, separation
 from .release import change_weight
 from .strain_division import bond_dilations, division_energy
+from .tied_bonds import tied_shares
+from .volumetric_strain import bond_dilation
 
 
 @jit
@@ -94,7 +96,7 @@ def rest_distance(body, ground, bonds, motion, half, dilation, i, slot):
 @internal
 def _part_of_volume(body, bonds, motion, half, i, slot):
     """Return the part of the energy of a volume that belongs to one of its links, by its share in the strain [J]."""
-    shares, kind = 0.0, body.kind[i]
+    shares, kind = tied_shares(bonds.ties, body, bonds, i), body.kind[i]
     for other in range(body.directions.shape[0]):
         shares += bonds.weight[i, other] * body.share[kind, other]
     return volume_energy(body, bonds, motion.displacement, half, i) * body.share[kind, slot] / shares

@@ -22,8 +22,9 @@ links of an interface at once, in every step.
 from __future__ import annotations
 
 from ..support.jit import internal
-from .bond_strains import bond_dilation, bond_strains, condensation
+from .bond_strains import bond_strains
 from .pair import mirrored_slots
+from .volumetric_strain import bond_dilation, condensation, uniform_dilations
 
 
 @internal
@@ -39,8 +40,7 @@ def bond_dilations(body, bonds, displacement, half, dilation_out, begin, end):
         begin: first automaton.
         end: after the last one.
     """
-    for i in range(begin, end):
-        dilation_out[i] = bond_dilation(body, bonds, displacement, half, i)
+    uniform_dilations(body, bonds, displacement, half, dilation_out, begin, end)
     _divide_strains(bonds.mixture.moduli, body, bonds, displacement, half, dilation_out)
 
 

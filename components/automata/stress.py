@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from ..support.jit import internal_inlined, jit
 from .pair import strains, turned
 
@@ -37,3 +39,10 @@ def virial(normal, tangential, nx, ny, less, sine):
     tx, ty = turned(normal, tangential, nx, ny, less, sine)
     ex, ey = turned(1.0, 0.0, nx, ny, less, sine)
     return ex * tx, ey * ty, 0.5 * (ex * ty + ey * tx)
+
+
+@internal_inlined
+def equivalent_stress(xx, yy, zz, xy):
+    """Return von Mises' equivalent stress [Pa]."""
+    squares = (xx - yy) * (xx - yy) + (yy - zz) * (yy - zz) + (zz - xx) * (zz - xx)
+    return np.sqrt(0.5 * squares + 3.0 * xy * xy)

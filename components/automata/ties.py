@@ -50,6 +50,10 @@ class Ties(NamedTuple):
         sides: 1 for a row with automata above it, -1 below it, shape (r,).
         touched: all automata whose volumetric strain these change, shape (q,).
         change: scratch: of the volumetric strain of each automaton, zeros, shape (n,).
+        place: row of each automaton in `touched`, -1 of the others, shape (n,).
+        faces: of the automata in `touched`, the rows of their tied faces, or -1, shape (q, 2).
+        pairs: of these, the rows of the pairs along x with their right and with their left neighbour, or -1, shape (q, 2).
+        materials: of the automata with tied faces, numbers, shape (t,).
     """
 
     automata: npt.NDArray[np.int64]
@@ -59,26 +63,32 @@ class Ties(NamedTuple):
     sides: FloatArray
     touched: npt.NDArray[np.int64]
     change: FloatArray
+    place: npt.NDArray[np.int64]
+    faces: npt.NDArray[np.int64]
+    pairs: npt.NDArray[np.int64]
+    materials: npt.NDArray[np.int64]
 
 
 def tie_faces(body: Body, ties: Ties) -> Body:
     """Return a body with tied faces: kinds of their own, with fewer free faces, and with mass moved from centre to face."""
-    count = len(body.kind)
-    tied = np.bincount(ties.automata, minlength=count)
-    carrying = np.bincount(ties.ends.reshape(-1), minlength=count)
-    rows, kinds = np.unique(np.stack([body.kind, tied, carrying], axis=1), axis=0, return_inverse=True)
-    source, faces, ends = rows.T
-    whole = body.mass[body.kind[ties.automata[0]]]
+    tied, moved = np.zeros((2, len(body.kind)))
+    whole = body.mass[body.kind[ties.automata]]
+    np.add.at(tied, ties.automata, 1.0)
+    np.add.at(moved, ties.automata, -0.25 * whole)
+    for column in (0, 1):
+        np.add.at(moved, ties.ends[:, column], 0.125 * whole)
+    rows, kinds = np.unique(np.stack([body.kind, tied, moved], axis=1), axis=0, return_inverse=True)
+    source, faces = rows[:, 0].astype(np.int64), rows[:, 1]
     missing = body.missing[source] - faces * body.share[source].max(axis=1)
     return body._replace(
         kind=kinds.reshape(-1).astype(np.int32), missing=np.where(missing > 1e-12, missing, 0.0),
-        mass=body.mass[source] + whole * (0.125 * ends - 0.25 * faces),
+        mass=body.mass[source] + rows[:, 2],
         **{name: getattr(body, name)[source] for name in ("face", "share", "volume", "inertia")},
     )  # fmt: skip
 
 
 @internal_inlined
-def _face_strains(body, ties, displacement, half, row):
+def face_strains(body, ties, displacement, half, row):
     """Return the strains along and across a tied face, and cos - 1 and sin of the rotation of its automaton."""
     i, a, b, slot = ties.automata[row], ties.ends[row, 0], ties.ends[row, 1], ties.slots[row]
     dx = 0.5 * (displacement[a, 0] + displacement[b, 0]) - displacement[i, 0]
@@ -90,13 +100,13 @@ def _face_strains(body, ties, displacement, half, row):
 
 
 @internal_inlined
-def _row_strains(body, ties, displacement, half, row):
+def row_strains(body, ties, displacement, half, row):
     """Return the strains of a pair of a row, and cos - 1 and sin of its rotation."""
     return strains(displacement, half, ties.rows[row, 0], ties.rows[row, 1], 1.0, 0.0, body.diameter)
 
 
 @internal_inlined
-def _row_moment(body, ties, row):
+def row_moment(body, ties, row):
     """Return what of gamma the volume of the right automaton of a pair of a row gets, +-D^2 / 4 times the thickness."""
     return ties.sides[row] * (_SINE * body.face[body.kind[ties.rows[row, 0]], 0]) * body.diameter
 
@@ -107,7 +117,7 @@ def _stiffening(body, k):
 
 
 @internal_inlined
-def _whole_face(body, k):
+def whole_face(body, k):
     """Return the area of the face of a whole cell and its share in the volumetric strain."""
     area = 0.0
     for slot in range(body.face.shape[1]):
@@ -135,12 +145,12 @@ def add_ties(body, ties, motion, scratch):
             half[j, 0], half[j, 1] = half_turn(motion.rotation[j])
     for row in range(ties.automata.size):
         i, k = ties.automata[row], body.kind[ties.automata[row]]
-        eps, _, _, _ = _face_strains(body, ties, u, half, row)
-        _, share = _whole_face(body, k)
+        eps, _, _, _ = face_strains(body, ties, u, half, row)
+        _, share = whole_face(body, k)
         ties.change[i] += share * eps / _stiffening(body, k)
     for row in range(ties.sides.size):
-        i, j, moment = ties.rows[row, 0], ties.rows[row, 1], _row_moment(body, ties, row)
-        _, gamma, _, _ = _row_strains(body, ties, u, half, row)
+        i, j, moment = ties.rows[row, 0], ties.rows[row, 1], row_moment(body, ties, row)
+        _, gamma, _, _ = row_strains(body, ties, u, half, row)
         ties.change[i] -= moment * gamma / (body.volume[body.kind[i]] * _stiffening(body, body.kind[i]))
         ties.change[j] += moment * gamma / (body.volume[body.kind[j]] * _stiffening(body, body.kind[j]))
     for place in range(ties.touched.size):
@@ -154,38 +164,38 @@ def add_ties(body, ties, motion, scratch):
                 _, gamma, less, sine = strains(u, half, i, j, nx, ny, body.diameter)
                 normal = body.face[k, slot] * (0.5 * body.lame) * more
                 fx, fy = turned(normal, 0.0, nx, ny, less, sine)
-                _push(scratch, i, j, fx, fy)
+                push(scratch.force, i, j, fx, fy)
                 scratch.torque[i] -= radius * gamma * normal
                 scratch.torque[j] -= radius * gamma * normal
     for row in range(ties.automata.size):
         i, a, b, slot = ties.automata[row], ties.ends[row, 0], ties.ends[row, 1], ties.slots[row]
-        eps, gamma, less, sine = _face_strains(body, ties, u, half, row)
-        area, _ = _whole_face(body, body.kind[i])
+        eps, gamma, less, sine = face_strains(body, ties, u, half, row)
+        area, _ = whole_face(body, body.kind[i])
         pressing, across = area * body.lame * scratch.dilation[i], area * (2.0 * body.shear) * gamma
         nx, ny = body.directions[slot, 0], body.directions[slot, 1]
         fx, fy = turned(area * (2.0 * body.shear) * eps + pressing, across, nx, ny, less, sine)
-        _push(scratch, i, a, 0.5 * fx, 0.5 * fy)
-        _push(scratch, i, b, 0.5 * fx, 0.5 * fy)
+        push(scratch.force, i, a, 0.5 * fx, 0.5 * fy)
+        push(scratch.force, i, b, 0.5 * fx, 0.5 * fy)
         # (1 + eps) f_t - gamma f_n, without what cancels.
         scratch.torque[i] += radius * (across - gamma * pressing)
     for row in range(ties.sides.size):
         i, j = ties.rows[row, 0], ties.rows[row, 1]
-        eps, _, less, sine = _row_strains(body, ties, u, half, row)
-        moment = _row_moment(body, ties, row) / body.diameter
+        eps, _, less, sine = row_strains(body, ties, u, half, row)
+        moment = row_moment(body, ties, row) / body.diameter
         across = moment * body.lame * (scratch.dilation[j] - scratch.dilation[i])
         fx, fy = turned(0.0, across, 1.0, 0.0, less, sine)
-        _push(scratch, i, j, fx, fy)
+        push(scratch.force, i, j, fx, fy)
         scratch.torque[i] += radius * (1.0 + eps) * across
         scratch.torque[j] += radius * (1.0 + eps) * across
 
 
 @internal_inlined
-def _push(scratch, i, j, fx, fy):
+def push(force, i, j, fx, fy):
     """Add a force on one automaton, and the opposite one on another."""
-    scratch.force[i, 0] += fx
-    scratch.force[i, 1] += fy
-    scratch.force[j, 0] -= fx
-    scratch.force[j, 1] -= fy
+    force[i, 0] += fx
+    force[i, 1] += fy
+    force[j, 0] -= fx
+    force[j, 1] -= fy
 
 
 @jit
@@ -193,8 +203,8 @@ def tie_energy(body, ties, displacement, half):
     """Return the energy of tied faces, without that of the volumetric strains [J]; `half` as for `energy.elastic_energy`."""
     total = 0.0
     for row in range(ties.automata.size):
-        eps, gamma, _, _ = _face_strains(body, ties, displacement, half, row)
-        area, _ = _whole_face(body, body.kind[ties.automata[row]])
+        eps, gamma, _, _ = face_strains(body, ties, displacement, half, row)
+        area, _ = whole_face(body, body.kind[ties.automata[row]])
         total += 0.5 * body.diameter * area * body.shear * (eps * eps + gamma * gamma)
     return total
 
@@ -204,8 +214,8 @@ def add_tie_stresses(body, ties, displacement, half, dilation, stress):
     """Add what the tractions on tied faces are of the stresses of their automata; arguments as for `stress.stresses`."""
     for row in range(ties.automata.size):
         i, slot = ties.automata[row], ties.slots[row]
-        eps, gamma, less, sine = _face_strains(body, ties, displacement, half, row)
-        _, share = _whole_face(body, body.kind[i])
+        eps, gamma, less, sine = face_strains(body, ties, displacement, half, row)
+        _, share = whole_face(body, body.kind[i])
         normal = 2.0 * body.shear * eps + body.lame * dilation[i]
         nx, ny = body.directions[slot, 0], body.directions[slot, 1]
         xx, yy, xy = virial(normal, 2.0 * body.shear * gamma, nx, ny, less, sine)
@@ -229,9 +239,15 @@ def make_ties(body: Body, faces: list[tuple[int, int]], corners: npt.NDArray[np.
     ends = np.stack([body.neighbours[automata, np.where(slots == 0, one, other)] for one, other in ((1, 2), (5, 4))], axis=1)
     rows, sides = _rows_at(body, corners)
     touched = np.unique(np.concatenate([automata, rows.reshape(-1)]))
+    place = np.full(len(reference), -1)
+    place[touched] = np.arange(len(touched))
+    of_faces, of_pairs = np.full((2, len(touched), 2), -1)
+    of_faces[place[automata], (slots > 0).astype(int)] = np.arange(len(automata))
+    for column in (0, 1):
+        of_pairs[place[rows[:, column]], column] = np.arange(len(rows))
     return Ties(
         np.ascontiguousarray(automata), np.ascontiguousarray(slots), ends.astype(np.int64), rows, sides, touched,
-        np.zeros(len(reference)),
+        np.zeros(len(reference)), place, of_faces, of_pairs, np.zeros(len(automata), np.int64),
     )  # fmt: skip
 
 

@@ -101,12 +101,12 @@ class Coupled(Component):
         )
         ties = find_ties(mesh, common_sides(mesh, shape, origin), packing, automata.body, places)
         self._automata_mass: FloatArray = automata.mass
-        if ties is not None and automata.parameters.has_bonds:
+        if ties is not None and automata.parameters.relinking.kinds:
             raise ParameterError(
-                "got a hexagonal packing that meets the grid along y, and links that yield or break, or several materials",
-                expected="packing = square, or linear links of one material that hold",
-                hint="along its rows, with grids below and above, a hexagonal packing may break",
-                at=("automata", "packing"),
+                "links broken pairs again, beside a hexagonal packing that meets the grid along y",
+                expected="none, or packing = square",
+                hint="faces that lie on the grid are not linked again; along its rows a hexagonal packing may do so",
+                at=("automata", "relinking"),
             )
         if ties is not None:
             body = tie_faces(automata.body, ties)

@@ -98,6 +98,15 @@ def start_noise(medium: Coupled, seed: int, part: float = 1.0) -> float:
     return medium.get("grid_kinetic_energy") + medium.get("automata_kinetic_energy")
 
 
+def mirror_images(medium: Coupled) -> list[Any]:
+    """Return for each node, and for each automaton, the number of its image in x = 0."""
+    found = []
+    for points in positions(medium):
+        places = {(round(4.0 * x), round(8.0 * y)): number for number, (x, y) in enumerate(points.tolist())}
+        found.append(np.array([places[-round(4.0 * x), round(8.0 * y)] for x, y in points.tolist()]))
+    return found
+
+
 def inner(medium: Coupled, margin: float) -> tuple[FloatArray, FloatArray]:
     """Return which nodes and automata lie farther than a margin [m] from all free surfaces."""
     nodes, centres = positions(medium)
@@ -117,31 +126,30 @@ def inner(medium: Coupled, margin: float) -> tuple[FloatArray, FloatArray]:
     return found[0], found[1]
 
 
-def beside_zigzag(n: int = 1, rows: int = 1, **parameters: Any) -> Coupled:
+def beside_zigzag(n: int = 1, rows: int = 1, laws: Mapping[str, Any] | None = None, **parameters: Any) -> Coupled:
     """Return four columns of cells, and a hexagonal packing to the right of them: cells of n diameters and 2 x `rows` rows."""
     wide, high = float(n), 2.0 * rows * ROW
     grid = {"mesh": mesh(4, 4, cell_size=[wide, high])}
-    return coupled(
-        grid, {"shape": rectangle(8.0 * n, 4.0 * high), "packing": "hexagonal"}, origin=[4.0 * wide, 0.0], **parameters
-    )
+    automata = {"shape": rectangle(8.0 * n, 4.0 * high), "packing": "hexagonal", **(laws or {})}
+    return coupled(grid, automata, origin=[4.0 * wide, 0.0], **parameters)
 
 
-def hexagonal_inclusion(n: int = 1, rows: int = 1, **parameters: Any) -> Coupled:
+def hexagonal_inclusion(n: int = 1, rows: int = 1, laws: Mapping[str, Any] | None = None, **parameters: Any) -> Coupled:
     """Return a block of cells with a hexagonal packing in a hole: two zigzags, and corners."""
     wide, high = float(n), 2.0 * rows * ROW
     hole = {"name": "box", "x": [2.0 * wide, 6.0 * wide], "y": [2.0 * high, 6.0 * high]}
     grid = {"mesh": mesh(8, 8, cell_size=[wide, high], holes=[hole])}
-    automata = {"shape": rectangle(4.0 * wide, 4.0 * high), "packing": "hexagonal"}
+    automata = {"shape": rectangle(4.0 * wide, 4.0 * high), "packing": "hexagonal", **(laws or {})}
     return coupled(grid, automata, origin=[2.0 * wide, 2.0 * high], **parameters)
 
 
-def hexagonal_cradle(n: int = 1, rows: int = 1, **parameters: Any) -> Coupled:
+def hexagonal_cradle(n: int = 1, rows: int = 1, laws: Mapping[str, Any] | None = None, **parameters: Any) -> Coupled:
     """Return a block of cells in a hexagonal packing, on three sides: corners of three quarters."""
     w, h = float(n), 2.0 * rows * ROW
     corners = [[-4, -4], [7, -4], [7, 3], [3, 3], [3, 0], [0, 0], [0, 3], [-4, 3]]
     polygon = {"name": "polygon", "corners": [[w * x, h * y] for x, y in corners]}
     grid = {"mesh": mesh(3, 3, cell_size=[w, h])}
-    return coupled(grid, {"shape": polygon, "packing": "hexagonal"}, **parameters)
+    return coupled(grid, {"shape": polygon, "packing": "hexagonal", **(laws or {})}, **parameters)
 
 
 def contains_cells(middles: FloatArray, half: FloatArray, points: FloatArray) -> Any:
