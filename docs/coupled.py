@@ -6,7 +6,9 @@ import appearance
 import numpy as np
 from grid import BLUE, TIME, show_fronts
 from matplotlib.axes import Axes
+from matplotlib.cm import ScalarMappable
 from matplotlib.collections import EllipseCollection, PolyCollection
+from matplotlib.colors import Normalize
 
 import granular_env as ge
 from granular_env.components.coupled import Coupled
@@ -14,6 +16,8 @@ from granular_env.viewing import figure_style
 
 IMAGES = Path(__file__).parent / "images"
 ROWS = 81
+# Of the pressures that are drawn [MPa].
+_LARGEST = 15.0
 
 
 def fields(medium: Coupled) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
@@ -38,9 +42,9 @@ def show_seam(axes: Axes, medium: Coupled, source: float) -> None:
 
 @figure_style.with_style
 def waves_through_the_interface() -> None:
-    """Draw velocities and speed of both shipped Lamb experiments, with the fronts of theory (figures 7 and 8 of the paper)."""
-    figure = figure_style.new_figure(11.0, 6.6)
-    for pair, (name, source) in zip(figure.subplots(2, 2), (("symmetric", 0.0), ("asymmetric", -0.1)), strict=True):
+    """Draw velocities of both shipped Lamb experiments, with the fronts of theory (figures 7 and 8 of the paper)."""
+    figure = figure_style.new_figure(15.0, 6.0)
+    for pair, (name, source) in zip(figure.subplots(2, 3), (("symmetric", 0.0), ("asymmetric", -0.1)), strict=True):
         medium = ge.run(f"psakhie-2003/lamb-{name}", overrides={"duration": TIME}).component
         x, y, vx, vy = fields(medium)
         speed = np.sqrt(vx * vx + vy * vy)
@@ -48,11 +52,15 @@ def waves_through_the_interface() -> None:
         some, length = (slice(None, None, 3), slice(None, None, 3)), np.sqrt(np.maximum(speed, 1e-12))
         pair[0].quiver(x[some], y[some], (vx / length)[some], (vy / length)[some], scale=8.0, width=0.0013, color=BLUE)
         pair[1].pcolormesh(x, y, np.sqrt(speed), shading="gouraud", cmap="Greys")
-        for axes, title in zip(pair, ("velocity vectors", "speed"), strict=True):
+        # P waves do not turn anything: before S, what turns is head waves.
+        turning = np.gradient(vy, x[0], axis=1) - np.gradient(vx, y[:, 0], axis=0)
+        limit = 0.03 * np.abs(turning).max()
+        pair[2].pcolormesh(x, y, turning, shading="gouraud", cmap="RdBu_r", vmin=-limit, vmax=limit)
+        for axes, title in zip(pair, ("velocity vectors", "speed", "curl of the velocity"), strict=True):
             show_seam(axes, medium, source)
             axes.set(aspect="equal", xlim=(-0.48, 0.4), ylim=(-0.4, 0.04), xlabel="x [m]", title=f"{name}: {title} at 70 µs")
         pair[0].set_ylabel("y [m]")
-    appearance.save(figure, IMAGES / "coupled.png", colours=64)
+    appearance.save(figure, IMAGES / "coupled.png", dots_per_inch=110, colours=256)
 
 
 def in_plane(stress: np.ndarray) -> np.ndarray:
@@ -62,7 +70,7 @@ def in_plane(stress: np.ndarray) -> np.ndarray:
 
 def show_core(axes: Axes, medium: Coupled) -> None:
     """Draw mean stresses in the plane, displacements tenfold, automata with broken links, and cells that have yielded."""
-    stretch, limit = 10.0, 25.0
+    stretch, limit = 10.0, _LARGEST
     corners = (medium.grid.mesh.nodes + stretch * medium.get("grid_displacement"))[medium.grid.mesh.cells]
     pressure = {"cmap": "RdBu_r", "clim": (-limit, limit), "linewidths": 0.0}
     axes.add_collection(PolyCollection(corners, array=in_plane(medium.get("grid_stress")), **pressure))
@@ -79,17 +87,24 @@ def show_core(axes: Axes, medium: Coupled) -> None:
     axes.add_collection(EllipseCollection(size, size, 0.0, offsets=centres[broken], facecolors="black", **discs))
     middles = corners.mean(axis=1)[medium.get("grid_plastic_strain") > 0.0]
     axes.plot(middles[:, 0], middles[:, 1], ".", color="#e09f3e", markersize=2.0)
-    axes.set(xlim=(-0.1, 0.1), ylim=(-0.004, 0.125), aspect="equal", xticks=[], yticks=[])
+    axes.set(xlim=(-0.1, 0.1), ylim=(-0.004, 0.125), aspect="equal")
     axes.set_title(f"{medium.time * 1e6:.0f} µs, {medium.get('automata_broken_links'):.0f} broken links")
 
 
 @figure_style.with_style
 def a_core_that_cracks() -> None:
-    """Draw the shipped impact at four instants."""
-    figure = figure_style.new_figure(11.0, 7.2)
-    for axes, time in zip(figure.subplots(2, 2).ravel(), (1.8e-5, 2.6e-5, 3.2e-5, 6e-5), strict=True):
-        show_core(axes, ge.run("psakhie-2003/impact-on-a-cracking-core", overrides={"duration": time}).component)
-    appearance.save(figure, IMAGES / "coupled-impact.png", colours=64)
+    """Draw the shipped impacts, on a square and on a hexagonal packing, at three instants."""
+    figure = figure_style.new_figure(12.0, 4.9)
+    rows = figure.subplots(2, 3, sharex=True, sharey=True)
+    for row, (core, packing) in zip(rows, (("cracking", "square"), ("hexagonal", "hexagonal")), strict=True):
+        for axes, time in zip(row, (1.8e-5, 3.2e-5, 6e-5), strict=True):
+            show_core(axes, ge.run(f"psakhie-2003/impact-on-a-{core}-core", overrides={"duration": time}).component)
+        row[0].set_ylabel(f"{packing}, y [m]")
+    for axes in rows[-1]:
+        axes.set_xlabel("x [m]")
+    pressure = ScalarMappable(Normalize(-_LARGEST, _LARGEST), "RdBu_r")
+    figure.colorbar(pressure, ax=rows, label="pressure in the plane [MPa]", shrink=0.7)
+    appearance.save(figure, IMAGES / "coupled-impact.png", dots_per_inch=110, colours=256)
 
 
 if __name__ == "__main__":
