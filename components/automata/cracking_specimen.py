@@ -193,8 +193,7 @@ class CrackingSpecimen(LinkedSpecimen):
         if not can_be_found(positions, reach):
             return TOO_FAR
         weight = self._block["weight"]
-        exposed = np.flatnonzero(self._surface | (weight < 1.0).any(axis=1))
-        pairs = find_pairs(positions, exposed, reach, tuple(self._ground.period.tolist()))
+        pairs = find_pairs(positions, self.exposed(), reach, tuple(self._ground.period.tolist()))
         slots = np.empty(len(pairs), np.int64)
         slots_of_links(self.body.neighbours, weight, pairs, slots)
         old, slid, rest = (self._block[name] for name in ("contacts", "slid", "rest"))
@@ -206,6 +205,14 @@ class CrackingSpecimen(LinkedSpecimen):
         self._set_count(len(rows))
         self.losses[TRAVEL] = 0.5 * self.step_size * fastest
         return 0
+
+    def exposed(self) -> IntArray:
+        """Return the automata that have a free face or a broken link: nothing else can be touched."""
+        return np.flatnonzero(self._surface | (self._block["weight"] < 1.0).any(axis=1))
+
+    def contact_stiffness(self) -> FloatArray:
+        """Return the stiffness of a contact of each automaton along the line of centres, shape (n,) [N/m]."""
+        return self._ground.part * self._ground.normal
 
     def contacts(self, more: int = 0) -> Contacts:
         """Return the lists of contacts, with room for so many more."""

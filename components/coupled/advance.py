@@ -23,6 +23,7 @@ from .impulses import act_with_impulses, begin_impulses, finish_impulses, move_w
 from .literal import act_literally, begin_literally, finish_literally, move_literally
 from .lockstep import finish_together, move_together
 from .parts import finish_cells, must_break, note_travel, update_automata_forces
+from .side_contacts import add_side_forces, note_travel_of_sides
 
 # What `advance` returns: all ticks are done, one has failed, or what has to be done before it goes on.
 DONE, INVERTED, TOO_FAST, SEARCH, BREAK = 0, 1, 2, 3, 4
@@ -79,12 +80,15 @@ def advance(grid, automata, cracking, ties, seam, factors, steps, impulses, lite
                 progress[STAGE] = ACT
                 if cracking is not None:
                     note_travel(automata, cracking, time)
+                    note_travel_of_sides(cracking.sides, grid, cracking.losses, time)
                     if must_break(automata, cracking, own_tick):
                         return BREAK
             moves, first = STILL, False
             if steps.swept:
                 moves = DRIFT_TWO_HALF_KICKS if again or progress[MICRO] + 1 < steps.micro else DRIFT_HALF_KICK
             status += update_automata_forces(automata, cracking, ties, seam, steps, time, own_tick, moves)
+            if cracking is not None:
+                add_side_forces(cracking.sides, grid, automata, seam.exchange)
             if impulses is not None:
                 fastest = act_with_impulses(grid, automata, seam, steps, time)
             elif literal is not None:

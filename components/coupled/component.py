@@ -11,8 +11,9 @@ from ..automata.advance import TOO_FAST as TOO_FAST_ALONE
 from ..automata.component import Automata
 from ..automata.cracking_specimen import UNSOUND, CrackingSpecimen
 from ..automata.motion import TALLY_ROWS, WORK
+from ..automata.neighbours import SKIN
 from ..automata.schedule import make_parts
-from ..automata.state import Body, Scratch
+from ..automata.state import Scratch
 from ..automata.sweep import KEPT, update_forces
 from ..automata.ties import Ties, add_ties, tie_faces
 from ..balances import Balance
@@ -40,10 +41,11 @@ from .exchange import (
 )
 from .interface import Interface, Places, carried_mass, common_sides, find_interface, weigh
 from .parameters import CoupledParameters
-from .parts import AutomataPart, Cracking, GridPart, Seam, Steps
+from .parts import AutomataPart, Cracking, GridPart, Seam, Steps, drive_body
+from .side_contacts import Sides, are_sound, find_near, free_sides, include_nodes, make_sides, side_energy
 from .start import follow_nodes, join_forces, write_forces
 from .step_sizes import choose_steps
-from .strays import find_strays
+from .strays import describe_strays, find_strays
 from .zigzag import find_ties
 
 # No automaton may cross this part of its diameter in one of its steps.
@@ -87,7 +89,7 @@ class Coupled(Component):
         cells, yielding = len(self.grid.mesh.cells), bool(self.grid.event_kinds)
         # Cells that yield note events in their order.
         self._has_two_halves = not yielding and threads.are_worth_it(cells, self.automata.count, self.micro_steps)
-        self.grid.attach(self.carried_mass, 2 if self._has_two_halves else 1)
+        self.grid.attach(self.carried_mass, 2 if self._has_two_halves else 1, self.interface.nodes.tolist())
         self._make_parts()
 
     def _find_interface(self, grid: Grid, automata: Automata) -> Ties | None:
@@ -112,6 +114,9 @@ class Coupled(Component):
             body = tie_faces(automata.body, ties)
             self._automata_mass = body.mass[body.kind]
             self.interface = weigh(self.interface, self._automata_mass)
+        if self.parameters.side_contacts:
+            self._free_sides: IntArray = free_sides(mesh, common_sides(mesh, shape, origin))
+            self.interface = include_nodes(self.interface, self._free_sides.reshape(-1))
         return ties
 
     def _lay_out_state(self, grid: Grid, automata: Automata, ties: Ties | None) -> None:
@@ -121,6 +126,7 @@ class Coupled(Component):
             grid=("f8", (grid.memory.size,)), automata=("f8", (automata.memory.size,)), automata_force=("f8", (n, 2)),
             automata_torque=("f8", (n,)), exchanged_forces=("f8", (2, rows, 2)), tallies=("f8", (2, TALLY_ROWS)),
             exchange=("f8", (EXCHANGE_TALLY,)), start=("f8", (4,)),
+            growing={"side_pairs": ("i8", (2,))} if self.parameters.side_contacts else None,
         )  # fmt: skip
         micro = self.step_size / self.micro_steps
         self.grid = make_part(Grid, self, "grid", step_size=self.step_size, memory=self._block["grid"])
@@ -143,7 +149,7 @@ class Coupled(Component):
         self._seam = Seam(self.interface, exchange)
         self._edge_inputs = EdgeInputs(automata.conditions, self.interface)
         self._edge_inputs.refuse_free_nodes(self.grid.mesh, self.grid.tables()[2])
-        body, edges = _driven_body(automata.steps.body, self.interface.automata), self._edge_inputs.edges
+        body, edges = drive_body(automata.steps.body, self.interface.automata), self._edge_inputs.edges
         marked = np.unique(np.concatenate([self.interface.automata, edges.load.automata, edges.grip.automata]))
         self._automata_part = AutomataPart(
             body, make_parts(body)[0], self.reference, automata.motion, scratch, edges, marked, np.zeros((len(marked), KEPT)),
@@ -155,12 +161,21 @@ class Coupled(Component):
         self._steps = Steps(self.step_size, self.micro_steps, scheme, limit, swept)
         self._halves = make_parts(body, 2) if swept and self._has_two_halves else []
         self._cracking = automata.steps if isinstance(automata.steps, CrackingSpecimen) else None
+        self._sides = self._make_sides()
         # The kinds of steps, as `advance` wants to know them.
         self._literal = 1 if self._steps.scheme == LITERAL else None
         self._impulses = 1 if self.micro_steps > 1 and not self._literal else None
         self._progress = np.zeros(PROGRESS, dtype=np.int64)
         self._failed = np.zeros(2, dtype=np.int64)
         self._divided: Mapping[str, Held] | None = None
+
+    def _make_sides(self) -> Sides | None:
+        """Return the free sides of the grid that automata touch; None where they touch none."""
+        if self._cracking is None or not self.parameters.side_contacts:
+            return None
+        stiffness = self._cracking.contact_stiffness()
+        radius = 0.5 * self.automata.packing.diameter
+        return make_sides(self.interface, self._free_sides, self.grid.mesh.nodes, self.reference, radius, stiffness)
 
     # -- description ------------------------------------------------------------------------------------------------
 
@@ -237,22 +252,17 @@ class Coupled(Component):
         loose = np.flatnonzero((self._cracking.damage() > 0.0) & (self.interface.free > 0))
         if not len(loose):
             return loose
-        nodes = self.grid.mesh.nodes + self.grid.peek("displacement")
-        points = (self.reference + self.automata.motion.displacement)[loose]
-        return loose[find_strays(nodes, self.grid.mesh.cells, points)]
+        nodes, centres = self._places()
+        return loose[find_strays(nodes, self.grid.mesh.cells, centres[loose])]
+
+    def _places(self) -> tuple[FloatArray, FloatArray]:
+        """Return where nodes and automata are, shape (nodes, 2) and (n, 2) [m]."""
+        return self.grid.mesh.nodes + self.grid.peek("displacement"), self.reference + self.automata.motion.displacement
 
     def cautions(self) -> list[str]:
         """Return those of the parts, and a sentence where pieces have flown into the grid."""
         said = [f"grid: {text}" for text in self.grid.cautions()] + [f"automata: {text}" for text in self.automata.cautions()]
-        strays = self._strays()
-        if len(strays):
-            x, y = (self.reference + self.automata.motion.displacement)[strays[0]]
-            said.append(
-                f"{len(strays)} automata with broken links lie inside cells of the grid, automaton {strays[0]} at ({x:.6g}, "
-                f"{y:.6g}) m: pieces touch automata alone, and fly through the free sides of the grid; leave such sides no way "
-                "to be reached, or surround the automata by the interface"
-            )
-        return said + self._energy_cautions()
+        return said + describe_strays(self._strays(), self._places()[1]) + self._energy_cautions()
 
     def _energy_cautions(self) -> list[str]:
         """Return a sentence where impulses have made energy beyond what sound runs do."""
@@ -288,13 +298,11 @@ class Coupled(Component):
         follow_nodes(self.interface, exchange, grid.state, automata.motion)
         if self._cracking is not None:
             # Contacts of the start push from the first half kick on. Where they cannot be found the first step says why.
-            self._cracking.find_contacts()
+            self._find_contacts()
             self._cracking.dilation()
         self._write_automata_forces()
-        join_forces(
-            self.interface, exchange, grid.state, grid.conditions, automata.scratch.force, 0.5 * self.step_size,
-            self._steps.scheme, self._in_lockstep,
-        )  # fmt: skip
+        sides, half = self._present_sides(), 0.5 * self.step_size
+        join_forces(self.interface, exchange, grid, automata, sides, half, self._steps.scheme, self._in_lockstep)
         found = self._sums()
         self._block["start"][:] = self._energy(found), *sums.momentum(found), sums.angular_momentum(found)
         return {}
@@ -323,11 +331,34 @@ class Coupled(Component):
         if steps is None:
             return None
         return Cracking(
-            steps.medium, steps.judgement, steps.contacts(), steps.count_contacts(), steps.losses, steps.most_travel
-        )
+            steps.medium, steps.judgement, steps.contacts(), steps.count_contacts(), steps.losses, steps.most_travel,
+            self._present_sides(),
+        )  # fmt: skip
+
+    def _present_sides(self) -> Sides | None:
+        """Return the sides that automata touch, with the pairs that there are now; None without."""
+        if self._sides is None:
+            return None
+        return self._sides._replace(pairs=self._block.room("side_pairs", 0), count=self._block.count("side_pairs"))
+
+    def _find_contacts(self) -> int:
+        """Find anew what may touch, automata and sides; a status where automata are too far out or too fast."""
+        assert self._cracking is not None
+        status = self._cracking.find_contacts()
+        if not status and self._sides is not None:
+            exposed = self._cracking.exposed()
+            loose = exposed[self.interface.free[exposed] > 0]
+            pairs = find_near(self._sides, *self._places(), loose, SKIN * self.automata.packing.diameter)
+            self._block.set_count("side_pairs", 0)
+            self._block.room("side_pairs", len(pairs))[: len(pairs)] = pairs
+            self._block.set_count("side_pairs", len(pairs))
+        return status
 
     def _advance(self, ticks: int) -> int:
         if self._cracking is not None and not self._cracking.is_sound():
+            return _AUTOMATA_FAILED + UNSOUND
+        sides = self._present_sides()
+        if sides is not None and not are_sound(sides):
             return _AUTOMATA_FAILED + UNSOUND
         if self._held is not self._divided:
             self._divide_inputs()
@@ -382,7 +413,7 @@ class Coupled(Component):
                 return int(status)
             if status == TOO_FAST or self._cracking is None:
                 return _AUTOMATA_FAILED + TOO_FAST_ALONE
-            if status == SEARCH and (failed := self._cracking.find_contacts()):
+            if status == SEARCH and (failed := self._find_contacts()):
                 self._failed[1] = tick + self._progress[ROW] + 1
                 return _AUTOMATA_FAILED + failed
             if status == BREAK:
@@ -421,6 +452,9 @@ class Coupled(Component):
     def _stored(self, found: FloatArray) -> dict[str, float]:
         links = self.automata.steps.stored(0.0)
         elastic = sums.grid_elastic(found) + links.pop("elastic_energy")
+        sides = self._present_sides()
+        if sides is not None:
+            links["contact_energy"] += float(side_energy(sides, self._grid_part(), self._automata_part))
         return {
             "kinetic_energy": float(found[sums.KINETIC] + found[sums.AUTOMATA_KINETIC]),
             "rotational_energy": float(found[sums.ROTATIONAL]),
@@ -468,14 +502,3 @@ class Coupled(Component):
             turned = {"angular_momentum": sums.angular_momentum(found)}
             balances.insert(2, Balance("angular_momentum", "kg m2/s", turned, turning, initial=float(start[3])))
         return tuple(balances)
-
-
-def _driven_body(body: Body, driven: IntArray) -> Body:
-    """Return a body some of whose automata are of kinds that no force moves: they follow something else, and turn freely."""
-    source, place = np.unique(body.kind[driven], return_inverse=True)
-    kinds, rows = body.kind.copy(), np.concatenate([np.arange(len(body.mass)), source])
-    kinds[driven] = len(body.mass) + place
-    names = ("face", "share", "missing", "volume", "mass", "inertia")
-    body = body._replace(kind=kinds, **{name: getattr(body, name)[rows] for name in names})
-    body.mass[-len(source) :] = np.inf
-    return body

@@ -79,7 +79,7 @@ def kicked(velocity, time, grid_force, automata_force, grid_mass, automata_mass,
 
     force: equation (18) of Psakhie et al., with physical forces; momentum: each side by itself, then m V = m_a V_a + m_c V_c.
     """
-    if scheme == MOMENTUM:
+    if scheme == MOMENTUM and automata_mass > 0.0:
         of_grid = velocity + time * grid_force / grid_mass
         of_automata = velocity + time * automata_force / automata_mass
         return (automata_mass * of_automata + grid_mass * of_grid) / (automata_mass + grid_mass)

@@ -47,6 +47,23 @@ class CoupledParameters(Parameters):
     )
     step_size: Positive | None = field(None, "internal step; default: 0.8 of the largest stable one, rounded down", "s")
 
+    side_contacts: bool = field(
+        False, "whether automata touch the free sides of the grid, which are smooth; links have to break or yield for that", "1"
+    )
+
+    @model_validator(mode="after")
+    def _validate_side_contacts(self) -> CoupledParameters:
+        if self.side_contacts and self.scheme == "literal":
+            raise refusal("does not go with scheme = literal", hint="take scheme = force", at=("side_contacts",))
+        if self.side_contacts and not self.automata.has_history:
+            raise refusal(
+                "got true, and no automaton can come loose", hint="choose a criterion, or leave it out", at=("side_contacts",)
+            )
+        periodic = [name for name, boundary in self.grid.boundaries.items() if boundary.name == "periodic"]
+        if self.side_contacts and (periodic or any(self.automata.periodic)):
+            raise refusal("got true for a body that is closed on itself", "no periodic edges", at=("side_contacts",))
+        return self
+
     @model_validator(mode="after")
     def _validate_parts(self) -> CoupledParameters:
         for part in ("grid", "automata"):

@@ -27,6 +27,7 @@ from ..support.jit import internal
 from .edges import Edges, push_and_hold, settle_grip, settle_loads
 from .exchange import Exchange, follow, gather_forces, keep_grid_forces
 from .interface import Interface
+from .side_contacts import Sides
 
 
 class GridPart(NamedTuple):
@@ -77,6 +78,7 @@ class Cracking(NamedTuple):
         contact_count: how many contacts there are.
         losses: see `release.FRACTURE`, part of the state.
         most_travel: how far the fastest automaton may move before contacts are found anew [m].
+        sides: sides of the grid that automata touch; None without.
     """
 
     medium: Medium
@@ -85,6 +87,7 @@ class Cracking(NamedTuple):
     contact_count: int
     losses: FloatArray
     most_travel: float
+    sides: Sides | None
 
 
 class Seam(NamedTuple):
@@ -110,6 +113,17 @@ class Steps(NamedTuple):
     scheme: int
     speed_limit: float
     swept: bool
+
+
+def drive_body(body: Body, driven: IntArray) -> Body:
+    """Return a body some of whose automata are of kinds that no force moves: they follow something else, and turn freely."""
+    source, place = np.unique(body.kind[driven], return_inverse=True)
+    kinds, rows = body.kind.copy(), np.concatenate([np.arange(len(body.mass)), source])
+    kinds[driven] = len(body.mass) + place
+    names = ("face", "share", "missing", "volume", "mass", "inertia")
+    body = body._replace(kind=kinds, **{name: getattr(body, name)[rows] for name in names})
+    body.mass[-len(source) :] = np.inf
+    return body
 
 
 # -- the automata ---------------------------------------------------------------------------------------------------------

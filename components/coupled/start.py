@@ -5,6 +5,7 @@ from __future__ import annotations
 from ..automata.cracking import add_forces
 from ..support.jit import jit
 from .exchange import assemble, follow, gather_forces, keep_grid_forces
+from .side_contacts import add_side_forces
 
 
 @jit
@@ -21,11 +22,12 @@ def write_forces(cracking, motion, scratch):
 
 
 @jit
-def join_forces(interface, exchange, state, conditions, force, time, scheme, together):
-    """Write the forces of the automata, shape (n, 2) [N], on the nodes of the interface.
+def join_forces(interface, exchange, grid, automata, sides, time, scheme, together):
+    """Write the forces of the automata on the nodes of the interface, and those of sides, which are None without.
 
     Where both parts move together, write the sum of both for a kick of `time` [s] too.
     """
-    gather_forces(interface, force, exchange.automata_force)
+    gather_forces(interface, automata.scratch.force, exchange.automata_force)
+    add_side_forces(sides, grid, automata, exchange)
     if together:
-        assemble(interface, exchange, state, conditions, time, scheme)
+        assemble(interface, exchange, grid.state, grid.conditions, time, scheme)

@@ -33,3 +33,15 @@ def find_strays(nodes: FloatArray, cells: IntArray, points: FloatArray) -> IntAr
         way, offset = end - start, points[sound][:, None] - start
         inside &= way[..., 0] * offset[..., 1] > way[..., 1] * offset[..., 0]
     return np.flatnonzero(sound)[inside.any(axis=1)]
+
+
+def describe_strays(strays: IntArray, centres: FloatArray) -> list[str]:
+    """Return a sentence about automata that lie inside cells, the first of them with its place; none where there are none."""
+    if not len(strays):
+        return []
+    x, y = centres[strays[0]]
+    return [
+        f"{len(strays)} automata with broken links lie inside cells of the grid, automaton {strays[0]} at ({x:.6g}, "
+        f"{y:.6g}) m: pieces touch automata alone, and fly through the free sides of the grid; set side_contacts = true, leave "
+        "such sides no way to be reached, or surround the automata by the interface"
+    ]

@@ -57,6 +57,7 @@ def assemble(
     parts: int = 1,
     others: Sequence[int] = (),
     attached: FloatArray | None = None,
+    pushed: Sequence[int] = (),
 ) -> Assembly:
     """Return the arrays for a mesh.
 
@@ -72,6 +73,7 @@ def assemble(
         others: nodes that a parent moves: only their forces are written.
         attached: masses of another body that nodes carry too, whose forces a parent adds to those of the cells; nodes that
             carry some become nodes with conditions, shape (n,) [kg].
+        pushed: nodes to which a parent adds forces although they carry nothing.
 
     Raises:
         ParameterError: a boundary does not fit its edge.
@@ -89,7 +91,7 @@ def assemble(
     damped = boundary_nodes.dashpots(mesh, boundaries, density, longitudinal, shear, own_mass)
     plan = make_schedule(count, mesh.cells, parts)
     more = np.zeros(count) if attached is None else attached
-    apart = np.concatenate([plan.further[:, 0].astype(np.int64), np.flatnonzero(more)])
+    apart = np.concatenate([plan.further[:, 0].astype(np.int64), np.flatnonzero(more), np.array(pushed, np.int64)])
     nodes = boundary_nodes.special_nodes(joined, inputs, prescribed, damped, apart)
     places = np.full(count, -1, dtype=np.int64)
     places[nodes] = np.arange(len(nodes))

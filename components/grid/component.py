@@ -122,7 +122,7 @@ class Grid(Component):
             )
         return node
 
-    def attach(self, mass: FloatArray | None, parts: int | None = None) -> None:
+    def attach(self, mass: FloatArray | None, parts: int | None = None, pushed: Sequence[int] = ()) -> None:
         """Let nodes carry masses of another body too, whose forces a parent adds to those of the cells.
 
         To be called before the first step.
@@ -130,15 +130,17 @@ class Grid(Component):
         Args:
             mass: shape (n,) [kg].
             parts: in how many parts the parent's threads advance the cells; default: as those of this component do.
+            pushed: nodes to which the parent adds forces although they carry no such mass.
         """
-        self._assembly: Assembly = self._assemble(mass, self._parts() if parts is None else parts)
+        self._assembly: Assembly = self._assemble(mass, self._parts() if parts is None else parts, pushed)
         self._grid, self._conditions, self._corner = self._assembly.grid, self._assembly.conditions, self._assembly.corner
 
-    def _assemble(self, attached: FloatArray | None, parts: int) -> Assembly:
+    def _assemble(self, attached: FloatArray | None, parts: int, pushed: Sequence[int] = ()) -> Assembly:
         p = self.parameters
         return assemble(
             self.mesh, self._materials, self.cell_material, laws=p.plastic_laws, boundaries=p.boundaries,
             forced=self._forced.tolist(), hourglass=p.hourglass, parts=parts, attached=attached,
+            pushed=pushed,
         )  # fmt: skip
 
     def _parts(self) -> int:

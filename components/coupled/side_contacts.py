@@ -1,0 +1,195 @@
+"""Contacts of automata with the free sides of the grid, those that are no interface: smooth and elastic.
+
+    N = k (R - d) where d < R, 0 otherwise,        U = (1/2) k (R - d)^2
+
+d is the distance of an automaton to the nearest side, k the stiffness of a contact between automata. The side gives N along
+the line from its nearest point, which lies at a part s of it, and its nodes get -(1 - s) N and -s N: momentum and angular
+momentum are kept. R is half a diameter, or how far off the sides the automaton stood before anything moved where that is less.
+Nodes of sides are nodes of the interface that carry no automata: they move with the steps of the automata. There is no
+friction, so that a contact remembers nothing: its force follows from where both are.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ..automata.release import TRAVEL
+from ..grid.mesh import IntArray, Mesh
+from ..support.arrays import FloatArray
+from ..support.jit import internal, internal_inlined, jit
+from .interface import Interface
+
+
+class Sides(NamedTuple):
+    """Free sides of the grid, and which automata may touch them.
+
+    Attributes:
+        nodes: of each side, the body on the left, shape (w, 2).
+        rows: of these in the nodes of the interface, shape (w, 2).
+        radius: R of each automaton, shape (n,) [m].
+        stiffness: k of each automaton, shape (n,) [N/m].
+        pairs: automaton and side, in this order, shape (m, 2); part of the state.
+        count: how many pairs there are.
+    """
+
+    nodes: IntArray
+    rows: IntArray
+    radius: FloatArray
+    stiffness: FloatArray
+    pairs: IntArray
+    count: int
+
+
+def free_sides(mesh: Mesh, common: IntArray) -> IntArray:
+    """Return the sides of the boundary of a grid that are no part of the interface, whose sides are `common`, shape (w, 2)."""
+    known = {tuple(side) for side in common.tolist()}
+    return np.array([side for side in mesh.sides.tolist() if tuple(side) not in known], np.int64).reshape(-1, 2)
+
+
+def include_nodes(interface: Interface, nodes: IntArray) -> Interface:
+    """Return an interface with further nodes, which carry no automata."""
+    every = np.unique(np.concatenate([interface.nodes, nodes]))
+    counts, mass = np.zeros(len(every), np.int64), np.zeros(len(every))
+    known = np.searchsorted(every, interface.nodes)
+    counts[known], mass[known] = np.diff(interface.first), interface.mass
+    return interface._replace(nodes=every, first=np.concatenate([[0], np.cumsum(counts)]), mass=mass)
+
+
+def make_sides(
+    interface: Interface, sides: IntArray, nodes: FloatArray, centres: FloatArray, radius: float, stiffness: FloatArray
+) -> Sides:
+    """Return sides without pairs.
+
+    Args:
+        interface: with the nodes of the sides.
+        sides: see `free_sides`.
+        nodes: of the grid before anything moves, shape (nodes, 2) [m].
+        centres: of the automata, likewise, shape (n, 2) [m].
+        radius: of an automaton [m].
+        stiffness: of a contact of each automaton, shape (n,) [N/m].
+    """
+    radii, none = np.full(len(centres), radius), np.zeros((0, 2), np.int64)
+    rows = np.searchsorted(interface.nodes, sides)
+    found = Sides(sides, rows.astype(np.int64), radii, stiffness, none, 0)
+    pairs = find_near(found, nodes, centres, np.flatnonzero(interface.free), 0.0)
+    for i, side in pairs.tolist():
+        _, _, distance, _ = _place_beside(nodes[sides[side, 0]], nodes[sides[side, 1]], centres[i])
+        radii[i] = min(radii[i], max(distance, 0.0))
+    return found
+
+
+def find_near(sides: Sides, nodes: FloatArray, centres: FloatArray, automata: IntArray, margin: float) -> IntArray:
+    """Return which of some automata are nearer to sides than to touch them by a margin [m], in order, shape (m, 2).
+
+    Args:
+        sides: `Sides`.
+        nodes: of the grid, where they are, shape (nodes, 2) [m].
+        centres: of the automata, where they are, shape (n, 2) [m].
+        automata: numbers of those to look at.
+        margin: [m].
+    """
+    from scipy.spatial import cKDTree  # type: ignore[attr-defined]
+
+    start, end = nodes[sides.nodes[:, 0]], nodes[sides.nodes[:, 1]]
+    if not len(automata) or not (np.isfinite(start).all() and np.isfinite(centres[automata]).all()):
+        return np.zeros((0, 2), np.int64)
+    reach = 0.5 * float(np.sqrt(((end - start) ** 2).sum(axis=1).max())) + float(sides.radius.max()) + margin
+    tree: Any = cKDTree(0.5 * (start + end))
+    near = tree.query_ball_point(centres[automata], reach)
+    found = [(i, side) for i, some in zip(automata.tolist(), near, strict=True) for side in sorted(some)]
+    return np.array(found, np.int64).reshape(-1, 2)
+
+
+def are_sound(sides: Sides) -> bool:
+    """Return whether pairs name automata and sides that exist, in order: a snapshot may come from anywhere."""
+    pairs, limits = sides.pairs[: sides.count], (len(sides.radius), len(sides.nodes))
+    inside = bool(((pairs >= 0) & (pairs < limits)).all())
+    return inside and bool((np.diff(pairs[:, 0]) >= 0).all())
+
+
+@internal_inlined
+def _place_beside(start, end, centre):
+    """Return the unit vector from the nearest point of a side to a centre (x, y), the distance, and the part s of the point.
+
+    Where that point is inside the side, the distance of what lies in the body, on the left, is negative, and the vector still
+    points out of it. Beyond an end of the side it is inf for what lies in the body.
+    """
+    wx, wy, x, y = end[0] - start[0], end[1] - start[1], centre[0] - start[0], centre[1] - start[1]
+    length = np.sqrt(wx * wx + wy * wy)
+    nx, ny = wy / length, -wx / length
+    height, part = x * nx + y * ny, (x * wx + y * wy) / (length * length)
+    if 0.0 <= part <= 1.0:
+        return nx, ny, height, part
+    part = 0.0 if part < 0.0 else 1.0
+    x, y = x - part * wx, y - part * wy
+    distance = np.sqrt(x * x + y * y)
+    if height < 0.0 or distance == 0.0:
+        return nx, ny, np.inf, part
+    return x / distance, y / distance, distance, part
+
+
+@internal_inlined
+def _nearest(sides, grid, automata, row):
+    """Return the nearest side of the automaton of a row of pairs, how it lies beside it, and the row of the next automaton."""
+    i, best = sides.pairs[row, 0], -1
+    nx, ny, nearest, part = 0.0, 0.0, np.inf, 0.0
+    u, v = grid.state.displacement, automata.motion.displacement
+    centre = automata.reference[i, 0] + v[i, 0], automata.reference[i, 1] + v[i, 1]
+    while row < sides.count and sides.pairs[row, 0] == i:
+        side = sides.pairs[row, 1]
+        a, b = sides.nodes[side, 0], sides.nodes[side, 1]
+        start = grid.grid.reference[a, 0] + u[a, 0], grid.grid.reference[a, 1] + u[a, 1]
+        end = grid.grid.reference[b, 0] + u[b, 0], grid.grid.reference[b, 1] + u[b, 1]
+        x, y, distance, at = _place_beside(start, end, centre)
+        if abs(distance) < abs(nearest):
+            nx, ny, nearest, part, best = x, y, distance, at, side
+        row += 1
+    return best, nx, ny, nearest, part, row
+
+
+@internal
+def add_side_forces(sides, grid, automata, exchange):
+    """Add the forces of sides on automata, and on the nodes of the interface those of automata; `sides` is None without."""
+    if sides is not None:
+        row, force = 0, automata.scratch.force
+        while row < sides.count:
+            i = sides.pairs[row, 0]
+            side, nx, ny, distance, part, row = _nearest(sides, grid, automata, row)
+            overlap = sides.radius[i] - distance
+            if side >= 0 and 0.0 < overlap < 2.0 * sides.radius[i]:
+                push = sides.stiffness[i] * overlap
+                fx, fy = push * nx, push * ny
+                force[i, 0] += fx
+                force[i, 1] += fy
+                for end, share in ((0, 1.0 - part), (1, part)):
+                    place = sides.rows[side, end]
+                    exchange.automata_force[place, 0] -= share * fx
+                    exchange.automata_force[place, 1] -= share * fy
+
+
+@internal
+def note_travel_of_sides(sides, grid, losses, time):
+    """Add the way of the fastest node of sides in a drift of `time` [s] to what decides when pairs are found anew."""
+    if sides is not None:
+        velocity, largest = grid.state.velocity, 0.0
+        for side in range(sides.nodes.shape[0]):
+            for end in range(2):
+                n = sides.nodes[side, end]
+                square = velocity[n, 0] * velocity[n, 0] + velocity[n, 1] * velocity[n, 1]
+                largest = square if square > largest else largest
+        losses[TRAVEL] += time * np.sqrt(largest)
+
+
+@jit
+def side_energy(sides, grid, automata):
+    """Return the energy of all contacts with sides [J]."""
+    total, row = 0.0, 0
+    while row < sides.count:
+        i = sides.pairs[row, 0]
+        side, _, _, distance, _, row = _nearest(sides, grid, automata, row)
+        overlap = sides.radius[i] - distance
+        if side >= 0 and 0.0 < overlap < 2.0 * sides.radius[i]:
+            total += 0.5 * sides.stiffness[i] * overlap * overlap
+    return total

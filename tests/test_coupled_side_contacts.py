@@ -1,0 +1,174 @@
+"""Automata that come loose and meet the free sides of the grid: forces, conserved quantities, bits, refusals."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+from support.coupled_tools import coupled, mesh, rectangle
+
+import granular_env as ge
+from granular_env.components.coupled import Coupled
+from granular_env.components.coupled.side_contacts import make_sides
+from granular_env.components.errors import ParameterError, StepError
+
+STRONG = {"name": "mohr_coulomb", "cohesion": 0.4, "tensile": 0.3, "internal_friction": 0.5}
+
+
+def body(n: int = 1, *, side_contacts: bool = True, grid: dict[str, Any] | None = None, **more: Any) -> Coupled:
+    """Return four by four cells, automata to the right of them, and a piece of automata 2 m above the cells."""
+    corners = [[4, 0], [8, 0], [8, 8], [0, 8], [0, 6], [4, 6]]
+    gap = {"name": "box", "x": [2.4, 4.6], "y": [5.4, 8.6]}
+    automata = {"shape": {"name": "polygon", "corners": corners, "holes": [gap]}, "criterion": STRONG}
+    return coupled({"mesh": mesh(4, 4), **(grid or {})}, automata, n, side_contacts=side_contacts, **more)
+
+
+def piece_of(medium: Coupled) -> Any:
+    return np.flatnonzero((medium.reference[:, 0] < 3.0) & (medium.reference[:, 1] > 5.0))
+
+
+def throw(medium: Coupled, velocity: tuple[float, float]) -> float:
+    """Start the piece with a velocity; return its kinetic energy."""
+    velocities = np.zeros((medium.automata.count, 2))
+    velocities[piece_of(medium)] = velocity
+    medium.reset(automata_velocity=velocities)
+    return medium.get("kinetic_energy")
+
+
+def place(medium: Coupled, way: tuple[float, float]) -> None:
+    """Start the piece elsewhere, at rest."""
+    displacements = np.zeros((medium.automata.count, 2))
+    displacements[piece_of(medium)] = way
+    medium.reset(automata_displacement=displacements)
+
+
+@pytest.mark.parametrize("n", [1, 2])
+def test_a_side_pushes_what_lies_on_it_and_its_nodes_get_that_by_the_lever(n: int) -> None:
+    """The lowest row of the piece lies 0.4 radii deep, 0.3 of a diameter to the right of the nodes."""
+    medium = body(n, step_size=0.2)
+    radius = 0.5 / n
+    place(medium, (0.3 / n, -2.0 + 0.6 * radius))
+    specimen = medium._cracking  # noqa: SLF001
+    assert specimen is not None
+    forces, low = medium.forces_on_automata()[0], np.flatnonzero(np.abs(medium.reference[:, 1] - 6.0) < 1e-9)
+    low = np.intersect1d(low, piece_of(medium))
+    expected = specimen.contact_stiffness()[low] * 0.4 * radius
+    np.testing.assert_allclose(forces[low], np.stack([0.0 * expected, expected], axis=1), atol=1e-12)
+    assert expected.min() > 0.0 and len(low) == 2 * n + 1
+    nodes = medium.forces_on_nodes()
+    np.testing.assert_allclose(nodes.sum(axis=0), [0.0, -expected.sum()], atol=1e-12)
+    places = (medium.reference + medium.get("automata_displacement"))[low]
+    assert nodes[:, 1] @ medium.grid.mesh.nodes[:, 0] == pytest.approx(-(expected @ places[:, 0]), rel=1e-12)
+    energy = 0.5 * (specimen.contact_stiffness()[low] * (0.4 * radius) ** 2).sum()
+    assert medium.balances()[0].stored["contact_energy"] == pytest.approx(energy, rel=1e-12)
+
+
+def test_a_corner_pushes_along_the_line_from_it() -> None:
+    """The lower right automaton of the piece, at (2, 6), goes to the left of and above the corner at (0, 4)."""
+    medium = body()
+    place(medium, (-2.2, -1.9))
+    corner = int(np.flatnonzero((medium.grid.mesh.nodes == [0.0, 4.0]).all(axis=1))[0])
+    force = medium.forces_on_nodes()
+    assert np.flatnonzero(np.abs(force).max(axis=1)).tolist() == [corner]
+    np.testing.assert_allclose(force[corner] / np.hypot(*force[corner]), np.array([0.2, -0.1]) / np.hypot(0.2, 0.1), rtol=1e-12)
+
+
+@pytest.mark.parametrize(
+    "parameters",
+    [{}, {"scheme": "momentum"}, {"n": 2, "micro_steps": 2}, {"grid": {"boundaries": {"top": "fixed", "left": "absorbing"}}}],
+    ids=["lockstep", "momentum", "micro-steps", "fixed"],
+)
+def test_a_piece_that_is_thrown_at_the_grid_bounces_and_nothing_is_lost(parameters: dict[str, Any]) -> None:
+    medium = body(**parameters, step_size=0.1)
+    energy, piece = throw(medium, (0.0, -0.05)), piece_of(medium)
+    pressed = 0.0
+    for _ in range(60):
+        medium.step(1.0)
+        pressed = max(pressed, medium.balances()[0].stored["contact_energy"])
+        assert (medium.reference + medium.get("automata_displacement"))[piece, 1].min() > 4.0
+    assert pressed > 0.01 * energy
+    # It pushes the grid down, and goes up again.
+    assert medium.get("automata_velocity")[piece, 1].mean() > 0.002
+    assert abs(medium.get("energy_residual")) <= 0.01 * energy
+    size = medium.get("mass") * 0.05
+    assert np.abs(medium.get("momentum_residual")).max() <= 1e-15 * size
+    assert abs(medium.get("angular_momentum_residual")) <= 1e-14 * size
+    assert abs(medium.get("interface_work_difference")) <= 1e-14 * energy
+    assert not medium.cautions() and medium.report()["automata: pieces inside cells of the grid"] == 0.0
+
+
+def test_the_energy_of_a_bounce_closes_at_second_order() -> None:
+    """A quarter of the step leaves about a sixteenth of the error."""
+    residuals = []
+    for step in (0.2, 0.05):
+        medium = body(step_size=step)
+        throw(medium, (0.01, -0.05))
+        medium.step(40.0)
+        residuals.append(abs(medium.get("energy_residual")))
+    assert 6.0 <= residuals[0] / residuals[1] <= 40.0
+
+
+def test_without_it_pieces_fly_through_the_sides() -> None:
+    medium = body(side_contacts=False, step_size=0.1)
+    throw(medium, (0.0, -0.05))
+    medium.step(50.0)
+    assert (medium.reference + medium.get("automata_displacement"))[piece_of(medium), 1].min() < 3.8
+
+
+@pytest.mark.parametrize("micro", [1, 2])
+def test_a_run_goes_on_from_the_middle_of_a_contact_with_the_same_bits(micro: int) -> None:
+    def made() -> Coupled:
+        return body(micro, micro_steps=micro, step_size=0.2)
+
+    whole = made()
+    throw(whole, (0.01, -0.05))
+    again = made()
+    again.restore(whole.save())
+    whole.step(60.0)
+    touched = False
+    for until in (31.0, 32.0, 33.2, 36.0, 37.2, 60.0):
+        pieces = made()
+        pieces.restore(ge.Snapshot.from_bytes(again.save().to_bytes()))
+        pieces.step(round((until - pieces.time) / 0.2) * 0.2)
+        touched |= pieces.balances()[0].stored["contact_energy"] > 0.0
+        again = pieces
+    assert touched and again.save().to_bytes() == whole.save().to_bytes()
+
+
+def test_automata_that_stand_nearer_than_a_radius_touch_where_they_stand() -> None:
+    """They push once they come closer than that, so that nothing begins with an energy that nobody gave."""
+    medium = body()
+    sides = medium._sides  # noqa: SLF001
+    assert sides is not None and (sides.radius == 0.5).all()
+    piece, centres = piece_of(medium), medium.reference.copy()
+    centres[piece] -= [0.0, 1.8]
+    nodes = medium.grid.mesh.nodes
+    nearer = make_sides(medium.interface, sides.nodes, nodes, centres, 0.5, sides.stiffness).radius[piece]
+    np.testing.assert_allclose(np.sort(nearer), [0.2] * 3 + [0.5] * 6, rtol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"scheme": "literal", "micro_steps": 2}, "side_contacts: does not go with scheme = literal"),
+        ({"automata": {}}, "side_contacts: got true, and no automaton can come loose"),
+        ({"boundaries": {"left": "periodic", "right": "periodic"}}, "side_contacts: got true for a body that is closed"),
+    ],
+)
+def test_what_does_not_go_with_it_is_refused(changes: dict[str, Any], words: str) -> None:
+    automata = {"shape": rectangle(4.0, 4.0), **changes.pop("automata", {"criterion": STRONG})}
+    grid = {"mesh": mesh(4, 4), "boundaries": changes.pop("boundaries", {})}
+    with pytest.raises(ParameterError, match=words):
+        coupled(grid, automata, origin=[0.0, 4.0], side_contacts=True, **changes)
+
+
+def test_a_snapshot_with_sides_that_do_not_exist_is_refused() -> None:
+    medium = body(step_size=0.1)
+    throw(medium, (0.0, -0.05))
+    medium.step(30.0)
+    pairs = medium._block.room("side_pairs", 0)  # noqa: SLF001
+    assert medium._block.count("side_pairs") > 0  # noqa: SLF001
+    pairs[0, 1] = 1000
+    with pytest.raises(StepError, match="do not exist"):
+        medium.step(1.0)
