@@ -79,7 +79,7 @@ def advance(grid, automata, cracking, ties, seam, factors, steps, impulses, lite
                 progress[STAGE] = ACT
                 if cracking is not None:
                     note_travel(automata, cracking, time)
-                    if must_break(automata, cracking, own_tick):
+                    if must_break(automata, cracking, time, own_tick):
                         return BREAK
             moves, first = STILL, False
             if steps.swept:
