@@ -22,7 +22,7 @@ import numpy.typing as npt
 
 from ..support.arrays import FloatArray
 from ..support.jit import internal, internal_inlined, jit
-from .bond_strains import bond_strains, opposite_slot, pair_strains
+from .bond_strains import bond_strains, opposite_slot, pair_strains, strain_rates
 from .breaking.functions import failure
 from .mixture import both_shear, lame_of, mean_shear, shear_of, volumetric_stress
 from .pair import mirrored_slots, orient, turned
@@ -193,23 +193,24 @@ def bond_energy(body, bonds, displacement, half):
 
 
 @internal
-def update_bonds(body, bonds, law, displacement, half, dilation, stress, mark_out):
+def update_bonds(body, bonds, law, motion, half, dilation, stress, time, mark_out):
     """Let links that hold yield, and mark those that have to break.
 
     Args:
         body: a `Body`.
         bonds: `Bonds`, updated in place.
         law: a `Law`.
-        displacement: shape (n, 2) [m].
+        motion: a `Motion`; its velocities are those since the forces were computed last.
         half: see `pair.orient`, shape (n, 2).
         dilation: see `bond_dilations`, shape (n,).
         stress: see `bond_stresses`, shape (n, 3) [Pa].
+        time: since the forces were computed last [s].
         mark_out: the value that decided of each link that has to break, 0 of the others, shape (n, slots / 2).
 
     Returns:
         How many have to break, and the energy that flow and degradation took [J].
     """
-    slots, marked, lost = body.directions.shape[0], 0, 0.0
+    slots, marked, lost, displacement = body.directions.shape[0], 0, 0.0, motion.displacement
     for i in range(body.kind.size):
         for slot in range(slots // 2):
             mark_out[i, slot] = 0.0
@@ -220,10 +221,7 @@ def update_bonds(body, bonds, law, displacement, half, dilation, stress, mark_ou
                 equivalent = mean_equivalent_stress(body, bonds, dilation, stress, i, slot)
                 onset, _, _ = _response_of(law.response, law.rows, i, slot)
                 if equivalent > onset:
-                    before = pair_energy(body, bonds, displacement, half, i, slot)
-                    flow = _respond(body, bonds, law, displacement, half, dilation, i, slot, equivalent)
-                    # Flow takes place under the stress after it: the kicks before and after see that, not the one tried.
-                    lost += before - pair_energy(body, bonds, displacement, half, i, slot) - flow
+                    lost += _respond(body, bonds, law, motion, half, dilation, i, slot, equivalent, time)
             if law.criterion:
                 eps, gamma, _, _ = bond_strains(body, bonds, displacement, half, i, slot)
                 normal, tangential, equivalent, mean = pair_stress(body, bonds, displacement, half, dilation, stress, i, slot)
@@ -232,7 +230,7 @@ def update_bonds(body, bonds, law, displacement, half, dilation, stress, mark_ou
                     mark_out[i, slot] = value
                     marked += 1
     if not law.elastic:
-        lost += update_faces(bonds.ties, body, bonds, law, displacement, half, dilation, stress)
+        lost += update_faces(bonds.ties, body, bonds, law, motion, half, dilation, stress, time)
     return marked, lost
 
 
@@ -261,22 +259,35 @@ def _failure_of(strength, law, eps, gamma, normal, tangential, equivalent, mean,
 
 
 @internal_inlined
-def _respond(body, bonds, law, displacement, half, dilation, i, slot, equivalent):
-    """Write the history of a link that yields, at both of its ends; return the energy of its plastic strains alone [J]."""
+def _respond(body, bonds, law, motion, half, dilation, i, slot, equivalent, time):
+    """Write the history of a link that yields, at both of its ends; return the energy that this takes [J].
+
+    It is the work of the kicks before and after the drift less the change of the energy of the link, so that the balance of a
+    step closes: with its elastic strains u before the drift and w after it, and stiffnesses g and h,
+
+        S r G ((g - h) u.w + (g u + h w).de_p),
+
+    the area between the lines of loading and unloading, and the mean stress times the strain that has flowed.
+    """
+    displacement = motion.displacement
     eps, gamma, _, _ = bond_strains(body, bonds, displacement, half, i, slot)
     j, back = body.neighbours[i, slot], opposite_slot(body.directions.shape[0], slot)
     theta, shear = 0.5 * (dilation[i] + dilation[j]), shear_of(bonds.mixture.moduli, i, body.shear)
     onset, hardening, degradation = _response_of(law.response, law.rows, i, slot)
+    tried, sheared, before = eps - bonds.plastic[i, slot, 0], gamma - bonds.plastic[i, slot, 1], 1.0 + bonds.stiffness[i, slot]
     eps_p, gamma_p, stiffness, inelastic = respond(
-        equivalent, eps, gamma, theta, bonds.plastic[i, slot, 0], bonds.plastic[i, slot, 1], 1.0 + bonds.stiffness[i, slot],
+        equivalent, eps, gamma, theta, bonds.plastic[i, slot, 0], bonds.plastic[i, slot, 1], before,
         bonds.inelastic[i, slot], shear, onset, hardening, degradation,
     )  # fmt: skip
     more, across = eps_p - bonds.plastic[i, slot, 0], gamma_p - bonds.plastic[i, slot, 1]
+    stretching, shearing = strain_rates(body, motion, half, i, slot)
+    ux, uy, wx, wy = tried - time * stretching, sheared - time * shearing, eps - eps_p, gamma - gamma_p
     bonds.plastic[i, slot, 0], bonds.plastic[i, slot, 1] = eps_p, gamma_p
     bonds.plastic[j, back, 0], bonds.plastic[j, back, 1] = eps_p, gamma_p
     bonds.stiffness[i, slot], bonds.stiffness[j, back] = stiffness - 1.0, stiffness - 1.0
     bonds.inelastic[i, slot], bonds.inelastic[j, back] = inelastic, inelastic
-    return body.face[body.kind[i], slot] * body.diameter * shear * stiffness * (more * more + across * across)
+    flow = (before * ux + stiffness * wx) * more + (before * uy + stiffness * wy) * across
+    return body.face[body.kind[i], slot] * body.diameter * shear * ((before - stiffness) * (ux * wx + uy * wy) + flow)
 
 
 @internal_inlined

@@ -9,7 +9,7 @@ import numpy as np
 from ..support.arrays import FloatArray
 from ..support.jit import internal_inlined
 from .mixture import Mixture
-from .pair import strains
+from .pair import strains, turned
 from .state import Body
 from .ties import Ties
 
@@ -74,6 +74,17 @@ def bond_strains(body, bonds, displacement, half, i, slot):
     eps, gamma, less, sine = pair_strains(body, displacement, half, i, slot)
     along, across = _origin_of(bonds.origin, i, slot)
     return eps - along, gamma - across, less, sine
+
+
+@internal_inlined
+def strain_rates(body, motion, half, i, slot):
+    """Return the rates of the strains of a pair, along and across [1/s]."""
+    eps, gamma, less, sine = pair_strains(body, motion.displacement, half, i, slot)
+    j, inverse = body.neighbours[i, slot], 1.0 / body.diameter
+    nx, ny = turned(1.0, 0.0, body.directions[slot, 0], body.directions[slot, 1], less, sine)
+    vx, vy = motion.velocity[j, 0] - motion.velocity[i, 0], motion.velocity[j, 1] - motion.velocity[i, 1]
+    turning = 0.5 * (motion.spin[i] + motion.spin[j])
+    return (vx * nx + vy * ny) * inverse + turning * gamma, (vy * nx - vx * ny) * inverse - turning * (1.0 + eps)
 
 
 @internal_inlined

@@ -49,17 +49,18 @@ class Medium(NamedTuple):
 
 
 @internal
-def judge_bonds(medium, motion, scratch, judgement, contacts, count, losses, tick):
+def judge_bonds(medium, motion, scratch, judgement, contacts, count, losses, time, tick):
     """Let links weaken and yield in the positions as they are, and judge which have to break or may be made anew.
 
     Args:
         medium: a `Medium`; its bonds are updated in place.
-        motion: a `Motion`.
+        motion: a `Motion`; its velocities are those since the forces were computed last.
         scratch: a `Scratch`, overwritten.
         judgement: a `Judgement`, overwritten.
         contacts: `Contacts`.
         count: how many contacts there are.
         losses: see `release.FRACTURE`, updated in place.
+        time: since the forces were computed last [s].
         tick: number of the step.
 
     Returns:
@@ -74,7 +75,8 @@ def judge_bonds(medium, motion, scratch, judgement, contacts, count, losses, tic
     if law.elastic and not law.criterion:
         return rising
     bond_stresses(body, bonds, u, scratch.half, scratch.dilation, judgement.stress, 0, automata)
-    marked, lost = update_bonds(body, bonds, law, u, scratch.half, scratch.dilation, judgement.stress, judgement.mark)
+    half, dilation = scratch.half, scratch.dilation
+    marked, lost = update_bonds(body, bonds, law, motion, half, dilation, judgement.stress, time, judgement.mark)
     losses[INELASTIC] += lost
     return marked > 0 or rising or (law.linking_ticks > 0 and tick % law.linking_ticks == 0)
 
@@ -174,7 +176,7 @@ def advance(
             if losses[TRAVEL] > most_travel:
                 return SEARCH, done
             drift(motion, 0.5 * time, 0, medium.body.kind.size)
-            if judge_bonds(medium, motion, scratch, judgement, contacts, count, losses, tick + done):
+            if judge_bonds(medium, motion, scratch, judgement, contacts, count, losses, time, tick + done):
                 return BREAK, done
         add_forces(medium, motion, scratch, contacts, count, losses, time, tick + done)
         fastest = move(

@@ -15,7 +15,7 @@ from .pair import turned
 from .responses.functions import respond
 from .stress import equivalent_stress, virial
 from .tied_bonds import face_weight
-from .ties import face_strains, push, row_moment, row_strains, whole_face
+from .ties import face_strain_rates, face_strains, push, row_moment, row_strains, whole_face
 
 
 @internal_inlined
@@ -133,7 +133,7 @@ def faces_energy_of(ties, body, bonds, displacement, half, i):
 
 
 @internal
-def update_faces(ties, body, bonds, law, displacement, half, dilation, stress):
+def update_faces(ties, body, bonds, law, motion, half, dilation, stress, time):
     """Let tied faces that hold yield, by the stress of their automata; return the energy that this takes [J].
 
     Args:
@@ -141,21 +141,23 @@ def update_faces(ties, body, bonds, law, displacement, half, dilation, stress):
         body: a `Body`.
         bonds: `Bonds`, updated in place.
         law: a `Law` that is not elastic.
-        displacement: shape (n, 2) [m].
+        motion: a `Motion`; its velocities are those since the forces were computed last.
         half: see `pair.orient`, shape (n, 2).
         dilation: see `bond_dilations`, shape (n,).
         stress: see `bond_stresses`, shape (n, 3) [Pa].
+        time: since the forces were computed last [s].
     """
     lost = 0.0
     if ties is not None:
         for row in range(ties.automata.size):
             if face_weight(bonds, ties, row) == 1.0:
-                lost += _update_face(body, bonds, ties, law, displacement, half, dilation, stress, row)
+                lost += _update_face(body, bonds, ties, law, motion, half, dilation, stress, row, time)
     return lost
 
 
 @internal
-def _update_face(body, bonds, ties, law, displacement, half, dilation, stress, row):
+def _update_face(body, bonds, ties, law, motion, half, dilation, stress, row, time):
+    """Let a tied face yield; return the energy that this takes [J], as `bond_forces` counts that of a link."""
     i, slot, moduli = ties.automata[row], ties.slots[row], bonds.mixture.moduli
     left, shear = 1.0 + bonds.stiffness[i, slot], shear_of(moduli, i, body.shear)
     mean = (lame_of(moduli, i, body.lame) + 2.0 * shear * left / 3.0) * dilation[i]
@@ -164,8 +166,7 @@ def _update_face(body, bonds, ties, law, displacement, half, dilation, stress, r
     onset, hardening, degradation = _response_of(law.response, ties.materials[row])
     if not equivalent > onset:
         return 0.0
-    before = _face_energy(body, bonds, ties, displacement, half, row)
-    eps, gamma, _, _ = face_strains(body, ties, displacement, half, row)
+    eps, gamma, _, _ = face_strains(body, ties, motion.displacement, half, row)
     old_eps, old_gamma = bonds.plastic[i, slot, 0], bonds.plastic[i, slot, 1]
     eps_p, gamma_p, stiffness, inelastic = respond(
         equivalent, eps, gamma, dilation[i], old_eps, old_gamma, left, bonds.inelastic[i, slot], shear, onset, hardening,
@@ -173,11 +174,12 @@ def _update_face(body, bonds, ties, law, displacement, half, dilation, stress, r
     )  # fmt: skip
     bonds.plastic[i, slot, 0], bonds.plastic[i, slot, 1] = eps_p, gamma_p
     bonds.stiffness[i, slot], bonds.inelastic[i, slot] = stiffness - 1.0, inelastic
+    stretching, shearing = face_strain_rates(body, ties, motion, half, row)
+    ux, uy = eps - old_eps - time * stretching, gamma - old_gamma - time * shearing
+    wx, wy, more, across = eps - eps_p, gamma - gamma_p, eps_p - old_eps, gamma_p - old_gamma
     area, _ = whole_face(body, body.kind[i])
-    more, across = eps_p - old_eps, gamma_p - old_gamma
-    # As for links: flow takes place under the stress after it.
-    flow = 0.5 * body.diameter * area * shear * stiffness * (more * more + across * across)
-    return before - _face_energy(body, bonds, ties, displacement, half, row) - flow
+    flow = (left * ux + stiffness * wx) * more + (left * uy + stiffness * wy) * across
+    return 0.5 * body.diameter * area * shear * ((left - stiffness) * (ux * wx + uy * wy) + flow)
 
 
 @internal_inlined

@@ -100,6 +100,17 @@ def face_strains(body, ties, displacement, half, row):
 
 
 @internal_inlined
+def face_strain_rates(body, ties, motion, half, row):
+    """Return the rates of the strains of a tied face, along and across [1/s]."""
+    eps, gamma, less, sine = face_strains(body, ties, motion.displacement, half, row)
+    i, a, b, slot = ties.automata[row], ties.ends[row, 0], ties.ends[row, 1], ties.slots[row]
+    v, inverse, turning = motion.velocity, 2.0 / body.diameter, motion.spin[i]
+    nx, ny = turned(1.0, 0.0, body.directions[slot, 0], body.directions[slot, 1], less, sine)
+    vx, vy = 0.5 * (v[a, 0] + v[b, 0]) - v[i, 0], 0.5 * (v[a, 1] + v[b, 1]) - v[i, 1]
+    return (vx * nx + vy * ny) * inverse + turning * gamma, (vy * nx - vx * ny) * inverse - turning * (1.0 + eps)
+
+
+@internal_inlined
 def row_strains(body, ties, displacement, half, row):
     """Return the strains of a pair of a row, and cos - 1 and sin of its rotation."""
     return strains(displacement, half, ties.rows[row, 0], ties.rows[row, 1], 1.0, 0.0, body.diameter)

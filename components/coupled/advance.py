@@ -81,7 +81,7 @@ def advance(grid, automata, cracking, ties, seam, factors, steps, impulses, lite
                 if cracking is not None:
                     note_travel(automata, cracking, time)
                     note_travel_of_sides(cracking.sides, grid, cracking.losses, time)
-                    if must_break(automata, cracking, own_tick):
+                    if must_break(automata, cracking, time, own_tick):
                         return BREAK
             moves, first = STILL, False
             if steps.swept:

@@ -159,11 +159,11 @@ def update_automata_forces(automata, cracking, ties, seam, steps, time, tick, mo
 
 
 @internal
-def must_break(automata, cracking, tick):
-    """Let links weaken and yield; return whether some have to break, or may be made anew, before that."""
+def must_break(automata, cracking, time, tick):
+    """Let links weaken and yield after a drift of `time` [s]; return whether some break, or may be made anew, before that."""
     motion, scratch, judgement = automata.motion, automata.scratch, cracking.judgement
     contacts, count = cracking.contacts, cracking.contact_count
-    return judge_bonds(cracking.medium, motion, scratch, judgement, contacts, count, cracking.losses, tick)
+    return judge_bonds(cracking.medium, motion, scratch, judgement, contacts, count, cracking.losses, time, tick)
 
 
 @internal
