@@ -299,7 +299,7 @@ def wall_depth(solid, state, j):
     return depth if depth > 0.0 else 0.0
 
 
-@internal
+@jit
 def measure_wall(solid, state, tally):
     """Write the force of the wall on the body now [N]."""
     force = 0.0

@@ -8,7 +8,7 @@ from ...materials.finite_strain import nominal_stress
 from ...materials.stress_invariants import elastic_energy_density
 from ...materials.thermoviscoplastic import elastic_moduli
 from ...support.arrays import FloatArray
-from ...support.jit import internal, jit
+from ...support.jit import jit
 from ..hourglass import add_energy_of_ties, hold_columns
 from ..kernels import gather_forces
 from ..layout import IntArray, Solid, State
@@ -68,7 +68,7 @@ def write_gradients(solid, state, points, out):
             out[number, 3 * i], out[number, 3 * i + 1], out[number, 3 * i + 2] = x, c * y + s * z, c * z - s * y
 
 
-@internal
+@jit
 def write_pull(solid, state, scratch, points):
     """Write what some points pull with, without ties, from the stresses and gradients as they are."""
     body, pull, h, t = solid.body, scratch.pull, state.gradient, state.stress

@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from ...materials.stress_invariants import equivalent_stress, largest_principal, mean_stress
 from ...support.arrays import FloatArray
-from ...support.jit import internal, jit
+from ...support.jit import jit
 
 PRINCIPAL_STRESS, PLASTIC_STRAIN = 0, 1
 # A point parts a second time in a direction whose cosine with the first one is smaller.
@@ -94,7 +94,7 @@ def find_parting(solid, state, judged, found, nearest, tick):
     return count
 
 
-@internal
+@jit
 def decisive_value(state, judged, p):
     """Return what decides at a point, to be compared with its limit, and the direction of the largest principal stress."""
     h = state.gradient
@@ -110,7 +110,7 @@ def decisive_value(state, judged, p):
     return stress / volume, nx, ny, nz
 
 
-@internal
+@jit
 def index_normal(solid, state, judged, p, nx, ny, nz):
     """Return the unit normal, in index space, of the reference plane that has this normal (nx, ny, nz) now.
 
