@@ -229,6 +229,7 @@ def modules() -> dict[str, Path]:
 FOREIGN = {
     "_cache": "numba",
     "_compiler": "numba",
+    "_definitions": "numba",
     "_rebuild": "numba",
     "_reduce": "numba",
     "_unique_ids": "numba's marker of a kernel, in the key of its cache",

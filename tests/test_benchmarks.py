@@ -45,7 +45,7 @@ SMALL = {
     "numpy": (lambda: numpy_peer.measure(grains=30, ticks=5, rounds=2), 1),
     "scipy": (lambda: scipy_peer.measure(grains=20, tolerances=4, rounds=2), 1),
     "calls": (lambda: calls.measure(calls=5, rounds=2), 5),
-    "compilation": (lambda: compilation.measure(repeats=1), 6),
+    "compilation": (lambda: compilation.measure(repeats=1), 10),
     "gradient": (lambda: gradient.measure(steps=40, rounds=2, chains=("PEFRL, pressed", "PEFRL, viscous")), 3),
     "grid": (lambda: grid.measure(sides=(6, 9), triad_words=1000, rounds=2, smallest=6), 4),
     "automata": (lambda: automata.measure(side=8, triad_words=1000, rounds=2, cracking=2.3e-4, smallest=8), 8),

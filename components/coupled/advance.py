@@ -84,7 +84,7 @@ def advance(grid, automata, cracking, ties, seam, factors, steps, impulses, lite
                     if must_break(automata, cracking, time, own_tick):
                         return BREAK
             moves, first = STILL, False
-            if steps.swept:
+            if steps.swept is not None:
                 moves = DRIFT_TWO_HALF_KICKS if again or progress[MICRO] + 1 < steps.micro else DRIFT_HALF_KICK
             status += update_automata_forces(automata, cracking, ties, seam, steps, time, own_tick, moves)
             if cracking is not None:

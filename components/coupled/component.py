@@ -158,7 +158,7 @@ class Coupled(Component):
         limit = _LARGEST_MOVE * automata.packing.diameter / (self.step_size / self.micro_steps)
         scheme = SCHEMES[self.parameters.scheme]
         swept = scheme != LITERAL and automata.steps.ties is None and not automata.parameters.has_bonds
-        self._steps = Steps(self.step_size, self.micro_steps, scheme, limit, swept)
+        self._steps = Steps(self.step_size, self.micro_steps, scheme, limit, 1 if swept else None)
         self._halves = make_parts(body, 2) if swept and self._has_two_halves else []
         self._cracking = automata.steps if isinstance(automata.steps, CrackingSpecimen) else None
         self._sides = self._make_sides()

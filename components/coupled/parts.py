@@ -105,14 +105,15 @@ class Steps(NamedTuple):
         micro: steps of the automata in it.
         scheme: see `exchange.SCHEMES`.
         speed_limit: of automata [m/s].
-        swept: whether one sweep moves the automata, computes their forces and kicks them: links all hold, none is tied.
+        swept: 1 where one sweep moves the automata, computes their forces and kicks them, as links all hold and none is tied;
+            else None, and what follows a sweep is not compiled.
     """
 
     step: float
     micro: int
     scheme: int
     speed_limit: float
-    swept: bool
+    swept: int | None
 
 
 def drive_body(body: Body, driven: IntArray) -> Body:
@@ -218,14 +219,15 @@ def begin_automata(automata, seam, state, steps, time, first):
         first: whether no sweep has kicked them yet.
     """
     motion = automata.motion
-    if steps.swept and not first:
-        kick_marked(automata, 0.5 * time)
-    else:
+    if steps.swept is None:
         kick_automata(automata, 0.5 * time, steps.speed_limit * steps.speed_limit)
-    if not steps.swept:
         automata_motion.drift(motion, time, 0, automata.body.kind.size)
+    elif first:
+        kick_automata(automata, 0.5 * time, steps.speed_limit * steps.speed_limit)
+    else:
+        kick_marked(automata, 0.5 * time)
     follow(seam.interface, state, motion)
-    if steps.swept:
+    if steps.swept is not None:
         # They are where they will be: the sweep lets them drift too.
         for place in range(seam.interface.automata.size):
             i = seam.interface.automata[place]
@@ -235,7 +237,7 @@ def begin_automata(automata, seam, state, steps, time, first):
 @internal
 def finish_automata(automata, steps, time):
     """Kick the automata for the second half of a step where no sweep has; return the largest squared speed of these."""
-    if not steps.swept:
+    if steps.swept is None:
         return kick_automata(automata, 0.5 * time, steps.speed_limit * steps.speed_limit)
     motion = automata.motion
     for row in range(automata.marked.size):

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from math import sqrt
 
-from ..support.jit import inlined
+from ..support.jit import internal_inlined
 from ..support.powers import power
 from .ends import ABSORBING
 
@@ -16,7 +16,7 @@ from .ends import ABSORBING
 _VACUUM = 1e-6
 
 
-@inlined
+@internal_inlined
 def flux_of(medium, density, velocity, pressure, fraction):
     """Return the flux of a state: density [kg/m^3], velocity [m/s], pressure [Pa], and the part that has not reacted."""
     mass = density * velocity
@@ -25,7 +25,7 @@ def flux_of(medium, density, velocity, pressure, fraction):
     return mass, mass * velocity + pressure, velocity * heat + mass * (kinetic + fraction * medium.heat), mass * fraction
 
 
-@inlined
+@internal_inlined
 def hllc_flux(medium, left, right):
     """Return the flux between two states, each density, velocity, pressure and the part that has not reacted."""
     gamma = medium.gamma
@@ -53,7 +53,7 @@ def hllc_flux(medium, left, right):
     return mass, mass * velocity + pressure, velocity * (density * energy + pressure), mass * y
 
 
-@inlined
+@internal_inlined
 def wall_flux(medium, state, side):
     """Return the flux at a rigid wall: its pressure alone, that between the state and its mirror image.
 
@@ -70,7 +70,7 @@ def wall_flux(medium, state, side):
     return 0.0, p + r * (speed + out) * out, 0.0, 0.0
 
 
-@inlined
+@internal_inlined
 def opening_flux(medium, state, side, outside):
     """Return the flux through an opening into a room at rest.
 
@@ -104,7 +104,7 @@ def opening_flux(medium, state, side, outside):
     return flux_of(medium, room / (medium.gas_constant * medium.outside_temperature), side * speed, room, 0.0)
 
 
-@inlined
+@internal_inlined
 def end_flux(medium, state, side, code, is_open, outside):
     """Return the flux at an end; `code` is that of `ends`, a diaphragm is a wall until `is_open`."""
     if code == ABSORBING:

@@ -13,7 +13,7 @@ from __future__ import annotations
 
 from math import sqrt
 
-from ..support.jit import inlined, jit
+from ..support.jit import internal, internal_inlined, jit
 from .ends import ABSORBING, DIAPHRAGM
 from .fluxes import end_flux, hllc_flux
 from .layout import (
@@ -82,7 +82,7 @@ def advance(medium, tube, state, scratch, signals, areas, tally, first_tick, eve
     return 0
 
 
-@jit
+@internal
 def change_area(medium, state, areas, factor, tally, failed):
     """Let the walls move to a new area, before the tick, and tally the work that they do; return 0 or a status.
 
@@ -114,7 +114,7 @@ def change_area(medium, state, areas, factor, tally, failed):
     return 0
 
 
-@jit
+@internal
 def flow(medium, tube, state, scratch, signals, tally, tick, events, counts, failed):
     """Move the gas by one step of Heun: a whole step, and a second one from there, of which the mean is taken.
 
@@ -147,7 +147,7 @@ def flow(medium, tube, state, scratch, signals, tally, tick, events, counts, fai
     return 0
 
 
-@jit
+@internal
 def compute_fluxes(medium, tube, state, scratch, signals, tick, events, counts):
     """Write the fluxes through all faces, of the stage whose cells are in scratch."""
     n = state.density.size
@@ -175,7 +175,7 @@ def compute_fluxes(medium, tube, state, scratch, signals, tick, events, counts):
     compute_end_fluxes(medium, tube, state, scratch, signals, tick, events, counts)
 
 
-@jit
+@internal
 def compute_end_fluxes(medium, tube, state, scratch, signals, tick, events, counts):
     """Write the fluxes at both ends; a diaphragm on which the pressure is too high opens."""
     n = state.density.size
@@ -198,7 +198,7 @@ def compute_end_fluxes(medium, tube, state, scratch, signals, tick, events, coun
         mass[face], impulse[face], energy[face], fuel[face] = found
 
 
-@inlined
+@internal_inlined
 def add_event(events, counts, tick, kind, index, value, limit):
     """Append a row to the events."""
     row = counts[0]
@@ -206,7 +206,7 @@ def add_event(events, counts, tick, kind, index, value, limit):
     counts[0] = row + 1
 
 
-@jit
+@internal
 def fill_ghosts(tube, state, scratch):
     """Write the ghost cells: the mirror image at a wall, a copy elsewhere."""
     n = state.density.size
@@ -219,7 +219,7 @@ def fill_ghosts(tube, state, scratch):
         scratch.fraction[ghost] = scratch.fraction[cell]
 
 
-@jit
+@internal
 def tally_ends(medium, state, scratch, tally):
     """Add to the tally what one stage, half a step, lets in at the ends."""
     n = state.density.size
@@ -232,7 +232,7 @@ def tally_ends(medium, state, scratch, tally):
         tally[ENERGY + side] += share * scratch.fluxes[2, face]
 
 
-@inlined
+@internal_inlined
 def face_areas(area, i):
     """Return the areas of the faces of a cell: means of neighbours, at the ends that of the cell."""
     here = area[i]
@@ -241,7 +241,7 @@ def face_areas(area, i):
     return 0.5 * (before + here), 0.5 * (here + behind)
 
 
-@inlined
+@internal_inlined
 def losses_of(fluxes, area, pressure, rate, i):
     """Return what a cell loses in a whole step: density, momentum, energy, fuel; and the force of its walls on it."""
     mass, impulse, energy, fuel = fluxes[0], fluxes[1], fluxes[2], fluxes[3]
@@ -256,7 +256,7 @@ def losses_of(fluxes, area, pressure, rate, i):
     )
 
 
-@jit
+@internal
 def update_first(medium, state, scratch, tally):
     """Write what a whole step makes of the state."""
     first, rate, wall = scratch.first, medium.step_size / medium.cell_size, 0.0
@@ -270,7 +270,7 @@ def update_first(medium, state, scratch, tally):
     tally[WALL_IMPULSE] += 0.5 * medium.step_size * wall
 
 
-@jit
+@internal
 def update_second(medium, state, scratch, tally):
     """Write the mean of the state and of what a second whole step makes of the first."""
     first, rate, wall = scratch.first, medium.step_size / medium.cell_size, 0.0
@@ -284,7 +284,7 @@ def update_second(medium, state, scratch, tally):
     tally[WALL_IMPULSE] += 0.5 * medium.step_size * wall
 
 
-@jit
+@internal
 def add_heat(medium, tube, state, heat_rate, tally):
     """Heat the ignition zone evenly by a power [W] over the tick."""
     if heat_rate != 0.0:
@@ -298,7 +298,7 @@ def add_heat(medium, tube, state, heat_rate, tally):
         tally[IGNITION] += medium.step_size * heat_rate
 
 
-@inlined
+@internal_inlined
 def react(medium, tube, density, pressure, fraction):
     """Return the part that has not reacted after a tick, and the pressure that a law has written over the old one."""
     if medium.law == PRESSURE_BURN:
@@ -310,7 +310,7 @@ def react(medium, tube, density, pressure, fraction):
     return fraction, pressure
 
 
-@jit
+@internal
 def finish(medium, tube, state, tally, tick, events, counts, failed):
     """Let the gas react, compute velocity, pressure and progress, note what happened; return 0 or a status."""
     gamma, heat = medium.gamma, medium.heat
@@ -349,7 +349,7 @@ def finish(medium, tube, state, tally, tick, events, counts, failed):
     return 0
 
 
-@jit
+@internal
 def note_front(tube, state, cell, progress, tick, events, counts):
     """Note that a front has passed a cell: the first that burns, a gauge, an end."""
     flags, last = state.flags, state.density.size - 1

@@ -7,14 +7,14 @@ from __future__ import annotations
 
 from typing import Literal
 
-from ..support.jit import inlined
+from ..support.jit import internal_inlined
 
 LimiterName = Literal["first_order", "minmod", "monotonized_central"]
 # Name -> theta.
 LIMITERS: dict[str, float] = {"first_order": 0.0, "minmod": 1.0, "monotonized_central": 2.0}
 
 
-@inlined
+@internal_inlined
 def limited_difference(theta, back, onward):
     """Return the limited difference over a cell; 0 at an extremum."""
     a, b = abs(back), abs(onward)

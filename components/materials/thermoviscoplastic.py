@@ -28,7 +28,7 @@ from __future__ import annotations
 import math
 from typing import Literal, NamedTuple
 
-from ..support.jit import inlined
+from ..support.jit import internal_inlined
 from ..support.parameter_fields import field
 from ..support.powers import exponential, power
 from ..support.tagged_union import Named
@@ -158,7 +158,7 @@ class FlowConstants(NamedTuple):
     heating: float
 
 
-@inlined
+@internal_inlined
 def elastic_moduli(law, temperature):
     """Return Lame's constants lambda and mu [Pa] at a temperature [K]."""
     rise = temperature - law.reference_temperature
@@ -168,19 +168,19 @@ def elastic_moduli(law, temperature):
     return 2.0 * shear * poisson / (1.0 - 2.0 * poisson), shear
 
 
-@inlined
+@internal_inlined
 def expansion_of(law, temperature):
     """Return alpha [1/K] at a temperature [K]."""
     return law.expansion + law.expansion_slope * (temperature - law.reference_temperature)
 
 
-@inlined
+@internal_inlined
 def hardening_of(law, strain):
     """Return (1 + e / e0)^n."""
     return power(1.0 + strain * law.hardening_rate, law.hardening_exponent)
 
 
-@inlined
+@internal_inlined
 def initial_flow_stress(law, temperature):
     """Return g before any plastic strain [Pa], and its derivative by temperature [Pa/K]."""
     rise = temperature - law.reference_temperature
@@ -193,14 +193,14 @@ def initial_flow_stress(law, temperature):
     return stress, -2.0 * law.yield_curvature * rise * left - base * law.softening * law.softening_rate * grown
 
 
-@inlined
+@internal_inlined
 def flow_stress(law, strain, temperature):
     """Return g [Pa] at an equivalent plastic strain and a temperature [K]."""
     stress, _ = initial_flow_stress(law, temperature)
     return stress * hardening_of(law, strain)
 
 
-@inlined
+@internal_inlined
 def advance_stress(law, xx, yy, zz, xy, yz, zx, dxx, dyy, dzz, dxy, dyz, dzx, strain, temperature):
     """Advance one point by a tick; return the six stresses [Pa], plastic strain, temperature [K], plastic work [J/m^3].
 
@@ -239,7 +239,7 @@ def advance_stress(law, xx, yy, zz, xy, yz, zx, dxx, dyy, dzz, dxy, dyz, dzx, st
     return txx - swelling, tyy - swelling, tzz - swelling, txy, tyz, tzx, strain + flow, temperature + rise, work
 
 
-@inlined
+@internal_inlined
 def implicit_flow(law, before, trial, strain, temperature, shear):
     """Return the plastic strain of a tick, the root of q_trial - 3 mu de = g(e + de) (de / (e0' dt))^(1/m).
 
@@ -278,7 +278,7 @@ def implicit_flow(law, before, trial, strain, temperature, shear):
     return flow
 
 
-@inlined
+@internal_inlined
 def _grown(x, p):
     """Return (1 + x)^p for x >= 0 and 0 <= p <= 1; by its series where that is exact, which costs a fifth."""
     if x > _SHORT_SERIES:
@@ -292,7 +292,7 @@ def _grown(x, p):
     return 1.0 + x * p * series
 
 
-@inlined
+@internal_inlined
 def tangent_flow(law, before, along, strain, temperature, shear):
     """Return the plastic strain of a tick by the tangent modulus, never less than 0.
 

@@ -17,12 +17,12 @@ from math import sqrt
 import numpy as np
 
 from ..materials.thermoviscoplastic import flow_stress
-from ..support.jit import jit
+from ..support.jit import internal, jit
 from .geometry.lattice import Lattice
 from .layout import Hourglass, IntArray
 
 
-@jit
+@internal
 def misfit(solid, state, c, d):
     """Return r of the tie from column c to column d [m]: x, y, z."""
     tied, u, h = solid.hourglass, state.displacement, state.gradient
@@ -46,7 +46,7 @@ def misfit(solid, state, c, d):
     return x, y, z
 
 
-@jit
+@internal
 def largest_force(solid, state, c, d, section):
     """Return what the flow stress lets a tie bear [N]: that of the weaker column."""
     points = solid.hourglass.points
@@ -109,7 +109,7 @@ def hourglass_energy(solid, state):
     return energy
 
 
-@jit
+@internal
 def add_energy_of_ties(solid, state, c, energy):
     """Return an energy and that of the ties of a column, half of each: the other column has the rest [J]."""
     tied = solid.hourglass

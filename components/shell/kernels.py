@@ -16,7 +16,7 @@ import numpy as np
 
 from ..materials.finite_strain import nominal_stress, strain_and_spin, turn_stress
 from ..materials.thermoviscoplastic import advance_stress, elastic_moduli
-from ..support.jit import inlined, jit
+from ..support.jit import internal, internal_inlined, jit
 from .hourglass import hold_columns
 from .layout import (
     BOUNDARY_IMPULSE,
@@ -126,7 +126,7 @@ def kick(solid, state, scratch, signals, pressures, tally):
     tally[PRESSURE_WORK] += work
 
 
-@jit
+@internal
 def surface_area(surface, u, s):
     """Return the area of the inner surface on one of its nodes, along its normal into the body [m^2]: x, y, z.
 
@@ -138,7 +138,7 @@ def surface_area(surface, u, s):
     return 0.25 * (ay * bz - az * by), 0.25 * (az * bx - ax * bz), 0.25 * (ax * by - ay * bx)
 
 
-@jit
+@internal
 def edge(surface, u, first, second):
     """Return the vector from one node of the surface to another, as they are now [m]."""
     a, b, x = surface.nodes[first], surface.nodes[second], surface.reference
@@ -249,7 +249,7 @@ def update_stresses(solid, state, scratch, begin, end, failed):
     return 0
 
 
-@inlined
+@internal_inlined
 def dissipation(lame, shear, axx, ayy, azz, axy, ayz, azx, bxx, byy, bzz, bxy, byz, bzx, dxx, dyy, dzz, dxy, dyz, dzx):
     """Return the work of a tick that is not stored, by the mean of both stresses: plastic, and against thermal expansion.
 
@@ -292,7 +292,7 @@ def gather_forces(solid, state, scratch, begin, end):
         force[j, 0], force[j, 1], force[j, 2] = x, y, z
 
 
-@jit
+@internal
 def wall_depth(solid, state, j):
     """Return how far a node is behind the wall [m]."""
     depth = solid.wall[1] * (solid.wall[0] - (solid.reference[j, 0] + state.displacement[j, 0]))

@@ -4,8 +4,10 @@ What other kernels alone call is contained in these, and optimized with them. Ot
 for itself and once more in each of its callers, and half of the time of a compilation would go into machine code that nothing
 calls.
 
-This stands on the inside of numba, which may change with any version of it. Where something is missing, importing this module
-raises `ImportError`, and `jit` and `kernel_cache` do without: the same results, compiled in every process.
+Three more things save time: see `absent_arguments`, `direct_values` and `compiler_flags`.
+
+All of this stands on the inside of numba, which may change with any version of it. Where something is missing, importing this
+module raises `ImportError`, and `jit` and `kernel_cache` do without: the same results, compiled in every process.
 """
 
 from __future__ import annotations
@@ -18,7 +20,13 @@ from numba.core import types
 from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import CompilerBase, CompileResult, DefaultPassBuilder
 from numba.core.compiler_machinery import LoweringPass, register_pass
-from numba.core.typed_passes import IRLegalization
+from numba.core.lowering import Lower
+from numba.core.typed_passes import IRLegalization, NativeLowering
+from numba.core.untyped_passes import InlineClosureLikes
+
+from .absent_arguments import DecideTestsForNone
+from .compiler_flags import QuickFlags
+from .direct_values import DirectLowering
 
 _METHODS = {
     JITCodeLibrary: (
@@ -26,6 +34,7 @@ _METHODS = {
         "_optimize_final_module", "add_ir_module", "enable_object_caching", "serialize_using_object_code",
     ),
     CompileResult: ("_rebuild", "_reduce"),
+    Lower: ("_find_singly_assigned_variable",),
 }  # fmt: skip
 for _kind, _names in _METHODS.items():
     for _name in _names:
@@ -98,11 +107,21 @@ class _MakeMachineCode(LoweringPass):
 
     def run_pass(self, state: Any) -> Any:
         """Make the library; return whether the state has changed."""
-        if not any(isinstance(kind, types.BaseTuple) for kind in state.args):
+        if not _has_tuple_of_arrays(state.args):
             return False
         state.library = MachineCode(state.targetctx.codegen(), state.func_id.func_qualname)
         state.library.enable_object_caching()
         return True
+
+
+def _has_tuple_of_arrays(arguments: Any) -> bool:
+    return any(_has_array(kind) for kind in arguments if isinstance(kind, types.BaseTuple))
+
+
+def _has_array(kind: Any) -> bool:
+    if isinstance(kind, types.BaseTuple):
+        return any(map(_has_array, iter(kind)))  # type: ignore[call-overload]
+    return isinstance(kind, types.Array)
 
 
 @register_pass(mutates_CFG=False, analysis_only=False)
@@ -121,22 +140,52 @@ class _MakeIntermediateCode(LoweringPass):
 
 
 class _Compiler(CompilerBase):
-    """The compiler of numba, but for what it makes."""
+    """The compiler of numba, but for what it makes, and for passes that save time.
+
+    Attributes:
+        making: the pass that makes the library.
+        parts: the modules that say what it does besides this one.
+    """
 
     making: type[LoweringPass]
+    parts = tuple(one.__module__ for one in (DecideTestsForNone, QuickFlags, DirectLowering))
+
+    def __init__(
+        self, typing_context: Any, context: Any, library: Any, arguments: Any, returned: Any, flags: Any, kinds: Any
+    ) -> None:
+        flags = QuickFlags(flags)
+        if self._counts_no_references(arguments):
+            flags.nrt = False
+        super().__init__(typing_context, context, library, arguments, returned, flags, kinds)
+
+    def _counts_no_references(self, arguments: Any) -> bool:
+        """Return whether references to arrays are not counted for such arguments; more than what the flags say."""
+        return False
 
     def define_pipelines(self) -> list[Any]:
-        """Return numba's passes, and one before the last."""
+        """Return numba's passes with two more, and another one for the last."""
         manager = DefaultPassBuilder.define_nopython_pipeline(self.state)
+        manager.add_pass_after(DecideTestsForNone, InlineClosureLikes)
         manager.add_pass_after(self.making, IRLegalization)
+        manager.passes = [(DirectLowering, text) if one is NativeLowering else (one, text) for one, text in manager.passes]
         manager.finalize()
         return [manager]
 
 
-class EntryCompiler(_Compiler):
-    """The compiler of functions that Python calls."""
+class UserEntryCompiler(_Compiler):
+    """The compiler of functions of others that Python calls."""
 
     making = _MakeMachineCode
+
+
+class EntryCompiler(UserEntryCompiler):
+    """The compiler of functions of this package that Python calls: those that take tuples of arrays make none.
+
+    Python holds the arrays of the tuples meanwhile: to count references to each takes as long to compile as the rest.
+    """
+
+    def _counts_no_references(self, arguments: Any) -> bool:
+        return _has_tuple_of_arrays(arguments)
 
 
 class IntermediateCompiler(_Compiler):

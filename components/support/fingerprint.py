@@ -120,8 +120,9 @@ def is_of_package(function: Any) -> bool:
 
 @lru_cache
 def _pipeline_text(pipeline: type) -> str:
-    """Return what a compiler of this package does: its name, and the source that it is in."""
-    source = inspect.getsource(sys.modules[pipeline.__module__])
+    """Return what a compiler of this package does: its name, and the sources of the modules that it is made of."""
+    modules = (pipeline.__module__, *getattr(pipeline, "parts", ()))
+    source = "\n".join(inspect.getsource(sys.modules[module]) for module in modules)
     return f"{pipeline.__qualname__} {hashlib.sha256(source.encode()).hexdigest()}"
 
 

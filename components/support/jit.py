@@ -35,7 +35,10 @@ _INTERNAL = {"no_cpython_wrapper": True, "_nrt": False}
 
 
 def jit(function: F) -> F:
-    """Compile for this CPU without any reassociation: the same bits with the JIT on or off. The GIL is released."""
+    """Compile for this CPU without any reassociation: the same bits with the JIT on or off. The GIL is released.
+
+    A function of this package that takes a tuple of arrays may make none.
+    """
     return _compile(function)
 
 
@@ -102,7 +105,8 @@ def _compile(function: F, **options: Any) -> F:
         return _keep_on_disk(_Kernel(function, targetoptions=_without_internal(options)))
     if options.get("no_cpython_wrapper"):
         return _keep_on_disk(_Internal(function, targetoptions=options, pipeline_class=code_libraries.IntermediateCompiler))
-    return _keep_on_disk(_Kernel(function, targetoptions=options, pipeline_class=code_libraries.EntryCompiler))
+    compiler = code_libraries.EntryCompiler if is_of_package(function) else code_libraries.UserEntryCompiler
+    return _keep_on_disk(_Kernel(function, targetoptions=options, pipeline_class=compiler))
 
 
 def _without_internal(options: dict[str, Any]) -> dict[str, Any]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from .jit import inlined
+from .jit import inlined, internal_inlined
 
 _LN2 = 0.6931471805599453
 _TWO_OVER_LN2 = 2.8853900817779268
@@ -40,7 +40,7 @@ def power(x, p):
     return 0.0 if whole < -1022.0 else (np.inf if whole > 1023.0 else result)
 
 
-@inlined
+@internal_inlined
 def exponential(x):
     """e^x to about an ulp; 0 below x = -708, infinite above 709."""
     inside = _SMALLEST if x < _SMALLEST else (_LARGEST if x > _LARGEST else x)
@@ -51,7 +51,7 @@ def exponential(x):
     return 0.0 if x < _SMALLEST else (np.inf if x > _LARGEST else result)
 
 
-@inlined
+@internal_inlined
 def _logarithm(fraction):
     """log2 for sqrt(1/2) < fraction <= sqrt(2), by the series of artanh."""
     s = (fraction - 1.0) / (fraction + 1.0)
@@ -70,7 +70,7 @@ def _logarithm(fraction):
     return _TWO_OVER_LN2 * (s + s * (q * series))
 
 
-@inlined
+@internal_inlined
 def _exponential(z):
     """e^z for |z| <= 0.35, by its series."""
     series = 1.0 / 6227020800.0

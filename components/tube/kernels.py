@@ -10,7 +10,7 @@ from math import sqrt
 
 from ..detonation.limiters import limited_difference
 from ..shell.kernels import surface_area
-from ..support.jit import jit
+from ..support.jit import internal, jit
 from ..support.powers import power
 
 # Entries of the tally since the reset: what has left through openings, and the work of the shell on the room.
@@ -21,7 +21,7 @@ EMPTIED = 1
 _THETA = 1.0
 
 
-@jit
+@internal
 def overlap_pressure(interface, pressure, overlap):
     """Return the mean pressure of the gas over an overlap [Pa]."""
     i, last = interface.cell[overlap], pressure.size - 1
@@ -167,7 +167,7 @@ def move_wall(medium, gas, interface, pressures, widening, works, growth, taken,
     return 0
 
 
-@jit
+@internal
 def update_pressure(medium, gas, i):
     """Write the pressure of a cell from what is conserved; return whether there is any."""
     kinetic = 0.5 * gas.momentum[i] * gas.velocity[i]
@@ -175,7 +175,7 @@ def update_pressure(medium, gas, i):
     return gas.pressure[i] > 0.0
 
 
-@jit
+@internal
 def nozzle_flow(gamma, density, pressure, room_pressure):
     """Return the mass flow through an ideal nozzle [kg/(m^2 s)] from gas at rest into a room; 0 where that has more pressure.
 

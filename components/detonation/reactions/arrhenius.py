@@ -12,7 +12,7 @@ import math
 from typing import ClassVar, Literal
 
 from ...support.elementary import exponential
-from ...support.jit import inlined
+from ...support.jit import internal_inlined
 from ...support.parameter_fields import Positive, field
 from ...support.powers import power
 from ..chapman_jouguet import Detonation
@@ -71,7 +71,7 @@ def half_reaction_integral(gas: Gas, front: Detonation, ahead: tuple[float, floa
     return total * step / 3.0
 
 
-@inlined
+@internal_inlined
 def burn_by_arrhenius(constants, density, pressure, fraction, step):
     """Return what has not reacted after a step, of what had not before it."""
     exponent = constants[1] * density / pressure

@@ -14,7 +14,7 @@ from __future__ import annotations
 
 from typing import ClassVar, Literal
 
-from ...support.jit import inlined
+from ...support.jit import internal_inlined
 from ...support.parameter_fields import field
 from ..chapman_jouguet import Detonation
 from ..gases import Gas
@@ -41,7 +41,7 @@ class ConstantVolume(Reaction):
         ]
 
 
-@inlined
+@internal_inlined
 def burn_at_constant_volume(constants, density, pressure, fraction):
     """Return what has not reacted, and the pressure that is written over the old one."""
     new = 1.0 - (1.0 / density - constants[0]) / (constants[1] - constants[0])

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from typing import ClassVar, Literal
 
-from ...support.jit import inlined
+from ...support.jit import internal_inlined
 from ...support.parameter_fields import field
 from ..chapman_jouguet import Detonation
 from ..gases import Gas
@@ -45,7 +45,7 @@ class PressureBurn(Reaction):
         return self.trigger * front.burnt.pressure, front.speed / (self.width * cell_size)
 
 
-@inlined
+@internal_inlined
 def burn_by_pressure(constants, pressure, fraction, step):
     """Return what has not reacted after a step, of what had not before it."""
     left = fraction - step * constants[1]

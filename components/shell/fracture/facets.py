@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...support.jit import inlined, jit
+from ...support.jit import internal_inlined, jit
 
 # A facet in the state: its point, its middle, its normal in index space, half its extent along the thickness, its tick.
 FACET_ROWS = ("f8", (9,))
@@ -33,7 +33,7 @@ class LatticeTable(NamedTuple):
     period: int
 
 
-@inlined
+@internal_inlined
 def crosses(facet, period, ax, ay, az, bx, by, bz):
     """Return whether the line from a to b crosses a facet; all in index space, a within half a period of the facet."""
     cx, cy, cz, nx, ny, nz = facet[1], facet[2], facet[3], facet[4], facet[5], facet[6]
@@ -50,7 +50,7 @@ def crosses(facet, period, ax, ay, az, bx, by, bz):
     return abs(x) <= half and abs(y) <= half and abs(z) <= facet[7] + _OVERLAP
 
 
-@inlined
+@internal_inlined
 def round_to_period(distance, period):
     """Return the whole number of periods that is nearest to a distance."""
     return period * np.floor(distance / period + 0.5)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ...support.jit import jit
+from ...support.jit import internal, jit
 from ..shape_functions import SMALLEST_PIVOT
 
 
@@ -72,7 +72,7 @@ def least_squares_rows(offsets, weights, slopes, size, values, gradients, sound)
             values[s, j] *= weights[s, j]
 
 
-@jit
+@internal
 def write_basis(offset, length, size, p):
     """Write the basis at an offset over a length: 1, the coordinates, and of ten functions their products."""
     x, y, z = offset[0] / length, offset[1] / length, offset[2] / length
@@ -81,7 +81,7 @@ def write_basis(offset, length, size, p):
         p[4], p[5], p[6], p[7], p[8], p[9] = x * x, y * y, z * z, y * z, z * x, x * y
 
 
-@jit
+@internal
 def decompose_in_place(moment, factor, size):
     """Write L below the diagonal and D on it, of a symmetric matrix given below; return whether it is regular."""
     for row in range(size):
@@ -99,7 +99,7 @@ def decompose_in_place(moment, factor, size):
     return True
 
 
-@jit
+@internal
 def solve_in_place(factor, size, x):
     """Put the solution of L D L^T x = right in the place of the right side."""
     for row in range(size):

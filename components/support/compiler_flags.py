@@ -1,0 +1,28 @@
+"""Numba's flags of a compilation, compared fast: numba compares them one by one, for each operation whose type it looks up."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from numba.core.compiler import Flags
+
+
+class QuickFlags(Flags):
+    """Flags that are told by one text, which is made where they are first looked up: they change no more then."""
+
+    __slots__ = ("_text",)
+
+    def __hash__(self) -> int:
+        """Return the hash of the text."""
+        return hash(self._told())
+
+    def __eq__(self, other: Any) -> bool:
+        """Return whether the same flags are set to the same values."""
+        return self is other or (isinstance(other, QuickFlags) and self._told() == other._told())
+
+    def _told(self) -> str:
+        try:
+            return self._text
+        except AttributeError:
+            self._text = self.summary()
+            return self._text
