@@ -5,17 +5,20 @@ from pathlib import Path
 import appearance
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.cm import ScalarMappable
 from matplotlib.collections import EllipseCollection
-from matplotlib.colors import ListedColormap
+from matplotlib.colors import ListedColormap, Normalize
+from matplotlib.ticker import FuncFormatter, MultipleLocator
 
 import granular_env as ge
 from granular_env.viewing import figure_style
 
 IMAGES = Path(__file__).parent / "images"
+MILLIMETRES = FuncFormatter(lambda place, _: f"{1e3 * place:.0f}")
 # Experiment -> times that are shown [s].
 SHOWN = {
     "psakhie-2003/uniaxial-compression": (2.5e-4, 2.6e-4, 2.75e-4, 3.0e-4),
-    "psakhie-2003/brazilian-disc": (1.06e-4, 1.1e-4, 1.2e-4, 1.3e-4),
+    "psakhie-2003/brazilian-disc": (1.1e-4, 1.14e-4, 1.2e-4, 1.3e-4),
 }
 
 
@@ -37,12 +40,21 @@ def show(axes: Axes, automata: ge.Component) -> None:
 @figure_style.with_style
 def failures() -> None:
     """Draw both experiments as they fail, one below the other."""
-    figure = figure_style.new_figure(9.6, 7.4)
-    rows = figure.subplots(2, 4, height_ratios=(2.0, 1.1))
+    figure = figure_style.new_figure(10.4, 7.8)
+    rows = figure.subplots(2, 4, height_ratios=(2.0, 1.1), sharey="row")
     for axes, (name, times) in zip(rows, SHOWN.items(), strict=True):
         for one, time in zip(axes, times, strict=True):
             show(one, ge.run(name, overrides={"duration": time}).component)
-    appearance.save(figure, IMAGES / "automata.png", colours=64)
+            one.xaxis.set_major_locator(MultipleLocator(0.02))
+            one.yaxis.set_major_locator(MultipleLocator(0.02))
+            one.xaxis.set_major_formatter(MILLIMETRES)
+            one.yaxis.set_major_formatter(MILLIMETRES)
+            one.grid(visible=False)
+            one.set_xlabel("x [mm]")
+        axes[0].set_ylabel("y [mm]")
+    damage = ScalarMappable(Normalize(0.0, 1.0), "inferno_r")
+    figure.colorbar(damage, ax=rows, label="part of the faces that is broken", shrink=0.6)
+    appearance.save(figure, IMAGES / "automata.png", dots_per_inch=110, colours=128)
 
 
 @figure_style.with_style

@@ -335,13 +335,13 @@ def test_a_disc_splits_from_its_centre(tmp_path: Path) -> None:
     disc = log.branch(log.duration).component
     points, links = disc.drawables()
     places = points.reference[links.pairs[[event.index for event in log.events()], 0]]
-    assert log.events()[0].kind == "tension_break" and np.hypot(*places[0]) < 0.025 / 4
+    assert log.events()[0].kind == "tension_break" and np.hypot(*places[0]) < 0.0249 / 4
     broken = points.reference[links.pairs[disc.get("linked") < 1.0, 0]]
     assert np.ptp(broken[:, 1]) > 2.0 * np.ptp(broken[:, 0])  # along the line between the plates
     assert abs(disc.get("energy_residual")) <= 0.01 * disc.get("boundary_work")
     # The strength that the test is made for, 2 P / (pi D t), is that of the pairs.
     load = np.abs(log.series("top_reaction")[1][:, 1]).max()
-    assert 2.0 * load / (math.pi * 0.05) == pytest.approx(5e6, rel=0.1)
+    assert 2.0 * load / (math.pi * 0.0498) == pytest.approx(5e6, rel=0.1)
 
 
 def test_plates_bear_contacts_too() -> None:
