@@ -17,10 +17,10 @@ from ..support.jit import internal, jit
 from .bond_forces import Law, bond_forces, bond_stresses, update_bonds
 from .bond_strains import Bonds
 from .contact import Ground, add_contacts, dashpot_power
-from .motion import add_loads, drift, held_speed, hold, keep_velocities, kick, settle_loads
+from .motion import Grip, Load, add_loads, drift, held_speed, hold, keep_velocities, kick, settle_loads
 from .pair import orient
 from .release import DAMPING, FRICTION, INELASTIC, TRAVEL, change_weights, settle_weights
-from .state import Body
+from .state import Body, Motion, Scratch
 from .strain_division import bond_dilations
 
 # What `advance` returns: all steps are done, or what has to be done now.
@@ -46,6 +46,58 @@ class Medium(NamedTuple):
     ground: Ground
     bonds: Bonds
     law: Law
+
+
+class Specimen(NamedTuple):
+    """A medium, where it is, and what its steps write.
+
+    Attributes:
+        medium: a `Medium`.
+        reference: centres before anything moved, shape (n, 2) [m].
+        motion: a `Motion`.
+        scratch: a `Scratch`.
+        judgement: a `Judgement`.
+        losses: see `release.FRACTURE`.
+    """
+
+    medium: Medium
+    reference: FloatArray
+    motion: Motion
+    scratch: Scratch
+    judgement: Judgement
+    losses: FloatArray
+
+
+class Inputs(NamedTuple):
+    """Loads and grips, with memory for what was before a kick, and what they gave.
+
+    Attributes:
+        load: a `Load`.
+        load_before: scratch, shape (loads, 2).
+        grip: a `Grip`.
+        grip_before: scratch, shape (grips, 3).
+        tallies: of the loads and of the grip, see `motion`, shape (2, 4).
+    """
+
+    load: Load
+    load_before: FloatArray
+    grip: Grip
+    grip_before: FloatArray
+    tallies: FloatArray
+
+
+class Pace(NamedTuple):
+    """The length of a step, and how fast and how far automata may move.
+
+    Attributes:
+        time: length of a step [s].
+        speed_limit: no automaton may be faster [m/s].
+        most_travel: how far the fastest automaton may move before contacts are found anew [m].
+    """
+
+    time: float
+    speed_limit: float
+    most_travel: float
 
 
 @internal
@@ -104,36 +156,29 @@ def add_forces(medium, motion, scratch, contacts, count, losses, time, tick):
 
 
 @internal
-def move(medium, reference, motion, scratch, contacts, count, load, load_before, grip, grip_before, tallies, losses, time):
+def move(specimen, inputs, contacts, count, time):
     """Kick with the forces that there are and with the loads, and drift to the end of an internal step.
 
     Args:
-        medium: a `Medium`.
-        reference: centres before anything moved, shape (n, 2) [m].
-        motion: a `Motion`, updated in place.
-        scratch: a `Scratch`, its forces updated in place.
+        specimen: a `Specimen`; its motion, forces and losses are updated, of which TRAVEL by the way of the fastest automaton.
+        inputs: `Inputs`; the tallies are updated.
         contacts: `Contacts`, with the forces of the dashpots.
         count: how many contacts there are.
-        load: a `Load`.
-        load_before: scratch, shape (loads, 2).
-        grip: a `Grip`.
-        grip_before: scratch, shape (grips, 3).
-        tallies: of the loads and of the grip, see `motion`, shape (2, 4), updated in place.
-        losses: see `release.FRACTURE`; TRAVEL grows by the way of the fastest automaton.
         time: length of a step [s].
 
     Returns:
         The largest squared speed [m^2/s^2] before velocities are prescribed; NaN where one is not a number any more.
     """
-    body, automata = medium.body, medium.body.kind.size
-    add_loads(load, reference, motion, scratch.force, time, load_before, tallies[0])
-    keep_velocities(grip, motion, grip_before)
-    if medium.ground.damping > 0.0:
+    body, damping, motion, scratch = specimen.medium.body, specimen.medium.ground.damping, specimen.motion, specimen.scratch
+    losses, tallies, automata = specimen.losses, inputs.tallies, specimen.medium.body.kind.size
+    add_loads(inputs.load, specimen.reference, motion, scratch.force, time, inputs.load_before, tallies[0])
+    keep_velocities(inputs.grip, motion, inputs.grip_before)
+    if damping > 0.0:
         losses[DAMPING] += 0.5 * time * dashpot_power(contacts, count, motion.velocity)
     fastest = kick(body, motion, scratch.force, scratch.torque, time, 0, automata)
-    hold(body, grip, reference, motion, scratch.force, scratch.torque, time, grip_before, tallies[1])
-    settle_loads(load, motion, time, load_before, tallies[0])
-    if medium.ground.damping > 0.0:
+    hold(body, inputs.grip, specimen.reference, motion, scratch.force, scratch.torque, time, inputs.grip_before, tallies[1])
+    settle_loads(inputs.load, motion, time, inputs.load_before, tallies[0])
+    if damping > 0.0:
         losses[DAMPING] += 0.5 * time * dashpot_power(contacts, count, motion.velocity)
     drift(motion, 0.5 * time, 0, automata)
     losses[TRAVEL] += time * np.sqrt(fastest)
@@ -141,47 +186,33 @@ def move(medium, reference, motion, scratch, contacts, count, load, load_before,
 
 
 @jit
-def advance(
-    medium, reference, motion, scratch, judgement, contacts, count, load, load_before, grip, grip_before, tallies, losses, time,
-    tick, ticks, judged, speed_limit, most_travel,
-):  # fmt: skip
+def advance(specimen, inputs, contacts, count, pace, tick, ticks, judged):
     """Advance by so many internal steps, or up to where links break, are made anew, or contacts have to be found anew.
 
     Args:
-        medium: as for `judge_bonds`, as the next ones.
-        reference: as for `move`.
-        motion: see there.
-        scratch: see there.
-        judgement: as for `judge_bonds`.
-        contacts: see there.
-        count: see there.
-        load: as for `move`, as the next ones.
-        load_before: see there.
-        grip: see there.
-        grip_before: see there.
-        tallies: see there.
-        losses: see there.
-        time: see there.
+        specimen: a `Specimen`, updated in place.
+        inputs: `Inputs`; the tallies are updated.
+        contacts: `Contacts`, updated in place.
+        count: how many contacts there are.
+        pace: a `Pace`.
         tick: number of the first step.
         ticks: how many.
         judged: whether the first step goes on after its links have been judged, and broken.
-        speed_limit: no automaton may be faster [m/s].
-        most_travel: how far the fastest automaton may move before contacts are found anew [m].
 
     Returns:
         DONE or TOO_FAST; SEARCH before a step; BREAK in the middle of one. And how many steps were done.
     """
+    medium, motion, scratch, losses = specimen.medium, specimen.motion, specimen.scratch, specimen.losses
+    time, limit = pace.time, pace.speed_limit * pace.speed_limit
     for done in range(ticks):
         if not (judged and done == 0):
-            if losses[TRAVEL] > most_travel:
+            if losses[TRAVEL] > pace.most_travel:
                 return SEARCH, done
             drift(motion, 0.5 * time, 0, medium.body.kind.size)
-            if judge_bonds(medium, motion, scratch, judgement, contacts, count, losses, time, tick + done):
+            if judge_bonds(medium, motion, scratch, specimen.judgement, contacts, count, losses, time, tick + done):
                 return BREAK, done
         add_forces(medium, motion, scratch, contacts, count, losses, time, tick + done)
-        fastest = move(
-            medium, reference, motion, scratch, contacts, count, load, load_before, grip, grip_before, tallies, losses, time
-        )
-        if not held_speed(motion.velocity, fastest, speed_limit * speed_limit) <= speed_limit * speed_limit:
+        fastest = move(specimen, inputs, contacts, count, time)
+        if not held_speed(motion.velocity, fastest, limit) <= limit:
             return TOO_FAST, done
     return DONE, ticks

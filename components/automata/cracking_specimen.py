@@ -13,7 +13,7 @@ from . import cracking
 from .bond_forces import Law, bond_energy, criterion_ratios, measure_bonds, update_bond_forces
 from .bond_strains import Bonds
 from .contact import FIRST, SECOND, SLOT, Contacts, Ground, add_contact_forces, all_contact_energy, count_touching
-from .cracking import Judgement, Medium
+from .cracking import Inputs, Judgement, Medium, Pace, Specimen
 from .linked_specimen import LinkedSpecimen
 from .materials import IntArray, chosen_materials, law_rows, law_tables
 from .mixture import Mixture, mix_again
@@ -139,12 +139,11 @@ class CrackingSpecimen(LinkedSpecimen):
         return 0
 
     def _run(self, tick: int, ticks: int, judged: bool) -> tuple[int, int]:
-        contacts, edge = self.contacts(), self.conditions
-        return cracking.advance(
-            self.medium, self.packing.reference, self.motion, self.scratch, self.judgement, contacts, self.count_contacts(),
-            edge.load, edge.load_before, edge.grip, edge.grip_before, self.tallies, self.losses, self.step_size, tick, ticks,
-            judged, self.speed_limit, self.most_travel,
-        )  # fmt: skip
+        edge = self.conditions
+        specimen = Specimen(self.medium, self.packing.reference, self.motion, self.scratch, self.judgement, self.losses)
+        inputs = Inputs(edge.load, edge.load_before, edge.grip, edge.grip_before, self.tallies)
+        pace = Pace(self.step_size, self.speed_limit, self.most_travel)
+        return cracking.advance(specimen, inputs, self.contacts(), self.count_contacts(), pace, tick, ticks, judged)
 
     @property
     def most_travel(self) -> float:
