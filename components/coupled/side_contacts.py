@@ -74,9 +74,8 @@ def make_sides(
     rows = np.searchsorted(interface.nodes, sides)
     found = Sides(sides, rows.astype(np.int64), radii, stiffness, none, 0)
     pairs = find_near(found, nodes, centres, np.flatnonzero(interface.free), 0.0)
-    for i, side in pairs.tolist():
-        _, _, distance, _ = _place_beside(nodes[sides[side, 0]], nodes[sides[side, 1]], centres[i])
-        radii[i] = min(radii[i], max(distance, 0.0))
+    if len(pairs):
+        shorten_radii(sides, nodes, centres, pairs, radii)
     return found
 
 
@@ -128,6 +127,16 @@ def _place_beside(start, end, centre):
     if height < 0.0 or distance == 0.0:
         return nx, ny, np.inf, part
     return x / distance, y / distance, distance, part
+
+
+@jit
+def shorten_radii(sides, nodes, centres, pairs, radii):
+    """Lower the radii of automata to how far off the sides they stand; arguments as for `make_sides` and `Sides`."""
+    for row in range(pairs.shape[0]):
+        i, a, b = pairs[row, 0], sides[pairs[row, 1], 0], sides[pairs[row, 1], 1]
+        start, end = (nodes[a, 0], nodes[a, 1]), (nodes[b, 0], nodes[b, 1])
+        _, _, distance, _ = _place_beside(start, end, (centres[i, 0], centres[i, 1]))
+        radii[i] = min(radii[i], max(distance, 0.0))
 
 
 @internal_inlined
