@@ -339,7 +339,7 @@ class Coupled(Component):
         """Return the sides that automata touch, with the pairs that there are now; None without."""
         if self._sides is None:
             return None
-        return self._sides._replace(pairs=self._block.room("side_pairs", 0), count=self._block.count("side_pairs"))
+        return self._sides._replace(pairs=self._block.room("side_pairs", 0), used=self._block.count("side_pairs"))
 
     def _find_contacts(self) -> int:
         """Find anew what may touch, automata and sides; a status where automata are too far out or too fast."""

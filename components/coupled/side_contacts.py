@@ -31,7 +31,7 @@ class Sides(NamedTuple):
         radius: R of each automaton, shape (n,) [m].
         stiffness: k of each automaton, shape (n,) [N/m].
         pairs: automaton and side, in this order, shape (m, 2); part of the state.
-        count: how many pairs there are.
+        used: how many of these there are.
     """
 
     nodes: IntArray
@@ -39,7 +39,7 @@ class Sides(NamedTuple):
     radius: FloatArray
     stiffness: FloatArray
     pairs: IntArray
-    count: int
+    used: int
 
 
 def free_sides(mesh: Mesh, common: IntArray) -> IntArray:
@@ -103,7 +103,7 @@ def find_near(sides: Sides, nodes: FloatArray, centres: FloatArray, automata: In
 
 def are_sound(sides: Sides) -> bool:
     """Return whether pairs name automata and sides that exist, in order: a snapshot may come from anywhere."""
-    pairs, limits = sides.pairs[: sides.count], (len(sides.radius), len(sides.nodes))
+    pairs, limits = sides.pairs[: sides.used], (len(sides.radius), len(sides.nodes))
     inside = bool(((pairs >= 0) & (pairs < limits)).all())
     return inside and bool((np.diff(pairs[:, 0]) >= 0).all())
 
@@ -146,7 +146,7 @@ def _nearest(sides, grid, automata, row):
     nx, ny, nearest, part = 0.0, 0.0, np.inf, 0.0
     u, v = grid.state.displacement, automata.motion.displacement
     centre = automata.reference[i, 0] + v[i, 0], automata.reference[i, 1] + v[i, 1]
-    while row < sides.count and sides.pairs[row, 0] == i:
+    while row < sides.used and sides.pairs[row, 0] == i:
         side = sides.pairs[row, 1]
         a, b = sides.nodes[side, 0], sides.nodes[side, 1]
         start = grid.grid.reference[a, 0] + u[a, 0], grid.grid.reference[a, 1] + u[a, 1]
@@ -163,7 +163,7 @@ def add_side_forces(sides, grid, automata, exchange):
     """Add the forces of sides on automata, and on the nodes of the interface those of automata; `sides` is None without."""
     if sides is not None:
         row, force = 0, automata.scratch.force
-        while row < sides.count:
+        while row < sides.used:
             i = sides.pairs[row, 0]
             side, nx, ny, distance, part, row = _nearest(sides, grid, automata, row)
             overlap = sides.radius[i] - distance
@@ -195,7 +195,7 @@ def note_travel_of_sides(sides, grid, losses, time):
 def side_energy(sides, grid, automata):
     """Return the energy of all contacts with sides [J]."""
     total, row = 0.0, 0
-    while row < sides.count:
+    while row < sides.used:
         i = sides.pairs[row, 0]
         side, _, _, distance, _, row = _nearest(sides, grid, automata, row)
         overlap = sides.radius[i] - distance
