@@ -250,6 +250,17 @@ def test_no_motion_grows_with_the_default_step(n: int, stiffer: float) -> None:
     assert abs(growth_of_a_step(n, stiffer)) <= 1e-9
 
 
+@pytest.mark.parametrize("micro", [2, 3, 6])
+def test_no_motion_grows_with_the_longest_step_that_is_allowed(micro: int) -> None:
+    grid = {"mesh": mesh(1, 1), "boundaries": {"bottom": "fixed"}}
+    medium = coupled(grid, {"shape": rectangle(1.0, 0.5)}, 4, origin=[0.0, 1.0])
+    stable = medium.step_size / (medium.micro_steps * medium.get("automata_step_part"))
+    longest = 0.999999 * step_sizes._steps_between_kicks(micro)[0] * stable
+    with pytest.raises(ParameterError, match="of those of the automata"):
+        growth_of_a_step(4, 1.0, step_size=1.00001 * longest, micro_steps=micro)
+    assert abs(growth_of_a_step(4, 1.0, step_size=longest, micro_steps=micro)) <= 1e-9
+
+
 def test_motion_grows_beyond_the_longest_step(monkeypatch: pytest.MonkeyPatch) -> None:
     """Some windows of the step beyond n sin(pi / 2n) largest stable ones feed two modes whose phases add up to a turn."""
     monkeypatch.setattr(step_sizes, "_steps_between_kicks", lambda micro: (9.0, 9.0))
