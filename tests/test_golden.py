@@ -34,7 +34,7 @@ FINAL = {
     "automata-cracking": "240980fd92a841b01c29af566514d543",
     "coupled-inclusion": "c55bc3f16e71390e4976eee83402110d",
     "coupled-layers": "0cbf99528e5eda1e8c7b9ad1bcc1751f",
-    "coupled-cracking": "47b65671f93d1fd7ad6ade329debd72d",
+    "coupled-cracking": "d83ed52fb46061673a6f259b16d707fd",
     "detonation-bursting": "47123689fe89b486a8ccad203ba9f941",
     "detonation-nozzle": "e0f3cb915297ba962ace23026ee195c8",
     "shell-bulging": "0ae9f80d992e128bc77fed6e035c43a0",

@@ -43,7 +43,11 @@ class CoupledParameters(Parameters):
         "1",
     )
     micro_steps: int | None = field(
-        None, "internal steps of the automata in one of the grid; default: as many as they need", "1", ge=1, le=1000
+        None,
+        "internal steps of the automata in one of the grid; default: 2 where that makes the step longer, otherwise 1",
+        "1",
+        ge=1,
+        le=1000,
     )
     step_size: Positive | None = field(None, "internal step; default: 0.8 of the largest stable one, rounded down", "s")
 
