@@ -101,7 +101,7 @@ def test_a_turn_by_a_right_angle_costs_no_energy() -> None:
 
 
 def test_impulses_keep_the_energy_within_bounds() -> None:
-    medium = hexagonal_inclusion(3, 2)
+    medium = hexagonal_inclusion(3, 2, micro_steps=2)
     assert medium.micro_steps > 1
     start_noise(medium, 3, 0.05)
     begin = medium.get("kinetic_energy")
