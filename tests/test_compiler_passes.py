@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from granular_env.components.support.jit import JIT, internal, jit
+from granular_env.components.support.plain_function import plain_function
 
 pytestmark = pytest.mark.skipif(not JIT, reason="nothing is compiled")
 
@@ -80,5 +81,5 @@ def test_such_a_branch_is_compiled_where_the_argument_is_missing():
 
 def test_tuples_of_arrays_give_what_plain_python_gives():
     one, other = VALUES.copy(), VALUES.copy()
-    assert last_positive(Part(one, WEIGHTS), 7.0) == last_positive.py_func(Part(other, WEIGHTS), 7.0) == 2.0
+    assert last_positive(Part(one, WEIGHTS), 7.0) == plain_function(last_positive)(Part(other, WEIGHTS), 7.0) == 2.0
     assert one.tolist() == other.tolist() == [1.0, 1.0, 3.0]

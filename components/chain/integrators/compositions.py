@@ -17,7 +17,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...support.jit import inlined, jit
+from ...support.jit import internal, internal_inlined, jit
 from .. import kernels
 from ..laws import functions as law
 from ..laws.functions import DISSIPATES, LONG_FORMULA, REMEMBERS
@@ -95,7 +95,7 @@ HISTORY_ROWS, SCRATCH_ROWS = 0, 1
 _ONE = np.uint64(1)
 
 
-@inlined
+@internal_inlined
 def kick_and_drift(falling, watched, a, here, there, kick, drift, f, low, high):
     """Grains low..high-1: v += kick ((f_left - f_right) / m + gravity), u_there = u_here + drift v.
 
@@ -125,13 +125,13 @@ def kick_and_drift(falling, watched, a, here, there, kick, drift, f, low, high):
     return f, passed
 
 
-@jit
+@internal
 def falling_stage(watched, a, here, there, kick, drift, f, low, high):
     """Return `kick_and_drift` under gravity. A function of its own, because short chains feel what lies in their loop."""
     return kick_and_drift(True, watched, a, here, there, kick, drift, f, low, high)
 
 
-@jit
+@internal
 def _too_fast(a, fastest, low, high):
     """Return whether a velocity is above its limit or not a number."""
     found = False
@@ -140,13 +140,13 @@ def _too_fast(a, fastest, low, high):
     return found
 
 
-@inlined
+@internal_inlined
 def _drift(a, here, drift, low, high):
     for i in range(np.uint64(low), np.uint64(high)):
         a[here, i] += drift * a[V, i]
 
 
-@inlined
+@internal_inlined
 def _watch(a, here, j):
     """Keep the peak of one contact; whether it is above its limit."""
     d = a[here, j] - a[here, j + 1] + a[REST_OVERLAP, j]
@@ -154,7 +154,7 @@ def _watch(a, here, j):
     return not (d <= a[LIMIT, j])
 
 
-@jit
+@internal
 def _sweep(a, drive, left_pieces, left, right, tick, ticks, left_edge, right_edge, shift, drifts, kicks, passed):
     """Advance the grains from left_edge to right_edge - 1 by `ticks`, the range moving left by `shift` grains a stage."""
     n, stages = int(a[SCALARS, GRAINS]), len(kicks)
@@ -277,7 +277,7 @@ def _sweep(a, drive, left_pieces, left, right, tick, ticks, left_edge, right_edg
     return done, bad, unsound
 
 
-@jit
+@internal
 def _advance(a, drive, left_pieces, left, right, tick, ticks, drifts, kicks, passed):
     n, stages = int(a[SCALARS, GRAINS]), len(kicks)
     swaps = stages - 1 if DISSIPATES else stages
