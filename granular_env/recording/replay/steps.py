@@ -1,4 +1,7 @@
-"""A component brought to the states of a log: restored from its snapshots, and stepped with its inputs."""
+"""A component brought to the states of a log: restored from its snapshots, and stepped with its inputs.
+
+A log of a stranger that would keep the machine busy for days is refused.
+"""
 
 from __future__ import annotations
 
@@ -8,8 +11,18 @@ from ...components.component import Component
 from ...components.errors import GranularError, LogError, StepError
 from ...components.inputs import Held
 from ...components.snapshot import Snapshot
+from ..container.limits import Limits
 
 Changes = list[tuple[int, dict[str, Held]]]
+# Ticks in one log, and ticks times words of state: about a day's work.
+_TICKS = 10_000_000_000
+_WORK = 10**14
+
+
+def check_work(ticks: int, component: Component, limits: Limits) -> None:
+    """Refuse to run again so many internal steps that a stranger's log says it has."""
+    limits.check("the number of ticks", ticks, _TICKS)
+    limits.check("the number of ticks times the words of the state", ticks * max(component.state_bytes // 8, 1), _WORK)
 
 
 def restore(component: Component, snapshot: Snapshot) -> None:

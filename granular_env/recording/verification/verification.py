@@ -19,7 +19,7 @@ from ..format.message_index import DETAIL, FIRST, LAST, Segment
 from ..format.records import EVENTS, FRAMES, HASHES, SNAPSHOTS, damage, words
 from ..replay.log import Log, open_log
 from ..replay.preview_reconstruction import PreviewBuilder
-from ..replay.steps import Changes, advance, restore
+from ..replay.steps import Changes, advance, check_work, restore
 from .declaration_comparison import closing_differences, declaration_differences, metadata_differences
 from .digest_comparison import changed_header, changed_input, changed_parameters
 from .result import Difference, Verification, foreign_facts
@@ -79,7 +79,7 @@ class _Replay:
 
     def run(self) -> Verification:
         log, result = self.log, self.result
-        log.records.limits.work(log.end_tick - log.start_tick, self.component.state_bytes // 8)
+        check_work(log.end_tick - log.start_tick, self.component, log.records.limits)
         parameters, why_not = changed_parameters(log, self.component), ""
         changed, found = None, None
         try:
