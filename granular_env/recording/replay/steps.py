@@ -43,8 +43,8 @@ def advance(component: Component, changes: Changes, tick: int, tell: Callable[[]
         while (now := component.tick) < tick:
             inputs: dict[str, Held] = {}
             while changes and changes[-1][0] <= now:
-                inputs.update(changes.pop()[1])
-            stop = min(tick, changes[-1][0]) if changes else tick
+                inputs = {**inputs, **changes.pop()[1]} if inputs else changes.pop()[1]
+            stop = changes[-1][0] if changes and changes[-1][0] < tick else tick
             component.step((stop - now) * step_size, **inputs)
             if tell is not None:
                 tell()
