@@ -6,17 +6,14 @@
 import re
 import sys
 import textwrap
-from collections.abc import Iterator
 from pathlib import Path
 
 import gymnasium
 import numpy as np
 
 import granular_env  # noqa: F401 - registers the environments
-from granular_env.components.chain.layout import U, V
 from granular_env.components.elements import parse_element
 from granular_env.domains import environments, load
-from granular_env.domains.chain import ChainEnv
 from granular_env.envs import ComponentEnv, render
 from granular_env.envs.policies import OpenLoop
 
@@ -73,11 +70,11 @@ def page(name: str) -> str:
 
 
 def shared_lines(env: ComponentEnv) -> list[str]:
-    """Return what holds of every environment of a chain, or of any: the sections of its class, a level lower."""
-    of_chain = isinstance(env, ChainEnv)
-    sections = docstring_sections(ChainEnv if of_chain else ComponentEnv)
+    """Return what holds of every environment of such a component, or of any: the sections of their class, a level lower."""
+    kind = next(kind for kind in type(env).__mro__ if re.search("^ *## ", kind.__doc__ or "", flags=re.MULTILINE))
+    sections = docstring_sections(kind)
     sections.pop("")
-    lines = ["## Of every environment of a chain" if of_chain else "## Of every environment", ""]
+    lines = ["## Of every environment" + ("" if kind is ComponentEnv else f" of a {env.component.name}"), ""]
     for title, text in sections.items():
         # The component and the task are given already.
         kept = re.sub(r"^\* `(component|task)`:.*?(?=^\* )", "", text, flags=re.MULTILINE | re.DOTALL)
@@ -127,52 +124,11 @@ def action_table(env: ComponentEnv) -> list[str]:
 def observation_table(env: ComponentEnv) -> list[str]:
     """Return the lines of the table of an observation."""
     lines = ["| index | quantity | 1 stands for | min | max |", "|---|---|---|---|---|"]
-    for first, last, quantity, unit in observation_rows(env):
+    for first, last, quantity, unit in env.observation_rows():
         place = str(first) if first == last else f"{first} to {last}"
         low, high = env.observation_space.low[first], env.observation_space.high[first]
         lines.append(f"| {place} | {quantity} | {unit} | {low:g} | {high:g} |")
     return lines
-
-
-def observation_rows(env: ComponentEnv) -> Iterator[tuple[int, int, str, str]]:
-    """Yield first and last index, quantity and unit of each part of an observation."""
-    yield from chain_rows(env) if isinstance(env, ChainEnv) else component_rows(env)
-
-
-def component_rows(env: ComponentEnv) -> Iterator[tuple[int, int, str, str]]:
-    """Yield the rows of an environment of any component; see `observation_rows`."""
-    place = 0
-    for name, scale in env.task.observations.items():
-        variable, index = env.component.variables[parse_element(name).name], parse_element(name).index
-        size = 1 if index else int(np.prod(variable.shape))
-        axes = "" if index or not variable.axes else f" of every {variable.axes[0]}"
-        rows = f", {' x '.join(map(str, variable.shape))} numbers" if len(variable.shape) > 1 and not index else ""
-        yield place, place + size - 1, f"`{name}`{axes}{rows}", f"{scale:.6g} {variable.unit}".removesuffix(" 1")
-        place += size
-    for k in range(1, env.clock + 1):
-        yield place, place, f"clock: cos({'' if k == 1 else k} pi t / T)".replace("( ", "("), "1"
-        place += 1
-    assert place == env.observation_space.shape[0]
-
-
-def chain_rows(env: ChainEnv) -> Iterator[tuple[int, int, str, str]]:
-    """Yield the rows of an environment of a chain; see `observation_rows`."""
-    task, grains, place = env.task, env.component.parameters.grains, 0
-    for (kind, first, count), factor in zip(env.observing.blocks.tolist(), env.observing.factors.tolist(), strict=True):
-        what, unit = {U: ("displacement", "m"), V: ("velocity", "m/s")}.get(kind, ("force", "N"))
-        where = f"grain {first - 1}" if count == 1 else f"grains {first - 1} to {first + count - 2}"
-        if kind == -1:
-            where = f"the contact of grains {first - 1} and {first}"
-        yield place, place + count - 1, f"{what} of {where}" if kind != -1 else f"{what} in {where}", f"{1.0 / factor:g} {unit}"
-        place += count
-    for name, scale in zip(task.counter_names, task.goal_scales, strict=False):
-        unit = {"amplitude": "m/s", "place": "grains", "speed": "grains/s"}[name.partition("_")[0]]
-        yield place, place, f"`{name}` of the goal", f"{scale:g} {unit}"
-        place += 1
-    for k in range(1, env.clock + 1):
-        yield place, place, f"clock: cos({'' if k == 1 else k} pi t / T)".replace("( ", "("), "1"
-        place += 1
-    assert place == env.observation_space.shape[0] and grains > 0
 
 
 def play_of(short: str) -> tuple[int, str | OpenLoop]:

@@ -145,11 +145,12 @@ def replay(log: str | os.PathLike[str], *, progress: Progress = False, allow_lar
         LogError: it is no log, or it cannot be re-run.
     """
     from granular_env.recording import open_log
+    from granular_env.recording.replay.steps import check_work
 
     where = f"log {str(log)!r}"
     with memory_told(where, LogError), collect_warnings() as told, open_log(log, allow_large=allow_large) as opened:
         component, results = opened.component(), []
-        opened.records.limits.work(opened.end_tick - opened.start_tick, component.state_bytes // 8)
+        check_work(opened.end_tick - opened.start_tick, component, opened.records.limits)
         for segment in opened.segments:
             start = opened.snapshot(segment, segment.start)
             component.restore(start)

@@ -12,6 +12,7 @@ from granular_env.components import catalogue
 from granular_env.components.errors import ExperimentError, GranularError, LogError, ParameterError
 from granular_env.components.support import memory_limits
 from granular_env.recording.container.limits import Limits
+from granular_env.recording.reader.log_reader import check_size
 from granular_env.run_loop import replay, run
 
 CHAIN = {
@@ -63,7 +64,7 @@ def test_a_log_that_asks_for_more_than_there_is_is_refused(tmp_path, monkeypatch
     with pytest.raises(LogError, match="needs at least .* are available"):
         replay(path, allow_large=True)
     with pytest.raises(LogError, match=r"what was asked for needs at least 9 GB"):
-        Limits("a.mcap", lifted=True).series(9_000_000_000)
+        check_size(9_000_000_000, Limits("a.mcap", lifted=True))
 
 
 @pytest.mark.parametrize("integrator", ["pefrl", "leapfrog", "rk4", "hamming", "dop853"])

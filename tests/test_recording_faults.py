@@ -232,19 +232,22 @@ def test_caps_go_with_the_memory(monkeypatch: pytest.MonkeyPatch, gigabytes: int
     """A log that a machine could record is not refused by it for its size."""
     from granular_env.components.chain.component import Chain
     from granular_env.recording.container import limits
+    from granular_env.recording.reader import component_from_header
+    from granular_env.recording.reader.component_from_header import check_parameters
 
-    monkeypatch.setattr(limits, "whole_memory", lambda: gigabytes << 30)
+    for module in (limits, component_from_header):
+        monkeypatch.setattr(module, "whole_memory", lambda: gigabytes << 30)
     checks = limits.Limits("a.mcap")
     for count in (grains, int(grains)):
         if fits:
-            checks.parameters({"grains": count}, Chain.Parameters)
+            check_parameters({"grains": count}, Chain.Parameters, checks)
         else:
             with pytest.raises(LogError, match="allow_large=True"):
-                checks.parameters({"grains": count}, Chain.Parameters)
+                check_parameters({"grains": count}, Chain.Parameters, checks)
     if fits:
         checks.chunk(int(grains) * 32)
     with pytest.raises(LogError, match="limit"):
-        checks.parameters({"grains": 100_000_001}, Chain.Parameters)
+        check_parameters({"grains": 100_000_001}, Chain.Parameters, checks)
 
 
 @pytest.mark.parametrize("kind", ["device", "pipe", "folder"])

@@ -455,11 +455,11 @@ except KeyboardInterrupt:
 def test_the_caps_on_work_hold_for_every_command_that_runs(
     command: list[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    from granular_env.recording.container import limits
+    from granular_env.recording.replay import steps
 
     monkeypatch.chdir(tmp_path)
     oscillator_log(tmp_path / "a.mcap")
-    monkeypatch.setattr(limits, "_TICKS", 100)
+    monkeypatch.setattr(steps, "_TICKS", 100)
     assert main([command[0], "a.mcap", *command[1:]]) == 2
     told = capsys.readouterr().err
     assert "the number of ticks is 2" in told and "--allow-large" in told

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any, ClassVar, SupportsFloat, TypeVar
+from typing import Any, ClassVar, NamedTuple, SupportsFloat, TypeVar
 
 import gymnasium
 import numpy as np
@@ -33,6 +33,15 @@ _READ_ONCE = frozenset(
 )
 # Those of them that are attributes, which the constructor sets once.
 _KEPT = frozenset(["internal_steps", "deadline", "hold", "clock", "info"])
+
+
+class ObservationRow(NamedTuple):
+    """A part of an observation: its first and last index, what it shows, and what an entry of 1 stands for."""
+
+    first: int
+    last: int
+    quantity: str
+    unit: str
 
 
 class ComponentEnv(Recreatable, gymnasium.Env[Observation, npt.NDArray[np.float32]]):
@@ -406,6 +415,25 @@ class ComponentEnv(Recreatable, gymnasium.Env[Observation, npt.NDArray[np.float3
         if not self.clock:
             return self._scaled.astype(np.float32)
         return np.append(self._scaled.astype(np.float32), clock_readings(self._elapsed, int(self.deadline), self.clock))
+
+    def observation_rows(self) -> Iterator[ObservationRow]:
+        """Yield the parts of an observation, in order."""
+        place = 0
+        for name, scale in self.task.observations.items():
+            element = parse_element(name)
+            variable, index = self.component.variables[element.name], element.index
+            size = 1 if index else math.prod(variable.shape)
+            axes = "" if index or not variable.axes else f" of every {variable.axes[0]}"
+            shape = f", {' x '.join(map(str, variable.shape))} numbers" if len(variable.shape) > 1 and not index else ""
+            unit = f"{scale:.6g} {variable.unit}".removesuffix(" 1")
+            yield ObservationRow(place, place + size - 1, f"`{name}`{axes}{shape}", unit)
+            place += size
+        yield from self._clock_rows(place)
+
+    def _clock_rows(self, place: int) -> Iterator[ObservationRow]:
+        for k in range(1, self.clock + 1):
+            at = place + k - 1
+            yield ObservationRow(at, at, f"clock: cos({'' if k == 1 else f'{k} '}pi t / T)", "1")
 
     def _info(self, seen: dict[str, Any]) -> dict[str, Any]:
         return {"time": self.component.time, **seen, **self.task.counters}

@@ -8,6 +8,7 @@ from __future__ import annotations
 import struct
 import zlib
 from collections.abc import Callable, Iterator, Sequence
+from itertools import chain
 from typing import Any, Protocol
 
 import lz4.frame
@@ -96,8 +97,10 @@ class McapWriter:
         published = nanoseconds if publish_time is None else publish_time
         index = self._index.setdefault(channel, MessageIndex(channel, []))
         index.records.append((nanoseconds, self._size))
-        length = _MESSAGE_HEAD.size - 9 + sum(len(part) for part in parts)
-        self._append([_MESSAGE_HEAD.pack(Opcode.MESSAGE, length, channel, sequence, nanoseconds, published), *parts])
+        size = sum(map(len, parts))
+        length = _MESSAGE_HEAD.size - 9 + size
+        self._parts += (_MESSAGE_HEAD.pack(Opcode.MESSAGE, length, channel, sequence, nanoseconds, published), *parts)
+        self._size += _MESSAGE_HEAD.size + size
         self._first, self._last = min(self._first, nanoseconds), max(self._last, nanoseconds)
         self._messages += 1
         self._counts[channel] = self._counts.get(channel, 0) + 1
@@ -161,7 +164,7 @@ class McapWriter:
         places, indices, place = {}, [], end
         for channel, index in self._index.items():
             places[channel] = place
-            indices.append(_bytes_of(index))
+            indices.append(_bytes_of_index(index))
             place += len(indices[-1])
         self._write(b"".join(indices))
         self._chunks.append(
@@ -200,6 +203,13 @@ def _join_small_parts(parts: Sequence[Part]) -> Iterator[Part]:
             yield part
             small = []
     yield b"".join(small)
+
+
+def _bytes_of_index(index: MessageIndex) -> bytes:
+    """Return the bytes of an index, which may have thousands of numbers: the package writes each by itself."""
+    size = 16 * len(index.records)
+    numbers = chain.from_iterable(index.records)
+    return struct.pack(f"<BQHI{2 * len(index.records)}Q", Opcode.MESSAGE_INDEX, 6 + size, index.channel_id, size, *numbers)
 
 
 def _bytes_of(record: McapRecord) -> bytes:

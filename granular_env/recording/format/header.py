@@ -10,6 +10,7 @@ import platform
 import sys
 from collections.abc import Mapping, Sequence
 from datetime import UTC, datetime
+from functools import cache
 from importlib.metadata import PackageNotFoundError, version
 from typing import Any
 
@@ -28,13 +29,16 @@ _VARIABLES = ("header", "variables")
 
 def versions() -> dict[str, str]:
     """Versions of Python and of the packages that decide what bits come out."""
-    found = {"python": platform.python_version()}
-    for name in _PACKAGES:
-        try:
-            found[name] = version(name)
-        except PackageNotFoundError:
-            found[name] = "not installed"
-    return found
+    return {"python": platform.python_version(), **{name: _package_version(name) for name in _PACKAGES}}
+
+
+@cache
+def _package_version(name: str) -> str:
+    # Finding one reads files of the installation, which takes longer than all else that opens a log.
+    try:
+        return version(name)
+    except PackageNotFoundError:
+        return "not installed"
 
 
 def machine() -> dict[str, Any]:
@@ -49,6 +53,7 @@ def machine() -> dict[str, Any]:
     }
 
 
+@cache
 def _cpu_model() -> str:
     try:
         with open("/proc/cpuinfo", encoding="utf-8", errors="replace") as lines:

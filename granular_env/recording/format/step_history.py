@@ -12,7 +12,7 @@ from ...components.errors import GranularError, LogError
 from ...components.inputs import Held, read_only
 from ...components.profiles import CompiledProfile
 from .digests import held_word, set_words
-from .records import Record, damage
+from .records import Record, bits, damage
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,13 +50,19 @@ class StepHistory:
         ticks = self.marks
         for name, (places, values) in self.sets.items():
             before: Held | None = held.get(name)
-            word = None if before is None else held_word(before)
-            for place, value in zip(places.tolist(), values, strict=True):
+            word: int | None = None  # of `before`, once it is needed
+            for tick, value in zip(ticks[places].tolist(), values, strict=True):
                 if value is before:
                     continue
-                new = held_word(value)
-                if new != word or isinstance(value, float) != isinstance(before, float):
-                    found.setdefault(int(ticks[place]), {})[name] = value
+                if type(value) is float and type(before) is float:
+                    # There are as many as steps, and their bits seldom have to be looked at: they are finite.
+                    new, changed = None, value != before or (value == 0.0 and bits(value) != bits(before))
+                else:
+                    new = held_word(value)
+                    word = held_word(before) if word is None and before is not None else word
+                    changed = new != word or isinstance(value, float) != isinstance(before, float)
+                if changed:
+                    found.setdefault(tick, {})[name] = value
                 before, word = value, new
         return sorted(found.items())
 
@@ -123,11 +129,14 @@ def _sets_of(
             raise damage(f"the input {span} is not what was written", ("steps", name))
         if numbers.min() < -1 or numbers.max() >= len(profiles):
             raise damage(f"the input {span} refers to a profile that is not in the log", ("steps", name))
-        plain = iter(values.tolist() if shape == () else [read_only(value.copy()) for value in values])
-        held = [profiles[number] if number >= 0 else next(plain) for number in numbers.tolist()]
-        if any(isinstance(value, CompiledProfile) and value.shape != shape for value in held):
+        plain: list[Held] = values.tolist() if shape == () else [read_only(value.copy()) for value in values]
+        if len(plain) == len(numbers):
+            yield name, places, plain
+            continue
+        if any(profiles[number].shape != shape for number in set(numbers.tolist()) if number >= 0):
             raise damage(f"the input {span} follows a profile of another shape", ("steps", name))
-        yield name, places, held
+        rest = iter(plain)
+        yield name, places, [profiles[number] if number >= 0 else next(rest) for number in numbers.tolist()]
 
 
 def _users(record: Record, inputs: Sequence[str], number: int) -> str:

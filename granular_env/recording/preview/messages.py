@@ -320,10 +320,10 @@ class Scene:
         """Return the particles drawn, and the points over (or under) them, one on top."""
         owners, heights = [np.arange(len(places))], [np.zeros(len(places))]
         if len(places) <= _MOST_SPHERES:
-            for rung in range(1, _COLUMN_POINTS):
-                owner = np.flatnonzero(np.abs(part) * _COLUMN_POINTS > rung)
-                owners.append(owner)
-                heights.append(np.sign(part[owner]) * (rung / _COLUMN_POINTS))
+            rungs = np.arange(1, _COLUMN_POINTS)
+            rung, owner = np.nonzero(np.abs(part) * _COLUMN_POINTS > rungs[:, None])
+            owners.append(owner)
+            heights.append(np.sign(part[owner]) * (rungs[rung] / _COLUMN_POINTS))
         tops = np.flatnonzero(part)
         owner = np.concatenate([*owners, tops])
         points = places[owner]
@@ -370,7 +370,8 @@ class Others:
         """Return what there is to draw beside the points."""
         points = {one.name: main_points([one]) for one in facts.drawables if isinstance(one, Points)}
         drawables = tuple(one for one, _ in topics_of_others(facts.drawables))
-        return Others(points, drawables, {name: _largest(frames, name) for name in facts.sizes})  # type: ignore[arg-type]
+        largest = {name: _largest(frames, name) for name in facts.sizes} if drawables else {}
+        return Others(points, drawables, largest)  # type: ignore[arg-type]
 
     def pictures(self, frame: PreviewFrame) -> Iterator[tuple[Topic, list[bytes | memoryview]]]:
         """Yield the messages of one frame."""

@@ -13,7 +13,9 @@ from ...components.errors import LogError, ParameterError
 from ...components.events import Event, EventDetail
 from ...components.profiles import CompiledProfile
 from ...components.snapshot import Snapshot
+from ...components.support.memory_limits import refuse_beyond
 from ...output_files import count_of
+from ..container.limits import Limits
 from ..format import step_history
 from ..format.drawables import drawables_from
 from ..format.header import BalanceNames, balance_names_from, event_kinds_from
@@ -21,6 +23,9 @@ from ..format.message_index import COUNT, DETAIL, FIRST, SEGMENT, Segment
 from ..format.records import EVENTS, INCIDENTS, SNAPSHOTS, STEPS, damage
 from ..format.step_history import StepHistory
 from .record_reader import RecordReader
+
+# What reading one variable, or all the steps, may allocate [bytes].
+_MOST_BYTES = 8 << 30
 
 
 class LogReader:
@@ -186,7 +191,7 @@ class LogReader:
         rows = rows if segment is None else rows[rows[:, SEGMENT] == segment.number]
         shape = self.variables[name].shape
         count = int(rows[:, COUNT].sum())
-        self.records.limits.series(count * 8 * int(np.prod(shape, dtype=object)))
+        check_size(count * 8 * int(np.prod(shape, dtype=object)), self.records.limits)
         ticks, values, filled = np.empty(count, np.int64), None, 0
         for row in rows:
             own_ticks, own = self.records.frames(row, name)
@@ -304,7 +309,7 @@ class LogReader:
         """The steps of each segment, and all profiles by their number."""
         records = self.records
         rows = records.index.select(STEPS)
-        records.limits.series(int(rows[:, COUNT].sum()) * 16)
+        check_size(int(rows[:, COUNT].sum()) * 16, records.limits)
         profiles: list[CompiledProfile] = []
         found = {}
         for segment in records.index.all_segments:
@@ -313,3 +318,9 @@ class LogReader:
             with records.name_file_in_errors():
                 found[segment.number] = step_history.steps_of(own, segment.start, shapes, profiles, self.step_size)
         return found, profiles
+
+
+def check_size(size: int, limits: Limits) -> None:
+    """Refuse to read arrays of so many bytes that a stranger's log says it has."""
+    limits.check("the size of what was asked for, in bytes,", size, _MOST_BYTES)
+    refuse_beyond(size, f"log {limits.path!r}: what was asked for", LogError)

@@ -3,14 +3,15 @@
 An interrupt (Ctrl-C, a signal's handler that raises) can fall between any two operations of the stepping thread.
 What is noted is therefore whole or not there: all that follows from a step is in one object, and the last one tells where the
 history stands.
+
+Steps in which there was nothing to be seen follow one another in one list, as numbers and mappings of numbers: an object for
+each would be one more for Python's collector of garbage to go through, again and again.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from itertools import groupby
-from operator import sub
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -51,7 +52,7 @@ class Start(NamedTuple):
 
 
 class Step(NamedTuple):
-    """A step, or a part of one.
+    """A step, or a part of one, in which there was something to be seen.
 
     Attributes:
         place: of its segment.
@@ -72,6 +73,29 @@ class Step(NamedTuple):
     rows: np.ndarray | None
 
 
+class PlainSteps:
+    """Steps in which there was nothing to be seen, one after the other.
+
+    Attributes:
+        place, frames, events: as of a `Step`.
+        flat: the tick after each step and the inputs that were set by it, by turns. One call of `extend` adds both.
+    """
+
+    __slots__ = ("events", "flat", "frames", "place")
+
+    def __init__(self, place: Place, frames: int, events: int, flat: list[Any]) -> None:
+        self.place, self.frames, self.events, self.flat = place, frames, events, flat
+
+    @property
+    def tick(self) -> int:
+        """Return the tick after the last of them."""
+        return self.flat[-2]
+
+    def last(self) -> Step:
+        """Return where they end: a step to which nothing can be added."""
+        return Step(self.place, self.tick, self.frames, self.events, {}, None, None)
+
+
 class End(NamedTuple):
     """The end of a history; see `Step`."""
 
@@ -82,7 +106,7 @@ class End(NamedTuple):
     snapshot: Snapshot
 
 
-Item = Start | Step | End
+Item = Start | Step | PlainSteps | End
 
 
 def empty_batch(place: Place, tick: int) -> RecordBatch:
@@ -93,28 +117,21 @@ def empty_batch(place: Place, tick: int) -> RecordBatch:
 def batches_of(items: Iterable[Item], batch: RecordBatch) -> list[RecordBatch]:
     """Return the batches that a piece of history makes, the first of which goes on with `batch`; the last may be empty."""
     batches = [batch]
-    for kind, run in groupby(items, type):
-        if kind is Step:
-            _add_steps(batch, list(run))
-            continue
-        for item in run:
-            if isinstance(item, Start):
-                batch = empty_batch(item.place, item.tick)
-                batches.append(batch)
+    for item in items:
+        if isinstance(item, PlainSteps):
+            batch.ends += item.flat[::2]
+            batch.inputs += item.flat[1::2]
+        elif isinstance(item, Step):
+            batch.ends.append(item.tick)
+            batch.inputs.append(item.inputs)
+            if item.rows is not None:
+                batch.events.append(item.rows)
+            if item.samples is not None:
                 batch.take(item.samples)
-            elif isinstance(item, End):
-                batch.snapshots.append((item.tick, END, item.snapshot))
+        elif isinstance(item, Start):
+            batch = empty_batch(item.place, item.tick)
+            batches.append(batch)
+            batch.take(item.samples)
+        else:
+            batch.snapshots.append((item.tick, END, item.snapshot))
     return batches
-
-
-def _add_steps(batch: RecordBatch, steps: list[Any]) -> None:
-    # As wholes: there may be hundreds of thousands a second, and the stepping thread waits for this one.
-    ticks = [step[1] for step in steps]
-    batch.sets += [(place, step[4]) for place, step in enumerate(steps, len(batch.durations)) if step[4]]
-    batch.durations += map(sub, ticks, [batch.last, *ticks[:-1]])
-    batch.last = ticks[-1]
-    for step in [step for step in steps if step[5] is not None or step[6] is not None]:
-        if step.rows is not None:
-            batch.events.append(step.rows)
-        if step.samples is not None:
-            batch.take(step.samples)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from itertools import chain
-from operator import itemgetter
+from types import NoneType
 from typing import Any
 
 import numpy as np
@@ -19,10 +19,6 @@ from .log_writer import CHUNK_BYTES, LogWriter
 
 # Compiled profiles that are remembered by object, so that one that is used again is stored once.
 _KNOWN_PROFILES = 256
-
-
-# (Index of the step, inputs by name) for each step that set some.
-Sets = list[tuple[int, Mapping[str, Held]]]
 
 
 @dataclass(slots=True)
@@ -53,31 +49,28 @@ class RecordBatch:
         segment: which segment.
         first: tick before the first step.
         elapsed: ticks of the whole log before this segment, minus the segment's first tick.
-        durations: ticks of each step.
-        sets: (index of the step, inputs by name) for each step that set some.
+        ends: the tick after each step.
+        inputs: those that each step set, by name.
         frames: (tick, one value for each recorded variable).
         hashes: (tick, one row).
         events: rows of events, shape (events, 5) each.
         snapshots: (tick, START, KEY or END, snapshot).
-        last: tick after the last step.
     """
 
     segment: int
     first: int
     elapsed: int
-    durations: list[int] = field(default_factory=list)
-    sets: Sets = field(default_factory=list)
+    ends: list[int] = field(default_factory=list)
+    inputs: list[Mapping[str, Held]] = field(default_factory=list)
     frames: list[tuple[int, list[Any]]] = field(default_factory=list)
     hashes: list[tuple[int, np.ndarray]] = field(default_factory=list)
     events: list[np.ndarray] = field(default_factory=list)
     snapshots: list[tuple[int, int, Snapshot]] = field(default_factory=list)
-    last: int = field(init=False)
 
-    def __post_init__(self) -> None:
-        self.last = self.first
-
-    def __bool__(self) -> bool:
-        return bool(self.durations or self.frames or self.hashes or self.snapshots)
+    @property
+    def last(self) -> int:
+        """Return the tick after the last step."""
+        return self.ends[-1] if self.ends else self.first
 
     def take(self, samples: Samples) -> None:
         """Add what was seen at the start, or in a step."""
@@ -141,7 +134,7 @@ def _records(
 ) -> Iterator[Record]:
     starts = [item for item in batch.snapshots if item[1] == 0]
     yield from _snapshots(batch, sink, starts)
-    if batch.durations:
+    if batch.ends:
         yield from _steps(batch, sink, profiles, inputs)
     if batch.frames:
         yield from _frames(batch, sink, names)
@@ -164,11 +157,11 @@ def _snapshots(batch: RecordBatch, sink: LogWriter, items: list[tuple[int, int, 
 
 
 def _steps(batch: RecordBatch, sink: LogWriter, profiles: Profiles, inputs: Mapping[str, tuple[int, ...]]) -> Iterator[Record]:
-    durations = np.array(batch.durations, dtype=np.int64)
+    durations = np.diff(np.array([batch.first, *batch.ends], dtype=np.int64))
     profile_words: dict[int, int] = {}
     arrays = {"durations": durations}
     content = {}
-    for name, (places, numbers, held) in _by_name(batch.sets, profiles, profile_words).items():
+    for name, (places, numbers, held) in _by_name(batch.inputs, profiles, profile_words).items():
         values = np.array(held, dtype=np.float64).reshape(len(held), *inputs[name])
         content[name] = (places, set_words(numbers, values, profile_words))
         label = str(list(inputs).index(name))
@@ -182,20 +175,24 @@ def _steps(batch: RecordBatch, sink: LogWriter, profiles: Profiles, inputs: Mapp
 
 
 def _by_name(
-    sets: Sets, profiles: Profiles, profile_words: dict[int, int]
+    inputs: list[Mapping[str, Held]], profiles: Profiles, profile_words: dict[int, int]
 ) -> dict[str, tuple[np.ndarray, np.ndarray, list[Any]]]:
     """Return for each input that was set: at which steps, the numbers of profiles (-1 for none), and the other values."""
     found = {}
-    for name in dict.fromkeys(chain.from_iterable(map(itemgetter(1), sets))):
-        places = [place for place, newly_held in sets if name in newly_held]
-        values = [newly_held[name] for _, newly_held in sets if name in newly_held]
+    # As wholes: there may be hundreds of thousands of steps a second, and the stepping thread waits for this one.
+    for name in dict.fromkeys(chain.from_iterable(inputs)):
+        values: list[Any] = [newly_held.get(name) for newly_held in inputs]
+        kinds, places = set(map(type, values)), np.arange(len(values))
+        if NoneType in kinds:
+            places = np.array([place for place, value in enumerate(values) if value is not None], dtype=np.int64)
+            values = [value for value in values if value is not None]
         numbers = np.full(len(values), -1)
-        if CompiledProfile in set(map(type, values)):
+        if CompiledProfile in kinds:
             for place, value in enumerate(values):
                 if isinstance(value, CompiledProfile):
                     numbers[place], profile_words[numbers[place]] = profiles.number(value)
             values = [value for value in values if not isinstance(value, CompiledProfile)]
-        found[name] = (np.array(places, dtype=np.int64), numbers, values)
+        found[name] = (places, numbers, values)
     return found
 
 

@@ -30,7 +30,7 @@ from ..format.metadata import metadata_of, title_of
 from ..format.records import CLOSED, HEADER, INCIDENTS, KEY, START, Record, nanoseconds
 from ..preview.frames import PreviewFrames, facts_of, film_facts_of_frames
 from .buffer_pool import BufferPool
-from .history import End, Item, Place, Start, Step, batches_of, empty_batch
+from .history import End, Item, Place, PlainSteps, Start, Step, batches_of, empty_batch
 from .log_file import LogFile
 from .log_writer import LogWriter
 from .record_batch import Profiles, RecordBatch, Samples, write_batch
@@ -46,8 +46,6 @@ _LONGEST_WAIT = 0.5
 # Gathered bytes at which the writing thread is woken, and at which the stepping thread waits for it.
 _WAKE_BYTES, _WAIT_BYTES = 4 << 20, 64 << 20
 _STEP_BYTES, _SET_BYTES = 40, 100
-# The class's own constructor takes three times as long.
-_new_step = tuple.__new__
 
 
 class Recorder:
@@ -76,7 +74,7 @@ class Recorder:
         self._state = [v.name for v in component.variables.values() if v.state]
         self._inputs = {v.name: v.shape for v in component.variables.values() if v.causality == "input"}
         self._has_events, self._agenda = bool(component.event_kinds), Agenda(schedule)
-        # Whether a step may be noted by its tick and inputs alone: no events, and no inputs that are arrays, whose size counts.
+        # Whether a step like the last need not be looked at: no events, and no inputs that are arrays, whose size counts.
         self._is_plain = not self._has_events and not any(self._inputs.values())
         # Locks and queues of C: an interrupt inside `Condition` or `Event`, which are Python, leaves them locked for ever.
         self._lock, self._wake, self._written = threading.Lock(), SimpleQueue[None](), SimpleQueue[None]()
@@ -190,15 +188,12 @@ class Recorder:
             return
         now = component.tick
         with self._lock:
-            items = self._items
-            last = items[-1] if items else self._written_item
-            if self._is_plain and self._part_until < 0 and last.tick == now - ticks and not self._samples.size:  # as usual
-                items.append(_new_step(Step, (last.place, now, last.frames, last.events, inputs, None, None)))
-                size = self._size = self._size + _STEP_BYTES + _SET_BYTES * len(inputs)
+            last = self._items[-1] if self._items else self._written_item
+            if type(last) is PlainSteps and self._is_plain and last.tick == now - ticks and not self._samples.size:
+                last.flat.extend((now, inputs))  # as usual, and as `_take_step` does
             else:
                 self._take_whole_step(component, last.tick, now - ticks, inputs)
-                size = self._size
-        if size > _WAKE_BYTES or perf_counter() > self._due:
+        if perf_counter() > self._due or self._size > _WAKE_BYTES:
             self._hurry()
             self._tell_error()
 
@@ -221,19 +216,23 @@ class Recorder:
 
     def _take_step(self, now: int, inputs: Mapping[str, Held]) -> None:
         last, samples, rows = self._last, self._samples or None, None
-        events, size = last.events, _STEP_BYTES
+        frames, events, size = last.frames, last.events, _STEP_BYTES
+        for value in inputs.values():
+            size += _SET_BYTES + (value.nbytes if isinstance(value, np.ndarray) else 0)
         if self._has_events and self._component.event_count > events:
             rows = self._component.event_rows(events)
             events += len(rows)
             size += rows.nbytes
-        for value in inputs.values():
-            size += _SET_BYTES + (value.nbytes if isinstance(value, np.ndarray) else 0)
-        frames = last.frames
         if samples is not None:
             frames, size = frames + len(samples.frames), size + samples.size
-        self._items.append(Step(last.place, now, frames, events, inputs, samples, rows))
-        if samples is not None:
+        # Each in one operation: see `history`.
+        if samples is not None or rows is not None:
+            self._items.append(Step(last.place, now, frames, events, inputs, samples, rows))
             self._samples = Samples()
+        elif isinstance(last, PlainSteps):
+            last.flat.extend((now, inputs))
+        else:
+            self._items.append(PlainSteps(last.place, frames, events, [now, inputs]))
         self._size += size
 
     def on_failure(self, component: Component, error: BaseException) -> None:
@@ -416,7 +415,9 @@ class Recorder:
     def _write_gathered(self) -> None:
         with self._lock:
             items, incidents, gathered = self._items, self._incidents, perf_counter()
-            self._written_item, self._items, self._incidents = self._last, [], []
+            last = self._last
+            self._written_item = last.last() if isinstance(last, PlainSteps) else last
+            self._items, self._incidents = [], []
             self._backlog, self._size = self._size, 0
         batches = batches_of(items, self._batch)
         for batch in batches:
@@ -425,7 +426,7 @@ class Recorder:
         for place, tick, content in incidents:
             self._write_incident(place, tick, content)
         self._sink.flush()
-        if any(batch.durations for batch in batches):
+        if any(batch.ends for batch in batches):
             self._sink.publish()
         self._pool.take_back(value for batch in batches for _, values in batch.frames for value in values)
         self._batch = empty_batch(self._written_item.place, self._written_item.tick)

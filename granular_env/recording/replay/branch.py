@@ -19,7 +19,7 @@ from ..recorder.log_writer import as_path
 from ..recorder.record import note_log_on_error
 from ..recorder.recorder import Recorder
 from ..recorder.sampling import schedule_from
-from .steps import advance, restore
+from .steps import advance, check_work, restore
 
 if TYPE_CHECKING:
     from ...components.profiles import CompiledProfile
@@ -91,7 +91,7 @@ class Branch:
             raise ParameterError(f"got {until:g} s, the branch begins at {self.component.time:g} s", at="until")
         if until is None:
             # How far a log goes is its own word; how far somebody asks for is theirs.
-            self.parent.records.limits.work(end - self.component.tick, self.component.state_bytes // 8)
+            check_work(end - self.component.tick, self.component, self.parent.records.limits)
         return end
 
     def changes(self, inputs: Mapping[str, Any]) -> dict[int, dict[str, Any]]:
@@ -165,7 +165,7 @@ def branch_of(log: Log, at: float, components: Mapping[str, type[Component]] | N
     segment, tick = log.locate(at)
     component = log.component(components)
     snapshot, steps = log.snapshot(segment, tick), log.steps_of(segment)
-    log.records.limits.work(tick - snapshot.tick, component.state_bytes // 8)
+    check_work(tick - snapshot.tick, component, log.records.limits)
     restore(component, snapshot)
     start = log.snapshot(segment, segment.start)
     changes = [change for change in steps.changes(start.inputs) if change[0] >= snapshot.tick]

@@ -31,7 +31,7 @@ from ..recorder.recorder import Recorder
 from ..recorder.sampling import schedule_from
 from .log import Log
 from .preview_reconstruction import film_of_every
-from .steps import advance, restore
+from .steps import advance, check_work, restore
 
 
 @dataclass(slots=True)
@@ -160,7 +160,7 @@ def _run_again(found: Continuation, tick: int) -> None:
         return
     snapshot = log.records.snapshot(rows[np.argmax(rows[:, FIRST])])
     found.key = snapshot.tick
-    log.records.limits.work(tick - snapshot.tick, component.state_bytes // 8)
+    check_work(tick - snapshot.tick, component, log.records.limits)
     start = log.snapshot(log.segments[0], log.start_tick)
     changes = [change for change in log.steps_of(log.segments[0]).changes(start.inputs) if change[0] >= snapshot.tick]
     changes.reverse()

@@ -13,13 +13,13 @@ import numpy as np
 from ...components.component import Component
 from ...components.errors import LogError, StepError
 from ...components.snapshot import Snapshot
-from ...progress import Progress, progress_bar
+from ...progress import Bar, Progress, progress_bar
 from ..format.digests import hash_row, held_word
 from ..format.message_index import DETAIL, FIRST, LAST, Segment
 from ..format.records import EVENTS, FRAMES, HASHES, SNAPSHOTS, damage, words
 from ..replay.log import Log, open_log
 from ..replay.preview_reconstruction import PreviewBuilder
-from ..replay.steps import Changes, advance, restore
+from ..replay.steps import Changes, advance, check_work, restore
 from .declaration_comparison import closing_differences, declaration_differences, metadata_differences
 from .digest_comparison import changed_header, changed_input, changed_parameters
 from .result import Difference, Verification, foreign_facts
@@ -52,15 +52,15 @@ def verify(
     log = path if isinstance(path, Log) else open_log(path, allow_large=allow_large)
     try:
         with progress_bar(f"verification of {log.path.name}", show=progress) as bar:
-            return _Replay(log, bar.update, components).run()
+            return _Replay(log, bar, components).run()
     finally:
         if log is not path:
             log.close()
 
 
 class _Replay:
-    def __init__(self, log: Log, progress: Callable[[float], None], components: Any) -> None:
-        self.log, self._progress = log, progress
+    def __init__(self, log: Log, bar: Bar, components: Any) -> None:
+        self.log, self._bar = log, bar
         self.component = log.rebuilt(components)
         self._trusted = self.component.identity == log.records.header.get("identity")
         self._total = max(log.end_tick - log.start_tick, 1)
@@ -79,7 +79,7 @@ class _Replay:
 
     def run(self) -> Verification:
         log, result = self.log, self.result
-        log.records.limits.work(log.end_tick - log.start_tick, self.component.state_bytes // 8)
+        check_work(log.end_tick - log.start_tick, self.component, log.records.limits)
         parameters, why_not = changed_parameters(log, self.component), ""
         changed, found = None, None
         try:
@@ -179,9 +179,9 @@ class _Replay:
             ) from error
 
     def _tell(self) -> None:
-        if self._segment is not None:
+        if self._bar.is_due() and self._segment is not None:
             done = self.result.ticks + self.component.tick - self._segment.start
-            self._progress(min(done / self._total, 1.0))
+            self._bar.update(min(done / self._total, 1.0))
 
     def _marks(self, segment: Segment) -> list[Iterator[tuple[Any, ...]]]:
         rows = self.log.records.index.select(FRAMES, None, segment.number)

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from typing import Any, ClassVar, Self, SupportsFloat, TypedDict
 
 import numpy as np
 import numpy.typing as npt
 
 from granular_env.components.chain import Chain
+from granular_env.components.chain.layout import U, V
 from granular_env.components.chain.parameters import WALLS
 from granular_env.components.component import Component
 from granular_env.components.errors import GranularError, ParameterError, StepError, one_line
@@ -17,7 +18,7 @@ from granular_env.components.support.arrays import FloatArray
 from granular_env.components.support.jit import entry_point
 from granular_env.components.support.validation import finite_number
 from granular_env.envs.clock import show_clock
-from granular_env.envs.environment import ComponentEnv, Observation, Ready, element_scales, observation_box
+from granular_env.envs.environment import ComponentEnv, Observation, ObservationRow, Ready, element_scales, observation_box
 from granular_env.envs.render import draw
 from granular_env.envs.state import Drawn, EnvState
 
@@ -25,11 +26,13 @@ from .actuator import ACTUATE, Actuator, actuate
 from .domain_randomization import Randomization, info_of_draws, redrawn
 from .episode_state import COUNTERS, ELAPSED, LEFT, RIGHT, RUNNING, SEED, START
 from .guarded_kernels import refuse_slips
-from .sensors import OBSERVE, Observing, show_goal
+from .sensors import CONTACT, OBSERVE, Observing, show_goal
 from .sensors import observe as observe_kernel
 from .task import BEGIN, JUDGE, ChainTask, task_kernel
 
 _LARGEST_COUNT = 2.0**53
+# What a number of a goal is given in, by the beginning of its name.
+_GOAL_UNITS = {"amplitude": "m/s", "place": "grains", "speed": "grains/s"}
 
 
 class ChainOptions(TypedDict, total=False):
@@ -343,6 +346,22 @@ class ChainEnv(ComponentEnv):
         if self.clock:
             show_clock(int(memory[ELAPSED]), self.control_steps, out[end:])
         return out
+
+    def observation_rows(self) -> Iterator[ObservationRow]:
+        """Yield the parts of an observation, in order."""
+        place = 0
+        for (kind, first, count), factor in zip(self.observing.blocks.tolist(), self.observing.factors.tolist(), strict=True):
+            what, unit = {U: ("displacement", "m"), V: ("velocity", "m/s")}.get(kind, ("force", "N"))
+            # The first of the table's rows is the left boundary.
+            where = f"of grain {first - 1}" if count == 1 else f"of grains {first - 1} to {first + count - 2}"
+            if kind == CONTACT:
+                where = f"in the contact of grains {first - 1} and {first}"
+            yield ObservationRow(place, place + count - 1, f"{what} {where}", f"{1.0 / factor:g} {unit}")
+            place += count
+        for name, scale in zip(self.task.counter_names, self.task.goal_scales, strict=False):
+            yield ObservationRow(place, place, f"`{name}` of the goal", f"{scale:g} {_GOAL_UNITS[name.partition('_')[0]]}")
+            place += 1
+        yield from self._clock_rows(place)
 
     def _info(self, seen: dict[str, Any]) -> dict[str, Any]:
         applied = self._applied.tolist()

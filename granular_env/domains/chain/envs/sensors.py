@@ -22,7 +22,7 @@ from granular_env.components.support.jit import JIT, inlined, jit
 from granular_env.components.support.validation import finite_number
 
 # Kinds of a block of readings: a row of the table, or one of these.
-_CONTACT, _GRAIN = -1, -2
+CONTACT, _GRAIN = -1, -2
 OBSERVE = "void(float64[:, ::1], int64[:, ::1], float64[::1], float64, float64, int64, int64, float32[::1])"
 
 _SENSORS = {
@@ -45,7 +45,7 @@ def _observe(a, blocks, factors, limit, noise, seed, step, out):
             _read_row(a, kind, first, count, factors[block], edge, place, out)
         else:
             for i in range(count):
-                force = quantities.contact_force(a, first + i) if kind == _CONTACT else quantities.grain_force(a, first + i)
+                force = quantities.contact_force(a, first + i) if kind == CONTACT else quantities.grain_force(a, first + i)
                 out[place + i] = min(max(force * factors[block], -edge), edge)
         place += count
     if noise > 0.0:
@@ -140,9 +140,9 @@ def _blocks(chain: Chain, name: Any, places: Any) -> Iterable[tuple[int, int, in
     if not isinstance(places, Iterable):
         raise ParameterError(f"got {one_line(places)}", expected=f"a list of places: {_SENSORS[name]}", at=f"observe.{name}")
     if name == "wall_force":
-        columns, kind = [_wall_place(chain, side) for side in places], _CONTACT
+        columns, kind = [_wall_place(chain, side) for side in places], CONTACT
     elif name == "contact_force":
-        columns, kind = [_contact_place(chain, place) for place in places], _CONTACT
+        columns, kind = [_contact_place(chain, place) for place in places], CONTACT
     else:
         columns = [1 + _index(f"observe.{name}", place, chain.parameters.grains) for place in places]
         kind = {"displacement": U, "velocity": V, "force": _GRAIN}[name]
