@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import re
 from functools import cache
 from typing import Any
@@ -12,6 +13,7 @@ from support.solid_tools import ALUMINIUM
 
 import granular_env as ge
 from granular_env.components.shell import threads
+from granular_env.components.shell.assembly import Assembly
 from granular_env.components.shell.fracture import forces
 from granular_env.components.shell.fracture.outcome import (
     OUTCOMES,
@@ -342,3 +344,27 @@ def test_points_that_fail_beside_cracks_are_torn_alike_in_one_thread_and_in_two(
         ends.append(plate.save().to_bytes())
     assert ends[0] == ends[1]
     plate.restore(ge.Snapshot.from_bytes(end))
+
+
+def test_bodies_that_are_alike_share_their_tables_and_not_their_cracks() -> None:
+    """What one that has broken may have done to the tables would be in the digest that was taken before."""
+    fresh = pulled_plate()
+    assert fresh.assembly is not pulled_plate(hourglass=0.1).assembly
+    before = digest_of(fresh.assembly)
+    broken = pulled_plate()
+    assert broken.assembly is fresh.assembly
+    broken.step(120 * broken.step_size, end_velocity=SPEED)
+    assert broken.get("cracks").any() and not fresh.get("cracks").any()
+    assert digest_of(fresh.assembly) == before
+
+
+def digest_of(assembly: Assembly) -> str:
+    """Return a digest of all tables of a body."""
+    tables = (
+        *assembly.stencils,
+        *assembly.node_stencils,
+        *assembly.solid.body,
+        *assembly.solid.surface,
+        *assembly.solid.hourglass,
+    )
+    return hashlib.sha256(b"".join(np.ascontiguousarray(table).tobytes() for table in tables)).hexdigest()
