@@ -126,7 +126,7 @@ class Block:
         """Return the state: the fixed part, then the rows in use of each list."""
         if not self._tables:
             return self.memory.tobytes()
-        return b"".join([self.memory.tobytes(), *(block[name].tobytes() for block, name in self._tables)])
+        return b"".join([self.memory.data, *(block[name].data for block, name in self._tables)])
 
     def sizes_in(self, data: bytes) -> list[int] | None:
         """Return the bytes of each list in a state that `to_bytes` gave; None where it is no such state."""

@@ -47,3 +47,14 @@ def test_the_detonation_tube_loads_the_specimen_as_the_paper_says(tmp_path: Path
     exact = wave.at(np.full(int(later.sum()), 1.825), time[later])[2]
     outgoing = time[later] < 1e-3
     np.testing.assert_allclose(history[later][outgoing], exact[outgoing], rtol=0.05)
+
+
+def test_the_piston_does_the_work_of_its_pressure(tmp_path: Path) -> None:
+    path = tmp_path / "piston.mcap"
+    tube: Any = ge.run("gato-shie-2010/piston", log=path, overrides={"component.cells": 200}).component
+    assert [(event.kind, event.index) for event in tube.events()] == [("ignited", 0), ("end_reached", 1)]
+    log = ge.open_log(path)
+    position, pressure = (log.series(name)[1] for name in ("right_position", "right_piston_pressure"))
+    assert position[-1] == pytest.approx(0.8 - 300.0 * 3e-4 * 2.0 / np.pi, rel=1e-3)
+    work = -float(np.sum(0.5 * (pressure[1:] + pressure[:-1]) * np.diff(position))) * tube.areas[0]
+    assert tube.balances()[0].supplied["right_energy"] == pytest.approx(work, rel=0.02)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import re
 from functools import cache
 from typing import Any
@@ -12,6 +13,7 @@ from support.solid_tools import ALUMINIUM
 
 import granular_env as ge
 from granular_env.components.shell import threads
+from granular_env.components.shell.assembly import Assembly
 from granular_env.components.shell.fracture import forces
 from granular_env.components.shell.fracture.outcome import (
     OUTCOMES,
@@ -237,6 +239,25 @@ def test_a_bar_breaks_where_it_is_weakest() -> None:
     assert bar.get("pieces") == 2.0
 
 
+def test_nothing_parts_in_a_grip() -> None:
+    """A brittle bar whose moved end bears most parts there, unless that is gripped: then beside the grip."""
+    body = {"name": "plate", "length": 0.012, "width": 0.002, "along": 25, "across": 5}
+    material, edges = {"name": "elastic", **ALUMINIUM, "poisson": 0.0}, {"start": "symmetry", "end": "moved"}
+    parted = []
+    for grip in (0.0, 0.003):
+        law = {"name": "principal_stress", "stress": 1e8, "grip_length": grip}
+        bar: Any = ge.make("shell", body=body, material=material, boundaries=edges, fracture=law, step_size=4e-8)
+        while bar.event_count == 0 and bar.time < 1e-5:
+            bar.step(5 * bar.step_size, end_velocity=(12.0, 0.0, 0.0))
+        event = bar.events("point_parted")[0]
+        place = bar.lattice.axes[0].positions[event.index // 10]
+        assert event.limit == 1e8 == bar.get("fracture_limit").min()
+        parted.append(0.012 - place)
+    gripped = (bar.get("fracture_limit") > 1e8).reshape(25, 10)
+    assert gripped.all(axis=1).tolist() == [one > 0.009 + 1e-9 for one in bar.lattice.axes[0].positions]
+    assert parted[0] < 0.003 <= parted[1] < 0.006
+
+
 def test_plastic_strain_parts_what_has_flowed() -> None:
     plate = pulled_plate(fracture={"name": "plastic_strain", "strain": 0.03})
     while not plate.event_count and plate.time < 2e-5:
@@ -342,3 +363,27 @@ def test_points_that_fail_beside_cracks_are_torn_alike_in_one_thread_and_in_two(
         ends.append(plate.save().to_bytes())
     assert ends[0] == ends[1]
     plate.restore(ge.Snapshot.from_bytes(end))
+
+
+def test_bodies_that_are_alike_share_their_tables_and_not_their_cracks() -> None:
+    """What one that has broken may have done to the tables would be in the digest that was taken before."""
+    fresh = pulled_plate()
+    assert fresh.assembly is not pulled_plate(hourglass=0.1).assembly
+    before = digest_of(fresh.assembly)
+    broken = pulled_plate()
+    assert broken.assembly is fresh.assembly
+    broken.step(120 * broken.step_size, end_velocity=SPEED)
+    assert broken.get("cracks").any() and not fresh.get("cracks").any()
+    assert digest_of(fresh.assembly) == before
+
+
+def digest_of(assembly: Assembly) -> str:
+    """Return a digest of all tables of a body."""
+    tables = (
+        *assembly.stencils,
+        *assembly.node_stencils,
+        *assembly.solid.body,
+        *assembly.solid.surface,
+        *assembly.solid.hourglass,
+    )
+    return hashlib.sha256(b"".join(np.ascontiguousarray(table).tobytes() for table in tables)).hexdigest()

@@ -270,3 +270,8 @@ def test_a_run_that_breaks_down_says_in_which_part_and_keeps_its_state(coupling:
         run(tube, 50, gas_ignition_power=1e11)
     assert tube.save().to_bytes() == before
     run(tube, 60, gas_ignition_power=0.0)
+
+
+def test_a_piston_in_the_gas_is_refused() -> None:
+    with pytest.raises(ge.ParameterError, match="gas: got a piston"):
+        ge.make("tube", gas={"right": "piston"})

@@ -15,10 +15,10 @@ from ..errors import ParameterError, StepError
 from ..events import EVENT_ROWS
 from ..support.arrays import FloatArray
 from ..support.roots import round_down_to_125
-from . import kernels, layout
+from . import kernels, layout, pistons
 from .chapman_jouguet import Detonation, Flow, chapman_jouguet
 from .drive import area_pattern, tick_signals
-from .ends import DIAPHRAGM, OPEN
+from .ends import DIAPHRAGM, OPEN, PISTON
 from .layout import Medium, State, Tube
 from .limiters import LIMITERS
 from .parameters import DetonationParameters
@@ -64,8 +64,10 @@ class DetonationTube(Component):
     def _build(self) -> None:
         p = self.parameters
         self.gas = p.chosen_gas
-        self.cell_size: float = p.cell_size
-        self.centres: FloatArray = np.asarray((np.arange(p.cells) + 0.5) * p.cell_size, dtype=np.float64)
+        # Where the ends are now, and where the front passed each cell; of the block if an end moves.
+        self._walls: FloatArray = np.array([0.0, p.length, 0.0, 0.0])
+        self._places: FloatArray = np.zeros(p.cells)
+        self._resting_centres: FloatArray = np.asarray((np.arange(p.cells) + 0.5) * p.cell_size, dtype=np.float64)
         self.ahead = Flow(p.initial_pressure / (self.gas.gas_constant * p.initial_temperature), 0.0, p.initial_pressure)
         self.front: Detonation = chapman_jouguet(self.gas, p.initial_pressure, self.ahead.density)
         self.areas: FloatArray = np.full(p.cells, 1.0) * np.array(p.cross_section)
@@ -114,13 +116,31 @@ class DetonationTube(Component):
 
     def _lay_out_state(self) -> None:
         n = self.parameters.cells
+        moving = {"walls": ("f8", (pistons.WALLS,)), "places": ("f8", (n,))} if self.parameters.has_pistons else {}
         self._lay_out(
             growing={"events": EVENT_ROWS},
             density=("f8", (n,)), momentum=("f8", (n,)), energy=("f8", (n,)), fuel=("f8", (n,)), velocity=("f8", (n,)),
             pressure=("f8", (n,)), progress=("f8", (n,)), area=("f8", (n,)), arrival=("f8", (n,)),
-            flags=("i8", (layout.FLAGS,)), tally=("f8", (layout.TALLY,)), start=("f8", (3,)),
+            flags=("i8", (layout.FLAGS,)), tally=("f8", (layout.TALLY,)), start=("f8", (3,)), **moving,
         )  # fmt: skip
         self._state = State(*(self._block[name] for name in _STATE))
+        if self.parameters.has_pistons:
+            self._walls, self._places = self._block["walls"], self._block["places"]
+
+    @property
+    def centres(self) -> FloatArray:
+        """Middles of the cells as they are now, shape (n,) [m]."""
+        if not self.parameters.has_pistons:
+            return self._resting_centres
+        return np.asarray(self._walls[pistons.LEFT] + (np.arange(self.parameters.cells) + 0.5) * self.cell_size)
+
+    @property
+    def cell_size(self) -> float:
+        """Length of a cell now [m]."""
+        p = self.parameters
+        if not p.has_pistons:
+            return p.cell_size
+        return float(self._walls[pistons.RIGHT] - self._walls[pistons.LEFT]) / p.cells
 
     # -- the contract -----------------------------------------------------------------------------------------------
 
@@ -129,10 +149,13 @@ class DetonationTube(Component):
         yield Variable(
             "ignition_power", "input", "W", (), "heat given to the gas in the ignition zone, evenly", start=0.0, nominal=1e6
         )
-        yield Variable(
-            "area", "input", "m^2", (n,), "cross-section of each cell; walls that move do work on the gas",
-            start=float(self.areas[0]), minimum=0.0, axes=cells, nominal=float(self.areas.mean()),
-        )  # fmt: skip
+        if p.has_pistons:
+            yield from self._declare_pistons()
+        else:
+            yield Variable(
+                "area", "input", "m^2", (n,), "cross-section of each cell; walls that move do work on the gas",
+                start=float(self.areas[0]), minimum=0.0, axes=cells, nominal=float(self.areas.mean()),
+            )  # fmt: skip
         for name, end in (("left", p.left), ("right", p.right)):
             if end.code in (OPEN, DIAPHRAGM):
                 yield Variable(
@@ -158,9 +181,45 @@ class DetonationTube(Component):
         yield Variable("gauge_pressure", "output", "Pa", (len(p.gauges),), "pressure at the `gauges`", axes=gauges)
         yield Variable("gauge_velocity", "output", "m/s", (len(p.gauges),), "velocity at the `gauges`", axes=gauges)
 
+    def _declare_pistons(self) -> Iterable[Variable]:
+        """Yield what a tube has of which an end moves."""
+        p, n = self.parameters, self.parameters.cells
+        for name, end in (("left", p.left), ("right", p.right)):
+            if end.code == PISTON:
+                yield Variable(f"{name}_velocity", "input", "m/s", (), f"velocity along x of the piston at the {name} end")
+                yield Variable(f"{name}_position", "output", "m", (), f"where the {name} piston is")
+                yield Variable(
+                    f"{name}_piston_pressure", "output", "Pa", (), f"mean pressure on the {name} piston over the last tick",
+                    minimum=0.0, nominal=p.initial_pressure,
+                )  # fmt: skip
+        yield Variable("cell_position", "output", "m", (n,), "where the middles of the cells are", axes=("cell",))
+        yield Variable(
+            "outline_displacement", "output", "m", (2 * (n + 1), 2), "of the corners of the cells, as they are drawn",
+            axes=("corner", "direction"),
+        )  # fmt: skip
+
+    def _piston_outputs(self) -> dict[str, Callable[[], Any]]:
+        p, walls = self.parameters, self._walls
+        found: dict[str, Callable[[], Any]] = {
+            "cell_position": lambda: self.centres,
+            "outline_displacement": self._outline_displacement,
+        }
+        for side, (name, end) in enumerate((("left", p.left), ("right", p.right))):
+            if end.code == PISTON:
+                found[f"{name}_position"] = lambda side=side: walls[pistons.LEFT + side]
+                found[f"{name}_piston_pressure"] = lambda side=side: walls[pistons.LEFT_WALL_PRESSURE + side]
+        return found
+
+    def _outline_displacement(self) -> FloatArray:
+        """Return how far the corners of the cells have moved, those below and then those above, shape (2 (n + 1), 2) [m]."""
+        p, walls = self.parameters, self._walls
+        moved = np.linspace(walls[pistons.LEFT], walls[pistons.RIGHT] - p.length, p.cells + 1)
+        return np.stack([np.tile(moved, 2), np.zeros(2 * (p.cells + 1))], axis=1)
+
     def _outputs(self) -> dict[str, Callable[[], Any]]:
         state, gauges = self._state, self._gauge_cells()
-        return {
+        moving = self._piston_outputs() if self.parameters.has_pistons else {}
+        return moving | {
             "temperature": lambda: state.pressure / (state.density * self.gas.gas_constant),
             "arrival_time": lambda: state.arrival,
             "left_front": lambda: self._fronts()[0],
@@ -175,7 +234,15 @@ class DetonationTube(Component):
     @np.errstate(all="ignore")
     def _wave_speeds(self) -> FloatArray:
         state = self._state
-        return np.abs(state.velocity) + np.sqrt(self.gas.gamma * state.pressure / state.density)
+        return np.abs(state.velocity - self._cell_velocities()) + np.sqrt(self.gas.gamma * state.pressure / state.density)
+
+    def _cell_velocities(self) -> FloatArray | float:
+        """Return how fast the middles of the cells move, 0 where no end does, shape (n,) [m/s]."""
+        p = self.parameters
+        if not p.has_pistons:
+            return 0.0
+        left, right = tick_signals(self._held, self._tick, 1)[0, layout.LEFT_VELOCITY : layout.RIGHT_VELOCITY + 1]
+        return np.asarray(left + (right - left) * (np.arange(p.cells) + 0.5) / p.cells)
 
     def _fronts(self) -> tuple[float, float]:
         """Return where the progress passes 1/2 for the first and for the last time, linear between cells [m]."""
@@ -184,7 +251,7 @@ class DetonationTube(Component):
         if not len(burnt):
             return 0.0, 0.0
         first, last = int(burnt[0]), int(burnt[-1])
-        begin, end = 0.0, self.parameters.length
+        begin, end = self._walls[pistons.LEFT], self._walls[pistons.RIGHT]
         if first > 0:
             part = (progress[first] - kernels.BURNT) / (progress[first] - progress[first - 1])
             begin = self.centres[first] - part * self.cell_size
@@ -206,14 +273,19 @@ class DetonationTube(Component):
     def _speed_between(self, earlier: int, later: int) -> float:
         """Return the mean speed of a front from one cell to another [m/s]; 0 where none ran that way."""
         begin, end = (float(self._state.arrival[cell]) for cell in (earlier, later))
-        return abs(later - earlier) * self.cell_size / (end - begin) if end > begin >= 0.0 else 0.0
+        way = abs(later - earlier) * self.cell_size
+        if self.parameters.has_pistons:
+            way = abs(float(self._places[later] - self._places[earlier]))
+        return way / (end - begin) if end > begin >= 0.0 else 0.0
 
     def _start(self, seed: int | None, values: Mapping[str, FloatArray]) -> Mapping[str, Any]:
         state, gas = self._state, self.gas
+        self._walls[:] = 0.0, self.parameters.length, 0.0, 0.0
         self._fill_regions()
         super()._start(seed, values)
         self._refuse_bad_start()
         state.area[:] = values.get("area", self.areas)
+        self._walls[pistons.LEFT_WALL_PRESSURE :] = state.pressure[0], state.pressure[-1]
         state.momentum[:] = state.density * state.velocity
         state.fuel[:] = state.density * (1.0 - state.progress)
         state.energy[:] = (
@@ -221,13 +293,14 @@ class DetonationTube(Component):
         )
         burnt = state.progress >= kernels.BURNT
         state.arrival[:] = np.where(burnt, 0.0, -1.0)
+        self._places[:] = np.where(burnt, self.centres, pistons.NOWHERE)
         state.flags[:] = 0
         state.flags[layout.LEFT_OPEN] = self.parameters.left.code == OPEN
         state.flags[layout.RIGHT_OPEN] = self.parameters.right.code == OPEN
         state.flags[layout.IGNITED] = burnt.any()
         sums = self._sums()
         self._block["start"][:] = sums["mass"], sums["momentum"], sums["energy"]
-        return {"area": self.areas}
+        return {} if self.parameters.has_pistons else {"area": self.areas}
 
     def _fill_regions(self) -> None:
         p, state = self.parameters, self._state
@@ -272,14 +345,20 @@ class DetonationTube(Component):
         return self._medium, self._tube, self._state, self._scratch, self._block["tally"]
 
     def _advance(self, ticks: int) -> int:
-        signals, areas = tick_signals(self._held, self._tick, ticks), area_pattern(self._held)
+        signals = tick_signals(self._held, self._tick, ticks)
         counts = np.array([self._block.count("events")])
         # Each gauge, the first ignition, both ends and both diaphragms once.
         events = self._block.room("events", len(self.parameters.gauges) + 5)
-        status = kernels.advance(
-            self._medium, self._tube, self._state, self._scratch, signals, areas, self._block["tally"], self._tick, events,
-            counts, self._failed,
-        )  # fmt: skip
+        if self.parameters.has_pistons:
+            status = pistons.advance(
+                self._medium, self._tube, self._state, self._walls, self._places, self._scratch, signals, self._block["tally"],
+                self._tick, events, counts, self._failed,
+            )  # fmt: skip
+        else:
+            status = kernels.advance(
+                self._medium, self._tube, self._state, self._scratch, signals, area_pattern(self._held), self._block["tally"],
+                self._tick, events, counts, self._failed,
+            )  # fmt: skip
         self._block.set_count("events", int(counts[0]))
         return int(status)
 
@@ -372,9 +451,11 @@ class DetonationTube(Component):
         """Return the tube from the side, coloured by pressure, and pressure, velocity, temperature and progress along it."""
         radius = np.sqrt(self.areas / np.pi)
         radius = np.concatenate([radius[:1], 0.5 * (radius[1:] + radius[:-1]), radius[-1:]])
-        x, n = np.arange(len(radius)) * self.cell_size, len(self.areas)
+        x, n = np.arange(len(radius)) * self.parameters.cell_size, len(self.areas)
         nodes: FloatArray = np.array([*zip(x, -radius, strict=True), *zip(x, radius, strict=True)], dtype=np.float64)
         below = np.arange(n)
         cells = np.stack([below, below + 1, below + n + 2, below + n + 1], axis=1)
         fields = ("pressure", "velocity", "temperature", "progress")
-        return Cells("tube", nodes, cells, "pressure"), *(Curve(name, self.centres, name) for name in fields)
+        moved = "outline_displacement" if self.parameters.has_pistons else ""
+        curves = (Curve(name, self._resting_centres, name) for name in fields)
+        return Cells("tube", nodes, cells, "pressure", moved), *curves

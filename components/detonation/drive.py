@@ -9,9 +9,12 @@ import numpy as np
 from ..inputs import Held
 from ..profiles import CompiledProfile
 from ..support.arrays import FloatArray
-from .layout import AREA, LEFT_PRESSURE, POWER, RIGHT_PRESSURE, SIGNALS
+from .layout import AREA, LEFT_PRESSURE, LEFT_VELOCITY, POWER, RIGHT_PRESSURE, RIGHT_VELOCITY, SIGNALS
 
-COLUMNS = {"ignition_power": POWER, "left_pressure": LEFT_PRESSURE, "right_pressure": RIGHT_PRESSURE}
+COLUMNS = {
+    "ignition_power": POWER, "left_pressure": LEFT_PRESSURE, "right_pressure": RIGHT_PRESSURE, "left_velocity": LEFT_VELOCITY,
+    "right_velocity": RIGHT_VELOCITY,
+}  # fmt: skip
 
 
 def tick_signals(held: Mapping[str, Held], tick: int, ticks: int) -> FloatArray:
@@ -20,7 +23,7 @@ def tick_signals(held: Mapping[str, Held], tick: int, ticks: int) -> FloatArray:
     for name, column in COLUMNS.items():
         if name in held:
             signals[:, column] = _values(held[name], tick, ticks)
-    area = held["area"]
+    area = held.get("area")
     signals[:, AREA] = _values(area, tick, ticks) if isinstance(area, CompiledProfile) else 1.0
     return signals
 

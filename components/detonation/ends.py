@@ -1,4 +1,4 @@
-"""Ends of the tube, by name: closed, open, absorbing, diaphragm."""
+"""Ends of the tube, by name: closed, open, absorbing, diaphragm, piston."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from ..support.parameter_fields import Positive, field
 from ..support.tagged_union import ByName, Named
 
 # Codes for kernels; a diaphragm that has opened is an open end.
-CLOSED, OPEN, ABSORBING, DIAPHRAGM = 0, 1, 2, 3
+CLOSED, OPEN, ABSORBING, DIAPHRAGM, PISTON = 0, 1, 2, 3, 4
 
 
 class End(Named):
@@ -48,5 +48,14 @@ class Diaphragm(End):
     burst_pressure: Positive = field(2e5, "pressure on the wall at which it bursts", "Pa")
 
 
-ENDS: dict[str, type[End]] = {"closed": Closed, "open": Open, "absorbing": Absorbing, "diaphragm": Diaphragm}
+class Piston(End):
+    """A wall that moves with the velocity of the input `<end>_velocity`; the cells shrink and grow evenly with it."""
+
+    code: ClassVar[int] = PISTON
+    name: Literal["piston"] = field("piston", "a wall whose velocity along x is an input", "1")
+
+
+ENDS: dict[str, type[End]] = {
+    "closed": Closed, "open": Open, "absorbing": Absorbing, "diaphragm": Diaphragm, "piston": Piston
+}  # fmt: skip
 ChosenEnd = Annotated[SerializeAsAny[End], ByName(ENDS)]

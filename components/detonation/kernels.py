@@ -152,18 +152,7 @@ def compute_fluxes(medium, tube, state, scratch, signals, tick, events, counts):
     """Write the fluxes through all faces, of the stage whose cells are in scratch."""
     n = state.density.size
     fill_ghosts(tube, state, scratch)
-    for row in range(4):
-        values = scratch.density
-        if row == 1:
-            values = scratch.velocity
-        elif row == 2:
-            values = scratch.pressure
-        elif row == 3:
-            values = scratch.fraction
-        slopes = scratch.slopes[row]
-        for i in range(1, n + 1):
-            here = values[i]
-            slopes[i] = 0.5 * limited_difference(medium.limiter, here - values[i - 1], values[i + 1] - here)
+    compute_slopes(medium, scratch)
     density, velocity, pressure, fraction = scratch.density, scratch.velocity, scratch.pressure, scratch.fraction
     dr, du, dp, dy = scratch.slopes[0], scratch.slopes[1], scratch.slopes[2], scratch.slopes[3]
     mass, impulse, energy, fuel = scratch.fluxes[0], scratch.fluxes[1], scratch.fluxes[2], scratch.fluxes[3]
@@ -173,6 +162,23 @@ def compute_fluxes(medium, tube, state, scratch, signals, tick, events, counts):
         right = (density[j] - dr[j], velocity[j] - du[j], pressure[j] - dp[j], fraction[j] - dy[j])
         mass[i], impulse[i], energy[i], fuel[i] = hllc_flux(medium, left, right)
     compute_end_fluxes(medium, tube, state, scratch, signals, tick, events, counts)
+
+
+@internal
+def compute_slopes(medium, scratch):
+    """Write the limited differences over half a cell."""
+    for row in range(4):
+        values = scratch.density
+        if row == 1:
+            values = scratch.velocity
+        elif row == 2:
+            values = scratch.pressure
+        elif row == 3:
+            values = scratch.fraction
+        slopes = scratch.slopes[row]
+        for i in range(1, values.size - 1):
+            here = values[i]
+            slopes[i] = 0.5 * limited_difference(medium.limiter, here - values[i - 1], values[i + 1] - here)
 
 
 @internal

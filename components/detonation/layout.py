@@ -110,8 +110,8 @@ class Scratch(NamedTuple):
 LEFT_OPEN, RIGHT_OPEN, IGNITED, LEFT_REACHED, RIGHT_REACHED, FLAGS = 0, 1, 2, 3, 4, 5
 # Entries of the tally since the reset, of the left end and then of the right one where there are two.
 MASS, IMPULSE, ENERGY, WALL_IMPULSE, WALL_WORK, IGNITION, OVERWRITTEN, TALLY = 0, 2, 4, 6, 7, 8, 9, 10
-# Columns of the signals that a tick reads, each in its middle: W, Pa, Pa, and the factor of the area.
-POWER, LEFT_PRESSURE, RIGHT_PRESSURE, AREA, SIGNALS = 0, 1, 2, 3, 4
+# Columns of the signals that a tick reads, each in its middle: W, Pa, Pa, the factor of the area, m/s, m/s.
+POWER, LEFT_PRESSURE, RIGHT_PRESSURE, AREA, LEFT_VELOCITY, RIGHT_VELOCITY, SIGNALS = 0, 1, 2, 3, 4, 5, 6
 # Statuses of a tick.
 NOT_POSITIVE, TOO_FAST, BAD_AREA = 1, 2, 3
 

@@ -8,7 +8,7 @@ from pydantic import model_validator
 
 from ..support.parameter_fields import NotNegative, Pair, Positive, field
 from ..support.validation import Parameters
-from .ends import ChosenEnd, Closed
+from .ends import ChosenEnd, Closed, Piston
 from .gases import MIXTURES, Gas, GasName, gas_at
 from .limiters import LimiterName
 from .reactions import ChosenReaction, Inert, PressureBurn, Reaction
@@ -40,7 +40,9 @@ class DetonationParameters(Parameters):
     initial_pressure: Positive = field(1e5, "pressure at the start", "Pa")
     initial_temperature: Positive = field(295.0, "temperature at the start, and that of the room outside", "K")
     regions: list[StartRegion] = field([], "parts of the tube that start in another state; later ones cover earlier ones", "1")
-    left: ChosenEnd = field(Closed(), "the end at x = 0: closed, open, absorbing, or a diaphragm with its burst_pressure", "1")
+    left: ChosenEnd = field(
+        Closed(), "the end at x = 0: closed, open, absorbing, piston, or a diaphragm with its burst_pressure", "1"
+    )
     right: ChosenEnd = field(Closed(), "the end at x = length: as `left`", "1")
     ignition_zone: Pair = field([0.0, 0.02], "where the heat of the input `ignition_power` goes: from x to x", "m")
     reaction: ChosenReaction = field(
@@ -66,6 +68,24 @@ class DetonationParameters(Parameters):
     def cell_size(self) -> float:
         """Length of a cell [m]."""
         return self.length / self.cells
+
+    @property
+    def has_pistons(self) -> bool:
+        """True where an end moves, and the cells with it."""
+        return isinstance(self.left, Piston) or isinstance(self.right, Piston)
+
+    @model_validator(mode="after")
+    def _validate_pistons(self) -> DetonationParameters:
+        if self.has_pistons and self.gauges:
+            raise ValueError(
+                "gauges: the cells of a tube with a piston move with it, so that no cell stays at a gauge; leave them out, and "
+                "read pressure and velocity at the output cell_position"
+            )
+        if self.has_pistons and isinstance(self.cross_section, list) and len(set(self.cross_section)) > 1:
+            raise ValueError(
+                "cross_section: got different ones in a tube with a piston, which has to fit all of it; give one number"
+            )
+        return self
 
     @model_validator(mode="after")
     def _validate_gas(self) -> DetonationParameters:

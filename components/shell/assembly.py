@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from dataclasses import dataclass
+from weakref import WeakValueDictionary
 
 import numpy as np
 
@@ -21,8 +22,9 @@ from .zero_modes import RIGID_MOTIONS, zero_mode_count
 _KNOWN = (3, "column", 2, "linear", 1.7)
 
 
-class Assembly(NamedTuple):
-    """The tables that the component builds once.
+@dataclass(frozen=True, eq=False)
+class Assembly:
+    """The tables that the component builds once, and that components of alike bodies share; nobody writes to them.
 
     Attributes:
         lattice: the nodes.
@@ -41,12 +43,25 @@ class Assembly(NamedTuple):
     conditions: Conditions
 
 
+# What the tables follow from, and the assemblies that are in use.
+_SOURCES = ("body", "material", "boundaries", "basis", "radius", "integration", "hourglass")
+_in_use: WeakValueDictionary[str, Assembly] = WeakValueDictionary()
+
+
 def assemble(p: ShellParameters) -> Assembly:
-    """Return the tables.
+    """Return the tables: those of a component of an alike body where there is one, such as that from which a tube has its step.
 
     Raises:
         ParameterError: the rule has modes without energy, or the neighbours of a point do not span the basis.
     """
+    key = repr([getattr(p, name) for name in _SOURCES])
+    found = _in_use.get(key)
+    if found is None:
+        found = _in_use[key] = _assemble(p)
+    return found
+
+
+def _assemble(p: ShellParameters) -> Assembly:
     refuse_soft_rule(p)
     lattice, rule = p.body.lattice(), p.rule
     points = integration_points(lattice, rule.surface, rule.through)
@@ -117,10 +132,10 @@ def transpose(stencils: Stencils, nodes: int) -> tuple[IndexArray, IndexArray, I
     begin = stencils.begin.astype(np.int64)
     order = np.argsort(stencils.nodes, kind="stable")
     counts = np.bincount(stencils.nodes, minlength=nodes)
-    point = np.repeat(np.arange(len(begin) - 1), np.diff(begin))[order]
-    slot = order - begin[point]
+    point = np.repeat(np.arange(len(begin) - 1, dtype=np.uint32), np.diff(begin))[order]
+    slot = (order - begin[point]).astype(np.uint32)
     ends = np.concatenate([[0], np.cumsum(counts)])
-    return ends.astype(np.uint32), point.astype(np.uint32), slot.astype(np.uint32)
+    return ends.astype(np.uint32), point, slot
 
 
 def chosen_hourglass(p: ShellParameters, lattice: Lattice) -> Hourglass:

@@ -65,19 +65,19 @@ class Shell(Component):
 
     def _build(self) -> None:
         p = self.parameters
-        self._assembly: Assembly = assemble(p)
-        self.lattice: Lattice = self._assembly.lattice
+        self.assembly: Assembly = assemble(p)
+        self.lattice: Lattice = self.assembly.lattice
         self.nodes: FloatArray = self.lattice.nodes
         present = self.lattice.present
-        self.mass: FloatArray = np.where(present, self._assembly.solid.body.mass, 0.0)
-        self.highest_frequency: float = highest_frequency(self._assembly.solid)
+        self.mass: FloatArray = np.where(present, self.assembly.solid.body.mass, 0.0)
+        self.highest_frequency: float = highest_frequency(self.assembly.solid)
         law = p.fracture
         bounding = self.highest_frequency * (CRACKED if isinstance(law, FractureLaw) else 1.0)
         suggested = suggest_step(bounding, "leave an edge free, or give more nodes")
         self.step_size = p.step_size or suggested
         refuse_large_step(self.step_size, bounding, "leave it out, or give fewer nodes")
         self._whole: Solid = self._finish_solid()
-        self._breaking = BreakingBody(p, law, self._assembly, self._whole) if isinstance(law, FractureLaw) else None
+        self._breaking = BreakingBody(p, law, self.assembly, self._whole) if isinstance(law, FractureLaw) else None
         if self._breaking is not None:
             self._declare_events(KINDS, self._breaking.details)
         self._gauges: IntArray = gauge_columns(p, self.lattice)
@@ -85,10 +85,10 @@ class Shell(Component):
 
     def _finish_solid(self) -> Solid:
         """Return the tables with what depends on the step."""
-        p, conditions = self.parameters, self._assembly.conditions
+        p, conditions = self.parameters, self.assembly.conditions
         stiffness = WALL_STIFFNESS * self.highest_frequency * self.highest_frequency * self.mass
-        body = self._assembly.solid.body._replace(bounce=stiffness if conditions.wall[1] else np.zeros(0))
-        return self._assembly.solid._replace(
+        body = self.assembly.solid.body._replace(bounce=stiffness if conditions.wall[1] else np.zeros(0))
+        return self.assembly.solid._replace(
             body=body, law=p.material.constants(self.step_size), plastic=p.material.name != "elastic", step=self.step_size,
             wall=conditions.wall,
         )  # fmt: skip
@@ -116,7 +116,7 @@ class Shell(Component):
     @property
     def point_count(self) -> int:
         """Number of integration points."""
-        return len(self._assembly.points.volume)
+        return len(self.assembly.points.volume)
 
     # -- the contract -----------------------------------------------------------------------------------------------
 
@@ -127,7 +127,7 @@ class Shell(Component):
             "pressure", "input", "Pa", (stations,), "pressure on the inner surface (of a plate the lower one) at each plane of "
             "nodes along the body; it follows the surface", start=0.0, axes=("station",), nominal=1e6,
         )  # fmt: skip
-        for edge, axis in self._assembly.conditions.moved.items():
+        for edge, axis in self.assembly.conditions.moved.items():
             shape, text = ((3,), "velocity") if axis < 0 else ((), f"velocity along {'xyz'[axis]}")
             yield Variable(
                 f"{edge}_velocity", "input", "m/s", shape, f"{text} of the {edge} edge", start=0.0,
@@ -229,7 +229,7 @@ class Shell(Component):
         """Return a field where the nodes are, from its parameters, shape (n, 3)."""
         if self._breaking is not None:
             return self._breaking.node_field(self._block, parameters)
-        some, out = self._assembly.node_stencils, np.zeros_like(parameters)
+        some, out = self.assembly.node_stencils, np.zeros_like(parameters)
         kernels.interpolate(some.begin, some.nodes, some.kind, some.first, some.values, parameters, out)
         return out
 
@@ -237,7 +237,7 @@ class Shell(Component):
         """Return means of a field of the points around each node, shape (n,)."""
         out = np.zeros(len(self.nodes))
         solid = self._solid
-        seen = self._assembly.stencils.values if self._breaking is None else self._breaking.values
+        seen = self.assembly.stencils.values if self._breaking is None else self._breaking.values
         kernels.spread_to_nodes(solid.body, seen, values, out)
         return out
 
@@ -281,7 +281,7 @@ class Shell(Component):
 
     def _gauge_strain(self) -> FloatArray:
         """Return E = (F^T F - 1) / 2 along the first two directions of the surface, shape (gauges, 2)."""
-        some, found = self._assembly.node_stencils, np.zeros((len(self._gauges), 2))
+        some, found = self.assembly.node_stencils, np.zeros((len(self._gauges), 2))
         for row, column in enumerate(self._gauges):
             node = self.surface_nodes[column]
             first = int(some.first[some.kind[node]])
@@ -356,7 +356,7 @@ class Shell(Component):
         return self._solid, self._state, self._scratch, self._block["tally"]
 
     def _advance(self, ticks: int) -> int:
-        signals = tick_signals(self._held, self._assembly.conditions.moved, self._tick, ticks)
+        signals = tick_signals(self._held, self.assembly.conditions.moved, self._tick, ticks)
         if self._breaking is not None:
             pressures = pattern_of(self._held["pressure"])
             return self._breaking.advance(
@@ -383,7 +383,7 @@ class Shell(Component):
 
     def _place_of(self, point: int) -> str:
         """Return where an integration point is, in words."""
-        lines = self._assembly.points.lines
+        lines = self.assembly.points.lines
         indices = np.unravel_index(point, [len(line.at) for line in lines])
         axes = self.lattice.axes
         x, y, z = (float(axis.at(line.at[[i]])[0]) for axis, line, i in zip(axes, lines, indices, strict=True))
@@ -441,8 +441,8 @@ class Shell(Component):
         if self._judges:
             ratio = self._fracture_ratio()
             nearest = int(ratio.argmax())
-            across, through = (len(line.at) for line in self._assembly.points.lines[1:])
-            along = self._assembly.points.lines[0].at[nearest // (across * through)]
+            across, through = (len(line.at) for line in self.assembly.points.lines[1:])
+            along = self.assembly.points.lines[0].at[nearest // (across * through)]
             found |= {
                 "largest fracture ratio now": float(ratio[nearest]),
                 "where along the body, m": float(self.lattice.axes[0].at(along)),
@@ -457,7 +457,7 @@ class Shell(Component):
             return self._breaking.conclusions(self._block, self._state, self.step_size)
         if not self._whole.plastic:
             return []
-        strain, report = float(station_means(self._assembly, self._state.plastic_strain).max()), self.report()
+        strain, report = float(station_means(self.assembly, self._state.plastic_strain).max()), self.report()
         return [
             f"outcome: {OUTCOMES[BULGED if strain > BULGED_STRAIN else WHOLE]}; no fracture law is chosen",
             f"the largest principal stress is {report['largest fracture ratio now']:.3g} of three times the yield stress now, "

@@ -113,9 +113,8 @@ def make_stencils(
     places = np.stack(np.meshgrid(*(line.at for line in lines), indexing="ij"), axis=-1).reshape(-1, 3)
     if index is None:
         index = places
-    counts = np.diff(even.begin.astype(np.int64))
-    lost = np.bincount(np.repeat(np.arange(len(counts)), counts), weights=~lattice.present[even.nodes], minlength=len(counts))
-    picked = np.flatnonzero((lost > 0) | (index != places).any(axis=1))
+    lost = np.logical_or.reduceat(~lattice.present[even.nodes], even.begin[:-1])
+    picked = np.flatnonzero(lost | (index != places).any(axis=1))
     return _replace(even, picked, *_stencils_at(lattice, index[picked], radii, basis))
 
 
@@ -245,10 +244,25 @@ def _presence(rows: Sequence[_Line], picks: list[IntArray]) -> npt.NDArray[np.bo
     return (first & second & third).astype(bool)
 
 
-def _neighbours(lattice: Lattice, rows: Sequence[_Line]) -> tuple[IntArray, npt.NDArray[np.bool_]]:
-    """Return the neighbours of all points, and which of them there are, shape (m, k)."""
-    picks = [np.arange(len(row.at)) for row in rows]
-    return lattice.number(*_product(rows, picks)), _presence(rows, picks)
+def _neighbours(lattice: Lattice, rows: Sequence[_Line]) -> tuple[npt.NDArray[np.uint32], npt.NDArray[np.bool_]]:
+    """Return the neighbours of all points, and which of them there are, shape (m, k).
+
+    The number of a node is a sum of one of each axis: no index of a neighbour is kept, which would be most of the memory that a
+    body takes while it is built.
+    """
+    _, across, layers = lattice.shape
+    along, around, through = rows
+    parts = (along.planes * (across * layers), around.planes % across * layers, through.planes)
+    nodes = _spread([one.astype(np.uint32) for one in parts], np.add)
+    return nodes, _spread([row.present for row in rows], np.logical_and)
+
+
+def _spread(parts: list[npt.NDArray[Any]], join: np.ufunc) -> npt.NDArray[Any]:
+    """Return what the points of a product have along its three axes, joined, shape (m, k)."""
+    first, second, third = parts
+    plane = join(second[:, None, :, None], third[None, :, None, :])
+    joined = join(first[:, None, None, :, None, None], plane[None, :, :, None])
+    return joined.reshape(len(first) * len(second) * len(third), -1)
 
 
 def _neighbourhoods(

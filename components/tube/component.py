@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import gc
 import math
 from collections.abc import Callable, Iterable, Mapping
 from typing import Any
@@ -24,6 +25,8 @@ from . import balances, kernels
 from .interface import Interface, find_overlaps
 from .parameters import TubeParameters
 
+# Words of a state from which on it matters that a component that is not needed any more leaves memory at once.
+_LARGE_STATE = 100_000
 # Loads below this part of the pressure outside come from rounding: the shell sleeps until one is larger.
 _WAKING = 1e-9
 # What `_advance` returns for the gas, the shell and what passes between them: this and their own status.
@@ -54,14 +57,20 @@ class Tube(Component):
         # Built by themselves first: they know their steps and how large their states are.
         gas, shell = make_part(DetonationTube, self, "gas"), make_part(Shell, self, "shell")
         self._choose_steps(gas.step_size, shell.step_size)
-        stations = shell.parameters.body.counts[0]
+        stations, words = shell.parameters.body.counts[0], shell.memory.size
         self._lay_out(
-            gas=("f8", (gas.memory.size,)), shell=("f8", (shell.memory.size,)), peak_pressure=("f8", (stations,)),
+            gas=("f8", (gas.memory.size,)), shell=("f8", (words,)), peak_pressure=("f8", (stations,)),
             widening=("f8", (stations,)), tally=("f8", (kernels.TALLY,)), awake=("i8", (1,)),
         )  # fmt: skip
+        # The second shell shares the tables of the first one while it is there.
+        tables = shell.assembly
+        del shell
+        if words > _LARGE_STATE:
+            gc.collect()  # a component is part of cycles, and would stay in memory until much later
         gas_step, shell_step = self.step_size / self.gas_steps, self.step_size / self.shell_steps
         self.gas: DetonationTube = make_part(DetonationTube, self, "gas", step_size=gas_step, memory=self._block["gas"])
         self.shell: Shell = make_part(Shell, self, "shell", step_size=shell_step, memory=self._block["shell"])
+        del tables
         self._include(self.gas, "gas", self.gas_steps)
         self._include(self.shell, "shell", self.shell_steps)
         self.interface: Interface = self._find_interface()

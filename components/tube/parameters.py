@@ -68,6 +68,10 @@ class TubeParameters(Parameters):
                     f"{part}.step_size: the parts share one step_size; give it beside them, with {part}_steps where the "
                     f"{part} shall make several steps in it"
                 )
+        if self.gas.has_pistons:
+            raise ValueError(
+                "gas: got a piston, whose cells move, where the shell is loaded by cells that stay; give another end"
+            )
         if not isinstance(self.shell.body, Tube):
             raise ValueError(f"shell.body: got {self.shell.body.name!r}, expected a tube")
         for edge, kind in self.shell.boundaries.items():

@@ -22,6 +22,7 @@ from ..parameters import ShellParameters
 from . import forces
 from .cracks import Cracks, Parting
 from .facets import FACET_ROWS
+from .grips import UNBREAKABLE, points_in_grips
 from .judgement import find_parting, write_ratios
 from .law import FractureLaw
 from .openings import crack_length, open_areas
@@ -73,6 +74,7 @@ class BreakingBody:
         self.cracks = Cracks(
             assembly.lattice, assembly.points, assembly.stencils, whole, law, parameters.chosen_radius, parameters.basis
         )
+        self.cracks.judged.limit[points_in_grips(parameters, assembly, law.grip_length)] = UNBREAKABLE
         self._found = np.zeros(len(assembly.points.volume), dtype=np.int64)
         self._seen_facets = np.zeros((0, 9))
 

@@ -11,7 +11,7 @@ import numpy.typing as npt
 from ...support.arrays import FloatArray
 from ..geometry.lattice import Lattice
 from ..integration import IntegrationPoints
-from ..layout import IntArray, Solid, State
+from ..layout import IndexArray, IntArray, Solid, State
 from ..stencils import Stencils
 from .facets import mark_links
 from .judgement import Judgement, decisive_value, index_normal
@@ -30,6 +30,8 @@ _STIFFEST = 2.0
 _LOOSE = 0.2
 # Part of the yield stress that a point has to bear to part by its strain: one that a crack has unloaded does not.
 _TENSION = 0.5
+# Points whose stiffness is computed at a time.
+_AT_A_TIME = 4096
 # Time for a point that has parted to unload: that of sound over so many of the longest spacings.
 _SPACINGS_TO_UNLOAD = 4.0
 
@@ -95,7 +97,7 @@ class Cracks:
         self._hold = np.zeros(lattice.node_count)
         even = self.visibility
         write_hold(solid.body, even.kind, even.first, even.values, np.arange(lattice.node_count), self._hold)
-        self._stiffest = _STIFFEST * float(self._stiffness(np.arange(len(points.volume))).max())
+        self._stiffest = _STIFFEST * self._largest_stiffness()
         self.clear()
 
     def _ticks_to_unload(self, solid: Solid) -> int:
@@ -291,6 +293,13 @@ class Cracks:
                     found.append((x * across + y % across) * k + layer)
         return found
 
+    def _largest_stiffness(self) -> float:
+        """Return the largest one of all points, some at a time: all at once would double the memory of the body."""
+        every = np.arange(len(self._places))
+        return max(
+            float(self._stiffness(every[begin : begin + _AT_A_TIME]).max()) for begin in range(0, len(every), _AT_A_TIME)
+        )
+
     def _stiffness(self, points: IntArray) -> FloatArray:
         """Return V sum |grad N_J|^2 / m_J of points: their share of the squared frequency, over that of sound."""
         some, body = self._stencils, self._whole.body
@@ -319,10 +328,10 @@ class Cracks:
             body=body, hourglass=whole.hourglass._replace(partner=self._ties()), surface=whole.surface._replace(around=around)
         )
 
-    def _find_connected(self) -> tuple[IntArray, IntArray]:
+    def _find_connected(self) -> tuple[IndexArray, IndexArray]:
         """Return what each point connects before any crack, as `label_columns` takes it."""
         some = self._stencils
-        ends, columns = np.zeros(len(some.kind) + 1, dtype=np.int64), np.zeros(len(some.nodes), dtype=np.int64)
+        ends, columns = np.zeros(len(some.kind) + 1, dtype=np.uint32), np.zeros(len(some.nodes), dtype=np.uint32)
         find_connected(some.begin, some.nodes, some.kind, some.first, some.values, self._lattice.shape[2], ends, columns)
         return ends, columns[: ends[-1]].copy()
 

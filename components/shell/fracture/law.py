@@ -9,7 +9,7 @@ import numpy as np
 from ...materials.thermoviscoplastic import FlowConstants
 from ...support.arrays import FloatArray
 from ...support.counter_random import uniform
-from ...support.parameter_fields import Index, field
+from ...support.parameter_fields import Index, NotNegative, field
 from ...support.tagged_union import Named
 
 _STREAM = 3
@@ -26,6 +26,9 @@ class FractureLaw(Named):
         0.0, "largest deviation of the strength of a column of points from the mean, over it", "1", ge=0.0, lt=1.0
     )
     seed: Index = field(1, "of the scatter", "1")
+    grip_length: NotNegative = field(
+        0.0, "length beside clamped and moved edges within which nothing parts, as a fitting holds it there", "m"
+    )
 
     def limit(self, law: FlowConstants) -> float:
         """Return what decides where a point parts, in `unit`."""

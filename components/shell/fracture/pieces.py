@@ -70,14 +70,14 @@ def label_columns(begin, nodes, kind, first_rows, values, blind, layers, shared,
         plain = kind[p] < shared
         from_entry, to_entry = np.int64(begin[p]), np.int64(begin[p + 1])
         if plain:
-            from_entry, to_entry = ends[p], ends[p + 1]
+            from_entry, to_entry = np.int64(ends[p]), np.int64(ends[p + 1])
         for entry in range(from_entry, to_entry):
             if plain:
-                column = columns[entry]
+                column = np.int64(columns[entry])
             else:
                 if not abs(values[first_rows[kind[p]] + entry - begin[p]]) > _CONNECTS:
                     continue
-                column = nodes[entry] // layers
+                column = np.int64(nodes[entry] // layers)
                 if column == last:
                     continue
                 last = column

@@ -1,0 +1,25 @@
+"""Grips: what lies beside an edge that a fitting holds, and does not part."""
+
+from __future__ import annotations
+
+from ...support.arrays import FloatArray
+from ..assembly import Assembly
+from ..geometry.bodies import EDGES
+from ..parameters import ShellParameters
+from .pieces import Marks
+
+# The limit of what does not part: above any stress and strain, its square is finite.
+UNBREAKABLE = 1e100
+_GRIPPED = ("clamped", "moved")
+
+
+def points_in_grips(p: ShellParameters, assembly: Assembly, length: float) -> Marks:
+    """Return which points lie within a length of an edge that is clamped or moved, shape (m,)."""
+    places: FloatArray = assembly.points.places
+    found: Marks = places[:, 0] < -1.0
+    for edge, kind in p.boundaries.items():
+        if kind in _GRIPPED and length > 0.0:
+            number, end = EDGES[edge]
+            axis = assembly.lattice.axes[number]
+            found |= abs(axis.at(places[:, number]) - axis.positions[end]) < length
+    return found
