@@ -19,7 +19,9 @@ from granular_env.domains.tube.gato_shie_2010 import cases
 from granular_env.domains.tube.gato_shie_2010.outcome import Outcome, in_notch, read_outcome
 from granular_env.domains.tube.gato_shie_2010.pictures import rolled_out
 
-NAMES = ["figure-1", "recipe", "figure-2", "figure-3", "figure-4", "criterion", "pressures", "coupling", "integration"]
+NAMES = [
+    "figure-1", "recipe", "figure-2", "figure-3", "figure-4", "outcomes", "criterion", "pressures", "coupling", "integration",
+]  # fmt: skip
 
 
 def made(folder: Path, **options: Any) -> dict[str, Any]:

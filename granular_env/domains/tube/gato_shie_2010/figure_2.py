@@ -37,8 +37,8 @@ def _strains(context: Context) -> Figure:
     ]
     return Figure(
         "figure-2-strain", "Hoop strain at gauges, notch of 1 in",
-        "On the outer surface; places from the middle of the notch along the tube, angles from it around the tube. Ahead of "
-        "the crack the wall breathes; beside a crack it unloads.",
+        "On the outer surface; places from the middle of the notch along the tube, angles from it around the tube, on the "
+        "far side for 180°. The paper has no such figure; the experiments had gauges.",
         Axis("time, µs", 700.0), Axis("hoop strain, 1e-3"), curves,
     )  # fmt: skip
 

@@ -32,10 +32,8 @@ def compute(context: Context) -> Findings:
             "equilibrium at all resolutions of the mesh”", "section Results", values,
             remark="Speed of the front over its last cells in a closed tube of 1.52 m, 100 kPa; within "
             f"{100 * _CORRECT:g} % is our reading of correct.",
-            reason="The recipe writes the pressure over that of the flow, which does not conserve energy: its front is too "
-            "fast, and "
-            "no mesh mends that. A burn that starts where the pressure has risen and conserves energy has the "
-            "speed of Chapman and Jouguet on both meshes; the other pages of this atlas use it.",
+            reason="The recipe writes the pressure over that of the flow, which does not conserve energy. The other entries of "
+            "this page use a burn that starts where the pressure has risen, and conserves energy: the last two rows.",
         )
     ])  # fmt: skip
 
