@@ -278,7 +278,8 @@ class Paper:
         summary: what it is about and what this page does, one string a paragraph.
         constants: what may be changed, by name.
         entries: in the order of the page.
-        cost: from the constants, what the page takes, in words; the command says so beforehand where constants are changed.
+        cost: from the constants and the names of entries, what these take, in words; the command says so beforehand where
+            constants are changed.
     """
 
     name: str
@@ -287,4 +288,4 @@ class Paper:
     summary: Sequence[str]
     constants: Mapping[str, Constant]
     entries: Sequence[Entry]
-    cost: Callable[[Mapping[str, float]], str] | None = None
+    cost: Callable[[Mapping[str, float], Sequence[str]], str] | None = None

@@ -1,4 +1,4 @@
-"""What becomes of the three tubes, beside the paper's words, and how their cracks grow over the paper's time."""
+"""The outcomes of the three tubes beside the paper's words, and the growth of their cracks over the paper's time."""
 
 from __future__ import annotations
 
