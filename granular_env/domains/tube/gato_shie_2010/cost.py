@@ -35,9 +35,9 @@ def cost_words(constants: Mapping[str, float], entries: Sequence[str]) -> str:
         return "no tube is broken here: seconds, and some megabytes of logs"
     cores = "; such a run uses two cores by itself: add --processes 1" if nodes >= _TWO_CORES else ""
     return (
-        f"{tubes} tubes of up to {nodes:.0f} nodes, half of each computed: about {_short(seconds / 60.0)} minutes of one core in "
-        f"all, and up to {1e-9 * size:.2g} GB of logs (estimated from runs of 5000 and 140000 nodes; cracks cost more the more "
-        f"there are){cores}. Ended, the same command goes on with the runs that are left"
+        f"{tubes} tubes of up to {nodes:.0f} nodes, half of each computed: about {_short(seconds / 60.0)} minutes of one core "
+        f"in all, and up to {1e-9 * size:.2g} GB of logs (estimated from runs of 5000 and 140000 nodes; cracks cost more the "
+        f"more there are){cores}. Ended, the same command goes on with the runs that are left"
     )
 
 
