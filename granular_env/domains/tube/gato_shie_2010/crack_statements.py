@@ -6,8 +6,8 @@ from granular_env.atlas.context import Context
 from granular_env.atlas.model import Figure, Item
 from granular_env.atlas.verdicts import Value
 
-from .cases import INCH, LATE, PAPER_FACTOR, PIECE
-from .outcome import Outcome, in_notch, outcome
+from .cases import ARRIVAL, DURATION, INCH, LATE, PAPER_FACTOR, PIECE, notched_tube
+from .outcome import Outcome, in_notch, outcome, read_outcome
 from .pictures import rolled_out
 from .saturation import saturation
 
@@ -66,13 +66,16 @@ def cracks(context: Context, inches: int, where: str, statements: list[tuple[str
     )  # fmt: skip
 
 
-def picture(context: Context, inches: int, name: str, title: str) -> Figure:
-    """Return the rolled-out tube at the end, with stress and cracks."""
+def picture(context: Context, inches: int, name: str, title: str, after: float = LATE) -> Figure:
+    """Return the rolled-out tube, with stress and cracks, so long after the front has passed the middle of the notch [s]."""
+    factor = context.constants["factor"]
+    log = context.run(notched_tube(context, inches, factor))
     return rolled_out(
-        name, title,
-        "The outer surface, rolled out; the detonation came from the left. The shade is the equivalent stress at the end of "
-        f"the run; cracks as they are with the factor {context.constants['factor']:g}.",
-        crack_outcome(context, inches), inches,
+        name, f"{title}, {1e3 * after:g} ms",
+        "The outer surface, rolled out; the detonation came from the left. The shade is the equivalent stress, "
+        f"{1e3 * after:g} ms after the front has passed the middle of the notch; cracks as they are with the factor "
+        f"{factor:g}.",
+        read_outcome(log, min(ARRIVAL + after, DURATION)), inches,
     )  # fmt: skip
 
 
