@@ -95,8 +95,8 @@ ENTRY = Entry(
     "outcomes",
     "Results",
     "The outcome by notch",
-    "Three notches, three outcomes: a crack that stops, one that severs the tube in the experiment and not in the computation, "
-    "and one that severs it in both.",
+    "In the paper three notches have three outcomes: a crack that stops, one that severs the tube in the experiment and not in "
+    "the computation, and one that severs it in both.",
     compute,
     weight=5.0,
     runs=6,
