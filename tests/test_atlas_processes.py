@@ -16,6 +16,7 @@ from support.terminal_tools import run_in_terminal, seen_lines
 
 import granular_env as ge
 from granular_env import atlas
+from granular_env.atlas import context, finished
 from granular_env.atlas.context import Context
 from granular_env.atlas.folder import open_folder
 from granular_env.atlas.model import Entry, Findings
@@ -166,6 +167,42 @@ def test_a_stranger_s_data_that_came_meanwhile_is_kept(tmp_path):
     assert (tmp_path / "atlas.json").read_text() == "[" * 100_000 and not (tmp_path / "index.html").exists()
 
 
+# -- going on --------------------------------------------------------------------------------------------------------
+
+
+def runs_of(folder, monkeypatch, names):
+    """Compute the entries of the toy of these names, and return how many runs were made for them."""
+    made = []
+    with monkeypatch.context() as patch:
+        patch.setattr(context, "run", lambda *args, **options: made.append(1) or ge.run(*args, **options))
+        done = atlas.compute(toy(), folder, only=names)
+    return len(made), done
+
+
+def test_a_page_that_was_ended_goes_on_with_the_runs_that_are_left(tmp_path, monkeypatch):
+    first, done = runs_of(tmp_path, monkeypatch, ["struck"])
+    again, other = runs_of(tmp_path, monkeypatch, ["struck", "again"])
+    assert (first, again) == (1, 0)
+    assert other.done[0].findings.items[0].values == done.done[0].findings.items[0].values
+    [log] = (tmp_path / "logs").iterdir()
+    log.write_bytes(log.read_bytes()[:100])
+    assert runs_of(tmp_path, monkeypatch, ["struck"])[0] == 1  # A log that cannot be read is made anew,
+    monkeypatch.setattr(finished, "_program", lambda: "another")
+    assert runs_of(tmp_path, monkeypatch, ["struck"])[0] == 1  # and so is one of another program.
+
+
+def test_logs_of_a_page_that_was_ended_go_when_the_next_one_does_not_want_them(tmp_path, monkeypatch):
+    done = runs_of(tmp_path, monkeypatch, ["struck", "failing"])[1]
+    (tmp_path / "logs" / "old.mcap").write_bytes(b"of a page that was ended, and is not wanted any more")
+    runs = finished.FinishedRuns(tmp_path)
+    for name in ("old.mcap", "../precious.mcap"):
+        runs.add(name)
+    atlas.write(done, tmp_path)
+    [left] = (tmp_path / "logs").iterdir()
+    assert runs.names() == {left.name}
+    assert runs_of(tmp_path, monkeypatch, ["struck"])[0] == 0
+
+
 # -- progress --------------------------------------------------------------------------------------------------------
 
 
@@ -181,14 +218,22 @@ def test_an_entry_tells_of_its_begin_of_each_run_and_of_its_end(tmp_path, proces
 def test_a_context_counts_the_runs_of_an_entry(tmp_path):
     from support.atlas_toys import experiment
 
-    context, seen = Context(tmp_path, {}), []
-    context.begin(seen.append)
+    one, seen = Context(tmp_path, {}), []
+    one.begin(seen.append)
     for _ in range(2):
-        context.run(experiment(4, 5e9))
-    context.watch(experiment(4, 5e9), 1e-6, recorded=False)
-    assert seen == [1, 2, 3] and len(context.log_names()) == 1
-    context.begin(seen.append)
-    assert context.log_names() == []
+        one.run(experiment(4, 5e9))
+    one.watch(experiment(4, 5e9), 1e-6, recorded=False)
+    assert seen == [1, 2, 3] and len(one.log_names()) == 1
+    one.begin(seen.append)
+    assert one.log_names() == []
+
+
+def test_a_long_run_tells_how_far_it_is(tmp_path, monkeypatch):
+    monkeypatch.setattr(context, "_TELL_SECONDS", 0.0)
+    one, seen = Context(tmp_path, {}), []
+    one.begin(seen.append)
+    one.run(experiment(64, 5e9) | {"duration": 1e-2, "record": {"every": 1e-3, "variables": ["velocity"]}})
+    assert seen == sorted(seen) and seen[-1] == 1 and any(0.0 < share < 1.0 for share in seen)
 
 
 def test_the_bar_goes_by_the_work_and_names_what_is_computed_at_80_columns(tmp_path):

@@ -19,6 +19,7 @@ from granular_env.workers import Worker, stop_all
 from .constants import constant_values
 from .context import Context
 from .drawing import draw
+from .finished import FinishedRuns
 from .folder import open_folder
 from .model import Entry, Findings, Paper
 
@@ -81,6 +82,8 @@ def compute(
 ) -> Atlas:
     """Compute the entries of a paper; their logs go into ``folder/logs``.
 
+    Runs that the same program has finished there are not done again: an atlas that was ended goes on.
+
     Args:
         paper: which one.
         folder: made if it is not there; one process computes there at a time.
@@ -103,9 +106,10 @@ def compute(
     # The long ones first: the last process to end then ends sooner.
     order, found = sorted(entries, key=lambda entry: -entry.weight), {}
     with open_folder(folder) as logs:
-        stream = _serial(order, logs, values, refinement, told)
+        arguments = logs, values, refinement, FinishedRuns(Path(folder))
+        stream = _serial(order, Context(*arguments), told)
         if min(processes, len(entries)) > 1:
-            stream = _parallel(order, (logs, values, refinement), min(processes, len(entries)), told)
+            stream = _parallel(order, arguments, min(processes, len(entries)), told)
         with closing(stream):
             for one in stream:
                 found[one.entry.name] = one
@@ -124,10 +128,7 @@ def chosen(paper: Paper, only: Iterable[str]) -> list[Entry]:
     return [entry for entry in paper.entries if not wanted or entry.name in wanted]
 
 
-def _serial(
-    entries: Sequence[Entry], logs: Path, values: Mapping[str, float], refinement: int, told: Told
-) -> Generator[Done, None, None]:
-    context = Context(logs, values, refinement)
+def _serial(entries: Sequence[Entry], context: Context, told: Told) -> Generator[Done, None, None]:
     for entry in entries:
         yield _attempt(entry, context, told)
 
@@ -168,9 +169,9 @@ def _give(worker: Worker, waiting: list[Entry]) -> Entry:
     return entry
 
 
-def _serve(connection: Connection, logs: Path, values: Mapping[str, float], refinement: int) -> None:
+def _serve(connection: Connection, *arguments: Any) -> None:
     """Compute the entries that come, one after the other; what a process keeps between them is its context."""
-    context = Context(logs, values, refinement)
+    context = Context(*arguments)
     while True:
         connection.send(_attempt(connection.recv(), context, lambda entry, share: connection.send(share)))
 

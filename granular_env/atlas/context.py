@@ -7,11 +7,14 @@ import json
 import os
 import warnings
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from pathlib import Path
+from time import perf_counter
 from typing import Any
 
+from granular_env.components.catalogue import component_class
 from granular_env.components.component import Component
-from granular_env.components.errors import GranularWarning, ParameterError
+from granular_env.components.errors import GranularWarning, LogError, ParameterError
 from granular_env.components.observer import Observer
 from granular_env.domains import domain_of
 from granular_env.experiments import Experiment
@@ -21,7 +24,11 @@ from granular_env.recording import open_log
 from granular_env.recording.replay.log import Log
 from granular_env.run_loop import run
 
+from .finished import FinishedRuns
 from .folder import PART
+
+# Of a run that goes on, so often is told how far it is [s].
+_TELL_SECONDS = 2.0
 
 
 class Context:
@@ -31,18 +38,21 @@ class Context:
         logs: the folder that the logs are written into.
         constants: the paper's constants, with the changes that were asked for.
         refinement: by how much entries divide their steps and sampling intervals.
+        finished: runs that need not be done again; None: all are done here.
     """
 
-    def __init__(self, logs: Path, constants: Mapping[str, float], refinement: int = 1) -> None:
+    def __init__(
+        self, logs: Path, constants: Mapping[str, float], refinement: int = 1, finished: FinishedRuns | None = None
+    ) -> None:
         self.constants, self.refinement = dict(constants), refinement
-        self._logs = logs
+        self._logs, self._finished = logs, finished
         self._paths: dict[str, Path] = {}
         self.begin(lambda runs: None)
 
-    def begin(self, on_run: Callable[[int], None]) -> None:
-        """Begin an entry: `on_run` is called with the number of its runs so far, after each of them."""
+    def begin(self, on_run: Callable[[float], None]) -> None:
+        """Begin an entry: `on_run` is called with the number of its runs so far, after each, and with parts of a long one."""
         self._used: list[str] = []
-        self._runs, self._on_run = 0, on_run
+        self._runs, self._on_run, self._told = 0, on_run, perf_counter()
 
     def run(self, experiment: Source, **overrides: Any) -> Log:
         """Open the log of an experiment.
@@ -59,7 +69,7 @@ class Context:
         loaded = load_experiment(experiment, overrides)
         content = json.dumps(loaded.to_dict(), sort_keys=True)
         if content not in self._paths:
-            self._paths[content] = self._record_run(loaded, content)
+            self._paths[content] = self._find_run(loaded, content) or self._record_run(loaded, content)
         path = self._paths[content]
         if path.name not in self._used:
             self._used.append(path.name)
@@ -101,21 +111,44 @@ class Context:
         self._runs += 1
         self._on_run(self._runs)
 
+    def _find_run(self, experiment: Experiment, content: str) -> Path | None:
+        """Return the log of a run that is finished already; only where all that computed it is code of this package."""
+        path = self._path(experiment, content)
+        of_package = component_class(experiment.component.type).__module__.startswith("granular_env.")
+        if self._finished is None or not of_package or not self._finished.has(path.name):
+            return None
+        with suppress(LogError):
+            open_log(path)
+            return path
+        return None
+
+    def _path(self, experiment: Experiment, content: str) -> Path:
+        short = file_name(experiment.name.rpartition("/")[2], "run")
+        return self._logs / f"{short}-{hashlib.sha256(content.encode()).hexdigest()[:6]}.mcap"
+
     def _record_run(self, experiment: Experiment, content: str, observers: Sequence[Observer] = ()) -> Path:
         """Run it. Another process may be at the same: each writes its own file, and the last one, which is equal, stays."""
-        short = file_name(experiment.name.rpartition("/")[2], "run")
-        path = self._logs / f"{short}-{hashlib.sha256(content.encode()).hexdigest()[:6]}.mcap"
+        path = self._path(experiment, content)
         own = path.with_name(f".{path.name}.{os.getpid()}{PART}")
         try:
             self._run(experiment, own, observers)
             own.replace(path)
+            if self._finished is not None:
+                self._finished.add(path.name)
         finally:
             own.unlink(missing_ok=True)
         return path
 
+    def _part_done(self, part: float) -> None:
+        """Tell how far a run is, where it is a long one."""
+        if perf_counter() - self._told > _TELL_SECONDS:
+            self._told = perf_counter()
+            self._on_run(self._runs + part)
+
     def _run(self, experiment: Experiment, log: Path | None, observers: Sequence[Observer]) -> Component:
+        self._told = perf_counter()
         with warnings.catch_warnings(action="ignore", category=GranularWarning):
-            result = run(experiment, log=log, overwrite=True, observers=observers)
+            result = run(experiment, log=log, overwrite=True, observers=observers, progress=self._part_done)
         if result.interrupted:
             raise KeyboardInterrupt
         return result.component

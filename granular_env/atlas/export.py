@@ -14,8 +14,9 @@ import numpy as np
 from granular_env.output_files import write_files
 
 from .computation import Atlas, Done
+from .finished import FinishedRuns
 from .folder import DATA, PAGE, logs_of_data, remove_logs
-from .model import Arrows, Curve, Figure, Item, Shading
+from .model import Arrows, Curve, Figure, Item, Shading, Table
 from .page import html
 from .verdicts import Value
 
@@ -33,9 +34,11 @@ def write(atlas: Atlas, folder: str | os.PathLike[str]) -> Path:
     target = Path(folder)
     data = document(atlas)
     numbers = json.dumps(data, indent=1, allow_nan=False, ensure_ascii=False) + "\n"
-    old = logs_of_data(target / DATA)
+    finished = FinishedRuns(target)
+    old = logs_of_data(target / DATA) | finished.names()
     write_files({target / DATA: numbers.encode(), target / PAGE: html(atlas, command(atlas)).encode()})
     remove_logs(target, old - set(data["logs"]))
+    finished.keep(data["logs"])
     return target / PAGE
 
 
@@ -72,6 +75,7 @@ def _entry(done: Done) -> dict[str, Any]:
         "error": done.error,
         "items": [_item(item) for item in done.findings.items],
         "figures": [_figure(figure) for figure in done.findings.figures],
+        "tables": [_table(table) for table in done.findings.tables],
         "logs": [f"logs/{name}" for name in done.logs],
     }
 
@@ -132,6 +136,11 @@ def _figure(figure: Figure) -> dict[str, Any]:
     if figure.letters:
         found["letters"] = [{"text": letter.text, "x": letter.x, "y": letter.y} for letter in figure.letters]
     return found
+
+
+def _table(table: Table) -> dict[str, Any]:
+    rows = [dict(zip(table.head, row, strict=True)) for row in table.rows]
+    return {"name": table.name, "title": table.title, "caption": table.caption, "rows": rows}
 
 
 def _arrays(part: Shading | Arrows, *names: str) -> dict[str, str]:

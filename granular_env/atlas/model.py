@@ -191,11 +191,31 @@ class Figure:
 
 
 @dataclasses.dataclass(frozen=True)
+class Table:
+    """Results of ours beside each other, a row for each run; what the paper has of them stands in a column of its own.
+
+    Attributes:
+        name: for addresses, such as "table-outcomes".
+        title: one line.
+        caption: what a reader should know.
+        head: what stands in each column.
+        rows: words or numbers with their units, one for each column.
+    """
+
+    name: str
+    title: str
+    caption: str
+    head: Sequence[str]
+    rows: Sequence[Sequence[str]]
+
+
+@dataclasses.dataclass(frozen=True)
 class Findings:
-    """The items and figures that an entry computed."""
+    """The items, figures and tables that an entry computed."""
 
     items: Sequence[Item] = ()
     figures: Sequence[Figure] = ()
+    tables: Sequence[Table] = ()
 
 
 @dataclasses.dataclass(frozen=True)
@@ -258,7 +278,8 @@ class Paper:
         summary: what it is about and what this page does, one string a paragraph.
         constants: what may be changed, by name.
         entries: in the order of the page.
-        cost: from the constants, what the page takes, in words; the command says so beforehand where constants are changed.
+        cost: from the constants and the names of entries, what these take, in words; the command says so beforehand where
+            constants are changed.
     """
 
     name: str
@@ -267,4 +288,4 @@ class Paper:
     summary: Sequence[str]
     constants: Mapping[str, Constant]
     entries: Sequence[Entry]
-    cost: Callable[[Mapping[str, float]], str] | None = None
+    cost: Callable[[Mapping[str, float], Sequence[str]], str] | None = None

@@ -30,21 +30,22 @@ def atlas(paper: str | None, out: str | None, overrides: Overrides, only: tuple[
         _list_papers()
         return Status.DONE
     constants = _constants(overrides)
-    if constants and not quiet and not only:
-        _print_cost(paper, constants)
+    if constants and not quiet:
+        _print_cost(paper, constants, only)
     done = run_atlas(paper, out, overrides=constants, only=only, processes=processes, progress=not quiet)
     print(done.page if quiet else closing(done))
     return Status.DIFFERENT if done.failed else Status.DONE
 
 
-def _print_cost(name: str, constants: dict[str, Any]) -> None:
-    """Print what the page takes with these constants, where the paper knows."""
-    from granular_env.atlas import paper
+def _print_cost(name: str, constants: dict[str, Any], only: tuple[str, ...]) -> None:
+    """Print what the page, or these entries of it, takes with these constants, where the paper knows."""
+    from granular_env.atlas import chosen, paper
     from granular_env.atlas.constants import constant_values
 
-    chosen = paper(name)
-    if chosen.cost is not None:
-        print(wrap_text(chosen.cost(constant_values(chosen, constants))), flush=True)
+    found = paper(name)
+    if found.cost is not None:
+        entries = [entry.name for entry in chosen(found, only)]
+        print(wrap_text(found.cost(constant_values(found, constants), entries)), flush=True)
 
 
 def _list_papers() -> None:

@@ -12,6 +12,7 @@ from .plot_groups import Plot, select_plots
 from .profiles import profile_pane
 from .scene import TIMELINE, Scales, whole_camera
 from .scene_data import SceneData
+from .shapes import faces_back
 from .views import Views
 
 # A run is played back in about this wall time [s].
@@ -124,6 +125,7 @@ def _oblique(rrb: Any, scene_data: SceneData, scales: Scales) -> Any:
     middle = 0.5 * (low + high)
     away = np.array([-0.35, -0.55, 0.3]) * float((high - low).max())
     if scene_data.is_solid:
-        away = np.array(_TOWARDS_EYE) * _EYE_DISTANCE * float(np.sqrt(((high - low) ** 2).sum()))
+        turned = [-1.0, -1.0, 1.0] if faces_back(mesh for mesh in scene_data.meshes if mesh.is_solid) else [1.0, 1.0, 1.0]
+        away = np.array(_TOWARDS_EYE) * turned * _EYE_DISTANCE * float(np.sqrt(((high - low) ** 2).sum()))
     position = (middle + away).tolist()
     return rrb.EyeControls3D(kind="Orbital", position=position, look_target=middle.tolist(), eye_up=[0.0, 0.0, 1.0])

@@ -21,7 +21,7 @@ from .figures import frame_at
 from .legend import add_bar
 from .scene import scales_of
 from .scene_data import MAXIMUM_SHOWN_LINKS, SceneData, coloured_drawables, sample_frames
-from .shapes import common_exaggeration, is_hidden, is_plane, is_solid
+from .shapes import common_exaggeration, faces_back, is_hidden, is_plane, is_solid
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -40,6 +40,7 @@ _LEAST_EDGED_CELL = 8.0
 _TOWARDS = np.array([-0.25, -0.6, 0.76]) / np.sqrt(0.0625 + 0.36 + 0.5776)
 _RIGHT = np.cross([0.0, 0.0, 1.0], _TOWARDS) / np.hypot(_TOWARDS[0], _TOWARDS[1])
 _OBLIQUE = np.stack([_RIGHT, np.cross(_TOWARDS, _RIGHT), _TOWARDS], axis=1)
+_FROM_BEHIND = _OBLIQUE * np.array([[-1.0], [-1.0], [1.0]])
 _SHADE, _INSIDE, _UNKNOWN = 0.35, np.array([0.23, 0.24, 0.26, 1.0]), (0.855, 0.855, 0.855)
 # An event that is so near to the start or the end, in lengths of the run, has no picture of its own.
 _MARGIN = 0.05
@@ -83,7 +84,14 @@ class Plane:
     @cached_property
     def eye(self) -> FloatArray:
         """The directions right and up in the picture, and towards the eye, as columns."""
-        return _OBLIQUE if self.is_solid else np.eye(3)
+        if not self.is_solid:
+            return np.eye(3)
+        return _FROM_BEHIND if self.is_from_behind else _OBLIQUE
+
+    @cached_property
+    def is_from_behind(self) -> bool:
+        """True where a body in space is seen from y > 0, as its outside faces that way."""
+        return faces_back(one for one in self.drawables if isinstance(one, Cells) and is_solid(one.nodes))
 
     @cached_property
     def box(self) -> tuple[FloatArray, FloatArray]:
@@ -325,7 +333,8 @@ def words(plane: Plane) -> str:
     """Return what the pictures show, in words."""
     kinds = [one.name.replace("_", " ") for one in plane.drawables]
     shown = ", ".join(kinds[:-1]) + (f" and {kinds[-1]}" if len(kinds) > 1 else kinds[-1])
-    where = "obliquely from above, x to the right; dark is the inside" if plane.is_solid else "x to the right, y up"
+    side = "left" if plane.is_solid and plane.is_from_behind else "right"
+    where = f"obliquely from above, x to the {side}; dark is the inside" if plane.is_solid else "x to the right, y up"
     parts = [f"{shown.capitalize()} at chosen instants, {where}"]
     movable = [one for one in plane.drawables if isinstance(one, Points | Cells) and one.displacement]
     if movable and not any(one.displacement in plane.values for one in movable):

@@ -510,7 +510,7 @@ def _notes(log: Any, motion: Motion | None, meshes: Sequence[MeshFrames]) -> Ite
             missing = f"neither {cells.displacement} nor {cells.field} was recorded"
             yield f"The {cells.name} is not drawn: {missing}, or it is too large."
         if cells.state and not _has_frames(log, cells.state):
-            yield f"{cells.state} was not recorded: cracks of the {cells.name} are not seen."
+            yield f"{cells.state} was not recorded: cracks of the {cells.name} are not seen. Record it as well."
     for mesh in meshes:
         if not mesh.located and not mesh.is_fixed:
             yield f"The {mesh.name} is drawn as it was at the start: its displacements were not recorded."

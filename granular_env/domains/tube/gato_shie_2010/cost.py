@@ -1,21 +1,50 @@
-"""The cost of the page, by the number of nodes: from runs at its coarse size and the speed of the solid."""
+"""The cost of the page, by the number of nodes and the entries: from runs at 5000 and at 140,000 nodes."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
-# Runs of broken tubes, some of them on coarser meshes; the gas, and all that does not grow with the nodes [s, of one core].
-_RUNS, _FIXED_SECONDS = 19, 12.0
-# Ticks of the shell after the front has come, nodes and ticks a second of one that breaks, and bytes of a log for each node.
-_TICKS, _SPEED, _BYTES = 7500.0, 2.4e6, 2600.0
+from .cases import COARSER, LATE
+
+# Tubes of each entry on the page's mesh and on the coarser one, by name: entries share them.
+_TUBES = {
+    "figure-2": (("1", "1 printed"), ()),
+    "figure-3": (("2", "2 printed"), ()),
+    "figure-4": (("3", "3 printed"), ()),
+    "outcomes": (("1", "2", "3", "1 printed", "2 printed", "3 printed"), ()),
+    "criterion": (("1", "1 printed", "1 factor", "1 less stabilised", "1 more stabilised"), ("1 at 180 kPa",)),
+    "pressures": ((), tuple(f"{inches} at {pressure} kPa" for inches in (1, 2, 3) for pressure in (80, 130, 180))),
+    "coupling": (("1", "1 two-way"), ()),
+}
+# The gas, and all that does not grow with the nodes [s, of one core].
+_FIXED_SECONDS = 12.0
+# Step of a notched shell [s], nodes and ticks a second of one that breaks, and bytes of a log for each node of the whole tube.
+_STEP, _SPEED, _BYTES = 2e-8, 2.1e6, 2500.0
+# From so many nodes of the whole tube on a run uses two cores by itself.
+_TWO_CORES = 60000.0
 
 
-def cost_words(constants: Mapping[str, float]) -> str:
-    """Return what the page takes in time and on the disk."""
+def cost_words(constants: Mapping[str, float], entries: Sequence[str]) -> str:
+    """Return what these entries of the page take in time and on the disk."""
     nodes = constants["nodes"]
-    minutes = _RUNS * (_FIXED_SECONDS + 0.5 * nodes * _TICKS / _SPEED) / 60.0
+    fine, coarse = ({name for entry in entries for name in _TUBES.get(entry, ((), ()))[kind]} for kind in (0, 1))
+    seconds = len(fine) * _seconds(nodes) + len(coarse) * _seconds(COARSER * nodes)
+    size = _BYTES * nodes * (len(fine) + COARSER * len(coarse))
+    tubes = len(fine) + len(coarse)
+    if not tubes:
+        return "no tube is broken here: seconds, and some megabytes of logs"
+    cores = "; such a run uses two cores by itself: add --processes 1" if nodes >= _TWO_CORES else ""
     return (
-        f"{_RUNS} tubes of {nodes:.0f} nodes, half of each computed: about {minutes:.2g} minutes of one core in all, and "
-        f"{1e-9 * _RUNS * _BYTES * nodes:.2g} GB of logs (estimated from runs of 3000 to 5000 nodes; cracks cost more the more "
-        "there are)"
+        f"{tubes} tubes of up to {nodes:.0f} nodes, half of each computed: about {_short(seconds / 60.0)} minutes of one core "
+        f"in all, and up to {1e-9 * size:.2g} GB of logs (estimated from runs of 5000 and 140000 nodes; cracks cost more the "
+        f"more there are){cores}. Ended, the same command goes on with the runs that are left"
     )
+
+
+def _seconds(nodes: float) -> float:
+    return _FIXED_SECONDS + 0.5 * nodes * (LATE / _STEP) / _SPEED
+
+
+def _short(number: float) -> str:
+    """Return two digits of a number, without an exponent."""
+    return f"{float(f'{number:.2g}'):g}"

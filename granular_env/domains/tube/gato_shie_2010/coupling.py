@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 
 from granular_env.atlas.context import Context
-from granular_env.atlas.model import Axis, Curve, Entry, Figure, Findings, Item
+from granular_env.atlas.model import Axis, Curve, Entry, Figure, Findings, Item, Table
 from granular_env.atlas.verdicts import Value
 from granular_env.recording.replay.log import Log
 
-from .cases import INCH, notched_tube
-from .outcome import Outcome, outcome_values, read_outcome
+from .cases import INCH, LATE, notched_tube
+from .outcome import HEAD, Outcome, ratio, read_outcome, row_of
 
 _INCHES = 1
 
@@ -23,25 +23,33 @@ def compute(context: Context) -> Findings:
         for words, two_way in (("one-way", False), ("two-way", True))
     }
     found = {words: read_outcome(log) for words, log in logs.items()}
-    return Findings([_table(logs, found)], [_figure(logs)])
+    return Findings([_same(found)], [_figure(logs)], [_table(logs, found)])
 
 
-def _table(logs: dict[str, Log], found: dict[str, Outcome]) -> Item:
-    values: list[Value] = []
-    for words, one in found.items():
-        log = logs[words]
-        end = float(log.times("shell_pieces")[-1])
-        leaked = float(log.get("leaked_mass", end)) / float(log.get("gas_mass", 0.0))
-        values += [
-            *outcome_values(words, one),
-            Value(f"{words}: length of cracks along the tube", None, one.along / INCH, "in", digits=2),
-            Value(f"{words}: gas that has left through cracks", None, 100.0 * leaked, "%", digits=2),
-            Value(f"{words}: largest mean growth of the radius", None, 1e6 * _growth(log), "µm", digits=3),
-        ]
+def _table(logs: dict[str, Log], found: dict[str, Outcome]) -> Table:
+    rows = [[words, *row_of(one), *_gas(logs[words])] for words, one in found.items()]
+    return Table(
+        "table-coupling", "A gas in a rigid tube, and one that feels the wall",
+        f"Notch of {_INCHES} in, {1e3 * LATE:g} ms after the front. Leaked: the part of the gas that has left through cracks.",
+        ("coupling", *HEAD, "leaked", "largest mean growth of the radius"), rows,
+    )  # fmt: skip
+
+
+def _gas(log: Log) -> list[str]:
+    end = float(log.times("shell_pieces")[-1])
+    leaked = float(log.get("leaked_mass", end)) / float(log.get("gas_mass", 0.0))
+    return [f"{100.0 * leaked:.2g} %", f"{1e6 * _growth(log):.3g} µm"]
+
+
+def _same(found: dict[str, Outcome]) -> Item:
     one, two = found["one-way"], found["two-way"]
     return Item(
         "“The gas does not feel the wall”: what changes when it does", "section Results, on figure 3",
-        [*values, Value("the outcome", None, "the same" if one.words == two.words else "another one")],
+        [
+            Value("the outcome", None, "the same" if one.words == two.words else f"{two.words}, not {one.words}"),
+            Value("reach along the tube, over that of one-way coupling", None, ratio(two.along, one.along), digits=2),
+            Value("part of the circumference, over that of one-way coupling", None, ratio(two.around, one.around), digits=2),
+        ],
         remark="The paper blames, among other things, that its gas flows as in a rigid tube. Here the gas gets the "
         "cross-section that the wall leaves it, pays for the work on the wall, and leaves through open cracks. It stays "
         "one-dimensional: flaps are no nozzle.",

@@ -2,39 +2,51 @@
 
 from __future__ import annotations
 
-import math
+from typing import NamedTuple
 
 from granular_env.atlas.context import Context
-from granular_env.atlas.model import Axis, Curve, Entry, Figure, Findings, Item, Mark
+from granular_env.atlas.model import Axis, Curve, Entry, Figure, Findings, Item, Mark, Table
 from granular_env.atlas.verdicts import Value
-from granular_env.components.materials.thermoviscoplastic import Thermoviscoplastic
 
-from .cases import COARSER, HOURGLASS, PAPER_FACTOR
-from .outcome import Outcome, in_notch, outcome, outcome_values
+from .cases import COARSER, HOURGLASS, LATE, PAPER_FACTOR
+from .outcome import HEAD, Outcome, in_notch, outcome, ratio, row_of
+from .saturation import saturation
 
 _INCHES = 1
 _STABILISATIONS = (0.02, 0.1)
 _FACTORS = (2.0,)
 
 
+class Variant(NamedTuple):
+    """A run of the table: what was varied, and what became of it."""
+
+    factor: float
+    hourglass: float
+    nodes: float
+    outcome: Outcome
+
+    def label(self) -> str:
+        """Return what was varied, for an axis."""
+        return f"factor {self.factor:g}, {self.hourglass:g}, {self.nodes:.0f}"
+
+
 def compute(context: Context) -> Findings:
     """Vary the factor, the mesh and the stabilisation about the run of figure 2."""
-    printed = outcome(context, _INCHES, PAPER_FACTOR)
-    found = {words: one for words, one in _variants(context)}
-    return Findings([_reached(printed), _table(found), _unchanged(context, found)], [_figure(context, printed, found)])
+    found = _variants(context)
+    printed, own = found[0], found[2:]
+    return Findings([_reached(printed.outcome), _unchanged(own)], [_figure(found)], [_table(found)])
 
 
-def _variants(context: Context) -> list[tuple[str, Outcome]]:
-    """Return the outcome of each variant, by what is varied."""
+def _variants(context: Context) -> list[Variant]:
+    """Return the runs, that with the paper's factor first; those with the page's factor are the last ones."""
     factor, nodes = context.constants["factor"], context.constants["nodes"]
-    coarse = COARSER * nodes
-    found = [(f"factor {factor:g}", outcome(context, _INCHES, factor))]
-    found += [(f"factor {one:g}", outcome(context, _INCHES, one)) for one in _FACTORS]
-    found += [
-        (f"factor {factor:g}, stabilisation {one:g}", outcome(context, _INCHES, factor, hourglass=one))
-        for one in _STABILISATIONS
+    kinds = [(one, HOURGLASS, nodes) for one in (PAPER_FACTOR, *_FACTORS, factor)]
+    kinds += [(factor, one, nodes) for one in _STABILISATIONS]
+    kinds.append((factor, HOURGLASS, COARSER * nodes))
+    return [
+        Variant(factor, hourglass, nodes, outcome(context, _INCHES, factor, hourglass=hourglass, nodes=nodes))
+        for factor, hourglass, nodes in kinds
     ]
-    return [*found, (f"factor {factor:g}, {coarse:.0f} nodes", outcome(context, _INCHES, factor, nodes=coarse))]
 
 
 def _reached(printed: Outcome) -> Item:
@@ -47,39 +59,34 @@ def _reached(printed: Outcome) -> Item:
             Value("points that have parted", None, printed.parted, digits=4),
             Value("largest principal stress at a point, over 3 σ0", None, printed.ratio, digits=2),
             Value("where", None, "in the notch" if in_notch(_INCHES, printed.nearest) else "elsewhere"),
-            Value("the flow law at a plastic strain of 1, over σ0", None, _saturated(), digits=3),
+            Value("the flow law at a plastic strain of 1, over σ0", None, saturation(), digits=3),
         ],
         remark="Notch of 1 in, σ0 = 275 MPa: the paper prints GPa. Over all points and all ticks; beside a crack the stress is "
         "larger than before it.",
-        reason="With the material as printed the flow stress does not go far beyond 1.6 σ0, and the constraint below the notch "
-        "is "
-        "not enough.",
+        reason=f"With the material as printed the flow stress is {saturation():.2f} σ0 at a plastic strain of 1, and what the "
+        f"constraint below the notch adds is not enough at {printed.ratio:.2f} of the limit.",
     )  # fmt: skip
 
 
-def _saturated() -> float:
-    """Return the flow stress at the reference rate and temperature over the yield stress, at a plastic strain of 1."""
-    law = Thermoviscoplastic()
-    return (1.0 + 1.0 / law.reference_strain) ** law.hardening_exponent
-
-
-def _table(found: dict[str, Outcome]) -> Item:
-    values: list[Value] = []
-    for words, one in found.items():
-        values += outcome_values(words, one)
-    return Item(
-        "What the outcome for the 1 in notch hangs on", "not in the paper", values,
-        remark=f"The stabilisation holds displacements that alternate from column to column; {HOURGLASS:g} of the "
-        "material’s stiffness elsewhere on this page. The paper names no stabilisation.",
+def _table(found: list[Variant]) -> Table:
+    rows = [
+        [f"{one.factor:g}", f"{one.hourglass:g}", f"{one.nodes:.0f}", *row_of(one.outcome), f"{one.outcome.parted:.0f}"]
+        for one in found
+    ]
+    return Table(
+        "table-criterion", "What the outcome for the 1 in notch hangs on",
+        f"{1e3 * LATE:g} ms after the front; the first row has the factor that the paper prints. The stabilisation holds "
+        "displacements that alternate from column to column, by a part of the material’s stiffness; the paper names none. "
+        "Nodes: of the whole tube. There is no length in the criterion, so that a crack is as wide as the mesh makes it.",
+        ("factor", "stabilisation", "nodes", *HEAD, "points that parted"), rows,
     )  # fmt: skip
 
 
-def _unchanged(context: Context, found: dict[str, Outcome]) -> Item:
+def _unchanged(own: list[Variant]) -> Item:
     """Say whether the outcome is the same for each stabilisation and mesh, and how much lengths differ."""
-    own = f"factor {context.constants['factor']:g}"
     alike = {
-        "stabilisation": [one for words, one in found.items() if words.startswith(own) and "nodes" not in words],
-        "mesh": [one for words, one in found.items() if words == own or (words.startswith(own) and "nodes" in words)],
+        "stabilisation": [one.outcome for one in own if one.nodes == own[0].nodes],
+        "mesh": [one.outcome for one in own if one.hourglass == own[0].hourglass],
     }
     values: list[Value] = []
     for varied, some in alike.items():
@@ -90,28 +97,29 @@ def _unchanged(context: Context, found: dict[str, Outcome]) -> Item:
             Value(f"{varied}: part of the circumference, largest over least", None, _spread([one.around for one in some]),
                   digits=2),
         ]  # fmt: skip
+    stabilisations = sorted({one.hourglass for one in own})
     return Item(
         "Does the outcome hang on what is not of the material?", "not in the paper", values,
-        remark="For the notch of 1 in and the page’s factor: three stabilisations from 0.02 to 0.1, and two meshes. There is "
-        "no length in the criterion, so that a crack is as wide as the mesh makes it.",
+        remark=f"For the notch of 1 in and the factor {own[0].factor:g}: stabilisations of "
+        f"{', '.join(f'{one:g}' for one in stabilisations)}, and meshes of "
+        f"{' and '.join(f'{one:.0f}' for one in sorted({one.nodes for one in own}))} nodes.",
     )  # fmt: skip
 
 
 def _spread(values: list[float]) -> float:
-    """Return the largest over the least; infinity where the least is 0 and the largest is not."""
-    least, largest = min(values), max(values)
-    return largest / least if least > 0.0 else (1.0 if largest == 0.0 else math.inf)
+    """Return the largest over the least."""
+    return ratio(max(values), min(values))
 
 
-def _figure(context: Context, printed: Outcome, found: dict[str, Outcome]) -> Figure:
-    names, values = [f"factor {PAPER_FACTOR:g}", *found], [printed.around, *(one.around for one in found.values())]
-    places = [float(len(names) - k) for k in range(len(names))]
-    labels = list(zip(places, names, strict=True))
+def _figure(found: list[Variant]) -> Figure:
+    places = [float(len(found) - k) for k in range(len(found))]
+    labels = list(zip(places, [one.label() for one in found], strict=True))
     return Figure(
         "figure-criterion", "How far a crack runs around the tube, by factor, stabilisation and mesh",
-        "The largest part of the circumference that a crack takes at one place along the tube, notch of 1 in.",
-        Axis("part of the circumference, %", 0.0, 100.0), Axis("", 0.0, len(names) + 1.0, labels),
-        [Curve("computed", [100.0 * value for value in values], places, "points", 0)],
+        "The largest part of the circumference that a crack takes at one place along the tube, notch of 1 in. Labels: the "
+        "factor, the stabilisation and the nodes.",
+        Axis("part of the circumference, %", 0.0, 100.0), Axis("", 0.0, len(found) + 1.0, labels),
+        [Curve("computed", [100.0 * one.outcome.around for one in found], places, "points", 0)],
         [Mark("the paper: stops at about 3/4", x=75.0)],
     )  # fmt: skip
 

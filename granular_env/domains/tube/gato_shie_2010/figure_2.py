@@ -7,7 +7,7 @@ import math
 from granular_env.atlas.context import Context
 from granular_env.atlas.model import Axis, Curve, Entry, Figure, Findings
 
-from .cases import GAUGES, notched_tube
+from .cases import EARLY, GAUGES, LATE, notched_tube
 from .crack_statements import as_printed, crack_outcome, cracks, picture, runs_beyond, turns
 
 _INCHES = 1
@@ -20,12 +20,19 @@ def compute(context: Context) -> Findings:
     statements = [
         ("first", "straight on", runs_beyond(one, _INCHES)),
         ("then", "around the tube", turns(one)),
-        ("end", "stops at about 3/4 of the circumference", 0.6 < part < 0.9),
+        ("end", "stops at about 3/4 around", 0.6 < part < 0.9),
     ]
     return Findings(
         [as_printed(context, _INCHES, "hoop crack"), cracks(context, _INCHES, "figure 2", statements)],
-        [picture(context, _INCHES, "figure-2", "Figure 2: notch of 1 in"), _strains(context)],
+        [*_pictures(context), _strains(context)],
     )
+
+
+def _pictures(context: Context) -> list[Figure]:
+    return [
+        picture(context, _INCHES, name, "Figure 2: notch of 1 in", after)
+        for name, after in (("figure-2-early", EARLY), ("figure-2", LATE))
+    ]
 
 
 def _strains(context: Context) -> Figure:
@@ -37,8 +44,8 @@ def _strains(context: Context) -> Figure:
     ]
     return Figure(
         "figure-2-strain", "Hoop strain at gauges, notch of 1 in",
-        "On the outer surface; places from the middle of the notch along the tube, angles from it around the tube. Ahead of "
-        "the crack the wall breathes; beside a crack it unloads.",
+        "On the outer surface; places from the middle of the notch along the tube, angles from it around the tube, on the "
+        "far side for 180°. The paper has no such figure; the experiments had gauges.",
         Axis("time, µs", 700.0), Axis("hoop strain, 1e-3"), curves,
     )  # fmt: skip
 
@@ -52,5 +59,5 @@ ENTRY = Entry(
     "curved and ran at an angle of 45°, and then went on around the tube.” It stopped after about 3/4 of the circumference.",
     compute,
     weight=60.0,
-    runs=3,
+    runs=6,
 )

@@ -5,6 +5,7 @@ from __future__ import annotations
 from granular_env.atlas.context import Context
 from granular_env.atlas.model import Entry, Findings
 
+from .cases import EARLY
 from .crack_statements import as_printed, crack_outcome, cracks, picture, runs_beyond, turns
 
 _INCHES = 2
@@ -21,7 +22,10 @@ def compute(context: Context) -> Findings:
     ]
     return Findings(
         [as_printed(context, _INCHES, "hoop crack"), cracks(context, _INCHES, "figure 3", statements)],
-        [picture(context, _INCHES, "figure-3", "Figure 3: notch of 2 in")],
+        [
+            picture(context, _INCHES, "figure-3-early", "Figure 3: notch of 2 in", EARLY),
+            picture(context, _INCHES, "figure-3", "Figure 3: notch of 2 in"),
+        ],
     )
 
 
@@ -34,5 +38,5 @@ ENTRY = Entry(
     "blame their simple criterion, and that the gas does not feel the wall.",
     compute,
     weight=60.0,
-    runs=3,
+    runs=5,
 )

@@ -10,7 +10,6 @@ import numpy as np
 import numpy.typing as npt
 
 from granular_env.atlas.context import Context
-from granular_env.atlas.verdicts import Value
 from granular_env.components.drawables import Cells, Links, Points
 from granular_env.components.shell.fracture.outcome import OUTCOMES
 from granular_env.components.support.arrays import FloatArray
@@ -29,10 +28,10 @@ class Outcome:
         stress: equivalent stress at these, shape (s,) [Pa].
         pairs: indices of neighbours in the surface, shape (links, 2).
         cut: whether a crack lies between them, shape (links,).
-        ratio: the largest principal stress over its limit so far; 0 where it stayed below a half.
+        ratio: the largest principal stress over its limit, until the end of the log; 0 where it stayed below a half.
         nearest: where that was: from the middle of the notch [m], and its angle from the notch [rad].
         pieces: how many there are.
-        parted: how many points have parted.
+        parted: how many points have parted, until the end of the log.
         words: the outcome in a word, as the component reads it: whole, bulged, axial crack, hoop crack, severed.
         along: how far cracks reach along the tube, from the first place to the last [m]; 0 where none runs along it.
         around: the largest part of the circumference that cracks take at one place along the tube.
@@ -84,12 +83,18 @@ def read_outcome(log: Log, time: float | None = None) -> Outcome:
     )  # fmt: skip
 
 
-def outcome_values(words: str, one: Outcome) -> list[Value]:
-    """Return the rows of a table that a run has: its outcome, and how far cracks run around the tube."""
-    return [
-        Value(f"{words}: outcome", None, one.words),
-        Value(f"{words}: part of the circumference", None, 100.0 * one.around, "%", digits=2),
-    ]
+# Heads of the columns of a table of outcomes, and what stands there.
+HEAD = ("outcome", "along the tube", "around it", "pieces")
+
+
+def row_of(one: Outcome) -> list[str]:
+    """Return the columns of a table of outcomes: in a word, how far cracks reach along the tube and around it, and pieces."""
+    return [one.words, f"{1e3 * one.along:.0f} mm", f"{100.0 * one.around:.0f} %", f"{one.pieces:.0f}"]
+
+
+def ratio(one: float, other: float) -> float:
+    """Return one length over another; infinity where there is the first one alone, and 1 where there is neither."""
+    return one / other if other > 0.0 else (1.0 if one == 0.0 else math.inf)
 
 
 def in_notch(inches: int, place: tuple[float, float]) -> bool:

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 from granular_env.atlas.context import Context
-from granular_env.atlas.model import Axis, Curve, Entry, Figure, Findings, Item
-from granular_env.atlas.verdicts import Value
+from granular_env.atlas.model import Axis, Curve, Entry, Figure, Findings, Table
 
-from .cases import COARSER
-from .outcome import Outcome, outcome, outcome_values
+from .cases import COARSER, LATE
+from .outcome import HEAD, Outcome, outcome, row_of
 
 _INCHES = (1, 2, 3)
 _PRESSURES = (80e3, 130e3, 180e3)
@@ -21,17 +20,16 @@ def compute(context: Context) -> Findings:
         for inches in _INCHES
         for pressure in _PRESSURES
     }
-    return Findings([_table(found, factor, nodes)], [_figure(found)])
+    return Findings([], [_figure(found)], [_table(found, factor, nodes)])
 
 
-def _table(found: dict[tuple[int, float], Outcome], factor: float, nodes: float) -> Item:
-    values: list[Value] = []
-    for (inches, pressure), one in found.items():
-        values += outcome_values(f"{inches} in, {pressure / 1e3:.0f} kPa", one)
-    return Item(
-        "The outcome by notch and initial pressure", "not in the paper", values,
-        remark=f"The paper names the range of the experiments, 80 to 180 kPa, and not at which pressure each figure was made. "
+def _table(found: dict[tuple[int, float], Outcome], factor: float, nodes: float) -> Table:
+    rows = [[f"{inches} in", f"{pressure / 1e3:.0f} kPa", *row_of(one)] for (inches, pressure), one in found.items()]
+    return Table(
+        "table-pressures", "The outcome by notch and initial pressure",
+        "The paper names the range of the experiments, 80 to 180 kPa, and not at which pressure each figure was made. "
         f"Factor {factor:g}, {nodes:.0f} nodes, coarser than elsewhere on this page.",
+        ("notch", "initial pressure", *HEAD), rows,
     )  # fmt: skip
 
 
@@ -45,7 +43,8 @@ def _figure(found: dict[tuple[int, float], Outcome]) -> Figure:
     ]  # fmt: skip
     return Figure(
         "figure-pressures", "How far cracks run around the tube, by notch and initial pressure",
-        "The largest part of the circumference that cracks take at one place along the tube, 0.15 ms after the front.",
+        "The largest part of the circumference that cracks take at one place along the tube, "
+        f"{1e3 * LATE:g} ms after the front.",
         Axis("initial pressure, kPa", 70.0, 190.0), Axis("part of the circumference, %", 0.0, 100.0), curves,
     )  # fmt: skip
 
