@@ -247,7 +247,7 @@ def test_an_input_bit_that_rounding_hides_is_caught(tmp_path: Path) -> None:
         if old.kind != STEPS:
             return old
         values = old.arrays["0.values"].copy()
-        values.view(np.int64)[3] ^= 1
+        values.view(np.int64)[-1] ^= 1  # a slow machine writes the steps in several records
         return changed(old, **{"0.values": values})
 
     rewrite(tmp_path / "a.mcap", tmp_path / "b.mcap", change)

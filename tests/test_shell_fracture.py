@@ -22,8 +22,8 @@ from granular_env.components.shell.fracture.outcome import (
     crack_along,
     crack_around,
     outcome,
-    tip_speed,
 )
+from granular_env.components.shell.fracture.tips import growth, tip_speed
 from granular_env.components.shell.kernels import write_areas
 
 ALONG, ACROSS = 25, 13
@@ -129,6 +129,16 @@ def test_outcomes_have_the_words_of_what_is_cut() -> None:
     assert word(ring, none, is_severed=True) == "severed"
     assert crack_along(lattice, CutSides(none, straight)) == pytest.approx(2 * 0.0025)
     assert crack_around(lattice, CutSides(half, none)) == pytest.approx(0.5)
+    # Twelve cracks along the body that each step aside by a column are no crack around it; one crack that goes on is.
+    along, across = none.copy(), none.copy()
+    along[4, ::2], across[:5, 1::2], across[5:, ::2] = True, True, True
+    assert crack_around(lattice, CutSides(along, none)) == pytest.approx(1 / 24)
+    assert word(along, across) == "axial crack"
+    split = half.copy()
+    split[4, 5] = False
+    assert crack_around(lattice, CutSides(split, none)) == pytest.approx(6 / 24)
+    split[4, [0, 1, 23, 22]] = True
+    assert crack_around(lattice, CutSides(split, none)) == pytest.approx(7 / 24)
     pieces = np.repeat(np.arange(9) > 4, 24).astype(np.int64)
     borne = np.ones(9 * 24, dtype=bool)
     assert not connects_ends(pieces, borne, (9, 24)) and connects_ends(0 * pieces, borne, (9, 24))
@@ -139,6 +149,19 @@ def test_a_crack_is_as_fast_as_the_faster_one_of_its_tips() -> None:
     ends = np.where(np.arange(101) % 2 == 0, 800.0 * times, -300.0 * times)
     assert tip_speed(ends, times, 1e-3) == pytest.approx(800.0, rel=0.03)
     assert tip_speed(ends, times, 0.1) == 0.0
+
+
+def test_what_parts_by_itself_is_no_growth_of_a_crack() -> None:
+    cells = np.stack([np.arange(40.0), np.zeros(40)], axis=1)
+    places, sound = 1e-3 * cells, 6000.0
+    running: Any = np.arange(40) * 1e-6
+    assert len(growth(cells, places, running, sound)) == 40
+    # A load that parts all at once, or a crack that would be faster than sound.
+    assert list(growth(cells, places, np.zeros(40), sound)) == [0]
+    assert list(growth(cells, places, 0.1 * running, sound)) == [0]
+    # A second crack that begins elsewhere, and later.
+    places[20:] += 0.02
+    assert len(growth(np.where(places > 0.02, cells + 20.0, cells), places, running, sound)) == 20
 
 
 @pytest.mark.slow

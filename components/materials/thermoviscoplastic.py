@@ -32,6 +32,7 @@ from ..support.jit import internal_inlined
 from ..support.parameter_fields import field
 from ..support.powers import exponential, power
 from ..support.tagged_union import Named
+from .elastic import longitudinal_speed
 from .stress_invariants import equivalent_stress
 
 IMPLICIT, TANGENT = 0, 1
@@ -77,8 +78,7 @@ class Thermoviscoplastic(Named):
     @property
     def longitudinal_speed(self) -> float:
         """Speed of longitudinal sound at the reference temperature [m/s]."""
-        nu = self.poisson
-        return math.sqrt(self.young * (1.0 - nu) / (self.density * (1.0 + nu) * (1.0 - 2.0 * nu)))
+        return longitudinal_speed(self.young, self.poisson, self.density)
 
     @property
     def melting_temperature(self) -> float | None:

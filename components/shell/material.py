@@ -6,6 +6,7 @@ from typing import Annotated, Literal
 
 from pydantic import SerializeAsAny
 
+from ..materials.elastic import longitudinal_speed
 from ..materials.thermoviscoplastic import FlowConstants, Thermoviscoplastic
 from ..support.parameter_fields import field
 from ..support.tagged_union import ByName, Named
@@ -18,6 +19,11 @@ class LinearElastic(Named):
     young: float = field(69e9, "Young's modulus", "Pa", gt=0.0)
     poisson: float = field(0.33, "Poisson's ratio", "1", gt=-1.0, le=0.49)
     density: float = field(2719.0, "mass density", "kg/m^3", gt=0.0)
+
+    @property
+    def longitudinal_speed(self) -> float:
+        """Speed of longitudinal sound [m/s]."""
+        return longitudinal_speed(self.young, self.poisson, self.density)
 
     def constants(self, step_size: float) -> FlowConstants:
         """Return what kernels want to know, for ticks of this length [s]; nothing of the flow."""

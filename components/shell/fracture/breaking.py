@@ -26,7 +26,8 @@ from .grips import UNBREAKABLE, points_in_grips
 from .judgement import find_parting, write_ratios
 from .law import FractureLaw
 from .openings import crack_length, open_areas
-from .outcome import AXIAL, OUTCOMES, CutSides, connects_ends, crack_along, crack_around, outcome, tip_speed
+from .outcome import AXIAL, OUTCOMES, CutSides, connects_ends, crack_along, crack_around, outcome
+from .tips import growth, tip_speed
 from .visibility import Visibility
 
 PARTED, ERODED, SPENT, TORN = "point_parted", "point_eroded", "point_spent", "point_torn"
@@ -385,21 +386,24 @@ class BreakingBody:
         return order[np.searchsorted(keys[order], wanted)]
 
     def _surface_links(self) -> FloatArray:
-        around, cut = self._assembly.solid.surface.around, self._cut_sides()
-        there = [around[:, side] != np.arange(len(around)) for side in (1, 3)]
-        return np.asarray(
-            1.0 - np.concatenate([sides.ravel()[some] for sides, some in zip(cut, there, strict=True)]), np.float64
-        )
+        """Return 1 for each of `surface_pairs` that hold together, 0 with a crack between, or where nothing bears one."""
+        cut, (first, second) = np.concatenate([sides.ravel() for sides in self._cut_sides()]), self.surface_pairs.T
+        around, borne = self._assembly.solid.surface.around, self.cracks.borne
+        there = np.concatenate([around[:, side] != np.arange(len(around)) for side in (1, 3)])
+        return np.asarray(~cut[there] & borne[first] & borne[second], np.float64)
 
     def _cut_sides(self) -> CutSides:
-        """Return where a crack lies between neighbouring columns at the outer surface, or nothing bears one of them."""
+        """Return where a crack lies between neighbouring columns at the outer surface.
+
+        Columns that nothing bears any more say nothing of which way it runs.
+        """
         around, cracks, (n, m, layers) = self._assembly.solid.surface.around, self.cracks, self._assembly.lattice.shape
         own, top = np.arange(len(around)), self._assembly.lattice.top_nodes % layers
         cut = []
         for way, side in ((0, 1), (1, 3)):
             after = around[:, side]
             marked = cracks.links[own, way, np.minimum(top, top[after])] > 0
-            cut.append(((marked | ~cracks.borne | ~cracks.borne[after]) & (after != own)).reshape(n, m))
+            cut.append((marked & (after != own)).reshape(n, m))
         return CutSides(*cut)
 
     def outcome(self, state: State) -> int:
@@ -427,7 +431,7 @@ class BreakingBody:
             found.append(
                 f"the first of {np.count_nonzero(self.cracks.judged.cracks)} points that parted did so at "
                 f"{1e6 * first[8] * step_size:.4g} us, {self._place_words(int(first[0]))}"
-                + "".join(f"; cracks ran {way} at {speed:.3g} m/s" for way, speed in speeds.items() if speed > 0.0)
+                + "".join(f"; its crack ran {way} at {speed:.3g} m/s" for way, speed in speeds.items() if speed > 0.0)
             )
             return found
         ratio, point, tick = (float(one) for one in block["nearest"])
@@ -444,17 +448,24 @@ class BreakingBody:
         return f"{1e3 * along:.4g} mm along the body and {angle:.3g} degrees around it"
 
     def _crack_speeds(self, step_size: float) -> dict[str, float]:
-        """Return how fast cracks ran along the body and around it, or across a plate [m/s]."""
+        """Return how fast the crack that began first ran along the body and around it, or across a plate [m/s]."""
         lattice, facets = self._assembly.lattice, self.cracks.facets
         axis, ring, times = lattice.axes[0], lattice.axes[1], facets[:, 8] * step_size
-        along, around = axis.at(facets[:, 1]), ring.at(facets[:, 2])
-        if ring.closed:
-            around = np.remainder(around - around[0] + 0.5 * ring.period, ring.period)
+        indices = facets[:, 1:3].copy()
+        if ring.closed:  # the crack's own side of the body in one piece
+            count = lattice.shape[1]
+            indices[:, 1] = np.remainder(indices[:, 1] - indices[0, 1] + 0.5 * count, count)
+            around = np.remainder(ring.at(facets[:, 2]) - ring.at(facets[:1, 2]) + 0.5 * ring.period, ring.period)
+        else:
+            around = ring.at(facets[:, 2])
         radius = float(lattice.axes[2].positions[-1]) if lattice.bent else 1.0
+        places = np.stack([axis.at(facets[:, 1]), radius * around], axis=1)
+        grown = growth(indices, places, times, self._parameters.material.longitudinal_speed)
         spacings = float(np.diff(axis.positions).max()), radius * float(np.diff(ring.positions).max())
+        ways = "along the body", "around it" if lattice.bent else "across it"
         return {
-            "along the body": tip_speed(along, times, 3.0 * spacings[0]),
-            ("around it" if lattice.bent else "across it"): tip_speed(radius * around, times, 3.0 * spacings[1]),
+            way: tip_speed(places[grown, k], times[grown], 3.0 * spacing)
+            for k, (way, spacing) in enumerate(zip(ways, spacings, strict=True))
         }
 
     def _eroded_mass(self) -> float:

@@ -1,10 +1,12 @@
-"""The outcome for a body in one word, and how far and how fast its cracks have run along it and around it."""
+"""The outcome for a body in one word, and how far its cracks have run along it and around it."""
 
 from __future__ import annotations
 
 from typing import NamedTuple
 
 import numpy as np
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
 
 from ...support.arrays import FloatArray
 from ..geometry.lattice import Lattice
@@ -17,8 +19,6 @@ WHOLE, BULGED, AXIAL, HOOP, SEVERED = range(5)
 BULGED_STRAIN = 0.002
 # Cracks that take less than this part of the circumference at one place have not turned around the body.
 _TURNED = 0.05
-# The speed of a crack is that between these parts of its way.
-_FROM, _TO = 0.1, 0.9
 
 
 class CutSides(NamedTuple):
@@ -40,9 +40,28 @@ def crack_along(lattice: Lattice, cut: CutSides) -> float:
 
 
 def crack_around(lattice: Lattice, cut: CutSides) -> float:
-    """Return the largest part of the circumference, or of the width of a plate, that cracks take at one place along."""
+    """Return the largest part of the circumference, or of the width of a plate, that one crack takes at one place along."""
     widths = lattice.axes[1].widths
-    return float(((cut.along * widths).sum(axis=1) / widths.sum()).max())
+    station, column = np.nonzero(cut.along)
+    if not len(station):
+        return 0.0
+    parts = np.zeros((len(cut.along), int((crack := _cracks(lattice, cut)).max()) + 1))
+    np.add.at(parts, (station, crack), widths[column])
+    return float(parts.max() / widths.sum())
+
+
+def _cracks(lattice: Lattice, cut: CutSides) -> IntArray:
+    """Return to which crack each cut side along the body belongs: cracks meet in corners, halfway between four columns."""
+    n, m = cut.along.shape
+    corners = m if lattice.axes[1].closed else m + 1
+    ends = []
+    for sides, first, second in ((cut.along, (1, 0), (1, 1)), (cut.across, (0, 1), (1, 1))):
+        station, column = np.nonzero(sides)
+        ends.append([(station + i) * corners + (column + j) % corners for i, j in (first, second)])
+    one, other = np.concatenate(ends, axis=1)
+    met = coo_array((np.ones(len(one)), (one, other)), shape=2 * ((n + 1) * corners,))
+    _, labels = connected_components(met, directed=False)
+    return labels[ends[0][0]]
 
 
 def connects_ends(labels: IntArray, borne: Marks, shape: tuple[int, int]) -> bool:
@@ -71,24 +90,3 @@ def outcome(lattice: Lattice, cut: CutSides, is_severed: bool, plastic_strain: F
     if cut.along.any() or cut.across.any():
         return HOOP if crack_around(lattice, cut) >= _TURNED else AXIAL
     return BULGED if float(plastic_strain.max(initial=0.0)) > BULGED_STRAIN else WHOLE
-
-
-def tip_speed(places: FloatArray, times: FloatArray, shortest: float) -> float:
-    """Return the speed of the faster one of the two tips of a crack, over the middle four fifths of its way [m/s].
-
-    Args:
-        places: where the crack grew, along its way, shape (k,) [m].
-        times: when, ascending, shape (k,) [s].
-        shortest: ways that are not longer have no speed [m].
-
-    Returns:
-        0 where no tip went so far.
-    """
-    speeds = [0.0]
-    for sign in (1.0, -1.0):
-        reach = np.maximum.accumulate(sign * (places - places[0])) if len(places) else np.zeros(0)
-        if len(reach) and reach[-1] > shortest:
-            begin, end = (int(np.searchsorted(reach, part * reach[-1])) for part in (_FROM, _TO))
-            if times[end] > times[begin]:
-                speeds.append(float((reach[end] - reach[begin]) / (times[end] - times[begin])))
-    return max(speeds)
