@@ -109,8 +109,9 @@ def test_rules_that_are_blind_to_deformations_are_refused() -> None:
         ge.GranularError, match=r"integration.*through: got 1 points through 3 layers of nodes, expected at least 2"
     ):
         ge.make("shell", integration={"through": 1})
-    with pytest.raises(ge.GranularError, match=r"radius: got 0.9 spacings: .*sees too few nodes"):
-        ge.make("shell", body="plate", radius=0.9)
+    for radius in (0.9, 0.3, 1e-15):
+        with pytest.raises(ge.ParameterError, match=rf"radius: got {radius:g} spacings: .*sees too few nodes"):
+            ge.make("shell", body="plate", radius=radius)
     with pytest.raises(ge.GranularError, match=r"radius: got 1.7 spacings: .*sees too few nodes for the basis 'quadratic'"):
         ge.make("shell", body="plate", basis="quadratic", radius=1.7)
 

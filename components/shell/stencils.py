@@ -71,6 +71,8 @@ class _Line(NamedTuple):
 
 def _line(axis: Axis, index: FloatArray, radius: float, shared: bool, scaled: bool) -> _Line:
     found = [axis.neighbours(float(one), radius) for one in index]
+    if not all(found):
+        raise ValueError(f"a point sees too few nodes: none lies within {radius:g} spacings along one of the axes")
     most = max(map(len, found))
     planes = np.array([[*some, *[some[0]] * (most - len(some))] for some in found], dtype=np.int64)
     present = np.array([[number < len(some) for number in range(most)] for some in found])
