@@ -14,7 +14,7 @@ from __future__ import annotations
 
 from math import sqrt
 
-from ..support.jit import inlined, jit
+from ..support.jit import inlined, internal, jit
 from ..support.powers import power
 from .ends import PISTON
 from .fluxes import hllc_flux
@@ -75,7 +75,7 @@ def advance(medium, tube, state, walls, places, scratch, signals, tally, first_t
     return 0
 
 
-@jit
+@internal
 def refuse_long_tick(medium, state, velocities, size, failed):
     """Return a status where waves cross a cell too fast, as seen from the cell, or the ends would meet; otherwise 0."""
     n, step = state.density.size, medium.step_size
@@ -89,7 +89,7 @@ def refuse_long_tick(medium, state, velocities, size, failed):
     return 0 if size + step * change > 0.5 * size else TOO_FAST
 
 
-@jit
+@internal
 def flow(medium, tube, state, walls, scratch, signals, velocities, sizes, tally, tick, events, counts, failed):
     """Move gas and faces by one step of Heun, as `kernels.flow` does; return 0 or a status.
 
@@ -146,7 +146,7 @@ def flow(medium, tube, state, walls, scratch, signals, velocities, sizes, tally,
     return 0
 
 
-@jit
+@internal
 def compute_fluxes(medium, tube, state, walls, scratch, signals, velocities, tick, events, counts):
     """Write the fluxes through all faces as these move, of the stage whose cells are in scratch."""
     n = state.density.size
