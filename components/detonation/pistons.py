@@ -14,7 +14,7 @@ from __future__ import annotations
 
 from math import sqrt
 
-from ..support.jit import inlined, internal, jit
+from ..support.jit import internal, internal_inlined, jit
 from ..support.powers import power
 from .ends import PISTON
 from .fluxes import hllc_flux
@@ -176,7 +176,7 @@ def compute_fluxes(medium, tube, state, walls, scratch, signals, velocities, tic
             walls[LEFT_WALL_PRESSURE + side] += 0.5 * p
 
 
-@inlined
+@internal_inlined
 def piston_pressure(gamma, density, speed, pressure):
     """Return the pressure on a wall that gas runs into with a speed, or, where that is negative, leaves [Pa]."""
     sound = sqrt(gamma * pressure / density)
