@@ -10,8 +10,8 @@ import pytest
 import granular_env as ge
 from granular_env.components.automata import Automata, theory, threads
 from granular_env.components.automata.edges import edge_automata
+from granular_env.components.automata.layout import Motion
 from granular_env.components.automata.schedule import make_parts
-from granular_env.components.automata.state import Motion
 from granular_env.components.automata.sweep import update_forces
 from granular_env.components.errors import ParameterError, StepError
 

@@ -8,9 +8,9 @@ import numpy as np
 
 from ..support.arrays import FloatArray
 from ..support.jit import internal_inlined
+from .layout import Body
 from .mixture import Mixture
 from .pair import strains, turned
-from .state import Body
 from .ties import Ties
 
 

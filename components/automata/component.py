@@ -22,6 +22,7 @@ from . import motion
 from .bond_forces import update_bond_forces
 from .bond_strains import intact_bonds
 from .cracking_specimen import TOO_FAR, UNSOUND, CrackingSpecimen
+from .layout import Body, Motion, Scratch, make_body, make_scratch
 from .linked_specimen import LinkedSpecimen
 from .loads_and_grips import Conditions
 from .materials import chosen_materials, lame_constants, material_numbers
@@ -30,7 +31,6 @@ from .packing import LATTICES, Packing, pack
 from .parameters import AutomataParameters
 from .schedule import make_parts
 from .stability import ALLOWED_PART, DEFAULT_PART, largest_frequency, step_limit
-from .state import Body, Motion, Scratch, make_body, make_scratch
 from .sweep import update_forces
 from .ties import Ties, add_ties, tie_faces
 

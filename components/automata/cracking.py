@@ -17,10 +17,10 @@ from ..support.jit import internal, jit
 from .bond_forces import Law, bond_forces, bond_stresses, update_bonds
 from .bond_strains import Bonds
 from .contact import Ground, add_contacts, dashpot_power
+from .layout import Body, Motion, Scratch
 from .motion import Grip, Load, add_loads, drift, held_speed, hold, keep_velocities, kick, settle_loads
 from .pair import orient
 from .release import DAMPING, FRICTION, INELASTIC, TRAVEL, change_weights, settle_weights
-from .state import Body, Motion, Scratch
 from .strain_division import bond_dilations
 
 # What `advance` returns: all steps are done, or what has to be done now.

@@ -14,6 +14,7 @@ from .bond_forces import Law, bond_energy, criterion_ratios, measure_bonds, upda
 from .bond_strains import Bonds
 from .contact import FIRST, SECOND, SLOT, Contacts, Ground, add_contact_forces, all_contact_energy, count_touching
 from .cracking import Inputs, Judgement, Medium, Pace, Specimen
+from .layout import Body
 from .linked_specimen import LinkedSpecimen
 from .materials import IntArray, chosen_materials, law_rows, law_tables
 from .mixture import Mixture, mix_again
@@ -24,7 +25,6 @@ from .release import LOSSES, NEVER_FOUND, TRAVEL
 from .relinked_pairs import count_linkable, link_contacts, raise_weights
 from .rupture import break_bonds
 from .stability import ALLOWED_PART, damping_limit
-from .state import Body
 from .ties import Ties
 
 # Statuses of `advance` beside that of an automaton that is too fast.

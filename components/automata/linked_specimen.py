@@ -13,11 +13,11 @@ from ..support.arrays import FloatArray
 from . import threads
 from .advance import advance
 from .elastic_energy import elastic_energy
+from .layout import Body, Motion, Scratch
 from .loads_and_grips import Conditions
 from .packing import Packing
 from .pair import orient
 from .schedule import Part, make_parts
-from .state import Body, Motion, Scratch
 from .stress import stresses
 from .sweep import KEPT, update_forces
 from .ties import Ties, add_tie_stresses, add_ties, tie_energy, tie_faces

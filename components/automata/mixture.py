@@ -12,7 +12,7 @@ import numpy as np
 
 from ..support.arrays import FloatArray
 from ..support.jit import internal_inlined
-from .state import Body
+from .layout import Body
 
 
 class Mixture(NamedTuple):

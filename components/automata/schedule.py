@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..support.arrays import FloatArray
-from .state import Body
+from .layout import Body
 
 # Automata of a tile, and the distance of its rows: not a power of two, whose rows would compete for places in the cache.
 SHIFT = 8

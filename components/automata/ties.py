@@ -32,8 +32,8 @@ import numpy.typing as npt
 
 from ..support.arrays import FloatArray
 from ..support.jit import internal_inlined, jit
+from .layout import Body
 from .pair import half_turn, strains, turned
-from .state import Body
 from .stress import virial
 
 _SINE = 0.5 * math.sqrt(3.0)

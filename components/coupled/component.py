@@ -10,10 +10,10 @@ import numpy as np
 from ..automata.advance import TOO_FAST as TOO_FAST_ALONE
 from ..automata.component import Automata
 from ..automata.cracking_specimen import UNSOUND, CrackingSpecimen
+from ..automata.layout import Scratch
 from ..automata.motion import TALLY_ROWS, WORK
 from ..automata.neighbours import SKIN
 from ..automata.schedule import make_parts
-from ..automata.state import Scratch
 from ..automata.sweep import KEPT, update_forces
 from ..automata.ties import Ties, add_ties, tie_faces
 from ..balances import Balance

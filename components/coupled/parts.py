@@ -14,9 +14,9 @@ import numpy as np
 from ..automata import motion as automata_motion
 from ..automata.contact import Contacts
 from ..automata.cracking import Judgement, Medium, add_forces, judge_bonds
+from ..automata.layout import Body, Motion, Scratch
 from ..automata.release import TRAVEL
 from ..automata.schedule import Part
-from ..automata.state import Body, Motion, Scratch
 from ..automata.sweep import sweep
 from ..automata.ties import add_ties
 from ..grid import kernels as grid_kernels

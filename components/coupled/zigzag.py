@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from ..automata.layout import Body
 from ..automata.packing import Packing
 from ..automata.shapes import ON_THE_OUTLINE
-from ..automata.state import Body
 from ..automata.ties import Ties, make_ties
 from ..errors import ParameterError
 from ..grid.mesh import IntArray, Mesh
