@@ -111,8 +111,10 @@ def test_nothing_fails_and_what_does_not_hang_on_the_cells_is_as_on_the_page(who
 @pytest.mark.usefixtures("whole")
 def test_the_progress_bar_knows_how_many_runs_an_entry_makes() -> None:
     for entry in papers.paper("psakhie-2003").entries:
-        own = [share for name, share in TOLD if name == entry.name]
-        assert len(own) == entry.expected_runs({}) + 2 and own[0] == 0.0 and own[-1] == 1.0, entry.name
+        own, steps = [share for name, share in TOLD if name == entry.name], entry.expected_runs({}) + 1
+        # A run that takes long tells of its parts too: a slow machine adds shares between those of whole runs.
+        ends = [share for share in own if abs(share * steps - round(share * steps)) < 1e-9]
+        assert ends == pytest.approx([end / steps for end in range(steps + 1)]) and own == sorted(own), entry.name
 
 
 def test_what_is_not_reproduced_has_a_reason(whole: tuple[Path, dict[str, Any]]) -> None:
