@@ -266,13 +266,13 @@ def test_a_mirrored_core_cracks_as_its_image() -> None:
 
 @pytest.mark.parametrize("micro", [1, 2])
 def test_a_run_goes_on_from_the_middle_of_cracking_with_the_same_bits(micro: int) -> None:
-    def made() -> Coupled:
+    def make_body() -> Coupled:
         return core(micro, micro=micro, response=PLASTIC)
 
-    whole, again = made(), made()
+    whole, again = make_body(), make_body()
     push(whole, 26.0)
     for until in (12.0, 15.0, 15.2, 26.0):
-        pieces = made()
+        pieces = make_body()
         pieces.restore(ge.Snapshot.from_bytes(again.save().to_bytes()))
         push(pieces, until)
         again = pieces
