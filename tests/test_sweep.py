@@ -22,7 +22,7 @@ import granular_env as ge
 from granular_env.cli import main
 from granular_env.documents import ByKey
 from granular_env.domains.chain import measurement
-from granular_env.sweep import load_plan, open_sweep, parameter_grid, run_sweep, shipped_plans, store, task_batches
+from granular_env.sweep import batches, load_plan, open_sweep, parameter_grid, run_sweep, shipped_plans, store
 from granular_env.sweep.console import closing
 from granular_env.sweep.engines import on_ray, processes
 from granular_env.sweep.preparation import plan_tasks
@@ -527,7 +527,7 @@ def test_processes_that_cannot_begin_are_told(tmp_path, monkeypatch):
 
 def test_lost_tasks_wait_alone_and_a_few_times_only():
     orders = [Order(str(number), ()) for number in range(8)]
-    waiting = task_batches.TaskBatches(orders, 1, 1.0)
+    waiting = batches.TaskBatches(orders, 1, 1.0)
     waiting.note_time(1, 0.1)
     bundle = waiting.take()
     assert [order.hash for order in bundle] == ["0", "1", "2", "3"]

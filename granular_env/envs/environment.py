@@ -17,11 +17,11 @@ from ..components.component import Component
 from ..components.elements import Element, parse_element
 from ..components.errors import ParameterError, StepError, one_line
 from ..components.support.validation import finite_number, positive_number, whole_number
-from .clock import clock_readings
 from .pickling import Given, Recreatable, recreatable
 from .render import draw
 from .state import Drawn, EnvState, bit_generator
 from .task import Task, refuse_incomplete, validate_judgement
+from .time_observation import clock_readings
 
 Observation = npt.NDArray[np.float32]
 Ready = tuple[Component, Task, Drawn]

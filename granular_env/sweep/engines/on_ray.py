@@ -22,7 +22,7 @@ from typing import Any
 from granular_env.components.errors import ParameterError, SweepError, one_line
 from granular_env.optional_packages import import_optional
 
-from ..task_batches import TaskBatches
+from ..batches import TaskBatches
 from ..worker import Computer, Job, Order, Result, program
 from .processes import available_cores
 

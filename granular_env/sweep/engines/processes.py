@@ -16,7 +16,7 @@ from time import perf_counter
 from granular_env.components.errors import Fault, Option, SweepError
 from granular_env.workers import Worker, stop_all
 
-from ..task_batches import TaskBatches
+from ..batches import TaskBatches
 from ..worker import Computer, Job, Order, Result
 
 _BUNDLE_SECONDS, _TELL_SECONDS = 0.2, 0.05

@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 from pydantic import Field
 
-from granular_env.envs.clock import clock_readings
+from granular_env.envs.time_observation import clock_readings
 
 from .method import MethodTable
 from .policy_search import Single

@@ -17,10 +17,10 @@ from granular_env.components.errors import GranularError, ParameterError, StepEr
 from granular_env.components.support.arrays import FloatArray
 from granular_env.components.support.jit import entry_point
 from granular_env.components.support.validation import finite_number
-from granular_env.envs.clock import show_clock
 from granular_env.envs.environment import ComponentEnv, Observation, ObservationRow, Ready, element_scales, observation_box
 from granular_env.envs.render import draw
 from granular_env.envs.state import Drawn, EnvState
+from granular_env.envs.time_observation import show_clock
 
 from .actuator import ACTUATE, Actuator, actuate
 from .domain_randomization import Randomization, info_of_draws, redrawn

@@ -7,7 +7,7 @@ import numpy as np
 from granular_env.components.chain.integrators import SIGNATURE as ADVANCE
 from granular_env.components.support.addresses import caller
 from granular_env.components.support.jit import jit
-from granular_env.envs.clock import show_clock
+from granular_env.envs.time_observation import show_clock
 
 from .actuator import actuate
 from .episode_state import COUNTERS, ELAPSED, LEFT, RIGHT, RUNNING, SEED, START
