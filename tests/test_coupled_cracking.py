@@ -44,6 +44,11 @@ def shear_off(medium: Coupled, until: float = 40.0) -> float:
     return abs(float(energy.residual)) / float(energy.supplied["input_work"])
 
 
+def largest_residual(medium: Coupled) -> float:
+    """Return the largest residual of `shear_off` from three quarters of the run on."""
+    return max(shear_off(medium, until) for until in (30.0, 32.0, 34.0, 36.0, 38.0, 40.0))
+
+
 # -- energy ----------------------------------------------------------------------------------------------------------------
 
 
@@ -55,18 +60,19 @@ def shear_off(medium: Coupled, until: float = 40.0) -> float:
 def test_a_fracturing_rubbing_run_closes_to_a_percent_at_second_order(parameters: dict[str, Any]) -> None:
     """A third of the work and more breaks links and rubs; a quarter of the step leaves about a sixteenth of the error.
 
-    Over one halving alone the ratio depends on which links break in which step.
+    Over one halving alone the ratio depends on which links break in which step, and at one instant on which contacts press: the
+    error is the largest of six instants of the last quarter.
     """
     medium = sandwich(**parameters)
-    residual = shear_off(medium)
+    residual = largest_residual(medium)
     energy = medium.balances()[0]
     work = energy.supplied["input_work"]
     assert energy.lost["fracture_energy"] > 0.04 * work and energy.lost["friction_energy"] > 0.2 * work
     assert medium.get("automata_broken_links") >= 60 and medium.get("automata_touching") > 10
-    assert residual <= 0.01
+    assert residual <= 0.005
     assert np.abs(medium.get("momentum_residual")).max() <= 1e-12 * np.abs(medium.get("boundary_impulse")).max()
     assert abs(medium.get("angular_momentum_residual")) <= 1e-12 * abs(medium.get("boundary_angular_impulse"))
-    fine = shear_off(sandwich(**{**parameters, "step": 0.25 * parameters.get("step", 0.2)}))
+    fine = largest_residual(sandwich(**{**parameters, "step": 0.25 * parameters.get("step", 0.2)}))
     assert 9.0 <= residual / fine <= 25.0
 
 

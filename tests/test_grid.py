@@ -135,6 +135,16 @@ def test_the_residual_of_finite_strains_falls_with_them() -> None:
     assert residuals[0] < 1e-3 and residuals[1] < residuals[0] / 3 and residuals[2] < residuals[1] / 3
 
 
+def test_the_residual_of_finite_strains_is_of_second_order_in_the_step() -> None:
+    """A bar that is sheared turns under stress: the work of a stress that has turned already would be of first order."""
+    residuals = []
+    for step in (0.2, 0.05):
+        bar = block(8, 6, boundaries={"left": "fixed", "right": "velocity"}, step_size=step)
+        bar.step(40.0, right_velocity=ge.Profile.half_sine(1.0, 30.0) * [0.01, 0.02])
+        residuals.append(abs(bar.get("energy_residual")) / abs(bar.get("input_work")))
+    assert residuals[0] < 1e-5 and 9.0 <= residuals[0] / residuals[1] <= 25.0
+
+
 def test_a_traction_gives_its_impulse() -> None:
     grid = block(6, 4, boundaries={"right": "traction"})
     grid.step(3.0, right_traction=SMALL * np.array([2.0, -1.0]))

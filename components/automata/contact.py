@@ -13,6 +13,11 @@ takes over, with 1 - w of these.
 A dashpot may press beside the spring: N_d = -c dr/dt, c = 2 zeta sqrt(k_n m), 1/m = 1/m_i + 1/m_j, at least -N, so that both
 together do not pull. Its force belongs to the velocities before a kick; what it takes is counted with the mean of those before
 and after it, which is exact.
+
+All that a contact takes is counted as the work that the kicks before and after a drift do on it, half of each, less the change
+of its energy. In the drift in which a pair closes, of the way c, that is k_n o (c - o) / 2 too much, with o the overlap after
+it; in the drift in which it opens as much is given back. Without a dashpot both are alike in the mean; with one the pair comes
+apart more slowly than it met, and what is not given back belongs to what the dashpot takes.
 """
 
 from __future__ import annotations
@@ -104,6 +109,15 @@ def contact_weight(bonds, pairs, row):
 
 
 @internal_inlined
+def _earlier_weight(bonds, pairs, row, release):
+    """Return `contact_weight` before the present kick, where its link may have the mean weight of this step."""
+    weight = contact_weight(bonds, pairs, row)
+    if 0.0 < weight < 1.0:
+        return weight - 0.5 / release if pairs[row, START] >= 0 else weight + 0.5 / release
+    return weight
+
+
+@internal_inlined
 def sliding_speed(motion, i, j, nx, ny, r):
     """Return how fast the second automaton slides over the first, across the line of centres [m/s]."""
     vx, vy = motion.velocity[j, 0] - motion.velocity[i, 0], motion.velocity[j, 1] - motion.velocity[i, 1]
@@ -121,6 +135,32 @@ def _way_slid(motion, i, j, x, y, r, time):
     old_r = np.sqrt(old_x * old_x + old_y * old_y)
     before = 0.0 if old_r == 0.0 else sliding_speed(motion, i, j, old_x / old_r, old_y / old_r, old_r)
     return 0.5 * time * (before + sliding_speed(motion, i, j, x / r, y / r, r))
+
+
+@internal_inlined
+def _kink_work(motion, i, j, x, y, r, before, after, time):
+    """Return what kicks of a unit spring do beyond its change of energy, in a drift in which a pair closes or opens [m^2].
+
+    Args:
+        motion: a `Motion`; its velocities are those of the drift.
+        i: first automaton.
+        j: second one.
+        x: way from the first to the second after the drift, x [m].
+        y: the same, y [m].
+        r: its length [m].
+        before: distance at rest before the drift [m].
+        after: overlap after it [m].
+        time: of the drift [s].
+    """
+    vx, vy = motion.velocity[j, 0] - motion.velocity[i, 0], motion.velocity[j, 1] - motion.velocity[i, 1]
+    old_x, old_y = x - time * vx, y - time * vy
+    old_r = np.sqrt(old_x * old_x + old_y * old_y)
+    overlap = before - old_r
+    if after > 0.0 and not overlap > 0.0:
+        return 0.5 * after * (-time * (vx * x + vy * y) / r - after)
+    if overlap > 0.0 and not after > 0.0 and old_r > 0.0:
+        return -0.5 * overlap * (time * (vx * old_x + vy * old_y) / old_r - overlap)
+    return 0.0
 
 
 @internal
@@ -150,7 +190,7 @@ def _dashpot_force(body, ground, motion, part, i, j, nx, ny, push):
 
 
 @internal
-def add_contacts(body, ground, bonds, motion, contacts, count, time, force, torque):
+def add_contacts(body, ground, bonds, motion, contacts, count, release, time, force, torque):
     """Add the forces of contacts, in their order, and let them slide; each pair pushes both automata with the same bits.
 
     Args:
@@ -160,34 +200,43 @@ def add_contacts(body, ground, bonds, motion, contacts, count, time, force, torq
         motion: a `Motion`; its velocities are those since the forces were computed last.
         contacts: `Contacts`, updated in place.
         count: how many contacts there are.
+        release: over how many internal steps a link is released.
         time: since the forces were computed last [s].
         force: shape (n, 2), updated in place [N].
         torque: shape (n,), updated in place [N m].
 
     Returns:
-        The energy that friction took [J].
+        The energies that friction took, and dashpots beyond `dashpot_power` [J].
     """
-    lost = 0.0
+    rubbed, damped = 0.0, 0.0
     for row in range(count):
         i, j = contacts.pairs[row, FIRST], contacts.pairs[row, SECOND]
         x, y, r = separation(ground, motion.displacement, i, j)
-        rest, slid = min(body.diameter, max(contacts.rest[row], r)), contacts.slid[row]
+        known, before = contacts.rest[row], contacts.slid[row]
+        rest = min(body.diameter, max(known, r))
         contacts.rest[row] = rest
         overlap = rest - r
         part = contact_weight(bonds, contacts.pairs, row) * contact_part(ground, i, j)
         contacts.dashpot[row, 0] = contacts.dashpot[row, 1] = 0.0
         normal, tangential = contact_stiffness(ground.normal, i, j), contact_stiffness(ground.tangential, i, j)
-        if not overlap > 0.0 or r == 0.0:
-            lost += 0.5 * part * tangential * slid * slid
+        if r == 0.0:
             contacts.slid[row] = 0.0
             continue
-        nx, ny = x / r, y / r
-        before, slid = slid, slid + _way_slid(motion, i, j, x, y, r, time)
-        most = ground.friction * normal * overlap / tangential
+        if ground.damping > 0.0 and time > 0.0:
+            damped += part * normal * _kink_work(motion, i, j, x, y, r, known, overlap, time)
+        if before == 0.0 and not overlap > 0.0:
+            continue
+        slid = before + _way_slid(motion, i, j, x, y, r, time)
+        # Nothing is kept where the pair has come apart.
+        most = ground.friction * normal * max(overlap, 0.0) / tangential
         kept = min(max(slid, -most), most)
         # The kicks before and after give the mean of both forces times the way: what is let go costs that mean.
-        lost += 0.5 * part * tangential * (before + kept) * (slid - kept)
+        earlier = _earlier_weight(bonds, contacts.pairs, row, release) * contact_part(ground, i, j)
+        rubbed += 0.5 * earlier * tangential * (before + kept) * (slid - kept)
         contacts.slid[row] = kept
+        if not overlap > 0.0:
+            continue
+        nx, ny = x / r, y / r
         push, drag = part * normal * overlap, part * tangential * kept
         if ground.damping > 0.0:
             more = _dashpot_force(body, ground, motion, part, i, j, nx, ny, push)
@@ -200,13 +249,13 @@ def add_contacts(body, ground, bonds, motion, contacts, count, time, force, torq
         force[j, 1] -= fy
         torque[i] += 0.5 * r * drag
         torque[j] += 0.5 * r * drag
-    return lost
+    return rubbed, damped
 
 
 @jit
 def add_contact_forces(medium, motion, contacts, count, force, torque):
     """Call `add_contacts` without any time in which they slide, for readings; arguments as for `cracking.add_forces`."""
-    add_contacts(medium.body, medium.ground, medium.bonds, motion, contacts, count, 0.0, force, torque)
+    add_contacts(medium.body, medium.ground, medium.bonds, motion, contacts, count, medium.law.release, 0.0, force, torque)
 
 
 @internal

@@ -20,7 +20,7 @@ from .contact import Ground, add_contacts, dashpot_power
 from .layout import Body, Motion, Scratch
 from .motion import Grip, Load, add_loads, drift, held_speed, hold, keep_velocities, kick, settle_loads
 from .pair import orient
-from .release import DAMPING, FRICTION, INELASTIC, TRAVEL, change_weights, settle_weights
+from .release import DAMPING, FRICTION, INELASTIC, TRAVEL, lower_weights, settle_weights
 from .strain_division import bond_dilations
 
 # What `advance` returns: all steps are done, or what has to be done now.
@@ -118,11 +118,11 @@ def judge_bonds(medium, motion, scratch, judgement, contacts, count, losses, tim
     Returns:
         Whether links have to break, are being made anew, or it is time to look which may be.
     """
-    body, ground, bonds, law = medium.body, medium.ground, medium.bonds, medium.law
+    body, bonds, law = medium.body, medium.bonds, medium.law
     automata = body.kind.size
     orient(motion.rotation, scratch.half, 0, automata)
     u = motion.displacement
-    rising = change_weights(body, ground, bonds, law, motion, scratch.half, contacts, count, tick, losses)
+    rising = lower_weights(body, bonds, law, contacts, count, tick)
     bond_dilations(body, bonds, u, scratch.half, scratch.dilation, 0, automata)
     if law.elastic and not law.criterion:
         return rising
@@ -149,10 +149,12 @@ def add_forces(medium, motion, scratch, contacts, count, losses, time, tick):
     """
     body, u, half = medium.body, motion.displacement, scratch.half
     bond_forces(body, medium.bonds, u, half, scratch.dilation, scratch.force, scratch.torque, 0, body.kind.size)
-    losses[FRICTION] += add_contacts(
-        body, medium.ground, medium.bonds, motion, contacts, count, time, scratch.force, scratch.torque
+    rubbed, damped = add_contacts(
+        body, medium.ground, medium.bonds, motion, contacts, count, medium.law.release, time, scratch.force, scratch.torque
     )
-    settle_weights(body, medium.bonds, medium.law, contacts, count, tick, losses)
+    losses[FRICTION] += rubbed
+    losses[DAMPING] += damped
+    settle_weights(body, medium.ground, medium.bonds, medium.law, motion, half, contacts, count, tick, losses)
 
 
 @internal

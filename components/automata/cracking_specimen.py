@@ -165,7 +165,7 @@ class CrackingSpecimen(LinkedSpecimen):
         contacts, events = self.contacts(marked), self._block.room("events", marked)
         count, known = break_bonds(
             self.medium, self.motion, self.scratch, self.judgement, self._numbers, contacts, self.count_contacts(), events,
-            self._block.count("events"), self.losses, tick,
+            self._block.count("events"), tick,
         )  # fmt: skip
         self._set_count(count)
         self._block.set_count("events", known)

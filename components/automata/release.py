@@ -46,12 +46,48 @@ def pair_and_volumes(body, ground, bonds, motion, half, contacts, row):
     return energy + contact_energy(ground, bonds, motion, contacts, row, 0.0)
 
 
-@internal
-def change_weight(body, ground, bonds, law, motion, half, contacts, row, tick, losses):
-    """Lower the weight of the broken link of a contact, and count the energy that this takes.
+@internal_inlined
+def lower_weight(body, bonds, law, contacts, row, tick):
+    """Give the broken link of a contact the mean of its weights before and after an internal step.
 
-    The forces of this step get the mean of the weights before and after it, as the kick belongs to both halves of the step;
-    `settle_weights` then writes the weight after it.
+    The kick of a step belongs to both of its halves. `settle_weights` then writes the weight after it.
+    """
+    before = bonds.weight[contacts.pairs[row, FIRST], contacts.pairs[row, SLOT]]
+    put_weight(body, bonds, contacts.pairs, row, 0.5 * (before + scheduled_weight(contacts.pairs, row, tick, law.release)))
+
+
+@internal
+def lower_weights(body, bonds, law, contacts, count, tick):
+    """Lower the weights of all links that are being released.
+
+    Args:
+        body: a `Body`.
+        bonds: `Bonds`, updated in place.
+        law: a `Law`.
+        contacts: `Contacts`.
+        count: how many contacts there are.
+        tick: number of the internal step.
+
+    Returns:
+        Whether weights of others rise: see `relinked_pairs.raise_weights`.
+    """
+    rising = False
+    for row in range(count):
+        slot = contacts.pairs[row, SLOT]
+        if slot >= 0 and 0.0 < bonds.weight[contacts.pairs[row, FIRST], slot] < 1.0:
+            if contacts.pairs[row, START] >= 0:
+                lower_weight(body, bonds, law, contacts, row, tick)
+            else:
+                rising = True
+    return rising
+
+
+@internal
+def settle_weights(body, ground, bonds, law, motion, half, contacts, count, tick, losses):
+    """Give links whose weights change those after an internal step, and count the energy that releasing them takes.
+
+    What one of them takes depends on the weights of the others at its ends: each is counted while the others have the mean
+    of theirs, with which the sum is that of all together, but for what is of third order in the change of a step.
 
     Args:
         body: a `Body`.
@@ -60,40 +96,15 @@ def change_weight(body, ground, bonds, law, motion, half, contacts, row, tick, l
         law: a `Law`.
         motion: a `Motion`.
         half: see `pair.orient`, shape (n, 2).
-        contacts: `Contacts`.
-        row: of the contact.
+        contacts: `Contacts`, which have slid up to now.
+        count: how many contacts there are.
         tick: number of the internal step.
         losses: see FRACTURE, updated in place.
     """
-    before = bonds.weight[contacts.pairs[row, FIRST], contacts.pairs[row, SLOT]]
-    after = scheduled_weight(contacts.pairs, row, tick, law.release)
-    losses[FRACTURE] += pair_and_volumes(body, ground, bonds, motion, half, contacts, row)
-    put_weight(body, bonds, contacts.pairs, row, after)
-    losses[FRACTURE] -= pair_and_volumes(body, ground, bonds, motion, half, contacts, row)
-    put_weight(body, bonds, contacts.pairs, row, 0.5 * (before + after))
-
-
-@internal
-def change_weights(body, ground, bonds, law, motion, half, contacts, count, tick, losses):
-    """Lower the weights of all links that are being released; arguments as for `change_weight`.
-
-    Returns:
-        Whether weights of others rise: see `linking.raise_weights`.
-    """
-    rising = False
     for row in range(count):
         slot = contacts.pairs[row, SLOT]
-        if slot >= 0 and 0.0 < bonds.weight[contacts.pairs[row, FIRST], slot] < 1.0:
-            if contacts.pairs[row, START] >= 0:
-                change_weight(body, ground, bonds, law, motion, half, contacts, row, tick, losses)
-            else:
-                rising = True
-    return rising
-
-
-@internal
-def settle_weights(body, bonds, law, contacts, count, tick, losses):
-    """Give links whose weights change those after an internal step; arguments as for `change_weight`."""
+        if slot >= 0 and 0.0 < bonds.weight[contacts.pairs[row, FIRST], slot] < 1.0 and contacts.pairs[row, START] >= 0:
+            losses[FRACTURE] += _released_energy(body, ground, bonds, law, motion, half, contacts, row, tick)
     for row in range(count):
         slot = contacts.pairs[row, SLOT]
         if slot >= 0 and 0.0 < bonds.weight[contacts.pairs[row, FIRST], slot] < 1.0:
@@ -102,3 +113,16 @@ def settle_weights(body, bonds, law, contacts, count, tick, losses):
             if weight == 1.0:
                 # It holds: before the next step its contact goes from the list.
                 losses[TRAVEL] = NEVER_FOUND
+
+
+@internal
+def _released_energy(body, ground, bonds, law, motion, half, contacts, row, tick):
+    """Return what releasing a link takes in an internal step, the weights being the means of this step [J]."""
+    mean = bonds.weight[contacts.pairs[row, FIRST], contacts.pairs[row, SLOT]]
+    after = scheduled_weight(contacts.pairs, row, tick, law.release)
+    put_weight(body, bonds, contacts.pairs, row, 2.0 * mean - after)
+    released = pair_and_volumes(body, ground, bonds, motion, half, contacts, row)
+    put_weight(body, bonds, contacts.pairs, row, after)
+    released -= pair_and_volumes(body, ground, bonds, motion, half, contacts, row)
+    put_weight(body, bonds, contacts.pairs, row, mean)
+    return released

@@ -8,14 +8,14 @@ from ..support.jit import internal, internal_inlined, jit
 from .bond_forces import bond_failure, bond_tractions, pair_energy, volume_energy
 from .bond_strains import opposite_slot
 from .contact import FIRST, SECOND, SLOT, START, contact_part, contact_stiffness, separation
-from .release import change_weight
+from .release import lower_weight
 from .strain_division import bond_dilations, division_energy
 from .tied_bonds import tied_shares
 from .volumetric_strain import bond_dilation
 
 
 @jit
-def break_bonds(medium, motion, scratch, judgement, numbers, contacts, count, events, known, losses, tick):
+def break_bonds(medium, motion, scratch, judgement, numbers, contacts, count, events, known, tick):
     """Break the marked links: each becomes a contact and an event; there must be room for them.
 
     Args:
@@ -28,7 +28,6 @@ def break_bonds(medium, motion, scratch, judgement, numbers, contacts, count, ev
         count: how many contacts there are.
         events: rows as `snapshot.EVENT_ROWS` says, written from row `known` on.
         known: how many events there are.
-        losses: see `release.FRACTURE`, updated in place.
         tick: number of the step.
 
     Returns:
@@ -53,7 +52,7 @@ def break_bonds(medium, motion, scratch, judgement, numbers, contacts, count, ev
             event[3], event[4] = judgement.mark[i, slot], limit
             count, known = count + 1, known + 1
     for row in range(first, count):
-        change_weight(body, ground, bonds, law, motion, scratch.half, contacts, row, tick, losses)
+        lower_weight(body, bonds, law, contacts, row, tick)
     _update_dilations(bonds.mixture.moduli, body, bonds, u, scratch, contacts, first, count)
     return count, known
 

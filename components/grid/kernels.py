@@ -145,7 +145,9 @@ def advance_cells(grid, state, corner_out, tile, step, tick, events, counts):
                     counts[0] = row + 1
                 plastic_strains[c] += strain
                 plastic_works[c] += work
-        energy[c] += (0.25 * twice) * (((sxx + txx) * exx + (syy + tyy) * eyy) + 2.0 * ((sxy + txy) * shear_strain))
+        # The kick before the drift saw the old stress as it was then, not turned with the cell.
+        mean_xx, mean_yy, mean_xy = stresses[c, 0] + txx, stresses[c, 1] + tyy, stresses[c, 3] + txy
+        energy[c] += (0.25 * twice) * ((mean_xx * exx + mean_yy * eyy) + 2.0 * (mean_xy * shear_strain))
         stresses[c, 0], stresses[c, 1], stresses[c, 2], stresses[c, 3] = txx, tyy, tzz, txy
         cx, cy, dx, dy = corner_forces((txx, tyy, txy), (qx, qy), (ax, ay, bx, by), (px, py))
         slot = slots[c]
