@@ -2,10 +2,14 @@
 
 import random
 import warnings
+from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import pytest
 
+from granular_env.components import catalogue
+from granular_env.components.component import Component
 from granular_env.components.errors import GranularError, GranularWarning
 from granular_env.control.study import load_study
 from granular_env.documents import find
@@ -38,6 +42,26 @@ LINES = [
     "gap = 1e-5",
 ]
 FOLDER = find("measured/hammer", "experiment", "experiments").parent
+
+
+@pytest.fixture(scope="module", autouse=True)
+def one_of_each() -> Iterator[None]:
+    """A component is kept for the next file with its parameters, which most mutations leave as they are.
+
+    As many are kept as there are shipped experiments, and some more.
+    """
+    build, built = catalogue.make, dict[tuple[str, str], Component]()
+
+    def make(name: str, **parameters: Any) -> Component:
+        key = name, repr(parameters)
+        built[key] = built.pop(key, None) or build(name, **parameters)
+        if len(built) > 60:
+            del built[next(iter(built))]
+        return built[key]
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(catalogue, "make", make)
+        yield
 
 
 def mutated(text: str, random: random.Random) -> str:

@@ -6,9 +6,6 @@ import contextlib
 import dataclasses
 import os
 import random
-import signal
-import subprocess
-import sys
 import time
 import tracemalloc
 from pathlib import Path
@@ -17,6 +14,8 @@ from typing import Any
 import numpy as np
 import pytest
 from mcap.writer import CompressionType, Writer
+from support.endless_recording import record_for_ever
+from support.forkserver import forkserver
 from support.recording_helpers import chain_log, mutated, oscillator_log, rewrite
 
 import granular_env.components.catalogue as catalogue
@@ -30,42 +29,26 @@ from granular_env.recording.recorder import log_file
 from granular_env.recording.recorder.recorder import Recorder
 from granular_env.recording.recorder.sampling import Schedule
 
-# Steps on, and now and then tells how far it is and how long it has been running.
-_VICTIM = """
-import sys, time
-from granular_env.components.catalogue import make
-from granular_env.recording import record
-component = make("oscillator")
-with record(component, sys.argv[1], every=0.01):
-    component.reset(velocity=1.0)
-    print("ready", flush=True)
-    while True:
-        component.step(0.01, force=float(component.tick % 5))
-        if component.tick % 50 == 0:
-            print(component.tick, time.process_time(), flush=True)
-            if sys.argv[2] == "idle" and component.tick == 500:
-                time.sleep(60)
-"""
 # What a killed process may lose [s]. Counted in the time that the process has been running, which is that of the clock on
 # the wall unless a busy machine makes it wait: then it neither steps nor writes.
 _LOST_SECONDS = 0.1
 
 
-def _kill(path: Path, after: float, mode: str = "busy") -> list[tuple[int, float]]:
-    """Run the victim, kill it -9 some time after it is ready; the ticks that it told, each with its age at the end [s]."""
-    process = subprocess.Popen([sys.executable, "-c", _VICTIM, str(path), mode], stdout=subprocess.PIPE, text=True)
-    assert process.stdout is not None and process.stdout.readline() == "ready\n"
-    lines: list[str] = []
-    while mode == "idle" and not (lines and lines[-1].startswith("500 ")):
-        lines.append(process.stdout.readline())
+def _kill(path: Path, after: float, idle_at: int = -1) -> list[tuple[int, float]]:
+    """Record in a process, kill it -9 some time after it is ready; the ticks that it told, each with its age at the end [s]."""
+    told = path.with_suffix(".told")
+    told.write_text("")
+    process = forkserver.Process(target=record_for_ever, args=(path, told, idle_at))
+    process.start()
+    while f"\n{idle_at} " not in told.read_text() if idle_at > 0 else not told.read_text().startswith("ready\n"):
+        assert process.is_alive()
+        time.sleep(0.005)
     time.sleep(after)
-    process.send_signal(signal.SIGKILL)
-    lines += process.stdout.read().splitlines(keepends=True)
-    process.wait()
-    process.stdout.close()
+    process.kill()
+    process.join()
     # A last line that the kill cut off is left out.
-    told = [(int(tick), float(ran)) for tick, ran in (line.split() for line in lines if line.endswith("\n"))]
-    return [(tick, told[-1][1] - ran) for tick, ran in told]
+    lines = [line.split() for line in told.read_text().splitlines(keepends=True)[1:] if line.endswith("\n")]
+    return [(int(tick), float(lines[-1][1]) - float(ran)) for tick, ran in lines]
 
 
 def _check_killed(path: Path, told: list[tuple[int, float]]) -> None:
@@ -85,7 +68,7 @@ def test_killed_at_random_moments(tmp_path: Path) -> None:
 
 
 def test_killed_while_the_script_sits_idle(tmp_path: Path) -> None:
-    told = _kill(tmp_path / "a.mcap", 0.3, "idle")
+    told = _kill(tmp_path / "a.mcap", 0.3, idle_at=500)
     assert told[-1][0] == 500
     log = open_log(tmp_path / "a.mcap")
     assert log.end_tick == 500

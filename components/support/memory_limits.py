@@ -24,8 +24,9 @@ def refuse_beyond(needed: int, what: str, kind: type[GranularError] = ParameterE
     """Raise an error of that `kind`, with both numbers, where `needed` bytes are more than there are."""
     there = available()
     if there is not None and needed > there:
+        least = min(needed, 10**300)  # a float holds no more
         raise kind(
-            f"{what} needs at least {needed / 1e9:.3g} GB of memory, {there / 1e9:.3g} GB are available; ask for less, "
+            f"{what} needs at least {least / 1e9:.3g} GB of memory, {there / 1e9:.3g} GB are available; ask for less, "
             "or use a machine with more"
         )
 
