@@ -249,6 +249,24 @@ def test_all_faults_of_parameters_are_told_at_once() -> None:
     assert [one.location for one in found] == [("rows",), ("mass",), ("colums",)]
 
 
+@pytest.mark.parametrize(
+    ("component", "parameters", "expected"),
+    [
+        ("detonation", {"gas": {"gamma": "abc"}}, [("gas", "gamma")]),
+        ("detonation", {"gas": {"gamma": "abc", "gas_constant": -1.0}}, [("gas", "gamma"), ("gas", "gas_constant")]),
+        ("detonation", {"gas": [1]}, [("gas",)]),
+        ("detonation", {"cross_section": [1e-3, "a", 1e-3]}, [("cross_section", 1)]),
+        ("chain", {"grains": 3, "material": {"density": "abc", "young": 1e9, "poisson": 0.3}}, [("material", "density")]),
+        ("grid", {"material": ["steel", {"density": "abc", "young": 1e9, "poisson": 0.3}]}, [("material", 1, "density")]),
+        ("chain", {"grains": 3, "arrangement": {"name": "impurity", "index": ["a", 2]}}, [("arrangement", "index", 0)]),
+    ],
+)
+def test_a_fault_of_a_table_or_a_list_is_located_in_it_where_a_name_or_a_number_could_stand(
+    component: str, parameters: dict[str, Any], expected: list[tuple[str | int, ...]]
+) -> None:
+    assert [one.location for one in faults(lambda: ge.make(component, **parameters))] == expected
+
+
 @pytest.mark.parametrize("value", [{0: [1.0, 1.0], "0,1": 2.0}, {"0,1": 2.0, -8: 1.0}, {3: 1.0, "3": 2.0}])
 def test_an_element_is_given_once(discs: ge.Component, value: dict[Any, Any]) -> None:
     assert fault(lambda: discs.reset(velocity=value)).expected == "each element once"

@@ -122,13 +122,18 @@ def test_the_ligament_bears_the_load_of_the_whole_section(columns: int) -> None:
 @pytest.mark.parametrize(
     ("notch", "message"),
     [
-        ({"length": 0.05}, r"body.notch.position: got a notch from -0.015 to 0.035, expected one within 0 to 0.02"),
+        ({"length": 0.05}, r"body.notch.length: got 0.05 m, expected at most 0.02 m, all of the body"),
         ({"position": 0.019}, r"body.notch.position: got a notch from 0.016 to 0.022"),
         ({"around": 7.0}, r"body.notch.around: got a notch from"),
         ({"depth": 0.00089}, r"body.notch.depth: got 0.00089 m, expected less than the wall, 0.00089 m"),
         ({"length": 0.002}, r"body.notch.length: got a length of 0.002 m with nodes 0.001429 m apart, expected at least 3"),
-        ({"spacing": 0.0002}, r"body.along: too few nodes beside the notch"),
-        ({"width": 1e-9}, r"body.around: too few nodes beside the notch: distances would grow by"),
+        ({"spacing": 0.0002}, r"body.along: too few nodes for the notch"),
+        ({"width": 1e-9}, r"body.around: too few nodes for the notch: distances would grow by"),
+        ({"depth": 1e-300}, r"body.notch.depth: got 1e-300, expected 1e-40 to 1e\+40"),
+        ({"depth": 1e-12}, r"body.notch.depth: got 1e-12 m: two planes of nodes would lie"),
+        ({"direction": "hoop", "length": 0.13, "width": 0.004}, r"body.notch.length: got 0.13 m, expected at most 0.129685 m"),
+        ({"width": 1e30}, r"body.notch.width: got 1e\+30 m, expected at most 0.129685 m"),
+        ({"spacing": 1e-18}, r"body.along: too few nodes for the notch: it takes"),
         ({"direction": "radial"}, r"body.notch.direction: got 'radial'"),
     ],
 )

@@ -6,7 +6,8 @@ from typing import Annotated, ClassVar, Literal
 
 from pydantic import SerializeAsAny
 
-from ..support.parameter_fields import Positive, field
+from ..support.magnitudes import Magnitude
+from ..support.parameter_fields import field
 from ..support.tagged_union import ByName, Named
 
 # Codes for kernels; a diaphragm that has opened is an open end.
@@ -45,7 +46,7 @@ class Diaphragm(End):
 
     code: ClassVar[int] = DIAPHRAGM
     name: Literal["diaphragm"] = field("diaphragm", "a wall that bursts, and is open from then on", "1")
-    burst_pressure: Positive = field(2e5, "pressure on the wall at which it bursts", "Pa")
+    burst_pressure: Magnitude = field(2e5, "pressure on the wall at which it bursts", "Pa")
 
 
 class Piston(End):

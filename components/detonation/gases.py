@@ -13,7 +13,8 @@ from typing import Annotated, NamedTuple
 from pydantic import AfterValidator
 
 from ..errors import ParameterError, nearest
-from ..support.parameter_fields import NotNegative, Positive, field
+from ..support.magnitudes import Magnitude, NotNegativeMagnitude
+from ..support.parameter_fields import field
 from ..support.validation import Parameters
 
 # Bounds of gamma: what lies between them covers every gas.
@@ -24,8 +25,8 @@ class Gas(Parameters):
     """A perfect gas with one adiabatic exponent, which may release heat."""
 
     gamma: float = field(1.4, "adiabatic exponent", "1", gt=SMALLEST_GAMMA, le=LARGEST_GAMMA)
-    gas_constant: Positive = field(287.05, "pressure over density and temperature, p / (rho T)", "J/(kg K)")
-    heat_release: NotNegative = field(0.0, "heat that the whole reaction sets free; 0: an inert gas", "J/kg")
+    gas_constant: Magnitude = field(287.05, "pressure over density and temperature, p / (rho T)", "J/(kg K)")
+    heat_release: NotNegativeMagnitude = field(0.0, "heat that the whole reaction sets free; 0: an inert gas", "J/kg")
 
 
 class Mixture(NamedTuple):

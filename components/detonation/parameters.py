@@ -6,7 +6,8 @@ import math
 
 from pydantic import model_validator
 
-from ..support.parameter_fields import NotNegative, Pair, Positive, field
+from ..support.magnitudes import Magnitude, NotNegativeMagnitude, SignedMagnitude, SignedPair
+from ..support.parameter_fields import field
 from ..support.validation import Parameters
 from .ends import ChosenEnd, Closed, Piston
 from .gases import MIXTURES, Gas, GasName, gas_at
@@ -17,19 +18,19 @@ from .reactions import ChosenReaction, Inert, PressureBurn, Reaction
 class StartRegion(Parameters):
     """A part of the tube that starts in another state."""
 
-    x: Pair = field(..., "where it begins and ends; it holds the cells whose middle lies between", "m")
-    pressure: Positive | None = field(None, "pressure at the start; default: that of the tube", "Pa")
-    temperature: Positive | None = field(None, "temperature at the start; default: that of the tube", "K")
-    velocity: float = field(0.0, "velocity at the start", "m/s")
+    x: SignedPair = field(..., "where it begins and ends; it holds the cells whose middle lies between", "m")
+    pressure: Magnitude | None = field(None, "pressure at the start; default: that of the tube", "Pa")
+    temperature: Magnitude | None = field(None, "temperature at the start; default: that of the tube", "K")
+    velocity: SignedMagnitude = field(0.0, "velocity at the start", "m/s")
     progress: float = field(0.0, "part of the gas that has reacted already", "1", ge=0.0, le=1.0)
 
 
 class DetonationParameters(Parameters):
     """A reactive gas in a tube, in one dimension; by default C2H4 + 3 O2 at 100 kPa."""
 
-    length: Positive = field(1.52, "length of the tube, from x = 0", "m")
-    cells: int = field(760, "cells of equal length", "1", ge=3)
-    cross_section: Positive | list[Positive] = field(
+    length: Magnitude = field(1.52, "length of the tube, from x = 0", "m")
+    cells: int = field(760, "cells of equal length", "1", ge=3, le=1_000_000_000)
+    cross_section: Magnitude | list[Magnitude] = field(
         1.2254e-3, "area of the tube, one for all cells or one each; the input `area` changes it", "m^2"
     )
     gas: GasName | Gas = field(
@@ -37,22 +38,22 @@ class DetonationParameters(Parameters):
         f"{{gamma, gas_constant, heat_release}}, or a name: {', '.join(MIXTURES)} (by its table of initial pressures), air",
         "1",
     )
-    initial_pressure: Positive = field(1e5, "pressure at the start", "Pa")
-    initial_temperature: Positive = field(295.0, "temperature at the start, and that of the room outside", "K")
+    initial_pressure: Magnitude = field(1e5, "pressure at the start", "Pa")
+    initial_temperature: Magnitude = field(295.0, "temperature at the start, and that of the room outside", "K")
     regions: list[StartRegion] = field([], "parts of the tube that start in another state; later ones cover earlier ones", "1")
     left: ChosenEnd = field(
         Closed(), "the end at x = 0: closed, open, absorbing, piston, or a diaphragm with its burst_pressure", "1"
     )
     right: ChosenEnd = field(Closed(), "the end at x = length: as `left`", "1")
-    ignition_zone: Pair = field([0.0, 0.02], "where the heat of the input `ignition_power` goes: from x to x", "m")
+    ignition_zone: SignedPair = field([0.0, 0.02], "where the heat of the input `ignition_power` goes: from x to x", "m")
     reaction: ChosenReaction = field(
         PressureBurn(),
         "pressure_burn, arrhenius, constant_volume, inert, or a table; a gas that releases no heat is inert",
         "1",
     )
-    gauges: list[NotNegative] = field([], "places x whose pressure and velocity have outputs of their own", "m")
+    gauges: list[NotNegativeMagnitude] = field([], "places x whose pressure and velocity have outputs of their own", "m")
     limiter: LimiterName = field("monotonized_central", "limiter of slopes: first_order, minmod, monotonized_central", "1")
-    step_size: Positive | None = field(None, "internal step; default: from the fastest wave that is expected", "s")
+    step_size: Magnitude | None = field(None, "internal step; default: from the fastest wave that is expected", "s")
 
     @property
     def chosen_gas(self) -> Gas:

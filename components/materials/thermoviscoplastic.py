@@ -29,6 +29,7 @@ import math
 from typing import Literal, NamedTuple
 
 from ..support.jit import internal_inlined
+from ..support.magnitudes import Magnitude, NotNegativeMagnitude
 from ..support.parameter_fields import field
 from ..support.powers import exponential, power
 from ..support.tagged_union import Named
@@ -53,26 +54,26 @@ class Thermoviscoplastic(Named):
     """A metal that flows with a power of the equivalent stress, hardens, heats itself and softens."""
 
     name: Literal["thermoviscoplastic"] = field("thermoviscoplastic", "metals at high rates", "1")
-    young: float = field(69e9, "Young's modulus at the reference temperature", "Pa", gt=0.0)
+    young: Magnitude = field(69e9, "Young's modulus at the reference temperature", "Pa")
     poisson: float = field(0.33, "Poisson's ratio at the reference temperature", "1", gt=-1.0, le=_LARGEST_POISSON)
-    density: float = field(2719.0, "mass density", "kg/m^3", gt=0.0)
-    yield_stress: float = field(275e6, "flow stress sigma_0 at no plastic strain and reference rate", "Pa", gt=0.0)
+    density: Magnitude = field(2719.0, "mass density", "kg/m^3")
+    yield_stress: Magnitude = field(275e6, "flow stress sigma_0 at no plastic strain and reference rate", "Pa")
     hardening_exponent: float = field(0.07, "n of (1 + e / e0)^n", "1", ge=0.0, le=1.0)
-    reference_strain: float = field(1e-3, "e0 of (1 + e / e0)^n", "1", gt=0.0, le=1.0)
+    reference_strain: Magnitude = field(1e-3, "e0 of (1 + e / e0)^n", "1", le=1.0)
     rate_exponent: float = field(100.0, "m of (q / g)^m; the larger, the less does the rate matter", "1", ge=1.0, le=100.0)
-    reference_rate: float = field(1e-3, "plastic strain rate at which the flow stress is g", "1/s", gt=0.0, le=1e12)
+    reference_rate: Magnitude = field(1e-3, "plastic strain rate at which the flow stress is g", "1/s", le=1e12)
     softening: float = field(0.8, "delta of the thermal softening; 0 leaves it out", "1", ge=0.0, le=100.0)
-    softening_temperature: float = field(500.0, "kappa of the thermal softening", "K", gt=0.0)
-    reference_temperature: float = field(293.0, "T0, at which the constants are given", "K", gt=0.0)
+    softening_temperature: Magnitude = field(500.0, "kappa of the thermal softening", "K")
+    reference_temperature: Magnitude = field(293.0, "T0, at which the constants are given", "K")
     heat_fraction: float = field(0.9, "chi, part of the plastic work that becomes heat", "1", ge=0.0, le=1.0)
-    specific_heat: float = field(896.0, "c", "J/(kg K)", gt=0.0)
+    specific_heat: Magnitude = field(896.0, "c", "J/(kg K)")
     expansion: float = field(2.2e-5, "alpha, of lengths, at the reference temperature", "1/K", ge=0.0, le=1.0)
     temperature_dependent: bool = field(True, "whether E, nu, sigma_0 and alpha change with temperature", "1")
-    young_slope: float = field(1.6e6, "E_1, loss of Young's modulus", "Pa/K", ge=0.0)
-    young_curvature: float = field(1e5, "E_2, loss of Young's modulus", "Pa/K^2", ge=0.0)
-    poisson_slope: float = field(5e-5, "nu_1, growth of Poisson's ratio", "1/K", ge=0.0)
-    yield_curvature: float = field(1.5e3, "S, loss of sigma_0", "Pa/K^2", ge=0.0)
-    expansion_slope: float = field(1.6e-8, "alpha_1, growth of alpha", "1/K^2", ge=0.0)
+    young_slope: NotNegativeMagnitude = field(1.6e6, "E_1, loss of Young's modulus", "Pa/K")
+    young_curvature: NotNegativeMagnitude = field(1e5, "E_2, loss of Young's modulus", "Pa/K^2")
+    poisson_slope: NotNegativeMagnitude = field(5e-5, "nu_1, growth of Poisson's ratio", "1/K")
+    yield_curvature: NotNegativeMagnitude = field(1.5e3, "S, loss of sigma_0", "Pa/K^2")
+    expansion_slope: NotNegativeMagnitude = field(1.6e-8, "alpha_1, growth of alpha", "1/K^2")
     integrator: Literal["implicit", "tangent"] = field("implicit", "how the flow of a tick is found", "1")
 
     @property

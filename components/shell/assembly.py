@@ -15,6 +15,7 @@ from .hourglass import make_hourglass
 from .integration import IntegrationPoints, LinePoints, integration_points, points_at_planes
 from .layout import Body, Hourglass, IndexArray, IntArray, Solid, Surface
 from .parameters import ShellParameters
+from .shape_functions import UnspannedBasisError
 from .stencils import Stencils, make_stencils
 from .zero_modes import RIGID_MOTIONS, zero_mode_count
 
@@ -99,11 +100,16 @@ def spanned_stencils(p: ShellParameters, lattice: Lattice, lines: tuple[LinePoin
     radius = p.chosen_radius
     try:
         return make_stencils(lattice, (along, across, through), (radius, radius, radius), p.basis, places)
-    except ValueError as error:
-        raise ParameterError(
-            f"got {radius:g} spacings: {error}", expected="a radius within which there are enough nodes",
-            hint="give a larger radius, or more nodes", at="radius",
-        ) from None  # fmt: skip
+    except UnspannedBasisError as error:
+        raise unspanned(p, error) from None
+
+
+def unspanned(p: ShellParameters, error: UnspannedBasisError) -> ParameterError:
+    """Return the error for a body that has too few nodes within the radius: of the radius where it was given."""
+    return ParameterError(
+        f"got {p.chosen_radius:g} spacings: {error}", expected="a radius within which there are enough nodes",
+        hint="give a larger radius, or more nodes", at="body" if p.radius is None else "radius",
+    )  # fmt: skip
 
 
 def refuse_soft_rule(p: ShellParameters) -> None:
@@ -113,11 +119,8 @@ def refuse_soft_rule(p: ShellParameters) -> None:
         return
     try:
         modes = zero_mode_count(*chosen)
-    except ValueError as error:
-        raise ParameterError(
-            f"got {p.chosen_radius:g} spacings: {error}", expected="a radius within which there are enough nodes",
-            hint="give a larger one, or leave it out", at="radius",
-        ) from None  # fmt: skip
+    except UnspannedBasisError as error:
+        raise unspanned(p, error) from None
     if modes != RIGID_MOTIONS:
         raise ParameterError(
             f"got {p.rule.surface!r} with {p.rule.through} points through {p.body.counts[2]} layers, basis {p.basis!r}, radius "

@@ -8,6 +8,7 @@ from pydantic import SerializeAsAny
 
 from ..materials.elastic import longitudinal_speed
 from ..materials.thermoviscoplastic import FlowConstants, Thermoviscoplastic
+from ..support.magnitudes import Magnitude
 from ..support.parameter_fields import field
 from ..support.tagged_union import ByName, Named
 
@@ -16,9 +17,9 @@ class LinearElastic(Named):
     """Hooke's law for the Jaumann rate of the Kirchhoff stress."""
 
     name: Literal["elastic"] = field("elastic", "a material that never yields", "1")
-    young: float = field(69e9, "Young's modulus", "Pa", gt=0.0)
+    young: Magnitude = field(69e9, "Young's modulus", "Pa")
     poisson: float = field(0.33, "Poisson's ratio", "1", gt=-1.0, le=0.49)
-    density: float = field(2719.0, "mass density", "kg/m^3", gt=0.0)
+    density: Magnitude = field(2719.0, "mass density", "kg/m^3")
 
     @property
     def longitudinal_speed(self) -> float:

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from pydantic import Field, model_validator
 
-from ..support.parameter_fields import NotNegative, Pair, Positive, field
+from ..support.magnitudes import Magnitude, NotNegativeMagnitude, SignedPair
+from ..support.parameter_fields import field
 from ..support.validation import Parameters
 from .boundaries import BoundaryName, EdgeName
 from .fracture.laws import ChosenFracture, NoFracture
@@ -43,23 +44,23 @@ class ShellParameters(Parameters):
         "1",
     )
     basis: BasisName = field("linear", "what the shape functions reproduce: linear or quadratic fields", "1")
-    radius: Positive | None = field(
+    radius: Magnitude | None = field(
         None, "within which a point sees nodes, in spacings; default: 1.7, with the quadratic basis 2.7", "1", le=6.0
     )
     integration: Integration | None = field(
         None, "{surface, through}; default: columns with a point less than there are layers, of a rod cells", "1"
     )
-    hourglass: NotNegative = field(
+    hourglass: NotNegativeMagnitude = field(
         0.05, "stiffness against displacements that alternate from column to column, over that of the material", "1", le=1.0
     )
-    gauges: list[Pair] = field(
+    gauges: list[SignedPair] = field(
         [], "places on the outer surface whose strain has outputs: x and, of a tube, the angle from z to y [rad], or y", "m"
     )
     fracture: ChosenFracture = field(
         NoFracture(), "when a point parts: principal_stress {factor or stress}, plastic_strain {strain}, or none", "1"
     )
-    initial_temperature: Positive = field(293.0, "temperature at the start", "K")
-    step_size: Positive | None = field(None, "internal step; default: 0.8 of the largest stable one, rounded down", "s")
+    initial_temperature: Magnitude = field(293.0, "temperature at the start", "K")
+    step_size: Magnitude | None = field(None, "internal step; default: 0.8 of the largest stable one, rounded down", "s")
 
     @property
     def chosen_radius(self) -> float:

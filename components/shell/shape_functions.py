@@ -29,8 +29,8 @@ class UnspannedBasisError(ValueError):
         point: its number among those that were asked for.
     """
 
-    def __init__(self, point: int) -> None:
-        super().__init__(f"the neighbours of point {point} do not span the basis")
+    def __init__(self, point: int, message: str = "") -> None:
+        super().__init__(message or f"the neighbours of point {point} do not span the basis")
         self.point = point
 
 
@@ -97,7 +97,7 @@ def decompose(matrix: list[list[FloatArray]]) -> tuple[list[list[FloatArray]], l
     """Return L and D of A = L D L^T for many symmetric matrices, whose lower triangle is given; L without its diagonal.
 
     Raises:
-        ValueError: one is singular to working precision; its number is the argument.
+        UnspannedBasisError: one is singular to working precision; its number is the point.
     """
     lower: list[list[FloatArray]] = []
     pivots: list[FloatArray] = []

@@ -71,8 +71,10 @@ class _Line(NamedTuple):
 
 def _line(axis: Axis, index: FloatArray, radius: float, shared: bool, scaled: bool) -> _Line:
     found = [axis.neighbours(float(one), radius) for one in index]
-    if not all(found):
-        raise ValueError(f"a point sees too few nodes: none lies within {radius:g} spacings along one of the axes")
+    for point, some in enumerate(found):
+        if not some:
+            message = f"a point sees too few nodes: none lies within {radius:g} spacings along one of the axes"
+            raise UnspannedBasisError(point, message)
     most = max(map(len, found))
     planes = np.array([[*some, *[some[0]] * (most - len(some))] for some in found], dtype=np.int64)
     present = np.array([[number < len(some) for number in range(most)] for some in found])
@@ -107,7 +109,7 @@ def make_stencils(
         index: where the points are, shape (m, 3), if a notch makes that differ from the product.
 
     Raises:
-        ValueError: the neighbours of a point do not span the basis.
+        UnspannedBasisError: the neighbours of a point do not span the basis.
     """
     even = _product_stencils(lattice, lines, radii, basis)
     if lattice.hollow is None:
@@ -181,7 +183,7 @@ def shape_functions_at(
         basis: of the shape functions.
 
     Raises:
-        ValueError: the neighbours of a point do not span the basis; the point is named.
+        UnspannedBasisError: the neighbours of a point do not span the basis; the point is named.
     """
     own = [index[:, axis, None] for axis in range(3)]
     offsets, weights, slopes = weights_at(lattice, own, seen, present, radii)
@@ -189,7 +191,7 @@ def shape_functions_at(
         values, gradients = moving_least_squares(offsets.swapaxes(0, 1), weights.T, slopes.swapaxes(0, 1), basis)
     except UnspannedBasisError as error:
         place = ", ".join(f"{float(axis.at(one)):.4g}" for axis, one in zip(lattice.axes, index[error.point], strict=True))
-        raise ValueError(f"the point at {place} sees too few nodes for the basis {basis!r}") from None
+        raise UnspannedBasisError(error.point, f"the point at {place} sees too few nodes for the basis {basis!r}") from None
     return values.T, gradients.swapaxes(0, 1)
 
 
@@ -208,7 +210,7 @@ def _product_stencils(
         along, across, through = np.unravel_index(error.point, [len(row.kept) for row in rows])
         numbers = zip(lattice.axes, rows, (along, across, through), strict=True)
         place = ", ".join(f"{float(axis.at(row.at[row.kept[number]])):.4g}" for axis, row, number in numbers)
-        raise ValueError(f"the point at {place} sees too few nodes for the basis {basis!r}") from None
+        raise UnspannedBasisError(error.point, f"the point at {place} sees too few nodes for the basis {basis!r}") from None
     kind = np.ravel_multi_index(
         np.meshgrid(*(row.kinds for row in rows), indexing="ij"), [len(row.kept) for row in rows]
     ).ravel()

@@ -27,7 +27,7 @@ def zero_mode_count(layers: int, rule: RuleName, through: int, basis: BasisName,
     """Return how many modes of a free patch of cubes have no energy.
 
     Raises:
-        ValueError: the neighbours of a point do not span the basis.
+        UnspannedBasisError: the neighbours of a point do not span the basis.
     """
     side, depth = even_axis(_COLUMNS - 1.0, _COLUMNS), even_axis(layers - 1.0, layers)
     lattice = Lattice((side, side, depth), bent=False)

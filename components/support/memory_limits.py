@@ -8,6 +8,8 @@ from pathlib import Path
 from ..errors import GranularError, ParameterError
 
 _MEMINFO = Path("/proc/meminfo")
+# More bytes than this are told as so many: whole numbers may be larger than any float.
+_COUNTLESS = 10**300
 _CONTAINER_LIMIT = Path("/sys/fs/cgroup/memory.max")
 
 
@@ -24,10 +26,9 @@ def refuse_beyond(needed: int, what: str, kind: type[GranularError] = ParameterE
     """Raise an error of that `kind`, with both numbers, where `needed` bytes are more than there are."""
     there = available()
     if there is not None and needed > there:
-        least = min(needed, 10**300)  # a float holds no more
         raise kind(
-            f"{what} needs at least {least / 1e9:.3g} GB of memory, {there / 1e9:.3g} GB are available; ask for less, "
-            "or use a machine with more"
+            f"{what} needs at least {min(needed, _COUNTLESS) / 1e9:.3g} GB of memory, {there / 1e9:.3g} GB are available; "
+            "ask for less, or use a machine with more"
         )
 
 

@@ -142,11 +142,31 @@ _EXPECTED = {
 
 
 def _faults_of_field(errors: list[Any], given: Any, model: type[BaseModel]) -> list[Fault]:
-    """Return the faults of one field; of a union those of the alternative that was meant: the right type, but out of range."""
-    meant = [one for one in errors if not one["type"].endswith(("_type", "_parsing"))]
+    """Return the faults of one field; of a union those of the alternative that was meant.
+
+    That is the one of the right type: a value is out of range, or what is wrong lies deeper, in a table or a list.
+    """
+    located = [(one, _place(one["loc"], given, may_be_missing=False)) for one in errors]
+    outermost = min(len(place) for _, place in located)
+    meant = [
+        one
+        for one, place in located
+        if not _is_of_another_type(one) or (len(place) > outermost and not _is_explained(place, located))
+    ]
     alternatives = {one["loc"][1] for one in errors if len(one["loc"]) > 1}
     chosen = meant or (errors[:1] if len(alternatives) > 1 else errors)
     return [fault for one in chosen for fault in _faults_of_error(one, given, model)]
+
+
+def _is_of_another_type(error: Any) -> bool:
+    return error["type"].endswith(("_type", "_parsing"))
+
+
+def _is_explained(place: Location, located: list[tuple[Any, Location]]) -> bool:
+    """Return whether another error than that of its type is at a place, or any one below it."""
+    return any(
+        other[: len(place)] == place and (len(other) > len(place) or not _is_of_another_type(one)) for one, other in located
+    )
 
 
 def _faults_of_error(error: Any, given: Any, model: type[BaseModel]) -> list[Fault]:

@@ -23,7 +23,7 @@ from ..shell.component import Shell
 from ..support.arrays import FloatArray
 from . import balances, kernels
 from .interface import Interface, find_overlaps
-from .parameters import TubeParameters
+from .parameters import MOST_STEPS, TubeParameters
 
 # Words of a state from which on it matters that a component that is not needed any more leaves memory at once.
 _LARGE_STATE = 100_000
@@ -82,8 +82,20 @@ class Tube(Component):
         """Set the internal step, and how many steps each part makes in it, from those that they suggest."""
         p = self.parameters
         self.step_size = max(gas_step, shell_step) if p.step_size is None else p.step_size
-        self.gas_steps: int = p.gas_steps or _steps_in(self.step_size, gas_step)
-        self.shell_steps: int = p.shell_steps or _steps_in(self.step_size, shell_step)
+        self.gas_steps: int = p.gas_steps or self._steps_in("gas", gas_step)
+        self.shell_steps: int = p.shell_steps or self._steps_in("shell", shell_step)
+
+    def _steps_in(self, part: str, limit: float) -> int:
+        """Return how many steps of at most that limit [s] a part makes in an internal step."""
+        steps = max(self.step_size / limit * (1.0 - 1e-9), 1.0)
+        if not steps <= MOST_STEPS:
+            raise ParameterError(
+                f"got {steps:.4g} steps of {limit:g} s in an internal step of {self.step_size:g} s",
+                expected=f"at most {MOST_STEPS}",
+                hint="the waves of gas and shell are too different; give cells and nodes of like sizes, or a smaller step_size",
+                at=f"{part}_steps",
+            )
+        return math.ceil(steps)
 
     def _find_interface(self) -> Interface:
         surface, (along, ring, _) = self.shell.tables()[0].surface, self.shell.lattice.axes
@@ -396,11 +408,6 @@ class Tube(Component):
                     moved = {"nodes": drawable.nodes + shift}
                 shown.append(part_drawable(prefix, drawable, **moved))
         return tuple(shown)
-
-
-def _steps_in(step: float, limit: float) -> int:
-    """Return how many steps of at most that limit make a step."""
-    return max(math.ceil(step / limit * (1.0 - 1e-9)), 1)
 
 
 def _fault_of_part(fault: Fault, prefix: str) -> Fault:

@@ -9,12 +9,15 @@ from pydantic import model_validator
 from ..detonation.parameters import DetonationParameters
 from ..shell.geometry.bodies import Tube
 from ..shell.parameters import COARSE_RING, ShellParameters
-from ..support.parameter_fields import NotNegative, Positive, field
+from ..support.magnitudes import Magnitude, NotNegativeMagnitude
+from ..support.parameter_fields import field
 from ..support.validation import Parameters
 from .couplings import ChosenCoupling, OneWay
 
 # How far the cross-section of the gas may differ from that of the shell, relatively.
 _SAME_AREA = 1e-3
+# Steps of a part in an internal step at most.
+MOST_STEPS = 1000
 # Boundaries of the shell that a tube gives: they neither move by themselves nor can be left.
 _ENDS = ("clamped", "symmetry")
 
@@ -34,26 +37,26 @@ class TubeParameters(Parameters):
         "1",
         examples=[{"body": COARSE_RING}],
     )
-    position: NotNegative = field(1.45, "where the section begins, in the coordinate x of the gas", "m")
+    position: NotNegativeMagnitude = field(1.45, "where the section begins, in the coordinate x of the gas", "m")
     coupling: ChosenCoupling = field(
         OneWay(), "one_way: the gas flows as in a rigid tube; two_way: it feels that the wall moves {motion}", "1"
     )
-    outside_pressure: Positive | None = field(
+    outside_pressure: Magnitude | None = field(
         None, "pressure on the outer surface, and where the gas of a vent goes; default: the initial pressure of the gas", "Pa"
     )
-    vent: NotNegative | None = field(
+    vent: NotNegativeMagnitude | None = field(
         None, "place x of a vent, whose opening is the input `vent_area`; default: there is none", "m"
     )
-    discharge: Positive = field(
+    discharge: Magnitude = field(
         0.8, "mass flow through an opening over that of the ideal nozzle; 0.6 to 0.85 with sharp edges", "1", le=1.0
     )
     gas_steps: int | None = field(
-        None, "steps of the gas in an internal step; default: as many as it needs", "1", ge=1, le=1000
+        None, "steps of the gas in an internal step; default: as many as it needs", "1", ge=1, le=MOST_STEPS
     )
     shell_steps: int | None = field(
-        None, "steps of the shell in an internal step; default: as many as it needs", "1", ge=1, le=1000
+        None, "steps of the shell in an internal step; default: as many as it needs", "1", ge=1, le=MOST_STEPS
     )
-    step_size: Positive | None = field(None, "internal step; default: the larger one of those of the gas and the shell", "s")
+    step_size: Magnitude | None = field(None, "internal step; default: the larger one of those of the gas and the shell", "s")
 
     @property
     def room_pressure(self) -> float:
@@ -95,9 +98,9 @@ class TubeParameters(Parameters):
         # Of a half tube the gas is halved too, so that all amounts are those of the half.
         part = 0.5 if body.half else 1.0
         size, expected = self.gas.cell_size, part * math.pi * body.inner_radius * body.inner_radius
-        cells = range(int(begin / size), min(math.ceil(end / size), self.gas.cells))
-        for cell in cells:
-            area = areas[cell] if isinstance(areas, list) else areas
+        first, last = int(begin / size), min(math.ceil(end / size), self.gas.cells)
+        covered = enumerate(areas[first:last], first) if isinstance(areas, list) else [(first, areas)]
+        for cell, area in covered:
             if abs(area - expected) > _SAME_AREA * expected:
                 where = f"gas.cross_section[{cell}]" if isinstance(areas, list) else "gas.cross_section"
                 radius = math.sqrt(area / (part * math.pi))

@@ -13,7 +13,8 @@ from typing import ClassVar, Literal
 
 from ...support.elementary import exponential
 from ...support.jit import internal_inlined
-from ...support.parameter_fields import Positive, field
+from ...support.magnitudes import Magnitude
+from ...support.parameter_fields import field
 from ...support.powers import power
 from ..chapman_jouguet import Detonation
 from ..gases import Gas
@@ -31,8 +32,8 @@ class Arrhenius(Reaction):
 
     code: ClassVar[int] = ARRHENIUS
     name: Literal["arrhenius"] = field("arrhenius", "one step, k Y exp(-E rho / p)", "1")
-    activation: Positive = field(2.5, "activation energy E over p / rho behind the leading shock", "1", le=40.0)
-    half_reaction_length: Positive = field(
+    activation: Magnitude = field(2.5, "activation energy E over p / rho behind the leading shock", "1", le=40.0)
+    half_reaction_length: Magnitude = field(
         5e-3, "length behind the shock in which half of the gas reacts, in the steady wave", "m"
     )
 

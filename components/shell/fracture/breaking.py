@@ -319,7 +319,7 @@ class BreakingBody:
             "surface, or nothing bears a corner of it, otherwise 1", minimum=0.0, maximum=1.0, axes=("cell",),
         )  # fmt: skip
         yield Variable(
-            "pieces", "output", "1", (), "pieces of the body that hang together, of such as bear stress", minimum=1.0
+            "pieces", "output", "1", (), "pieces of the body that hang together, of such as bear stress", minimum=0.0
         )
         yield Variable(
             "outcome", "output", "1", (), "what has become of the body: 0 whole, 1 bulged, 2 axial crack, 3 hoop crack (around "

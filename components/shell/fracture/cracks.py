@@ -34,6 +34,8 @@ _TENSION = 0.5
 _AT_A_TIME = 4096
 # Time for a point that has parted to unload: that of sound over so many of the longest spacings.
 _SPACINGS_TO_UNLOAD = 4.0
+# More ticks than any run has.
+_ENDLESS = 2.0**62
 
 
 class Parting(NamedTuple):
@@ -105,7 +107,8 @@ class Cracks:
         axes, density = self._lattice.axes, float(solid.body.mass[0] / self._lattice.volumes[0])
         radius = axes[2].positions[-1] if self._lattice.bent else 1.0
         longest = max(float(np.diff(axes[0].positions).max()), float(np.diff(axes[1].positions).max()) * radius)
-        return max(math.ceil(_SPACINGS_TO_UNLOAD * longest / math.sqrt(solid.law.young / density) / solid.step), 1)
+        ticks = _SPACINGS_TO_UNLOAD * longest / math.sqrt(solid.law.young / density) / solid.step
+        return math.ceil(min(max(ticks, 1.0), _ENDLESS))
 
     def clear(self) -> None:
         """Go back to a body without cracks."""

@@ -9,7 +9,8 @@ import numpy as np
 from ...materials.thermoviscoplastic import FlowConstants
 from ...support.arrays import FloatArray
 from ...support.counter_random import uniform
-from ...support.parameter_fields import Index, NotNegative, field
+from ...support.magnitudes import NotNegativeMagnitude
+from ...support.parameter_fields import field
 from ...support.tagged_union import Named
 
 _STREAM = 3
@@ -25,8 +26,8 @@ class FractureLaw(Named):
     scatter: float = field(
         0.0, "largest deviation of the strength of a column of points from the mean, over it", "1", ge=0.0, lt=1.0
     )
-    seed: Index = field(1, "of the scatter", "1")
-    grip_length: NotNegative = field(
+    seed: int = field(1, "of the scatter", "1", ge=0, lt=2**63)
+    grip_length: NotNegativeMagnitude = field(
         0.0, "length beside clamped and moved edges within which nothing parts, as a fitting holds it there", "m"
     )
 

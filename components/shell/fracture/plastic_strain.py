@@ -5,7 +5,8 @@ from __future__ import annotations
 from typing import ClassVar, Literal
 
 from ...materials.thermoviscoplastic import FlowConstants
-from ...support.parameter_fields import Positive, field
+from ...support.magnitudes import Magnitude
+from ...support.parameter_fields import field
 from .law import FractureLaw
 
 
@@ -17,7 +18,7 @@ class PlasticStrain(FractureLaw):
     quantity: ClassVar[str] = "the plastic strain"
     needs_flow: ClassVar[bool] = True
     name: Literal["plastic_strain"] = field("plastic_strain", "the equivalent plastic strain decides", "1")
-    strain: Positive = field(0.3, "plastic strain at which a point in tension parts", "1")
+    strain: Magnitude = field(0.3, "plastic strain at which a point in tension parts", "1")
 
     def limit(self, law: FlowConstants) -> float:
         """Return the plastic strain at which a point parts."""

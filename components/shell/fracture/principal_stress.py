@@ -9,7 +9,8 @@ from __future__ import annotations
 from typing import ClassVar, Literal
 
 from ...materials.thermoviscoplastic import FlowConstants
-from ...support.parameter_fields import Positive, field
+from ...support.magnitudes import Magnitude
+from ...support.parameter_fields import field
 from .law import FractureLaw
 
 
@@ -20,8 +21,8 @@ class PrincipalStress(FractureLaw):
     unit: ClassVar[str] = "Pa"
     quantity: ClassVar[str] = "the largest principal stress"
     name: Literal["principal_stress"] = field("principal_stress", "the largest principal stress decides", "1")
-    factor: Positive = field(3.0, "largest principal stress over the yield stress at which a point parts", "1")
-    stress: Positive | None = field(None, "that stress itself, in place of the factor", "Pa")
+    factor: Magnitude = field(3.0, "largest principal stress over the yield stress at which a point parts", "1")
+    stress: Magnitude | None = field(None, "that stress itself, in place of the factor", "Pa")
 
     def limit(self, law: FlowConstants) -> float:
         """Return the stress at which a point parts [Pa]."""

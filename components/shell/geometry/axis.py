@@ -7,9 +7,12 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from ...errors import ParameterError
 from ...support.arrays import FloatArray
 
 IntArray = npt.NDArray[np.int64]
+# Distance of neighbouring planes over their coordinate, from which on rounding does not spoil gradients.
+_LEAST_DISTANCE = 1e-6
 
 
 @dataclass(frozen=True)
@@ -90,3 +93,20 @@ def even_axis(length: float, count: int) -> Axis:
 def closed_axis(period: float, count: int) -> Axis:
     """Return planes at equal distances around a ring."""
     return Axis(period * np.arange(count) / count, period)
+
+
+def refuse_coinciding(axis: Axis, given: float, *name: str) -> None:
+    """Raise `ParameterError` where rounding does not keep planes of an axis apart.
+
+    Args:
+        axis: its planes in ascending order.
+        given: the measure of the body from which their distances follow [m].
+        name: of that measure, in the body.
+    """
+    x = axis.positions
+    distance, largest = float(np.diff(x).min()), float(np.abs(x).max())
+    if not distance >= _LEAST_DISTANCE * largest:
+        raise ParameterError(
+            f"got {given:g} m: two planes of nodes would lie {distance:g} apart at {largest:g}",
+            expected=f"distances of at least {_LEAST_DISTANCE:g} of the coordinate", at=("body", *name),
+        )  # fmt: skip

@@ -8,12 +8,15 @@ from typing import Annotated, ClassVar, Literal
 import numpy as np
 from pydantic import SerializeAsAny
 
-from ...support.parameter_fields import Positive, field
+from ...support.magnitudes import Magnitude
+from ...support.parameter_fields import field
 from ...support.tagged_union import ByName, Named
-from .axis import Axis, closed_axis, even_axis
+from .axis import Axis, closed_axis, even_axis, refuse_coinciding
 from .lattice import Lattice
 from .notch import Notch, graded_axes, hollow_of, planes_through
 
+# Planes of nodes along a body, and through one, which has a Gauss point for each layer but one.
+MOST_PLANES, MOST_LAYERS = 1_000_000, 9
 # The ends of the three axes of a lattice, by name.
 EDGES = {"start": (0, 0), "end": (0, -1), "left": (1, 0), "right": (1, -1), "bottom": (2, 0), "top": (2, -1)}
 
@@ -42,12 +45,12 @@ class Plate(BodyShape):
     """A plate from the origin along x, y and z."""
 
     name: Literal["plate"] = field("plate", "length along x, width along y, thickness along z", "1")
-    length: Positive = field(0.02, "along x", "m")
-    width: Positive = field(0.01, "along y", "m")
-    thickness: Positive = field(0.00089, "along z", "m")
-    along: int = field(21, "planes of nodes along x", "1", ge=3)
-    across: int = field(11, "planes of nodes along y", "1", ge=3)
-    layers: int = field(3, "planes of nodes along z, the two surfaces among them", "1", ge=2)
+    length: Magnitude = field(0.02, "along x", "m")
+    width: Magnitude = field(0.01, "along y", "m")
+    thickness: Magnitude = field(0.00089, "along z", "m")
+    along: int = field(21, "planes of nodes along x", "1", ge=3, le=MOST_PLANES)
+    across: int = field(11, "planes of nodes along y", "1", ge=3, le=MOST_PLANES)
+    layers: int = field(3, "planes of nodes along z, the two surfaces among them", "1", ge=2, le=MOST_LAYERS)
     notch: Notch | None = field(None, "a slot in the upper surface", "1")
 
     def lattice(self) -> Lattice:
@@ -69,10 +72,10 @@ class Rod(BodyShape):
     """A rod of square cross-section from the origin along x."""
 
     name: Literal["rod"] = field("rod", "a square rod along x", "1")
-    length: Positive = field(0.03, "along x", "m")
-    side: Positive = field(0.006, "along y and z", "m")
-    along: int = field(31, "planes of nodes along x", "1", ge=3)
-    across: int = field(7, "planes of nodes along y and along z", "1", ge=3)
+    length: Magnitude = field(0.03, "along x", "m")
+    side: Magnitude = field(0.006, "along y and z", "m")
+    along: int = field(31, "planes of nodes along x", "1", ge=3, le=MOST_PLANES)
+    across: int = field(7, "planes of nodes along y and along z", "1", ge=3, le=MOST_LAYERS)
 
     def lattice(self) -> Lattice:
         """Return its nodes."""
@@ -89,12 +92,14 @@ class Tube(BodyShape):
     """A tube around the x axis; by default a piece of that of Gato & Shie (2010)."""
 
     name: Literal["tube"] = field("tube", "a tube around the x axis", "1")
-    length: Positive = field(0.02, "along x", "m")
-    inner_radius: Positive = field(0.01975, "of the inner surface", "m")
-    wall: Positive = field(0.00089, "thickness of the wall", "m")
-    along: int = field(21, "planes of nodes along x", "1", ge=3)
-    around: int = field(96, "planes of nodes around; of a half tube from one plane of symmetry to the other", "1", ge=4)
-    layers: int = field(3, "nodes through the wall, on both surfaces and between", "1", ge=2)
+    length: Magnitude = field(0.02, "along x", "m")
+    inner_radius: Magnitude = field(0.01975, "of the inner surface", "m")
+    wall: Magnitude = field(0.00089, "thickness of the wall", "m")
+    along: int = field(21, "planes of nodes along x", "1", ge=3, le=MOST_PLANES)
+    around: int = field(
+        96, "planes of nodes around; of a half tube from one plane of symmetry to the other", "1", ge=4, le=MOST_PLANES
+    )
+    layers: int = field(3, "nodes through the wall, on both surfaces and between", "1", ge=2, le=MOST_LAYERS)
     half: bool = field(False, "only y >= 0; y = 0 is a plane of symmetry", "1")
     notch: Notch | None = field(None, "a slot in the outer surface", "1")
 
@@ -102,9 +107,11 @@ class Tube(BodyShape):
         """Return its nodes."""
         ring = even_axis(math.pi, self.around) if self.half else closed_axis(2.0 * math.pi, self.around)
         along = even_axis(self.length, self.along)
+        part = np.arange(self.layers) / (self.layers - 1)
+        wall = Axis(self.inner_radius + self.wall * part)
+        refuse_coinciding(wall, self.wall, "wall")
         if self.notch is None:
-            part = np.arange(self.layers) / (self.layers - 1)
-            return Lattice((along, ring, Axis(self.inner_radius + self.wall * part)), bent=True)
+            return Lattice((along, ring, wall), bent=True)
         outer = self.inner_radius + self.wall
         along, ring = graded_axes(self.notch, along, ring, outer, "around")
         through, bottom = planes_through(self.notch, self.inner_radius, self.wall, self.layers)

@@ -16,11 +16,16 @@ _BISECTIONS = 60
 _ROUNDING = 1e-9
 
 
+def whole_length(axis: Axis) -> float:
+    """Return the length of an axis, around a closed one its period."""
+    return axis.period if axis.closed else float(axis.positions[-1])
+
+
 def covers(axis: Axis, middle: float, extent: float) -> bool:
     """Return whether an interval reaches over a whole axis."""
+    length = whole_length(axis)
     if axis.closed:
-        return extent >= axis.period * (1.0 - _ROUNDING)
-    length = axis.positions[-1]
+        return extent >= length * (1.0 - _ROUNDING)
     return middle - 0.5 * extent <= _ROUNDING * length and middle + 0.5 * extent >= (1.0 - _ROUNDING) * length
 
 
@@ -43,6 +48,8 @@ def graded_axis(even: Axis, middle: float, extent: float, spacing: float, name: 
     refuse_outside(even, middle, extent, name)
     if covers(even, middle, extent):
         return even
+    if not extent / spacing < even.count:
+        raise too_few(name, f"it takes {extent / spacing:.3g} of them at distances of its spacing or width")
     count = math.ceil(extent / spacing * (1.0 - _ROUNDING))
     count += 1 - count % 2
     step = extent / count
@@ -69,7 +76,7 @@ def graded_axis(even: Axis, middle: float, extent: float, spacing: float, name: 
 
 def refuse_outside(even: Axis, middle: float, extent: float, name: str) -> None:
     """Raise `ParameterError` where an interval does not lie on an axis, but for one whose middle is an end."""
-    length = even.period if even.closed else float(even.positions[-1])
+    length = whole_length(even)
     small = _ROUNDING * length
     at_end = not even.closed and (middle <= small or abs(middle - length) <= small)
     inside = middle - 0.5 * extent >= -small and middle + 0.5 * extent <= length + small
@@ -138,7 +145,7 @@ def powers(ratio: float, count: int) -> FloatArray:
 def too_few(name: str, why: str) -> ParameterError:
     """Return the error for a lattice that does not resolve a notch."""
     return ParameterError(
-        f"too few nodes beside the notch: {why}",
+        f"too few nodes for the notch: {why}",
         expected=f"ratios of at most {LARGEST_GROWTH:g}", hint="give more nodes, or a larger spacing or width of the notch",
         at=("body", name),
     )  # fmt: skip

@@ -8,10 +8,11 @@ import numpy as np
 import numpy.typing as npt
 
 from ...errors import ParameterError
-from ...support.parameter_fields import NotNegative, Positive, field
+from ...support.magnitudes import Magnitude, NotNegativeMagnitude
+from ...support.parameter_fields import field
 from ...support.validation import Parameters
-from .axis import Axis
-from .grading import covers, graded_axis
+from .axis import Axis, refuse_coinciding
+from .grading import covers, graded_axis, whole_length
 
 # Positions that agree within this part of the notch are the same.
 _ROUNDING = 1e-9
@@ -21,13 +22,13 @@ _FEWEST_ALONG = 3
 class Notch(Parameters):
     """A slot in the outer surface; the lattice is graded so that it is resolved."""
 
-    length: Positive = field(0.0254, "of the slot", "m")
-    depth: Positive = field(0.0006, "from the outer surface, less than the wall", "m")
-    width: Positive = field(0.0005, "of the slot", "m")
-    position: NotNegative | None = field(None, "where its middle lies along the body; default: half way", "m")
-    around: NotNegative = field(0.0, "where its middle lies around a tube [rad], or across a plate [m]", "1")
+    length: Magnitude = field(0.0254, "of the slot", "m")
+    depth: Magnitude = field(0.0006, "from the outer surface, less than the wall", "m")
+    width: Magnitude = field(0.0005, "of the slot", "m")
+    position: NotNegativeMagnitude | None = field(None, "where its middle lies along the body; default: half way", "m")
+    around: NotNegativeMagnitude = field(0.0, "where its middle lies around a tube [rad], or across a plate [m]", "1")
     direction: Literal["axial", "hoop"] = field("axial", "along the body (axial), or around or across it (hoop)", "1")
-    spacing: Positive | None = field(None, "largest distance of nodes along its length; default: as elsewhere", "m")
+    spacing: Magnitude | None = field(None, "largest distance of nodes along its length; default: as elsewhere", "m")
 
 
 class Hollow(NamedTuple):
@@ -55,18 +56,42 @@ def graded_axes(notch: Notch, along: Axis, across: Axis, radius: float, name: st
     Raises:
         ParameterError: the notch lies outside, or so many planes do not resolve it.
     """
+    refuse_longer(notch, along, across, radius)
     length, width = extents(notch, radius)
     position = 0.5 * along.positions[-1] if notch.position is None else notch.position
     first = graded_axis(along, position, length, notch_spacing(notch, "hoop", along, 1.0), "along")
     second = graded_axis(across, notch.around, width, notch_spacing(notch, "axial", across, radius), name)
+    for axis, (measure, given) in zip((first, second), measures(notch), strict=True):
+        refuse_coinciding(axis, given, "notch", measure)
     return first, second
+
+
+def measures(notch: Notch) -> tuple[tuple[str, float], tuple[str, float]]:
+    """Return name and size [m] of what it measures along the body, and of what across it or around."""
+    length, width = ("length", notch.length), ("width", notch.width)
+    return (length, width) if notch.direction == "axial" else (width, length)
+
+
+def refuse_longer(notch: Notch, along: Axis, across: Axis, radius: float) -> None:
+    """Raise `ParameterError` where it is longer than the body, or reaches more than once around it.
+
+    Half of it may lie beyond a plane of symmetry at an end.
+    """
+    axes = ((along, 1.0, notch.position), (across, radius, notch.around))
+    for (axis, scale, middle), (name, given) in zip(axes, measures(notch), strict=True):
+        whole = whole_length(axis) * scale
+        at_end = not axis.closed and middle is not None and min(middle, abs(whole_length(axis) - middle)) <= _ROUNDING * whole
+        most = 2.0 * whole if at_end else whole
+        if given > most * (1.0 + _ROUNDING):
+            raise ParameterError(
+                f"got {given:g} m", expected=f"at most {most:.6g} m, all of the body", at=("body", "notch", name)
+            )
 
 
 def extents(notch: Notch, radius: float) -> tuple[float, float]:
     """Return how far it goes along the body, and across it or around."""
-    if notch.direction == "axial":
-        return notch.length, notch.width / radius
-    return notch.width, notch.length / radius
+    (_, along), (_, across) = measures(notch)
+    return along, across / radius
 
 
 def notch_spacing(notch: Notch, narrow: str, axis: Axis, radius: float) -> float:
@@ -100,7 +125,9 @@ def planes_through(notch: Notch, inner: float, wall: float, layers: int) -> tupl
     below = min(max(round(left / wall * (layers - 1)), 1), layers - 2)
     above = layers - 1 - below
     lower, upper = left * np.arange(below + 1) / below, left + notch.depth * np.arange(1, above + 1) / above
-    return Axis(inner + np.concatenate([lower, upper])), below
+    through = Axis(inner + np.concatenate([lower, upper]))
+    refuse_coinciding(through, notch.depth, "notch", "depth")
+    return through, below
 
 
 def hollow_of(notch: Notch, along: Axis, across: Axis, radius: float, bottom: int) -> Hollow:
