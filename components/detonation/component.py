@@ -23,6 +23,7 @@ from .layout import Medium, State, Tube
 from .limiters import LIMITERS
 from .parameters import DetonationParameters
 from .reactions.reaction import CONSTANTS
+from .slow_shocks import find_slow_shock
 
 # The Courant number of the default step, for the fastest wave that is expected.
 _SUGGESTED_COURANT = 0.5
@@ -444,8 +445,22 @@ class DetonationTube(Component):
         }
 
     def cautions(self) -> list[str]:
-        """Return a sentence for each assumption that the reaction does not meet on these cells."""
-        return self.parameters.chosen_reaction.cautions(self.cell_size)
+        """Return a sentence for each assumption that the reaction does not meet on these cells, and for a slow strong shock."""
+        return [*self.parameters.chosen_reaction.cautions(self.cell_size), *self._caution_of_slow_shock()]
+
+    def _caution_of_slow_shock(self) -> list[str]:
+        p, state = self.parameters, self._state
+        # Cells that move with a piston are other ones in each tick.
+        if p.has_pistons or p.limiter != "monotonized_central":
+            return []
+        shock = find_slow_shock(state.density, state.velocity, state.pressure)
+        if shock is None:
+            return []
+        return [
+            f"a strong shock at {self.centres[shock.cell]:.4g} m moves at about {100.0 * shock.speed:.1g} % of its speed "
+            "through the gas: behind such slow ones the limiter monotonized_central leaves waves of up to 5 % of the pressure; "
+            "take the limiter minmod (2 %) or first_order (0.2 %)"
+        ]
 
     def drawables(self) -> tuple[Drawable, ...]:
         """Return the tube from the side, coloured by pressure, and pressure, velocity, temperature and progress along it."""
