@@ -352,7 +352,8 @@ class Component(Stepping, metaclass=_Fixed):
 
     def save(self) -> Snapshot:
         """Return the whole state; costs one copy."""
-        data = self._block.to_bytes() if self._block.grows else bytes(self._block.memory_bytes)
+        block = self._block
+        data = block.to_bytes() if block.grows else bytes(block.memory_bytes)
         return Snapshot(self.identity, self._tick, data, self._held)
 
     @property
@@ -381,10 +382,11 @@ class Component(Stepping, metaclass=_Fixed):
         if snapshot.__class__ is not Snapshot or snapshot.identity != self.identity or snapshot.inputs is not self._held:
             self.refuse_foreign(snapshot)
             self._hold(self._inputs_of(snapshot))
-        # First: an interrupt after the state has changed must not leave a copy that seems to lead to it.
-        self._undo.forget()
+        undo, block = self._undo, self._block
+        if not undo.is_small:
+            # First: an interrupt after the state has changed must not leave a copy that seems to lead to it.
+            undo.forget()
         try:
-            block = self._block
             try:
                 if block.grows:
                     block.load(snapshot.data)
@@ -396,8 +398,8 @@ class Component(Stepping, metaclass=_Fixed):
             own: dict[str, Any] = self.__dict__  # type: ignore[assignment] - as in `step`
             own["_tick"] = snapshot.tick
             own["_failure"] = -1
-            if not self._undo.is_small:
-                self._undo.keep(snapshot.tick, snapshot.data)
+            if not undo.is_small:
+                undo.keep(snapshot.tick, snapshot.data)
             if self._observers:
                 self._tell_of_reset()
         except BaseException:

@@ -239,9 +239,7 @@ class ComponentEnv(Recreatable, gymnasium.Env[Observation, npt.NDArray[np.float3
         """Everything that changes in an episode; restoring it gives the same bits from there on."""
         if self._random_state is None:
             self._random_state = self.np_random.bit_generator.state
-        state = EnvState(self.component.save(), self.task.name, self._episode(), self._random_state, self.drawn)
-        state.sound = True
-        return state
+        return EnvState(self.component.save(), self.task.name, self._episode(), self._random_state, self.drawn, True)
 
     def restore(self, state: EnvState) -> None:
         """Go on from a saved state, of this environment or of one made in the same way. `observe` tells what is seen there.

@@ -44,10 +44,11 @@ class EnvState:
         episode: bytes | tuple[int, bool, Mapping[str, float]],
         random: Mapping[str, Any],
         drawn: Drawn | None = None,
+        sound: bool = False,
     ) -> None:
         self.snapshot, self.task, self.episode, self.random = snapshot, task, episode, random
         self.drawn: Drawn = {} if drawn is None else drawn
-        self.sound = False
+        self.sound = sound
 
     def __eq__(self, other: object) -> bool:
         """Return whether both hold the same bits."""
