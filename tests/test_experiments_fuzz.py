@@ -94,8 +94,12 @@ def mutated(text: str, random: random.Random) -> str:
 def is_small(experiment) -> bool:
     """Whether building it is a matter of milliseconds: a mutation may ask for millions of grains, which is no fault."""
     given = experiment.component.parameters
+    shell = given.get("shell")
+    body = shell.get("body") if isinstance(shell, dict) else given.get("body")
+    counts = [body.get(name) for name in ("along", "around")] if isinstance(body, dict) else []
     return (
-        given.get("grains", 1) <= 1000
+        all(count is None or (isinstance(count, int) and count <= 120) for count in counts)
+        and given.get("grains", 1) <= 1000
         and given.get("rows", 1) * given.get("columns", 1) <= 400
         and experiment.component.parameters.get("integrator") != "dop853"
     )

@@ -32,7 +32,13 @@ def state(component) -> bytes:
     return component.save().to_bytes()
 
 
-@pytest.mark.parametrize("name", shipped_experiments())
+# Of the paper's size: to build one takes half a minute.
+LARGE = ("gato-shie-2010/notch-1-inch-fine", "gato-shie-2010/notch-1-inch-finest")
+
+
+@pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=[pytest.mark.slow] if name in LARGE else []) for name in shipped_experiments()]
+)
 def test_every_shipped_experiment_has_its_name_and_runs(name, tmp_path):
     experiment = load_experiment(name)
     assert experiment.name == name

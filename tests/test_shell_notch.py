@@ -125,6 +125,7 @@ def test_the_ligament_bears_the_load_of_the_whole_section(columns: int) -> None:
         ({"length": 0.05}, r"body.notch.length: got 0.05 m, expected at most 0.02 m, all of the body"),
         ({"position": 0.019}, r"body.notch.position: got a notch from 0.016 to 0.022"),
         ({"around": 7.0}, r"body.notch.around: got a notch from"),
+        ({"position": 0.02}, r"body.notch.position: got 0.02 m, where half of the notch lies beyond the edge 'end'"),
         ({"depth": 0.00089}, r"body.notch.depth: got 0.00089 m, expected less than the wall, 0.00089 m"),
         ({"length": 0.002}, r"body.notch.length: got a length of 0.002 m with nodes 0.001429 m apart, expected at least 3"),
         ({"spacing": 0.0002}, r"body.along: too few nodes for the notch"),

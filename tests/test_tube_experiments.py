@@ -10,6 +10,7 @@ import pytest
 
 import granular_env as ge
 from granular_env.components.shell.theory import critical_speed, front_amplification
+from granular_env.experiments import load_experiment
 
 COARSE = {"component.gas.cells": 355, "component.shell.body.along": 62, "component.shell.body.around": 13}
 MEAN, WALL = 0.020195, 0.00089
@@ -98,3 +99,20 @@ def test_flexural_waves_pile_up_at_a_front_of_their_speed() -> None:
     assert fast[60:120].mean() == pytest.approx(limits[2], rel=0.06)
     assert critical[100:120].mean() > 1.2 * fast[60:120].max()
     assert critical[100:120].mean() > 1.15 * critical[20:30].mean()
+
+
+@pytest.mark.parametrize(("name", "nodes"), [("fine", 140_000), ("finest", 280_000)])
+def test_experiments_have_the_papers_sizes(name: str, nodes: int) -> None:
+    body = load_experiment(f"gato-shie-2010/notch-1-inch-{name}").component.parameters["shell"]["body"]
+    # Half of the tube is computed, in three layers.
+    assert 2 * 3 * body["along"] * body["around"] == pytest.approx(nodes, rel=0.01)
+
+
+def test_the_experiment_of_the_papers_size_records_the_outcome(tmp_path: Path) -> None:
+    """A short piece on coarse nodes, soon after the closed end."""
+    path = tmp_path / "log.mcap"
+    coarse = {**NOTCHED, "component.gas.gauges": [], "component.shell.gauges": [], "component.shell.body.around": 11}
+    ge.run("gato-shie-2010/notch-1-inch-fine", log=path, overrides={**coarse, "duration": 7e-5})
+    log = ge.open_log(path)
+    ends = {one: log.series(f"shell_{one}")[1][-1] for one in ("outcome", "crack_along", "crack_around", "pieces")}
+    assert ends["outcome"] >= 2.0 and ends["crack_along"] > 0.005 and ends["pieces"] >= 1.0

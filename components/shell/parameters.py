@@ -10,6 +10,7 @@ from ..support.validation import Parameters
 from .boundaries import BoundaryName, EdgeName
 from .fracture.laws import ChosenFracture, NoFracture
 from .geometry.bodies import ChosenBody, Plate, Rod, Tube
+from .geometry.notch import edge_at
 from .integration import RuleName
 from .material import ChosenMaterial, LinearElastic
 from .shape_functions import BasisName
@@ -85,6 +86,24 @@ class ShellParameters(Parameters):
                 raise ValueError(f"boundaries.{edge}: got 'wall', expected it at start or end")
         if [*self.boundaries.values()].count("wall") > 1:
             raise ValueError("boundaries: got two walls, expected at most one")
+        return self
+
+    @model_validator(mode="after")
+    def _validate_notch(self) -> ShellParameters:
+        body = self.body
+        if not isinstance(body, Tube | Plate) or body.notch is None:
+            return self
+        # A tube has planes of symmetry or no ends around it.
+        places = {"position": (body.notch.position, body.length, "start", "end")}
+        if isinstance(body, Plate):
+            places["around"] = (body.notch.around, body.width, "left", "right")
+        for name, (middle, length, *edges) in places.items():
+            edge = edge_at(middle, length, *edges)
+            if edge and dict[str, str](self.boundaries).get(edge) != "symmetry":
+                raise ValueError(
+                    f"body.notch.{name}: got {middle:g} m, where half of the notch lies beyond the edge {edge!r}; move it into "
+                    f"the body, or give boundaries.{edge} = 'symmetry'"
+                )
         return self
 
     @model_validator(mode="after")

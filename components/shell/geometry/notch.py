@@ -66,6 +66,13 @@ def graded_axes(notch: Notch, along: Axis, across: Axis, radius: float, name: st
     return first, second
 
 
+def edge_at(middle: float | None, length: float, start: str, end: str) -> str | None:
+    """Return the edge of a body of that length on which the middle of a notch lies; None where it lies within."""
+    if middle is None or _ROUNDING * length < middle < (1.0 - _ROUNDING) * length:
+        return None
+    return start if middle < 0.5 * length else end
+
+
 def measures(notch: Notch) -> tuple[tuple[str, float], tuple[str, float]]:
     """Return name and size [m] of what it measures along the body, and of what across it or around."""
     length, width = ("length", notch.length), ("width", notch.width)
