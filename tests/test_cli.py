@@ -119,7 +119,7 @@ def test_describe_and_new_compile_nothing(tmp_path):
     for command in ("describe", "new"):
         done = subprocess.run(
             [sys.executable, "-m", "granular_env", command, "coupled"], capture_output=True, text=True, timeout=120,
-            env={**os.environ, "GRANULAR_ENV_CACHE": str(tmp_path)},
+            env={**os.environ, "GRANULAR_ENV_CACHE": str(tmp_path), "GRANULAR_ENV_QUIET": "0"},
         )  # fmt: skip
         assert done.returncode == 0 and "automata" in done.stdout
         assert "compiling" not in done.stderr and not list(tmp_path.rglob("*.kernel"))
