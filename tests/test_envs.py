@@ -233,10 +233,12 @@ def test_what_is_no_action_is_refused_and_nothing_moves(make: Callable[..., Comp
 
 
 def test_integers_and_lists_are_actions_too(make: Callable[..., ComponentEnv]) -> None:
-    env = make()
+    env, plain = make(), make()
     env.reset(seed=1)
+    plain.reset(seed=1)
     for action in ([1], (0,), np.array([1], dtype=np.int8), [np.float64(0.5)]):
-        env.step(action)
+        given, expected = env.step(action), plain.step(np.array(action, dtype=np.float32))
+        assert given[0].tobytes() == expected[0].tobytes() and given[1] == expected[1]
 
 
 # -- episodes ---------------------------------------------------------------------------------------------------------

@@ -1,10 +1,12 @@
 """Progress bars: what is seen at each width, for any title, in notebooks and without a terminal."""
 
 import io
+import itertools
 import re
 import subprocess
 import sys
 import types
+from concurrent.futures import ThreadPoolExecutor
 
 import pytest
 from support.terminal_tools import ROOT, run_in_terminal, seen_lines
@@ -26,10 +28,23 @@ with progress_bar(sys.argv[1], 200.0) as bar:
 """
 
 
-@pytest.mark.parametrize("title", ["nesterenko-1983/3.4-piston", "a/very/long/path/" + 20 * "folder/" + "log.mcap", HOSTILE])
-@pytest.mark.parametrize("width", [40, 80, 120])
-def test_bar_percentage_and_time_left_are_seen_at_every_width(width, title):
-    status, written = run_in_terminal(["-c", SCRIPT, title], width)
+TITLES = ["nesterenko-1983/3.4-piston", "a/very/long/path/" + 20 * "folder/" + "log.mcap", HOSTILE]
+WIDTHS = [40, 80, 120]
+
+
+@pytest.fixture(scope="module")
+def shown() -> dict[tuple[str, int], tuple[int, str]]:
+    """Return the status and the output for each title and width; several run at once, as they mostly sleep."""
+    cases = list(itertools.product(TITLES, WIDTHS))
+    with ThreadPoolExecutor(4) as pool:
+        found = pool.map(lambda case: run_in_terminal(["-c", SCRIPT, case[0]], case[1]), cases)
+        return dict(zip(cases, found, strict=True))
+
+
+@pytest.mark.parametrize("title", TITLES)
+@pytest.mark.parametrize("width", WIDTHS)
+def test_bar_percentage_and_time_left_are_seen_at_every_width(width, title, shown):
+    status, written = shown[title, width]
     assert status == 0, written
     last = [line for line in seen_lines(written) if "50 %" in line][-1]
     assert len(last) <= width

@@ -474,7 +474,7 @@ def test_ten_thousand_short_chains_have_the_same_bits(tmp_path):
     assert (tmp_path / "one" / "table.parquet").read_bytes() == (tmp_path / "many" / "table.parquet").read_bytes()
 
 
-def long_plan(count: int = 300):
+def long_plan(count: int = 120):
     return plan(
         grid={"start.velocity.0": {"from": 0.5, "to": 1.0, "count": count}, "component.grains": [60]}, set={"duration": 2e-4}
     )
@@ -492,7 +492,7 @@ def test_a_process_that_is_killed_costs_only_its_running_tasks(tmp_path, monkeyp
 
     monkeypatch.setattr(Store, "add", kill_one)
     sweep = run_sweep(long_plan(), tmp_path / "many", workers=2)
-    assert len(killed) == 2 and sweep.done == 300
+    assert len(killed) == 2 and sweep.done == 120
     monkeypatch.undo()
     run_sweep(long_plan(), tmp_path / "one", engine="serial")
     assert (tmp_path / "one" / "table.parquet").read_bytes() == (tmp_path / "many" / "table.parquet").read_bytes()
