@@ -286,7 +286,7 @@ WELDING = {"relinking": {"name": "cold_welding", "pressure": 0.01, "slip_speed":
 
 
 def tear_and_weld(medium: Coupled, until: float = 300.0) -> None:
-    """Pull the block until its core is torn, and press it until pairs are linked again; at a three-hundredth of the S wave's speed."""
+    """Pull the block until its core is torn, and press it until pairs are linked again, slowly beside the waves."""
     for end, speed in ((80.0, 0.005), (300.0, -0.005)):
         ticks = round((min(until, end) - medium.time) / medium.step_size)
         if ticks > 0:
