@@ -107,8 +107,9 @@ def test_a_pulse_comes_back_from_the_rigid_end_as_it_went(packing: str) -> None:
 def secondary_waves(length: int, shift: int) -> tuple[float, float, float]:
     """Return what the interface adds in the grid to the waves of a load on the surface: below that, everywhere, and in L2.
 
-    The first two in parts of the largest velocity, the last one of the whole field, with what runs along the surface. The load lies `shift` cells to the left of the interface; it rises and falls smoothly
-    while S waves run `length` cells, and is looked at after as long again.
+    The first two in parts of the largest velocity, the last one of the whole field, with what runs along the surface. The load
+    lies `shift` cells to the left of the interface; it rises and falls smoothly while S waves run `length` cells, and is looked
+    at after as long again.
     """
     step = 0.2
     duration = round(length / S_SPEED / step) * step
