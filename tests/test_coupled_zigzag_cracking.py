@@ -280,9 +280,69 @@ def test_a_run_goes_on_from_the_middle_of_cracking_with_the_same_bits(micro: int
     assert again.save().to_bytes() == whole.save().to_bytes() and again.events() == whole.events()
 
 
-def test_pairs_that_are_linked_again_are_refused_beside_a_zigzag() -> None:
-    with pytest.raises(ParameterError, match=r"automata.relinking: links broken pairs again, beside a hexagonal packing"):
-        core(relinking={"name": "cold_welding", "pressure": 0.01, "slip_speed": 0.1})
+# -- linked again ----------------------------------------------------------------------------------------------------------
+
+WELDING = {"relinking": {"name": "cold_welding", "pressure": 0.01, "slip_speed": 0.005}, "contact_damping": 0.2}
+
+
+def tear_and_weld(medium: Coupled, until: float = 300.0) -> None:
+    """Pull the block until its core is torn, and press it until pairs are linked again, slowly beside the waves."""
+    for end, speed in ((80.0, 0.005), (300.0, -0.005)):
+        ticks = round((min(until, end) - medium.time) / medium.step_size)
+        if ticks > 0:
+            medium.step(ticks * medium.step_size, grid_top_velocity=[0.0, speed])
+
+
+def tied_weights(medium: Coupled) -> Any:
+    """Return the weights of the tied faces."""
+    specimen = specimen_of(medium)
+    assert specimen.ties is not None
+    beside = np.where(specimen.ties.slots[:, None] == 0, [[1, 5]], [[2, 4]])
+    return specimen.medium.bonds.weight[specimen.ties.automata[:, None], beside].mean(axis=1)
+
+
+@pytest.mark.parametrize(
+    "parameters", [{}, {"n": 2, "micro": 2}, {"response": PLASTIC}], ids=["lockstep", "micro-steps", "plastic"]
+)
+def test_a_core_is_torn_and_welded_beside_its_zigzag(parameters: dict[str, Any]) -> None:
+    """Tied faces go with the links beside them: they bear again once these do, from the strains at which they bore nothing."""
+    medium = core(**WELDING, **parameters)
+    tear_and_weld(medium, 80.0)
+    torn = tied_weights(medium)
+    assert (torn == 0.0).any()
+    tear_and_weld(medium)
+    welded = tied_weights(medium)
+    assert (welded[torn == 0.0] == 1.0).any()
+    assert {"automata_linked"} <= {event.kind for event in medium.events()}
+    energy = medium.balances()[0]
+    turned_over = sum(abs(float(amount)) for amount in (*energy.supplied.values(), *energy.lost.values()))
+    assert abs(float(energy.residual)) <= 0.01 * turned_over
+    assert abs(float(energy.lost["linking_energy"])) <= 0.05 * turned_over
+    assert np.abs(medium.get("momentum_residual")).max() <= 1e-12 * np.abs(medium.get("boundary_impulse")).max()
+    assert abs(medium.get("angular_momentum_residual")) <= 1e-12 * turned_over
+
+
+def test_a_run_goes_on_from_the_middle_of_welding_with_the_same_bits() -> None:
+    whole, again = core(**WELDING), core(**WELDING)
+    tear_and_weld(whole, 150.0)
+    for until in (79.0, 101.0, 101.2, 120.0, 150.0):
+        pieces = core(**WELDING)
+        pieces.restore(ge.Snapshot.from_bytes(again.save().to_bytes()))
+        tear_and_weld(pieces, until)
+        again = pieces
+    assert "automata_linked" in {event.kind for event in whole.events()}
+    assert again.save().to_bytes() == whole.save().to_bytes() and again.events() == whole.events()
+
+
+def test_a_mirrored_core_is_welded_as_its_image() -> None:
+    """To rounding, until links that share an automaton are made in one step: each then finds the strains of those before it."""
+    medium = core(**WELDING)
+    images = mirror_images(medium)
+    tear_and_weld(medium, 80.0)
+    assert sum(event.kind == "automata_linked" for event in medium.events()) >= 10
+    for name, image in zip(("grid_velocity", "automata_velocity"), images, strict=True):
+        velocity = medium.get(name)
+        assert np.abs(velocity[image] * [-1.0, 1.0] - velocity).max() <= 1e-9 * np.abs(velocity).max()
 
 
 def test_dashpots_are_bounded_by_the_lighter_automata_at_the_zigzag() -> None:

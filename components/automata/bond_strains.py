@@ -58,7 +58,7 @@ def pair_strains(body, displacement, half, i, slot):
 
 
 @internal_inlined
-def _origin_of(origin, i, slot):
+def origin_of(origin, i, slot):
     """Return the strains from which those of a link count; which of the two is known when this is compiled.
 
     A question to be answered for each link would make everything around it ten times as slow.
@@ -72,7 +72,7 @@ def _origin_of(origin, i, slot):
 def bond_strains(body, bonds, displacement, half, i, slot):
     """Return the strains of a link, from those on that it was made with, and cos - 1 and sin of its rotation."""
     eps, gamma, less, sine = pair_strains(body, displacement, half, i, slot)
-    along, across = _origin_of(bonds.origin, i, slot)
+    along, across = origin_of(bonds.origin, i, slot)
     return eps - along, gamma - across, less, sine
 
 

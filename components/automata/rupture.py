@@ -95,7 +95,8 @@ def rest_distance(body, ground, bonds, motion, half, dilation, i, slot):
 @internal
 def _part_of_volume(body, bonds, motion, half, i, slot):
     """Return the part of the energy of a volume that belongs to one of its links, by its share in the strain [J]."""
-    shares, kind = tied_shares(bonds.ties, body, bonds, i), body.kind[i]
+    shares, _ = tied_shares(bonds.ties, body, bonds, i)
+    kind = body.kind[i]
     for other in range(body.directions.shape[0]):
         shares += bonds.weight[i, other] * body.share[kind, other]
     return volume_energy(body, bonds, motion.displacement, half, i) * body.share[kind, slot] / shares

@@ -14,7 +14,7 @@ three times as much to a as the stretch does: (D^2 / 4)^2 / (V_i c)^2 = 3 for ha
 from __future__ import annotations
 
 from ..support.jit import internal_inlined
-from .bond_strains import free_share
+from .bond_strains import free_share, origin_of
 from .ties import face_strains, row_moment, row_strains, whole_face
 
 # What the shear of a released pair of a row adds to the shares of free faces, in shares of its face.
@@ -30,9 +30,17 @@ def face_weight(bonds, ties, row):
 
 
 @internal_inlined
+def tied_strains(body, bonds, ties, displacement, half, row):
+    """Return the strains of a tied face from those on that it was made with."""
+    eps, gamma, _, _ = face_strains(body, ties, displacement, half, row)
+    along, across = origin_of(bonds.origin, ties.automata[row], ties.slots[row])
+    return eps - along, gamma - across
+
+
+@internal_inlined
 def _face_strain(body, bonds, ties, displacement, half, row):
     """Return the strain along a tied face that counts in the volume: a released part keeps the strain that has flowed."""
-    eps, _, _, _ = face_strains(body, ties, displacement, half, row)
+    eps, _ = tied_strains(body, bonds, ties, displacement, half, row)
     weight, plastic = face_weight(bonds, ties, row), bonds.plastic[ties.automata[row], ties.slots[row], 0]
     return eps if weight == 1.0 else weight * eps + (1.0 - weight) * plastic
 
@@ -41,6 +49,8 @@ def _face_strain(body, bonds, ties, displacement, half, row):
 def _row_shear(body, bonds, ties, displacement, half, row):
     """Return the shear of a pair of a row that counts in both volumes, times +-D^2 / 4 and the thickness."""
     _, gamma, _, _ = row_strains(body, ties, displacement, half, row)
+    _, across = origin_of(bonds.origin, ties.rows[row, 0], 0)
+    gamma -= across
     weight, plastic = bonds.weight[ties.rows[row, 0], 0], bonds.plastic[ties.rows[row, 0], 0, 1]
     shear = gamma if weight == 1.0 else weight * gamma + (1.0 - weight) * plastic
     return row_moment(body, ties, row) * shear
@@ -79,34 +89,28 @@ def add_tied_strains(ties, body, bonds, displacement, half, i, strain):
 
 
 @internal_inlined
-def add_tied_shares(ties, body, bonds, i, free):
-    """Return the shares of the free and released faces of an automaton with those of tied faces and of rows; as above."""
+def tied_shares(ties, body, bonds, i):
+    """Return the shares of the tied faces of an automaton that hold, and those of its released faces and pairs of rows.
+
+    Args:
+        ties: `Ties`, or None, which is known when this is compiled.
+        body: a `Body`.
+        bonds: `Bonds`.
+        i: the automaton.
+    """
     if ties is None:
-        return free
+        return 0.0, 0.0
     place, k = ties.place[i], body.kind[i]
     if place < 0:
-        return free
+        return 0.0, 0.0
     _, share = whole_face(body, k)
-    faces, pairs = 0.0, 0.0
+    held, faces, pairs = 0.0, 0.0, 0.0
     for side in range(2):
         row = ties.faces[place, side]
         if row >= 0:
-            faces += (1.0 - face_weight(bonds, ties, row)) * share / (1.0 + bonds.stiffness[i, ties.slots[row]])
+            weight = face_weight(bonds, ties, row)
+            held += weight * share
+            faces += (1.0 - weight) * share / (1.0 + bonds.stiffness[i, ties.slots[row]])
         if ties.pairs[place, side] >= 0:
             pairs += _SHEAR_SHARE * free_share(body, bonds, i, k, 3 * side)
-    return free + (faces + pairs)
-
-
-@internal_inlined
-def tied_shares(ties, body, bonds, i):
-    """Return the shares of the tied faces of an automaton that hold."""
-    if ties is None:
-        return 0.0
-    place, total = ties.place[i], 0.0
-    if place >= 0:
-        for side in range(2):
-            row = ties.faces[place, side]
-            if row >= 0:
-                _, share = whole_face(body, body.kind[i])
-                total += face_weight(bonds, ties, row) * share
-    return total
+    return held, faces + pairs

@@ -14,7 +14,7 @@ from .mixture import lame_of, shear_of
 from .pair import turned
 from .responses.functions import respond
 from .stress import equivalent_stress, virial
-from .tied_bonds import face_weight
+from .tied_bonds import face_weight, tied_strains
 from .ties import face_strain_rates, face_strains, push, row_moment, row_strains, whole_face
 
 
@@ -23,9 +23,10 @@ def _face_tractions(body, bonds, ties, displacement, half, dilation, row):
     """Return the tractions along and across a tied face of weight 1, its strains, and cos - 1 and sin of its rotation."""
     i, slot = ties.automata[row], ties.slots[row]
     eps, gamma, less, sine = face_strains(body, ties, displacement, half, row)
+    strain, shear_strain = tied_strains(body, bonds, ties, displacement, half, row)
     moduli = bonds.mixture.moduli
     twice = 2.0 * shear_of(moduli, i, body.shear) * (1.0 + bonds.stiffness[i, slot])
-    along, across = twice * (eps - bonds.plastic[i, slot, 0]), twice * (gamma - bonds.plastic[i, slot, 1])
+    along, across = twice * (strain - bonds.plastic[i, slot, 0]), twice * (shear_strain - bonds.plastic[i, slot, 1])
     return along + lame_of(moduli, i, body.lame) * dilation[i], across, eps, gamma, less, sine
 
 
@@ -102,7 +103,7 @@ def add_face_stresses(ties, body, bonds, displacement, half, dilation, stress):
 def _face_energy(body, bonds, ties, displacement, half, row):
     """Return the energy of a tied face for a weight of 1, without that of the volumetric strain [J]."""
     i, slot = ties.automata[row], ties.slots[row]
-    eps, gamma, _, _ = face_strains(body, ties, displacement, half, row)
+    eps, gamma = tied_strains(body, bonds, ties, displacement, half, row)
     eps, gamma = eps - bonds.plastic[i, slot, 0], gamma - bonds.plastic[i, slot, 1]
     area, _ = whole_face(body, body.kind[i])
     shear = shear_of(bonds.mixture.moduli, i, body.shear) * (1.0 + bonds.stiffness[i, slot])
@@ -166,7 +167,7 @@ def _update_face(body, bonds, ties, law, motion, half, dilation, stress, row, ti
     onset, hardening, degradation = _response_of(law.response, ties.materials[row])
     if not equivalent > onset:
         return 0.0
-    eps, gamma, _, _ = face_strains(body, ties, motion.displacement, half, row)
+    eps, gamma = tied_strains(body, bonds, ties, motion.displacement, half, row)
     old_eps, old_gamma = bonds.plastic[i, slot, 0], bonds.plastic[i, slot, 1]
     eps_p, gamma_p, stiffness, inelastic = respond(
         equivalent, eps, gamma, dilation[i], old_eps, old_gamma, left, bonds.inelastic[i, slot], shear, onset, hardening,

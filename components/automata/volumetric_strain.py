@@ -6,7 +6,7 @@ from ..support.jit import internal, internal_inlined
 from .bond_strains import bond_strains, free_share
 from .mixture import lame_of, shear_of
 from .pair import mirrored_slots
-from .tied_bonds import add_tied_shares, add_tied_strains
+from .tied_bonds import add_tied_strains, tied_shares
 
 
 @internal_inlined
@@ -29,7 +29,8 @@ def _stiffening(body, bonds, i, free):
 @internal_inlined
 def condensation(body, bonds, i):
     """Return 1 + a of an automaton: what its free and released faces make of the volumetric strain."""
-    return _stiffening(body, bonds, i, add_tied_shares(bonds.ties, body, bonds, i, _free_shares(body, bonds, i)))
+    _, released = tied_shares(bonds.ties, body, bonds, i)
+    return _stiffening(body, bonds, i, _free_shares(body, bonds, i) + released)
 
 
 @internal_inlined

@@ -20,7 +20,7 @@ from ..balances import Balance
 from ..component import Component
 from ..contract import Variable
 from ..drawables import Drawable, Links
-from ..errors import ParameterError, StepError
+from ..errors import StepError
 from ..grid import layout
 from ..grid.component import Grid
 from ..grid.mesh import IntArray
@@ -103,13 +103,6 @@ class Coupled(Component):
         )
         ties = find_ties(mesh, common_sides(mesh, shape, origin), packing, automata.body, places)
         self._automata_mass: FloatArray = automata.mass
-        if ties is not None and automata.parameters.relinking.kinds:
-            raise ParameterError(
-                "links broken pairs again, beside a hexagonal packing that meets the grid along y",
-                expected="none, or packing = square",
-                hint="faces that lie on the grid are not linked again; along its rows a hexagonal packing may do so",
-                at=("automata", "relinking"),
-            )
         if ties is not None:
             body = tie_faces(automata.body, ties)
             self._automata_mass = body.mass[body.kind]
