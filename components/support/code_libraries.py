@@ -4,7 +4,8 @@ What other kernels alone call is contained in these, and optimized with them. Ot
 for itself and once more in each of its callers, and half of the time of a compilation would go into machine code that nothing
 calls.
 
-More things save time: see `absent_arguments`, `direct_values`, `compiler_flags`, `resolved_calls` and `registrations`.
+More things save time: see `absent_arguments`, `direct_values`, `folded_tuples`, `compiler_flags`, `resolved_calls` and
+`registrations`.
 
 All of this stands on the inside of numba, which may change with any version of it. Where something is missing, importing this
 module raises `ImportError`, and `jit` and `kernel_cache` do without: the same results, compiled in every process.
@@ -17,17 +18,20 @@ from typing import Any
 
 import llvmlite.binding as llvm
 import numba
+from llvmlite.ir import IRBuilder
 from numba.core import types
 from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import CompilerBase, CompileResult, DefaultPassBuilder
 from numba.core.compiler_machinery import LoweringPass, register_pass
 from numba.core.lowering import Lower
 from numba.core.typed_passes import IRLegalization, NativeLowering
+from numba.core.types.functions import BaseFunction
 from numba.core.untyped_passes import InlineClosureLikes
 
 from .absent_arguments import DecideTestsForNone
 from .compiler_flags import QuickFlags
 from .direct_values import DirectLowering
+from .folded_tuples import FoldingBuilder
 from .registrations import refresh_after_imports
 from .resolved_calls import keep_resolved_calls
 
@@ -37,7 +41,9 @@ _METHODS = {
         "_optimize_final_module", "add_ir_module", "enable_object_caching", "serialize_using_object_code",
     ),
     CompileResult: ("_rebuild", "_reduce"),
-    Lower: ("_find_singly_assigned_variable",),
+    Lower: ("_find_singly_assigned_variable", "post_lower", "setup_function"),
+    BaseFunction: ("get_call_type", "get_impl_key"),
+    IRBuilder: ("extract_value",),
 }  # fmt: skip
 for _kind, _names in _METHODS.items():
     for _name in _names:
@@ -163,7 +169,7 @@ class _Compiler(CompilerBase):
     """
 
     making: type[LoweringPass]
-    parts = tuple(one.__module__ for one in (DecideTestsForNone, QuickFlags, DirectLowering))
+    parts = tuple(one.__module__ for one in (DecideTestsForNone, QuickFlags, DirectLowering, FoldingBuilder))
 
     def __init__(
         self, typing_context: Any, context: Any, library: Any, arguments: Any, returned: Any, flags: Any, kinds: Any

@@ -33,7 +33,7 @@ def _get_call_type(function: Any, context: Any, arguments: Any, named: Any) -> A
 
 def _is_built_in(function: Any, signature: Any) -> bool:
     """Return whether numba has the operation itself; others are compiled for the flags of the function that calls them."""
-    return function._impl_keys.get(signature.args) is function.key[0]
+    return getattr(function, "_impl_keys", {}).get(signature.args) is function.key[0]
 
 
 def keep_resolved_calls() -> None:
