@@ -4,7 +4,8 @@ What other kernels alone call is contained in these, and optimized with them. Ot
 for itself and once more in each of its callers, and half of the time of a compilation would go into machine code that nothing
 calls.
 
-Three more things save time: see `absent_arguments`, `direct_values` and `compiler_flags`.
+More things save time: see `absent_arguments`, `direct_values`, `folded_tuples`, `compiler_flags`, `resolved_calls` and
+`registrations`.
 
 All of this stands on the inside of numba, which may change with any version of it. Where something is missing, importing this
 module raises `ImportError`, and `jit` and `kernel_cache` do without: the same results, compiled in every process.
@@ -12,21 +13,27 @@ module raises `ImportError`, and `jit` and `kernel_cache` do without: the same r
 
 from __future__ import annotations
 
+from functools import partial
 from typing import Any
 
 import llvmlite.binding as llvm
 import numba
+from llvmlite.ir import IRBuilder
 from numba.core import types
 from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import CompilerBase, CompileResult, DefaultPassBuilder
 from numba.core.compiler_machinery import LoweringPass, register_pass
 from numba.core.lowering import Lower
 from numba.core.typed_passes import IRLegalization, NativeLowering
+from numba.core.types.functions import BaseFunction
 from numba.core.untyped_passes import InlineClosureLikes
 
 from .absent_arguments import DecideTestsForNone
 from .compiler_flags import QuickFlags
 from .direct_values import DirectLowering
+from .folded_tuples import FoldingBuilder
+from .registrations import refresh_after_imports
+from .resolved_calls import keep_resolved_calls
 
 _METHODS = {
     JITCodeLibrary: (
@@ -34,12 +41,16 @@ _METHODS = {
         "_optimize_final_module", "add_ir_module", "enable_object_caching", "serialize_using_object_code",
     ),
     CompileResult: ("_rebuild", "_reduce"),
-    Lower: ("_find_singly_assigned_variable",),
+    Lower: ("_find_singly_assigned_variable", "post_lower", "setup_function"),
+    BaseFunction: ("get_call_type", "get_impl_key"),
+    IRBuilder: ("extract_value",),
 }  # fmt: skip
 for _kind, _names in _METHODS.items():
     for _name in _names:
         if not hasattr(_kind, _name):
             raise ImportError(f"numba {numba.__version__} has no {_kind.__name__}.{_name}")
+
+keep_resolved_calls()
 
 # What stands in front of such code on disk, where numba has the name of its own two formats.
 _FORMAT = "intermediate"
@@ -84,6 +95,16 @@ class IntermediateCode(JITCodeLibrary):
         """Return 0: there is none."""
         self._ensure_finalized()
         return 0
+
+    def _get_module_for_linking(self) -> Any:
+        """Return the module itself, its functions as such that several libraries may have; numba would change a copy."""
+        self._ensure_finalized()
+        if self._shared_module is None:
+            for function in self._final_module.functions:
+                if not function.is_declaration and function.linkage == llvm.Linkage.external:
+                    function.linkage = "linkonce_odr"
+            self._shared_module = self._final_module
+        return self._shared_module
 
     def serialize_using_object_code(self) -> Any:
         """Return what is kept on disk."""
@@ -148,7 +169,7 @@ class _Compiler(CompilerBase):
     """
 
     making: type[LoweringPass]
-    parts = tuple(one.__module__ for one in (DecideTestsForNone, QuickFlags, DirectLowering))
+    parts = tuple(one.__module__ for one in (DecideTestsForNone, QuickFlags, DirectLowering, FoldingBuilder))
 
     def __init__(
         self, typing_context: Any, context: Any, library: Any, arguments: Any, returned: Any, flags: Any, kinds: Any
@@ -157,6 +178,8 @@ class _Compiler(CompilerBase):
         if self._counts_no_references(arguments):
             flags.nrt = False
         super().__init__(typing_context, context, library, arguments, returned, flags, kinds)
+        own = self.state.targetctx  # a copy for this compilation
+        own.refresh = partial(refresh_after_imports, own)
 
     def _counts_no_references(self, arguments: Any) -> bool:
         """Return whether references to arrays are not counted for such arguments; more than what the flags say."""

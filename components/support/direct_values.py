@@ -13,6 +13,8 @@ from numba.core import ir, lowering, typed_passes
 from numba.core.analysis import compute_cfg_from_blocks, compute_use_defs, must_use_alloca
 from numba.core.compiler_machinery import register_pass
 
+from .folded_tuples import FoldingBuilder, remove_unused_fields
+
 
 class DirectLower(lowering.Lower):
     """Numba's lowering without a place on the stack for what is assigned once, before all that uses it."""
@@ -23,6 +25,18 @@ class DirectLower(lowering.Lower):
         # With counted references a variable is emptied where it ends, and has to be somewhere.
         if not self.func_ir.func_id.is_generator and not self.context.enable_nrt:
             self._singly_assigned_vars |= _assigned_before_use(self.func_ir.blocks)
+
+    def setup_function(self, fndesc: Any) -> None:
+        """Begin a function; what is put into a tuple and taken out again needs no instruction."""
+        super().setup_function(fndesc)
+        self.builder = FoldingBuilder(self.entry_block)
+        self.call_helper = self.call_conv.init_call_helper(self.builder)
+
+    def post_lower(self) -> None:
+        """End a function."""
+        super().post_lower()
+        if not self.func_ir.func_id.is_generator:
+            remove_unused_fields(self.function)
 
 
 def _assigned_before_use(blocks: dict[int, Any]) -> set[str]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import gc
 import hashlib
 import os
 import weakref
@@ -21,6 +20,7 @@ from numba.core.dispatcher import Dispatcher
 from numba.core.registry import CPUDispatcher
 
 from . import compilation_notice
+from .compiler_settings import quick_compilation
 from .fingerprint import is_of_package
 from .kernel_cache import KernelCache, code_libraries
 
@@ -69,14 +69,9 @@ class _Kernel(CPUDispatcher):
         return super().get_call_template(tuple(map(_without_literal, args)), kws)
 
     def compile(self, sig: Any) -> Any:
-        """Compile for a signature, or load what was compiled; without the collection of garbage, a sixth of the time."""
-        if not gc.isenabled():
+        """Compile for a signature, or load what was compiled."""
+        with quick_compilation():
             return super().compile(sig)
-        gc.disable()
-        try:
-            return super().compile(sig)
-        finally:
-            gc.enable()
 
 
 class _Internal(_Kernel):

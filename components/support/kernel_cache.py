@@ -18,7 +18,6 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-import numba
 from numba.core import sigutils
 from numba.core.serialize import dumps
 
@@ -26,6 +25,8 @@ from ..errors import ParameterError
 from .cache_folder import cache_folder
 from .fingerprint import Fingerprint, fingerprint
 from .notice import tell
+from .registrations import refresh_after_imports
+from .type_names import is_told_by_name
 
 try:
     from . import code_libraries
@@ -39,11 +40,6 @@ except ImportError as _error:
 _DIGEST_SIZE = hashlib.sha256().digest_size
 # When the files together are larger, those that were not used for longest go.
 _LARGEST_CACHE = 256 * 1024 * 1024
-# The kinds of arguments whose name says all about them; a function as argument has none.
-_TOLD_BY_NAME = (
-    numba.types.Number, numba.types.Boolean, numba.types.Array, numba.types.Omitted, numba.types.NoneType, numba.types.Literal,
-    numba.types.UnicodeType,
-)  # fmt: skip
 
 # What each function outside of this package was compiled from.
 _made_from: weakref.WeakKeyDictionary[Any, Fingerprint] = weakref.WeakKeyDictionary()
@@ -66,7 +62,7 @@ class KernelCache:
 
     def load_overload(self, signature: Any, target_context: Any) -> Any:
         """Return the compiled function for a signature; None where it has to be compiled."""
-        target_context.refresh()
+        refresh_after_imports(target_context)
         self.refuse_stale()
         self.note_references()
         path = self._path(signature, target_context.codegen())
@@ -126,7 +122,7 @@ class KernelCache:
     def _path(self, signature: Any, codegen: Any) -> Path | None:
         made_from, folder = self._made_from, cache_folder()
         arguments, returned = sigutils.normalize_signature(signature)
-        if folder is None or made_from is None or made_from.key is None or not all(map(_is_told_by_name, arguments)):
+        if folder is None or made_from is None or made_from.key is None or not all(map(is_told_by_name, arguments)):
             return None
         key = repr((made_from.key, arguments, returned, codegen.magic_tuple()))
         function = self._dispatcher.py_func
@@ -156,12 +152,6 @@ def _refuse_stale(found: Fingerprint) -> None:
                 hint="hand numbers that change over as constants, or define the function anew",
                 at=changed.function,
             )
-
-
-def _is_told_by_name(kind: Any) -> bool:
-    if isinstance(kind, numba.types.BaseTuple):
-        return all(map(_is_told_by_name, iter(kind)))  # type: ignore[call-overload]
-    return isinstance(kind, _TOLD_BY_NAME)
 
 
 # -- files --------------------------------------------------------------------------------------------------------------
