@@ -54,6 +54,9 @@ def darken(figure: Figure) -> None:
     for marks in figure.findobj(Collection):
         if marks.get_array() is not None:
             marks.set_cmap(_dark_map(marks.get_cmap()))
+        elif len(marks.get_facecolor()) == 1:
+            # Many colours are data.
+            marks.set_facecolor(_dark(tuple(marks.get_facecolor()[0])))
     for legend in figure.findobj(Legend):
         legend.get_frame().set_facecolor(DARK["#ffffff"])
 

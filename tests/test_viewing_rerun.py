@@ -1,5 +1,6 @@
 """Rerun scenes: what arrives in the file, live viewers that change nothing, servers on 127.0.0.1 only."""
 
+import dataclasses
 import sys
 
 import numpy as np
@@ -10,6 +11,7 @@ from granular_env.components.catalogue import make
 from granular_env.components.errors import GranularError, MissingExtraError, ParameterError
 from granular_env.recording import open_log, record
 from granular_env.viewing import LiveViewer, report, save_rrd, screenshot, view, viewer
+from granular_env.viewing.blueprint import blueprint
 from granular_env.viewing.scene import scales_of
 from granular_env.viewing.scene_data import from_log
 
@@ -63,7 +65,8 @@ def test_fields_along_a_line_are_curves_in_panes_of_their_own(tmp_path):
     with record(tube, tmp_path / "x.mcap", every=1e-5):
         tube.step(round(1e-4 / tube.step_size) * tube.step_size)
     with open_log(tmp_path / "x.mcap") as log:
-        pressure = from_log(log).profiles[0]
+        scene_data = from_log(log)
+        pressure = scene_data.profiles[0]
         found, _ = columns(save_rrd(log, tmp_path / "scene.rrd"))
     curves = np.array([row[0] for row in found["profiles/pressure/curve"]["strips"] if row is not None])
     assert curves.shape == (len(pressure.times), 40, 2)
@@ -73,6 +76,10 @@ def test_fields_along_a_line_are_curves_in_panes_of_their_own(tmp_path):
     np.testing.assert_allclose(curves[..., 1], 120.0 * (1.0 - pressure.values / top), atol=1e-3)
     words = next(row for row in found["caption"]["text"] if row is not None)[0]
     assert "Curves along x:** pressure, velocity, temperature, progress" in words
+    # Several share a grid; a single one has the whole width, which a grid of one pane would not give it.
+    for count, kind in ((4, "Grid"), (1, "Spatial2DView")):
+        layout = blueprint(dataclasses.replace(scene_data, profiles=scene_data.profiles[:count]), None, None, 1e-4)
+        assert type(layout.root_container.contents[0]).__name__ == kind
 
 
 def test_every_frame_of_the_force_bars_has_one_for_each_contact(chain_log, tmp_path):

@@ -52,20 +52,23 @@ class Context:
     def begin(self, on_run: Callable[[float], None]) -> None:
         """Begin an entry: `on_run` is called with the number of its runs so far, after each, and with parts of a long one."""
         self._used: list[str] = []
-        self._runs, self._on_run, self._told = 0, on_run, perf_counter()
+        self._runs, self._on_run, self._told, self._start = 0, on_run, perf_counter(), (0.0, 0.0)
 
-    def run(self, experiment: Source, **overrides: Any) -> Log:
+    def run(self, experiment: Source, *, start: tuple[float, float] = (0.0, 0.0), **overrides: Any) -> Log:
         """Open the log of an experiment.
 
             log = context.run("nesterenko-1983/3.4-piston", **{"component.grains": 50})
 
         Args:
             experiment: a shipped experiment's name, or the content of one.
+            start: for the progress bar, where a run begins faster than it goes on: a part of its simulated time, and the part
+                of the computing time that it takes.
             overrides: key = value, the value a number, a string, or a list of them.
 
         Raises:
             GranularError: it is not valid, or its physics broke down.
         """
+        self._start = start
         loaded = load_experiment(experiment, overrides)
         content = json.dumps(loaded.to_dict(), sort_keys=True)
         if content not in self._paths:
@@ -108,6 +111,7 @@ class Context:
         return self._used
 
     def _count(self) -> None:
+        self._start = (0.0, 0.0)
         self._runs += 1
         self._on_run(self._runs)
 
@@ -143,7 +147,7 @@ class Context:
         """Tell how far a run is, where it is a long one."""
         if perf_counter() - self._told > _TELL_SECONDS:
             self._told = perf_counter()
-            self._on_run(self._runs + part)
+            self._on_run(self._runs + work_done(part, self._start))
 
     def _run(self, experiment: Experiment, log: Path | None, observers: Sequence[Observer]) -> Component:
         self._told = perf_counter()
@@ -152,6 +156,14 @@ class Context:
         if result.interrupted:
             raise KeyboardInterrupt
         return result.component
+
+
+def work_done(part: float, start: tuple[float, float]) -> float:
+    """Return the part of a run's computing time after a part of its simulated time, linear before and after the start's end."""
+    simulated, computed = start
+    if part < simulated:
+        return computed * part / simulated
+    return computed + (1.0 - computed) * (part - simulated) / max(1.0 - simulated, 1e-9)
 
 
 def _watch(component: str, every: float) -> Any:

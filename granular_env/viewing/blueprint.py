@@ -53,7 +53,8 @@ def blueprint(scene_data: SceneData, scales: Scales | None, views: Views | None,
             shown = [*views.panes(motion, scales), *shown]
             rows += views.rows(motion, scales)
     if profiles := [profile_pane(rrb, profile) for profile in scene_data.profiles[:_SHOWN_PROFILES]]:
-        rows.append((rrb.Grid(*profiles, grid_columns=min(2, len(profiles))), 4.5))
+        # A grid of one pane would leave half of the width empty.
+        rows.append((profiles[0] if len(profiles) == 1 else rrb.Grid(*profiles, grid_columns=2), 4.5))
     if scales is not None and _is_tall(scene_data, scales):
         # Beside each other: a picture as high as it is wide has little room above the plots.
         beside = rrb.Vertical(*reversed(shown), row_shares=[3.0, 6.0][-len(shown) :])

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from .cases import COARSER, LATE
+from .cases import COARSER, tube_seconds
 
 # Tubes of each entry on the page's mesh and on the coarser one, by name: entries share them.
 _TUBES = {
@@ -16,10 +16,8 @@ _TUBES = {
     "pressures": ((), tuple(f"{inches} at {pressure} kPa" for inches in (1, 2, 3) for pressure in (80, 130, 180))),
     "coupling": (("1", "1 two-way"), ()),
 }
-# The gas, and all that does not grow with the nodes [s, of one core].
-_FIXED_SECONDS = 12.0
-# Step of a notched shell [s], nodes and ticks a second of one that breaks, and bytes of a log for each node of the whole tube.
-_STEP, _SPEED, _BYTES = 2e-8, 2.1e6, 2500.0
+# Bytes of a log for each node of the whole tube.
+_BYTES = 2500.0
 # From so many nodes of the whole tube on a run uses two cores by itself.
 _TWO_CORES = 60000.0
 
@@ -28,7 +26,7 @@ def cost_words(constants: Mapping[str, float], entries: Sequence[str]) -> str:
     """Return what these entries of the page take in time and on the disk."""
     nodes = constants["nodes"]
     fine, coarse = ({name for entry in entries for name in _TUBES.get(entry, ((), ()))[kind]} for kind in (0, 1))
-    seconds = len(fine) * _seconds(nodes) + len(coarse) * _seconds(COARSER * nodes)
+    seconds = len(fine) * tube_seconds(nodes) + len(coarse) * tube_seconds(COARSER * nodes)
     size = _BYTES * nodes * (len(fine) + COARSER * len(coarse))
     tubes = len(fine) + len(coarse)
     if not tubes:
@@ -39,10 +37,6 @@ def cost_words(constants: Mapping[str, float], entries: Sequence[str]) -> str:
         f"in all, and up to {1e-9 * size:.2g} GB of logs (estimated from runs of 5000 and 140000 nodes; cracks cost more the "
         f"more there are){cores}. Ended, the same command goes on with the runs that are left"
     )
-
-
-def _seconds(nodes: float) -> float:
-    return _FIXED_SECONDS + 0.5 * nodes * (LATE / _STEP) / _SPEED
 
 
 def _short(number: float) -> str:

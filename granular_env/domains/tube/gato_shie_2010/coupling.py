@@ -9,7 +9,7 @@ from granular_env.atlas.model import Axis, Curve, Entry, Figure, Findings, Item,
 from granular_env.atlas.verdicts import Value
 from granular_env.recording.replay.log import Log
 
-from .cases import INCH, LATE, notched_tube
+from .cases import INCH, LATE, run_notched_tube
 from .outcome import HEAD, Outcome, ratio, read_outcome, row_of
 
 _INCHES = 1
@@ -19,7 +19,7 @@ def compute(context: Context) -> Findings:
     """Run the notch of figure 2 with a gas that feels the wall."""
     factor = context.constants["factor"]
     logs = {
-        words: context.run(notched_tube(context, _INCHES, factor, two_way=two_way))
+        words: run_notched_tube(context, _INCHES, factor, two_way=two_way)
         for words, two_way in (("one-way", False), ("two-way", True))
     }
     found = {words: read_outcome(log) for words, log in logs.items()}

@@ -6,7 +6,7 @@ from granular_env.atlas.context import Context
 from granular_env.atlas.model import Figure, Item
 from granular_env.atlas.verdicts import Value
 
-from .cases import ARRIVAL, DURATION, INCH, LATE, PAPER_FACTOR, PIECE, notched_tube
+from .cases import ARRIVAL, DURATION, INCH, LATE, PAPER_FACTOR, PIECE, run_notched_tube
 from .outcome import Outcome, in_notch, outcome, read_outcome
 from .pictures import rolled_out
 from .saturation import saturation
@@ -69,7 +69,7 @@ def cracks(context: Context, inches: int, where: str, statements: list[tuple[str
 def picture(context: Context, inches: int, name: str, title: str, after: float = LATE) -> Figure:
     """Return the rolled-out tube, with stress and cracks, so long after the front has passed the middle of the notch [s]."""
     factor = context.constants["factor"]
-    log = context.run(notched_tube(context, inches, factor))
+    log = run_notched_tube(context, inches, factor)
     return rolled_out(
         name, f"{title}, {1e3 * after:g} ms",
         "The outer surface, rolled out; the detonation came from the left. The shade is the equivalent stress, "

@@ -7,7 +7,7 @@ import math
 from granular_env.atlas.context import Context
 from granular_env.atlas.model import Axis, Curve, Entry, Figure, Findings
 
-from .cases import EARLY, GAUGES, LATE, notched_tube
+from .cases import EARLY, GAUGES, LATE, run_notched_tube
 from .crack_statements import as_printed, crack_outcome, cracks, picture, runs_beyond, turns
 
 _INCHES = 1
@@ -37,7 +37,7 @@ def _pictures(context: Context) -> list[Figure]:
 
 def _strains(context: Context) -> Figure:
     """Return the hoop strain at the gauges over time."""
-    times, strains = context.run(notched_tube(context, _INCHES, context.constants["factor"])).series("shell_gauge_strain")
+    times, strains = run_notched_tube(context, _INCHES, context.constants["factor"]).series("shell_gauge_strain")
     curves = [
         Curve(f"{1e3 * place:.0f} mm, {math.degrees(angle):.0f}°", 1e6 * times, 1e3 * strains[:, number, 1], "line", number)
         for number, (place, angle) in enumerate(GAUGES)

@@ -15,7 +15,7 @@ from granular_env.components.shell.fracture.outcome import OUTCOMES
 from granular_env.components.support.arrays import FloatArray
 from granular_env.recording.replay.log import Log
 
-from .cases import INCH, MIDDLE, Changes, notched_tube
+from .cases import INCH, MIDDLE, Changes, run_notched_tube
 
 
 @dataclasses.dataclass(frozen=True)
@@ -57,8 +57,8 @@ class Outcome:
 
 
 def outcome(context: Context, inches: int, factor: float, **changes: Unpack[Changes]) -> Outcome:
-    """Run a notched tube, or read its log; see `notched_tube`."""
-    return read_outcome(context.run(notched_tube(context, inches, factor, **changes)))
+    """Run a notched tube, or read its log; see `run_notched_tube`."""
+    return read_outcome(run_notched_tube(context, inches, factor, **changes))
 
 
 def read_outcome(log: Log, time: float | None = None) -> Outcome:

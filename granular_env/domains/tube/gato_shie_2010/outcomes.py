@@ -7,7 +7,7 @@ from granular_env.atlas.model import Axis, Curve, Entry, Figure, Findings, Item,
 from granular_env.atlas.verdicts import Value
 from granular_env.recording.replay.log import Log
 
-from .cases import ARRIVAL, EARLY, LATE, PAPER_FACTOR, notched_tube
+from .cases import ARRIVAL, EARLY, LATE, PAPER_FACTOR, run_notched_tube
 from .outcome import HEAD, Outcome, read_outcome, row_of
 
 # Notch [in] -> the paper's words on its computation, and on the experiment.
@@ -22,8 +22,8 @@ _MILLI, _MICRO = 1e3, 1e6
 def compute(context: Context) -> Findings:
     """Read the runs of figures 2 to 5 at an early and at the last time."""
     factor = context.constants["factor"]
-    logs = {inches: context.run(notched_tube(context, inches, factor)) for inches in _PAPER}
-    printed = {inches: read_outcome(context.run(notched_tube(context, inches, PAPER_FACTOR))) for inches in _PAPER}
+    logs = {inches: run_notched_tube(context, inches, factor) for inches in _PAPER}
+    printed = {inches: read_outcome(run_notched_tube(context, inches, PAPER_FACTOR)) for inches in _PAPER}
     early = {inches: read_outcome(log, ARRIVAL + EARLY) for inches, log in logs.items()}
     late = {inches: read_outcome(log) for inches, log in logs.items()}
     rows: list[list[str]] = []
