@@ -94,12 +94,13 @@ class ShellParameters(Parameters):
         if not isinstance(body, Tube | Plate) or body.notch is None:
             return self
         # A tube has planes of symmetry or no ends around it.
-        places = {"position": (body.notch.position, body.length, "start", "end")}
+        kinds = {str(one): kind for one, kind in self.boundaries.items()}
+        places = [("position", body.notch.position, body.length, ("start", "end"))]
         if isinstance(body, Plate):
-            places["around"] = (body.notch.around, body.width, "left", "right")
-        for name, (middle, length, *edges) in places.items():
+            places.append(("around", body.notch.around, body.width, ("left", "right")))
+        for name, middle, length, edges in places:
             edge = edge_at(middle, length, *edges)
-            if edge and dict[str, str](self.boundaries).get(edge) != "symmetry":
+            if edge and kinds.get(edge) != "symmetry":
                 raise ValueError(
                     f"body.notch.{name}: got {middle:g} m, where half of the notch lies beyond the edge {edge!r}; move it into "
                     f"the body, or give boundaries.{edge} = 'symmetry'"
