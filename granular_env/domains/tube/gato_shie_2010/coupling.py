@@ -38,7 +38,7 @@ def _table(logs: dict[str, Log], found: dict[str, Outcome]) -> Table:
 def _gas(log: Log) -> list[str]:
     end = float(log.times("shell_pieces")[-1])
     leaked = float(log.get("leaked_mass", end)) / float(log.get("gas_mass", 0.0))
-    return [f"{100.0 * leaked:.2g} %", f"{1e6 * _growth(log):.3g} µm"]
+    return [f"{100.0 * leaked:.2g} %", f"{1e3 * _growth(log):.2g} mm"]
 
 
 def _same(found: dict[str, Outcome]) -> Item:
