@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 from llvmlite.ir.instructions import ExtractValue, InsertValue
 from numba.core.registry import cpu_target
+from numba.core.types.functions import BaseFunction
 from numba.extending import overload
 
 from granular_env.components.support import resolved_calls
@@ -118,6 +119,12 @@ def test_types_of_a_call_are_looked_up_once(monkeypatch: pytest.MonkeyPatch) -> 
     for _ in range(2):
         assert jit(product_of_sums.py_func)(values, 3.0) == product_of_sums.py_func(values, 3.0)
     assert not [one for one in set(asked) if one[0] in (operator.add, operator.mul) and asked.count(one) > 1]
+
+
+def test_calls_of_other_compilations_are_looked_up_as_numba_does() -> None:
+    assert BaseFunction.get_call_type is resolved_calls._look_up
+    jit(lambda x: x + 1.0)(2.0)
+    assert BaseFunction.get_call_type is resolved_calls._look_up
 
 
 def doubled(x):

@@ -33,7 +33,7 @@ from .compiler_flags import QuickFlags
 from .direct_values import DirectLowering
 from .folded_tuples import FoldingBuilder
 from .registrations import refresh_after_imports
-from .resolved_calls import keep_resolved_calls
+from .resolved_calls import kept_calls as kept_calls
 
 _METHODS = {
     JITCodeLibrary: (
@@ -49,8 +49,6 @@ for _kind, _names in _METHODS.items():
     for _name in _names:
         if not hasattr(_kind, _name):
             raise ImportError(f"numba {numba.__version__} has no {_kind.__name__}.{_name}")
-
-keep_resolved_calls()
 
 # What stands in front of such code on disk, where numba has the name of its own two formats.
 _FORMAT = "intermediate"

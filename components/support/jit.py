@@ -6,6 +6,7 @@ import hashlib
 import os
 import weakref
 from collections.abc import Callable
+from contextlib import nullcontext
 from functools import cache
 from pathlib import Path
 from typing import Any, TypeVar
@@ -70,7 +71,7 @@ class _Kernel(CPUDispatcher):
 
     def compile(self, sig: Any) -> Any:
         """Compile for a signature, or load what was compiled."""
-        with quick_compilation():
+        with quick_compilation(), nullcontext() if code_libraries is None else code_libraries.kept_calls():
             return super().compile(sig)
 
 

@@ -1,4 +1,4 @@
-"""What packages register with numba, read again only after imports: numba would do so for each array that is used."""
+"""Registrations of packages with numba, read again only after imports: numba would read them for each array that is used."""
 
 from __future__ import annotations
 

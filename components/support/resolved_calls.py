@@ -6,6 +6,8 @@ time of a compilation.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import Any
 
 from numba.core.target_extension import get_local_target
@@ -36,6 +38,12 @@ def _is_built_in(function: Any, signature: Any) -> bool:
     return getattr(function, "_impl_keys", {}).get(signature.args) is function.key[0]
 
 
-def keep_resolved_calls() -> None:
-    """Keep the types of calls from now on."""
+@contextmanager
+def kept_calls() -> Iterator[None]:
+    """Keep the types of calls until the end of the block, in which numba's lock for compilation has to be held."""
+    before = BaseFunction.get_call_type
     BaseFunction.get_call_type = _get_call_type  # type: ignore[method-assign]
+    try:
+        yield
+    finally:
+        BaseFunction.get_call_type = before  # type: ignore[method-assign]
