@@ -50,6 +50,7 @@ class Geometry:
         sound_speed: longitudinal, of each grain's material, shape (n,) [m/s].
         yield_strength: of the weaker side of each contact, NaN where neither is known, shape (n + 1,) [Pa].
         static_force: in each contact in the reference configuration, shape (n + 1,) [N].
+        static_overlap: that this force makes, shape (n + 1,) [m].
         law_constants: what the contact law wants to know of each contact beside its stiffness, shape (n + 1, k).
         contact_slice: which places are contacts of this chain, a slice.
     """
@@ -66,6 +67,7 @@ class Geometry:
     sound_speed: FloatArray
     yield_strength: FloatArray
     static_force: FloatArray
+    static_overlap: FloatArray
     law_constants: FloatArray
     contact_slice: slice
 
@@ -86,7 +88,7 @@ def geometry(parameters: ChainParameters) -> Geometry:
     stiffness = np.zeros(count + 1)
     stiffness[real] = _stiffness(parameters, radius, materials, reduced_radius)[real]
     yield_strength, static_force = _yield_strength(parameters, materials), static_forces(parameters, mass)
-    law, rest_overlap = parameters.law, np.zeros(count + 1)
+    law, static_overlap, rest_overlap = parameters.law, np.zeros(count + 1), np.zeros(count + 1)
     constants = law.contact_constants(stiffness, reduced_radius, yield_strength, real)
     if constants.shape[1] > MOST_LAW_CONSTANTS:
         raise ParameterError(
@@ -98,14 +100,15 @@ def geometry(parameters: ChainParameters) -> Geometry:
     steepest = np.zeros(count + 1)
     steepest[real] = law.steepest(stiffness[real], constants)
     gap = np.broadcast_to(np.asarray(parameters.gap), count + 1)[real]
-    rest_overlap[real] = law.overlap_at(static_force[real], stiffness[real], constants) - gap
+    static_overlap[real] = law.overlap_at(static_force[real], stiffness[real], constants)
+    rest_overlap[real] = static_overlap[real] - gap
     spacing = radius[:-1] + radius[1:] - rest_overlap[1:-1]
     position = np.concatenate(([0.0], np.cumsum(spacing)))
     _refuse_absurd(mass, stiffness[real], position, law.exponent)
     arrays = Geometry(
         radius, mass, stiffness, steepest, rest_overlap, reduced_radius, reduced_mass,
         np.minimum(left_radius, right_radius), position,
-        _per_grain(materials, "longitudinal_speed"), yield_strength, static_force, law_constants, real,
+        _per_grain(materials, "longitudinal_speed"), yield_strength, static_force, static_overlap, law_constants, real,
     )  # fmt: skip
     _lock(arrays)
     return arrays

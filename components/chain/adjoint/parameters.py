@@ -41,10 +41,8 @@ class _Built:
         real = np.zeros(n + 1, dtype=bool)
         real[g.contact_slice] = True
         rest = np.where(real, adjoints.table[REST_OVERLAP, : n + 1], 0.0)
-        # The overlap at rest is (F / k)^(1 / p).
-        overlap = np.zeros(n + 1)
-        places = g.contact_slice
-        overlap[places] = p.law.overlap_at(g.static_force[places], g.stiffness[places], g.law_constants[places])
+        # The static overlap is (F / k)^(1 / p).
+        overlap = g.static_overlap
         pressed = overlap > 0.0
         by_force, by_stiffness = np.zeros(n + 1), np.zeros(n + 1)
         by_force[pressed] = overlap[pressed] / (p.law.exponent * g.static_force[pressed])
