@@ -37,17 +37,9 @@ def test_a_hundred_million_grains_are_refused_before_they_are_built(small_machin
     assert [*tmp_path.iterdir()] == []
 
 
-@pytest.mark.parametrize(
-    ("name", "parameters"),
-    [
-        ("discs", {"rows": 10**400}),
-        ("detonation", {"length": 1.0, "cells": 10**400}),
-        ("shell", {"body": {"name": "tube", "length": 0.01, "along": 5, "around": 10**400}}),
-    ],
-)
-def test_a_size_beyond_all_floats_is_refused_in_the_same_words(name, parameters):
-    with pytest.raises(ParameterError, match=rf"component {name!r} needs at least 1e\+291 GB of memory"):
-        catalogue.make(name, **parameters)
+def test_a_size_beyond_all_floats_is_refused_in_the_same_words():
+    with pytest.raises(ParameterError, match=r"component 'discs' needs at least 1e\+291 GB of memory"):
+        catalogue.make("discs", rows=10**400)
 
 
 def test_the_copies_that_a_recorder_holds_are_counted_too(tmp_path, monkeypatch):
