@@ -98,7 +98,7 @@ def is_small(experiment) -> bool:
     body = shell.get("body") if isinstance(shell, dict) else given.get("body")
     counts = [body.get(name) for name in ("along", "around")] if isinstance(body, dict) else []
     return (
-        all(count is None or (isinstance(count, int) and count <= 120) for count in counts)
+        all(count is None or (isinstance(count, int) and count <= 48) for count in counts)
         and given.get("grains", 1) <= 1000
         and given.get("rows", 1) * given.get("columns", 1) <= 400
         and experiment.component.parameters.get("integrator") != "dop853"
