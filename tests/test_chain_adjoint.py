@@ -103,7 +103,7 @@ def derivatives(chain: Chain) -> dict[str, Any]:
     return sizes
 
 
-@pytest.mark.parametrize("seed", [1, 2])
+@pytest.mark.parametrize("seed", [1, pytest.param(2, marks=pytest.mark.slow)])
 @pytest.mark.parametrize("name", CASES)
 def test_gradients_agree_with_central_differences(name: str, seed: int) -> None:
     """Of every parameter along a random direction, wherever no contact changes state between the runs compared."""
