@@ -33,7 +33,7 @@ WIDTHS = [40, 80, 120]
 
 
 @pytest.fixture(scope="module")
-def shown() -> dict[tuple[str, int], tuple[int, str]]:
+def outputs() -> dict[tuple[str, int], tuple[int, str]]:
     """Return the status and the output for each title and width; several run at once, as they mostly sleep."""
     cases = list(itertools.product(TITLES, WIDTHS))
     with ThreadPoolExecutor(4) as pool:
@@ -43,8 +43,8 @@ def shown() -> dict[tuple[str, int], tuple[int, str]]:
 
 @pytest.mark.parametrize("title", TITLES)
 @pytest.mark.parametrize("width", WIDTHS)
-def test_bar_percentage_and_time_left_are_seen_at_every_width(width, title, shown):
-    status, written = shown[title, width]
+def test_bar_percentage_and_time_left_are_seen_at_every_width(width, title, outputs):
+    status, written = outputs[title, width]
     assert status == 0, written
     last = [line for line in seen_lines(written) if "50 %" in line][-1]
     assert len(last) <= width
