@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 from support import browser
+from support.atlas_progress import assert_shares
 
 from granular_env import atlas
 from granular_env.atlas import papers
@@ -111,10 +112,7 @@ def test_nothing_fails_and_what_does_not_hang_on_the_cells_is_as_on_the_page(who
 @pytest.mark.usefixtures("whole")
 def test_the_progress_bar_knows_how_many_runs_an_entry_makes() -> None:
     for entry in papers.paper("psakhie-2003").entries:
-        own, steps = [share for name, share in TOLD if name == entry.name], entry.expected_runs({}) + 1
-        # A run that takes long tells of its parts too: a slow machine adds shares between those of whole runs.
-        ends = [share for share in own if abs(share * steps - round(share * steps)) < 1e-9]
-        assert ends == pytest.approx([end / steps for end in range(steps + 1)]) and own == sorted(own), entry.name
+        assert_shares(TOLD, entry.name, entry.expected_runs({}))
 
 
 def test_what_is_not_reproduced_has_a_reason(whole: tuple[Path, dict[str, Any]]) -> None:

@@ -60,8 +60,8 @@ SMALL = {
 }
 
 
-# They compile what no other test needs, the first one everything, in processes of its own.
-SLOW = {"compilation", "environments", "gradient", "laws", "shell"}
+# They compile what no other test needs, the first one everything, in processes of its own; sweeps start many processes.
+SLOW = {"compilation", "environments", "gradient", "laws", "shell", "sweeps"}
 
 
 @pytest.mark.parametrize("name", [pytest.param(one, marks=pytest.mark.slow) if one in SLOW else one for one in SMALL])

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import ast
 import math
+from collections.abc import Iterable
+from itertools import product
 from pathlib import Path
 from typing import Any, ClassVar, Literal
 
@@ -77,13 +79,17 @@ def shaken(name: str, **parameters: Any) -> ge.Chain:
     return chain
 
 
-# The laws with dissipation, with history and with neither under every integrator; what differs in the others are the functions
-# of the law alone, which one integrator calls as another does, and a kernel of each pair takes a second to compile.
-EVERY_PAIR = [
-    pytest.param(name, integrator, marks=[pytest.mark.slow] if name in ("linear", "walton_braun") else [])
-    if integrator != "pefrl" else (name, integrator)
-    for name in CASES for integrator in INTEGRATORS
-]  # fmt: skip
+# A law with dissipation, one with history and one with neither under every integrator; what differs in the others are the
+# functions of the law alone, which one integrator calls as another does, and the kernels of a pair take seconds to compile.
+EVERYWHERE = ("hertz", "viscous", "elastic_plastic")
+
+
+def pairs(names: Iterable[str], integrators: Iterable[str]) -> list[Any]:
+    """Return every law with every integrator, the slow ones marked."""
+    return [
+        pytest.param(name, integrator, marks=[] if name in EVERYWHERE or integrator == "pefrl" else [pytest.mark.slow])
+        for name, integrator in product(names, integrators)
+    ]
 
 
 def test_every_law_is_a_case() -> None:
@@ -116,7 +122,7 @@ def test_a_law_with_too_many_constants_is_refused_by_name(monkeypatch: pytest.Mo
         ge.Chain(grains=3)
 
 
-@pytest.mark.parametrize(("name", "integrator"), EVERY_PAIR)
+@pytest.mark.parametrize(("name", "integrator"), pairs(CASES, INTEGRATORS))
 def test_a_step_is_force_times_time_over_mass(name: str, integrator: str) -> None:
     """The step is so short that overlaps change by 1e-5 of themselves; rounding is 1e-9 of the change of velocity."""
     chain = shaken(name, integrator=integrator, step_size=1e-11)
@@ -126,7 +132,7 @@ def test_a_step_is_force_times_time_over_mass(name: str, integrator: str) -> Non
     np.testing.assert_allclose(chain.get("velocity") - before, expected, rtol=1e-3, atol=1e-4 * np.abs(expected).max())
 
 
-@pytest.mark.parametrize(("name", "integrator"), EVERY_PAIR)
+@pytest.mark.parametrize(("name", "integrator"), pairs(CASES, INTEGRATORS))
 def test_balances_close(name: str, integrator: str) -> None:
     """While contacts open, close and yield: energy to the step's error, which falls with the step, momentum to rounding."""
     chain = shaken(name, integrator=integrator, step_size=1e-8)
@@ -195,8 +201,7 @@ def _pullback(a, adjoint, step, steps, inputs, input_adjoint, constants, slopes)
         adjoint[V, 3] += slopes[0] * 2.0 * a[V, 3]
 
 
-@pytest.mark.parametrize("integrator", ["pefrl", "leapfrog"])
-@pytest.mark.parametrize("name", WITH_GRADIENT)
+@pytest.mark.parametrize(("name", "integrator"), pairs(WITH_GRADIENT, ("pefrl", "leapfrog")))
 def test_gradients_are_the_differences_of_runs(name: str, integrator: str) -> None:
     """By the drive, the stiffness and, where there is one, the dissipation, of a pressed chain that a push runs through."""
     shape = {"grains": 6, "right": "plane", "precompression": 100.0, "integrator": integrator, "step_size": 4e-7}

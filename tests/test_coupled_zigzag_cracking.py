@@ -83,6 +83,7 @@ def test_links_that_never_break_move_as_those_that_cannot(make: Any, micro_steps
         assert np.abs(linked - breakable).max() <= 1e-13 * np.abs(linked).max()
 
 
+@pytest.mark.slow  # ten seconds for kernels that no other test needs
 def test_two_names_of_one_material_move_as_one() -> None:
     found = []
     for laws in (None, {"material": [MEDIUM, MEDIUM], "automaton_material": (np.arange(145) % 2).tolist()}):

@@ -1,0 +1,14 @@
+"""What an atlas tells its progress bar."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import pytest
+
+
+def assert_shares(told: Sequence[tuple[str, float]], entry: str, runs: int) -> None:
+    """The shares told of an entry are those of its whole runs, in order; a long run may add some of its parts."""
+    own, steps = [share for name, share in told if name == entry], runs + 1
+    ends = [share for share in own if abs(share * steps - round(share * steps)) < 1e-9]
+    assert ends == pytest.approx([end / steps for end in range(steps + 1)]) and own == sorted(own), entry
