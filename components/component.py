@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+import dataclasses
 import hashlib
 import math
 import operator
@@ -130,19 +131,20 @@ class Component(Stepping, metaclass=_Fixed):
                 )
         self._block.include(part._block)
         self._included = (*self._included, (part, prefix, ticks))
-        details = {f"{prefix}_{kind}": detail for kind, detail in part.event_details.items()}
-        ratio = f"{prefix}_{part.event_ratio}" if part.event_ratio and not self.event_ratio else self.event_ratio
-        self._declare_events({**self.event_kinds, **kinds}, {**self.event_details, **details}, ratio)
+        details = {
+            f"{prefix}_{kind}": dataclasses.replace(detail, ratio=detail.ratio and f"{prefix}_{detail.ratio}")
+            for kind, detail in part.event_details.items()
+        }
+        self._declare_events({**self.event_kinds, **kinds}, {**self.event_details, **details})
 
-    def _declare_events(self, kinds: Mapping[str, str], details: Mapping[str, EventDetail], ratio: str = "") -> None:
+    def _declare_events(self, kinds: Mapping[str, str], details: Mapping[str, EventDetail]) -> None:
         """Declare the events of this one component, in place of those of its class; call it in `_build`.
 
         Args:
             kinds: `event_kinds`.
             details: `event_details`.
-            ratio: `event_ratio`.
         """
-        vars(self).update(event_kinds=kinds, event_details=details, event_ratio=ratio)
+        vars(self).update(event_kinds=kinds, event_details=details)
 
     def _claim_memory(self, shape: tuple[int, ...]) -> FloatArray:
         """Return zeros of that shape, in the memory of a parent where there is one."""

@@ -66,9 +66,7 @@ class Physics(metaclass=ABCMeta):
     event_kinds: ClassVar[Mapping[str, str]] = {}
     """Kinds of events that can happen -> what they are; then the block has a growing part `events=EVENT_ROWS`."""
     event_details: ClassVar[Mapping[str, EventDetail]] = {}
-    """Of some or all of these kinds their unit, and what their indices count."""
-    event_ratio: str = ""
-    """Name of the output that says how near each place is to an event, what decides over its limit; "" where there is none."""
+    """Of some or all of these kinds their unit, what their indices count, and the output that says how near each is to one."""
     step_size: float
     """Length of one internal step [s]; set by `_build`."""
 

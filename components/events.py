@@ -29,12 +29,14 @@ class Event:
 
 @dataclasses.dataclass(frozen=True, slots=True)
 class EventDetail:
-    """The unit of a kind of events, and what their indices count.
+    """The unit of a kind of events, what their indices count, and how near each of these is to one.
 
     Attributes:
         unit: of value and limit; "" where it is not said.
         counts: name of the drawable whose elements its indices count: points, links or cells; "" for none.
+        ratio: name of the output that says of each index what decides over its limit, 1 being an event; "" for none.
     """
 
     unit: str = ""
     counts: str = ""
+    ratio: str = ""

@@ -102,6 +102,10 @@ def test_a_weak_seam_breaks_first_at_its_own_strength() -> None:
         ({"strength_regions": [{"area": box(0.0, 1.0, 0.0, 1.0), "factor": 0.0}]}, "factor: got 0"),
         ({"holes": [box(-1.0, 3.0, 2.0, 4.0)], "boundaries": {"left": "traction"}}, r"'traction' needs a whole edge"),
         ({"holes": [box(3.0, 1.0, 2.0, 4.0)]}, "expected the smaller number first"),
+        ({"holes": [box(-90.0, 90.0, -90.0, 90.0)]}, "shape.holes: nothing is left of the shape"),
+        ({"shape": {"name": "polygon", "corners": [[0.0, 0.0], [1e155, 0.0], [0.0, 1e155]]}}, r"corners\[1,0\]: got 1e\+155"),
+        ({"friction": 1e300}, r"friction: got 1e\+300, expected 1e-40 to 1e\+40"),
+        ({"response": {"name": "degrading", "onset": 1e-300}}, "response.onset: got 1e-300"),
     ],
 )
 def test_what_does_not_fit_is_refused(parameters: dict[str, Any], words: str) -> None:

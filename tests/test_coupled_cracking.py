@@ -15,6 +15,7 @@ from granular_env.components.errors import GranularError, StepError
 from granular_env.components.support import memory_limits
 from granular_env.recording import open_log, verify
 from granular_env.recording.reader.event_places import place_of
+from granular_env.recording.replay.event_ratio import nearest_to_events
 
 # With density and shear modulus 1: strains of half a percent break a link.
 WEAK = {"name": "mohr_coulomb", "cohesion": 0.004, "tensile": 0.003, "internal_friction": 0.5}
@@ -235,9 +236,14 @@ def test_a_log_of_a_run_that_cracks_is_verified_and_branched(tmp_path: Path) -> 
     with open_log(tmp_path / "a.mcap") as log:
         event = next(one for one in log.events() if one.kind.startswith("automata"))
         place = place_of(event, log.event_details[event.kind], log.drawables)
+        nearest = {one.variable: one for one in nearest_to_events(log)}
+        happened = {one: {e.index for e in log.events() if e.kind in nearest[one].kinds} for one in nearest}
         ends = medium.automata.packing.pairs()[event.index, :2]
         assert place is not None and place.elements == f"automata {ends[0]} and {ends[1]}"
         assert place.position == pytest.approx(medium.reference[ends].mean(axis=0))
+        assert set(nearest) == {"grid_yield_ratio", "automata_criterion_ratio"}
+        for name, one in nearest.items():
+            assert one.index not in happened[name] and one.passed == len(happened[name]) > 0 and 0.0 < one.ratio < 1.1
         assert [(e.tick, e.kind, e.index) for e in log.events()] == [(e.tick, e.kind, e.index) for e in medium.events()]
         branch = log.branch(16.0)
         branch.run(tmp_path / "b.mcap")

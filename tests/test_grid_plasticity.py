@@ -67,10 +67,12 @@ def test_work_in_simple_shear(hardening: float) -> None:
 def test_unloading_is_elastic() -> None:
     grid = strained(VON_MISES, [[0.0, 3.0 * YIELD], [0.0, 0.0]])
     stress, strain = grid.get("stress")[0, 3], grid.get("plastic_strain")[0]
+    assert grid.get("yield_ratio")[0] == pytest.approx(1.0, rel=1e-12)
     motion = grid.mesh.nodes @ np.array([[0.0, 0.0], [-0.5 * YIELD, 0.0]])
     grid.step(1.0, **{f"{name}_velocity": motion[grid.mesh.edge_nodes(name)] for name in ("left", "right")})
     assert grid.get("stress")[0, 3] == pytest.approx(stress - 0.5 * YIELD * SHEAR, rel=1e-3)
     assert grid.get("plastic_strain")[0] == strain and grid.event_count == 1
+    assert 1.0 > grid.get("yield_ratio")[0] == pytest.approx(invariants(grid)[0] / YIELD, rel=1e-12)
 
 
 @pytest.mark.parametrize("gradient", [[[-9e-4, 2e-4], [0.0, 0.0]], [[3e-4, 4e-4], [0.0, -8e-4]], [[0.0, 9e-4], [0.0, 0.0]]])
@@ -79,6 +81,7 @@ def test_stresses_lie_on_the_cone(gradient: list[list[float]]) -> None:
     q, p = invariants(grid)
     assert grid.get("plastic_strain")[0] > 0.0
     assert q == pytest.approx(YIELD + 0.6 * p, rel=1e-12)
+    assert grid.get("yield_ratio")[0] == pytest.approx(1.0, rel=1e-12)
     # What is plastic of the volume strain is the dilatancy's part of the plastic strain.
     volume = gradient[0][0] + gradient[1][1]
     assert volume + p / BULK == pytest.approx(0.3 * grid.get("plastic_strain")[0], rel=5e-3, abs=1e-6)
@@ -88,6 +91,7 @@ def test_pure_tension_ends_at_the_tip_of_the_cone() -> None:
     grid = strained(CONE, [[3e-4, 0.0], [0.0, 3e-4]])
     q, p = invariants(grid)
     assert q == 0.0 and p == pytest.approx(-YIELD / 0.6, rel=1e-12)
+    assert grid.get("yield_ratio")[0] == 1.0
     # Everything that the tip does not carry has opened: K times that strain times the tip's pressure is the plastic work.
     opened = 6e-4 + p / BULK
     assert grid.get("plastic_work") == pytest.approx(-p * opened, rel=0.05)

@@ -78,8 +78,7 @@ class Automata(Component):
         self._pairs = self.packing.pairs()
         self.steps = self._make_steps()
         # Those of this specimen's criterion.
-        kinds = self.steps.event_kinds
-        self._declare_events(kinds, self.steps.event_details, "criterion_ratio" if kinds else "")
+        self._declare_events(self.steps.event_kinds, self.steps.event_details)
         n = self.count
         self._lay_out(
             displacement=("f8", (n, 2)), velocity=("f8", (n, 2)), rotation=("f8", (n,)), spin=("f8", (n,)),
@@ -263,7 +262,7 @@ class Automata(Component):
             "rotational_energy": float(sums[4]),
             **self._stored(),
         }
-        work = {"input_work": float(load[motion.WORK]), "boundary_work": float(grip[motion.WORK])}
+        work = {"input_work": float(load[motion.WORK] + grip[motion.WORK])}
         impulse = {"impulse": load[1:3], "boundary_impulse": grip[1:3]}
         turning = {
             "angular_impulse": float(load[motion.ANGULAR_IMPULSE]),

@@ -50,8 +50,8 @@ class CrackingSpecimen(LinkedSpecimen):
         self._mixture, criterion = mixture, p.leading_criterion
         _refuse_double_links(self.packing)
         self.event_kinds = {**criterion.causes, **p.relinking.kinds}
-        units = dict.fromkeys(criterion.causes, criterion.unit) | dict.fromkeys(p.relinking.kinds, "Pa")
-        self.event_details = {kind: EventDetail(unit, "links") for kind, unit in units.items()}
+        broken, linked = EventDetail(criterion.unit, "links", "criterion_ratio"), EventDetail("Pa", "links")
+        self.event_details = dict.fromkeys(criterion.causes, broken) | dict.fromkeys(p.relinking.kinds, linked)
         self.fields = {
             "weight": ("f8", (n, slots)), "plastic": ("f8", (n, slots, 2)), "stiffness": ("f8", (n, slots)),
             "inelastic": ("f8", (n, slots)), "origin": ("f8", (n, slots, 2) if p.relinking.kinds else (0, slots)),

@@ -138,6 +138,8 @@ def pack(name: str, shape: Shape, diameter: float, periodic: tuple[bool, bool] =
     _refuse_misfit(lattice, shape, diameter, periodic)
     _refuse_idle_holes(lattice, shape, diameter)
     places = _places_inside(lattice, shape, diameter, periodic)
+    if not len(places) and shape.holes:
+        raise ParameterError("nothing is left of the shape", at=("shape", "holes"))
     neighbours = _neighbours(lattice, places, _turns(lattice, shape, diameter, periodic))
     linked = neighbours != np.arange(len(places))[:, np.newaxis]
     sectors = _sectors_inside(lattice, shape, diameter, places, periodic)

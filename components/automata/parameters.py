@@ -10,7 +10,7 @@ from ..areas import ChosenArea
 from ..boundaries import OPPOSITE
 from ..errors import Location, nearest
 from ..materials.elastic import Material, Preset, constants_of, preset_list
-from ..support.magnitudes import refuse_absurd, refuse_far
+from ..support.magnitudes import Magnitude, NotNegativeMagnitude, refuse_absurd, refuse_far
 from ..support.parameter_fields import Index, Pair, field
 from ..support.validation import Parameters, refusal
 from .boundaries import ChosenBoundary, Periodic, Traction
@@ -28,7 +28,7 @@ class StrengthRegion(Parameters):
     """A region in which pairs are weaker or stronger."""
 
     area: ChosenArea = field(..., "pairs whose middle lies in this area: a box or a disc", "1")
-    factor: float = field(..., "of their strengths", "1", gt=0.0)
+    factor: Magnitude = field(..., "of their strengths", "1")
 
 
 class Region(Parameters):
@@ -85,7 +85,7 @@ class AutomataParameters(Parameters):
         [], "where pairs are weaker or stronger, as a flaw or a seam is; later ones cover earlier ones", "1"
     )
     release_ticks: int = field(20, "over how many internal steps a broken pair is released", "1", ge=1, le=1_000_000)
-    friction: float = field(0.5, "coefficient of friction of pairs that touch and are not linked", "1", ge=0.0)
+    friction: NotNegativeMagnitude = field(0.5, "coefficient of friction of pairs that touch and are not linked", "1")
     contact_damping: float = field(
         0.0, "dashpot of pairs that touch and are not linked, along their line of centres, in parts of critical damping", "1",
         ge=0.0, le=1.0,

@@ -12,7 +12,8 @@ from pydantic import SerializeAsAny, model_validator
 from ..areas import ChosenArea
 from ..errors import one_line
 from ..support.arrays import FloatArray
-from ..support.parameter_fields import Pair, field
+from ..support.magnitudes import SignedPair
+from ..support.parameter_fields import field
 from ..support.tagged_union import ByName, Named
 from ..support.validation import refusal
 
@@ -116,7 +117,7 @@ class Polygon(Shape):
     """A polygon that does not cross itself; the first corner is the centre of an automaton, oblique sides are staircases."""
 
     name: Literal["polygon"] = field("polygon", "which shape", "1")
-    corners: list[Pair] = field(..., "corners in order around it, each x and y", "m", min_length=3, max_length=10_000)
+    corners: list[SignedPair] = field(..., "corners in order around it, each x and y", "m", min_length=3, max_length=10_000)
 
     @model_validator(mode="after")
     def _validate_area(self) -> Polygon:

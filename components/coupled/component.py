@@ -473,10 +473,7 @@ class Coupled(Component):
         """
         found, start = self._sums(), self._block["start"].copy()
         tally, (load, grip) = self.grid.tally.copy(), self._block["tallies"].copy()
-        work = {
-            "input_work": float(tally[layout.WORK] + load[WORK]),
-            "boundary_work": float(grip[WORK]),
-        }
+        work = {"input_work": float(tally[layout.WORK] + load[WORK] + grip[WORK])}
         impulse = {
             "impulse": tally[layout.IMPULSE : layout.IMPULSE + 2] + load[1:3],
             "boundary_impulse": tally[layout.BOUNDARY_IMPULSE : layout.BOUNDARY_IMPULSE + 2] + grip[1:3],

@@ -32,7 +32,7 @@ _COMPRESSED = 0.5
 _BYTES_OF_CELL = 420
 _STATE = ("displacement", "velocity", "force", "stress", "hourglass_force", "energy", "plastic_strain", "plastic_work")
 _YIELD = {"cell_yielded": "the equivalent stress of a cell reached its yield stress for the first time"}
-_YIELD_DETAILS = {"cell_yielded": EventDetail("Pa", "grid")}
+_YIELD_DETAILS = {"cell_yielded": EventDetail("Pa", "grid", "yield_ratio")}
 
 
 class Grid(Component):
@@ -180,6 +180,9 @@ class Grid(Component):
         yield Variable("pressure", "output", "Pa", (m,), "mean of the normal stresses, compression positive", axes=cells)
         yield Variable("equivalent_stress", "output", "Pa", (m,), "of von Mises: sqrt(3/2 s:s)", minimum=0.0, axes=cells)
         yield Variable("plastic_strain", "output", "1", (m,), "equivalent plastic strain of the cells", minimum=0.0, axes=cells)
+        if self._plastic:
+            text = "equivalent stress over that at which the cell yields: 1 where it yields, 0 where its material cannot"
+            yield Variable("yield_ratio", "output", "1", (m,), text, minimum=0.0, axes=cells)
         yield Variable("internal_energy", "output", "J", (m,), "work that stresses have done on the cells", axes=cells)
         for edge in self._assembly.held_edges:
             yield Variable(
@@ -200,6 +203,7 @@ class Grid(Component):
             "equivalent_stress": self._equivalent_stress,
             "plastic_strain": lambda: state.plastic_strain if self._plastic else np.zeros(len(self.mesh.cells)),
             "internal_energy": lambda: state.energy,
+            **({"yield_ratio": self._yield_ratio} if self._plastic else {}),
             **{f"{edge}_reaction": lambda edge=edge: self._reaction(edge) for edge in self._assembly.held_edges},
             "receiver_displacement": lambda: state.displacement[self._receivers],
             "receiver_velocity": lambda: state.velocity[self._receivers],
@@ -215,6 +219,14 @@ class Grid(Component):
         xx, yy, zz, xy = self._state.stress.T
         spread = (xx - yy) ** 2 + (yy - zz) ** 2 + (zz - xx) ** 2
         return np.sqrt(0.5 * spread + 3.0 * xy * xy)
+
+    def _yield_ratio(self) -> FloatArray:
+        code, strength, hardening, friction, _ = self._grid.laws[self.cell_material].T
+        limit = strength + hardening * self._state.plastic_strain - friction * self._state.stress[:, :3].sum(axis=1) / 3.0
+        # At the tip of a cone there is no stress left that could grow.
+        at_tip = limit <= 1e-9 * strength
+        ratio = np.where(at_tip, 1.0, self._equivalent_stress() / np.where(at_tip, 1.0, limit))
+        return np.where(code > 0.0, ratio, 0.0)
 
     def _start(self, seed: int | None, values: Mapping[str, FloatArray]) -> Mapping[str, Any]:
         state = self._state

@@ -17,6 +17,7 @@ from pydantic import model_validator
 
 from ..errors import ParameterError
 from ..support.jit import internal_inlined
+from ..support.magnitudes import Magnitude, NotNegativeMagnitude
 from ..support.parameter_fields import field
 from .plastic_law import DRUCKER_PRAGER, PlasticLaw
 
@@ -27,10 +28,10 @@ class DruckerPrager(PlasticLaw):
     code: ClassVar[int] = DRUCKER_PRAGER
 
     name: Literal["drucker_prager"] = field("drucker_prager", "soils and rocks: strength grows with pressure", "1")
-    yield_stress: float = field(..., "equivalent stress at first yield where the pressure is 0", "Pa", gt=0.0)
+    yield_stress: Magnitude = field(..., "equivalent stress at first yield where the pressure is 0", "Pa")
     friction: float = field(..., "increase of the yield stress with pressure", "1", gt=0.0, lt=3.0)
     dilatancy: float = field(0.0, "plastic volume strain per equivalent plastic strain", "1", ge=0.0, lt=3.0)
-    hardening: float = field(0.0, "increase of the yield stress with equivalent plastic strain", "Pa", ge=0.0)
+    hardening: NotNegativeMagnitude = field(0.0, "increase of the yield stress with equivalent plastic strain", "Pa")
 
     @model_validator(mode="after")
     def _validate_dilatancy(self) -> DruckerPrager:

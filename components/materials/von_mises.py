@@ -10,6 +10,7 @@ from __future__ import annotations
 from typing import ClassVar, Literal
 
 from ..support.jit import internal_inlined
+from ..support.magnitudes import Magnitude, NotNegativeMagnitude
 from ..support.parameter_fields import field
 from .plastic_law import VON_MISES, PlasticLaw
 
@@ -20,8 +21,8 @@ class VonMises(PlasticLaw):
     code: ClassVar[int] = VON_MISES
 
     name: Literal["von_mises"] = field("von_mises", "metals: yield does not depend on pressure", "1")
-    yield_stress: float = field(..., "equivalent stress at first yield", "Pa", gt=0.0)
-    hardening: float = field(0.0, "increase of the yield stress with equivalent plastic strain", "Pa", ge=0.0)
+    yield_stress: Magnitude = field(..., "equivalent stress at first yield", "Pa")
+    hardening: NotNegativeMagnitude = field(0.0, "increase of the yield stress with equivalent plastic strain", "Pa")
 
     def constants(self) -> tuple[float, float, float, float]:
         """Return yield stress, hardening, no friction, no dilatancy."""

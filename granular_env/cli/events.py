@@ -21,6 +21,7 @@ if TYPE_CHECKING:
 
     from granular_env.components.drawables import Drawable
     from granular_env.components.events import Event, EventDetail
+    from granular_env.recording import Log
     from granular_env.recording.replay.event_ratio import EventRatio
 
 _MOST = 40
@@ -30,26 +31,27 @@ _MOST = 40
 @click.argument("log", shell_complete=files)
 @click.option("--kind", metavar="KIND", help="Only events of this kind.")
 @click.option("--index", metavar="N", type=int, help="Only those of this link, cell, ...")
-@click.option("--nearest", "near", is_flag=True, help="Run the log again, and say how near it came where nothing happened.")
+@click.option("--nearest", "near", is_flag=True, help="Run it again, and say how near it came where nothing happened.")
 @click.option("--all", "every", is_flag=True, help=f"List all of them, not the first {_MOST}.")
 @json_option()
 @large_option()
 @exclusive("near", "kind")
-@exclusive("near", "index")
 @exclusive("near", "every")
 def events(
     log: str, kind: str | None, index: int | None, near: bool, every: bool, for_programs: bool, allow_large: bool
 ) -> int:
     """Say what happened in a run, when, and which limit was passed; or how near it came."""
     from granular_env.recording import open_log
-    from granular_env.recording.replay.event_ratio import largest_event_ratio
+    from granular_env.recording.reader.event_places import refuse_unknown_place
+    from granular_env.recording.replay.event_ratio import kinds_by_ratio, nearest_to_events
 
     with open_log(log, allow_large=allow_large) as opened:
         found, kinds, step_size = opened.events(kind, index), opened.event_kinds, opened.step_size
         details, drawables, conclusions = opened.event_details, opened.drawables, opened.metadata["conclusions"]
+        refuse_unknown_place(index, [details.get(one) for one in kinds if kind in (None, one)], drawables)
         if near:
-            largest = largest_event_ratio(opened)
-            print(json.dumps(largest and dataclasses.asdict(largest)) if for_programs else _words_for(largest, bool(kinds)))
+            ratios = nearest_to_events(opened, index)
+            print(_for_programs(opened, ratios) if for_programs else _nearest(opened, ratios, index))
             return Status.DONE
     if for_programs:
         rows = [
@@ -64,9 +66,8 @@ def events(
         print("events: none; the component of this log declares no kind of event")
     elif not found:
         asked = "" if kind is None and index is None else " of that kind or index"
-        print(
-            "\n".join([f"events: none{asked}; it would be one when", *_meanings(kinds), "--nearest says how near the run came"])
-        )
+        further = ["--nearest says how near the run came"] if kinds_by_ratio(details) else []
+        print("\n".join([f"events: none{asked}; it would be one when", *_meanings(kinds), *further]))
     else:
         shown = found if every else found[:_MOST]
         heads = ("time [s]", "event", "index", "value", "limit", "unit", "of", "at [m]")
@@ -77,15 +78,45 @@ def events(
     return Status.DONE
 
 
-def _words_for(found: EventRatio | None, has_kinds: bool) -> str:
-    if found is None and not has_kinds:
+def _nearest(log: Log, ratios: list[EventRatio], index: int | None) -> str:
+    """Return the lines of `--nearest` for people."""
+    from granular_env.recording.replay.event_ratio import kinds_by_ratio
+
+    if not log.event_kinds:
         return "nearest: none; with the parameters of this log nothing has a limit that it could come near to"
-    if found is None:
-        return "nearest: not known; the component of this log has no output that says how near an event is"
-    return wrap_text(
-        f"nearest: {printable(found.variable)}[{found.index}] reached {found.ratio:.6g} of its limit at "
-        f"{found.time:.9g} s (1 is an event; {count_of(found.instants, 'instant')} looked at)"
+    if ratios:
+        return "\n".join(wrap_text(_words_for(log, one, index)) for one in ratios)
+    if kinds_by_ratio(log.event_details):
+        return "nearest: none; whatever has a limit passed it"
+    return "nearest: not known; the component of this log has no output that says how near an event is"
+
+
+def _words_for(log: Log, found: EventRatio, index: int | None) -> str:
+    event, detail = _as_event(found), log.event_details.get(found.kinds[0])
+    _, of, position = _details(event, detail, log.drawables)
+    place = f", {of} at {position} m," if of else ""
+    happened = [one for kind in found.kinds for one in log.events(kind, index)] if index is not None else []
+    rest = (
+        f"it happened there at {happened[0].tick * log.step_size:.9g} s" if happened
+        else f"{count_of(found.passed, 'other')} passed it" if found.passed else "nothing passed it"
+    )  # fmt: skip
+    return (
+        f"nearest: {printable(found.variable)}[{found.index}]{place} reached {found.ratio:.6g} of its limit at "
+        f"{found.time:.9g} s (1 is {printable(' or '.join(found.kinds))}; {rest}; "
+        f"{count_of(found.instants, 'instant')} looked at)"
     )
+
+
+def _as_event(found: EventRatio) -> Event:
+    """Return what would have happened there, for its place."""
+    from granular_env.components.events import Event
+
+    return Event(0, found.kinds[0], found.index, found.ratio, 1.0)
+
+
+def _for_programs(log: Log, ratios: list[EventRatio]) -> str:
+    facts = [_facts(_as_event(one), log.event_details.get(one.kinds[0]), log.drawables) for one in ratios]
+    return json.dumps([{**dataclasses.asdict(one), **place} for one, place in zip(ratios, facts, strict=True)], indent=2)
 
 
 def summary(found: list[Event]) -> str:

@@ -13,6 +13,7 @@ from typing import Literal
 from pydantic import model_validator
 
 from ...support.jit import internal_inlined
+from ...support.magnitudes import Magnitude
 from ...support.parameter_fields import field
 from ...support.validation import refusal
 from .criterion import DRUCKER_PRAGER, Criterion
@@ -22,8 +23,8 @@ class DruckerPrager(Criterion):
     """((a + 1) / 2) sigma_eq + 1.5 (a - 1) sigma_m >= compressive strength."""
 
     name: Literal["drucker_prager"] = field("drucker_prager", "which criterion", "1")
-    compressive: float = field(..., "strength in uniaxial compression", "Pa", gt=0.0)
-    tensile: float = field(..., "strength in uniaxial tension", "Pa", gt=0.0)
+    compressive: Magnitude = field(..., "strength in uniaxial compression", "Pa")
+    tensile: Magnitude = field(..., "strength in uniaxial tension", "Pa")
     code = DRUCKER_PRAGER
     causes = {"drucker_prager_break": "the stress of a pair reached the criterion of Drucker and Prager"}
 

@@ -12,6 +12,7 @@ import math
 from typing import Literal
 
 from ...support.jit import internal_inlined
+from ...support.magnitudes import Magnitude, NotNegativeMagnitude
 from ...support.parameter_fields import field
 from .criterion import MOHR_COULOMB, Criterion
 
@@ -20,9 +21,9 @@ class MohrCoulomb(Criterion):
     """|tau| + sigma_n x internal_friction >= cohesion, or sigma_n >= tensile strength."""
 
     name: Literal["mohr_coulomb"] = field("mohr_coulomb", "which criterion", "1")
-    cohesion: float = field(..., "shear traction that breaks a pair without pressure", "Pa", gt=0.0)
-    internal_friction: float = field(..., "how the shear strength grows with pressure, tan(phi)", "1", ge=0.0)
-    tensile: float = field(..., "normal traction that breaks a pair", "Pa", gt=0.0)
+    cohesion: Magnitude = field(..., "shear traction that breaks a pair without pressure", "Pa")
+    internal_friction: NotNegativeMagnitude = field(..., "how the shear strength grows with pressure, tan(phi)", "1")
+    tensile: Magnitude = field(..., "normal traction that breaks a pair", "Pa")
     code = MOHR_COULOMB
     causes = {
         "shear_break": "the shear traction of a pair reached its cohesion and internal friction",

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Literal
 
 from ...support.jit import internal_inlined
+from ...support.magnitudes import MOST, Magnitude
 from ...support.parameter_fields import field
 from .criterion import STRAIN, Criterion
 
@@ -13,8 +14,8 @@ class Strain(Criterion):
     """eps >= tensile, or |gamma| >= shear."""
 
     name: Literal["strain"] = field("strain", "which criterion", "1")
-    tensile: float = field(..., "strain h_max / r0 along a pair that breaks it", "1", gt=0.0)
-    shear: float = field(1e300, "shear angle that breaks a pair", "1", gt=0.0)
+    tensile: Magnitude = field(..., "strain h_max / r0 along a pair that breaks it", "1")
+    shear: Magnitude = field(MOST, "shear angle that breaks a pair", "1")
     code = STRAIN
     unit = "1"
     causes = {

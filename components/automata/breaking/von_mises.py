@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Literal
 
 from ...support.jit import internal_inlined
+from ...support.magnitudes import Magnitude
 from ...support.parameter_fields import field
 from .criterion import VON_MISES, Criterion
 
@@ -13,7 +14,7 @@ class VonMises(Criterion):
     """sigma_eq >= strength."""
 
     name: Literal["von_mises"] = field("von_mises", "which criterion", "1")
-    strength: float = field(..., "equivalent stress that breaks a pair", "Pa", gt=0.0)
+    strength: Magnitude = field(..., "equivalent stress that breaks a pair", "Pa")
     code = VON_MISES
     causes = {"von_mises_break": "the equivalent stress of a pair reached its strength"}
 

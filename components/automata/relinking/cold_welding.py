@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from typing import Literal
 
+from ...support.magnitudes import Magnitude
 from ...support.parameter_fields import field
 from .relinking import Relinking
 
@@ -19,8 +20,8 @@ class ColdWelding(Relinking):
     """Pressure of the contact >= pressure, and sliding speed <= slip_speed; looked at every `release_ticks` steps."""
 
     name: Literal["cold_welding"] = field("cold_welding", "which law", "1")
-    pressure: float = field(..., "pressure of a contact that links it", "Pa", gt=0.0)
-    slip_speed: float = field(..., "largest sliding speed at which it does", "m/s", gt=0.0)
+    pressure: Magnitude = field(..., "pressure of a contact that links it", "Pa")
+    slip_speed: Magnitude = field(..., "largest sliding speed at which it does", "m/s")
     kinds = {"linked": "a broken pair was pressed as hard as its law says, and was linked again"}
 
     def constants(self) -> tuple[float, float]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Literal
 
+from ...support.magnitudes import Magnitude, NotNegativeMagnitude
 from ...support.parameter_fields import field
 from .response import Response
 
@@ -12,8 +13,8 @@ class Degrading(Response):
     """Beyond the onset the modulus falls; unloading goes straight back to the origin."""
 
     name: Literal["degrading"] = field("degrading", "which response", "1")
-    onset: float = field(..., "equivalent stress sigma_d at which degradation begins", "Pa", gt=0.0)
-    hardening: float = field(0.0, "slope of the equivalent stress over the inelastic strain", "Pa", ge=0.0)
+    onset: Magnitude = field(..., "equivalent stress sigma_d at which degradation begins", "Pa")
+    hardening: NotNegativeMagnitude = field(0.0, "slope of the equivalent stress over the inelastic strain", "Pa")
 
     def constants(self) -> tuple[float, float, float]:
         """Return onset, slope, and all of the excess."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Literal
 
+from ...support.magnitudes import Magnitude, NotNegativeMagnitude
 from ...support.parameter_fields import field
 from .response import Response
 
@@ -12,8 +13,8 @@ class Plastic(Response):
     """Beyond the yield stress a pair flows; unloading is elastic and leaves a strain."""
 
     name: Literal["plastic"] = field("plastic", "which response", "1")
-    yield_stress: float = field(..., "equivalent stress sigma_y at which flow begins", "Pa", gt=0.0)
-    hardening: float = field(0.0, "slope of the yield stress over the plastic strain", "Pa", ge=0.0)
+    yield_stress: Magnitude = field(..., "equivalent stress sigma_y at which flow begins", "Pa")
+    hardening: NotNegativeMagnitude = field(0.0, "slope of the yield stress over the plastic strain", "Pa")
 
     def constants(self) -> tuple[float, float, float]:
         """Return yield stress, slope, and nothing of the excess."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Literal
 
+from ...support.magnitudes import Magnitude, NotNegativeMagnitude
 from ...support.parameter_fields import field
 from .response import Response
 
@@ -12,8 +13,8 @@ class PlasticDegrading(Response):
     """Beyond the yield stress a pair flows and its modulus falls; unloading is flatter and leaves a strain."""
 
     name: Literal["plastic_degrading"] = field("plastic_degrading", "which response", "1")
-    yield_stress: float = field(..., "equivalent stress at which flow and degradation begin", "Pa", gt=0.0)
-    hardening: float = field(0.0, "slope of the equivalent stress over the inelastic strain", "Pa", ge=0.0)
+    yield_stress: Magnitude = field(..., "equivalent stress at which flow and degradation begin", "Pa")
+    hardening: NotNegativeMagnitude = field(0.0, "slope of the equivalent stress over the inelastic strain", "Pa")
     degradation: float = field(0.5, "part of the excess that degrades the modulus, the rest is plastic", "1", ge=0.0, le=1.0)
 
     def constants(self) -> tuple[float, float, float]:

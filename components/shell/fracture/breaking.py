@@ -68,7 +68,7 @@ class BreakingBody:
         self.law = law
         self._parameters, self._assembly = parameters, assembly
         self.details = {
-            PARTED: EventDetail(law.unit, "points"), ERODED: EventDetail("1", "points"),
+            PARTED: EventDetail(law.unit, "points", "fracture_ratio"), ERODED: EventDetail("1", "points"),
             SPENT: EventDetail(law.unit, "points"), TORN: EventDetail("1", "points"),
             LOOSENED: EventDetail("", "nodes"),
         }  # fmt: skip

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from ...components.drawables import Cells, Drawable, Links, Points
+from ...components.errors import ParameterError
 from ...components.events import Event, EventDetail
 from ...components.support.arrays import FloatArray
 
@@ -46,6 +47,36 @@ def place_of(event: Event, detail: EventDetail | None, drawables: Sequence[Drawa
             return EventPlace(f"cell {index} of {drawn.name}", _middle(drawn.nodes[drawn.connectivity[index]]))
         case _:
             return None
+
+
+def refuse_unknown_place(index: int | None, details: Sequence[EventDetail | None], drawables: Sequence[Drawable]) -> None:
+    """Raise `ParameterError` where no kind of event counts anything that has such an index.
+
+    Args:
+        index: of a link, cell, ...; None is none, and refused by none.
+        details: of the kinds of events that are asked for.
+        drawables: of the component.
+    """
+    by_name = {one.name: one for one in drawables}
+    counted = [by_name.get(detail.counts) if detail is not None else None for detail in details]
+    if index is None or not counted or None in counted:
+        return
+    sizes = {one.name: _size(one) for one in counted if one is not None}
+    if index >= max(sizes.values()):
+        expected = " or ".join(f"0 to {size - 1} ({name})" for name, size in sizes.items())
+        raise ParameterError(f"got {index}", expected=expected, at="index")
+
+
+def _size(drawn: Drawable) -> int:
+    match drawn:
+        case Links():
+            return len(drawn.pairs)
+        case Points():
+            return len(drawn.reference)
+        case Cells():
+            return len(drawn.connectivity)
+        case _:
+            return 0
 
 
 def _middle(points: FloatArray) -> tuple[float, ...]:

@@ -169,7 +169,7 @@ class LogReader:
             found = {kind: EventDetail(**detail) for kind, detail in details.items()}
         except (AttributeError, TypeError):
             found = {"": EventDetail(counts=None)}  # type: ignore[arg-type]
-        if not all(isinstance(text, str) for one in found.values() for text in (one.unit, one.counts)):
+        if not all(isinstance(text, str) for one in found.values() for text in (one.unit, one.counts, one.ratio)):
             raise damage("it does not say what its events count", "header.event_details", self.path)
         return found
 

@@ -1,60 +1,113 @@
-"""The largest ratio of a run to the limit of an event, found by running its log again."""
+"""The nearest that a run came to the events that did not happen, found by running its log again."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from operator import itemgetter
 
 import numpy as np
 
 from ...components.component import Component
-from ...components.errors import LogError
+from ...components.errors import LogError, ParameterError
+from ...components.events import EventDetail
 from .log import Log
 from .steps import advance, restore
+
+# Besides its frames a run is looked at this many times.
+_INSTANTS = 1000
 
 
 @dataclass(frozen=True, slots=True)
 class EventRatio:
-    """The largest part of its limit that what decides an event reached.
+    """The largest part of its limit that what decides an event reached at one place.
 
     Attributes:
-        variable: the output that says it; see `contract.Physics.event_ratio`.
+        kinds: of the events that it decides.
+        variable: the output that says it; see `events.EventDetail.ratio`.
         index: of which link, cell, ...
         time: when [s].
         ratio: what decided over its limit; 1 is an event.
-        instants: how many instants were looked at: those of the frames, and the ends of segments.
+        passed: at how many places such an event happened in the run.
+        instants: how many instants were looked at: those of the frames, the ends of segments, and a thousand more.
     """
 
+    kinds: tuple[str, ...]
     variable: str
     index: int
     time: float
     ratio: float
+    passed: int
     instants: int
 
 
-def largest_event_ratio(log: Log, components: Mapping[str, type[Component]] | None = None) -> EventRatio | None:
-    """Return how near the run came to an event, at the instants of its frames; None where its component cannot tell.
+def kinds_by_ratio(details: Mapping[str, EventDetail]) -> dict[str, tuple[str, ...]]:
+    """Return the outputs that say how near an event is -> the kinds of events that each decides."""
+    outputs = dict.fromkeys(detail.ratio for detail in details.values() if detail.ratio)
+    return {name: tuple(kind for kind, detail in details.items() if detail.ratio == name) for name in outputs}
+
+
+def nearest_to_events(
+    log: Log, index: int | None = None, components: Mapping[str, type[Component]] | None = None
+) -> list[EventRatio]:
+    """Return how near the run came to the events that did not happen: for each output that can tell, the nearest place.
 
     Args:
         log: an open log; its run is repeated.
+        index: of the link, cell, ... that is asked about; default: the nearest of those to which no such event happened.
         components: classes of components that are not ours, by name.
 
+    Returns:
+        One for each output that can tell and that has such a place.
+
     Raises:
-        LogError: the log cannot be run again here.
+        LogError: the log cannot be run again here, or holds no step.
+        ParameterError: no output has such an index.
     """
     component = log.component(components)
-    if not component.event_ratio:
-        return None
-    found = list(_ratios(log, component))
-    if not found:
+    kinds = kinds_by_ratio(component.event_details)
+    sizes = {name: int(np.prod(component.variables[name].shape)) for name in kinds}
+    if index is not None and sizes and not 0 <= index < max(sizes.values()):
+        raise ParameterError(f"got {index}", expected=f"0 to {max(sizes.values()) - 1}", at="index")
+    happened = log.events()
+    searches = []
+    for name, names in kinds.items():
+        passed = np.unique(np.array([event.index for event in happened if event.kind in names], dtype=np.int64))
+        asked = np.ones(sizes[name], bool)
+        asked[passed] = False
+        if index is not None:
+            asked = np.arange(sizes[name]) == index
+        if asked.any():
+            searches.append(_Search(name, np.flatnonzero(asked), len(passed)))
+    instants = 0
+    for tick in _instants(log, component) if searches else ():
+        instants += 1
+        for search in searches:
+            search.look(component, tick)
+    if searches and not instants:
         raise LogError("it holds no step, so nothing can be said", at="steps", source=f"log {str(log.path)!r}")
-    ratio, index, tick = max(found, key=itemgetter(0))
-    return EventRatio(component.event_ratio, index, tick * log.step_size, ratio, len(found))
+    return [
+        EventRatio(kinds[s.variable], s.variable, s.index, s.tick * log.step_size, s.ratio, s.passed, instants)
+        for s in searches
+    ]
 
 
-def _ratios(log: Log, component: Component) -> Iterator[tuple[float, int, int]]:
-    """Yield the largest ratio at each instant, its index, and the tick of the log."""
+class _Search:
+    """The largest of the elements of an output that are asked for, of all instants so far."""
+
+    def __init__(self, variable: str, asked: np.ndarray, passed: int) -> None:
+        self.variable, self.passed = variable, passed
+        self.ratio, self.index, self.tick = -np.inf, -1, -1
+        self._asked = asked
+
+    def look(self, component: Component, tick: int) -> None:
+        ratios = np.ravel(component.peek(self.variable))[self._asked]
+        place = int(ratios.argmax())
+        if ratios[place] > self.ratio:
+            self.ratio, self.index, self.tick = float(ratios[place]), int(self._asked[place]), tick
+
+
+def _instants(log: Log, component: Component) -> Iterator[int]:
+    """Run the log again; yield each tick of the log at which the component is to be looked at, once it is there."""
     frames = np.unique(np.concatenate([log.ticks(name) for name in log.variables] or [np.zeros(0, np.int64)]))
     for segment in log.segments:
         start = log.snapshot(segment, segment.start)
@@ -63,8 +116,7 @@ def _ratios(log: Log, component: Component) -> Iterator[tuple[float, int, int]]:
         changes.reverse()
         before = segment.elapsed + log.start_tick - segment.start  # the log's tick minus the segment's
         ticks = frames - before
-        for tick in np.union1d(ticks[(ticks >= segment.start) & (ticks < segment.end)], segment.end).tolist():
+        further = np.linspace(segment.start, segment.end, _INSTANTS + 1).astype(np.int64)
+        for tick in np.union1d(ticks[(ticks >= segment.start) & (ticks < segment.end)], further).tolist():
             advance(component, changes, tick)
-            ratios = np.ravel(component.peek(component.event_ratio))
-            place = int(ratios.argmax())
-            yield float(ratios[place]), place, tick + before
+            yield tick + before
