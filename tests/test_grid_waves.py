@@ -145,3 +145,15 @@ def test_dashpots_send_back_what_theory_says(degrees: float, shear: bool) -> Non
 @pytest.mark.parametrize("shear", [False, True])
 def test_a_sponge_of_two_wavelengths_sends_back_little(shear: bool) -> None:
     assert all(sent_back(math.radians(degrees), SPONGE, shear) <= 0.05 for degrees in (0.0, 45.0))
+
+
+@pytest.mark.parametrize(("shear", "expected"), [(False, 0.24), (True, 0.27)])
+def test_a_sponge_sends_back_a_quarter_of_a_push_of_one_sign(shear: bool, expected: float) -> None:
+    """Most of it is longer than the layer; dashpots alone leave less than 1 %."""
+    length, speed = 20.0, S_SPEED if shear else P_SPEED
+    sponge = {"name": "absorbing", "sponge_width": 2.0 * length, "sponge_strength": 12.0}
+    grid = bar(int(4.0 * length), boundaries={"right": sponge})
+    start_pulse(grid, length, 0.5 * length, shear=shear)
+    before = grid.get("kinetic_energy") + grid.get("elastic_energy")
+    grid.step(round(5.7 * length / speed / 0.5) * 0.5)
+    assert math.sqrt((grid.get("kinetic_energy") + grid.get("elastic_energy")) / before) == pytest.approx(expected, abs=0.01)
