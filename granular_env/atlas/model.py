@@ -248,15 +248,16 @@ class Entry:
 
 @dataclasses.dataclass(frozen=True)
 class Constant:
-    """A number of the paper that a reader may change to see the figures move.
+    """A number that a reader may change to see the figures move.
 
     Attributes:
-        value: the paper's.
+        value: the paper's, or the page's by default.
         unit: SI.
         description: what it is.
         low: the smallest value that makes sense.
         high: the largest one.
         whole: whether it counts something.
+        of_page: whether it is a choice of the page, such as the size of a mesh, and no number of the paper.
     """
 
     value: float
@@ -265,6 +266,7 @@ class Constant:
     low: float
     high: float
     whole: bool = False
+    of_page: bool = False
 
 
 @dataclasses.dataclass(frozen=True)

@@ -43,7 +43,8 @@ def html(atlas: Atlas, command: str) -> str:
         done=atlas.done,
         failed=atlas.failed,
         counts=_counts(atlas),
-        changed=_constant_changes(atlas),
+        changed=_constant_changes(atlas, False, "the paper"),
+        chosen=_constant_changes(atlas, True, "by default"),
         unmet=[(done.entry, item) for done in atlas.done for item in done.findings.items if item.unmet],
         command=command,
         kinds=KINDS,
@@ -67,11 +68,13 @@ def _counts(atlas: Atlas) -> list[tuple[str, str, str, int]]:
     return counts + [("bad", "!", "failed", len(atlas.failed))] if atlas.failed else counts
 
 
-def _constant_changes(atlas: Atlas) -> list[str]:
+def _constant_changes(atlas: Atlas, of_page: bool, whose: str) -> list[str]:
+    """Return what was changed of the page's own choices, or of the paper's numbers."""
     return [
-        f"{name} = {atlas.constants[name]:g} {constant.unit} (the paper: {constant.value:g}; {constant.description})"
+        f"{name} = {atlas.constants[name]:g}{constant.unit and ' '}{constant.unit} "
+        f"({whose}: {constant.value:g}; {constant.description})"
         for name, constant in atlas.paper.constants.items()
-        if atlas.constants[name] != constant.value
+        if constant.of_page == of_page and atlas.constants[name] != constant.value
     ]
 
 

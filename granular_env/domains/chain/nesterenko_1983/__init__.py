@@ -48,7 +48,7 @@ PAPER = Paper(
         "N": Constant(
             N, "", "grains in the paper’s usual chain; other lengths keep their proportion to it", 40, 300, whole=True
         ),
-        "seeds": Constant(SEEDS, "", "draws of each random chain; the paper has one", 4, 1000, whole=True),
+        "seeds": Constant(SEEDS, "", "draws of each random chain; the paper has one", 4, 1000, whole=True, of_page=True),
     },
     entries=(
         section_1.ENTRY,

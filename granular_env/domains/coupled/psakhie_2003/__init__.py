@@ -28,7 +28,7 @@ PAPER = Paper(
     constants={
         "cells": Constant(
             CELLS, "", "cells along the 0.4 m of the half-space’s depth; automata and the other runs in proportion", 80, 400,
-            whole=True,
+            whole=True, of_page=True,
         ),
     },
     entries=(

@@ -30,17 +30,18 @@ PAPER = Paper(
         "here it is 180 kPa. Where a word of the paper has no number we say how we read it, and then it holds in part, "
         f"never more. Runs go on for {1e3 * LATE:g} ms after the front has passed the notch, the time of the paper’s last "
         "picture.",
-        f"The page is coarse: {NODES} nodes for the whole tube. --set nodes=140000 and --set nodes=280000 make it with as many "
-        "nodes as the paper’s, and --only figure-2 one of its entries; the command says beforehand what that takes, and goes "
-        "on where it was ended.",
+        f"By default the page is coarse: {NODES} nodes for the whole tube. --set nodes=140000 and --set nodes=280000 make it "
+        "with as many nodes as the paper’s, and --only figure-2 one of its entries; the command says beforehand what that "
+        "takes, and goes on where it was ended.",
     ),
     constants={
         "nodes": Constant(
             NODES, "", "nodes of the whole tube, of which half is computed; the paper: 140 000 to 280 000", 3000, 280000,
-            whole=True,
+            whole=True, of_page=True,
         ),
         "factor": Constant(
-            FACTOR, "", "largest principal stress over the yield stress at which bonds break in the pictures", 0.8, 4.0
+            FACTOR, "", "largest principal stress over the yield stress at which bonds break in the pictures; the paper: 3",
+            0.8, 4.0, of_page=True,
         ),
     },
     cost=cost_words,

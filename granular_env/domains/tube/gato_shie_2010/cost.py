@@ -16,8 +16,8 @@ _TUBES = {
     "pressures": ((), tuple(f"{inches} at {pressure} kPa" for inches in (1, 2, 3) for pressure in (80, 130, 180))),
     "coupling": (("1", "1 two-way"), ()),
 }
-# Bytes of a log for each node of the whole tube.
-_BYTES = 2500.0
+# Bytes of a log whatever the mesh, which are the gas's, and for each node of the whole tube.
+_GAS_BYTES, _BYTES = 8.5e6, 700.0
 # From so many nodes of the whole tube on a run uses two cores by itself.
 _TWO_CORES = 60000.0
 
@@ -27,14 +27,14 @@ def cost_words(constants: Mapping[str, float], entries: Sequence[str]) -> str:
     nodes = constants["nodes"]
     fine, coarse = ({name for entry in entries for name in _TUBES.get(entry, ((), ()))[kind]} for kind in (0, 1))
     seconds = len(fine) * tube_seconds(nodes) + len(coarse) * tube_seconds(COARSER * nodes)
-    size = _BYTES * nodes * (len(fine) + COARSER * len(coarse))
     tubes = len(fine) + len(coarse)
+    size = _GAS_BYTES * tubes + _BYTES * nodes * (len(fine) + COARSER * len(coarse))
     if not tubes:
         return "no tube is broken here: seconds, and some megabytes of logs"
     cores = "; such a run uses two cores by itself: add --processes 1" if nodes >= _TWO_CORES else ""
     return (
         f"{tubes} tubes of up to {nodes:.0f} nodes, half of each computed: about {_short(seconds / 60.0)} minutes of one core "
-        f"in all, and up to {1e-9 * size:.2g} GB of logs (estimated from runs of 5000 and 140000 nodes; cracks cost more the "
+        f"in all, and some {1e-9 * size:.2g} GB of logs (estimated from runs of 5000 and 140000 nodes; cracks cost more the "
         f"more there are){cores}. Ended, the same command goes on with the runs that are left"
     )
 

@@ -6,10 +6,12 @@ from granular_env.atlas.context import Context
 from granular_env.atlas.model import Figure, Item
 from granular_env.atlas.verdicts import Value
 
-from .cases import ARRIVAL, DURATION, INCH, LATE, PAPER_FACTOR, PIECE, run_notched_tube
+from .cases import ARRIVAL, DURATION, INCH, LATE, PAPER_FACTOR, PAPER_NODES, PIECE, run_notched_tube
 from .outcome import Outcome, in_notch, outcome, read_outcome
 from .pictures import rolled_out
 from .saturation import saturation
+
+_COARSE = " Nodes that are so far apart cannot follow every branch."
 
 
 def crack_outcome(context: Context, inches: int) -> Outcome:
@@ -27,7 +29,7 @@ def as_printed(context: Context, inches: int, printed: str) -> Item:
             Value("points that have parted", None, one.parted, digits=4),
             Value("the most overloaded one", None, "in the notch" if in_notch(inches, one.nearest) else "elsewhere"),
         ],
-        remark="Whole: no two neighbouring columns of nodes are parted on the outer surface.",
+        remark="A tube is whole where no two neighbouring columns of nodes are parted on its outer surface.",
         reason=f"With the material that the paper prints the flow stress is {saturation():.2f} times the yield stress at a "
         f"plastic strain of 1; the largest principal stress was {PAPER_FACTOR * one.ratio:.1f} times it, "
         f"{'in the notch, where the wall cannot contract' if in_notch(inches, one.nearest) else 'outside the notch'}. Either "
@@ -62,7 +64,7 @@ def cracks(context: Context, inches: int, where: str, statements: list[tuple[str
         f"{1e3 * LATE:g} ms after the front has passed the notch. The piece of the tube is {PIECE / INCH:.1f} in long. Cracks "
         "part columns from their neighbours, so that an angle such as 45° shows as steps, and is not judged.",
         reason=f"The factor is ours, {factor:g} instead of {PAPER_FACTOR:g}, and the outcome hangs on it and on the mesh: see "
-        "the table of the criterion. Nodes that are so far apart cannot follow every branch.",
+        f"the table of the criterion.{_COARSE if context.constants['nodes'] < PAPER_NODES else ''}",
     )  # fmt: skip
 
 
@@ -72,7 +74,8 @@ def picture(context: Context, inches: int, name: str, title: str, after: float =
     log = run_notched_tube(context, inches, factor)
     return rolled_out(
         name, f"{title}, {1e3 * after:g} ms",
-        "The outer surface, rolled out; the detonation came from the left. The shade is the equivalent stress, "
+        "The outer surface, rolled out; one half is computed, the other is its mirror image. The detonation came from the "
+        "left. The shade is the equivalent stress, "
         f"{1e3 * after:g} ms after the front has passed the middle of the notch; cracks as they are with the factor "
         f"{factor:g}.",
         read_outcome(log, min(ARRIVAL + after, DURATION)), inches,
