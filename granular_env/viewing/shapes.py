@@ -166,6 +166,23 @@ def places_of_outputs(drawables: Sequence[Drawable]) -> dict[str, Place]:
     return found
 
 
+def counted_in_plane(drawables: Sequence[Drawable]) -> set[int]:
+    """Return how many points, links, nodes and cells there are of each drawable that fills a plane.
+
+    An output with so many values belongs to these, though nothing is drawn by it.
+    """
+    points = {one.name: one for one in drawables if isinstance(one, Points)}
+    found: set[int] = set()
+    for one in drawables:
+        if isinstance(one, Cells) and fills_plane(one.nodes):
+            found |= {len(one.nodes), len(one.connectivity)}
+        elif isinstance(one, Points) and fills_plane(one.reference):
+            found.add(len(one.reference))
+        elif isinstance(one, Links) and fills_plane(points[one.points].reference):
+            found.add(len(one.pairs))
+    return found
+
+
 def fills_plane(places: FloatArray) -> bool:
     """Return whether places, shape (n, d), lie side by side and not in one row along x; rounding apart."""
     across = np.ptp(places[:, 1:], axis=0)
