@@ -18,7 +18,7 @@ from granular_env.viewing.figures import event_counts
 from granular_env.viewing.meshes import edges_of, triangles_of
 from granular_env.viewing.scene import scales_of, whole_camera
 from granular_env.viewing.scene_data import from_component, from_log
-from granular_env.viewing.shapes import common_exaggeration, counted_in_plane, places_of_outputs, visible_points
+from granular_env.viewing.shapes import common_exaggeration, places_by_count, places_of_outputs, visible_points
 
 ROCK = {"density": 2700.0, "young": 6e10, "poisson": 0.25}
 BRITTLE = {"name": "mohr_coulomb", "cohesion": 2e6, "internal_friction": 0.4, "tensile": 1e6}
@@ -219,9 +219,10 @@ def test_what_is_drawn_says_what_its_outputs_belong_to(coupled_log, cracking_log
     assert found["damage"].fills_plane and found["linked"].fills_plane
     assert places_of_outputs(coupled_log.drawables)["grid_speed"].fills_plane
     # What nothing is drawn by counts cells, nodes, automata or links all the same.
-    counts, made = counted_in_plane(coupled_log.drawables), coupled_log.component()
-    assert {made.variables[name].shape[0] for name in ("grid_pressure", "grid_velocity", "automata_dilation")} <= counts
+    counts, made = places_by_count(coupled_log.drawables), coupled_log.component()
+    assert {made.variables[name].shape[0] for name in ("grid_pressure", "grid_velocity", "automata_dilation")} <= set(counts)
+    assert counts[made.automata.count].name == "automata"
     tube = Cells("tube", np.array([[0.0, -1.0], [1.0, -1.0], [1.0, 1.0], [0.0, 1.0]]), np.array([[0, 1, 2, 3]]), "pressure")
     assert not places_of_outputs([tube])["pressure"].fills_plane and places_of_outputs([tube])["pressure"].name == ""
     row = Points("beads", np.array([[0.0, 0.0], [1.0, 0.0]]), np.ones(2), "moved", "speed")
-    assert not places_of_outputs([row])["speed"].fills_plane and counted_in_plane([row]) == set()
+    assert not places_of_outputs([row])["speed"].fills_plane and places_by_count([row]) == {}

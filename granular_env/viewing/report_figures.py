@@ -15,7 +15,7 @@ from . import figures, plane
 from .fields import Field, as_field, field_names, load_field, require_names
 from .plot_groups import plots
 from .scene_data import Curve, SceneData, from_log, recorded_outputs
-from .shapes import Place, colouring_outputs, counted_in_plane, is_solid, places_of_outputs
+from .shapes import Place, colouring_outputs, is_solid, places_by_count, places_of_outputs
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -91,10 +91,10 @@ def draw_report(log: Any, choice: Choice, progress: Callable[[float], None]) -> 
         if scene_data.motion is not None and scene_data.motion.colour is not None
         else None
     )
-    counts, in_plane = counted_in_plane(log.drawables), Place("", fills_plane=True)
-    places = {name: in_plane for name in arrays if log.variables[name].shape[0] in counts} | places_of_outputs(log.drawables)
+    by_count, drawn_by = places_by_count(log.drawables), places_of_outputs(log.drawables)
+    places: dict[str, Place | None] = {name: by_count.get(log.variables[name].shape[0]) for name in arrays} | drawn_by
     surfaces = [one for one in log.drawables if isinstance(one, Cells) and is_solid(one.nodes)]
-    places |= dict.fromkeys(colouring_outputs(surfaces, recorded_outputs(log)), in_plane)
+    places |= dict.fromkeys(colouring_outputs(surfaces, recorded_outputs(log)), Place("", fills_plane=True))
     states = {one.state for one in surfaces}
     arrays = [name for name in arrays if name not in states or choice.variables is not None]
     # What colours the particles comes first and is in memory already.

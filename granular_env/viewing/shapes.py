@@ -166,20 +166,20 @@ def places_of_outputs(drawables: Sequence[Drawable]) -> dict[str, Place]:
     return found
 
 
-def counted_in_plane(drawables: Sequence[Drawable]) -> set[int]:
-    """Return how many points, links, nodes and cells there are of each drawable that fills a plane.
+def places_by_count(drawables: Sequence[Drawable]) -> dict[int, Place]:
+    """Return what an output belongs to that nothing is drawn by, by how many values it has: points, links, nodes or cells.
 
-    An output with so many values belongs to these, though nothing is drawn by it.
+    Only of drawables that fill a plane.
     """
     points = {one.name: one for one in drawables if isinstance(one, Points)}
-    found: set[int] = set()
+    found: dict[int, Place] = {}
     for one in drawables:
         if isinstance(one, Cells) and fills_plane(one.nodes):
-            found |= {len(one.nodes), len(one.connectivity)}
+            found |= dict.fromkeys((len(one.nodes), len(one.connectivity)), Place("", fills_plane=True))
         elif isinstance(one, Points) and fills_plane(one.reference):
-            found.add(len(one.reference))
+            found[len(one.reference)] = Place(one.name, fills_plane=True)
         elif isinstance(one, Links) and fills_plane(points[one.points].reference):
-            found.add(len(one.pairs))
+            found[len(one.pairs)] = Place(one.name, fills_plane=True)
     return found
 
 
