@@ -15,7 +15,7 @@ from .component import Component
 from .contract import Variable
 from .drawables import Drawable, Links, Points
 from .errors import ParameterError, StepError
-from .events import EVENT_ROWS
+from .events import EVENT_ROWS, EventDetail
 from .inputs import input_value
 from .support.arrays import FloatArray
 from .support.excess import excess_error
@@ -43,6 +43,7 @@ class Discs(Component):
     Parameters = DiscsParameters
     parameters: DiscsParameters
     event_kinds = {"link_broken": "the strain of a link exceeded the breaking strain"}
+    event_details = {"link_broken": EventDetail("1", counts="links")}
 
     @classmethod
     def memory_needed(cls, parameters: DiscsParameters) -> int:

@@ -16,7 +16,7 @@ from granular_env.atlas.context import Context
 from granular_env.cli import main
 from granular_env.components.tube import TubeParameters
 from granular_env.domains.tube.gato_shie_2010 import cases
-from granular_env.domains.tube.gato_shie_2010.outcome import Outcome, in_notch, read_outcome
+from granular_env.domains.tube.gato_shie_2010.outcome import Outcome, in_notch, reach_history, read_outcome
 from granular_env.domains.tube.gato_shie_2010.pictures import rolled_out
 
 NAMES = [
@@ -54,7 +54,7 @@ def lattice_outcome(cut: list[tuple[int, int, int, int]], along: int = 9, around
     broken = np.array([pair in wanted for pair in pairs])
     return Outcome(
         x.ravel(), arc.ravel(), np.ones(x.size), np.array(pairs), broken, 1.0, (0.0, 0.0), 1.0, float(broken.sum()),
-        "axial crack", 0.02, 0.04,
+        "axial crack", 0.02, 0.04, 0.5,
     )  # fmt: skip
 
 
@@ -77,7 +77,11 @@ def test_a_run_is_read_as_the_component_reads_it(tmp_path: Path) -> None:
     across = ~found.crosses_axis() & found.cut
     assert found.along == pytest.approx(np.ptp(found.x[found.pairs][across]), abs=1e-9)
     early = read_outcome(log, 0.0)
-    assert early.words == "whole" and early.along == early.around == 0.0
+    assert early.words == "whole" and early.along == early.around == early.reach == 0.0
+    # Half a turn on each side of the notch is all of the circumference.
+    assert found.reach == pytest.approx(found.arc[found.pairs[found.cut]].mean(axis=1).max() / np.pi) and found.reach > 0.0
+    times, reach = reach_history(log)
+    assert reach[0] == 0.0 and reach[-1] == found.reach and times[-1] == pytest.approx(7e-5) and (np.diff(reach) >= 0.0).all()
 
 
 def test_a_picture_shows_both_halves_and_each_crack_twice() -> None:
@@ -114,6 +118,9 @@ def test_the_command_says_what_a_finer_page_takes_before_it_begins(
     )
     minutes = [float(words.split("about ")[1].split(" minutes")[0]) for words in (coarse, fine, one)]
     assert 3.0 < minutes[0] < 30.0 and minutes[1] > 5.0 * minutes[0] and minutes[2] < 0.15 * minutes[1]
+    # The logs of whole pages took 0.22 and 1.6 GB.
+    sizes = [float(words.split("some ")[1].split(" GB")[0]) for words in (coarse, fine)]
+    assert sizes == [pytest.approx(0.22, rel=0.1), pytest.approx(1.6, rel=0.1)]
     begun: list[str] = []
     monkeypatch.setattr(atlas, "run_atlas", lambda *given, **options: begun.append(capsys.readouterr().out) or sys.exit(0))
     with pytest.raises(SystemExit):

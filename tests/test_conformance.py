@@ -29,6 +29,7 @@ from granular_env.components.oscillator import Oscillator
 from granular_env.components.snapshot import Snapshot
 from granular_env.components.stepping import LIFE_CYCLE
 from granular_env.recording.format.drawables import drawable_facts, drawables_from
+from granular_env.recording.reader.event_places import element_count
 
 ROOT = Path(__file__).resolve().parent.parent
 
@@ -418,6 +419,12 @@ def test_events_are_in_order_and_of_known_kinds(example: Example) -> None:
     for event in events:
         assert event.kind in component.event_kinds and 1 <= event.tick <= component.tick
     assert not component.event_kinds or events, "the example makes each of its events happen"
+    drawn = {one.name: one for one in component.drawables()}
+    for kind, detail in component.event_details.items():
+        assert kind in component.event_kinds and detail.counts in {"", *drawn}
+        if detail.ratio:
+            (count,) = component.variables[detail.ratio].shape
+            assert detail.counts and count == element_count(drawn[detail.counts])
     component.reset(**example.start)
     assert component.events() == []
 

@@ -61,13 +61,14 @@ def refuse_unknown_place(index: int | None, details: Sequence[EventDetail | None
     counted = [by_name.get(detail.counts) if detail is not None else None for detail in details]
     if index is None or not counted or None in counted:
         return
-    sizes = {one.name: _size(one) for one in counted if one is not None}
+    sizes = {one.name: element_count(one) for one in counted if one is not None}
     if index >= max(sizes.values()):
         expected = " or ".join(f"0 to {size - 1} ({name})" for name, size in sizes.items())
         raise ParameterError(f"got {index}", expected=expected, at="index")
 
 
-def _size(drawn: Drawable) -> int:
+def element_count(drawn: Drawable) -> int:
+    """Return how many elements events of a kind may count by its number: points, links or cells; 0 of what has none."""
     match drawn:
         case Links():
             return len(drawn.pairs)

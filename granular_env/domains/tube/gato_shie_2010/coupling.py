@@ -48,7 +48,7 @@ def _same(found: dict[str, Outcome]) -> Item:
         [
             Value("the outcome", None, "the same" if one.words == two.words else f"{two.words}, not {one.words}"),
             Value("reach along the tube, over that of one-way coupling", None, ratio(two.along, one.along), digits=2),
-            Value("part of the circumference, over that of one-way coupling", None, ratio(two.around, one.around), digits=2),
+            Value("reach around the tube, over that of one-way coupling", None, ratio(two.reach, one.reach), digits=2),
         ],
         remark="The paper blames, among other things, that its gas flows as in a rigid tube. Here the gas gets the "
         "cross-section that the wall leaves it, pays for the work on the wall, and leaves through open cracks. It stays "

@@ -57,7 +57,8 @@ def cracks(context: Context, inches: int, where: str, statements: list[tuple[str
             *values,
             Value("outcome", None, one.words),
             Value("length of cracks along the tube", None, one.along / INCH, "in", digits=2),
-            Value("largest part of the circumference", None, 100.0 * one.around, "%", digits=2),
+            Value("part of the circumference over which cracks reach", None, 100.0 * one.reach, "%", digits=2),
+            Value("largest part of it at one place", None, 100.0 * one.around, "%", digits=2),
             Value("pieces", None, one.pieces, digits=2),
         ],
         remark="From neighbouring columns of nodes that are parted on the outer surface at the end of the run, "
@@ -88,5 +89,5 @@ def runs_beyond(one: Outcome, inches: int) -> bool:
 
 
 def turns(one: Outcome) -> bool:
-    """Tell whether a crack runs around the tube by more than a tenth of its circumference."""
-    return one.around > 0.1
+    """Tell whether cracks reach around the tube by more than a tenth of its circumference."""
+    return one.reach > 0.1

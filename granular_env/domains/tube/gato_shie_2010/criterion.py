@@ -94,8 +94,7 @@ def _unchanged(own: list[Variant]) -> Item:
         values += [
             Value(f"{varied}: the outcome", None, "unchanged" if len(words) == 1 else f"changes: {', '.join(words)}"),
             Value(f"{varied}: reach along the tube, largest over least", None, _spread([one.along for one in some]), digits=2),
-            Value(f"{varied}: part of the circumference, largest over least", None, _spread([one.around for one in some]),
-                  digits=2),
+            Value(f"{varied}: reach around the tube, largest over least", None, _spread([one.reach for one in some]), digits=2),
         ]  # fmt: skip
     stabilisations = sorted({one.hourglass for one in own})
     return Item(
@@ -115,11 +114,11 @@ def _figure(found: list[Variant]) -> Figure:
     places = [float(len(found) - k) for k in range(len(found))]
     labels = list(zip(places, [one.label() for one in found], strict=True))
     return Figure(
-        "figure-criterion", "How far a crack runs around the tube, by factor, stabilisation and mesh",
-        "The largest part of the circumference that a crack takes at one place along the tube, notch of 1 in. Labels: the "
-        "factor, the stabilisation and the nodes.",
+        "figure-criterion", "How far cracks reach around the tube, by factor, stabilisation and mesh",
+        "The part of the circumference over which cracks lie, wherever along the tube, notch of 1 in. Labels: the factor, the "
+        "stabilisation and the nodes.",
         Axis("part of the circumference, %", 0.0, 100.0), Axis("", 0.0, len(found) + 1.0, labels),
-        [Curve("computed", [100.0 * one.outcome.around for one in found], places, "points", 0)],
+        [Curve("computed", [100.0 * one.outcome.reach for one in found], places, "points", 0)],
         [Mark("the paper: stops at about 3/4", x=75.0)],
     )  # fmt: skip
 

@@ -9,18 +9,22 @@ from granular_env.atlas.model import Axis, Curve, Entry, Figure, Findings
 
 from .cases import EARLY, GAUGES, LATE, run_notched_tube
 from .crack_statements import as_printed, crack_outcome, cracks, picture, runs_beyond, turns
+from .outcome import reach_history
 
 _INCHES = 1
+# A crack has stopped that has reached no farther for so long [s].
+_STANDS = 5e-5
 
 
 def compute(context: Context) -> Findings:
     """Run it with the paper's factor and with the page's."""
     one = crack_outcome(context, _INCHES)
-    part = one.around
+    times, reach = reach_history(run_notched_tube(context, _INCHES, context.constants["factor"]))
+    stands = bool((reach[times > times[-1] - _STANDS] == reach[-1]).all())
     statements = [
         ("first", "straight on", runs_beyond(one, _INCHES)),
         ("then", "around the tube", turns(one)),
-        ("end", "stops at about 3/4 around", 0.6 < part < 0.9),
+        ("end", "stops at about 3/4 around", stands and 0.6 < one.reach < 0.9),
     ]
     return Findings(
         [as_printed(context, _INCHES, "hoop crack"), cracks(context, _INCHES, "figure 2", statements)],

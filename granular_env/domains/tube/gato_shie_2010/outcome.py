@@ -35,6 +35,7 @@ class Outcome:
         words: the outcome in a word, as the component reads it: whole, bulged, axial crack, hoop crack, severed.
         along: how far cracks reach along the tube, from the first place to the last [m]; 0 where none runs along it.
         around: the largest part of the circumference that cracks take at one place along the tube.
+        reach: the part of the circumference over which cracks reach from the notch, both ways, wherever along the tube.
     """
 
     x: FloatArray
@@ -49,6 +50,7 @@ class Outcome:
     words: str
     along: float
     around: float
+    reach: float
 
     def crosses_axis(self) -> npt.NDArray[np.bool_]:
         """Return of each pair whether its nodes lie behind one another along the tube: a crack between them runs around it."""
@@ -73,23 +75,42 @@ def read_outcome(log: Log, time: float | None = None) -> Outcome:
     report = log.metadata["report"]
     ratio = float(report.get("shell: largest fracture ratio so far, above 0.5", 0.0))
     place = float(report.get("shell: along the body, m", 0.0)) - 0.5 * float(np.ptp(surface.nodes[:, 0]))
+    arc, pairs = np.arctan2(surface.nodes[:, 1], surface.nodes[:, 2]), np.asarray(of_node)[links.pairs]
+    cut = np.asarray(log.get("shell_surface_links", late)) == 0.0
     return Outcome(
-        surface.nodes[:, 0] - MIDDLE, np.arctan2(surface.nodes[:, 1], surface.nodes[:, 2]),
-        np.asarray(log.get("shell_surface_stress", late)), np.asarray(of_node)[links.pairs],
-        np.asarray(log.get("shell_surface_links", late)) == 0.0, ratio,
+        surface.nodes[:, 0] - MIDDLE, arc, np.asarray(log.get("shell_surface_stress", late)), pairs, cut, ratio,
         (place, float(report.get("shell: angle around, rad", math.nan))), float(log.get("shell_pieces", late)),
         float(report.get("shell: points that have parted", 0.0)), OUTCOMES[int(log.get("shell_outcome", late))],
-        float(log.get("shell_crack_along", late)), float(log.get("shell_crack_around", late)),
+        float(log.get("shell_crack_along", late)), float(log.get("shell_crack_around", late)), _reach(arc, pairs, cut),
     )  # fmt: skip
 
 
+def reach_history(log: Log) -> tuple[FloatArray, FloatArray]:
+    """Return the instants of a log [s], and at each the part of the circumference over which cracks reach."""
+    end = read_outcome(log)
+    times, links = log.series("shell_surface_links")
+    return times, np.array([_reach(end.arc, end.pairs, row == 0.0) for row in links])
+
+
+def _reach(arc: FloatArray, pairs: npt.NDArray[np.int64], cut: npt.NDArray[np.bool_]) -> float:
+    """Return the largest angle from the notch at which a crack lies, over half a turn: the other half is its mirror image."""
+    return float(arc[pairs[cut]].mean(axis=1).max(initial=0.0)) / math.pi
+
+
 # Heads of the columns of a table of outcomes, and what stands there.
-HEAD = ("outcome", "along the tube", "around it", "pieces")
+HEAD = ("outcome", "reach along", "reach around", "at one place", "pieces")
+# What they are, for captions.
+REACH = (
+    "Reach along: from the first place of a crack along the tube to the last; reach around: over which part of the "
+    "circumference cracks lie, wherever along the tube; at one place: the largest part of the circumference that they take "
+    "there."
+)
 
 
 def row_of(one: Outcome) -> list[str]:
     """Return the columns of a table of outcomes: in a word, how far cracks reach along the tube and around it, and pieces."""
-    return [one.words, f"{1e3 * one.along:.0f} mm", f"{100.0 * one.around:.0f} %", f"{one.pieces:.0f}"]
+    parts = [f"{100.0 * part:.0f} %" for part in (one.reach, one.around)]
+    return [one.words, f"{1e3 * one.along:.0f} mm", *parts, f"{one.pieces:.0f}"]
 
 
 def ratio(one: float, other: float) -> float:

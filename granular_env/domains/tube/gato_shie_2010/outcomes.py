@@ -8,7 +8,7 @@ from granular_env.atlas.verdicts import Value
 from granular_env.recording.replay.log import Log
 
 from .cases import ARRIVAL, EARLY, LATE, PAPER_FACTOR, run_notched_tube
-from .outcome import HEAD, Outcome, read_outcome, row_of
+from .outcome import HEAD, REACH, Outcome, reach_history, read_outcome, row_of
 
 # Notch [in] -> the paper's words on its computation, and on the experiment.
 _PAPER = {
@@ -49,9 +49,7 @@ def _words(late: dict[int, Outcome]) -> Table:
 def _table(rows: list[list[str]]) -> Table:
     return Table(
         "table-outcomes", "What becomes of the tube, by notch, factor and time",
-        "Times after the front has passed the middle of the notch. Along the tube: from the first place of a crack to the "
-        "last; around it: the largest part of the circumference that cracks take at one place; the piece of the tube is 160 "
-        "mm long.",
+        f"Times after the front has passed the middle of the notch. {REACH} The piece of the tube is 160 mm long.",
         ("notch", "factor", "time", *HEAD), rows,
     )  # fmt: skip
 
@@ -80,12 +78,12 @@ def _growth(early: dict[int, Outcome], late: dict[int, Outcome], logs: dict[int,
 def _figure(logs: dict[int, Log]) -> Figure:
     curves: list[Curve] = []
     for number, (inches, log) in enumerate(logs.items()):
-        times, part = log.series("shell_crack_around")
+        times, part = reach_history(log)
         curves.append(Curve(f"{inches} in", _MICRO * (times - ARRIVAL), 100.0 * part, "line", number))
     return Figure(
-        "figure-growth", "How far cracks run around the tube, over time",
-        "The largest part of the circumference that cracks take at one place along the tube; time from the front’s passing "
-        "the middle of the notch.",
+        "figure-growth", "How far cracks reach around the tube, over time",
+        "The part of the circumference over which cracks lie, wherever along the tube; time from the front’s passing the "
+        "middle of the notch.",
         Axis("time, µs", -50.0), Axis("part of the circumference, %", 0.0, 100.0), curves,
         [Mark("the paper, 1 in: stops at about 3/4", y=75.0)],
     )  # fmt: skip

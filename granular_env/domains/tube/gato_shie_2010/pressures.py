@@ -37,13 +37,13 @@ def _figure(found: dict[tuple[int, float], Outcome]) -> Figure:
     curves = [
         Curve(
             f"{inches} in", [pressure / 1e3 for pressure in _PRESSURES],
-            [100.0 * found[inches, pressure].around for pressure in _PRESSURES], "points", number,
+            [100.0 * found[inches, pressure].reach for pressure in _PRESSURES], "points", number,
         )
         for number, inches in enumerate(_INCHES)
     ]  # fmt: skip
     return Figure(
-        "figure-pressures", "How far cracks run around the tube, by notch and initial pressure",
-        "The largest part of the circumference that cracks take at one place along the tube, "
+        "figure-pressures", "How far cracks reach around the tube, by notch and initial pressure",
+        "The part of the circumference over which cracks lie, wherever along the tube, "
         f"{1e3 * LATE:g} ms after the front.",
         Axis("initial pressure, kPa", 70.0, 190.0), Axis("part of the circumference, %", 0.0, 100.0), curves,
     )  # fmt: skip
