@@ -94,7 +94,9 @@ def wait_until(holds, seconds):
     return holds()
 
 
-@pytest.mark.parametrize("name", ["SIGTERM", "SIGHUP", "SIGKILL", "SIGINT"])
+@pytest.mark.parametrize(
+    "name", [*(pytest.param(one, marks=pytest.mark.slow) for one in ("SIGTERM", "SIGHUP")), "SIGKILL", "SIGINT"]
+)
 def test_no_process_outlives_the_command(start, name):
     program, children, out = start(2)
     program.send_signal(getattr(signal, name))

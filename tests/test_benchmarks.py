@@ -61,7 +61,7 @@ SMALL = {
 
 
 # They compile what no other test needs, the first one everything, in processes of its own; sweeps start many processes.
-SLOW = {"compilation", "environments", "gradient", "laws", "shell", "sweeps"}
+SLOW = {"automata", "compilation", "environments", "gradient", "laws", "scipy", "shell", "sweeps"}
 
 
 @pytest.mark.parametrize("name", [pytest.param(one, marks=pytest.mark.slow) if one in SLOW else one for one in SMALL])
@@ -97,6 +97,7 @@ def test_the_trembling_chain_keeps_all_contacts_closed():
     assert chain.get("overlap")[chain.geometry.contact_slice].min() > 0.0
 
 
+@pytest.mark.slow  # it compiles all laws
 def test_every_law_is_timed_while_all_its_contacts_are_closed():
     assert {"hertz", *laws.LAWS} == set(LAWS)
     for parameters in laws.LAWS.values():
@@ -122,6 +123,7 @@ def test_without_lammps_the_message_names_the_target(monkeypatch):
         next(lammps_solid_peer.measure(along=5, across=3, ticks=1, rounds=1))
 
 
+@pytest.mark.slow
 def test_our_side_of_the_rod_beside_lammps_swings_as_theory_says():
     """A free bar of unit stiffness and mass per length: its ends come to rest after half of the sound's way through it."""
     rod = lammps_solid_peer.swinging_rod(13, 3)

@@ -65,8 +65,9 @@ CASES: dict[str, dict[str, Any]] = {
         "radius": 3e-3, "precompression": 50.0, "arrangement": {"name": "impurity", "index": 3, "radius": 2e-3, "mass": 4e-4},
     },
 }  # fmt: skip
-# Seconds for kernels that no other test needs: these laws have gradients above under the other integrator.
-SLOW = ("power at rest, leapfrog", "kuwabara_kono, falling, leapfrog")
+# Seconds for kernels that no other test needs: these laws have gradients above under the other integrator, or in
+# test_chain_law_functions.py.
+SLOW = ("power", "power at rest, leapfrog", "kuwabara_kono, falling, leapfrog", "viscous, leapfrog")
 
 
 def task(name: str, seed: int, steps: int = 12) -> tuple[Chain, Any, Any]:

@@ -310,6 +310,8 @@ def test_a_report_is_written_to_a_folder_only(log, capsys):
     Path("bare").write_bytes(before)
     assert main(["report", "bare"]) == 0
     assert capsys.readouterr().out == "written: bare-report/report.html, with its figures in bare-report/\n"
+    assert main(["report", log, "--out", "page.html"]) == 2
+    assert "--out: got 'page.html', expected a folder, such as 'page'" in capsys.readouterr().err
 
 
 def test_recovering_a_complete_log_says_so(log, capsys):
@@ -735,8 +737,9 @@ def test_events_say_what_broke_and_which_limit_was_passed(folder, capsys):
     assert "1 event: 1 link_broken; granular-env events row.mcap lists them" in capsys.readouterr().out
     assert main(["events", "row.mcap"]) == 0
     head, row, count, meaning = capsys.readouterr().out.splitlines()
-    assert head.split() == ["time", "[s]", "event", "index", "value", "limit"]
-    time, kind, index, value, limit = row.split()
+    assert head.split() == ["time", "[s]", "event", "index", "value", "limit", "unit", "of", "at", "[m]"]
+    assert row.split()[5:-2] == ["1", "discs", "4", "and", "5"]
+    time, kind, index, value, limit = row.split()[:5]
     assert (kind, index, limit) == ("link_broken", "4", "0.01") and 0.0 < float(time) < 0.1 and float(value) > 0.01
     assert count == "1 event: 1 link_broken" and "breaking strain" in meaning
     with open_log("row.mcap") as log:

@@ -303,7 +303,9 @@ def tied_weights(medium: Coupled) -> Any:
 
 
 @pytest.mark.parametrize(
-    "parameters", [{}, {"n": 2, "micro": 2}, {"response": PLASTIC}], ids=["lockstep", "micro-steps", "plastic"]
+    "parameters",
+    [{}, *(pytest.param(one, marks=pytest.mark.slow) for one in ({"n": 2, "micro": 2}, {"response": PLASTIC}))],
+    ids=["lockstep", "micro-steps", "plastic"],
 )
 def test_a_core_is_torn_and_welded_beside_its_zigzag(parameters: dict[str, Any]) -> None:
     """Tied faces go with the links beside them: they bear again once these do, from the strains at which they bore nothing."""

@@ -66,6 +66,7 @@ def hashes(**environment: str) -> dict[str, str]:
     return json.loads(done.stdout)
 
 
+@pytest.mark.slow  # it compiles an environment without them
 @pytest.mark.skipif(not FEATURES, reason="this CPU has nothing that numpy's baseline does not use")
 def test_without_the_newer_instructions_environments_are_the_same() -> None:
     """numpy's vector paths, the C library's and those of BLAS as they are, and as on the oldest x86-64."""

@@ -85,10 +85,14 @@ def report(
 ) -> int:
     """Write a page with figures of a log."""
     from granular_env import viewing
+    from granular_env.components.errors import ParameterError
     from granular_env.recording import open_log
 
+    folder = Path(out) if out else _report_folder(Path(log))
+    if folder.suffix == ".html" and not folder.is_dir():
+        hint = f"the page will be {folder.with_suffix('') / 'report.html'}"
+        raise ParameterError(f"got {out!r}", expected=f"a folder, such as {str(folder.with_suffix(''))!r}", hint=hint, at="out")
     with open_log(log, allow_large=allow_large) as opened:
-        folder = Path(out) if out else _report_folder(Path(log))
         page = viewing.report(opened, folder, variables=variables, indices=indices, times=times, progress=True)
         print(f"written: {page}, with its figures in {folder}{os.sep}")
     return Status.DONE
