@@ -16,6 +16,7 @@ import pytest
 from support import scheduling
 
 from granular_env.components import catalogue
+from granular_env.components.chain.laws import LAWS
 from granular_env.components.component import Component
 from granular_env.domains import DOMAINS, load
 
@@ -212,6 +213,19 @@ def test_everything_that_a_domain_offers_is_there(domain):
     for name, home in offers.papers.items():
         assert load(home).name == name
     assert domain in catalogue.names()
+
+
+@pytest.mark.parametrize("law", [law.__name__ for law in LAWS.values()])
+def test_code_names_a_contact_law_in_its_file_the_table_and_the_parameters_alone(law):
+    """Laws with the spring of another one take its functions, not its name."""
+    folder = ROOT / "components" / "chain"
+    found = {
+        str(path.relative_to(folder))
+        for path in folder.rglob("*.py")
+        for node in ast.walk(tree_of(path))
+        if law in (getattr(node, "id", ""), getattr(node, "attr", ""), getattr(node, "name", ""))
+    }
+    assert {"laws/__init__.py"} < found and len(found - {"laws/__init__.py", "parameters.py"}) == 1, found
 
 
 def test_only_components_and_domains_import_a_particular_component():
