@@ -406,5 +406,5 @@ def test_files_that_are_scheduled_by_name_exist():
         for prefix in kind.pattern.removeprefix("test_(").removesuffix(")").split("|"):
             assert any(name.startswith(f"test_{prefix}") for name in names), prefix
     own, other = scheduling.CHAIN, scheduling.BODIES
-    order = [f"tests/test_{name}.py" for name in ("chain_adjoint", "chain_bits", "envs", "cli", "run", "progress", "grid")]
+    order = [f"tests/test_{name}.py" for name in ("chain_adjoint", "chain_bits", "envs", "run", "cli", "progress", "grid")]
     assert sorted(reversed(order), key=lambda path: scheduling.rank(path, own, other)) == order
