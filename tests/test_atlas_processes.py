@@ -252,6 +252,7 @@ def test_a_run_that_begins_faster_than_it_goes_on_tells_the_part_of_its_time(tmp
     assert 0.0 in seen and not any(0.0 < share < 1.0 for share in seen) and seen[-1] == 1
 
 
+@pytest.mark.slow
 def test_the_bar_goes_by_the_work_and_names_what_is_computed_at_80_columns(tmp_path):
     code = (
         "import sys\nfrom granular_env.cli import main\n"

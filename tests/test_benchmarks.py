@@ -60,11 +60,11 @@ SMALL = {
 }
 
 
-# They compile what no other test needs, the first one everything, in processes of its own; sweeps start many processes.
-SLOW = {"automata", "compilation", "environments", "gradient", "laws", "scipy", "shell", "sweeps"}
+# The others compile what hardly any test needs, or start many processes.
+QUICK = {"calls", "grid", "mcap", "numpy", "recording", "replay"}
 
 
-@pytest.mark.parametrize("name", [pytest.param(one, marks=pytest.mark.slow) if one in SLOW else one for one in SMALL])
+@pytest.mark.parametrize("name", [one if one in QUICK else pytest.param(one, marks=pytest.mark.slow) for one in SMALL])
 def test_a_benchmark_gives_its_figures(name):
     measure, count = SMALL[name]
     figures = list(measure())

@@ -67,7 +67,7 @@ CASES: dict[str, dict[str, Any]] = {
 }  # fmt: skip
 # Seconds for kernels that no other test needs: these laws have gradients above under the other integrator, or in
 # test_chain_law_functions.py.
-SLOW = ("power", "power at rest, leapfrog", "kuwabara_kono, falling, leapfrog", "viscous, leapfrog")
+SLOW = ("kuwabara_kono", "power", "power at rest, leapfrog", "kuwabara_kono, falling, leapfrog", "viscous, leapfrog")
 
 
 def task(name: str, seed: int, steps: int = 12) -> tuple[Chain, Any, Any]:

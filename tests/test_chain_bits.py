@@ -112,6 +112,7 @@ def test_a_right_piston_on_a_chain_of_many_tiles(more: int) -> None:
     assert states[0] == states[1]
 
 
+@pytest.mark.slow  # all of the chain is compiled twice; test_kernel_cache.py edits a small kernel every day
 def test_an_edited_law_is_compiled_anew(tmp_path: Path) -> None:
     """Hertz's law lies in another file than the integrator that calls it; numba's own cache would keep the old force."""
     shutil.copytree(ROOT / "granular_env", tmp_path / "granular_env", ignore=shutil.ignore_patterns("__pycache__"))
