@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import json
 import sys
 from pathlib import Path
@@ -15,7 +16,7 @@ from granular_env.atlas import papers
 from granular_env.atlas.context import Context
 from granular_env.cli import main
 from granular_env.components.tube import TubeParameters
-from granular_env.domains.tube.gato_shie_2010 import cases
+from granular_env.domains.tube.gato_shie_2010 import cases, criterion, pressures
 from granular_env.domains.tube.gato_shie_2010.outcome import Outcome, in_notch, reach_history, read_outcome
 from granular_env.domains.tube.gato_shie_2010.pictures import rolled_out
 
@@ -88,7 +89,8 @@ def test_a_picture_shows_both_halves_and_each_crack_twice() -> None:
     figure = rolled_out("figure-0", "", "", lattice_outcome([(5, 2, 6, 2), (3, 4, 3, 5)]), 1)
     assert figure.shading is not None
     np.testing.assert_allclose(np.asarray(figure.shading.values), 1e-6)
-    [notch, cracks] = figure.curves
+    # The notch above the cracks, one of which lies in it.
+    [cracks, notch] = figure.curves
     assert notch.label == "notch" and cracks.label == "cracks"
     x, y = (np.asarray(numbers).reshape(-1, 3) for numbers in cracks.points())
     assert len(x) == 4
@@ -96,6 +98,16 @@ def test_a_picture_shows_both_halves_and_each_crack_twice() -> None:
     # A crack between stations runs around the tube, one between columns along it.
     assert np.ptp(x[0, :2]) == pytest.approx(0.0) and np.ptp(y[0, :2]) > 1.0
     assert np.ptp(y[1, :2]) == pytest.approx(0.0) and np.ptp(x[1, :2]) == pytest.approx(10.0)
+
+
+def test_no_point_of_a_figure_hides_another_or_is_cut_by_the_frame(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    torn = dataclasses.replace(lattice_outcome([(0, 0, 1, 0)]), reach=1.0)
+    for module, count in ((pressures, 9), (criterion, 6)):
+        monkeypatch.setattr(module, "outcome", lambda *given, **changes: torn)
+        [figure] = module.compute(Context(tmp_path, {"nodes": cases.NODES, "factor": cases.FACTOR})).figures
+        points = [(x, y) for curve in figure.curves for x, y in zip(*curve.points(), strict=True)]
+        assert len(set(points)) == count
+        assert all(min(x - figure.x.low, figure.x.high - x, y - figure.y.low, figure.y.high - y) > 0.0 for x, y in points)
 
 
 def test_the_page_has_the_papers_figures_and_its_sizes_of_mesh() -> None:

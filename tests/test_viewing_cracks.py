@@ -7,12 +7,15 @@ from typing import Any
 import numpy as np
 import pytest
 from support.rerun_tools import columns
+from support.tube_tools import BODY, small_tube
 
 import granular_env as ge
 from granular_env.components.drawables import Cells, Links, Points
 from granular_env.components.errors import ParameterError
 from granular_env.viewing import report, save_rrd
+from granular_env.viewing.caption import caption
 from granular_env.viewing.plane import Plane, load_plane, words
+from granular_env.viewing.scene import scales_of
 from granular_env.viewing.scene_data import from_component, from_log
 from granular_env.viewing.shapes import faces_back, visible_cells, visible_points
 
@@ -117,3 +120,15 @@ def test_half_a_tube_is_looked_at_from_its_outside() -> None:
         assert f"x to the {'left' if sign > 0.0 else 'right'}" in words(plane)
     whole = [one for one in burst_tube().drawables() if isinstance(one, Cells)]
     assert not faces_back(whole)
+
+
+def test_pictures_of_half_a_tube_say_that_the_other_half_is_its_mirror_image(tmp_path: Any) -> None:
+    half, whole = ge.make("shell", body=BODY), ge.make("shell", body={**BODY, "half": False})
+    for tube, is_half in ((half, True), (small_tube(), True), (whole, False)):
+        scene_data = from_component(tube)
+        assert ("mirror image" in caption(scene_data, scales_of(scene_data), None)) == is_half
+    with ge.record(half, tmp_path / "half.mcap", every=4 * half.step_size, variables=RECORDED[:2]):
+        half.step(20 * half.step_size, pressure=1e5)
+    page = report(ge.open_log(tmp_path / "half.mcap"), tmp_path / "half").read_text()
+    for element in ("legend", "figcaption"):
+        assert f"the other half is its mirror image.</{element}>" in page, "beside the film, and below the pictures"

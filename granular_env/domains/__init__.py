@@ -44,6 +44,7 @@ class Domain:
         columns: a module with what a sweep can take of such a history: `MEASUREMENTS` (measurement -> what is taken of it ->
             taken(history, which, arguments)), `UNITS` of what is taken, and `function`, which gives a measurement by name.
         views: a subclass of `viewing.views.Views`: what a scene shows beside the generic parts.
+        remark: remark(parameters), what pictures of such a component have to say beside what they show; "" for nothing.
         papers: name of a paper -> its atlas.
     """
 
@@ -54,6 +55,7 @@ class Domain:
     watch: str | None = None
     columns: str | None = None
     views: str | None = None
+    remark: str | None = None
     papers: Mapping[str, str] = field(default_factory=dict)
 
     def load(self, offer: str) -> Any:
@@ -77,8 +79,10 @@ DOMAINS: dict[str, Domain] = {
     "coupled": Domain(papers={"psakhie-2003": "granular_env.domains.coupled.psakhie_2003:PAPER"}),
     "discs": Domain(environments="granular_env.domains.discs.tasks:ENVIRONMENTS"),
     "grid": Domain(environments="granular_env.domains.grid.tasks:ENVIRONMENTS"),
+    "shell": Domain(remark="granular_env.domains.shell.symmetry:remark"),
     "tube": Domain(
         environments="granular_env.domains.tube.tasks:ENVIRONMENTS",
+        remark="granular_env.domains.shell.symmetry:remark",
         papers={"gato-shie-2010": "granular_env.domains.tube.gato_shie_2010:PAPER"},
     ),
 }

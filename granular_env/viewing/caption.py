@@ -27,6 +27,7 @@ def caption(scene_data: SceneData, scales: Scales | None, views: Views | None) -
     motion = scene_data.motion
     if scales is not None:
         lines += [words for shape in scene_data.shapes for words in (_shape_words(shape), "")]
+        lines += [f"**{plain(scene_data.remark)}**", ""] if scene_data.remark else []
         lines += [words for scale in scales.colours for words in (_colour_words(scale), "")]
         lines += [_stretch_words(scene_data, scales), ""]
         lines += [words for one in scene_data.motions for text in _detail_words(one) for words in (text, "")]

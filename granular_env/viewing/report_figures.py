@@ -84,7 +84,7 @@ def draw_report(log: Any, choice: Choice, progress: Callable[[float], None]) -> 
     drawn: dict[str, Shown] = {}
     if choice.variables is None and (shown := plane.load_plane(log, scene_data, choice.times)) is not None:
         where = "In space" if shown.is_solid else "In the plane"
-        drawn["plane"] = Shown(where, plane.draw_plane(shown), plane.words(shown))
+        drawn["plane"] = Shown(where, plane.draw_plane(shown), f"{plane.words(shown)} {scene_data.remark}".strip())
         drawn |= _further_planes(log, scene_data, shown, choice)
     main = (
         scene_data.motion.colour_variable.name

@@ -15,6 +15,7 @@ from granular_env.components.component import Component
 from granular_env.components.contract import Variable
 from granular_env.components.drawables import Cells, Drawable, Links, Points, spatial
 from granular_env.components.support.arrays import FloatArray
+from granular_env.domains import domain_of
 from granular_env.recording.format.header import BalanceNames, balance_facts, balance_names_from
 
 from .shapes import colouring_outputs, is_hidden, is_plane, is_solid, recolour, visible_cells, visible_points
@@ -183,6 +184,7 @@ class SceneData:
         more: further particles.
         meshes: cells.
         profiles: fields along a line; of a log only, whose ranges are known.
+        remark: what pictures have to say beside what they show; "" for nothing.
     """
 
     title: str
@@ -195,6 +197,7 @@ class SceneData:
     more: tuple[Motion, ...] = ()
     meshes: tuple[MeshFrames, ...] = ()
     profiles: tuple[ProfileFrames, ...] = ()
+    remark: str = ""
 
     @property
     def motions(self) -> tuple[Motion, ...]:
@@ -267,7 +270,8 @@ def from_log(
     notes = tuple(_notes(log, motion, meshes))
     balances = _balances_to_show(log.balances, log.variables)
     profiles = tuple(_profile(log, one, frames) for one in log.drawables if _is_drawn_along_a_line(log, one))
-    return SceneData(title_of(log), motion, curves, inputs, notes, balances, tuple(found[1:]), meshes, profiles)
+    remark = remark_of(log.metadata.get("component"), log.metadata.get("parameters"))
+    return SceneData(title_of(log), motion, curves, inputs, notes, balances, tuple(found[1:]), meshes, profiles, remark)
 
 
 def _balances_to_show(balances: Iterable[BalanceNames], variables: Mapping[str, Variable]) -> tuple[BalanceNames, ...]:
@@ -311,6 +315,12 @@ def curve_names(variable: Variable) -> list[str]:
     if len(variable.shape) == 1 and variable.shape[0] <= len(_AXES):
         return [f"{variable.name}_{axis}" for axis in _AXES[: variable.shape[0]]]
     return []
+
+
+def remark_of(component: Any, parameters: Any) -> str:
+    """Return what the domain of a component says beside pictures of it; "" where it says nothing."""
+    remark = domain_of(str(component)).load("remark")
+    return "" if remark is None or not isinstance(parameters, Mapping) else str(remark(parameters))
 
 
 def title_of(log: Any) -> str:
@@ -546,6 +556,7 @@ def from_component(component: Component, title: str | None = None) -> SceneData:
             for cells in visible_cells(drawn)
             if len(cells.nodes) <= MAXIMUM_SHOWN_NODES
         ),
+        remark=remark_of(component.name, component.parameters.model_dump()),
     )
 
 

@@ -9,7 +9,7 @@ from granular_env.atlas.model import Axis, Curve, Entry, Figure, Findings, Item,
 from granular_env.atlas.verdicts import Value
 
 from .cases import COARSER, HOURGLASS, LATE, PAPER_FACTOR
-from .outcome import HEAD, Outcome, in_notch, outcome, ratio, row_of
+from .outcome import HEAD, PARTS, Outcome, in_notch, outcome, ratio, row_of
 from .saturation import saturation
 
 _INCHES = 1
@@ -117,7 +117,7 @@ def _figure(found: list[Variant]) -> Figure:
         "figure-criterion", "How far cracks reach around the tube, by factor, stabilisation and mesh",
         "The part of the circumference over which cracks lie, wherever along the tube, notch of 1 in. Labels: the factor, the "
         "stabilisation and the nodes.",
-        Axis("part of the circumference, %", 0.0, 100.0), Axis("", 0.0, len(found) + 1.0, labels),
+        Axis("part of the circumference, %", *PARTS), Axis("", 0.0, len(found) + 1.0, labels),
         [Curve("computed", [100.0 * one.outcome.reach for one in found], places, "points", 0)],
         [Mark("the paper: stops at about 3/4", x=75.0)],
     )  # fmt: skip

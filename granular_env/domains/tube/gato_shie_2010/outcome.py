@@ -99,6 +99,8 @@ def _reach(arc: FloatArray, pairs: npt.NDArray[np.int64], cut: npt.NDArray[np.bo
 
 # Heads of the columns of a table of outcomes, and what stands there.
 HEAD = ("outcome", "reach along", "reach around", "at one place", "pieces")
+# Limits of an axis of parts [%], so that what lies at 0 and at 100 is seen whole.
+PARTS = (-4.0, 104.0)
 # What they are, for captions.
 REACH = (
     "Reach along: from the first place of a crack along the tube to the last; reach around: over which part of the "

@@ -8,7 +8,7 @@ from granular_env.atlas.verdicts import Value
 from granular_env.recording.replay.log import Log
 
 from .cases import ARRIVAL, EARLY, LATE, PAPER_FACTOR, run_notched_tube
-from .outcome import HEAD, REACH, Outcome, reach_history, read_outcome, row_of
+from .outcome import HEAD, PARTS, REACH, Outcome, reach_history, read_outcome, row_of
 
 # Notch [in] -> the paper's words on its computation, and on the experiment.
 _PAPER = {
@@ -84,7 +84,7 @@ def _figure(logs: dict[int, Log]) -> Figure:
         "figure-growth", "How far cracks reach around the tube, over time",
         "The part of the circumference over which cracks lie, wherever along the tube; time from the front’s passing the "
         "middle of the notch.",
-        Axis("time, µs", -50.0), Axis("part of the circumference, %", 0.0, 100.0), curves,
+        Axis("time, µs", -50.0), Axis("part of the circumference, %", *PARTS), curves,
         [Mark("the paper, 1 in: stops at about 3/4", y=75.0)],
     )  # fmt: skip
 

@@ -18,9 +18,9 @@ _OUTER = RADIUS + WALL
 def rolled_out(name: str, title: str, caption: str, one: Outcome, inches: int) -> Figure:
     """Return a picture of the whole circumference, the notch in its middle; one half is the mirror image of the other."""
     x, y, stress = _samples(one)
-    curves = [Curve("notch", [-0.5 * inches * INCH * _MILLI, 0.5 * inches * INCH * _MILLI], [0.0, 0.0], "dashed", 0)]
-    if one.cut.any():
-        curves.append(Curve("cracks", *_crack_lines(one), "line", 1))
+    curves = [Curve("cracks", *_crack_lines(one), "line", 1)] if one.cut.any() else []
+    # Above the cracks: one of them lies in it.
+    curves.append(Curve("notch", [-0.5 * inches * INCH * _MILLI, 0.5 * inches * INCH * _MILLI], [0.0, 0.0], "dashed", 0))
     half = np.pi * _OUTER * _MILLI
     return Figure(
         name, title, caption, Axis("x from the middle of the notch, mm", float(x[0]), float(x[-1])),

@@ -6,10 +6,12 @@ from granular_env.atlas.context import Context
 from granular_env.atlas.model import Axis, Curve, Entry, Figure, Findings, Table
 
 from .cases import COARSER, LATE
-from .outcome import HEAD, Outcome, outcome, row_of
+from .outcome import HEAD, PARTS, Outcome, outcome, row_of
 
 _INCHES = (1, 2, 3)
 _PRESSURES = (80e3, 130e3, 180e3)
+# Points of the same pressure are drawn so far from each other, so that none hides another [kPa].
+_APART = 2.0
 
 
 def compute(context: Context) -> Findings:
@@ -36,7 +38,7 @@ def _table(found: dict[tuple[int, float], Outcome], factor: float, nodes: float)
 def _figure(found: dict[tuple[int, float], Outcome]) -> Figure:
     curves = [
         Curve(
-            f"{inches} in", [pressure / 1e3 for pressure in _PRESSURES],
+            f"{inches} in", [pressure / 1e3 + _APART * (number - 1) for pressure in _PRESSURES],
             [100.0 * found[inches, pressure].reach for pressure in _PRESSURES], "points", number,
         )
         for number, inches in enumerate(_INCHES)
@@ -44,8 +46,8 @@ def _figure(found: dict[tuple[int, float], Outcome]) -> Figure:
     return Figure(
         "figure-pressures", "How far cracks reach around the tube, by notch and initial pressure",
         "The part of the circumference over which cracks lie, wherever along the tube, "
-        f"{1e3 * LATE:g} ms after the front.",
-        Axis("initial pressure, kPa", 70.0, 190.0), Axis("part of the circumference, %", 0.0, 100.0), curves,
+        f"{1e3 * LATE:g} ms after the front. Of three points side by side the middle one is at the pressure of all three.",
+        Axis("initial pressure, kPa", 70.0, 190.0), Axis("part of the circumference, %", *PARTS), curves,
     )  # fmt: skip
 
 

@@ -1,0 +1,1 @@
+"""The solid with thin walls: what its pictures have to say."""
