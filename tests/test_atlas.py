@@ -64,6 +64,7 @@ def made(tmp_path_factory):
         (Value("", "at most 2", 2.008, paper=2.0, at_most=True), "not reproduced", "0.008 more"),
         (Value("", "much less than 1", 0.07, at_most=True, loose=0.1), "in part", "kept as we read it"),
         (Value("", "much less than 1", 0.17, at_most=True, loose=0.1), "not reproduced", "0.07 more"),
+        (Value("", "slight", 10.05, "%", at_most=True, loose=10.0, digits=2), "not reproduced", "just above, by 0.05 %"),
         (Value("", "at most 2", math.nan, paper=2.0, at_most=True), "not reproduced", "nan more"),
         (Value("", "3, 1", "3, 1"), "reproduced", "reproduced"),
         (Value("", "3, 1", "1, 3"), "not reproduced", "“1, 3”, not “3, 1”"),

@@ -80,7 +80,8 @@ def test_a_run_is_read_as_the_component_reads_it(tmp_path: Path) -> None:
     early = read_outcome(log, 0.0)
     assert early.words == "whole" and early.along == early.around == early.reach == 0.0
     # Half a turn on each side of the notch is all of the circumference.
-    assert found.reach == pytest.approx(found.arc[found.pairs[found.cut]].mean(axis=1).max() / np.pi) and found.reach > 0.0
+    # A crack across a column goes through its strip, as the component counts it too.
+    assert found.reach >= max(found.around, found.arc[found.pairs[found.cut]].mean(axis=1).max() / np.pi) > 0.0
     times, reach = reach_history(log)
     assert reach[0] == 0.0 and reach[-1] == found.reach and times[-1] == pytest.approx(7e-5) and (np.diff(reach) >= 0.0).all()
 

@@ -152,7 +152,9 @@ class Value:
         if math.isfinite(self.computed) and self.computed <= bound:
             read = self.loose is not None
             return Verdict("in part", "kept as we read it") if read else Verdict("bound kept", "bound kept", "kept")
-        return _not_reproduced(f"{_round(self.computed - bound)} {self.unit}".strip() + " more")
+        excess = f"{_round(self.computed - bound)} {self.unit}".strip()
+        # With the digits that have converged ours is printed like the bound itself.
+        return _not_reproduced(f"just above, by {excess}" if self.display_value == bound else f"{excess} more")
 
     def _within(self) -> Verdict:
         gap = abs(self.difference)

@@ -93,8 +93,16 @@ def reach_history(log: Log) -> tuple[FloatArray, FloatArray]:
 
 
 def _reach(arc: FloatArray, pairs: npt.NDArray[np.int64], cut: npt.NDArray[np.bool_]) -> float:
-    """Return the largest angle from the notch at which a crack lies, over half a turn: the other half is its mirror image."""
-    return float(arc[pairs[cut]].mean(axis=1).max(initial=0.0)) / math.pi
+    """Return the largest angle from the notch that a crack reaches, over half a turn: the other half is its mirror image.
+
+    A crack between two columns of nodes lies halfway between them; one across a column goes through its strip, to there.
+    """
+    places = np.round(arc, 9)
+    columns, first = np.unique(places, return_index=True)
+    angles = arc[first]
+    ends = np.append(0.5 * (angles[1:] + angles[:-1]), angles[-1])
+    strips = np.searchsorted(columns, places[pairs[cut]].min(axis=1))
+    return float(ends[strips].max(initial=0.0)) / math.pi
 
 
 # Heads of the columns of a table of outcomes, and what stands there.
