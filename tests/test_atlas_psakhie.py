@@ -44,7 +44,7 @@ VERDICTS = {
         "“Both methods give identical results”: body": "only to 1.2 %",
         "“Both methods give identical results”: everywhere": "in part: square: no, 9.5 % off; hexagonal: only to 1.9 %",
         "“The influence": "in part: square less hexagonal, below 0.1 m: kept as we read it; square less hexagonal, "
-        "everywhere: no, 0.05 % more",
+        "everywhere: no, just above, by 0.05 %",
         "The interface": "reproduced",
         "“At the interface": "reproduced to 2e-05 %",
     },
