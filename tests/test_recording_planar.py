@@ -197,12 +197,11 @@ def test_arrays_of_another_form_are_refused(tmp_path: Path, kind: int, name: str
         _ = log.inputs, log.events(), log.drawables
 
 
-@pytest.mark.parametrize("seed", range(4))
-def test_random_lies_are_refused_or_found(tmp_path: Path, seed: int) -> None:
+def test_random_lies_are_refused_or_found(tmp_path: Path) -> None:
     """Any number of a record changed, with every checksum right: an error of the family, or a difference that is named."""
     torn_log(tmp_path / "a.mcap", ticks=90)
-    chance, kinds, noticed = random.Random(seed), (STEPS, EVENTS, HASHES, SNAPSHOTS, HEADER), 0
-    for _ in range(12):
+    chance, kinds, noticed = random.Random(3), (STEPS, EVENTS, HASHES, SNAPSHOTS, HEADER), 0
+    for _ in range(48):
         kind, wild = chance.choice(kinds), chance.choice([0, -1, 1, 2**62, 0x7FF8000000000000])
 
         def change(old: Record, kind: int = kind, wild: int = wild) -> Record:
@@ -222,8 +221,8 @@ def test_random_lies_are_refused_or_found(tmp_path: Path, seed: int) -> None:
                 open_log(tmp_path / "b.mcap").events()
             except GranularError:
                 noticed += 1
-    # Most numbers matter.
-    assert noticed > 6
+    # Most numbers matter. How records are cut, and so which numbers are drawn, hangs on the machine's load.
+    assert noticed > 24
 
 
 def test_a_profile_times_an_array_and_a_number(tmp_path: Path) -> None:
