@@ -108,13 +108,16 @@ OUTPUT_FIELDS = ("displacement", "colour", "rotation", "state", "field")
 
 
 def validate_drawables(drawables: Sequence[Drawable], variables: Mapping[str, Any]) -> None:
-    """Check what a component declares: dimensions, indices, and the shapes of the outputs that are named.
+    """Check what a component declares: names, dimensions, numbers, indices, and the shapes of the outputs that are named.
 
     Raises:
         ParameterError: something does not fit.
     """
     points = {one.name: len(one.reference) for one in drawables if isinstance(one, Points)}
-    for one in drawables:
+    names = [one.name for one in drawables]
+    for place, one in enumerate(drawables):
+        if one.name in names[:place]:
+            raise _fault((one.name, "name"), f"got {one.name!r} again", "each name once")
         match one:
             case Points():
                 count, shapes = len(one.reference), {"colour": 1, "rotation": 1, "displacement": 2}
@@ -122,16 +125,22 @@ def validate_drawables(drawables: Sequence[Drawable], variables: Mapping[str, An
                     raise _fault((one.name, "reference"), f"got shape {one.reference.shape}", "up to 3 columns")
                 if one.radius.shape != (count,):
                     raise _fault((one.name, "radius"), f"got shape {one.radius.shape}", f"one for each of the {count} points")
+                _expect_finite((one.name, "reference"), one.reference)
+                _expect_finite((one.name, "radius"), one.radius)
+                if (one.radius < 0.0).any():
+                    raise _fault((one.name, "radius"), f"got {one.radius.min():g}", "no negative one")
             case Links():
                 if one.points not in points:
                     raise _fault((one.name, "points"), f"got {one.points!r}", f"one of {', '.join(points) or 'none'}")
                 _expect_indices((one.name, "pairs"), one.pairs, points[one.points])
                 count, shapes = len(one.pairs), {"state": 1}
             case Cells():
+                _expect_finite((one.name, "nodes"), one.nodes)
                 _expect_indices((one.name, "connectivity"), one.connectivity, len(one.nodes))
                 count, shapes = len(one.nodes), {"displacement": 2}
                 _expect_states(one, variables)
             case Curve():
+                _expect_finite((one.name, "coordinate"), one.coordinate)
                 count, shapes = len(one.coordinate), {"field": 1}
         for role in OUTPUT_FIELDS:
             name = getattr(one, role, "")
@@ -144,7 +153,16 @@ def validate_drawables(drawables: Sequence[Drawable], variables: Mapping[str, An
                 raise _fault((one.name, role), f"got {name!r} of shape {shape}", f"a row for each of the {count} drawn")
 
 
+def _expect_finite(where: tuple[str, str], numbers: np.ndarray) -> None:
+    bad = np.argwhere(~np.isfinite(numbers))
+    if len(bad):
+        first = tuple(bad[0].tolist())
+        raise _fault(where, f"got {numbers[first]:g} at {list(first)}", "finite numbers")
+
+
 def _expect_indices(where: tuple[str, str], indices: np.ndarray, count: int) -> None:
+    if not np.issubdtype(indices.dtype, np.integer):
+        raise _fault(where, f"got {indices.dtype}", "whole numbers, int64")
     if indices.ndim != 2 or (indices.size and (indices.min() < 0 or indices.max() >= count)):
         span = f", from {indices.min()} to {indices.max()}" if indices.size else ""
         raise _fault(where, f"got shape {indices.shape}{span}", f"rows of indices from 0 to {count - 1}")

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
+import granular_env as ge
 from granular_env.components.balances import Balance
 from granular_env.components.discs import Discs
 from granular_env.components.drawables import Cells, Curve, Drawable, Links, Points
@@ -55,6 +57,14 @@ def renamed(drawable: Any, **fields: Any) -> Any:
             "drawables.c.state: got 'linked' of shape (10,), expected one for each of the 1 cells",
         ),
         (lambda p, k: (Curve("c", np.zeros(3), "speed"),), "drawables.c.field: got 'speed' of shape"),
+        (lambda p, k: (p, renamed(k, name="discs")), "drawables.discs.name: got 'discs' again, expected each name once"),
+        (lambda p, k: (p, renamed(k, pairs=1.0 * k.pairs)), "drawables.links.pairs: got float64, expected whole numbers"),
+        (lambda p, k: (renamed(p, radius=-p.radius), k), "drawables.discs.radius: got -0.01, expected no negative one"),
+        (
+            lambda p, k: (renamed(p, reference=np.where(p.reference == p.reference[3], np.nan, p.reference)), k),
+            "drawables.discs.reference: got nan at [0, 1], expected finite numbers",
+        ),
+        (lambda p, k: (Curve("c", np.full(8, np.inf), "speed"),), "drawables.c.coordinate: got inf at [0]"),
     ],
 )
 def test_drawables_that_do_not_fit_are_refused(change: Any, message: str) -> None:
@@ -118,3 +128,14 @@ def test_drawables_are_closed_to_writing() -> None:
             array[...] = 0
     # Whoever opens them writes to a copy.
     assert discs.reference.flags.writeable and not np.shares_memory(discs.reference, points.reference)  # type: ignore[union-attr]
+
+
+def test_an_output_of_another_shape_than_declared_is_not_recorded(tmp_path: Path) -> None:
+    class Misshapen(Discs):
+        def _outputs(self) -> dict[str, Callable[[], Any]]:
+            return {**super()._outputs(), "speed": lambda: np.zeros(3)}
+
+    path = tmp_path / "a.mcap"
+    with pytest.raises(ParameterError, match=r"variables.speed: it has the shape \(3,\), expected \(8,\), as"):
+        ge.record(Misshapen(), path)
+    assert not path.exists()

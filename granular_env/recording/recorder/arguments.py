@@ -30,7 +30,18 @@ def names_to_record(component: Component, variables: Sequence[str] | None) -> li
             raise ParameterError(f"got {one_line(name)}", expected=expected, hint=nearest(name, known), at=at)
         if given and name in variables[:place]:
             raise ParameterError(f"got {name!r} again", expected="each name once", at=at)
+        _refuse_misshapen(component, name)
     return list(dict.fromkeys([*variables, *component.balance_names]))
+
+
+def _refuse_misshapen(component: Component, name: str) -> None:
+    """Refuse an output whose author declared another shape than it has: nobody could read its frames."""
+    variable = component.variables[name]
+    if variable.causality == "output" and np.shape(found := component.peek(name)) != variable.shape:
+        raise ParameterError(
+            f"it has the shape {np.shape(found)}", expected=f"{variable.shape}, as component {component.name!r} declares it",
+            hint="mend the declaration, or what `_outputs` gives", at=("variables", name),
+        )  # fmt: skip
 
 
 def make_schedule(
