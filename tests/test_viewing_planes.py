@@ -16,6 +16,7 @@ from granular_env.viewing.colour_scales import colour_scales
 from granular_env.viewing.cracks import MOST_LINES, crack_lines
 from granular_env.viewing.figures import event_counts
 from granular_env.viewing.meshes import edges_of, triangles_of
+from granular_env.viewing.plane import Plane, draw_plane
 from granular_env.viewing.scene import scales_of, whole_camera
 from granular_env.viewing.scene_data import from_component, from_log
 from granular_env.viewing.shapes import common_exaggeration, places_by_count, places_of_outputs, visible_points
@@ -100,6 +101,17 @@ def test_cells_that_never_move_are_drawn_without_a_word_on_displacements(tmp_pat
     assert "isplacement" not in words and "isplacement" not in page.partition("Validity")[0]
     # It is drawn along x too.
     assert "Pressure along x (across)" in page and "chosen cells" in page and 'class="film"' in page
+
+
+def test_cells_without_lines_are_pixels_where_a_browser_would_leave_gaps() -> None:
+    edges = np.linspace(0.0, 1.0, 201)
+    nodes = np.stack([np.tile(edges, 2), np.repeat([0.0, 0.02], 201)], axis=1)
+    first = np.arange(200)
+    row = np.stack([first, first + 1, first + 202, first + 201], axis=1)
+    for cells, is_pixels in ((row, True), (np.array([[0, 200, 401, 201]]), False)):
+        plane = Plane((Cells("tube", nodes, cells, "pressure"),), np.zeros(1), {}, 1.0, ())
+        [axes] = draw_plane(plane).axes
+        assert axes.collections[0].get_rasterized() == is_pixels
 
 
 def test_a_field_of_cells_colours_whole_cells(tmp_path):

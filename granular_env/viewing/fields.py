@@ -138,7 +138,7 @@ def _axis(variable: Variable, surplus: int | None, point: str = "") -> tuple[str
         surplus: how many more values than points there are; None where the points are not in a row.
         point: what one point is called.
     """
-    place = variable.axes[0] if variable.axes else "element"
+    place = variable.axes[0].replace("_", " ") if variable.axes else "element"
     notes = {0: "0 is the left end", 1: f"i is left of {point} i", -1: f"i is right of {point} i"}
     return place, f"{place} ({'numbered from 0' if surplus is None else notes.get(surplus, 'numbered from 0')})"
 

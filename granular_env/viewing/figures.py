@@ -58,7 +58,7 @@ __all__ = [
 
 
 # Where a legend stands beside a second axis, in widths of the axes.
-_BEYOND_AXIS = 1.17
+_BEYOND_AXIS = 1.26
 # Parts of a run in which events are counted.
 EVENT_BINS = 100
 # The wave has reached a particle that changed by this part of the largest change.

@@ -259,7 +259,8 @@ def _draw_cells(axes: Axes, plane: Plane, cells: Cells, frame: int) -> None:
     # Smooth edges of cells without lines between them would leave seams.
     edge = {"edgecolor": _EDGE, "linewidth": width} if width else {"linewidth": 0.0, "antialiased": False}
     shapes = import_optional("matplotlib.collections", "figures").PolyCollection(corners, **edge)
-    shapes.set_rasterized(len(corners) > _MOST_SHAPES)
+    # Browsers round narrow shapes without lines to whole pixels, so that they leave gaps: these are pixels already.
+    shapes.set_rasterized(len(corners) > _MOST_SHAPES or not width)
     if not plane.is_solid:
         _add(axes, plane, shapes, cells.field, _of_cells(plane, cells, frame, shown))
         return

@@ -52,7 +52,8 @@ def _closure(scene_data: SceneData, balance: BalanceNames) -> str:
     if not residuals or scale == 0.0:
         return f"The residual is what the balance of {quantity} cannot account for: the error of the numerics."
     worst = max(float(np.abs(curve.values).max()) for curve in residuals)
-    share = f"{worst / scale:.2g} of its largest entry"
+    # The entry itself as well: it may be rounding, of which the residual is all.
+    share = f"{worst / scale:.2g} of its largest entry, {float(f'{scale:.2g}'):g} {typeset(balance.unit)}"
     return f"The balance of {quantity} closes to {share}; what is left over is the error of the numerics."
 
 
