@@ -235,7 +235,7 @@ def test_a_log_of_a_run_that_cracks_is_verified_and_branched(tmp_path: Path) -> 
     assert verify(tmp_path / "a.mcap").identical
     with open_log(tmp_path / "a.mcap") as log:
         event = next(one for one in log.events() if one.kind.startswith("automata"))
-        place = place_of(event, log.event_details[event.kind], log.drawables)
+        place = place_of(event.index, log.event_details[event.kind], log.drawables)
         nearest = {one.variable: one for one in nearest_to_events(log)}
         happened = {one: {e.index for e in log.events() if e.kind in nearest[one].kinds} for one in nearest}
         ends = medium.automata.packing.pairs()[event.index, :2]

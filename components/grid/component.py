@@ -199,7 +199,7 @@ class Grid(Component):
             "velocity": lambda: state.velocity,
             "speed": lambda: np.sqrt((state.velocity * state.velocity).sum(axis=1)),
             "stress": lambda: state.stress,
-            "pressure": lambda: -state.stress[:, :3].sum(axis=1) / 3.0,
+            "pressure": self._pressure,
             "equivalent_stress": self._equivalent_stress,
             "plastic_strain": lambda: state.plastic_strain if self._plastic else np.zeros(len(self.mesh.cells)),
             "internal_energy": lambda: state.energy,
@@ -215,6 +215,9 @@ class Grid(Component):
         share = self._conditions.share[self._assembly.places[nodes], None]
         return 0.0 - np.where(own, share * self._state.force[nodes], 0.0).sum(axis=0)
 
+    def _pressure(self) -> FloatArray:
+        return -self._state.stress[:, :3].sum(axis=1) / 3.0
+
     def _equivalent_stress(self) -> FloatArray:
         xx, yy, zz, xy = self._state.stress.T
         spread = (xx - yy) ** 2 + (yy - zz) ** 2 + (zz - xx) ** 2
@@ -222,7 +225,7 @@ class Grid(Component):
 
     def _yield_ratio(self) -> FloatArray:
         code, strength, hardening, friction, _ = self._grid.laws[self.cell_material].T
-        limit = strength + hardening * self._state.plastic_strain - friction * self._state.stress[:, :3].sum(axis=1) / 3.0
+        limit = strength + hardening * self._state.plastic_strain + friction * self._pressure()
         # At the tip of a cone there is no stress left that could grow.
         at_tip = limit <= 1e-9 * strength
         ratio = np.where(at_tip, 1.0, self._equivalent_stress() / np.where(at_tip, 1.0, limit))

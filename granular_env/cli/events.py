@@ -55,7 +55,11 @@ def events(
             return Status.DONE
     if for_programs:
         rows = [
-            {**dataclasses.asdict(event), "time": event.tick * step_size, **_facts(event, details.get(event.kind), drawables)}
+            {
+                **dataclasses.asdict(event),
+                "time": event.tick * step_size,
+                **_facts(event.index, details.get(event.kind), drawables),
+            }
             for event in found
         ]
         print(json.dumps({"kinds": kinds, "events": rows, "conclusions": conclusions}, indent=2))
@@ -71,7 +75,7 @@ def events(
     else:
         shown = found if every else found[:_MOST]
         heads = ("time [s]", "event", "index", "value", "limit", "unit", "of", "at [m]")
-        rows = [(*_cells(event, step_size), *_details(event, details.get(event.kind), drawables)) for event in shown]
+        rows = [(*_cells(event, step_size), *_details(event.index, details.get(event.kind), drawables)) for event in shown]
         print(columns(_without_empty([heads, *rows]), ""))
         rest = "" if len(shown) == len(found) else f"; the first {len(shown)} are listed, --all lists the others too"
         print("\n".join([f"{summary(found)}{rest}", *_meanings({event.kind: kinds[event.kind] for event in found})]))
@@ -92,8 +96,7 @@ def _nearest(log: Log, ratios: list[EventRatio], index: int | None) -> str:
 
 
 def _words_for(log: Log, found: EventRatio, index: int | None) -> str:
-    event, detail = _as_event(found), log.event_details.get(found.kinds[0])
-    _, of, position = _details(event, detail, log.drawables)
+    _, of, position = _details(found.index, log.event_details.get(found.kinds[0]), log.drawables)
     place = f", {of} at {position} m," if of else ""
     happened = [one for kind in found.kinds for one in log.events(kind, index)] if index is not None else []
     rest = (
@@ -107,15 +110,8 @@ def _words_for(log: Log, found: EventRatio, index: int | None) -> str:
     )
 
 
-def _as_event(found: EventRatio) -> Event:
-    """Return what would have happened there, for its place."""
-    from granular_env.components.events import Event
-
-    return Event(0, found.kinds[0], found.index, found.ratio, 1.0)
-
-
 def _for_programs(log: Log, ratios: list[EventRatio]) -> str:
-    facts = [_facts(_as_event(one), log.event_details.get(one.kinds[0]), log.drawables) for one in ratios]
+    facts = [_facts(one.index, log.event_details.get(one.kinds[0]), log.drawables) for one in ratios]
     return json.dumps([{**dataclasses.asdict(one), **place} for one, place in zip(ratios, facts, strict=True)], indent=2)
 
 
@@ -130,18 +126,18 @@ def _cells(event: Event, step_size: float) -> tuple[str, ...]:
     return f"{event.tick * step_size:.9g}", printable(event.kind), place, f"{event.value:.6g}", f"{event.limit:.6g}"
 
 
-def _facts(event: Event, detail: EventDetail | None, drawables: Sequence[Drawable]) -> dict[str, Any]:
-    """Return unit and place of an event, for programs."""
+def _facts(index: int | None, detail: EventDetail | None, drawables: Sequence[Drawable]) -> dict[str, Any]:
+    """Return unit and place of events with an index, for programs."""
     from granular_env.recording.reader.event_places import place_of
 
-    place = place_of(event, detail, drawables)
+    place = place_of(index, detail, drawables)
     unit = {"unit": detail.unit} if detail is not None and detail.unit else {}
     return unit if place is None else {**unit, "of": place.elements, "position": place.position}
 
 
-def _details(event: Event, detail: EventDetail | None, drawables: Sequence[Drawable]) -> tuple[str, str, str]:
-    """Return unit and place of an event, for people."""
-    facts = _facts(event, detail, drawables)
+def _details(index: int | None, detail: EventDetail | None, drawables: Sequence[Drawable]) -> tuple[str, str, str]:
+    """Return unit and place of events with an index, for people."""
+    facts = _facts(index, detail, drawables)
     position = ", ".join(f"{one:.4g}" for one in facts.get("position", ()))
     return printable(facts.get("unit", "")), printable(facts.get("of", "")), f"({position})" if position else ""
 

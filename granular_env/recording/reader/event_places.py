@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from ...components.drawables import Cells, Drawable, Links, Points
 from ...components.errors import ParameterError
-from ...components.events import Event, EventDetail
+from ...components.events import EventDetail
 from ...components.support.arrays import FloatArray
 
 
@@ -24,26 +24,26 @@ class EventPlace:
     position: tuple[float, ...]
 
 
-def place_of(event: Event, detail: EventDetail | None, drawables: Sequence[Drawable]) -> EventPlace | None:
-    """Return where an event took place; None where its kind does not say what its index counts.
+def place_of(index: int | None, detail: EventDetail | None, drawables: Sequence[Drawable]) -> EventPlace | None:
+    """Return where events with an index take place; None where their kind does not say what it counts.
 
     Args:
-        event: the event.
-        detail: that of its kind.
+        index: of the events; None for none.
+        detail: that of their kind.
         drawables: of the component.
     """
     by_name = {one.name: one for one in drawables}
-    drawn, index = by_name.get(detail.counts) if detail is not None else None, event.index
-    if index is None:
+    drawn = by_name.get(detail.counts) if detail is not None else None
+    if index is None or drawn is None or index >= element_count(drawn):
         return None
     match drawn:
-        case Links() if index < len(drawn.pairs):
+        case Links():
             points, ends = by_name[drawn.points], drawn.pairs[index]
             assert isinstance(points, Points)
             return EventPlace(f"{points.name} {ends[0]} and {ends[1]}", _middle(points.reference[ends]))
-        case Points() if index < len(drawn.reference):
+        case Points():
             return EventPlace(f"{drawn.name} {index}", _middle(drawn.reference[index : index + 1]))
-        case Cells() if index < len(drawn.connectivity):
+        case Cells():
             return EventPlace(f"cell {index} of {drawn.name}", _middle(drawn.nodes[drawn.connectivity[index]]))
         case _:
             return None

@@ -71,13 +71,11 @@ def nearest_to_events(
     happened = log.events()
     searches = []
     for name, names in kinds.items():
-        passed = np.unique(np.array([event.index for event in happened if event.kind in names], dtype=np.int64))
-        asked = np.ones(sizes[name], bool)
-        asked[passed] = False
-        if index is not None:
-            asked = np.arange(sizes[name]) == index
-        if asked.any():
-            searches.append(_Search(name, np.flatnonzero(asked), len(passed)))
+        passed = {event.index for event in happened if event.kind in names and event.index is not None}
+        places = np.arange(sizes[name])
+        asked = np.setdiff1d(places, list(passed)) if index is None else places[places == index]
+        if len(asked):
+            searches.append(_Search(name, asked, len(passed)))
     instants = 0
     for tick in _instants(log, component) if searches else ():
         instants += 1

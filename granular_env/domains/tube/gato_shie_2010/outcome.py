@@ -81,19 +81,21 @@ def read_outcome(log: Log, time: float | None = None) -> Outcome:
         surface.nodes[:, 0] - MIDDLE, arc, np.asarray(log.get("shell_surface_stress", late)), pairs, cut, ratio,
         (place, float(report.get("shell: angle around, rad", math.nan))), float(log.get("shell_pieces", late)),
         float(report.get("shell: points that have parted", 0.0)), OUTCOMES[int(log.get("shell_outcome", late))],
-        float(log.get("shell_crack_along", late)), float(log.get("shell_crack_around", late)), _reach(arc, pairs, cut),
+        float(log.get("shell_crack_along", late)), float(log.get("shell_crack_around", late)),
+        float(_reaches(arc, pairs)[cut].max(initial=0.0)),
     )  # fmt: skip
 
 
 def reach_history(log: Log) -> tuple[FloatArray, FloatArray]:
     """Return the instants of a log [s], and at each the part of the circumference over which cracks reach."""
     end = read_outcome(log)
+    reaches = _reaches(end.arc, end.pairs)
     times, links = log.series("shell_surface_links")
-    return times, np.array([_reach(end.arc, end.pairs, row == 0.0) for row in links])
+    return times, np.where(links == 0.0, reaches, 0.0).max(axis=1)
 
 
-def _reach(arc: FloatArray, pairs: npt.NDArray[np.int64], cut: npt.NDArray[np.bool_]) -> float:
-    """Return the largest angle from the notch that a crack reaches, over half a turn: the other half is its mirror image.
+def _reaches(arc: FloatArray, pairs: npt.NDArray[np.int64]) -> FloatArray:
+    """Return how far from the notch a crack between each pair reaches, over half a turn: the other half is its mirror image.
 
     A crack between two columns of nodes lies halfway between them; one across a column goes through its strip, to there.
     """
@@ -101,8 +103,8 @@ def _reach(arc: FloatArray, pairs: npt.NDArray[np.int64], cut: npt.NDArray[np.bo
     columns, first = np.unique(places, return_index=True)
     angles = arc[first]
     ends = np.append(0.5 * (angles[1:] + angles[:-1]), angles[-1])
-    strips = np.searchsorted(columns, places[pairs[cut]].min(axis=1))
-    return float(ends[strips].max(initial=0.0)) / math.pi
+    strips = np.searchsorted(columns, places[pairs].min(axis=1))
+    return ends[strips] / math.pi
 
 
 # Heads of the columns of a table of outcomes, and what stands there.
