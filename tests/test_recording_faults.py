@@ -326,15 +326,17 @@ def test_twenty_thousand_damaged_logs_and_snapshots(tmp_path: Path) -> None:
     assert _fuzz(tmp_path, 20_000, seed=4) > 4000
 
 
-def _wait_for_growth(path: Path) -> None:
+def _size(path: Path) -> int:
+    return path.stat().st_size if path.exists() else 0
+
+
+def _wait_for_growth(path: Path, before: int) -> None:
     """Until a log that is being written has grown and stands still: what was recorded is in it, in a chunk of its own."""
-    before, size, end = path.stat().st_size if path.exists() else 0, -1, time.monotonic() + 60.0
-    while time.monotonic() < end:
-        time.sleep(0.15)
-        now = path.stat().st_size if path.exists() else 0
-        if now > before and now == size:
-            return
+    size, end = -1, time.monotonic() + 60.0
+    while (now := _size(path)) <= before or now != size:
+        assert time.monotonic() < end, "nothing was written in a minute"
         size = now
+        time.sleep(0.15)
 
 
 def test_damage_in_the_middle_names_recover_and_recover_saves_the_front(tmp_path: Path) -> None:
@@ -342,8 +344,9 @@ def test_damage_in_the_middle_names_recover_and_recover_saves_the_front(tmp_path
     with record(component, tmp_path / "a.mcap", every=0.01):
         component.reset(velocity=1.0)
         for _ in range(4):
+            before = _size(tmp_path / "a.mcap")
             component.step(1.0)
-            _wait_for_growth(tmp_path / "a.mcap")
+            _wait_for_growth(tmp_path / "a.mcap", before)
     whole = open_log(tmp_path / "a.mcap")
     middle = whole.records.index.select(STEPS)[2]
     offset, length = whole.records.container.places[middle[CHUNK]]
