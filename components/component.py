@@ -17,8 +17,9 @@ from pydantic import BaseModel
 
 from .balances import Balance
 from .contract import Variable
+from .declarations import validate_events, validate_step_size, validate_variables
 from .drawables import validate_drawables
-from .errors import ParameterError, nearest, one_line
+from .errors import GranularError, ParameterError, nearest, one_line
 from .events import Event, EventDetail
 from .inputs import Held, input_value
 from .number_arrays import start_array
@@ -72,15 +73,10 @@ class Component(Stepping, metaclass=_Fixed):
         self._given_memory = memory
         self.parameters = validate_parameters(self.Parameters, parameters, f"component {self.name!r}")
         refuse_beyond(self.memory_needed(self.parameters), f"component {self.name!r}")
-        try:
-            self._build()
-        except MemoryError as error:
-            raise ParameterError(
-                f"this size does not fit into memory: {error}", hint="make it smaller", source=f"component {self.name!r}"
-            ) from None
+        self._build_state()
         # Parameters at their default do not count: one that is added later leaves the logs of today as they are.
-        told = self.parameters.model_dump(mode="json", exclude_defaults=True)
-        self.identity: str = hashlib.sha256(canonical_json([self.name, self.version, told])).hexdigest()
+        chosen = self.parameters.model_dump(mode="json", exclude_defaults=True)
+        self.identity: str = hashlib.sha256(canonical_json([self.name, self.version, chosen])).hexdigest()
         self.variables: dict[str, Variable] = {variable.name: variable for variable in self._all_variables()}
         self._inputs = {v.name: v for v in self.variables.values() if v.causality == "input"}
         self._bounds = {
@@ -88,7 +84,25 @@ class Component(Stepping, metaclass=_Fixed):
         }
         self._tick_counts: dict[float | None, int] = {None: 1}
         self._settle()
-        # The entries of balances are known once there is a state, of zeros.
+        self._declare_balances()
+        parameters, starts_itself = self.Parameters.model_fields, type(self)._start is not Component._start
+        validate_variables(self.declared(), parameters, self._block, self._outputs(), self.balance_names, starts_itself)
+        self.reset()
+        self._validate_drawables_and_events()
+
+    def _build_state(self) -> None:
+        try:
+            self._build()
+        except MemoryError as error:
+            raise ParameterError(
+                f"this size does not fit into memory: {error}", hint="make it smaller", source=self._full_name
+            ) from None
+        validate_step_size(getattr(self, "step_size", None))
+        if not hasattr(self, "_block"):
+            raise ParameterError("it is not laid out", hint="call `_lay_out` in `_build`", at="state", source=self._full_name)
+
+    def _declare_balances(self) -> None:
+        """Declare the entries of balances, which are known once there is a state, of zeros."""
         for balance in self.balances():
             if not balance.stored:
                 raise ParameterError("got no entry", expected="at least one", at=("balances", balance.quantity, "stored"))
@@ -97,15 +111,19 @@ class Component(Stepping, metaclass=_Fixed):
                 if (known.causality, known.unit, known.shape) != (variable.causality, variable.unit, variable.shape):
                     raise ParameterError("another variable has this name", at=("balances", balance.quantity, variable.name))
         self.balance_names: tuple[str, ...] = tuple(name for balance in self.balances() for name in balance.entries)
-        self.reset()
-        validate_drawables(self.drawables(), self.variables)
+
+    def _validate_drawables_and_events(self) -> None:
+        drawables = self.drawables()
+        validate_drawables(drawables, self.variables)
+        drawn, outputs = [one.name for one in drawables], [v.name for v in self.variables.values() if v.causality == "output"]
+        validate_events(list(self.event_kinds), self._own_kinds, self.event_details, self._block, drawn, outputs)
 
     def _lay_out(
         self,
         growing: Mapping[str, tuple[str, tuple[int, ...]]] | None = None,
         **fields: tuple[str, tuple[int, ...]],
     ) -> None:
-        """Set `_block`: the state, as `snapshot.Block` lays it out, in the memory of a parent where there is one."""
+        """Set `_block`: the state, as `state_block.Block` lays it out, in the memory of a parent where there is one."""
         words = sum(math.prod(shape) for _, shape in fields.values()) + len(growing or ())
         self._block = Block(self._claim_memory((words,)), growing=growing, **fields)
 
@@ -281,7 +299,12 @@ class Component(Stepping, metaclass=_Fixed):
             raise ParameterError(f"got {one_line(name)}", expected=expected, hint=hint, at="variable")
         if variable.causality == "parameter":
             return copy.deepcopy(getattr(self.parameters, name))
-        return self.balance_values()[name]
+        values = self.balance_values()
+        if name not in values:
+            raise GranularError(
+                f"balances() gave {name!r} at the reset and does not now", hint="give the same entries always", at="balances"
+            )
+        return values[name]
 
     def balance_values(self) -> dict[str, Any]:
         """Return all entries of the balances by name, the residuals among them."""
@@ -311,14 +334,19 @@ class Component(Stepping, metaclass=_Fixed):
         return self._block.count("events") + sum(part.event_count for part, _, _ in self._included)
 
     def event_rows(self, since: int = 0) -> FloatArray:
-        """Return a copy of the events from number `since` on, each a row of numbers as `snapshot.EVENT_ROWS` says.
+        """Return a copy of the events from number `since` on, each a row of numbers as `events.EVENT_ROWS` says.
 
         Kinds are numbered in alphabetical order, as the headers of logs hold them; in the state in the order of `event_kinds`.
         """
         own = self._block["events"].copy() if self._block.count("events") else np.zeros((0, 5))
-        names, inherited = list(self.event_kinds), sum(len(part.event_kinds) for part, _, _ in self._included)
-        self._renumber_kinds(own, names[: len(names) - inherited])
+        self._renumber_kinds(own, self._own_kinds)
         return self._merge_events(own)[since:] if self._included else own[since:]
+
+    @property
+    def _own_kinds(self) -> list[str]:
+        """The kinds of events that this component notes itself; those of included parts follow them."""
+        names = list(self.event_kinds)
+        return names[: len(names) - sum(len(part.event_kinds) for part, _, _ in self._included)]
 
     def _renumber_kinds(self, rows: FloatArray, names: list[str]) -> None:
         """Give events whose kinds are numbered in the order of these names the numbers of the alphabetical order of all."""

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from .errors import GranularError
+from .errors import GranularError, ParameterError
 from .support.arrays import FloatArray
 from .support.memory_limits import refuse_beyond
 
@@ -42,8 +42,14 @@ class Block:
             memory: shape (words,); see `words`.
             growing: name of a list -> (dtype of 8 bytes, shape of a row).
             **fields: name -> (dtype of 8 bytes, shape), one after the other.
+
+        Raises:
+            ParameterError: a dtype of another size.
         """
         lists = growing or {}
+        for name, (dtype, _) in (*fields.items(), *lists.items()):
+            if np.dtype(dtype).itemsize != 8 or np.dtype(dtype).kind not in "iuf":
+                raise ParameterError(f"got the type {dtype!r}", expected="'f8', 'i8' or 'u8'", at=("state", name))
         layout = {**fields, **({"_counts": ("i8", (len(lists),))} if lists else {})}
         sizes = {name: math.prod(shape) for name, (_, shape) in layout.items()}
         self.memory: FloatArray = np.zeros(sum(sizes.values())) if memory is None else memory
@@ -83,10 +89,17 @@ class Block:
     def __getitem__(self, name: str) -> np.ndarray:
         return self.views[name] if name in self.views else self._lists[name][: self.count(name)]
 
+    def __setitem__(self, name: str, value: Any) -> None:
+        self[name][...] = value
+
     @property
     def nbytes(self) -> int:
         """Bytes of the state, of lists the rows in use."""
         return self.memory.nbytes + sum(block[name].nbytes for block, name in self._tables)
+
+    def has_list(self, name: str) -> bool:
+        """Return whether there is a list of this name that grows."""
+        return name in self._lists
 
     def count(self, name: str) -> int:
         """Return how many rows of a list are in use; 0 where there is no such list."""

@@ -328,7 +328,7 @@ class Stepping(Physics):
         start, end, held = self._tick, self._tick + ticks, self._held
         self._undo.prepare(start)
         vars(self)["_step_start"] = start  # as in `step`
-        begun, told = perf_counter(), ticks < _MANY_TICKS
+        begun, warned = perf_counter(), ticks < _MANY_TICKS
         untold: list[Observer] | None = None
         try:
             if inputs:
@@ -338,8 +338,8 @@ class Stepping(Physics):
                 for observer in self._observers:
                     stop = min(stop, max(observer.next_tick, self._tick + 1))
                 self._advance_with_timing(stop - self._tick)
-                if not told and (spent := perf_counter() - begun) > _SILENT_SECONDS:
-                    told = True
+                if not warned and (spent := perf_counter() - begun) > _SILENT_SECONDS:
+                    warned = True
                     self._tell_time_left(self._tick - start, ticks, spent)
                 for observer in self._observers:
                     if observer.next_tick <= stop:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from granular_env.components.errors import LogError
 from granular_env.progress import Progress
-from granular_env.run_loop import Inputs, RunResult, advance, collect_warnings, memory_told
+from granular_env.run_loop import Inputs, RunResult, advance, collect_warnings, memory_errors
 
 if TYPE_CHECKING:
     from granular_env.recording.replay.branch import Branch
@@ -40,7 +40,7 @@ def run_branch(
         LogError: the log cannot be written.
     """
     where, end = f"log {os.fspath(log)!r}", branch.end(until)
-    with memory_told(where, LogError), collect_warnings() as told, ExitStack() as stack:
+    with memory_errors(where, LogError), collect_warnings() as issued, ExitStack() as stack:
         stack.enter_context(branch.recording(log, inputs, overwrite=overwrite))
         return advance(
             branch.component,
@@ -50,6 +50,6 @@ def run_branch(
             title=Path(log).name,
             progress=progress,
             log=Path(log),
-            told=told,
+            issued=issued,
             closing=stack,
         )

@@ -12,7 +12,7 @@ from granular_env.experiments.experiment import Experiment, Source, load_experim
 from granular_env.experiments.stop_rules import StopWatch
 from granular_env.progress import Progress
 from granular_env.recording.replay.log import Log
-from granular_env.run_loop import RunResult, advance, collect_warnings, memory_told, refuse_unrecordable
+from granular_env.run_loop import RunResult, advance, collect_warnings, memory_errors, refuse_unrecordable
 
 
 def resume(
@@ -39,7 +39,7 @@ def resume(
         overrides: of `experiment`.
         progress: show a bar, or call this with the part that is done.
         overwrite: whether a log that stands at `log` may be replaced.
-        allow_large: lift the caps on sizes.
+        allow_large: lift the limits on sizes.
 
     Raises:
         LogError: it is no log, or not of an experiment; it is of another one, or of another version of its component; it is
@@ -54,7 +54,7 @@ def resume(
 
     wanted = None if experiment is None else load_experiment(experiment, overrides)
     where = f"log {str(path)!r}"
-    with memory_told(where, LogError), collect_warnings() as told, ExitStack() as stack:
+    with memory_errors(where, LogError), collect_warnings() as issued, ExitStack() as stack:
         opened = stack.enter_context(open_log(path, allow_large=allow_large))
         program = _experiment_of(opened, where)
         if wanted is not None:
@@ -87,7 +87,7 @@ def resume(
             title=program.name,
             progress=progress,
             log=Path(path if log is None else log),
-            told=told,
+            issued=issued,
             closing=stack,
         )
 

@@ -117,7 +117,7 @@ def run(
     """
     loaded = load_experiment(experiment, overrides)
     seconds = _live_seconds(live, pace)
-    with memory_told(loaded.origin, ExperimentError), collect_warnings() as told, ExitStack() as stack:
+    with memory_errors(loaded.origin, ExperimentError), collect_warnings() as issued, ExitStack() as stack:
         ready = prepare(loaded)
         if live:
             _show_live(stack, ready.component, loaded.name, ready.ticks * ready.component.step_size, seconds)
@@ -133,7 +133,7 @@ def run(
             progress=progress,
             observers=observers,
             log=None if log is None else Path(log),
-            told=told,
+            issued=issued,
             closing=stack,
         )
 
@@ -148,14 +148,16 @@ def replay(log: str | os.PathLike[str], *, progress: Progress = False, allow_lar
     from granular_env.recording.replay.steps import check_work
 
     where = f"log {str(log)!r}"
-    with memory_told(where, LogError), collect_warnings() as told, open_log(log, allow_large=allow_large) as opened:
+    with memory_errors(where, LogError), collect_warnings() as issued, open_log(log, allow_large=allow_large) as opened:
         component, results = opened.component(), []
         check_work(opened.end_tick - opened.start_tick, component, opened.records.limits)
         for segment in opened.segments:
             start = opened.snapshot(segment, segment.start)
             component.restore(start)
             changes = dict(opened.steps_of(segment).changes(start.inputs))
-            results.append(advance(component, segment.end, {}, changes=changes, title=str(log), progress=progress, told=told))
+            results.append(
+                advance(component, segment.end, {}, changes=changes, title=str(log), progress=progress, issued=issued)
+            )
             if results[-1].interrupted:
                 break
         if not results:
@@ -175,7 +177,7 @@ def advance(
     progress: Progress = False,
     observers: Iterable[Observer] = (),
     log: Path | None = None,
-    told: list[str] | None = None,
+    issued: list[str] | None = None,
     closing: ExitStack | None = None,
 ) -> RunResult:
     """Advance a component to a tick: the loop itself, for `run` and `replay`.
@@ -190,7 +192,7 @@ def advance(
         progress: show the bar, or call this with the part that is done.
         observers: they look on while it lasts.
         log: the path that the result names.
-        told: the list that warnings are gathered in.
+        issued: the list that warnings are gathered in.
         closing: what is closed when the stepping is over (the recorder).
     """
     first, began = component.tick, perf_counter()
@@ -224,7 +226,7 @@ def advance(
         report=component.report(),
         conclusions=component.conclusions(),
         cautions=component.cautions(),
-        warnings=told if told is not None else [],
+        warnings=issued if issued is not None else [],
     )
 
 
@@ -293,7 +295,7 @@ class Interrupt:
 
 
 @contextmanager
-def memory_told(what: str, kind: type[GranularError]) -> Iterator[None]:
+def memory_errors(what: str, kind: type[GranularError]) -> Iterator[None]:
     """Memory that runs out in the middle, as an error of the family."""
     try:
         yield
@@ -304,13 +306,13 @@ def memory_told(what: str, kind: type[GranularError]) -> Iterator[None]:
 @contextmanager
 def collect_warnings() -> Iterator[list[str]]:
     """Collect this package's warnings as sentences, each once, and issue them as usual at the end of the block."""
-    told: list[str] = []
+    issued: list[str] = []
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always", GranularWarning)
         try:
-            yield told
+            yield issued
         finally:
-            told += dict.fromkeys(str(one.message) for one in caught if issubclass(one.category, GranularWarning))
+            issued += dict.fromkeys(str(one.message) for one in caught if issubclass(one.category, GranularWarning))
     for one in {str(one.message): one for one in caught}.values():
         warnings.warn_explicit(one.message, one.category, one.filename, one.lineno)
 

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import os
 import signal
+import sys
 import threading
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager, nullcontext, suppress
 from multiprocessing import get_context, parent_process
 from multiprocessing.connection import Connection, wait
 from typing import Any
@@ -24,13 +25,15 @@ class Worker:
     Args:
         serve: what it runs; a function of a module, so that the new interpreter finds it.
         arguments: of `serve`, after its end of the pipe.
+        with_script: import the caller's script first, for what it defines; otherwise a script needs no
+            ``if __name__ == "__main__":``.
     """
 
-    def __init__(self, serve: Callable[..., None], *arguments: Any) -> None:
+    def __init__(self, serve: Callable[..., None], *arguments: Any, with_script: bool = False) -> None:
         context = get_context("spawn")  # a fork of a process that has run kernels may hang
         self.connection, theirs = context.Pipe()
         self._process: Any = context.Process(target=_serve, args=(serve, theirs, arguments), daemon=True)
-        with _environment(THREADS), _no_interrupt():
+        with _environment(THREADS), _no_interrupt(), nullcontext() if with_script else _no_script():
             self._process.start()
         theirs.close()
 
@@ -107,6 +110,19 @@ def _environment(values: Mapping[str, str]) -> Iterator[None]:
                 os.environ.pop(name, None)
             else:
                 os.environ[name] = value
+
+
+@contextmanager
+def _no_script() -> Iterator[None]:
+    """Keep a process that is started within from importing the caller's script, which would run a second time there."""
+    main = vars(sys.modules["__main__"])
+    before = {name: main[name] for name in ("__spec__", "__file__") if name in main}
+    main["__spec__"] = None
+    main.pop("__file__", None)
+    try:
+        yield
+    finally:
+        main.update(before)
 
 
 @contextmanager

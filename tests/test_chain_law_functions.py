@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import ast
 import math
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from itertools import product
 from pathlib import Path
 from typing import Any, ClassVar, Literal
@@ -46,21 +46,44 @@ CASES: dict[str, dict[str, Any]] = {
 }
 
 
-def plain_force(chain: ge.Chain, j: int, d: float, w: float) -> float:
-    """Return the force of a contact that is loaded for the first time: the formula of its docs page."""
+Formula = Callable[[ge.Chain, int, float, float], float]
+
+
+def power_law(chain: ge.Chain, j: int, d: float, w: float) -> float:
+    """Return k d^p + c w: elastic, or with a dashpot of constant strength."""
     law: Any = chain.parameters.law
-    k = float(chain.geometry.stiffness[j])
-    if d <= 0.0:
-        return 0.0
-    elastic = k * d**law.exponent
-    if law.name == "elastic_plastic":
-        reduced = float(chain.geometry.reduced_radius[j])
-        root = math.pi * law.yield_pressure * reduced / (1.5 * k)
-        tangent = k * root**3 + math.pi * law.yield_pressure * reduced * (d - root**2)
-        return elastic if d < root**2 else tangent
-    if law.name == "kuwabara_kono":
-        return max(0.0, elastic + law.dissipation * math.sqrt(d) * w)
-    return max(0.0, elastic + getattr(law, "dissipation", 0.0) * w)
+    return max(0.0, float(chain.geometry.stiffness[j]) * d**law.exponent + getattr(law, "dissipation", 0.0) * w)
+
+
+def kuwabara_kono(chain: ge.Chain, j: int, d: float, w: float) -> float:
+    """Return k d^(3/2) + c d^(1/2) w."""
+    law: Any = chain.parameters.law
+    return max(0.0, float(chain.geometry.stiffness[j]) * d**1.5 + law.dissipation * math.sqrt(d) * w)
+
+
+def elastic_plastic(chain: ge.Chain, j: int, d: float, w: float) -> float:
+    """Return Hertz's force up to yielding, and its tangent from there on."""
+    law: Any = chain.parameters.law
+    k, reduced = float(chain.geometry.stiffness[j]), float(chain.geometry.reduced_radius[j])
+    root = math.pi * law.yield_pressure * reduced / (1.5 * k)
+    return k * d**1.5 if d < root**2 else k * root**3 + math.pi * law.yield_pressure * reduced * (d - root**2)
+
+
+# The force of a contact that is loaded for the first time: the formula of each law's docs page.
+FORMULAS: dict[str, Formula] = {
+    "hertz": power_law,
+    "power": power_law,
+    "viscous": power_law,
+    "kuwabara_kono": kuwabara_kono,
+    "elastic_plastic": elastic_plastic,
+    "linear": power_law,
+    "walton_braun": power_law,
+}
+
+
+def plain_force(chain: ge.Chain, j: int, d: float, w: float) -> float:
+    """Return the force of contact j at the overlap d and the speed of approach w, by the formula of its law."""
+    return FORMULAS[chain.parameters.law.name](chain, j, d, w) if d > 0.0 else 0.0
 
 
 def forces_on(chain: ge.Chain) -> np.ndarray:
@@ -93,7 +116,7 @@ def pairs(names: Iterable[str], integrators: Iterable[str]) -> list[Any]:
 
 
 def test_every_law_is_a_case() -> None:
-    assert list(CASES) == list(LAWS)
+    assert list(CASES) == list(FORMULAS) == list(LAWS)
 
 
 @pytest.mark.parametrize("name", CASES)

@@ -3,18 +3,27 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 import pytest
 
 import granular_env as ge
 from granular_env.components.balances import Balance
+from granular_env.components.component import Component
+from granular_env.components.contract import Variable
 from granular_env.components.discs import Discs
 from granular_env.components.drawables import Cells, Curve, Drawable, Links, Points
-from granular_env.components.errors import ParameterError
+from granular_env.components.errors import ParameterError, StepError
+from granular_env.components.events import EVENT_ROWS, EventDetail
+from granular_env.components.oscillator import OscillatorParameters
+
+EVENTFUL: dict[str, Any] = {
+    "event_kinds": {"event": "text"},
+    "layout": {"x": ("f8", ()), "growing": {"events": EVENT_ROWS}},
+}
 
 
 def drawing(change: Callable[[Points, Links], tuple[Drawable, ...]]) -> type[Discs]:
@@ -128,6 +137,127 @@ def test_drawables_are_closed_to_writing() -> None:
             array[...] = 0
     # Whoever opens them writes to a copy.
     assert discs.reference.flags.writeable and not np.shares_memory(discs.reference, points.reference)  # type: ignore[union-attr]
+
+
+def declaring(*more: Variable, **outputs: Callable[[], Any]) -> type[Discs]:
+    class Declared(Discs):
+        def _declare(self) -> Iterable[Variable]:
+            yield from super()._declare()
+            yield from more
+
+        def _outputs(self) -> dict[str, Callable[[], Any]]:
+            return {**super()._outputs(), **outputs}
+
+    return Declared
+
+
+HEAT = Variable("heat", "output", "J", (), "heat")
+
+
+@pytest.mark.parametrize(
+    ("variable", "message"),
+    [
+        (HEAT, "variables.heat: nothing says how to read it, expected a way to read each output; let `_outputs` give it"),
+        (dataclasses.replace(HEAT, name="Heat Flow"), "variables.Heat Flow: this is its name, expected small letters"),
+        (dataclasses.replace(HEAT, name="speed"), "variables.speed: declared twice"),
+        (dataclasses.replace(HEAT, name="stiffness"), "variables.stiffness: a parameter has this name"),
+        (dataclasses.replace(HEAT, causality="inpt"), "variables.heat: got the causality 'inpt', expected 'input' or 'output'"),
+        (dataclasses.replace(HEAT, unit=""), "variables.heat: got no unit, expected such as 'm/s', or '1'"),
+        (dataclasses.replace(HEAT, shape=(2.5,)), "variables.heat: got the shape (2.5,), expected a tuple of whole numbers"),
+        (dataclasses.replace(HEAT, axes=("disc",)), "variables.heat: got the axes ('disc',), expected a name for each index"),
+        (dataclasses.replace(HEAT, minimum=1.0, maximum=0.0), "variables.heat: got values from 1 to 0"),
+        (dataclasses.replace(HEAT, name="duration", causality="input"), "variables.duration: `step` and `reset` take"),
+        (dataclasses.replace(HEAT, name="seed", state=True), "variables.seed: `step` and `reset` take"),
+    ],
+)
+def test_variables_that_do_not_fit_are_refused(variable: Variable, message: str) -> None:
+    with pytest.raises(ParameterError) as error:
+        declaring(variable)()
+    assert message in str(error.value)
+    assert declaring(HEAT, heat=lambda: 2.0)().get("heat") == 2.0
+
+
+def test_an_output_that_nobody_declared_is_refused() -> None:
+    with pytest.raises(ParameterError, match="variables.spede: `_outputs` gives it, `_declare` does not.* 'speed'"):
+        declaring(spede=lambda: 2.0)()
+
+
+class Slip(Component):
+    """A component of one number, in which every test makes one slip."""
+
+    name = "slip"
+    Parameters = OscillatorParameters
+    layout: ClassVar[dict[str, Any]] = {"x": ("f8", ())}
+    shape: ClassVar[tuple[int, ...]] = ()
+    length: ClassVar[Any] = 1e-3
+    entries: ClassVar[dict[str, float]] = {"kinetic_energy": 1.0}
+
+    def _build(self) -> None:
+        self.step_size = type(self).length
+        if self.layout:
+            self._lay_out(**self.layout)
+
+    def _declare(self) -> Iterable[Variable]:
+        yield Variable("x", "output", "m", self.shape, "place", state=True)
+
+    def _advance(self, ticks: int) -> int:
+        self._block["x"] += 1.0
+        if "event" in self.event_kinds:
+            self._add_event(self.tick + 1, "event", None, 1.0, 1.0)
+        return 0
+
+    def _explain(self, status: int) -> StepError:
+        raise AssertionError
+
+    def balances(self) -> tuple[Balance, ...]:
+        return (Balance("energy", "J", self.entries, initial=1.0),)
+
+
+@pytest.mark.parametrize(
+    ("slip", "message"),
+    [
+        ({"layout": {}}, "component 'slip': state: it is not laid out; call `_lay_out` in `_build`"),
+        ({"layout": {"x": ("f4", (3,))}}, "state.x: got the type 'f4', expected 'f8', 'i8' or 'u8'"),
+        ({"layout": {"x": ("?", ())}}, "state.x: got the type '?'"),
+        ({"layout": {"y": ("f8", ())}}, "variables.x: nothing says how to read it"),
+        ({"shape": (3,)}, "variables.x: got the shape (3,), expected (), as its part of the state has"),
+        ({"length": -1.0}, "step_size: got -1.0, expected more than 0 and finite"),
+        ({"length": None}, "step_size: got None"),
+        ({"length": float("nan")}, "step_size: got nan"),
+        ({"event_kinds": {"event": "text"}}, "event_kinds: got event, expected a list of the state to note them in; lay"),
+        (
+            {"event_kinds": {"event": "text"}, "layout": {"x": ("f8", ()), "growing": {"events": ("f8", (4,))}}},
+            "event_kinds: got event",
+        ),
+        ({"event_details": {"evnt": EventDetail("J")}}, "event_details.evnt: there is no such kind"),
+        (
+            EVENTFUL | {"event_details": {"event": EventDetail("J", counts="links")}},
+            "event_details.event.counts: got 'links', expected the name of a drawable",
+        ),
+        (
+            EVENTFUL | {"event_details": {"event": EventDetail("J", ratio="rato")}},
+            "event_details.event.ratio: got 'rato', expected the name of an output",
+        ),
+    ],
+)
+def test_a_slip_of_an_author_is_told_by_name(slip: dict[str, Any], message: str) -> None:
+    with pytest.raises(ParameterError) as error:
+        type("Made", (Slip,), slip)()
+    assert message in str(error.value)
+
+
+def test_a_part_of_the_state_is_written_as_any_array_is() -> None:
+    made = type("Made", (Slip,), EVENTFUL)()
+    made.step(3e-3)
+    assert made.get("x") == 1.0 and [event.kind for event in made.events()] == ["event"]
+
+
+def test_an_entry_of_a_balance_that_is_gone_is_named() -> None:
+    made = Slip()
+    assert made.get("kinetic_energy") == 1.0
+    made.__class__ = type("Made", (Slip,), {"entries": {"potential_energy": 1.0}})
+    with pytest.raises(ge.GranularError, match="balances: balances\\(\\) gave 'kinetic_energy' at the reset and does not now"):
+        made.get("kinetic_energy")
 
 
 def test_an_output_of_another_shape_than_declared_is_not_recorded(tmp_path: Path) -> None:

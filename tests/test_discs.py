@@ -326,10 +326,14 @@ def test_two_discs_at_one_place_are_refused_by_name_and_nothing_has_moved() -> N
 
 def test_splitting_refuses_what_is_no_link() -> None:
     for target in (9, -1, True, 1.0):
-        with pytest.raises(ParameterError, match="expected a link of a single row, 0 to 8"):
+        with pytest.raises(ParameterError, match="target: got .*, expected a whole number from 0 to 8"):
             gymnasium.make("granular_env/Splitting-v1", target=target)
-    with pytest.raises(ParameterError, match="target"):
+    with pytest.raises(ParameterError, match="discs.rows: got 2, expected 1, a single row to split"):
         gymnasium.make("granular_env/Splitting-v1", discs={"rows": 2})
+    with pytest.raises(ParameterError, match="columns: got 2, expected at least 3"):
+        gymnasium.make("granular_env/Splitting-v1", columns=2)
+    with pytest.raises(ParameterError, match="work_price: got -1, expected 0 or more"):
+        gymnasium.make("granular_env/Splitting-v1", work_price=-1.0)
 
 
 def test_without_a_native_batch_gymnasiums_own_serves_and_describe_says_so(capsys: pytest.CaptureFixture[str]) -> None:

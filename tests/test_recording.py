@@ -129,7 +129,7 @@ def test_segments_are_laid_end_to_end(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("make_log", [oscillator_log, chain_log])
 def test_a_log_verifies(make_log, tmp_path: Path) -> None:  # noqa: ANN001
-    make_log(tmp_path / "a.mcap", key_every=None)
+    make_log(tmp_path / "a.mcap", snapshot_every=None)
     log = open_log(tmp_path / "a.mcap")
     seen = []
     result = verify(log, progress=seen.append)
@@ -385,7 +385,7 @@ def test_one_changed_bit_of_a_frame_is_named_with_its_index(tmp_path: Path) -> N
 
 @pytest.mark.parametrize("at", [0.0, 0.07, 0.6, 1.234, 2.6])
 def test_a_branch_with_unchanged_inputs_has_the_parents_bits(tmp_path: Path, at: float) -> None:
-    end = oscillator_log(tmp_path / "a.mcap", every=0.01, key_every=0.5)
+    end = oscillator_log(tmp_path / "a.mcap", every=0.01, snapshot_every=0.5)
     parent = open_log(tmp_path / "a.mcap")
     branch = parent.branch(round(at, 2))
     child = branch.run(tmp_path / "b.mcap")
@@ -428,7 +428,7 @@ def test_a_branch_takes_other_inputs_and_goes_on_longer(tmp_path: Path) -> None:
         ({"variables": ["mass"]}, "mass"),
         ({"hash_every": 0}, "hash_every"),
         ({"hash_every": "x"}, "hash_every"),
-        ({"key_every": 0.0151}, "key_every"),
+        ({"snapshot_every": 0.0151}, "snapshot_every"),
         ({"experiment": {"x": object()}}, "experiment"),
     ],
 )

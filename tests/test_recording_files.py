@@ -110,7 +110,7 @@ def test_a_pipe_is_refused_and_not_waited_for(tmp_path: Path) -> None:
     [
         {"every": 1e-6, "variables": ["velocity", "displacement"]},
         {"variables": ["velocity"]},
-        {"every": 2e-5, "variables": ["velocity"], "hash_every": 1, "key_every": 1e-5},
+        {"every": 2e-5, "variables": ["velocity"], "hash_every": 1, "snapshot_every": 1e-5},
         {"experiment": {"duration": 1e-3}},
     ],
 )

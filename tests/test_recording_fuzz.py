@@ -5,10 +5,11 @@ from __future__ import annotations
 import random
 import warnings
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
-from support.hostile_logs import ACTIONS, lie, refused_by_the_family
+from support.hostile_logs import ACTIONS, VIEWS, lie, refused_by_the_family
 from support.recording_helpers import changed, mutated, rewrite
 
 import granular_env as ge
@@ -20,9 +21,9 @@ APART = np.array([[-1.0, 0.5], [0.0, 0.0], [0.0, 0.0], [1.0, -0.5]])
 
 
 def torn_log(path: Path) -> Path:
-    """Discs that are torn apart by an array profile and by arrays, with a reset, key snapshots, and events in each part."""
+    """Discs that are torn apart by an array profile and by arrays, with a reset, snapshots, and events in each part."""
     discs = ge.make("discs", rows=2, columns=2, clearance=0.01, breaking_strain=0.003, step_size=1e-4)
-    with ge.record(discs, path, every=1e-3, hash_every=7, key_every=2e-3):
+    with ge.record(discs, path, every=1e-3, hash_every=7, snapshot_every=2e-3):
         discs.step(3e-3, force=ge.Profile.half_sine(2.0, 3e-3) * APART)
         discs.reset(velocity={0: (-0.3, 0.2)})
         for number in range(6):
@@ -52,7 +53,9 @@ def write_lying(source: Path, out: Path, chance: random.Random) -> None:
     rewrite(source, out, change)
 
 
-def try_lies(logs: tuple[Path, bytes], folder: Path, seed: int, cases: int) -> tuple[int, int]:
+def try_lies(
+    logs: tuple[Path, bytes], folder: Path, seed: int, cases: int, actions: dict[str, Any] = ACTIONS
+) -> tuple[int, int]:
     """How many of so many cases could be written, and how many were refused by one of two actions at least."""
     source, other = logs
     chance, written, refused = random.Random(seed), 0, 0
@@ -68,7 +71,8 @@ def try_lies(logs: tuple[Path, bytes], folder: Path, seed: int, cases: int) -> t
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
             try:
-                refused += bool(refused_by_the_family(folder / "b.mcap", tuple(chance.sample(sorted(ACTIONS), 2))))
+                chosen = [actions[name] for name in chance.sample(sorted(actions), 2)]
+                refused += bool(refused_by_the_family(folder / "b.mcap", chosen))
             except Exception as error:
                 kept = folder / f"case-{seed}-{case}.mcap"
                 kept.write_bytes((folder / "b.mcap").read_bytes())
@@ -87,6 +91,13 @@ def test_lies_and_damage_are_refused_or_harmless(logs: tuple[Path, bytes], tmp_p
 def test_twenty_thousand_lies_and_damages(logs: tuple[Path, bytes], tmp_path: Path, seed: int) -> None:
     written, refused = try_lies(logs, tmp_path, seed, 2000)
     assert written > 1500 and refused > 400
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", range(20, 24))
+def test_no_picture_of_a_lie_ends_in_a_traceback(logs: tuple[Path, bytes], tmp_path: Path, seed: int) -> None:
+    written, refused = try_lies(logs, tmp_path, seed, 60, VIEWS)
+    assert written > 40 and refused > 10
 
 
 @pytest.mark.parametrize("count", [-1, 1, 99, 2**40, 2**62])

@@ -30,22 +30,22 @@ from granular_env.run_loop import RunResult, run
 RUNS: dict[str, tuple[str, dict[str, Any]]] = {
     "chain": (
         "nesterenko-1983/3.3-triangle-100us",
-        {"component.grains": 40, "duration": 2e-4, "record.every": 5e-6, "record.key_every": 5e-5},
+        {"component.grains": 40, "duration": 2e-4, "record.every": 5e-6, "record.snapshot_every": 5e-5},
     ),
-    "discs": ("discs/broken-row", {"duration": 0.008, "record.key_every": 2e-3}),
+    "discs": ("discs/broken-row", {"duration": 0.008, "record.snapshot_every": 2e-3}),
     "automata": (
         "psakhie-2003/uniaxial-compression",
         {
             "component.diameter": 5e-3,
             "component.shape.height": 0.0995929214352,
             "duration": 4e-5,
-            "record.key_every": 1e-5,
+            "record.snapshot_every": 1e-5,
             "input.top_velocity.values": [-5.0, -5.0],
         },
     ),
     "coupled": (
         "psakhie-2003/impact-on-a-cracking-core",
-        {"component.automata.diameter": 2.5e-3, "record.key_every": 1e-5, "duration": 4.4e-5},
+        {"component.automata.diameter": 2.5e-3, "record.snapshot_every": 1e-5, "duration": 4.4e-5},
     ),
 }
 SWING = {
@@ -54,7 +54,7 @@ SWING = {
     "component": {"type": "oscillator", "stiffness": 4.0},
     "start": {"position": 1.0},
     "input": {"force": {"profile": "triangle", "peak": 1.0, "duration": 0.5}},
-    "record": {"every": 0.1, "variables": ["position"], "key_every": 1.0},
+    "record": {"every": 0.1, "variables": ["position"], "snapshot_every": 1.0},
 }
 # So long does each step of a run last [s].
 PAUSE = 4e-4

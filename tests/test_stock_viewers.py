@@ -201,7 +201,7 @@ def test_a_log_that_was_not_closed_has_its_metadata_and_recovers_its_preview(log
 def test_messages_lie_in_the_order_of_time_in_each_chunk(tmp_path: Path) -> None:
     """Each batch holds several variables and hashes, whose last ticks differ."""
     chain = make_chain(grains=200)
-    with ge.record(chain, tmp_path / "a.mcap", every=chain.step_size, hash_every=7, key_every=50 * chain.step_size):
+    with ge.record(chain, tmp_path / "a.mcap", every=chain.step_size, hash_every=7, snapshot_every=50 * chain.step_size):
         chain.reset(velocity={0: 5.0})
         chain.step(1500 * chain.step_size)
     with (tmp_path / "a.mcap").open("rb") as file:

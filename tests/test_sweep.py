@@ -518,6 +518,16 @@ def test_a_task_that_ends_every_process_is_named_and_the_rest_goes_on(tmp_path, 
     assert run_sweep(content, tmp_path / "out", workers=1).done == 3
 
 
+def test_a_script_is_not_run_again_by_the_processes(tmp_path):
+    script = tmp_path / "script.py"
+    script.write_text(
+        "import granular_env as ge\nprint('begin')\n"
+        f"sweep = ge.run_sweep({plan()!r}, {str(tmp_path / 'out')!r}, workers=2)\nprint('end', sweep.done)\n"
+    )
+    done = subprocess.run([sys.executable, script], capture_output=True, text=True, timeout=300)
+    assert (done.stdout, done.returncode) == ("begin\nend 4\n", 0), done.stderr
+
+
 def test_processes_that_cannot_begin_are_told(tmp_path, monkeypatch):
     monkeypatch.setattr(processes._Worker, "give", lambda self, bundle: os.kill(self._process.pid, signal.SIGKILL))
     with pytest.raises(ge.SweepError, match="the processes end before they begin"):

@@ -92,7 +92,7 @@ def _header(name: str, value: Any) -> Callable[[Record], Record]:
         ("event_kinds", {"slipped": "a grain slipped"}),
         ("parent", {"log": "0123456789abcdef"}),
         ("machine", {"cpu": "another"}),
-        ("options", {"frame_every": 1, "doubling": 64, "hash_every": 4096, "key_every": 0}),
+        ("options", {"frame_every": 1, "doubling": 64, "hash_every": 4096, "snapshot_every": 0}),
         ("state", ["velocity"]),
         ("particles", {"displacement": "velocity", "colour": "velocity"}),
     ],
@@ -183,9 +183,9 @@ def test_one_changed_bit_of_the_film_is_noticed(tmp_path: Path) -> None:
         count += 1
         return data[:-1] + bytes([data[-1] ^ 1]) if count == 30 else data
 
-    rewrite(tmp_path / "a.mcap", tmp_path / "b.mcap", change_film=change)
+    rewrite(tmp_path / "a.mcap", tmp_path / "b.mcap", change_preview=change)
     result = verify(tmp_path / "b.mcap")
-    assert count > 60 and not result.identical and result.variable == "film"
+    assert count > 60 and not result.identical and result.variable == "preview"
 
 
 def test_a_changed_metadata_record_is_noticed(tmp_path: Path) -> None:
@@ -210,8 +210,8 @@ def test_a_recovered_log_is_compared_too_film_and_all(tmp_path: Path, cut: int) 
     (tmp_path / "cut.mcap").write_bytes(data[: len(data) - cut])
     recover(tmp_path / "cut.mcap", tmp_path / "b.mcap").close()
     assert verify(tmp_path / "b.mcap").identical
-    rewrite(tmp_path / "b.mcap", tmp_path / "c.mcap", change_film=lambda data: data[:-1] + bytes([data[-1] ^ 1]))
-    assert verify(tmp_path / "c.mcap").variable == "film"
+    rewrite(tmp_path / "b.mcap", tmp_path / "c.mcap", change_preview=lambda data: data[:-1] + bytes([data[-1] ^ 1]))
+    assert verify(tmp_path / "c.mcap").variable == "preview"
 
 
 def test_what_a_recovered_log_lost_is_named(tmp_path: Path) -> None:
@@ -225,7 +225,7 @@ def test_what_a_recovered_log_lost_is_named(tmp_path: Path) -> None:
 
 
 def test_a_run_with_failed_and_empty_histories_is_identical(tmp_path: Path) -> None:
-    """Resets without a step, a step that fails, and one whose parts had been written: the film is made again all the same."""
+    """Resets without a step, a step that fails, and one whose parts had been written: the preview is made again."""
     component = catalogue.make("chain", **CHAIN)
     h = component.step_size
     with record(component, tmp_path / "a.mcap", every=h):
@@ -287,7 +287,7 @@ def test_a_changed_start_state_is_called_that(tmp_path: Path) -> None:
 
 
 def test_a_changed_snapshot_is_called_that(tmp_path: Path) -> None:
-    oscillator_log(tmp_path / "a.mcap", key_every=0.5)
+    oscillator_log(tmp_path / "a.mcap", snapshot_every=0.5)
     rewrite(tmp_path / "a.mcap", tmp_path / "b.mcap", _with_other_snapshot(KEY))
     result = verify(tmp_path / "b.mcap")
     assert not result.identical and "the snapshot at " in result.message

@@ -11,6 +11,7 @@ from support import browser
 
 from granular_env.cli import main
 from granular_env.components.catalogue import make
+from granular_env.components.discs import Discs
 from granular_env.components.errors import ParameterError
 from granular_env.documents import find, to_toml
 from granular_env.experiments import load_experiment, shipped_experiments
@@ -275,3 +276,26 @@ def test_inputs_of_a_script_are_shown_without_an_experiment(tmp_path):
         oscillator.step(1.0, force=1.0)
     with open_log(tmp_path / "log.mcap") as opened:
         assert "Experiment" not in headings(report(opened, tmp_path / "page"))
+
+
+class Overflowing(Discs):
+    """Discs of which one output is infinite for a while."""
+
+    def _outputs(self):
+        def speed():
+            return np.where((np.arange(8) == 3) & (self.tick > 5), np.inf, before["speed"]())
+
+        before = super()._outputs()
+        return before | {"speed": speed}
+
+
+def test_an_infinite_number_is_no_obstacle(tmp_path):
+    discs = Overflowing()
+    with record(discs, tmp_path / "a.mcap", every=discs.step_size):
+        for force in range(12):
+            discs.step(discs.step_size, force=float(force))
+    with open_log(tmp_path / "a.mcap") as log:
+        field = load_field(log, "speed", 100)
+        assert np.isinf(field.values).any()
+        assert len(figures.default_indices(field)) == 5
+        assert "Speed" in report(log, tmp_path / "page").read_text()

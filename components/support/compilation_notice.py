@@ -16,7 +16,7 @@ from numba.core import event
 from .cache_folder import cache_folder
 from .notice import tell
 
-_told: set[str] = set()
+_announced: set[str] = set()
 _locks: list[int] = []  # open files; a lock is held as long as its file is open
 
 # The name of what is compiled and its seconds, in the package that the kernels live in, or in one above it.
@@ -47,9 +47,9 @@ def listen() -> None:
 
 def _tell_of(module: str) -> None:
     name, seconds = _declaration(module)
-    if not name or name in _told:
+    if not name or name in _announced:
         return
-    _told.add(name)
+    _announced.add(name)
     folder = cache_folder()
     if folder is None or _is_first(folder, name):
         kept = "in every process, because they cannot be kept" if folder is None else f"once; kept in {folder}"

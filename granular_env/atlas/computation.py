@@ -24,7 +24,7 @@ from .folder import open_folder
 from .model import Entry, Findings, Paper
 
 # Called with an entry, and how much of it is done, when it begins (0), after each of its runs, and at its end (1).
-Told = Callable[[Entry, float], None]
+Report = Callable[[Entry, float], None]
 
 
 @dataclasses.dataclass(frozen=True)
@@ -78,7 +78,7 @@ def compute(
     only: Iterable[str] = (),
     processes: int = 1,
     refinement: int = 1,
-    told: Told = lambda entry, share: None,
+    report: Report = lambda entry, share: None,
 ) -> Atlas:
     """Compute the entries of a paper; their logs go into ``folder/logs``.
 
@@ -89,10 +89,10 @@ def compute(
         folder: made if it is not there; one process computes there at a time.
         constants: those that are to differ from the paper's.
         only: names of the entries to compute; default: all.
-        processes: how many entries are computed at a time. More than one starts Python anew, so a script then needs
+        processes: how many entries are computed at a time. A script that defines entries of its own then needs
             ``if __name__ == "__main__":`` around what it does.
         refinement: by how much steps and sampling intervals are divided; digits that hold at 2 have converged.
-        told: called with an entry, and how much of it is done, from 0 to 1.
+        report: called with an entry, and how much of it is done, from 0 to 1.
 
     Raises:
         ParameterError: no such constant or entry, or a value out of its range.
@@ -107,13 +107,13 @@ def compute(
     order, found = sorted(entries, key=lambda entry: -entry.weight), {}
     with open_folder(folder) as logs:
         arguments = logs, values, refinement, FinishedRuns(Path(folder))
-        stream = _serial(order, Context(*arguments), told)
+        stream = _serial(order, Context(*arguments), report)
         if min(processes, len(entries)) > 1:
-            stream = _parallel(order, arguments, min(processes, len(entries)), told)
+            stream = _parallel(order, arguments, min(processes, len(entries)), report)
         with closing(stream):
             for one in stream:
                 found[one.entry.name] = one
-                told(one.entry, 1.0)
+                report(one.entry, 1.0)
     return Atlas(paper, values, [found[entry.name] for entry in entries])
 
 
@@ -128,15 +128,18 @@ def chosen(paper: Paper, only: Iterable[str]) -> list[Entry]:
     return [entry for entry in paper.entries if not wanted or entry.name in wanted]
 
 
-def _serial(entries: Sequence[Entry], context: Context, told: Told) -> Generator[Done, None, None]:
+def _serial(entries: Sequence[Entry], context: Context, report: Report) -> Generator[Done, None, None]:
     for entry in entries:
-        yield _attempt(entry, context, told)
+        yield _attempt(entry, context, report)
 
 
-def _parallel(entries: Sequence[Entry], arguments: tuple[Any, ...], processes: int, told: Told) -> Generator[Done, None, None]:
+def _parallel(
+    entries: Sequence[Entry], arguments: tuple[Any, ...], processes: int, report: Report
+) -> Generator[Done, None, None]:
     """Give each process an entry at a time; what it sends is a share of that entry, or the entry done."""
     waiting, running = list(entries), {}
-    crew = [Worker(_serve, *arguments) for _ in range(processes)]
+    of_script = any(entry.compute.__module__ == "__main__" for entry in entries)
+    crew = [Worker(_serve, *arguments, with_script=of_script) for _ in range(processes)]
     try:
         for worker in crew:
             running[worker.connection] = worker, _give(worker, waiting)
@@ -155,7 +158,7 @@ def _parallel(entries: Sequence[Entry], arguments: tuple[Any, ...], processes: i
                     if waiting:
                         running[ready] = worker, _give(worker, waiting)
                 else:
-                    told(entry, message)
+                    report(entry, message)
     finally:
         stop_all(crew)
 
@@ -176,11 +179,11 @@ def _serve(connection: Connection, *arguments: Any) -> None:
         connection.send(_attempt(connection.recv(), context, lambda entry, share: connection.send(share)))
 
 
-def _attempt(entry: Entry, context: Context, told: Told) -> Done:
+def _attempt(entry: Entry, context: Context, report: Report) -> Done:
     """Return the entry's findings, or what went wrong: whatever it is, the other entries go on."""
-    told(entry, 0.0)
+    report(entry, 0.0)
     expected = entry.expected_runs(context.constants)
-    context.begin(lambda runs: told(entry, min(runs / (expected + 1), 0.99)))
+    context.begin(lambda runs: report(entry, min(runs / (expected + 1), 0.99)))
     try:
         findings = entry.compute(context)
         drawings = {figure.name: draw(figure) for figure in findings.figures}

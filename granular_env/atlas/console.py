@@ -13,7 +13,7 @@ from .model import Entry
 
 
 @contextmanager
-def telling(entries: Sequence[Entry], title: str, progress: Progress) -> Iterator[Callable[[Entry, float], None]]:
+def entry_progress(entries: Sequence[Entry], title: str, progress: Progress) -> Iterator[Callable[[Entry, float], None]]:
     """Show a progress bar by the work that is done, and which entries are being computed, each with its own share."""
     shares = {entry.name: 0.0 for entry in entries}
     weights = {entry.name: entry.weight for entry in entries}

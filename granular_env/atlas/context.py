@@ -52,7 +52,7 @@ class Context:
     def begin(self, on_run: Callable[[float], None]) -> None:
         """Begin an entry: `on_run` is called with the number of its runs so far, after each, and with parts of a long one."""
         self._used: list[str] = []
-        self._runs, self._on_run, self._told, self._start = 0, on_run, perf_counter(), (0.0, 0.0)
+        self._runs, self._on_run, self._last_told, self._start = 0, on_run, perf_counter(), (0.0, 0.0)
 
     def run(self, experiment: Source, *, start: tuple[float, float] = (0.0, 0.0), **overrides: Any) -> Log:
         """Open the log of an experiment.
@@ -145,12 +145,12 @@ class Context:
 
     def _part_done(self, part: float) -> None:
         """Tell how far a run is, where it is a long one."""
-        if perf_counter() - self._told > _TELL_SECONDS:
-            self._told = perf_counter()
+        if perf_counter() - self._last_told > _TELL_SECONDS:
+            self._last_told = perf_counter()
             self._on_run(self._runs + work_done(part, self._start))
 
     def _run(self, experiment: Experiment, log: Path | None, observers: Sequence[Observer]) -> Component:
-        self._told = perf_counter()
+        self._last_told = perf_counter()
         with warnings.catch_warnings(action="ignore", category=GranularWarning):
             result = run(experiment, log=log, overwrite=True, observers=observers, progress=self._part_done)
         if result.interrupted:

@@ -13,7 +13,7 @@ from granular_env.progress import Progress
 
 from . import papers
 from .computation import Atlas, chosen, compute
-from .console import telling
+from .console import entry_progress
 from .export import write
 from .model import Paper
 
@@ -40,7 +40,7 @@ def run_atlas(
         folder: where to; default: ``atlas/`` and the paper's name.
         overrides: constants that are to differ from the paper's.
         only: names of the entries to compute; default: all.
-        processes: how many entries are computed at a time. More than one starts Python anew, so a script then needs
+        processes: how many entries are computed at a time. A script that defines entries of its own then needs
             ``if __name__ == "__main__":`` around what it does.
         refinement: by how much steps and sampling intervals are divided; digits that hold at 2 have converged.
         progress: show a bar, or call this with the part that is done.
@@ -53,6 +53,6 @@ def run_atlas(
     if not isinstance(found, Paper):
         raise ParameterError(f"got {one_line(found)}", expected="the name of a paper, or a Paper", at="paper")
     where, names = Path(folder) if folder is not None else Path("atlas") / found.name, list(only)
-    with telling(chosen(found, names), found.name, progress) as told:
-        done = compute(found, where, overrides, only=names, processes=processes, refinement=refinement, told=told)
+    with entry_progress(chosen(found, names), found.name, progress) as report:
+        done = compute(found, where, overrides, only=names, processes=processes, refinement=refinement, report=report)
     return dataclasses.replace(done, page=write(done, where))

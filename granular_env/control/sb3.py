@@ -64,18 +64,18 @@ class Sb3VecEnv(VecEnv):
 
     def step_wait(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, list[dict[str, Any]]]:
         """Do it."""
-        observations, rewards, terminated, truncated, told = self.env.step(self._actions)
+        observations, rewards, terminated, truncated, info = self.env.step(self._actions)
         over = terminated | truncated
         infos: list[dict[str, Any]] = []
         for place in range(self.num_envs):
             if not over[place]:
-                infos.append(info_of(told, place))
+                infos.append(info_of(info, place))
                 continue
-            self.reset_infos[place] = info_of(told, place)
+            self.reset_infos[place] = info_of(info, place)
             infos.append(
                 {
-                    **info_of(told["final_info"], place),
-                    "terminal_observation": told["final_obs"][place],
+                    **info_of(info["final_info"], place),
+                    "terminal_observation": info["final_obs"][place],
                     "TimeLimit.truncated": bool(truncated[place] and not terminated[place]),
                 }
             )

@@ -90,9 +90,9 @@ def make_environment(make: Callable[..., Any], arguments: Mapping[str, Any], nam
     except GranularError:
         raise
     except Exception as error:  # whatever the user's own code does
-        told = " ".join(str(error).split())
+        message = " ".join(str(error).split())
         raise ParameterError(
-            f"it ends with {type(error).__name__}{f': {told}' if told else ''}", source=f"task {name}"
+            f"it ends with {type(error).__name__}{f': {message}' if message else ''}", source=f"task {name}"
         ) from error
     env = getattr(made, "unwrapped", made)
     if isinstance(env, Task):

@@ -48,8 +48,8 @@ def _difference(component: Component, recorded: Component) -> str:
         return f"it was recorded from {recorded.name!r}, this environment has {component.name!r}"
     theirs, ours = (one.parameters.model_dump(mode="json") for one in (recorded, component))  # type: ignore[attr-defined]
     differ = [name for name in theirs if theirs[name] != ours.get(name)]
-    told = "; ".join(f"{name} is {_short(theirs[name])} there and {_short(ours.get(name))} here" for name in differ[:5])
-    return told or f"it was recorded from another version of {component.name!r}"
+    text = "; ".join(f"{name} is {_short(theirs[name])} there and {_short(ours.get(name))} here" for name in differ[:5])
+    return text or f"it was recorded from another version of {component.name!r}"
 
 
 def _short(value: Any) -> str:

@@ -68,7 +68,7 @@ class RecordTable(Table):
         default=None, description="names of the outputs to keep; default: the component's own choice"
     )
     hash_every: int | None = Field(default=None, ge=1, description="internal steps between two hashes of the state")
-    key_every: float | None = Field(default=None, gt=0.0, description="time between two whole snapshots [s]")
+    snapshot_every: float | None = Field(default=None, gt=0.0, description="time between two whole snapshots [s]")
 
     @field_validator("variables")
     @classmethod

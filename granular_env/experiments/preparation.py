@@ -167,7 +167,7 @@ def _check_record(experiment: Experiment, component: Component) -> None:
             expected = f"an input or output of component {component.name!r}"
             at = ("record", "variables", place)
             raise ParameterError(f"got {name!r}", expected=expected, hint=nearest(name, recordable), at=at)
-    for key in ("every", "key_every"):
+    for key in ("every", "snapshot_every"):
         if (interval := getattr(record, key)) is not None:
             component.ticks_in(interval, ("record", key))
 

@@ -55,5 +55,5 @@ class TaskBatches:
         """Tasks whose worker ended before it told of them wait again, alone; the results of those that are given up."""
         again = [dataclasses.replace(order, attempts=order.attempts + 1) for order in orders]
         self._waiting.extendleft(order for order in reversed(again) if order.attempts < ATTEMPTS)
-        told = f"lost {ATTEMPTS} times: {reason}"
-        return [Result(order.hash, "lost", error=told) for order in again if order.attempts >= ATTEMPTS]
+        error = f"lost {ATTEMPTS} times: {reason}"
+        return [Result(order.hash, "lost", error=error) for order in again if order.attempts >= ATTEMPTS]

@@ -40,8 +40,7 @@ def run_sweep(
         sweep = ge.run_sweep("plan.toml", "sweeps/mine")
         sweep.table
 
-    Ctrl-C keeps what is done; calling it again goes on from there. With processes a script needs
-    ``if __name__ == "__main__":`` around what it does.
+    Ctrl-C keeps what is done; calling it again goes on from there.
 
     Args:
         plan: a shipped plan's name, the path of a TOML file, or the content of one.
@@ -108,11 +107,11 @@ def _collect(stream: Any, store: Store, known: dict[str, Result], size: int, tit
     from .console import bar
 
     try:
-        with bar(title, size, list(known.values()), progress) as told, closing(stream):
+        with bar(title, size, list(known.values()), progress) as advance, closing(stream):
             for results in stream:
                 known.update((result.hash, result) for result in results)
                 store.add(results)
-                told(results)
+                advance(results)
     except KeyboardInterrupt:
         return True
     return False

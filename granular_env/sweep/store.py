@@ -175,8 +175,8 @@ def _foreign(folder: Path) -> bool:
 
 
 def _line(result: Result) -> bytes:
-    told: Sequence[Any] = [result.hash, result.outcome, result.values, result.error, result.notes]
-    return json.dumps(told, separators=(",", ":")).encode() + b"\n"
+    row: Sequence[Any] = [result.hash, result.outcome, result.values, result.error, result.notes]
+    return json.dumps(row, separators=(",", ":")).encode() + b"\n"
 
 
 def read_description(folder: Path) -> dict[str, Any]:

@@ -53,9 +53,9 @@ class Sweep:
     @cached_property
     def outcomes(self) -> list[str]:
         """For each task done, failed or pending; a task whose process or node was lost again and again has failed."""
-        told = {"done": "done", "failed": "failed", "lost": "failed"}
+        words = {"done": "done", "failed": "failed", "lost": "failed"}
         found = (self._results.get(task[-1]) for task in self.description["tasks"])
-        return ["pending" if result is None else told[result.outcome] for result in found]
+        return ["pending" if result is None else words[result.outcome] for result in found]
 
     @property
     def done(self) -> int:

@@ -111,5 +111,5 @@ def _hash(content: Any) -> str:
 
 def basis_of(document: Mapping[str, Any], plan: Plan, program: str) -> str:
     """Hash of what all tasks of a plan share: the experiment, the measures, the program."""
-    told = {key: value for key, value in document.items() if key not in ("name", "description", "source")}
-    return _hash([told, plan.text, program])
+    content = {key: value for key, value in document.items() if key not in ("name", "description", "source")}
+    return _hash([content, plan.text, program])

@@ -6,7 +6,7 @@ from granular_env.components.component import Component
 
 from .plan import Plan
 
-_SECONDS = ("duration", "record.every", "record.key_every")
+_SECONDS = ("duration", "record.every", "record.snapshot_every")
 # Keys of an input's profile that are times; the others have the input's unit.
 _TIMES = ("duration", "rise", "start", "offset_time")
 

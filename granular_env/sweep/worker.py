@@ -129,14 +129,14 @@ class Computer:
             with warnings.catch_warnings(action="ignore", category=GranularWarning):
                 return self._run(order, self.log_path(order) if order.log == "always" else None)
         except GranularError as error:
-            told = f"{type(error).__name__}: {error}"
+            message = f"{type(error).__name__}: {error}"
         except MemoryError:
-            told = "MemoryError: it asks for more memory than there is"
+            message = "MemoryError: it asks for more memory than there is"
         except Exception as error:  # a component of somebody else's: the sweep goes on
-            told = f"{type(error).__name__}: {error}"
+            message = f"{type(error).__name__}: {error}"
         if order.log == "failed":
             self._log_again(order)
-        return Result(order.hash, "failed", (float("nan"),) * len(self._job.measures), told)
+        return Result(order.hash, "failed", (float("nan"),) * len(self._job.measures), message)
 
     def log_path(self, order: Order) -> Path:
         """Return where a task's log is."""

@@ -213,10 +213,13 @@ def default_times(motion: Motion | Field) -> list[float]:
 def default_indices(motion: Motion | Field) -> list[int]:
     """Up to five places, evenly spaced among those that the wave reached (all of them, where nothing changed)."""
     shown = as_field(motion)
-    reached = np.arange(shown.values.shape[1])
-    change = np.abs(shown.values - shown.values[0]).max(axis=0)
-    if change.max() > 0.0:
-        reached = np.flatnonzero(change > _REACHED * change.max())
+    with np.errstate(invalid="ignore", over="ignore"):
+        change = np.abs(shown.values - shown.values[0]).max(axis=0)
+    largest = np.max(change, initial=0.0, where=np.isfinite(change))
+    # What is not finite has changed too.
+    reached = np.flatnonzero(~(change <= _REACHED * largest))
+    if not len(reached):
+        reached = np.arange(len(change))
     columns = reached[np.unique(np.rint(np.linspace(0, len(reached) - 1, 5)).astype(int))]
     return (columns * shown.every).tolist()
 

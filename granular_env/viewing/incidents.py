@@ -30,10 +30,10 @@ def _sentence(incident: Mapping[str, Any]) -> str | None:
         return f"Steps are missing: {_cut(incident.get('message'))}."
     if kind not in ("failed", "interrupted"):
         return None
-    told = ": ".join(_cut(incident[key]) for key in ("kind", "message") if incident.get(key))
+    message = ": ".join(_cut(incident[key]) for key in ("kind", "message") if incident.get(key))
     if kind == "failed":
-        return f"A step failed: {told}" + _undone(incident)
-    return "A step was interrupted" + (f" ({told})" if told else "") + _undone(incident)
+        return f"A step failed: {message}" + _undone(incident)
+    return "A step was interrupted" + (f" ({message})" if message else "") + _undone(incident)
 
 
 def _undone(incident: Mapping[str, Any]) -> str:

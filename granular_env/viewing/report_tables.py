@@ -23,6 +23,8 @@ from .units import typeset
 _LONGEST_LIST = 8
 _MOST_EVENTS = 200
 _LONGEST_TEXT = 20_000
+# A balance of which so much is left over is one of numbers that are rounding themselves, or none.
+_ALL_ROUNDING = 0.1
 # Parameters that the component works out -> what its geometry calls them.
 _WORKED_OUT = {"mass": "mass", "contact_stiffness": "stiffness"}
 
@@ -52,9 +54,17 @@ def _closure(scene_data: SceneData, balance: BalanceNames) -> str:
     if not residuals or scale == 0.0:
         return f"The residual is what the balance of {quantity} cannot account for: the error of the numerics."
     worst = max(float(np.abs(curve.values).max()) for curve in residuals)
-    # The entry itself as well: it may be rounding, of which the residual is all.
-    share = f"{worst / scale:.2g} of its largest entry, {float(f'{scale:.2g}'):g} {typeset(balance.unit)}"
-    return f"The balance of {quantity} closes to {share}; what is left over is the error of the numerics."
+    largest = f"{float(f'{scale:.2g}'):g} {typeset(balance.unit)}"
+    if worst > _ALL_ROUNDING * scale:
+        return (
+            f"Of the balance of {quantity} up to {worst / scale:.2g} of its largest entry, {largest}, is left over: either "
+            "these numbers are the rounding of others that cancel, or it does not close."
+        )
+    # The entry itself as well: it may be rounding, too.
+    return (
+        f"The balance of {quantity} closes to {worst / scale:.2g} of its largest entry, {largest}; what is left over is the "
+        "error of the numerics."
+    )
 
 
 def events(log: Any) -> Markup:
@@ -110,10 +120,10 @@ def parameters(log: Any) -> Markup:
     rows = []
     for name, value in values.items():
         unit, meaning = fields.get(name, ("", ""))
-        told = _short(value)
+        shown = _short(value)
         if value is None:
-            told = f"automatic: {_short(worked_out[name])}" if name in worked_out else "automatic"
-        rows.append([name, told, typeset(unit), meaning])
+            shown = f"automatic: {_short(worked_out[name])}" if name in worked_out else "automatic"
+        rows.append([name, shown, typeset(unit), meaning])
     return html_page.table(["parameter", "value", "unit", "meaning"], rows)
 
 

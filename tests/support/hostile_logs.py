@@ -4,15 +4,17 @@ from __future__ import annotations
 
 import dataclasses
 import random
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from granular_env import viewing
 from granular_env.components.errors import GranularError
 from granular_env.recording import open_log, recover, verify
 from granular_env.recording.format.records import Record
+from granular_env.recording.replay.event_ratio import nearest_to_events
 
 ACTIONS: dict[str, Callable[[Path], object]] = {
     "verify": verify,
@@ -24,17 +26,23 @@ ACTIONS: dict[str, Callable[[Path], object]] = {
     "recover": lambda path: recover(path, path.with_suffix(".out"), overwrite=True),
     "branch": lambda path: open_log(path).branch(0.0).run(path.with_suffix(".child"), overwrite=True),
 }
+# What draws a log, some seconds each.
+VIEWS: dict[str, Callable[[Path], object]] = {
+    "report": lambda path: viewing.report(open_log(path), path.with_suffix("")),
+    "rerun": lambda path: viewing.save_rrd(open_log(path), path.with_suffix(".rrd")),
+    "nearest": lambda path: nearest_to_events(open_log(path)),
+}
 # Whole numbers, and the bits of floats, that are none or that nobody counts to; but none that would be honest work for hours.
 _WILD = (0, -1, 1, 2, 7, 2**53, 2**61, 2**62, 2**63 - 1, 0x7FF8000000000000, 0x7FF0000000000000, 0x7FEFFFFFFFFFFFFF)
 _JSON = (None, True, -1, 0, 3, 1.5, float("1e308"), "", "x", [], {}, [[]], {"a": [None]}, [1, "a"], 2**70)
 
 
-def refused_by_the_family(path: Path, actions: tuple[str, ...] = tuple(ACTIONS)) -> int:
+def refused_by_the_family(path: Path, actions: Iterable[Callable[[Path], object]] = ACTIONS.values()) -> int:
     """How many actions were refused; any other exception fails the test."""
     refused = 0
-    for name in actions:
+    for action in actions:
         try:
-            ACTIONS[name](path)
+            action(path)
         except GranularError as error:
             assert str(error)
             refused += 1

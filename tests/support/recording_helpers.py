@@ -56,25 +56,25 @@ def rewrite(
     path: Path,
     out: Path,
     change: Callable[[Record], Record] = lambda record: record,
-    change_film: Callable[[bytes], bytes] = lambda data: data,
+    change_preview: Callable[[bytes], bytes] = lambda data: data,
     shift: int = 0,
     change_texts: Callable[[dict[str, str]], dict[str, str]] = lambda texts: texts,
 ) -> None:
-    """The same log with every record put through `change`, every message of the film through `change_film`, and `shift` ns
-    added to each time; every checksum, number and index is made right again."""
+    """The same log with every record put through `change`, every message of the preview through `change_preview`, and `shift`
+    ns added to each time; every checksum, number and index is made right again."""
     sink, container = LogWriter(out, create(out, overwrite=True)), McapReader(path, Limits(str(path)))
-    log, film = None, []
+    log, preview = None, []
     for chunk in range(container.chunk_count):
         for message in container.messages(chunk):
             kind, time = TOPICS.get(message.topic), message.nanoseconds + shift
             if kind is None:
                 topic = Topic(message.topic, "any", "protobuf", b"")
-                film.append(PreviewMessage(topic, time, message.published, [change_film(bytes(message.data))]))
+                preview.append(PreviewMessage(topic, time, message.published, [change_preview(bytes(message.data))]))
                 continue
             log = log_identity(message.data) if kind == HEADER else log
             new = change(decode(message.data, kind, None if kind == HEADER else log))
             if new.kind == INCIDENTS and new.detail == CLOSED:
-                sink.add_preview(film)
+                sink.add_preview(preview)
                 new = dataclasses.replace(new, arrays={"index": sink.rows})
             sink.add(new, time)
             if new.kind == HEADER:

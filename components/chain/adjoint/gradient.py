@@ -270,7 +270,8 @@ def _explain_derivative(adjoint: FloatArray, step: int, steps: int, ended: int) 
         )
     raise ParameterError(
         f"its derivative by {name}[{column}] became {value} in {when}, on the way back",
-        hint="the run is too long or too chaotic for a gradient, so shorten it",
+        hint="the run is too long or too chaotic for a gradient, so shorten it; or a derivative of the contact law is not "
+        "finite, perhaps where a contact opens",
         at="objective",
     )
 

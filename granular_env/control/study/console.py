@@ -15,12 +15,12 @@ from .verdicts import headings, verdicts
 
 _MOST_NOTES = 3
 
-Told = Callable[[str, int, float], None]
+Report = Callable[[str, int, float], None]
 """Called with a trial's name, the control steps it has simulated, and the best return so far."""
 
 
 @contextmanager
-def telling(study: Study, trials_of_all: int, progress: Progress) -> Iterator[Told]:
+def trial_progress(study: Study, trials_of_all: int, progress: Progress) -> Iterator[Report]:
     """Show a progress bar for every trial: control steps simulated, and the best return so far."""
     with ProgressBars(progress, study.budget * trials_of_all, keep=True) as bars:
         trials: dict[str, Bar] = {}

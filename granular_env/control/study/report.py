@@ -59,8 +59,8 @@ def _trials(result: StudyResult) -> Markup:
     for trial in result.trials:
         value: object = "none" if trial.score is None else trial.score.value
         counters = {} if trial.score is None else trial.score.episode.counters
-        told = ", ".join(f"{name} = {number:.4g}" for name, number in counters.items())
-        rows.append([trial.label, str(trial.seed), value, trial.track.spent, "yes" if trial.track.finished else "no", told])
+        counts = ", ".join(f"{name} = {number:.4g}" for name, number in counters.items())
+        rows.append([trial.label, str(trial.seed), value, trial.track.spent, "yes" if trial.track.finished else "no", counts])
     head = ["method", "seed", "return", "control steps", "finished", "the task's numbers at the end of the first test episode"]
     commands = [f"granular-env replay {shlex.quote(str(trial.log))} --verify" for trial in result.trials if trial.log]
     return (

@@ -66,9 +66,9 @@ class McapReader:
         bytes_lost: for an incomplete file: how much follows after that.
     """
 
-    def __init__(self, path: Path, caps: Limits, scan: bool = False) -> None:
+    def __init__(self, path: Path, limits: Limits, scan: bool = False) -> None:
         """Find the chunks; `LogError` where that is no MCAP file, or a complete one whose summary is damaged."""
-        self.path, self._caps = path, caps
+        self.path, self._limits = path, limits
         self.damage, self.bytes_lost = "", 0
         self.advice: Phrase = ""
         self._scanned = len(MCAP0_MAGIC)
@@ -104,11 +104,11 @@ class McapReader:
     @property
     def most_text(self) -> int | None:
         """Limit on the bytes of JSON in one message; None where there is none."""
-        return self._caps.text(self._size)
+        return self._limits.text(self._size)
 
     def check_records(self, number: int) -> None:
         """Refuse an index of more messages than a file of this size can hold."""
-        self._caps.records(number, self._size)
+        self._limits.records(number, self._size)
 
     def close(self) -> None:
         """Close the file."""
@@ -262,7 +262,7 @@ class McapReader:
         begin = head + name_length + 8
         if begin > length or struct.unpack_from("<Q", data, begin - 8)[0] != length - begin:
             raise self._damage_error(place)
-        self._caps.chunk(size)
+        self._limits.chunk(size)
         content = self._decompress(memoryview(data)[begin:], name, size, place)
         if crc == 0 or zlib.crc32(content) != crc:
             raise self._damage_error(place)
@@ -292,7 +292,7 @@ class McapReader:
     def _parse_messages(self, content: bytes, compressed: int) -> list[RawMessage]:
         messages = []
         for number, (opcode, body) in enumerate(self._records(memoryview(content))):
-            self._caps.records(number, compressed)
+            self._limits.records(number, compressed)
             if opcode == _CHANNEL_OP:
                 self._add_channel(body)
             elif opcode == _MESSAGE_OP:

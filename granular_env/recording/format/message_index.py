@@ -126,7 +126,7 @@ def find_index(container: McapReader, log: str) -> tuple[Index, Record | None]:
         if rows is None or rows.dtype != np.int64 or rows.ndim != 2 or rows.shape[1] != len(COLUMNS):
             raise damage("it has the wrong form", "index", path)
         container.check_records(len(rows))
-        # The film has chunks of its own between the last records and the closing one.
+        # The preview has chunks of its own between the last records and the closing one.
         if len(rows) and rows[:, CHUNK].max() <= container.chunk_count - 2:
             return Index(path, np.vstack([rows, [*closing.row, container.chunk_count - 1]])), closing
     found = np.array(list(_rows(container, log)), dtype=np.int64).reshape(-1, len(COLUMNS))

@@ -17,6 +17,9 @@ _MOST_FRAMES = 400
 # Memory that the frames may take while the run goes on [bytes].
 _MOST_BYTES = 8 << 20
 
+# What the end of a log says of a preview that was made from its frames.
+FROM_FRAMES: Mapping[str, str] = {"source": "frames"}
+
 
 class PreviewFrames:
     """Keeps every 2^k-th of the frames that it is shown, k growing so that at most 400 stay.
@@ -71,11 +74,6 @@ class PreviewFrames:
     def messages(self) -> Iterator[PreviewMessage]:
         """Yield the preview of the frames kept."""
         return preview_messages(self.facts, self.frames)
-
-
-def film_facts_of_frames() -> dict[str, str]:
-    """Return what the end of a log says of a preview that was made from its frames."""
-    return {"source": "frames"}
 
 
 def facts_of(component: Component, title: str | None = None) -> PreviewFacts:

@@ -205,17 +205,17 @@ class _Scalars:
         groups: dict[str, list[int]] = {}
         for place in acting:
             groups.setdefault(topic_name(facts.units[names[place]]), []).append(place)
-        topics, told = [], {}
+        topics, labels = [], {}
         for name, places in groups.items():
-            told[name] = [names[place] for place in places]
+            labels[name] = [names[place] for place in places]
             topic = Topic(name, cdr.NUMBERS_NAME, "ros2msg", cdr.NUMBERS.encode())
-            topics.append((topic, cdr.encode_numbers(", ".join(told[name]), rows[:, places])))
+            topics.append((topic, cdr.encode_numbers(", ".join(labels[name]), rows[:, places])))
         if not acting:
             return _Scalars([], {})
         fields = [field_name(names[place], facts.units[names[place]]) for place in acting]
         topic = Topic(SCALARS_TOPIC, "granular.Scalars", "protobuf", schemas.scalars_schema(fields))
         topics.append((topic, schemas.encode_scalars(rows[:, acting])))
-        return _Scalars(topics, told)
+        return _Scalars(topics, labels)
 
 
 def topic_name(unit: str) -> str:
@@ -305,7 +305,7 @@ class Scene:
     def _part(self, colour: np.ndarray) -> np.ndarray:
         """Return the extreme of each block as a part of the largest, -1 to 1, in steps."""
         high, low = np.maximum.reduceat(colour, self.blocks), np.minimum.reduceat(colour, self.blocks)
-        extreme = np.where(high >= -low, high, low) / self.largest
+        extreme = np.nan_to_num(np.where(high >= -low, high, low) / self.largest, posinf=1.0, neginf=-1.0)
         return np.rint(extreme * _HEIGHT_STEPS) / _HEIGHT_STEPS
 
     def _places(self, displacement: np.ndarray) -> np.ndarray:
@@ -342,10 +342,9 @@ def _spheres_topic() -> Topic:
 
 
 def _largest(frames: Sequence[PreviewFrame], name: str) -> float:
-    """Return the largest magnitude of an output in all frames; 1 where it stays 0, or there is none."""
-    return (
-        max((float(np.abs(frame.drawn[name]).max(initial=0.0)) for frame in frames if name in frame.drawn), default=0.0) or 1.0
-    )
+    """Return the largest finite magnitude of an output in all frames; 1 where it stays 0, or there is none."""
+    drawn = [np.abs(frame.drawn[name]) for frame in frames if name in frame.drawn]
+    return max((float(values.max(initial=0.0, where=np.isfinite(values))) for values in drawn), default=0.0) or 1.0
 
 
 # -- links, cells, curves --------------------------------------------------------------------------------------------------
@@ -471,7 +470,9 @@ def positions_of(points: Points, displacement: np.ndarray) -> np.ndarray:
 
 def colours_of(values: np.ndarray, largest: float) -> np.ndarray:
     """Return blue below 0, grey at 0, red above, full at `largest`; shape (n, 4) uint8."""
-    shades = np.clip(values * np.float32(_SHADES / (largest or 1.0)), -_SHADES, _SHADES)
+    with np.errstate(invalid="ignore"):
+        shades = np.clip(values * np.float32(_SHADES / (largest or 1.0)), -_SHADES, _SHADES)
+    np.nan_to_num(shades, copy=False)  # grey is what has no number
     return np.take(_palette(), np.rint(shades).astype(np.int16) + _SHADES).view(np.uint8).reshape(-1, 4)
 
 

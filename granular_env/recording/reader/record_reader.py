@@ -97,7 +97,7 @@ class RecordReader:
 
     @property
     def closing_header(self) -> Mapping[str, Any]:
-        """Return what the closing record says: report, cautions, how the film was made; nothing where there is none."""
+        """Return what the closing record says: report, cautions, how the preview was made; nothing where there is none."""
         return self.closing.header if self.closing is not None else {}
 
     def close(self) -> None:
@@ -191,7 +191,7 @@ class RecordReader:
         return ticks, values
 
     def event_rows(self, row: np.ndarray) -> np.ndarray:
-        """Return the events of one record, shape (events, 5), as `snapshot.EVENT_ROWS` says."""
+        """Return the events of one record, shape (events, 5), as `events.EVENT_ROWS` says."""
         record = self.read(row)
         rows, sound = record.arrays.get("rows"), False
         if rows is not None and rows.dtype == np.float64 and rows.shape == (record.count, 5):

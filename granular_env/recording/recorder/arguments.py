@@ -48,11 +48,11 @@ def make_schedule(
     component: Component,
     every: float | None,
     hash_every: int | None,
-    key_every: float | None,
+    snapshot_every: float | None,
     experiment: Any,
     names: list[str],
 ) -> Schedule:
-    """Return when frames, hashes and key snapshots are taken."""
+    """Return when frames, hashes and snapshots are taken."""
     if hash_every is not None and (
         not isinstance(hash_every, (int, np.integer)) or isinstance(hash_every, bool) or hash_every < 1
     ):
@@ -63,5 +63,5 @@ def make_schedule(
         frame_every = component.ticks_in(every, "every")
     elif isinstance(duration, (int, float)) and duration > 0.0:
         frame_every = frames_for(round(duration / component.step_size), values, component.state_bytes // 8)
-    key_ticks = 0 if key_every is None else component.ticks_in(key_every, "key_every")
-    return Schedule(frame_every, doubling_for(values), int(hash_every or HASH_EVERY), key_ticks)
+    snapshot_ticks = 0 if snapshot_every is None else component.ticks_in(snapshot_every, "snapshot_every")
+    return Schedule(frame_every, doubling_for(values), int(hash_every or HASH_EVERY), snapshot_ticks)

@@ -28,7 +28,7 @@ def estimated_bytes(
     every: float | None = None,
     variables: Sequence[str] | None = None,
     hash_every: int | None = None,
-    key_every: float | None = None,
+    snapshot_every: float | None = None,
     experiment: Any = None,
 ) -> int:
     """Return how many bytes a recording of so many ticks takes at most, before compression; arguments as for `record`.
@@ -36,7 +36,7 @@ def estimated_bytes(
     Where neither the state nor what is drawn of it grows or shrinks on the way, that is what it takes, within a few per cent.
     """
     names = names_to_record(component, variables)
-    schedule = make_schedule(component, every, hash_every, key_every, experiment, names)
+    schedule = make_schedule(component, every, hash_every, snapshot_every, experiment, names)
     numbers = sum(math.prod(component.variables[name].shape) for name in names)
     frames = _frames(schedule, ticks)
     hashed = sum(variable.state or variable.causality == "input" for variable in component.variables.values()) + 2
@@ -57,8 +57,8 @@ def _frames(schedule: Schedule, ticks: int) -> int:
 
 
 def _key_snapshots(schedule: Schedule, ticks: int) -> int:
-    if schedule.key_every:
-        return ticks // schedule.key_every
+    if schedule.snapshot_every:
+        return ticks // schedule.snapshot_every
     count = tick = 0
     while (tick := schedule.key_after(tick, tick)) <= ticks:
         count += 1

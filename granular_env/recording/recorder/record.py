@@ -23,7 +23,7 @@ def record(
     every: float | None = None,
     variables: Sequence[str] | None = None,
     hash_every: int | None = None,
-    key_every: float | None = None,
+    snapshot_every: float | None = None,
     experiment: Mapping[str, Any] | None = None,
     parent: Mapping[str, Any] | None = None,
     overwrite: bool = False,
@@ -44,7 +44,7 @@ def record(
         variables: names of outputs or inputs to keep in each frame, beside the balances. Default: the
             state variables and the outputs that viewers draw.
         hash_every: ticks between hashes of the state; 1 lets a verification name the very step. Default: 4096.
-        key_every: time between key snapshots [s]. Default: each time the run has become a sixteenth longer.
+        snapshot_every: time between snapshots [s]. Default: each time the run has become a sixteenth longer.
         experiment: JSON values to keep with the log.
         parent: which log and tick this one branched off.
         overwrite: whether an existing log may be replaced; it stays until the new one holds its first step.
@@ -58,7 +58,7 @@ def record(
         raise ParameterError(f"got {one_line(component)}", expected="a component", at="component")
     target = as_path(path)
     names = names_to_record(component, variables)
-    schedule = make_schedule(component, every, hash_every, key_every, experiment, names)
+    schedule = make_schedule(component, every, hash_every, snapshot_every, experiment, names)
     facts = plain_json("experiment", experiment), plain_json("parent", parent)
     return Recorder(component, target, create(target, overwrite), names, schedule, *facts)
 

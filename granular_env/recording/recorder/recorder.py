@@ -28,7 +28,7 @@ from ..format.digests import hash_row, header_digests, parameter_digests
 from ..format.header import closing_facts, header_of
 from ..format.metadata import metadata_of, title_of
 from ..format.records import CLOSED, HEADER, INCIDENTS, KEY, START, Record, nanoseconds
-from ..preview.frames import PreviewFrames, facts_of, film_facts_of_frames
+from ..preview.frames import FROM_FRAMES, PreviewFrames, facts_of
 from .buffer_pool import BufferPool
 from .history import End, Item, Place, PlainSteps, Start, Step, batches_of, empty_batch
 from .log_file import LogFile
@@ -89,7 +89,7 @@ class Recorder:
         self._part_until = -1
         self._backlog = 0  # bytes being written
         self._error: GranularError | None = None
-        self._continuation, self._film_facts = continuation, {}
+        self._continuation, self._preview_facts = continuation, {}
         self._track = PreviewFrames(facts_of(component, title_of({"experiment": experiment, "component": component.name})))
         self._profiles = Profiles()
         self._batch = RecordBatch(-1, 0, 0)  # what the writing thread goes on with
@@ -284,8 +284,8 @@ class Recorder:
             last = self._last
             if not isinstance(last, End) and not (self._items and isinstance(last, Start)):
                 self._items.append(End(last.place, last.tick, last.frames, last.events, component.save()))
-            film = {**self._film_facts, "stride": self._track.stride}
-            self._closing_event = {"incident": "closed", "film": film, **closing_facts(component)}
+            preview = {**self._preview_facts, "stride": self._track.stride}
+            self._closing_event = {"incident": "closed", "preview": preview, **closing_facts(component)}
 
     # -- inside the stepping thread ---------------------------------------------------------------------------------
 
@@ -331,7 +331,7 @@ class Recorder:
         self._written_item = Start(place, tick, kept.frames, component.event_count, Samples())
         self._batch = empty_batch(place, tick)
         # What the preview shows beside the recorded variables is lost with the process that recorded them.
-        self._track, self._film_facts = kept.film(), film_facts_of_frames()
+        self._track, self._preview_facts = kept.preview(), FROM_FRAMES
         self._profiles.count, self._digests = kept.profiles, {}
         self._agenda.key = self._schedule.key_after(kept.key, place.age(kept.key))
         self.next_tick = self._agenda.after(tick, place.age(tick))

@@ -1,4 +1,4 @@
-"""The instants of frames, hashes and key snapshots: rules in ticks only, so that the same run is recorded the same way."""
+"""The instants of frames, hashes and snapshots: rules in ticks only, so that the same run is recorded the same way."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from ..format.records import damage
 
 # Default distance of hashes; at this distance they cost less than a hundredth of any component seen so far [ticks].
 HASH_EVERY = 4096
-_KEY_EVERY = 4096
+_SNAPSHOT_EVERY = 4096
 # Frames of an experiment whose duration is known: at most so many.
 _FRAMES = 400
 # Without a known duration: frames between one doubling of the interval and the next; fewer where a frame is large.
@@ -31,14 +31,14 @@ class Schedule:
             run has become twice as long.
         doubling: frames per doubling.
         hash_every: ticks between hashes.
-        key_every: ticks between key snapshots; 0 for one each time the run has become a sixteenth longer, but not more
+        snapshot_every: ticks between snapshots; 0 for one each time the run has become a sixteenth longer, but not more
             often than every 4096 ticks.
     """
 
     frame_every: int
     doubling: int
     hash_every: int
-    key_every: int
+    snapshot_every: int
 
     def frame_after(self, tick: int, elapsed: int) -> int:
         """Return the next tick for a frame; `elapsed` counts the ticks of the whole log."""
@@ -54,14 +54,14 @@ class Schedule:
         return (tick // self.hash_every + 1) * self.hash_every
 
     def key_after(self, tick: int, elapsed: int) -> int:
-        """Return the next tick for a key snapshot."""
-        interval = self.key_every or max(_KEY_EVERY, elapsed >> 4)
+        """Return the next tick for a snapshot."""
+        interval = self.snapshot_every or max(_SNAPSHOT_EVERY, elapsed >> 4)
         return tick + interval
 
 
 def schedule_from(options: Any) -> Schedule:
     """Return the schedule that a log's header holds; `LogError` where it holds none."""
-    lowest = {"frame_every": 0, "doubling": 1, "hash_every": 1, "key_every": 0}
+    lowest = {"frame_every": 0, "doubling": 1, "hash_every": 1, "snapshot_every": 0}
     if not isinstance(options, dict) or options.keys() != lowest.keys() or not all(
         type(options[name]) is int and options[name] >= low for name, low in lowest.items()
     ):  # fmt: skip

@@ -30,7 +30,7 @@ from ..recorder.log_writer import LogWriter, as_path
 from ..recorder.recorder import Recorder
 from ..recorder.sampling import schedule_from
 from .log import Log
-from .preview_reconstruction import film_of_every
+from .preview_reconstruction import preview_of_every
 from .steps import advance, check_work, restore
 
 
@@ -71,9 +71,9 @@ class Continuation:
         steps = (self.log.records.read(row) for row in self._rows(STEPS))
         return sum(len(record.arrays["profile_shapes"]) for record in steps)
 
-    def film(self) -> PreviewFrames:
+    def preview(self) -> PreviewFrames:
         """Return the preview of the frames that stay."""
-        return film_of_every(self.log, self.frames)
+        return preview_of_every(self.log, self.frames)
 
     def copy_to(self, sink: LogWriter) -> None:
         """Write the records that stay, and that the run goes on."""

@@ -19,7 +19,7 @@ def open_log(path: str | os.PathLike[str], *, allow_large: bool = False) -> Log:
 
     Args:
         path: an MCAP file that `record` wrote; one whose writer was killed opens as far as it is intact.
-        allow_large: lift the caps on sizes, for a file whose origin you trust.
+        allow_large: lift the limits on sizes, for a file whose origin you trust.
 
     Raises:
         LogError: it is no log, or it is damaged.

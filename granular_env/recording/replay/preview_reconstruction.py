@@ -12,7 +12,7 @@ from ..container.reader import RawMessage
 from ..format.message_index import CHUNK, COUNT, KIND, LAST, SEGMENT
 from ..format.metadata import title_of
 from ..format.records import HEADER, TOPICS, damage
-from ..preview.frames import PreviewFrames, facts_of, film_facts_of_frames, preview_facts
+from ..preview.frames import FROM_FRAMES, PreviewFrames, facts_of, preview_facts
 from ..preview.messages import PreviewFacts, PreviewMessage
 from .log import Log
 
@@ -20,25 +20,25 @@ _PICTURES = 400
 
 
 class PreviewBuilder:
-    """Makes the film of a log again, from what a re-run shows at each frame.
+    """Makes the preview of a log again, from what a re-run shows at each frame.
 
     Attributes:
         missing: why there is none to compare; "" where there is.
     """
 
     def __init__(self, log: Log, component: Component) -> None:
-        """Read from the log's end how the film was thinned."""
+        """Read from the log's end how the preview was thinned."""
         self._log, self._number = log, 0
-        facts = log.records.closing_header.get("film")
+        facts = log.records.closing_header.get("preview")
         stride = facts.get("stride") if isinstance(facts, dict) else None
         self._stride = stride if type(stride) is int and 1 <= stride < 2**53 else 0
-        self._from_frames = isinstance(facts, dict) and facts.items() >= film_facts_of_frames().items()
+        self._from_frames = isinstance(facts, dict) and facts.items() >= FROM_FRAMES.items()
         self._track: PreviewFrames | None = None
-        self.missing = "" if log.records.closing is not None else "the film"
+        self.missing = "" if log.records.closing is not None else "the preview"
         if self._stride and not self._from_frames:
             self._track = PreviewFrames(facts_of(component, title_of(log.records.header)), self._stride)
         elif not self._from_frames and not self.missing:
-            raise damage("its end does not say how its film was made", "incidents", log.path)
+            raise damage("its end does not say how its preview was made", "incidents", log.path)
 
     def take(self, component: Component, balances: Mapping[str, Any], tick: int) -> None:
         """Show it a frame of the re-run, at a tick of the log's time."""
@@ -47,13 +47,13 @@ class PreviewBuilder:
         self._number += 1
 
     def difference(self) -> str:
-        """Return where the log's film is not this one, in words; "" where it is the same, byte for byte.
+        """Return where the log's preview is not this one, in words; "" where it is the same, byte for byte.
 
         Raises:
             LogError: the file holds records that its index does not name, or at other times.
         """
-        track = self._film_of_frames() if self._from_frames else self._track
-        messages = _film_messages(self._log)
+        track = self._preview_of_frames() if self._from_frames else self._track
+        messages = _preview_messages(self._log)
         try:
             for mine in track.messages() if track is not None else ():
                 _compare(mine, next(messages, None))
@@ -62,10 +62,10 @@ class PreviewBuilder:
             return str(found)
         return "" if left is None else f"a message under {left.topic!r} too many at {left.nanoseconds} ns"
 
-    def _film_of_frames(self) -> PreviewFrames | None:
+    def _preview_of_frames(self) -> PreviewFrames | None:
         if not self._stride:
-            return film_of_frames(self._log)
-        return film_of_every(self._log, len(self._log.ticks(next(iter(self._log.variables)))), self._stride)
+            return preview_of_frames(self._log)
+        return preview_of_every(self._log, len(self._log.ticks(next(iter(self._log.variables)))), self._stride)
 
 
 class _FilmDiffers(Exception):  # noqa: N818 - a finding
@@ -82,8 +82,8 @@ def _compare(mine: PreviewMessage, other: RawMessage | None) -> None:
         raise _FilmDiffers(f"{what} is not what the re-run gives")
 
 
-def film_of_frames(log: Log) -> PreviewFrames | None:
-    """Return a film of the frames that a log holds; None where they do not suffice for one."""
+def preview_of_frames(log: Log) -> PreviewFrames | None:
+    """Return a preview of the frames that a log holds; None where they do not suffice for one."""
     facts = _facts_of_frames(log)
     units, wanted = facts.units, list(dict.fromkeys([*facts.units, *facts.sizes]))
     if not wanted or not log.segments:
@@ -97,8 +97,8 @@ def film_of_frames(log: Log) -> PreviewFrames | None:
     return track
 
 
-def film_of_every(log: Log, count: int, stride: int = 1) -> PreviewFrames:
-    """Return the film of the first frames that a log of one segment holds.
+def preview_of_every(log: Log, count: int, stride: int = 1) -> PreviewFrames:
+    """Return the preview of the first frames that a log of one segment holds.
 
     Args:
         log: all of its variables have the same frames, as far as these.
@@ -144,7 +144,7 @@ def _common_ticks(log: Log, names: list[str]) -> np.ndarray:
     return np.unique(common)
 
 
-def _film_messages(log: Log) -> Iterator[RawMessage]:
+def _preview_messages(log: Log) -> Iterator[RawMessage]:
     """Yield the messages that are not of the exact content, in order; check that the others are those of the index."""
     rows, place, times = log.records.index.rows, 0, _times(log)
     for chunk, message in log.records.container.all_messages():

@@ -12,11 +12,11 @@ from ...components.errors import Fault, GranularError, LogError, Option, Paramet
 from ...output_files import replacing
 from ..format.metadata import metadata_of_log
 from ..format.records import CLOSED, INCIDENTS, TOPICS, Record, decode
-from ..preview.frames import film_facts_of_frames
+from ..preview.frames import FROM_FRAMES
 from ..recorder.log_file import create, refuse_unless_log
 from ..recorder.log_writer import LogWriter, as_path
 from .log import Log, open_log
-from .preview_reconstruction import film_of_frames
+from .preview_reconstruction import preview_of_frames
 
 
 def recover(
@@ -27,7 +27,7 @@ def recover(
     Args:
         path: the log of a killed process, or a damaged one; it is only read.
         out: the new file.
-        allow_large: lift the caps on sizes.
+        allow_large: lift the limits on sizes.
         overwrite: whether an existing `out` may be replaced.
 
     Returns:
@@ -72,7 +72,7 @@ def _copy(log: Log, sink: LogWriter, had_summary: bool) -> None:
                 sink.add(record, message.nanoseconds)
     sink.flush()
     sink.add_metadata(metadata_of_log(log.records.header, parameter_model(log.records.header.get("component"))))
-    track = film_of_frames(log)
+    track = preview_of_frames(log)
     if track is not None:
         sink.add_preview(track.messages())
     _finish(log, sink, closing, had_summary)
@@ -85,11 +85,11 @@ def _finish(log: Log, sink: LogWriter, closing: Record | None, had_summary: bool
     nothing = "nothing, the log was complete" if had_summary else "nothing but the summary"
     lost = log.records.container.damage or (nothing if closing else "what had not been written when the process ended")
     bytes_lost = log.records.container.bytes_lost
-    told = {"incident": "recovered", "from": Path(log.path).name, "lost": lost[:2000], "bytes_lost": bytes_lost}
-    sink.add(Record(INCIDENTS, 0, number, tick, tick, 1, sink.number(INCIDENTS), told, {}), nanoseconds)
+    header = {"incident": "recovered", "from": Path(log.path).name, "lost": lost[:2000], "bytes_lost": bytes_lost}
+    sink.add(Record(INCIDENTS, 0, number, tick, tick, 1, sink.number(INCIDENTS), header, {}), nanoseconds)
     sink.flush()
     # Without a closing record nobody knows the report and the cautions; a verification says so.
-    header = {**(closing.header if closing else {"incident": "closed"}), "film": film_facts_of_frames()}
+    header = {**(closing.header if closing else {"incident": "closed"}), "preview": FROM_FRAMES}
     place = number, tick, tick, 1, sink.number(INCIDENTS)
     sink.add(Record(INCIDENTS, CLOSED, *place, header, {"index": sink.rows}), nanoseconds)
     sink.finish()

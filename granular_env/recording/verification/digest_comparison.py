@@ -15,9 +15,9 @@ def changed_parameters(log: Log, component: Component) -> list[str]:
     """Parameters of the component, built from the header, that are not those that the log was recorded with."""
     mine = parameter_digests(component)
     for row in log.records.index.select(HASHES, 0):
-        told = log.records.read(row).header.get("parameters")
-        if isinstance(told, dict):
-            names = [name for name in {**mine, **told} if mine.get(name) != told.get(name)]
+        recorded = log.records.read(row).header.get("parameters")
+        if isinstance(recorded, dict):
+            names = [name for name in {**mine, **recorded} if mine.get(name) != recorded.get(name)]
             if names:
                 return names
     return []
@@ -50,11 +50,11 @@ def changed_input(log: Log) -> tuple[str, tuple[int, int], str] | None:
         )
     profile_words = {number: held_word(profile) for number, profile in enumerate(log.profiles)}
     for row, account in zip(rows, accounts, strict=False):
-        record, told = log.records.read(row), log.records.read(account).header.get("steps")
+        record, recorded = log.records.read(row), log.records.read(account).header.get("steps")
         mine = step_digests(record.arrays["durations"], raw_sets(record, inputs, profile_words))
-        if mine != told:
-            told = told if isinstance(told, dict) else {}
-            names = sorted(name for name in {**mine, **told} if mine.get(name) != told.get(name))
+        if mine != recorded:
+            recorded = recorded if isinstance(recorded, dict) else {}
+            names = sorted(name for name in {**mine, **recorded} if mine.get(name) != recorded.get(name))
             span = log.records.log_tick(row[SEGMENT], record.first), log.records.log_tick(row[SEGMENT], record.last)
             name = next((name for name in names if name), "")
             if name:

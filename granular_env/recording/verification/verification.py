@@ -1,4 +1,4 @@
-"""Re-run a log and compare what it holds, bit for bit: frames, hashes, snapshots, inputs, declarations, report, film."""
+"""Re-run a log and compare what it holds, bit for bit: frames, hashes, snapshots, inputs, declarations, report, preview."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ def verify(
     Args:
         path: the log.
         progress: show a bar, or call this now and then with the part that is done.
-        allow_large: lift the caps on sizes.
+        allow_large: lift the limits on sizes.
         components: classes of components that are not ours, by name.
 
     Raises:
@@ -70,7 +70,7 @@ class _Replay:
         self._events_before = self._events_seen = 0
         self._segment: Segment | None = None
         self._framed = -1
-        self._film = PreviewBuilder(log, self.component)
+        self._preview = PreviewBuilder(log, self.component)
         self.result = Verification(str(log.path), log.complete)
         for incident in log.incidents:
             self.result.incidents.append(str(incident.get("incident")))
@@ -144,9 +144,9 @@ class _Replay:
         for name, reason in closing_differences(log, component):
             self._add(name, reason)
         result.missing += [f"the {name}" for name in ("report", "cautions") if name not in log.records.closing_header]
-        result.missing += [self._film.missing] if self._film.missing else []
-        if not self._film.missing and (reason := self._film.difference()):
-            self._add("film", f"the film for other viewers differs: {reason}")
+        result.missing += [self._preview.missing] if self._preview.missing else []
+        if not self._preview.missing and (reason := self._preview.difference()):
+            self._add("preview", f"the preview for other viewers differs: {reason}")
 
     def _explain_identity(self) -> None:
         claim = "the log's parameters do not give the identity that it or its snapshots claim"
@@ -223,7 +223,7 @@ class _Replay:
             self._framed = tick
             self.result.frames += 1
             assert self._segment is not None
-            self._film.take(self.component, self._balances_now(), self.log.records.log_tick(self._segment.number, tick))
+            self._preview.take(self.component, self._balances_now(), self.log.records.log_tick(self._segment.number, tick))
         if words(np.asarray(self._value(name), dtype=np.float64)) != words(value):
             own = np.atleast_1d(np.asarray(self._value(name), dtype=np.float64)).view(np.int64).ravel()
             index = (

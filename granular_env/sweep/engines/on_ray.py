@@ -163,8 +163,12 @@ def _refusal(error: Any) -> SweepError:
 
 def _reason(error: Exception) -> str:
     """Return Ray's message about a lost worker, in one sentence."""
-    told = {"NodeDiedError": "its node ended", "WorkerCrashedError": "its process ended", "OutOfMemoryError": "memory ran out"}
-    return told.get(type(error).__name__, f"{type(error).__name__}")
+    reasons = {
+        "NodeDiedError": "its node ended",
+        "WorkerCrashedError": "its process ended",
+        "OutOfMemoryError": "memory ran out",
+    }
+    return reasons.get(type(error).__name__, f"{type(error).__name__}")
 
 
 def _without_log(result: Result, folder: Path) -> Result:

@@ -113,10 +113,10 @@ def redrawn(chain: Chain, drawn: Drawn) -> Chain:
 
 def info_of_draws(chain: Chain, drawn: Drawn) -> dict[str, Any]:
     """Return what ``info`` tells of drawn parameters: "drawn_radius" and so on, numbers or arrays of one for each grain."""
-    told: dict[str, Any] = {}
+    info: dict[str, Any] = {}
     for name, value in drawn.items():
-        told[f"drawn_{name}"] = np.array(chain.geometry.radius) if isinstance(value, Mapping) else float(value)
-    return told
+        info[f"drawn_{name}"] = np.array(chain.geometry.radius) if isinstance(value, Mapping) else float(value)
+    return info
 
 
 def _without_impacts(randomise: Any) -> Any:

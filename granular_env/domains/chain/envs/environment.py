@@ -271,8 +271,8 @@ class ChainEnv(ComponentEnv):
     def _like(self, recorded: Component) -> Ready:
         if not isinstance(recorded, Chain) or not self.randomization.parameters:
             return self.component, self.task, self.drawn
-        told: dict[str, Any] = recorded.parameters.model_dump()
-        return self._redraw({name: told[name] for name in self.randomization.parameters if name in told})
+        values: dict[str, Any] = recorded.parameters.model_dump()
+        return self._redraw({name: values[name] for name in self.randomization.parameters if name in values})
 
     def _take(self, component: Component, task: Any, drawn: Drawn) -> None:
         if component is self.component:

@@ -173,15 +173,15 @@ class EnvironmentBatch:
         """Return the infos of all environments, by the names of the single environment's info; fresh arrays."""
         memories = self.memories
         ticks = (memories[:, START] + memories[:, ELAPSED] * self._steps_each).astype(np.int64)
-        told: dict[str, np.ndarray] = {"time": ticks * self._step_sizes}
+        values: dict[str, np.ndarray] = {"time": ticks * self._step_sizes}
         if info == "full":
             grains = slice(1, self.single[0].component.parameters.grains + 1)
-            told["displacement"], told["velocity"] = self.tables[:, U, grains].copy(), self.tables[:, V, grains].copy()
+            values["displacement"], values["velocity"] = self.tables[:, U, grains].copy(), self.tables[:, V, grains].copy()
         for name, side in zip(self._names, self._sides, strict=True):
-            told[name] = memories[:, LEFT + side].copy()
+            values[name] = memories[:, LEFT + side].copy()
         for place, name in enumerate(self.single[0].task.counter_names):
-            told[name] = memories[:, COUNTERS + place].copy()
-        return told
+            values[name] = memories[:, COUNTERS + place].copy()
+        return values
 
     def draws(self) -> Mapping[str, tuple[np.ndarray, np.ndarray]]:
         """Return what was drawn for the present episodes, named as in infos: values, and which lanes have one."""

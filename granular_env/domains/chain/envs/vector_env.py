@@ -122,7 +122,7 @@ class ChainVectorEnv(Recreatable, VectorEnv[Observations, npt.NDArray[np.float32
         rewards, ends = np.zeros(self.num_envs), np.zeros((3, self.num_envs), np.bool_)
         terminated, truncated, refused = ends
         special = self._lanes.step(given, going, observations, rewards, terminated, truncated, refused)
-        told: dict[int, str] = {}
+        errors: dict[int, str] = {}
         if not np.isfinite(rewards).all():
             k, task = int(np.argmin(np.isfinite(rewards))), self._lanes.single[0].task
             raise ParameterError(
@@ -133,7 +133,7 @@ class ChainVectorEnv(Recreatable, VectorEnv[Observations, npt.NDArray[np.float32
                 lane = self._lanes.synchronise(k)
                 observations[k], rewards[k], terminated[k], truncated[k], info = lane.step(given[k])
                 if "step_error" in info:
-                    told[k] = info["step_error"]
+                    errors[k] = info["step_error"]
         if self._limit is not None:
             late = going & (self._lanes.count(self.single_hold) >= self._limit)
             truncated |= late
@@ -143,13 +143,13 @@ class ChainVectorEnv(Recreatable, VectorEnv[Observations, npt.NDArray[np.float32
         extra: dict[str, Any] = {}
         if special and self.autoreset_mode == AutoresetMode.SAME_STEP:
             for k in np.flatnonzero(ended).tolist():
-                extra = self._add_info(extra, self._final(k, observations[k], told.pop(k, None)), k)
+                extra = self._add_info(extra, self._final(k, observations[k], errors.pop(k, None)), k)
                 observations[k], _ = self._lanes.single[k].reset()
         if not going.all():
             for k in np.flatnonzero(~going).tolist():
                 observations[k], _ = self._lanes.single[k].reset()
         infos = {**extra, **self._infos(None)}
-        for k, message in told.items():
+        for k, message in errors.items():
             infos = self._add_info(infos, {"step_error": message}, k)
         return observations, rewards, terminated.copy(), truncated.copy(), infos
 
@@ -220,9 +220,9 @@ class ChainVectorEnv(Recreatable, VectorEnv[Observations, npt.NDArray[np.float32
                 nothing has changed.
         """
         numbers = self._lane_numbers(lanes)
-        told = len(states) if isinstance(states, Sequence) else one_line(states)
-        if told != len(numbers):
-            raise ParameterError(f"got {told}", expected=f"{len(numbers)}, one for each environment", at="states")
+        received = len(states) if isinstance(states, Sequence) else one_line(states)
+        if received != len(numbers):
+            raise ParameterError(f"got {received}", expected=f"{len(numbers)}, one for each environment", at="states")
         self._lanes.restore(numbers, states)
         self._begun = True
 

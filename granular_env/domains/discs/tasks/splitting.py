@@ -126,10 +126,15 @@ def make_splitting(
     """
     parameters = {"rows": 1, "columns": columns, "breaking_strain": breaking_strain, "step_size": step_size}
     component = Discs(**{**parameters, **further_parameters("discs", discs)})
+    if component.parameters.rows != 1:
+        raise ParameterError(f"got {component.parameters.rows}", expected="1, a single row to split", at=("discs", "rows"))
     links = len(component.get("linked"))
-    if isinstance(target, bool) or not isinstance(target, int) or not 0 <= target < links or component.parameters.rows != 1:
-        raise ParameterError(f"got {one_line(target)}", expected=f"a link of a single row, 0 to {links - 1}", at="target")
+    if links < 2:
+        raise ParameterError(f"got {one_line(columns)}", expected="at least 3: a link to break, one to keep", at="columns")
+    target = whole_number("target", target, 0, links - 1)
     control_step = whole_number("internal_steps", internal_steps) * component.step_size
     scale, price = positive_number("force_scale", force_scale), finite_number("work_price", work_price)
+    if price < 0.0:
+        raise ParameterError(f"got {price:g}", expected="0 or more", at="work_price")
     task = SplittingTask(component, target, scale, price, control_step)
     return ComponentEnv(component, task, internal_steps=internal_steps, deadline=deadline, **options)

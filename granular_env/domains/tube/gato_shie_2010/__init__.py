@@ -1,4 +1,4 @@
-"""C. Gato, Y. Shie, Gas detonation-driven fracture of thin shell structures: a numerical study (2010)."""
+"""C. Gato, Y. Shie, Fracture of thin shell structures stimulated by gas detonation: a numerical study (2010)."""
 
 from granular_env.atlas.model import Constant, Paper
 
