@@ -122,6 +122,8 @@ def validate_events(
         at = ("event_details", kind)
         if kind not in kinds:
             raise ParameterError("there is no such kind", expected="one of `event_kinds`", hint=nearest(kind, kinds), at=at)
+        if kind not in own:  # a parent need not draw all that its parts draw
+            continue
         if detail.counts and detail.counts not in drawn:
             hint = nearest(detail.counts, drawn)
             raise ParameterError(f"got {detail.counts!r}", expected="the name of a drawable", hint=hint, at=(*at, "counts"))

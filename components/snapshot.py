@@ -11,7 +11,7 @@ from .errors import GranularError, LogError, ParameterError
 from .inputs import Held, read_only
 from .profiles import CompiledProfile
 from .support.arrays import FloatArray
-from .support.serialization import pack, unpack
+from .support.serialization import pack_parts, unpack
 
 
 class Snapshot:
@@ -39,6 +39,10 @@ class Snapshot:
 
     def to_bytes(self) -> bytes:
         """Return a versioned header and plain arrays; see `packing`. The order in which inputs were given leaves no trace."""
+        return b"".join(self.to_parts())
+
+    def to_parts(self) -> list[bytes | memoryview]:
+        """Return the parts that `to_bytes` joins; the state is not copied."""
         inputs = sorted(self.inputs.items())
         numbers = {name: value for name, value in inputs if isinstance(value, float)}
         profiles = {name: value for name, value in inputs if isinstance(value, CompiledProfile)}
@@ -57,7 +61,7 @@ class Snapshot:
             if value.pattern is not None:
                 arrays[f"{name}.pattern"] = value.pattern
         arrays |= {f"{name}.values": value for name, value in held_arrays.items()}
-        return pack(header, arrays)
+        return pack_parts(header, arrays)
 
     @classmethod
     def from_bytes(cls, data: bytes, most_text: int | None = None) -> Self:

@@ -17,8 +17,10 @@ from mcap_ros2.decoder import DecoderFactory
 
 import granular_env as ge
 from granular_env.cli import main
+from granular_env.components.drawables import Cells, Points
 from granular_env.recording import open_log, recover
 from granular_env.recording.preview.frames import PreviewFrames, facts_of, scalar_values
+from granular_env.recording.preview.messages import PreviewFacts, pictured_outputs
 from granular_env.viewing import save_foxglove_layout
 
 GRAINS, DURATION = 30, 2.5e-4
@@ -339,3 +341,18 @@ def unescaped(path: str) -> str:
     """An entity path as its topic was named: rerun writes what is no letter or digit with a backslash."""
     path = re.sub(r"\\u\{([0-9A-Fa-f]+)\}", lambda found: chr(int(found[1], 16)), path)
     return path.replace("\\", "")
+
+
+def test_a_preview_keeps_what_its_messages_show_alone() -> None:
+    """Further points have no topic, and what is too large for a preview has none."""
+    grains = Points("grains", np.arange(3.0)[:, None], np.ones(3), "displacement", "velocity")
+    others = Points("others", np.arange(2.0)[:, None], np.ones(2), "others_displacement")
+    count = 20_001
+    large = Cells("large", np.zeros((count, 2)), np.zeros((1, 4), dtype=np.int64), "stress")
+    assert pictured_outputs([grains, others, large]) == ["displacement", "velocity"]
+    shapes = {"displacement": 3, "velocity": 3, "others_displacement": 2, "stress": count}
+    facts = PreviewFacts("", (grains, others, large), dict.fromkeys(shapes, "m"), shapes, {})
+    frames = PreviewFrames(facts)
+    frames.add(0, 0, [], {name: np.zeros(size) for name, size in shapes.items()})
+    assert sorted(frames.frames[0].drawn) == ["displacement", "velocity"]
+    assert {message.topic.name for message in frames.messages()} >= {"/particles", "/preview"}

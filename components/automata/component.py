@@ -166,7 +166,7 @@ class Automata(Component):
             text = f"force of the {edge} edge on the automata there, along x and y, where it prescribes the motion"
             yield Variable(f"{edge}_reaction", "output", "N", (2,), text, axes=("direction",))
         if self.parameters.several_materials:
-            yield Variable("material", "output", "1", (n,), "number of its material, from 0", axes=("automaton",))
+            yield Variable("material_number", "output", "1", (n,), "number of its material, from 0", axes=("automaton",))
         if self.parameters.breakable:
             text = "what decides whether a pair breaks over its limit: 1 breaks it; 0 for a broken or an unloaded pair"
             yield Variable("criterion_ratio", "output", "1", (links,), text, minimum=0.0, axes=("link",))
@@ -188,7 +188,7 @@ class Automata(Component):
             **{f"{edge}_reaction": lambda edge=edge: self._reaction(edge) for edge in self.conditions.held_edges},
         }
         if self.parameters.several_materials:
-            found["material"] = lambda: self.automaton_material.astype(np.float64)
+            found["material_number"] = lambda: self.automaton_material.astype(np.float64)
         if isinstance(steps, CrackingSpecimen) and self.parameters.breakable:
             found["criterion_ratio"] = steps.criterion_ratio
         if isinstance(steps, CrackingSpecimen) and self.parameters.yields:

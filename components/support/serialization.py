@@ -12,8 +12,8 @@ import hashlib
 import json
 import struct
 import zlib
-from collections.abc import Iterable, Mapping
-from typing import Any
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -39,15 +39,26 @@ def canonical_json(value: Any) -> bytes:
     return json.dumps(value, sort_keys=True, separators=(",", ":"), allow_nan=False).encode()
 
 
+class Pieces(NamedTuple):
+    """Bytes in pieces, which are packed as one array of them without being joined."""
+
+    parts: Sequence[bytes | memoryview]
+
+
 def pack(header: Mapping[str, Any], arrays: Mapping[str, np.ndarray]) -> bytes:
     """One self-checking block of bytes from a JSON-able header and named arrays."""
     return b"".join(pack_parts(header, arrays))
 
 
-def pack_parts(header: Mapping[str, Any], arrays: Mapping[str, np.ndarray]) -> list[bytes | memoryview]:
+def pack_parts(header: Mapping[str, Any], arrays: Mapping[str, np.ndarray | Pieces]) -> list[bytes | memoryview]:
     """Return the parts that `pack` joins; the arrays are not copied: do not change them before the parts are written."""
-    listed, parts = [], []
+    listed: list[list[Any]] = []
+    parts: list[bytes | memoryview] = []
     for name, array in arrays.items():
+        if isinstance(array, Pieces):
+            listed.append([name, "|u1", [sum(map(len, array.parts))]])
+            parts += array.parts
+            continue
         little = np.ascontiguousarray(array, dtype=array.dtype.newbyteorder("<"))
         # The shape is the given array's: ascontiguousarray makes a scalar one-dimensional.
         listed.append([name, little.dtype.str, list(np.shape(array))])
@@ -57,7 +68,7 @@ def pack_parts(header: Mapping[str, Any], arrays: Mapping[str, np.ndarray]) -> l
     return [front, *parts, _checksum(front, parts)]
 
 
-def _checksum(front: bytes | memoryview, parts: Iterable[memoryview]) -> bytes:
+def _checksum(front: bytes | memoryview, parts: Iterable[bytes | memoryview]) -> bytes:
     """Return the checksum of a block; the arrays, of which there is much, by what takes a fifth of BLAKE2b's time."""
     crc = 0
     for part in parts:

@@ -35,7 +35,7 @@ _MESSAGE_HEAD = struct.Struct("<BQHIQQ")
 _CHUNK_HEAD = struct.Struct("<BQQQQII")
 _LENGTH = struct.Struct("<Q")
 _COMPRESSION = b"lz4"
-_SMALL = 1 << 16
+_SMALL, _SLICE = 1 << 16, 1 << 22
 
 
 class Sink(Protocol):
@@ -152,7 +152,9 @@ class McapWriter:
         compressor = lz4.frame.LZ4FrameCompressor()
         compressed, crc = [compressor.begin()], 0
         for part in _join_small_parts(self._parts):
-            compressed.append(compressor.compress(part))
+            # The compressor's own buffer is as large as what it is given.
+            for begin in range(0, len(part), _SLICE):
+                compressed.append(compressor.compress(part[begin : begin + _SLICE]))
             crc = zlib.crc32(part, crc)
         compressed = [b"".join([*compressed, compressor.flush()])] if self._size < _SMALL else [*compressed, compressor.flush()]
         size = sum(map(len, compressed))
@@ -200,7 +202,7 @@ def _join_small_parts(parts: Sequence[Part]) -> Iterator[Part]:
             small.append(part)
         else:
             yield b"".join(small)
-            yield part
+            yield memoryview(part)
             small = []
     yield b"".join(small)
 

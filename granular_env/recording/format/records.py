@@ -58,7 +58,7 @@ class Record:
         count: how many steps, frames or rows it holds.
         number: place among the records of its kind.
         header: plain JSON values.
-        arrays: name -> array.
+        arrays: name -> array, of one that is only written also its bytes in pieces.
     """
 
     kind: int
@@ -69,7 +69,7 @@ class Record:
     count: int
     number: int
     header: Mapping[str, Any]
-    arrays: Mapping[str, np.ndarray]
+    arrays: Mapping[str, Any]
 
     @property
     def row(self) -> tuple[int, ...]:

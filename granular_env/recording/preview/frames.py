@@ -11,7 +11,7 @@ import numpy as np
 from ...components.component import Component
 from ...components.contract import Variable
 from ...components.drawables import Drawable, Links, Points, drawn_outputs
-from .messages import PreviewFacts, PreviewFrame, PreviewMessage, preview_messages
+from .messages import PreviewFacts, PreviewFrame, PreviewMessage, pictured_outputs, preview_messages
 
 _MOST_FRAMES = 400
 # Memory that the frames may take while the run goes on [bytes].
@@ -36,7 +36,7 @@ class PreviewFrames:
         self.frames: list[PreviewFrame] = []
         size = 8 * len(facts.units) + sum(4 * count for count in facts.sizes.values())
         self.capacity = max(8, min(_MOST_FRAMES, _MOST_BYTES // max(size, 1)))
-        self._stride = stride
+        self._stride, self._pictured = stride, pictured_outputs(facts.drawables)
 
     @property
     def names(self) -> list[str]:
@@ -54,12 +54,12 @@ class PreviewFrames:
 
     def take(self, number: int, nanoseconds: int, component: Component, balances: Mapping[str, Any]) -> None:
         """Show it a frame of a component, and the entries of its balances, which have been drawn up."""
-        drawn = {name: component.peek(name) for name in self.facts.sizes}
+        drawn = {name: component.peek(name) for name in self._pictured}
         self.add(number, nanoseconds, scalar_values(component, self.names, balances), drawn)
 
     def add(self, number: int, nanoseconds: int, scalars: list[float], drawn: Mapping[str, Any]) -> None:
-        """Show it a frame; the arguments are those of `PreviewFrame`."""
-        single = {name: np.array(values, dtype=np.float32) for name, values in drawn.items()}
+        """Show it a frame; the arguments are those of `PreviewFrame`, `drawn` may hold more than that."""
+        single = {name: np.array(drawn[name], dtype=np.float32) for name in self._pictured}
         before = [frame for frame in self.frames if frame.number < number]  # later ones are of a step that was undone
         frames, stride = [*before, PreviewFrame(number, nanoseconds, scalars, single)], self._stride
         if len(frames) > self.capacity:

@@ -33,7 +33,7 @@ from functools import cache
 import numpy as np
 
 from ...colours import diverging
-from ...components.drawables import Cells, Curve, Drawable, Links, Points, main_points, spatial
+from ...components.drawables import Cells, Curve, Drawable, Links, Points, drawn_outputs, main_points, spatial
 from ..format import schemas
 from . import cdr
 from .displacement_scale import choose_exaggeration
@@ -93,7 +93,7 @@ class PreviewFrame:
         number: how many frames were recorded before it.
         nanoseconds: simulated time since the log began [ns].
         scalars: one value for each of the facts' units.
-        drawn: the outputs that drawables show, by name, single precision.
+        drawn: the outputs that the messages are made of, by name, single precision.
     """
 
     number: int
@@ -429,6 +429,14 @@ def topics_of_others(drawables: Sequence[Drawable]) -> list[tuple[Drawable, str]
     """Return the drawables that are no points, but for those that are too large for a preview, each with its topic."""
     others = [one for one in drawables if not isinstance(one, Points)]
     return [(one, f"/{_FOLDERS[type(one)]}/{one.name}") for one in others if _is_small(one)]
+
+
+def pictured_outputs(drawables: Sequence[Drawable]) -> list[str]:
+    """Return the names of the outputs that the messages are made of: further points, and what is too large, need none."""
+    others = [one for one, _ in topics_of_others(drawables)]
+    points = [one for one in drawables if isinstance(one, Points)]
+    joined = {one.points for one in others if isinstance(one, Links)}
+    return drawn_outputs([*points[:1], *(one for one in points[1:] if one.name in joined), *others])
 
 
 def picture_box(drawables: Sequence[Drawable]) -> tuple[np.ndarray, np.ndarray]:

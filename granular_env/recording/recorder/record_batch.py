@@ -13,6 +13,7 @@ import numpy as np
 from ...components.inputs import Held
 from ...components.profiles import CompiledProfile
 from ...components.snapshot import Snapshot
+from ...components.support.serialization import Pieces
 from ..format.digests import held_word, set_words, step_digests
 from ..format.records import EVENTS, FRAMES, HASHES, SNAPSHOTS, STEPS, Record, nanoseconds
 from .log_writer import CHUNK_BYTES, LogWriter
@@ -152,8 +153,8 @@ def _records(
 
 def _snapshots(batch: RecordBatch, sink: LogWriter, items: list[tuple[int, int, Snapshot]]) -> Iterator[Record]:
     for tick, why, snapshot in items:
-        data = np.frombuffer(snapshot.to_bytes(), dtype=np.uint8)
-        yield Record(SNAPSHOTS, why, batch.segment, tick, tick, 1, sink.number(SNAPSHOTS), {}, {"snapshot": data})
+        arrays = {"snapshot": Pieces(snapshot.to_parts())}
+        yield Record(SNAPSHOTS, why, batch.segment, tick, tick, 1, sink.number(SNAPSHOTS), {}, arrays)
 
 
 def _steps(batch: RecordBatch, sink: LogWriter, profiles: Profiles, inputs: Mapping[str, tuple[int, ...]]) -> Iterator[Record]:

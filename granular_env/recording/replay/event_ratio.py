@@ -64,7 +64,8 @@ def nearest_to_events(
         ParameterError: no output has such an index.
     """
     component = log.component(components)
-    kinds = kinds_by_ratio(component.event_details)
+    # A parent need not have all outputs of its parts.
+    kinds = {name: kinds for name, kinds in kinds_by_ratio(component.event_details).items() if name in component.variables}
     sizes = {name: int(np.prod(component.variables[name].shape)) for name in kinds}
     if index is not None and sizes and not 0 <= index < max(sizes.values()):
         raise ParameterError(f"got {index}", expected=f"0 to {max(sizes.values()) - 1}", at="index")
