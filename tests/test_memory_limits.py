@@ -87,6 +87,20 @@ def test_a_chain_takes_what_it_was_said_to_take(integrator):
     assert 0.8 * peak < kind.memory_needed(parameters) < 1.05 * peak
 
 
+@pytest.mark.parametrize("fracture", ["none", {"name": "principal_stress"}])
+def test_a_shell_takes_what_it_was_said_to_take(fracture):
+    kind, given = catalogue.component_class("shell"), {"fracture": fracture, "material": "thermoviscoplastic"}
+    kind(**given).step()  # compiled
+    tracemalloc.start()
+    try:
+        shell = kind(body={"name": "tube", "along": 61, "around": 60}, **given)
+        shell.step()
+        taken = tracemalloc.get_traced_memory()[0]
+    finally:
+        tracemalloc.stop()
+    assert 0.9 * taken < kind.memory_needed(shell.parameters) < 1.05 * taken
+
+
 def test_the_machine_tells_its_memory():
     there = memory_limits.available()
     assert there is None or 1_000_000 < there < 10**15

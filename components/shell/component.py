@@ -31,6 +31,8 @@ from .stability import CRACKED, WALL_STIFFNESS, highest_frequency
 _STATE = ("displacement", "velocity", "force", "gradient", "stress", "plastic_strain", "temperature", "plastic_work", "area")
 # What a node, and an integration point, take: tables, state, its copy, scratch, and the stencils by which fields are read.
 _BYTES_OF_NODE, _BYTES_OF_POINT = 500, 590
+# What a node takes besides where the body can break: its points, pairs and surfaces, whole and as they are.
+_BYTES_OF_BREAKING = 210
 _POINTS_OF_CELL: dict[RuleName, int] = {"column": 1, "cell": 4}
 # Status -> what happened, and to which output.
 _FAILURES = {
@@ -61,7 +63,8 @@ class Shell(Component):
         """Return what tables, state, its copy and the kernels' scratch take."""
         along, across, layers = parameters.body.counts
         points = along * across * parameters.rule.through * _POINTS_OF_CELL[parameters.rule.surface]
-        return _BYTES_OF_NODE * along * across * layers + _BYTES_OF_POINT * points
+        of_node = _BYTES_OF_NODE + (_BYTES_OF_BREAKING if isinstance(parameters.fracture, FractureLaw) else 0)
+        return of_node * along * across * layers + _BYTES_OF_POINT * points
 
     def _build(self) -> None:
         p = self.parameters
