@@ -29,7 +29,7 @@ def measure(steps: int = 20, rounds: int = 41) -> Iterator[Figure]:
             for actions in chosen:
                 env.step(actions)
     bare, forces = _bare_physics(native), np.full(COUNT, 100.0)
-    tables = native.unwrapped._lanes.tables.copy()  # type: ignore[attr-defined]
+    tables = native.unwrapped._batch.tables.copy()  # type: ignore[attr-defined]
     start = tables.copy()
 
     def batch() -> None:
@@ -50,15 +50,15 @@ def measure(steps: int = 20, rounds: int = 41) -> Iterator[Figure]:
 
 
 def _bare_physics(native: Any) -> Any:
-    lane = native.unwrapped.lane(0)
-    advance, ticks = lane.component.scheme_kernel, lane.internal_steps
+    single = native.unwrapped.single(0)
+    advance, ticks = single.component.scheme_kernel, single.internal_steps
 
     @jit
     def bare(tables, forces):  # noqa: ANN001, ANN202
         for k in range(len(forces)):
             advance(tables[k], _NO_DRIVE, 0, forces[k], 0.0, 0, ticks)
 
-    bare(native.unwrapped._lanes.tables.copy(), np.zeros(COUNT))
+    bare(native.unwrapped._batch.tables.copy(), np.zeros(COUNT))
     return bare
 
 

@@ -309,6 +309,12 @@ def test_a_step_too_large_is_told_with_the_one_to_take() -> None:
         air_tube(50, step_size=0.05)
 
 
+def test_ignition_takes_no_heat_away() -> None:
+    tube = DetonationTube()
+    with pytest.raises(ge.ParameterError, match=r"input.ignition_power: got -1e\+09 W, expected 0 to"):
+        tube.step(ignition_power=-1e9)
+
+
 def test_gas_that_parts_faster_than_it_expands_is_refused_and_kept() -> None:
     tube = air_tube(20, left="absorbing", right="absorbing", step_size=2e-4)
     tube.reset(velocity=np.where(tube.centres < 0.5, -60.0, 60.0), pressure=0.01)

@@ -87,7 +87,7 @@ def test_states_move_between_lanes_of_unlike_chains(mode: AutoresetMode) -> None
     batch.reset(seed=1)
     single.reset(seed=9)
     single.step([0.3])
-    batch.restore([single.save(), batch.save([0])[0]], lanes=[0, 2])
+    batch.restore([single.save(), batch.save([0])[0]], environments=[0, 2])
     for some in actions(20):
         observations, rewards, *_, infos = batch.step(np.tile(some, (3, 1)))
         observation, reward, *_, info = single.step(some)

@@ -169,9 +169,9 @@ def test_states_move_between_batches_and_single_environments() -> None:
         env.step(some[0])
     states = batch.save()
     first = [batch.step(some) for some in chosen[10:]]
-    # One lane goes back, one becomes the single environment, one goes on as it is.
+    # One goes back, one becomes the single environment, one goes on as it is.
     now = batch.save()
-    batch.restore([states[1], env.save()], lanes=[1, 2])
+    batch.restore([states[1], env.save()], environments=[1, 2])
     assert batch.save([0])[0].to_bytes() == now[0].to_bytes()
     for step, some in enumerate(chosen[10:]):
         observations, rewards, *_ = batch.step(some)
@@ -181,7 +181,7 @@ def test_states_move_between_batches_and_single_environments() -> None:
         assert rewards[1] == first[step][1][1] and rewards[2] == reward
 
 
-def test_restored_lanes_know_whether_they_are_over() -> None:
+def test_restored_environments_know_whether_they_are_over() -> None:
     batch = ChainVectorEnv(make_protection, 2, grains=4, deadline=3, clock=0)
     batch.reset(seed=1)
     begun = batch.save()
@@ -199,18 +199,18 @@ def test_states_that_do_not_fit_a_batch_are_refused() -> None:
     batch = ChainVectorEnv(make_piston, 2, **SMALL)
     batch.reset(seed=1)
     states = batch.save()
-    for wrong, lanes, words in (
+    for wrong, environments, words in (
         (states[:1], None, "got 1, expected 2"),
         (states, [0, 0], "once"),
         (states, [0, 2], "0 to 1"),
         ([states[0], None], None, "state"),
         (3, None, "got 3, expected 2"),
-        (states, 1, "lanes: got 1"),
+        (states, 1, "environments: got 1"),
     ):
         batch.step(np.ones((2, 1)))
         before = [state.to_bytes() for state in batch.save()]
         with pytest.raises(ParameterError, match=words):
-            batch.restore(wrong, lanes)  # type: ignore[arg-type]
+            batch.restore(wrong, environments)  # type: ignore[arg-type]
         assert [state.to_bytes() for state in batch.save()] == before, "nothing has changed"
 
 
@@ -257,7 +257,7 @@ def test_an_episode_from_a_log_is_one_of_its_own(tmp_path: Path) -> None:
     assert not truncated and env.save().snapshot.tick == chain.tick + 63
 
 
-def test_a_lane_of_a_batch_goes_on_from_a_log(tmp_path: Path) -> None:
+def test_an_environment_of_a_batch_goes_on_from_a_log(tmp_path: Path) -> None:
     path = tmp_path / "pushed.mcap"
     recorded = make_protection(**SMALL)
     with record(recorded.component, path):
@@ -265,7 +265,7 @@ def test_a_lane_of_a_batch_goes_on_from_a_log(tmp_path: Path) -> None:
         transcript(recorded, actions(20))
     batch, single = ChainVectorEnv(make_protection, 2, **SMALL), make_protection(**SMALL)
     batch.reset(seed=1)
-    batch.lane(1).branch(path, at=1.5e-5, seed=8)
+    batch.single(1).branch(path, at=1.5e-5, seed=8)
     single.branch(path, at=1.5e-5, seed=8)
     for some in actions(30):
         observations, rewards, *_ = batch.step(np.stack([some, some]))

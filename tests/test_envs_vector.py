@@ -22,7 +22,7 @@ register_all()
 COUNT = 4
 MODES = list(AutoresetMode)
 
-# What is tried: the environment, and arguments that differ from lane to lane or not.
+# What is tried: the environment, and arguments that differ from one to the other or not.
 CASES: dict[str, tuple[type[ChainEnv], dict[str, Any]]] = {
     "force": (make_protection, {"grains": 6, "deadline": 8, "internal_steps": 40, "impulse": 1e-3, "clock": 0}),
     "clock": (make_protection, {"grains": 6, "deadline": 8, "internal_steps": 40, "impulse": 1e-3, "clock": 3}),
@@ -181,16 +181,16 @@ def test_make_vec_picks_the_batch() -> None:
             warnings.simplefilter("error")
             env = gymnasium.make_vec(name, num_envs=3, grains=5)
         assert isinstance(env.unwrapped, ChainVectorEnv) and env.num_envs == 3
-        assert isinstance(env.unwrapped.lane(0), ChainEnv) and isinstance(env.unwrapped.lane(0).task, task)
+        assert isinstance(env.unwrapped.single(0), ChainEnv) and isinstance(env.unwrapped.single(0).task, task)
         assert env.metadata["autoreset_mode"] == AutoresetMode.NEXT_STEP
         observations, _ = env.reset(seed=1)
         assert env.observation_space.contains(observations) and observations.shape[1] in (10, 18)
         assert env.observation_space.contains(env.step(env.action_space.sample())[0])
-        assert env.single_observation_space == env.unwrapped.lane(0).observation_space
+        assert env.single_observation_space == env.unwrapped.single(0).observation_space
         env.close()
 
 
-def test_parameters_may_differ_from_lane_to_lane() -> None:
+def test_parameters_may_differ_from_one_to_the_other() -> None:
     own = [{"radius": 2e-3}, {"impulse": 1e-3, "chain": {"precompression": 3.0}}, {"deadline": 3, "noise": 0.1}]
     common: dict[str, Any] = {"grains": 5, "chain": {"contact_stiffness": 1e9}}
     batch = ChainVectorEnv(make_protection, 3, parameters=own, **common)
@@ -200,10 +200,10 @@ def test_parameters_may_differ_from_lane_to_lane() -> None:
         for each, chain in zip(own, chains, strict=True)
     ]
     play(batch, SyncVectorEnv(singles), 12, seed=3)
-    assert [lane.component.get("precompression") for lane in map(batch.lane, range(3))] == [0.0, 3.0, 0.0]
+    assert [single.component.get("precompression") for single in map(batch.single, range(3))] == [0.0, 3.0, 0.0]
 
 
-def test_laws_may_differ_from_lane_to_lane() -> None:
+def test_laws_may_differ_from_one_to_the_other() -> None:
     own = [{"chain": {"law": {"name": "viscous", "dissipation": 0.3}}}, {"chain": {"gravity": 9.81}}]
     batch = ChainVectorEnv(make_piston, 2, parameters=own, grains=4, deadline=20, chain={"right": "plane"})
     singles = [
@@ -213,7 +213,7 @@ def test_laws_may_differ_from_lane_to_lane() -> None:
     play(batch, SyncVectorEnv(singles), 6, seed=5)
 
 
-def test_goals_of_other_sizes_may_differ_from_lane_to_lane() -> None:
+def test_goals_of_other_sizes_may_differ_from_one_to_the_other() -> None:
     # The wanted waves' tables are as long as their number and the precompression want them.
     own = [
         {},
@@ -222,29 +222,29 @@ def test_goals_of_other_sizes_may_differ_from_lane_to_lane() -> None:
     ]
     common: dict[str, Any] = {"grains": 12, "amplitude": 3.0, "place": 9, "deadline": 60, "info": "brief"}
     batch = ChainVectorEnv(make_pulse_forming, 3, parameters=own, **common)
-    assert len({len(batch.lane(k).constants) for k in range(3)}) == 3
+    assert len({len(batch.single(k).constants) for k in range(3)}) == 3
     fresh = ChainVectorEnv(make_pulse_forming, 3, parameters=own, **common)
     singles = [lambda k=k, each=each: make_pulse_forming(**{**common, **each}) for k, each in enumerate(own)]
     play(fresh, SyncVectorEnv(singles), 30, seed=2)
 
 
 @pytest.mark.parametrize("mode", list(AutoresetMode))
-def test_what_lanes_do_by_themselves_counts_in_the_batch(mode: AutoresetMode) -> None:
+def test_what_environments_do_by_themselves_counts_in_the_batch(mode: AutoresetMode) -> None:
     env = ChainVectorEnv(make_protection, 2, grains=4, deadline=3, autoreset_mode=mode)
     env.reset(seed=1)
     for _ in range(3):
-        env.lane(1).step([1.0])
+        env.single(1).step([1.0])
     if mode == AutoresetMode.DISABLED:
         with pytest.raises(ParameterError, match=r"\[1\] are over"):
             env.step(np.zeros((2, 1)))
-        env.lane(1).reset()
+        env.single(1).reset()
     times = env.step(np.ones((2, 1)))[4]["time"]
-    step = env.lane(0).duration
+    step = env.single(0).duration
     assert times.tolist() == [step, step if mode == AutoresetMode.DISABLED else 0.0], "what is over is reset, not stepped"
     if mode == AutoresetMode.NEXT_STEP:
         for _ in range(2):
-            env.step(np.zeros((2, 1)))  # lane 0 is over then
-        env.lane(0).reset(options={"velocity": {2: 1.0}})
+            env.step(np.zeros((2, 1)))  # environment 0 is over then
+        env.single(0).reset(options={"velocity": {2: 1.0}})
         assert env.step(np.zeros((2, 1)))[4]["time"][0] == step, "what was reset by hand is not reset again"
 
 
@@ -280,12 +280,12 @@ def test_with_autoreset_disabled_what_is_over_stays_over() -> None:
         env.step(np.zeros((2, 1)))
 
 
-def test_a_recorded_lane_is_recorded_whole(tmp_path: Any) -> None:
-    env, path = ChainVectorEnv(make_protection, 3, grains=5), tmp_path / "lane.mcap"
+def test_a_recorded_environment_is_recorded_whole(tmp_path: Any) -> None:
+    env, path = ChainVectorEnv(make_protection, 3, grains=5), tmp_path / "one.mcap"
     env.reset(seed=1)
     for _ in range(4):
         env.step(np.full((3, 1), 0.3))
-    with record(env.lane(1).component, path):
+    with record(env.single(1).component, path):
         for _ in range(6):
             env.step(np.full((3, 1), 0.5))
     env.step(np.full((3, 1), 0.5))
@@ -352,7 +352,7 @@ def test_seeds_are_given_to_each() -> None:
     assert [state.to_bytes() for state in env.save()] == before
     for wrong in (-1, 1.5, "one"):
         with pytest.raises(ParameterError, match="seed: got"):
-            env.lane(0).reset(seed=wrong)  # type: ignore[arg-type]
+            env.single(0).reset(seed=wrong)  # type: ignore[arg-type]
 
 
 def test_pictures_of_all() -> None:

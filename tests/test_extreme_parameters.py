@@ -215,7 +215,7 @@ def test_what_cannot_be_computed_is_refused_with_the_name_of_the_parameter(
 
 def test_a_body_that_breaks_everywhere_has_no_piece() -> None:
     body = {"name": "plate", "along": 5, "across": 5, "length": 0.004, "width": 0.004}
-    plate = ge.make("shell", body=body, fracture={"name": "principal_stress", "factor": 1e-30})
+    plate = ge.make("shell", body=body, fracture={"name": "principal_stress", "stress": 1e-22})
     plate.reset(nodal_velocity=np.random.default_rng(1).normal(size=plate.nodes.shape))
     plate.step(80 * plate.step_size)
     assert plate.get("pieces") == plate.variables["pieces"].minimum == 0.0

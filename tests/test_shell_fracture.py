@@ -290,6 +290,8 @@ def test_plastic_strain_parts_what_has_flowed() -> None:
     assert plate.peek("plastic_strain")[first.index] == first.value
     with pytest.raises(ge.GranularError, match=r"fracture: got the law 'plastic_strain' with an elastic material"):
         ge.make("shell", fracture="plastic_strain")
+    with pytest.raises(ge.GranularError, match=r"fracture: got the law 'principal_stress' with an elastic .* stress ="):
+        ge.make("shell", material="elastic", fracture={"name": "principal_stress", "factor": 2.0})
     with pytest.raises(ge.GranularError, match=r"fracture: got 'rankine', expected a known name"):
         ge.make("shell", fracture="rankine")
 

@@ -119,9 +119,9 @@ class Sb3VecEnv(VecEnv):
         return batch
 
     def _single(self, place: int) -> Any:
-        """Return one of the single environments: of a native batch its lane, of Gymnasium's own an entry of `envs`."""
+        """Return one of the single environments: of a native batch by `single`, of Gymnasium's own an entry of `envs`."""
         batch = self._batch
-        return batch.lane(place) if hasattr(batch, "lane") else batch.envs[place]
+        return batch.single(place) if hasattr(batch, "single") else batch.envs[place]
 
 
 def info_of(infos: dict[str, Any], place: int) -> dict[str, Any]:

@@ -431,7 +431,7 @@ class BreakingBody:
             found.append(
                 f"the first of {np.count_nonzero(self.cracks.judged.cracks)} points that parted did so at "
                 f"{1e6 * first[8] * step_size:.4g} us, {self._place_words(int(first[0]))}"
-                + "".join(f"; its crack ran {way} at {speed:.3g} m/s" for way, speed in speeds.items() if speed > 0.0)
+                + "".join(f"; its crack ran {way} at {speed:.0f} m/s" for way, speed in speeds.items() if speed > 0.0)
             )
             return found
         ratio, point, tick = (float(one) for one in block["nearest"])

@@ -22,7 +22,6 @@ class FractureLaw(Named):
     code: ClassVar[int]
     unit: ClassVar[str]
     quantity: ClassVar[str]
-    needs_flow: ClassVar[bool] = False
     scatter: float = field(
         0.0, "largest deviation of the strength of a column of points from the mean, over it", "1", ge=0.0, lt=1.0
     )
@@ -30,6 +29,11 @@ class FractureLaw(Named):
     grip_length: NotNegativeMagnitude = field(
         0.0, "length beside clamped and moved edges within which nothing parts, as a fitting holds it there", "m"
     )
+
+    @property
+    def needs_flow(self) -> bool:
+        """Whether it asks for a material that flows: for its plastic strain, or its yield stress."""
+        return False
 
     def limit(self, law: FlowConstants) -> float:
         """Return what decides where a point parts, in `unit`."""

@@ -16,9 +16,13 @@ class PlasticStrain(FractureLaw):
     code: ClassVar[int] = 1
     unit: ClassVar[str] = "1"
     quantity: ClassVar[str] = "the plastic strain"
-    needs_flow: ClassVar[bool] = True
     name: Literal["plastic_strain"] = field("plastic_strain", "the equivalent plastic strain decides", "1")
     strain: Magnitude = field(0.3, "plastic strain at which a point in tension parts", "1")
+
+    @property
+    def needs_flow(self) -> bool:
+        """Whether it asks for a material that flows: always."""
+        return True
 
     def limit(self, law: FlowConstants) -> float:
         """Return the plastic strain at which a point parts."""

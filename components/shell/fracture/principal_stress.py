@@ -24,6 +24,11 @@ class PrincipalStress(FractureLaw):
     factor: Magnitude = field(3.0, "largest principal stress over the yield stress at which a point parts", "1")
     stress: Magnitude | None = field(None, "that stress itself, in place of the factor", "Pa")
 
+    @property
+    def needs_flow(self) -> bool:
+        """Whether the limit is a multiple of the yield stress."""
+        return self.stress is None
+
     def limit(self, law: FlowConstants) -> float:
         """Return the stress at which a point parts [Pa]."""
         return self.factor * law.yield_stress if self.stress is None else self.stress

@@ -27,7 +27,7 @@ def own_or_given(name: Any, components: Mapping[str, type[Component]] | None) ->
     if not isinstance(name, str) or name not in own_names():
         raise LogError(
             f"the log is of a component {name!r}, which is not one of ours ({', '.join(own_names())})",
-            hint=f"if you trust it, pass its class: components={{{name!r}: ...}}",
+            hint=f"if you trust it, pass its class in Python: components={{{name!r}: ...}}",
             at="header.component",
         )
     try:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 from ...components.component import Component
@@ -41,7 +41,7 @@ class Branch:
     segment: Segment
     tick: int
     component: Component
-    remaining: list[tuple[int, dict[str, Held]]]
+    remaining: list[tuple[int, dict[str, Held]]] = field(repr=False)
 
     @property
     def facts(self) -> dict[str, Any]:

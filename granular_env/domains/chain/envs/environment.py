@@ -170,7 +170,7 @@ class ChainEnv(ComponentEnv):
         self.memory, self._memory_bytes = memory, memory.data.cast("B")
         self._applied, self._counters, self._commands = memory[LEFT:COUNTERS], memory[COUNTERS:end], memory[end:]
 
-    def lane(self, table: FloatArray, memory: FloatArray) -> Self:
+    def copy_into(self, table: FloatArray, memory: FloatArray) -> Self:
         """Return an environment like this one, before its first reset, whose chain and episode live in the memory given."""
         twin = object.__new__(type(self))
         vars(twin).update(vars(self))

@@ -21,7 +21,7 @@ from .environment import ChainEnv
 from .episode_state import COUNTERS, ELAPSED, LEFT, START
 from .sensors import OBSERVE, observe
 from .task import JUDGE, task_kernel
-from .vector_kernel import observe_lanes, step_lanes
+from .vector_kernel import observe_environments, step_environments
 
 _NO_DRIVE = np.zeros((0, 2))
 
@@ -43,7 +43,7 @@ class EnvironmentBatch:
         parameters: Sequence[Mapping[str, Any]] | None,
         arguments: Mapping[str, Any],
     ) -> None:
-        made = _make_lanes(environment, count, parameters, arguments)
+        made = _make_environments(environment, count, parameters, arguments)
         first = made[0]
         if not isinstance(first, ChainEnv):
             raise ParameterError(f"got {one_line(first)}", expected="what makes a ChainEnv", at="environment")
@@ -53,12 +53,12 @@ class EnvironmentBatch:
         self.memories = np.zeros((count, len(first.memory)))
         self.single = []
         for k in range(count):
-            lane = made[k % len(made)].lane(self.tables[k], self.memories[k])
-            lane.on_new_chain = partial(self._redrawn, k)
-            self.single.append(lane)
+            single = made[k % len(made)].copy_into(self.tables[k], self.memories[k])
+            single.on_new_chain = partial(self._redrawn, k)
+            self.single.append(single)
         self.size = first.observation_size
         self._lent: set[int] = set()
-        # EnvironmentBatch whose chain has been drawn anew since it was last looked at.
+        # Environments whose chain has been drawn anew since it was last looked at.
         self._new: set[int] = set()
         self._drawn: dict[str, tuple[np.ndarray, np.ndarray]] = {}
         self._stack(first)
@@ -67,32 +67,33 @@ class EnvironmentBatch:
         self._new.add(k)
 
     def _stack(self, first: ChainEnv) -> None:
-        lanes, actuator = self.single, first.actuator
+        singles, actuator = self.single, first.actuator
         # One address for each chain: laws and schemes may differ.
         judge = task_kernel(first.task, "judge_kernel")
-        advances = _addresses([lane.component.scheme_kernel for lane in lanes], ADVANCE)
-        judges = _addresses([lane.component.specialise(judge) for lane in lanes], JUDGE)
-        observes = _addresses([lane.component.specialise(observe) for lane in lanes], OBSERVE)
-        constants = np.concatenate([lane.constants for lane in lanes])
-        places = np.cumsum([0, *(len(lane.constants) for lane in lanes)], dtype=np.int64)
+        advances = _addresses([single.component.scheme_kernel for single in singles], ADVANCE)
+        judges = _addresses([single.component.specialise(judge) for single in singles], JUDGE)
+        observes = _addresses([single.component.specialise(observe) for single in singles], OBSERVE)
+        constants = np.concatenate([single.constants for single in singles])
+        places = np.cumsum([0, *(len(single.constants) for single in singles)], dtype=np.int64)
         stacked = lambda values: np.array(list(values), dtype=np.float64)  # noqa: E731
         self._counters = len(first.task.counter_names)
         self._names, self._sides = actuator.names, actuator.sides
-        self._steps_each = np.array([lane.internal_steps for lane in lanes], dtype=np.int64)
-        self._step_sizes = stacked(lane.component.step_size for lane in lanes)
-        self._deadlines = np.array([lane.control_steps for lane in lanes], dtype=np.int64)
-        state = [lane.component.state_rows for lane in lanes]
+        self._steps_each = np.array([single.internal_steps for single in singles], dtype=np.int64)
+        self._step_sizes = stacked(single.component.step_size for single in singles)
+        self._deadlines = np.array([single.control_steps for single in singles], dtype=np.int64)
+        state = [single.component.state_rows for single in singles]
         first_row, last_row = min(rows.start for rows in state), max(rows.stop for rows in state)
         self._judging = (
             advances, judges, constants, places, self._counters,
-            self._steps_each, self._deadlines, stacked(lane.duration for lane in lanes),
-            actuator.sides, stacked(lane.actuator.scales for lane in lanes), stacked(lane.actuator.rate for lane in lanes),
+            self._steps_each, self._deadlines, stacked(single.duration for single in singles),
+            actuator.sides, stacked(single.actuator.scales for single in singles),
+            stacked(single.actuator.rate for single in singles),
             actuator.delay, first.hold,
         )  # fmt: skip
         self._seeing = (
-            observes, first.observing.blocks, stacked(lane.observing.factors for lane in lanes),
-            stacked(lane.observing.limit for lane in lanes), stacked(lane.observing.noise for lane in lanes),
-            stacked(lane.goal_scales for lane in lanes), first.clock,
+            observes, first.observing.blocks, stacked(single.observing.factors for single in singles),
+            stacked(single.observing.limit for single in singles), stacked(single.observing.noise for single in singles),
+            stacked(single.goal_scales for single in singles), first.clock,
         )  # fmt: skip
         kept = np.zeros((last_row - first_row, first.component.table.shape[1]))
         self._room = (_NO_DRIVE, kept, np.zeros(self.memories.shape[1]), first_row)
@@ -103,33 +104,35 @@ class EnvironmentBatch:
             return
         _, _, constants, places, *_ = self._judging
         scales, (_, _, factors, _, _, goals, _) = self._judging[9], self._seeing
-        lanes = {k: self.single[k] for k in self._new}
+        singles = {k: self.single[k] for k in self._new}
         self._new.clear()
-        for k, lane in lanes.items():
-            self._note_drawn(k, lane)
-        if any(len(lane.constants) != places[k + 1] - places[k] for k, lane in lanes.items()):
+        for k, single in singles.items():
+            self._note_drawn(k, single)
+        if any(len(single.constants) != places[k + 1] - places[k] for k, single in singles.items()):
             self._stack(self.single[0])
             return
-        for k, lane in lanes.items():
-            constants[places[k] : places[k + 1]] = lane.constants
-            scales[k], factors[k], goals[k] = lane.actuator.scales, lane.observing.factors, lane.goal_scales
+        for k, single in singles.items():
+            constants[places[k] : places[k + 1]] = single.constants
+            scales[k], factors[k], goals[k] = single.actuator.scales, single.observing.factors, single.goal_scales
 
-    def _note_drawn(self, k: int, lane: ChainEnv) -> None:
+    def _note_drawn(self, k: int, single: ChainEnv) -> None:
         count = len(self.single)
-        for name, value in info_of_draws(lane.component, lane.drawn).items():
+        for name, value in info_of_draws(single.component, single.drawn).items():
             if name not in self._drawn:
                 self._drawn[name] = np.zeros((count, *np.shape(value))), np.zeros(count, np.bool_)
             self._drawn[name][0][k], self._drawn[name][1][k] = value, True
 
     def step(self, actions: np.ndarray, going: np.ndarray, *results: np.ndarray) -> int:
-        """One action of those that are going; see `step_lanes` for the results."""
+        """One action of those that are going; see `step_environments` for the results."""
         self._look_again()
         watched = [k for k in self._lent if going[k] and _goes_alone(self.single[k])]
         if watched:
             # Those that somebody records, or whose other end follows a profile, step by themselves.
             going = going.copy()
             going[watched] = False
-        special = step_lanes(self.tables, self.memories, actions, going, *self._judging, *self._seeing, *self._room, *results)
+        special = step_environments(
+            self.tables, self.memories, actions, going, *self._judging, *self._seeing, *self._room, *results
+        )
         if watched:
             refused = results[-1]
             refused[watched] = True
@@ -139,14 +142,14 @@ class EnvironmentBatch:
 
     def synchronise(self, k: int) -> ChainEnv:
         """Environment k, its chain's time and inputs as the batch has left them."""
-        lane, memory = self.single[k], self.memories[k]
-        chain = lane.component
-        if _goes_alone(lane):
-            return lane
-        tick = int(memory[START] + memory[ELAPSED] * lane.internal_steps)
+        single, memory = self.single[k], self.memories[k]
+        chain = single.component
+        if _goes_alone(single):
+            return single
+        tick = int(memory[START] + memory[ELAPSED] * single.internal_steps)
         applied = memory[LEFT:COUNTERS].tolist()
         chain.adopt(tick, {name: applied[side] for name, side in zip(self._names, self._sides, strict=True)})
-        return lane
+        return single
 
     def lent(self, k: int) -> ChainEnv:
         """Environment k for somebody who may observe its component."""
@@ -157,16 +160,16 @@ class EnvironmentBatch:
         """Let the environments with these numbers go on from saved states, all of them or none."""
         ready = [self.single[k].refuse_foreign(state) for k, state in zip(numbers, states, strict=True)]
         for k, state, one in zip(numbers, states, ready, strict=True):
-            lane = self.single[k]
-            lane.take_state(state, one)
-            if _goes_alone(lane):
+            single = self.single[k]
+            single.take_state(state, one)
+            if _goes_alone(single):
                 self._lent.add(k)
 
     def observe(self) -> npt.NDArray[np.float32]:
         """Return the observations of all environments."""
         self._look_again()
         observations = np.empty((len(self.single), self.size), np.float32)
-        observe_lanes(self.tables, self.memories, self._deadlines, *self._seeing, observations)
+        observe_environments(self.tables, self.memories, self._deadlines, *self._seeing, observations)
         return observations
 
     def infos(self, info: str) -> dict[str, np.ndarray]:
@@ -184,7 +187,7 @@ class EnvironmentBatch:
         return values
 
     def draws(self) -> Mapping[str, tuple[np.ndarray, np.ndarray]]:
-        """Return what was drawn for the present episodes, named as in infos: values, and which lanes have one."""
+        """Return what was drawn for the present episodes, named as in infos: values, and which environments have one."""
         self._look_again()
         return self._drawn
 
@@ -199,12 +202,12 @@ def _addresses(kernels: Sequence[Callable[..., Any]], signature: str) -> npt.NDA
     return np.array([found[kernel] for kernel in kernels], dtype=np.int64 if JIT else object)
 
 
-def _goes_alone(lane: ChainEnv) -> bool:
+def _goes_alone(single: ChainEnv) -> bool:
     """Return whether its chain does what the batch knows nothing of."""
-    return lane.component.is_observed or lane.component.follows_profile
+    return single.component.is_observed or single.component.follows_profile
 
 
-def _make_lanes(
+def _make_environments(
     environment: Callable[..., ChainEnv],
     count: int,
     parameters: Sequence[Mapping[str, Any]] | None,

@@ -73,7 +73,7 @@ def refuse_slips(env: ChainEnv) -> None:
 
 def guard_copy(env: ChainEnv) -> Any:
     """Return an environment like this one whose kernels are plain Python and see guarded arrays."""
-    copy: Any = env.lane(np.zeros_like(env.component.table), np.zeros_like(env.memory))
+    copy: Any = env.copy_into(np.zeros_like(env.component.table), np.zeros_like(env.memory))
     names, grains = env.task.counter_names, env.component.parameters.grains
     counters = f"counter_names declares {len(names)}" + (f" ({', '.join(names)})" if names else "")
     constants = f"the task has {len(env.constants)}"

@@ -75,8 +75,8 @@ class ChainVectorEnv(Recreatable, VectorEnv[Observations, npt.NDArray[np.float32
             modes = ", ".join(repr(mode.value) for mode in AutoresetMode)
             raise ParameterError(f"got {one_line(autoreset_mode)}", expected=f"one of {modes}", at="autoreset_mode") from None
         self._limit = None if max_episode_steps in (None, -1) else whole_number("max_episode_steps", max_episode_steps)
-        self._lanes = EnvironmentBatch(environment, self.num_envs, parameters, {**arguments, "info": info})
-        first = self._lanes.single[0]
+        self._batch = EnvironmentBatch(environment, self.num_envs, parameters, {**arguments, "info": info})
+        first = self._batch.single[0]
         self.info, self.render_mode, self.single_hold = info, first.render_mode, first.hold
         self.metadata = {**first.metadata, "autoreset_mode": self.autoreset_mode}
         self.single_action_space, self.single_observation_space = first.action_space, first.observation_space
@@ -105,9 +105,9 @@ class ChainVectorEnv(Recreatable, VectorEnv[Observations, npt.NDArray[np.float32
         seeds, options = self._seeds(seed), dict(options or {})
         mask = self._mask(options.pop("reset_mask", None))
         for k in np.flatnonzero(mask).tolist():
-            self._lanes.single[k].reset(seed=seeds[k], options=options or None)
+            self._batch.single[k].reset(seed=seeds[k], options=options or None)
         self._begun = True
-        return self._lanes.observe(), self._infos(mask)
+        return self._batch.observe(), self._infos(mask)
 
     def step(self, actions: npt.ArrayLike) -> tuple[Observations, np.ndarray, np.ndarray, np.ndarray, dict[str, Any]]:
         """One action of all environments; those that have ended are treated as `autoreset_mode` says.
@@ -118,36 +118,36 @@ class ChainVectorEnv(Recreatable, VectorEnv[Observations, npt.NDArray[np.float32
         """
         given = self._validate_actions(actions)
         going = ~self._are_over
-        observations = np.empty((self.num_envs, self._lanes.size), np.float32)
+        observations = np.empty((self.num_envs, self._batch.size), np.float32)
         rewards, ends = np.zeros(self.num_envs), np.zeros((3, self.num_envs), np.bool_)
         terminated, truncated, refused = ends
-        special = self._lanes.step(given, going, observations, rewards, terminated, truncated, refused)
+        special = self._batch.step(given, going, observations, rewards, terminated, truncated, refused)
         errors: dict[int, str] = {}
         if not np.isfinite(rewards).all():
-            k, task = int(np.argmin(np.isfinite(rewards))), self._lanes.single[0].task
+            k, task = int(np.argmin(np.isfinite(rewards))), self._batch.single[0].task
             raise ParameterError(
                 f"task {task.name!r}: its reward is {rewards[k]} in environment {k}", hint="mend its judge_kernel"
             )
         if special:
             for k in np.flatnonzero(refused).tolist():
-                lane = self._lanes.synchronise(k)
-                observations[k], rewards[k], terminated[k], truncated[k], info = lane.step(given[k])
+                single = self._batch.synchronise(k)
+                observations[k], rewards[k], terminated[k], truncated[k], info = single.step(given[k])
                 if "step_error" in info:
                     errors[k] = info["step_error"]
         if self._limit is not None:
-            late = going & (self._lanes.count(self.single_hold) >= self._limit)
+            late = going & (self._batch.count(self.single_hold) >= self._limit)
             truncated |= late
-            self._lanes.memories[late, RUNNING] = 0.0
+            self._batch.memories[late, RUNNING] = 0.0
             special += int(late.sum())
         ended = terminated | truncated
         extra: dict[str, Any] = {}
         if special and self.autoreset_mode == AutoresetMode.SAME_STEP:
             for k in np.flatnonzero(ended).tolist():
                 extra = self._add_info(extra, self._final(k, observations[k], errors.pop(k, None)), k)
-                observations[k], _ = self._lanes.single[k].reset()
+                observations[k], _ = self._batch.single[k].reset()
         if not going.all():
             for k in np.flatnonzero(~going).tolist():
-                observations[k], _ = self._lanes.single[k].reset()
+                observations[k], _ = self._batch.single[k].reset()
         infos = {**extra, **self._infos(None)}
         for k, message in errors.items():
             infos = self._add_info(infos, {"step_error": message}, k)
@@ -159,17 +159,17 @@ class ChainVectorEnv(Recreatable, VectorEnv[Observations, npt.NDArray[np.float32
 
     # -- single environments ----------------------------------------------------------------------------------------
 
-    def lane(self, index: int) -> ChainEnv:
+    def single(self, index: int) -> ChainEnv:
         """Environment number `index` as a single one, in the same memory: what it does happens in the batch.
 
         A recording of its component goes on while the batch is stepped.
         """
-        self._lane_numbers([index])
-        return self._lanes.lent(index)
+        self._environment_numbers([index])
+        return self._batch.lent(index)
 
     def call(self, name: str, *arguments: Any, **keywords: Any) -> tuple[Any, ...]:
         """Return an attribute of every environment, or the result of its call where it can be called."""
-        found = [getattr(self._lanes.synchronise(k), name) for k in range(self.num_envs)]
+        found = [getattr(self._batch.synchronise(k), name) for k in range(self.num_envs)]
         return tuple(each(*arguments, **keywords) if callable(each) else each for each in found)
 
     def get_attr(self, name: str) -> tuple[Any, ...]:
@@ -194,7 +194,7 @@ class ChainVectorEnv(Recreatable, VectorEnv[Observations, npt.NDArray[np.float32
                 at=name,
             )
         for k, value in enumerate(each):
-            setattr(self._lanes.synchronise(k), name, value)
+            setattr(self._batch.synchronise(k), name, value)
 
     @property
     def np_random(self) -> tuple[np.random.Generator, ...]:  # type: ignore[override]
@@ -208,39 +208,39 @@ class ChainVectorEnv(Recreatable, VectorEnv[Observations, npt.NDArray[np.float32
 
     # -- mid-episode ------------------------------------------------------------------------------------------------
 
-    def save(self, lanes: Iterable[int] | None = None) -> list[EnvState]:
+    def save(self, environments: Iterable[int] | None = None) -> list[EnvState]:
         """Return the states of the environments with these numbers, or of all; single environments understand them too."""
-        return [self._lanes.synchronise(k).save() for k in self._lane_numbers(lanes)]
+        return [self._batch.synchronise(k).save() for k in self._environment_numbers(environments)]
 
-    def restore(self, states: Sequence[EnvState], lanes: Iterable[int] | None = None) -> None:
+    def restore(self, states: Sequence[EnvState], environments: Iterable[int] | None = None) -> None:
         """Let the environments with these numbers, or all, go on from saved states. `observe` tells what is seen there.
 
         Raises:
             ParameterError: there are more or fewer states than environments, or one belongs to another chain or task;
                 nothing has changed.
         """
-        numbers = self._lane_numbers(lanes)
+        numbers = self._environment_numbers(environments)
         received = len(states) if isinstance(states, Sequence) else one_line(states)
         if received != len(numbers):
             raise ParameterError(f"got {received}", expected=f"{len(numbers)}, one for each environment", at="states")
-        self._lanes.restore(numbers, states)
+        self._batch.restore(numbers, states)
         self._begun = True
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Support pickle and `copy.deepcopy`: the constructor's arguments, and where each episode is."""
-        seeds = [lane._np_random_seed for lane in self._lanes.single]
+        seeds = [single._np_random_seed for single in self._batch.single]
         return _recreate, (self._made_by, *self._made_with, self.save(), seeds, self._begun, self.spec)
 
     def observe(self) -> tuple[Observations, dict[str, Any]]:
         """Return the present observations and infos, as `reset` gives them."""
-        return self._lanes.observe(), self._infos(None)
+        return self._batch.observe(), self._infos(None)
 
     # -- details ----------------------------------------------------------------------------------------------------
 
     @property
     def _are_over(self) -> npt.NDArray[np.bool_]:
-        """Whose episodes are over, or have never begun; also where a lane was stepped, reset or restored by itself."""
-        return self._lanes.memories[:, RUNNING] == 0.0
+        """Whose episodes are over, or have never begun; also where an environment was stepped, reset or restored by itself."""
+        return self._batch.memories[:, RUNNING] == 0.0
 
     def _validate_actions(self, actions: npt.ArrayLike) -> npt.NDArray[np.float64]:
         wanted = self.action_space.shape
@@ -287,22 +287,26 @@ class ChainVectorEnv(Recreatable, VectorEnv[Observations, npt.NDArray[np.float32
             )
         return mask
 
-    def _lane_numbers(self, lanes: Iterable[int] | None) -> list[int]:
-        if lanes is None:
+    def _environment_numbers(self, environments: Iterable[int] | None) -> list[int]:
+        if environments is None:
             return list(range(self.num_envs))
-        if not isinstance(lanes, Iterable):
-            raise ParameterError(f"got {one_line(lanes)}", expected="a list of numbers of environments", at="lanes")
-        numbers = list(lanes)
+        if not isinstance(environments, Iterable):
+            raise ParameterError(
+                f"got {one_line(environments)}", expected="a list of numbers of environments", at="environments"
+            )
+        numbers = list(environments)
         for k in numbers:
             if isinstance(k, bool) or not isinstance(k, (int, np.integer)) or not 0 <= k < self.num_envs:
-                raise ParameterError(f"got {one_line(k)}", expected=f"whole numbers from 0 to {self.num_envs - 1}", at="lanes")
+                raise ParameterError(
+                    f"got {one_line(k)}", expected=f"whole numbers from 0 to {self.num_envs - 1}", at="environments"
+                )
         if len(set(numbers)) < len(numbers):
-            raise ParameterError(f"got {one_line(numbers)}", expected="each environment once", at="lanes")
+            raise ParameterError(f"got {one_line(numbers)}", expected="each environment once", at="environments")
         return numbers
 
     def _final(self, k: int, observation: Observations, message: str | None) -> dict[str, Any]:
         """Return what an episode ended with, where the next one begins in the same step."""
-        info = self._lanes.synchronise(k).observe()[1]
+        info = self._batch.synchronise(k).observe()[1]
         if message is not None:
             info["step_error"] = message
         return {"final_obs": observation.copy(), "final_info": info}
@@ -310,11 +314,11 @@ class ChainVectorEnv(Recreatable, VectorEnv[Observations, npt.NDArray[np.float32
     def _infos(self, mask: npt.NDArray[np.bool_] | None) -> dict[str, Any]:
         infos: dict[str, Any] = {}
         chosen = np.ones(self.num_envs, np.bool_) if mask is None else mask
-        for name, values in self._lanes.infos(self.info).items():
+        for name, values in self._batch.infos(self.info).items():
             if mask is not None:
                 values[~mask] = 0.0
             infos[name], infos[f"_{name}"] = values, chosen.copy()
-        for name, (values, having) in self._lanes.draws().items():
+        for name, (values, having) in self._batch.draws().items():
             shown = having & chosen
             if shown.any():
                 infos[name], infos[f"_{name}"] = values.copy(), shown
@@ -328,7 +332,7 @@ def _recreate(
     """Return a batch that was made so, in these states."""
     env = kind(*arguments, **keywords)
     env.restore(states)
-    for lane, seed in zip(env._lanes.single, seeds, strict=True):
-        lane._np_random_seed = seed
+    for single, seed in zip(env._batch.single, seeds, strict=True):
+        single._np_random_seed = seed
     env._begun, env.spec = begun, spec
     return env

@@ -20,7 +20,7 @@ _observe = caller(OBSERVE)
 
 
 @jit
-def step_lanes(
+def step_environments(
     tables, memories, actions, going,
     advances, judges, constants, places, counters, lengths, steps, durations,
     sides, scales, rates, delay, hold,
@@ -28,15 +28,15 @@ def step_lanes(
     drive, kept, kept_memory, first,
     observations, rewards, terminated, truncated, refused,
 ):  # fmt: skip
-    """Each lane that is `going`: one action as `ChainEnv.step` takes it, with the same bits.
+    """Each environment that is `going`: one action as `ChainEnv.step` takes it, with the same bits.
 
-    Lane k is `tables[k]`, `memories[k]` and row k of all that is as long. A lane whose chain refuses is put back to where it
-    was, and marked in `refused`. Returns how many lanes are refused, or have ended.
+    Environment k is `tables[k]`, `memories[k]` and row k of all that is as long. One whose chain refuses is put back to
+    where it was, and marked in `refused`. Returns how many are refused, or have ended.
 
-    `advances`, `judges` and `observes` are addresses; lane k has the `constants` from `places[k]` to `places[k + 1]`, and as
-    many as its task needs; `counters`, `delay`, `hold` and `clock` are counts; `lengths` internal steps of a control step;
-    `drive` no pieces of a drive; `kept` and `kept_memory` room for a chain's state, whose rows begin with `first`, and for a
-    memory.
+    `advances`, `judges` and `observes` are addresses; environment k has the `constants` from `places[k]` to `places[k + 1]`,
+    and as many as its task needs; `counters`, `delay`, `hold` and `clock` are counts; `lengths` internal steps of a control
+    step; `drive` no pieces of a drive; `kept` and `kept_memory` room for a chain's state, whose rows begin with `first`, and
+    for a memory.
     """
     special, none = 0, np.int64(0)
     for k in range(len(going)):
@@ -78,8 +78,8 @@ def step_lanes(
 
 
 @jit
-def observe_lanes(tables, memories, steps, observes, blocks, factors, limits, noises, goals, clock, observations):
-    """Write the present observation of every lane."""
+def observe_environments(tables, memories, steps, observes, blocks, factors, limits, noises, goals, clock, observations):
+    """Write the present observation of every environment."""
     for k in range(len(limits)):
         _show(
             tables[k], memories[k], steps[k], observes[k], blocks, factors[k], limits[k], noises[k], goals[k], clock,
@@ -89,7 +89,7 @@ def observe_lanes(tables, memories, steps, observes, blocks, factors, limits, no
 
 @jit
 def _show(a, memory, steps, observe, blocks, factors, limit, noise, goal, clock, out):
-    """One lane's readings, goal and clock."""
+    """One environment's readings, goal and clock."""
     elapsed, end = np.int64(memory[ELAPSED]), len(out) - clock
     _observe(observe, (a, blocks, factors, limit, noise, np.int64(memory[SEED]), elapsed, out))
     show_goal(memory[COUNTERS:], goal, limit, out[:end])
