@@ -296,6 +296,18 @@ def test_plastic_strain_parts_what_has_flowed() -> None:
         ge.make("shell", fracture="rankine")
 
 
+def test_a_body_that_falls_to_dust_is_cautioned_of_to_the_end() -> None:
+    plate = pulled_plate(fracture={"name": "principal_stress", "factor": 0.05})
+    plate.step(100 * plate.step_size, end_velocity=20.0 * SPEED)
+    assert plate.get("eroded_mass") > 0.1 * plate.mass.sum()
+    first = next(event for event in plate.events() if event.kind != "point_parted")
+    said = plate.cautions()[-1]
+    assert f"of the mass bears nothing any more, the first of it from {1e6 * first.tick * plate.step_size:.4g} us on, " in said
+    assert "mm along the body and" in said
+    plate.reset()
+    assert not plate.cautions()
+
+
 def test_a_body_that_nothing_parts_has_the_bits_of_one_without_a_law() -> None:
     plates = [pulled_plate(fracture=law) for law in ("none", {"name": "principal_stress", "factor": 3.0})]
     for plate in plates:

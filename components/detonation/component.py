@@ -148,7 +148,13 @@ class DetonationTube(Component):
     def _declare(self) -> Iterable[Variable]:
         p, n, cells, gauges = self.parameters, self.parameters.cells, ("cell",), ("gauge",)
         yield Variable(
-            "ignition_power", "input", "W", (), "heat given to the gas in the ignition zone, evenly", start=0.0, minimum=0.0,
+            "ignition_power",
+            "input",
+            "W",
+            (),
+            "heat given to the gas in the ignition zone, evenly",
+            start=0.0,
+            minimum=0.0,
             nominal=1e6,
         )
         if p.has_pistons:

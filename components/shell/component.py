@@ -17,7 +17,7 @@ from ..support.stable_step import refuse_large_step, suggest_step
 from . import energies, kernels, layout, threads
 from .assembly import Assembly, assemble, gauge_columns, station_means, surface_quads
 from .drive import pattern_of, tick_signals
-from .fracture.breaking import KINDS, BreakingBody
+from .fracture.breaking import KINDS, LOST_KINDS, BreakingBody
 from .fracture.judgement import write_triaxiality
 from .fracture.law import FractureLaw
 from .fracture.outcome import BULGED, BULGED_STRAIN, OUTCOMES, WHOLE
@@ -43,6 +43,8 @@ _FAILURES = {
 }
 # Part of the energy that hourglass control may hold without a caution.
 _HOURGLASS_PART = 0.05
+# Part of the mass that may bear nothing any more without a caution.
+_ERODED_PART = 0.1
 
 
 class Shell(Component):
@@ -481,7 +483,19 @@ class Shell(Component):
                 f"where the body is compressed most, the step (now {self.step_size:g} s) is {step:.2g} of the largest stable "
                 "one; take a smaller step_size"
             )
-        return found
+        return found if self._breaking is None else [*found, *self._caution_of_eroded_mass(self._breaking)]
+
+    def _caution_of_eroded_mass(self, breaking: BreakingBody) -> list[str]:
+        """Return a sentence where too much of the body has been taken out of it: that stays, whatever comes after."""
+        part = float(self.get("eroded_mass")) / float(self.mass.sum())
+        if part <= _ERODED_PART:
+            return []
+        first = next(event for event in self.events() if event.kind in LOST_KINDS)
+        assert first.index is not None
+        return [
+            f"{part:.0%} of the mass bears nothing any more, the first of it from {1e6 * first.tick * self.step_size:.4g} us on, "
+            f"{breaking.place_words(first.index)}: what is left does not stand for the body; load it less, or give more nodes"
+        ]
 
     def _compressed_step(self) -> float:
         """Return the step over the largest stable one where the body is compressed most, and its frequencies are highest."""

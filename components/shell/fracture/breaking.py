@@ -31,6 +31,8 @@ from .tips import growth, tip_speed
 from .visibility import Visibility
 
 PARTED, ERODED, SPENT, TORN = "point_parted", "point_eroded", "point_spent", "point_torn"
+# After these a point bears nothing any more.
+LOST_KINDS = (ERODED, SPENT, TORN)
 LOOSENED = "node_loosened"
 KINDS = {
     PARTED: "a point passed the limit of the fracture law: a crack normal to the largest principal stress begins there",
@@ -430,15 +432,15 @@ class BreakingBody:
             first, speeds = facets[0], self._crack_speeds(step_size)
             found.append(
                 f"the first of {np.count_nonzero(self.cracks.judged.cracks)} points that parted did so at "
-                f"{1e6 * first[8] * step_size:.4g} us, {self._place_words(int(first[0]))}"
+                f"{1e6 * first[8] * step_size:.4g} us, {self.place_words(int(first[0]))}"
                 + "".join(f"; its crack ran {way} at {speed:.0f} m/s" for way, speed in speeds.items() if speed > 0.0)
             )
             return found
         ratio, point, tick = (float(one) for one in block["nearest"])
-        near = f"reached {ratio:.3g} of its limit at {1e6 * tick * step_size:.4g} us, {self._place_words(int(point))}"
+        near = f"reached {ratio:.3g} of its limit at {1e6 * tick * step_size:.4g} us, {self.place_words(int(point))}"
         return [*found, f"{self.law.quantity} {near if ratio > 0.0 else 'stayed below half of its limit everywhere'}"]
 
-    def _place_words(self, point: int) -> str:
+    def place_words(self, point: int) -> str:
         """Return where a point lies in the body, in words."""
         lattice = self._assembly.lattice
         along, across = (float(axis.at(self._assembly.points.places[point, k])) for k, axis in enumerate(lattice.axes[:2]))
