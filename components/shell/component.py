@@ -492,8 +492,9 @@ class Shell(Component):
             return []
         first = next(event for event in self.events() if event.kind in LOST_KINDS)
         assert first.index is not None
+        time = 1e6 * first.tick * self.step_size
         return [
-            f"{part:.0%} of the mass bears nothing any more, the first of it from {1e6 * first.tick * self.step_size:.4g} us on, "
+            f"{part:.0%} of the mass bears nothing any more, the first of it from {time:.4g} us on, "
             f"{breaking.place_words(first.index)}: what is left does not stand for the body; load it less, or give more nodes"
         ]
 
