@@ -87,13 +87,14 @@ def test_a_chain_takes_what_it_was_said_to_take(integrator):
     assert 0.8 * peak < kind.memory_needed(parameters) < 1.05 * peak
 
 
-@pytest.mark.parametrize("fracture", ["none", {"name": "principal_stress"}])
-def test_a_shell_takes_what_it_was_said_to_take(fracture):
+@pytest.mark.parametrize(("fracture", "around"), [("none", 60), ({"name": "principal_stress"}, 62)])
+def test_a_shell_takes_what_it_was_said_to_take(fracture, around):
+    """Each has a mesh of its own: bodies of one mesh share its tables."""
     kind, given = catalogue.component_class("shell"), {"fracture": fracture, "material": "thermoviscoplastic"}
     kind(**given).step()  # compiled
     tracemalloc.start()
     try:
-        shell = kind(body={"name": "tube", "along": 61, "around": 60}, **given)
+        shell = kind(body={"name": "tube", "along": 61, "around": around}, **given)
         shell.step()
         taken = tracemalloc.get_traced_memory()[0]
     finally:

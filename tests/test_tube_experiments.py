@@ -11,6 +11,7 @@ import pytest
 import granular_env as ge
 from granular_env.components.shell.theory import critical_speed, front_amplification
 from granular_env.experiments import load_experiment
+from granular_env.viewing.plane import load_plane
 
 COARSE = {"component.gas.cells": 355, "component.shell.body.along": 62, "component.shell.body.around": 13}
 MEAN, WALL = 0.020195, 0.00089
@@ -42,7 +43,8 @@ def test_the_whole_tube_loads_its_wall_and_its_log_replays(tmp_path: Path) -> No
 
 def test_a_notch_tears_and_a_branch_of_the_log_tears_on_in_the_same_way(tmp_path: Path) -> None:
     path = tmp_path / "notch.mcap"
-    recorded = {"record.variables": ["shell_crack_length"], "duration": 6.6e-5}
+    drawn = ["shell_surface_displacement", "shell_surface_stress", "shell_surface_cells"]
+    recorded = {"record.variables": ["shell_crack_length", *drawn], "duration": 6.6e-5}
     tube = ge.run("gato-shie-2010/notch-1-inch", log=path, overrides={**NOTCHED, **recorded}).component
     first = tube.events("shell_point_parted")[0]
     assert first.tick * tube.step_size == pytest.approx(0.1 / 2374.0 + 8e-6, abs=3e-6)
@@ -54,6 +56,10 @@ def test_a_notch_tears_and_a_branch_of_the_log_tears_on_in_the_same_way(tmp_path
     log = ge.open_log(path)
     time, crack = log.series("shell_crack_length")
     assert 0.0 < np.interp(middle, time, crack) < 0.7 * crack[-1]
+    # The pictures of a report show the tearing, not the spark, which is the first event.
+    shown = load_plane(log, None)
+    assert shown is not None and tube.events()[0].kind == "gas_ignited"
+    assert np.abs(shown.times - first.tick * tube.step_size).min() <= 2.0 * np.diff(time).max()
     branch = log.branch(middle).component
     branch.step(tube.time - branch.time)
     assert branch.save().to_bytes() == tube.save().to_bytes()

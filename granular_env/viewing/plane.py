@@ -166,9 +166,13 @@ def _is_planar(drawable: Drawable, log: Any) -> bool:
 
 
 def _instants(log: Any, clock: FloatArray) -> list[float]:
-    """Return the start, the first event or a third of the run, an instant between it and the end, and the end [s]."""
+    """Return the start, the first event or a third of the run, an instant between it and the end, and the end [s].
+
+    Events at something that is drawn come before others, such as the ignition of the gas in a tube.
+    """
     start, end = float(clock[0]), float(clock[-1])
-    third, events = start + (end - start) / 3.0, log.events()
+    third, happened, details = start + (end - start) / 3.0, log.events(), log.event_details
+    events = [event for event in happened if event.kind in details and details[event.kind].counts] or happened
     first = events[0].tick * log.step_size if events else third
     if not _MARGIN <= (first - start) / max(end - start, 1e-300) <= 1.0 - _MARGIN:
         first = third  # too near to the start or to the end for a picture of its own

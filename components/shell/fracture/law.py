@@ -32,7 +32,7 @@ class FractureLaw(Named):
 
     @property
     def needs_flow(self) -> bool:
-        """Whether it asks for a material that flows: for its plastic strain, or its yield stress."""
+        """True where it asks for a material that flows: for its plastic strain, or its yield stress."""
         return False
 
     def limit(self, law: FlowConstants) -> float:

@@ -21,7 +21,7 @@ class PlasticStrain(FractureLaw):
 
     @property
     def needs_flow(self) -> bool:
-        """Whether it asks for a material that flows: always."""
+        """True: only what flows has a plastic strain."""
         return True
 
     def limit(self, law: FlowConstants) -> float:

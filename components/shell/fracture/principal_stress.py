@@ -26,7 +26,7 @@ class PrincipalStress(FractureLaw):
 
     @property
     def needs_flow(self) -> bool:
-        """Whether the limit is a multiple of the yield stress."""
+        """True where the limit is a multiple of the yield stress."""
         return self.stress is None
 
     def limit(self, law: FlowConstants) -> float:
