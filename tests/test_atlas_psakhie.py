@@ -46,7 +46,7 @@ VERDICTS = {
         "“The influence": "in part: square less hexagonal, below 0.1 m: kept as we read it; square less hexagonal, "
         "everywhere: no, just above, by 0.05 %",
         "The interface": "reproduced",
-        "“At the interface": "reproduced to 2e-05 %",
+        "“At the interface": "reproduced",
     },
     "3-figure-8": {"“No noticeable": "only to 0.3 %", "“Only an": "kept as we read it"},
     "3-waves": {
