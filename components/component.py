@@ -85,8 +85,8 @@ class Component(Stepping, metaclass=_Fixed):
         self._tick_counts: dict[float | None, int] = {None: 1}
         self._settle()
         self._declare_balances()
-        parameters, starts_itself = self.Parameters.model_fields, type(self)._start is not Component._start
-        validate_variables(self.declared(), parameters, self._block, self._outputs(), self.balance_names, starts_itself)
+        known, starts_itself = self.Parameters.model_fields, type(self)._start is not Component._start
+        validate_variables(self.declared(), known, self._block, self._outputs(), self.balance_names, starts_itself)
         self.reset()
         self._validate_drawables_and_events()
 

@@ -147,7 +147,7 @@ def compute(folder, processes=2, **options):
         papers.paper("nesterenko-1983"),
         folder,
         processes=processes,
-        report=lambda entry, share: told.append((entry.name, share)),
+        notify=lambda entry, share: told.append((entry.name, share)),
         **options,
     )
     return found, told

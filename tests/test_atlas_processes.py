@@ -211,7 +211,7 @@ def test_logs_of_a_page_that_was_ended_go_when_the_next_one_does_not_want_them(t
 @pytest.mark.parametrize("processes", [1, 2])
 def test_an_entry_tells_of_its_begin_of_each_run_and_of_its_end(tmp_path, processes):
     told = []
-    atlas.compute(toy(), tmp_path, processes=processes, report=lambda entry, share: told.append((entry.name, share)))
+    atlas.compute(toy(), tmp_path, processes=processes, notify=lambda entry, share: told.append((entry.name, share)))
     shares = {name: [share for other, share in told if other == name] for name, _ in told}
     assert set(shares) == {entry.name for entry in toy().entries}
     # On a slow machine a run tells of its parts too.

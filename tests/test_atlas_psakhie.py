@@ -87,7 +87,7 @@ TOLD: list[tuple[str, float]] = []
 def whole(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, dict[str, Any]]:
     folder = tmp_path_factory.mktemp("psakhie")
     TOLD.clear()
-    return folder, made(folder, constants={"cells": COARSE}, report=lambda entry, share: TOLD.append((entry.name, share)))
+    return folder, made(folder, constants={"cells": COARSE}, notify=lambda entry, share: TOLD.append((entry.name, share)))
 
 
 def item(data: dict[str, Any], entry: str, begin: str) -> dict[str, Any]:

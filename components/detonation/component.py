@@ -147,16 +147,8 @@ class DetonationTube(Component):
 
     def _declare(self) -> Iterable[Variable]:
         p, n, cells, gauges = self.parameters, self.parameters.cells, ("cell",), ("gauge",)
-        yield Variable(
-            "ignition_power",
-            "input",
-            "W",
-            (),
-            "heat given to the gas in the ignition zone, evenly",
-            start=0.0,
-            minimum=0.0,
-            nominal=1e6,
-        )
+        text = "heat given to the gas in the ignition zone, evenly"
+        yield Variable("ignition_power", "input", "W", (), text, start=0.0, minimum=0.0, nominal=1e6)
         if p.has_pistons:
             yield from self._declare_pistons()
         else:

@@ -24,7 +24,7 @@ from .folder import open_folder
 from .model import Entry, Findings, Paper
 
 # Called with an entry, and how much of it is done, when it begins (0), after each of its runs, and at its end (1).
-Report = Callable[[Entry, float], None]
+Notify = Callable[[Entry, float], None]
 
 
 @dataclasses.dataclass(frozen=True)
@@ -78,7 +78,7 @@ def compute(
     only: Iterable[str] = (),
     processes: int = 1,
     refinement: int = 1,
-    report: Report = lambda entry, share: None,
+    notify: Notify = lambda entry, share: None,
 ) -> Atlas:
     """Compute the entries of a paper; their logs go into ``folder/logs``.
 
@@ -92,7 +92,7 @@ def compute(
         processes: how many entries are computed at a time. A script that defines entries of its own then needs
             ``if __name__ == "__main__":`` around what it does.
         refinement: by how much steps and sampling intervals are divided; digits that hold at 2 have converged.
-        report: called with an entry, and how much of it is done, from 0 to 1.
+        notify: called with an entry, and how much of it is done, from 0 to 1.
 
     Raises:
         ParameterError: no such constant or entry, or a value out of its range.
@@ -107,13 +107,13 @@ def compute(
     order, found = sorted(entries, key=lambda entry: -entry.weight), {}
     with open_folder(folder) as logs:
         arguments = logs, values, refinement, FinishedRuns(Path(folder))
-        stream = _serial(order, Context(*arguments), report)
+        stream = _serial(order, Context(*arguments), notify)
         if min(processes, len(entries)) > 1:
-            stream = _parallel(order, arguments, min(processes, len(entries)), report)
+            stream = _parallel(order, arguments, min(processes, len(entries)), notify)
         with closing(stream):
             for one in stream:
                 found[one.entry.name] = one
-                report(one.entry, 1.0)
+                notify(one.entry, 1.0)
     return Atlas(paper, values, [found[entry.name] for entry in entries])
 
 
@@ -128,13 +128,13 @@ def chosen(paper: Paper, only: Iterable[str]) -> list[Entry]:
     return [entry for entry in paper.entries if not wanted or entry.name in wanted]
 
 
-def _serial(entries: Sequence[Entry], context: Context, report: Report) -> Generator[Done, None, None]:
+def _serial(entries: Sequence[Entry], context: Context, notify: Notify) -> Generator[Done, None, None]:
     for entry in entries:
-        yield _attempt(entry, context, report)
+        yield _attempt(entry, context, notify)
 
 
 def _parallel(
-    entries: Sequence[Entry], arguments: tuple[Any, ...], processes: int, report: Report
+    entries: Sequence[Entry], arguments: tuple[Any, ...], processes: int, notify: Notify
 ) -> Generator[Done, None, None]:
     """Give each process an entry at a time; what it sends is a share of that entry, or the entry done."""
     waiting, running = list(entries), {}
@@ -158,7 +158,7 @@ def _parallel(
                     if waiting:
                         running[ready] = worker, _give(worker, waiting)
                 else:
-                    report(entry, message)
+                    notify(entry, message)
     finally:
         stop_all(crew)
 
@@ -179,11 +179,11 @@ def _serve(connection: Connection, *arguments: Any) -> None:
         connection.send(_attempt(connection.recv(), context, lambda entry, share: connection.send(share)))
 
 
-def _attempt(entry: Entry, context: Context, report: Report) -> Done:
+def _attempt(entry: Entry, context: Context, notify: Notify) -> Done:
     """Return the entry's findings, or what went wrong: whatever it is, the other entries go on."""
-    report(entry, 0.0)
+    notify(entry, 0.0)
     expected = entry.expected_runs(context.constants)
-    context.begin(lambda runs: report(entry, min(runs / (expected + 1), 0.99)))
+    context.begin(lambda runs: notify(entry, min(runs / (expected + 1), 0.99)))
     try:
         findings = entry.compute(context)
         drawings = {figure.name: draw(figure) for figure in findings.figures}

@@ -20,14 +20,14 @@ def entry_progress(entries: Sequence[Entry], title: str, progress: Progress) -> 
     running: dict[str, None] = {}
     with progress_bar(title, sum(weights.values()), show=progress) as bar:
 
-        def report(entry: Entry, share: float) -> None:
+        def notify(entry: Entry, share: float) -> None:
             running[entry.name], shares[entry.name] = None, share
             if share >= 1.0:
                 running.pop(entry.name, None)
             done = sum(weights[name] * shares[name] for name in weights)
             bar.update(done, *(f"{name} {100.0 * shares[name]:.0f} %" for name in running))
 
-        yield report
+        yield notify
 
 
 def closing(atlas: Atlas) -> str:

@@ -53,6 +53,6 @@ def run_atlas(
     if not isinstance(found, Paper):
         raise ParameterError(f"got {one_line(found)}", expected="the name of a paper, or a Paper", at="paper")
     where, names = Path(folder) if folder is not None else Path("atlas") / found.name, list(only)
-    with entry_progress(chosen(found, names), found.name, progress) as report:
-        done = compute(found, where, overrides, only=names, processes=processes, refinement=refinement, report=report)
+    with entry_progress(chosen(found, names), found.name, progress) as notify:
+        done = compute(found, where, overrides, only=names, processes=processes, refinement=refinement, notify=notify)
     return dataclasses.replace(done, page=write(done, where))

@@ -15,22 +15,22 @@ from .verdicts import headings, verdicts
 
 _MOST_NOTES = 3
 
-Report = Callable[[str, int, float], None]
+Notify = Callable[[str, int, float], None]
 """Called with a trial's name, the control steps it has simulated, and the best return so far."""
 
 
 @contextmanager
-def trial_progress(study: Study, trials_of_all: int, progress: Progress) -> Iterator[Report]:
+def trial_progress(study: Study, trials_of_all: int, progress: Progress) -> Iterator[Notify]:
     """Show a progress bar for every trial: control steps simulated, and the best return so far."""
     with ProgressBars(progress, study.budget * trials_of_all, keep=True) as bars:
         trials: dict[str, Bar] = {}
 
-        def report(trial: str, spent: int, best: float) -> None:
+        def notify(trial: str, spent: int, best: float) -> None:
             if trial not in trials:
                 trials[trial] = bars.add(trial, study.budget)
             trials[trial].update(spent, f"best {best:.6g}" if best > float("-inf") else "")
 
-        yield report
+        yield notify
 
 
 def closing(result: StudyResult) -> str:

@@ -29,7 +29,7 @@ from granular_env.run_loop import Interrupt, collect_warnings
 
 from ..drive import DriveShape
 from ..problem import Actor, Problem
-from .console import Report, trial_progress
+from .console import Notify, trial_progress
 from .evaluator import BudgetedEvaluator, BudgetSpentError, InterruptedByUserError
 from .export import write_results
 from .methods import MethodTable
@@ -85,10 +85,10 @@ def run_study(
     trials, interrupted = [], False
     with collect_warnings() as warned, contextlib.ExitStack() as stack:
         interrupt = stack.enter_context(Interrupt())
-        report = stack.enter_context(trial_progress(study, len(methods) * len(study.seeds), progress))
+        notify = stack.enter_context(trial_progress(study, len(methods) * len(study.seeds), progress))
         for method in methods:
             for seed in study.seeds:
-                attempt = _Attempt(study, method, seed, problem, shape, where, interrupt, report)
+                attempt = _Attempt(study, method, seed, problem, shape, where, interrupt, notify)
                 interrupted = interrupted or interrupt.pressed
                 trials.append(attempt.finish() if interrupted else attempt.run())
                 interrupted = interrupted or attempt.interrupted
@@ -179,10 +179,10 @@ class _Attempt:
         shape: DriveShape,
         folder: Path,
         interrupt: Interrupt,
-        report: Report,
+        notify: Notify,
     ) -> None:
         self._study, self._method, self._seed, self._problem, self._folder = study, method, seed, problem, folder
-        self._interrupt, self._report = interrupt, report
+        self._interrupt, self._notify = interrupt, notify
         self.interrupted, self._faults = False, tuple[Fault, ...]()
         self._name = f"{method.label}-{seed}"
         self._path = folder / "checkpoints" / f"{self._name}.trial"
@@ -201,10 +201,10 @@ class _Attempt:
         """Search, unless that has been done."""
         track = self._track
         if track.finished and track.notes.get("budget") == self._study.budget:
-            self._report(self._name, self._study.budget, track.best_return)
+            self._notify(self._name, self._study.budget, track.best_return)
             return self.finish()
         track.finished = False
-        self._report(self._name, track.spent, track.best_return)
+        self._notify(self._name, track.spent, track.best_return)
         try:
             with contextlib.suppress(BudgetSpentError):
                 self._method.run(self._search)
@@ -227,7 +227,7 @@ class _Attempt:
         return self._folder / "logs" / f"{self._name}.mcap"
 
     def _watch(self, track: TrialRecord) -> None:
-        self._report(self._name, track.spent, track.best_return)
+        self._notify(self._name, track.spent, track.best_return)
         if self._interrupt.pressed:
             raise InterruptedByUserError
         now = perf_counter()

@@ -65,7 +65,8 @@ def nearest_to_events(
     """
     component = log.component(components)
     # A parent need not have all outputs of its parts.
-    kinds = {name: kinds for name, kinds in kinds_by_ratio(component.event_details).items() if name in component.variables}
+    decided = kinds_by_ratio(component.event_details)
+    kinds = {name: decided[name] for name in decided if name in component.variables}
     sizes = {name: int(np.prod(component.variables[name].shape)) for name in kinds}
     if index is not None and sizes and not 0 <= index < max(sizes.values()):
         raise ParameterError(f"got {index}", expected=f"0 to {max(sizes.values()) - 1}", at="index")

@@ -58,7 +58,7 @@ class PreviewBuilder:
             for mine in track.messages() if track is not None else ():
                 _compare(mine, next(messages, None))
             left = next(messages, None)
-        except _FilmDiffers as found:
+        except _PreviewDiffers as found:
             return str(found)
         return "" if left is None else f"a message under {left.topic!r} too many at {left.nanoseconds} ns"
 
@@ -68,18 +68,18 @@ class PreviewBuilder:
         return preview_of_every(self._log, len(self._log.ticks(next(iter(self._log.variables)))), self._stride)
 
 
-class _FilmDiffers(Exception):  # noqa: N818 - a finding
+class _PreviewDiffers(Exception):  # noqa: N818 - a finding
     pass
 
 
 def _compare(mine: PreviewMessage, other: RawMessage | None) -> None:
     what = f"the message under {mine.topic.name!r} at {mine.log_time} ns"
     if other is None:
-        raise _FilmDiffers(f"{what} is missing")
+        raise _PreviewDiffers(f"{what} is missing")
     if (other.topic, other.nanoseconds, other.published) != (mine.topic.name, mine.log_time, mine.publish_time):
-        raise _FilmDiffers(f"{other.topic!r} at {other.nanoseconds} ns stands in the place of {what}")
+        raise _PreviewDiffers(f"{other.topic!r} at {other.nanoseconds} ns stands in the place of {what}")
     if other.data != b"".join(mine.parts):
-        raise _FilmDiffers(f"{what} is not what the re-run gives")
+        raise _PreviewDiffers(f"{what} is not what the re-run gives")
 
 
 def preview_of_frames(log: Log) -> PreviewFrames | None:
@@ -155,7 +155,7 @@ def _preview_messages(log: Log) -> Iterator[RawMessage]:
         if place == len(rows) or (rows[place, CHUNK], rows[place, KIND]) != (chunk, kind):
             raise damage("it does not name each record", "index", log.path)
         if message.nanoseconds != times[place]:
-            raise _FilmDiffers(f"the time of the record {place} is {message.nanoseconds} ns, expected {times[place]} ns")
+            raise _PreviewDiffers(f"the time of the record {place} is {message.nanoseconds} ns, expected {times[place]} ns")
         place += 1
     if place != len(rows):
         raise damage("records that it names are missing", "index", log.path)

@@ -84,13 +84,13 @@ def _form(leading: dict[int, dict[int, Wave]]) -> Item:
 
 def _figure(context: Context, chain: History, number: int, window: tuple[float, float]) -> Figure:
     curve = during(chain, *window, grain(context, number), f"grain {number}", {50: 0, 85: 1, 145: 2}[number])
-    velocities = {
+    captions = {
         50: "Waves 1, 2 and 3 in the order of their arrival; the third is the tallest and fastest.",
         85: "The tallest has passed wave 2.",
         145: "It has passed wave 1 as well.",
     }
     return Figure(
-        f"figure-4-grain-{number}", f"Figure 4: velocity of grain {number}", velocities[number], Axis(TIME),
+        f"figure-4-grain-{number}", f"Figure 4: velocity of grain {number}", captions[number], Axis(TIME),
         Axis("velocity, m/s", low=-0.3, high=9.2), [curve],
     )  # fmt: skip
 
