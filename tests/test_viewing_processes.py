@@ -26,9 +26,9 @@ pytest.importorskip("rerun", reason="the extra `view` is not installed")
 
 
 def has_vulkan():
-    """Whether the libraries are here, and a driver where the environment says that drivers are."""
-    named = os.environ.get("VK_DRIVER_FILES") or os.environ.get("VK_ICD_FILENAMES")
-    drivers = named is None or any(Path(name).exists() for name in named.split(os.pathsep))
+    """Whether the libraries are here, and a driver where the environment lists them: an empty list hides them all."""
+    named = os.environ.get("VK_DRIVER_FILES", os.environ.get("VK_ICD_FILENAMES"))
+    drivers = named is None or any(Path(name).is_file() for name in named.split(os.pathsep) if name)
     return drivers and all(ctypes.util.find_library(name) for name in ("vulkan", "EGL", "xkbcommon-x11"))
 
 

@@ -37,9 +37,11 @@ class Browser:
         self._from, ours_out = os.pipe()
         # The browser reads descriptor 3 and writes 4.
         command = f'exec "$0" "$@" 3<&{ours_in} 4>&{ours_out}'
+        # It draws with a driver of its own, which a list of the system's drivers would hide from it.
+        environment = {name: value for name, value in os.environ.items() if name != "VK_DRIVER_FILES"}
         self._process = subprocess.Popen(
             ["bash", "-c", command, str(found()), *FLAGS, f"--user-data-dir={self._folder.name}"],
-            pass_fds=(ours_in, ours_out), stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
+            env=environment, pass_fds=(ours_in, ours_out), stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
         )  # fmt: skip
         os.close(ours_in)
         os.close(ours_out)
