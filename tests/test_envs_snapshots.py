@@ -19,6 +19,7 @@ from granular_env.domains.chain import ChainVectorEnv
 from granular_env.domains.chain.tasks.piston import make_piston
 from granular_env.domains.chain.tasks.protection import make_protection
 from granular_env.envs import ComponentEnv, EnvState, RecordEnv
+from granular_env.envs.state import EpisodeOrigin
 from granular_env.recording import record
 
 HARD: dict[str, Any] = {
@@ -118,7 +119,7 @@ def test_memories_that_no_environment_has_are_refused_and_nothing_moves(place: i
     state, good = env.save(), batch.save()
     memory = np.frombuffer(state.episode).copy()
     memory[place] = number
-    bad = EnvState(state.snapshot, state.task, memory.tobytes(), state.random)
+    bad = EnvState(state.snapshot, memory.tobytes(), EpisodeOrigin(state.origin.task, state.origin.random, {}))
     for restore in (lambda: env.restore(bad), lambda: batch.restore([state, bad], [0, 1])):
         with pytest.raises(ParameterError, match="counts and commands"):
             restore()
@@ -133,9 +134,9 @@ def test_random_numbers_that_are_none_are_refused_and_nothing_moves() -> None:
     other.reset(seed=1)
     transcript(other, actions(4))
     state, before = other.save(), env.save()
-    for random in ({"bit_generator": "seed"}, {}, {**state.random, "state": {"state": -1, "inc": 3}}):
+    for random in ({"bit_generator": "seed"}, {}, {**state.origin.random, "state": {"state": -1, "inc": 3}}):
         with pytest.raises(ParameterError, match="random numbers"):
-            env.restore(EnvState(state.snapshot, state.task, state.episode, random))
+            env.restore(EnvState(state.snapshot, state.episode, EpisodeOrigin(state.origin.task, random, {})))
         assert env.save() == before
 
 

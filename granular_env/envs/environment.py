@@ -19,7 +19,7 @@ from ..components.errors import ParameterError, StepError, one_line
 from ..components.support.validation import finite_number, positive_number, whole_number
 from .pickling import Given, Recreatable, recreatable
 from .render import draw
-from .state import Drawn, EnvState, bit_generator
+from .state import Drawn, EnvState, EpisodeOrigin, bit_generator
 from .task import Task, refuse_incomplete, validate_judgement
 from .time_observation import clock_readings
 
@@ -117,8 +117,8 @@ class ComponentEnv(Recreatable, gymnasium.Env[Observation, npt.NDArray[np.float3
         self.action_space = gymnasium.spaces.Box(-1.0, 1.0, (len(self._entries),), np.float32)
         self.observation_space = observation_box(task.observation_limit, self._size, self.clock)
         self._elapsed, self._running = 0, False
-        # As it was at the first save of this episode: only a start draws.
-        self._random_state: Mapping[str, Any] | None = None
+        # As it is at the first save of an episode: only a start draws random numbers.
+        self._origin: EpisodeOrigin | None = None
 
     def __setattr__(self, name: str, value: Any) -> None:
         """Set an attribute; `ParameterError` for an argument that the constructor alone reads."""
@@ -185,6 +185,7 @@ class ComponentEnv(Recreatable, gymnasium.Env[Observation, npt.NDArray[np.float3
             )
         checked = validate_seed(seed)
         super().reset(seed=checked)
+        self._origin = None
         ready = self._draw()
         start = self._start(ready[1], options or {})
         number = int(self.np_random.integers(2**31))
@@ -193,7 +194,6 @@ class ComponentEnv(Recreatable, gymnasium.Env[Observation, npt.NDArray[np.float3
             ready[0].reset(seed=number, **start)
             self._take(*ready)
         self.component.reset(seed=number, **start)
-        self._random_state = None
         self._begin(number)
         return self.observe()
 
@@ -237,9 +237,11 @@ class ComponentEnv(Recreatable, gymnasium.Env[Observation, npt.NDArray[np.float3
 
     def save(self) -> EnvState:
         """Everything that changes in an episode; restoring it gives the same bits from there on."""
-        if self._random_state is None:
-            self._random_state = self.np_random.bit_generator.state
-        return EnvState(self.component.save(), self.task.name, self._episode(), self._random_state, self.drawn, True)
+        origin = self._origin
+        if origin is None:
+            origin = EpisodeOrigin(self.task.name, self.np_random.bit_generator.state, self.drawn)
+            self._origin = origin
+        return EnvState(self.component.save(), self._episode(), origin)
 
     def restore(self, state: EnvState) -> None:
         """Go on from a saved state, of this environment or of one made in the same way. `observe` tells what is seen there.
@@ -247,29 +249,23 @@ class ComponentEnv(Recreatable, gymnasium.Env[Observation, npt.NDArray[np.float3
         Raises:
             ParameterError: the state belongs to another component or task; nothing has changed.
         """
-        if (
-            state.__class__ is not EnvState
-            or state.drawn is not self.drawn
-            or state.random is not self._random_state
-            or state.task != self.task.name
-        ):
+        if state.__class__ is not EnvState or state.origin is not self._origin:
             self.take_state(state, self.refuse_foreign(state))
             return
-        # One of the present component, as a tree search restores them: the component refuses what is not its own.
-        self._refuse_episode(state)
+        # One of the present episode, as a tree search restores them: nothing else is to be compared.
         self.component.restore(state.snapshot)
         self._go_on(state.episode)
 
     def refuse_foreign(self, state: EnvState) -> Any:
         """Raise what `restore` would raise for this state, and change nothing; return what `take_state` needs."""
-        if state.__class__ is not EnvState or state.task != self.task.name:
+        if state.__class__ is not EnvState or state.origin.task != self.task.name:
             raise ParameterError(
                 f"got {one_line(state)}", expected=f"what save() of an environment of {self.task.name!r} gave", at="state"
             )
         self._refuse_episode(state)
-        ready = self._redraw(state.drawn)
+        ready = self._redraw(state.origin.drawn)
         ready[0].refuse_foreign(state.snapshot)
-        return ready, None if state.random is self._random_state else _bit_generator(state.random)
+        return ready, None if state.origin is self._origin else _bit_generator(state.origin.random)
 
     def take_state(self, state: EnvState, ready: Any) -> None:
         """Go on from a state that `refuse_foreign` has looked at."""
@@ -282,7 +278,7 @@ class ComponentEnv(Recreatable, gymnasium.Env[Observation, npt.NDArray[np.float3
                 self.np_random.bit_generator.state = random.state
             else:
                 self._np_random = np.random.Generator(random)
-            self._random_state = state.random
+            self._origin = state.origin
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Support pickle and `copy.deepcopy`: the constructor's arguments, and where the episode is."""
@@ -310,11 +306,11 @@ class ComponentEnv(Recreatable, gymnasium.Env[Observation, npt.NDArray[np.float3
         if start:
             raise ParameterError(f"got start values of {', '.join(sorted(start))}, but the log gives the start", at="options")
         super().reset(seed=validate_seed(seed))
+        self._origin = None
         self._start(ready[1], options or {})
         number = int(self.np_random.integers(2**31))
         self._take(*ready)
         self.component.restore(snapshot)
-        self._random_state = None
         self._begin(number)
         return self.observe()
 

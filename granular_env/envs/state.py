@@ -22,50 +22,55 @@ Drawn = Mapping[str, float | Mapping[str, float]]
 """Parameters of the component that were drawn for an episode, name -> number, or the limits and the seed of a draw."""
 
 
+class EpisodeOrigin:
+    """What an episode began with: all of its states share it, so that one of the present episode is known at once.
+
+    Attributes:
+        task: name of the task.
+        random: state of the environment's random numbers, a mapping that numpy's bit generator gave.
+        drawn: parameters of the component that were drawn for this episode; empty where an environment draws none.
+    """
+
+    __slots__ = ("drawn", "random", "task")
+
+    def __init__(self, task: str, random: Mapping[str, Any], drawn: Drawn) -> None:
+        self.task, self.random, self.drawn = task, random, drawn
+
+
 class EnvState:
     """The state that `ComponentEnv.save` gives and `restore` takes; never changed by what follows.
 
     Attributes:
         snapshot: the component's state.
-        task: name of the task.
         episode: what else changes in an episode: control steps done, whether it goes on, and the task's counters; of an
             environment that a compiled batch can run the bits of its memory.
-        random: state of the environment's random numbers, a mapping that numpy's bit generator gave.
-        drawn: parameters of the component that were drawn for this episode; empty where an environment draws none.
-        sound: whether the episode has been looked at, or comes from `save`: a tree search restores a state many times.
+        origin: what the episode began with.
     """
 
-    __slots__ = ("drawn", "episode", "random", "snapshot", "sound", "task")
+    __slots__ = ("origin", "episode", "snapshot")
 
     def __init__(
-        self,
-        snapshot: Snapshot,
-        task: str,
-        episode: bytes | tuple[int, bool, Mapping[str, float]],
-        random: Mapping[str, Any],
-        drawn: Drawn | None = None,
-        sound: bool = False,
+        self, snapshot: Snapshot, episode: bytes | tuple[int, bool, Mapping[str, float]], origin: EpisodeOrigin
     ) -> None:
-        self.snapshot, self.task, self.episode, self.random = snapshot, task, episode, random
-        self.drawn: Drawn = {} if drawn is None else drawn
-        self.sound = sound
+        self.snapshot, self.episode, self.origin = snapshot, episode, origin
 
     def __eq__(self, other: object) -> bool:
         """Return whether both hold the same bits."""
         return self.to_bytes() == other.to_bytes() if isinstance(other, EnvState) else NotImplemented
 
     def __hash__(self) -> int:
-        return hash((self.task, self.snapshot.tick, self.snapshot.data))
+        return hash((self.origin.task, self.snapshot.tick, self.snapshot.data))
 
     def __repr__(self) -> str:
-        drawn = f", drawn={dict(self.drawn)}" if self.drawn else ""
-        return f"EnvState({self.task!r}, tick={self.snapshot.tick}, component={self.snapshot.identity[:12]}...{drawn})"
+        task, drawn = self.origin.task, dict(self.origin.drawn)
+        end = f", drawn={drawn}" if drawn else ""
+        return f"EnvState({task!r}, tick={self.snapshot.tick}, component={self.snapshot.identity[:12]}...{end})"
 
     def to_bytes(self) -> bytes:
         """Return a versioned header and plain arrays; see `packing`."""
-        header: dict[str, Any] = {"kind": _KIND, "task": self.task, "random": _plain(self.random)}
-        if self.drawn:
-            header["drawn"] = _plain(self.drawn)
+        header: dict[str, Any] = {"kind": _KIND, "task": self.origin.task, "random": _plain(self.origin.random)}
+        if self.origin.drawn:
+            header["drawn"] = _plain(self.origin.drawn)
         arrays: dict[str, np.ndarray] = {"snapshot": np.frombuffer(self.snapshot.to_bytes(), np.uint8)}
         if isinstance(self.episode, bytes):
             arrays["episode"] = np.frombuffer(self.episode, np.int64)
@@ -96,7 +101,7 @@ class EnvState:
                         source="state of an environment",
                     )
                 episode = episode.tobytes()
-            return cls(Snapshot.from_bytes(arrays["snapshot"].tobytes()), task, episode, random, drawn)
+            return cls(Snapshot.from_bytes(arrays["snapshot"].tobytes()), episode, EpisodeOrigin(task, random, drawn))
         except (KeyError, TypeError, AttributeError, ValueError, OverflowError) as error:
             if isinstance(error, LogError):
                 raise

@@ -175,7 +175,7 @@ class ChainEnv(ComponentEnv):
         twin = object.__new__(type(self))
         vars(twin).update(vars(self))
         twin.component = self.component.clone(table)
-        twin._np_random = twin._np_random_seed = twin._random_state = None
+        twin._np_random = twin._np_random_seed = twin._origin = None
         twin._action = np.zeros_like(self._action)
         twin._home, twin.drawn = table, {}
         memory[:] = 0.0
@@ -311,14 +311,11 @@ class ChainEnv(ComponentEnv):
     def _refuse_episode(self, state: EnvState) -> None:
         if not isinstance(state.episode, bytes) or len(state.episode) != self._memory_bytes.nbytes:
             raise ParameterError("it was saved by an environment of another kind, or with another control_delay", at="state")
-        if state.sound:
-            return
         numbers = np.frombuffer(state.episode)
         counts, commands = numbers[:LEFT], numbers[COUNTERS + len(self._counters) :]
         whole = np.all((counts >= 0.0) & (counts < _LARGEST_COUNT) & (counts == np.floor(counts)))
         if not (whole and np.isfinite(numbers[LEFT:COUNTERS]).all() and np.isfinite(commands).all()):
             raise ParameterError("its counts and commands are no finite numbers", hint="the data is damaged", at="state")
-        state.sound = True
 
     def _go_on(self, episode: Any) -> None:
         self._memory_bytes[:] = episode
