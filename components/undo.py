@@ -11,10 +11,11 @@ from .inputs import Held
 from .profiles import CompiledProfile
 from .state_block import Block
 
-# A smaller state is copied at every step: a chain of 400 grains costs the same either way [bytes].
-_SMALL_STATE = 12 << 10
-# Part of the time that copies may take; to note the steps costs a chain of 400 grains as much again.
-_SHARE = 0.025
+# A smaller state is copied at every step, which costs a chain of 200 grains as much as to note the steps, and it is
+# restored without a word to the undo [bytes].
+_SMALL_STATE = 6 << 10
+# Part of the time that copies may take; to note the steps costs a chain of 300 grains half as much again.
+_SHARE = 0.015
 # What a copy costs beside the copying: to look at the clock, and to begin a new list of steps [s].
 _BESIDE_COPY = 1.5e-6
 # Steps that are noted at most; and what they may hold of arrays, in sizes of the state.
