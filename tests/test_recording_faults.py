@@ -203,7 +203,7 @@ def test_a_disk_that_fails_at_the_end_of_a_log(tmp_path: Path, monkeypatch: pyte
 def test_recovering_onto_a_full_disk(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     oscillator_log(tmp_path / "a.mcap")
     before = (tmp_path / "a.mcap").read_bytes()
-    monkeypatch.setattr("granular_env.recording.replay.recover.create", lambda path, overwrite: _FullDisk(5000))
+    monkeypatch.setattr("granular_env.recording.replay.recovery.create", lambda path, overwrite: _FullDisk(5000))
     with pytest.raises(LogError, match=r"whole\.mcap'.*No space left.*a\.mcap' is as it was") as caught:
         recover(tmp_path / "a.mcap", tmp_path / "whole.mcap")
     assert ".part" not in str(caught.value) and "granular-env recover" not in str(caught.value)

@@ -25,7 +25,7 @@ from granular_env.recording.format.records import CLOSED, HEADER, INCIDENTS, TOP
 from granular_env.recording.preview.messages import PreviewMessage, Topic
 from granular_env.recording.recorder.log_file import create
 from granular_env.recording.recorder.log_writer import LogWriter
-from granular_env.recording.replay.recover import parameter_model
+from granular_env.recording.replay.recovery import parameter_model
 
 CHAIN = {"grains": 12, "radius": 3e-3, "material": "steel", "left": "free", "right": "free"}
 

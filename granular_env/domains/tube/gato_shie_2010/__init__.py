@@ -2,7 +2,7 @@
 
 from granular_env.atlas.model import Constant, Paper
 
-from . import coupling, criterion, figure_1, figure_2, figure_3, figure_4, outcomes, pressures, recipe, rules
+from . import coupling, criterion, figure_1, figure_2, figure_3, figures_4_and_5, outcomes, pressures, recipe, rules
 from .cases import FACTOR, LATE, NODES, PAPER_FACTOR
 from .cost import cost_words
 from .saturation import saturation
@@ -46,7 +46,7 @@ PAPER = Paper(
     },
     cost=cost_words,
     entries=(
-        figure_1.ENTRY, recipe.ENTRY, figure_2.ENTRY, figure_3.ENTRY, figure_4.ENTRY, outcomes.ENTRY, criterion.ENTRY,
+        figure_1.ENTRY, recipe.ENTRY, figure_2.ENTRY, figure_3.ENTRY, figures_4_and_5.ENTRY, outcomes.ENTRY, criterion.ENTRY,
         pressures.ENTRY, coupling.ENTRY, rules.ENTRY,
     ),
 )  # fmt: skip

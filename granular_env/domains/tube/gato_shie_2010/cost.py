@@ -10,7 +10,7 @@ from .cases import COARSER, tube_seconds
 _TUBES = {
     "figure-2": (("1", "1 printed"), ()),
     "figure-3": (("2", "2 printed"), ()),
-    "figure-4": (("3", "3 printed"), ()),
+    "figures-4-and-5": (("3", "3 printed"), ()),
     "outcomes": (("1", "2", "3", "1 printed", "2 printed", "3 printed"), ()),
     "criterion": (("1", "1 printed", "1 factor", "1 less stabilised", "1 more stabilised"), ("1 at 180 kPa",)),
     "pressures": ((), tuple(f"{inches} at {pressure} kPa" for inches in (1, 2, 3) for pressure in (80, 130, 180))),

@@ -32,7 +32,7 @@ def compute(context: Context) -> Findings:
 
 
 ENTRY = Entry(
-    "figure-4",
+    "figures-4-and-5",
     "Results",
     "Figures 4 and 5: the very long notch, 3 in",
     "“First the cracks ran straight on from the notch, then they branched in the direction of the circumference into some "
