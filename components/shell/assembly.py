@@ -13,7 +13,7 @@ from .boundaries import Conditions, edge_nodes, make_conditions
 from .geometry.lattice import Lattice
 from .hourglass import make_hourglass
 from .integration import IntegrationPoints, LinePoints, integration_points, points_at_planes
-from .layout import Body, Hourglass, IndexArray, IntArray, Solid, Surface
+from .layout import Body, ColumnArray, Hourglass, IndexArray, IntArray, SlotArray, Solid, Surface
 from .parameters import ShellParameters
 from .shape_functions import UnspannedBasisError
 from .stencils import Stencils, make_stencils
@@ -130,13 +130,13 @@ def refuse_soft_rule(p: ShellParameters) -> None:
         )  # fmt: skip
 
 
-def transpose(stencils: Stencils, nodes: int) -> tuple[IndexArray, IndexArray, IndexArray]:
+def transpose(stencils: Stencils, nodes: int) -> tuple[IndexArray, IndexArray, SlotArray]:
     """Return for each node where its list begins, the points that see it in ascending order, and which neighbour it is."""
     begin = stencils.begin.astype(np.int64)
     order = np.argsort(stencils.nodes, kind="stable")
     counts = np.bincount(stencils.nodes, minlength=nodes)
     point = np.repeat(np.arange(len(begin) - 1, dtype=np.uint32), np.diff(begin))[order]
-    slot = (order - begin[point]).astype(np.uint32)
+    slot = (order - begin[point]).astype(np.uint16)
     ends = np.concatenate([[0], np.cumsum(counts)])
     return ends.astype(np.uint32), point, slot
 
@@ -159,7 +159,7 @@ def inner_surface(lattice: Lattice) -> Surface:
     return Surface(nodes, station, grid_neighbours(lattice), lattice.nodes[nodes])
 
 
-def grid_neighbours(lattice: Lattice) -> IntArray:
+def grid_neighbours(lattice: Lattice) -> ColumnArray:
     """Return for each column the ones before and after it along and across, itself where there is none, shape (n m, 4)."""
     n, m, _ = lattice.shape
     along, across = np.meshgrid(np.arange(n), np.arange(m), indexing="ij")
@@ -169,7 +169,7 @@ def grid_neighbours(lattice: Lattice) -> IntArray:
     else:
         left, right = np.maximum(across - 1, 0), np.minimum(across + 1, m - 1)
     found = (before * m + across, after * m + across, along * m + left, along * m + right)
-    return np.stack([one.ravel() for one in found], axis=1)
+    return np.stack([one.ravel() for one in found], axis=1).astype(np.int32)
 
 
 def surface_quads(lattice: Lattice) -> IntArray:

@@ -30,9 +30,9 @@ from .stability import CRACKED, WALL_STIFFNESS, highest_frequency
 
 _STATE = ("displacement", "velocity", "force", "gradient", "stress", "plastic_strain", "temperature", "plastic_work", "area")
 # What a node, and an integration point, take: tables, state, its copy, scratch, and the stencils by which fields are read.
-_BYTES_OF_NODE, _BYTES_OF_POINT = 500, 590
+_BYTES_OF_NODE, _BYTES_OF_POINT = 510, 540
 # What a node takes besides where the body can break: its points, pairs and surfaces, whole and as they are.
-_BYTES_OF_BREAKING = 210
+_BYTES_OF_BREAKING = 165
 _POINTS_OF_CELL: dict[RuleName, int] = {"column": 1, "cell": 4}
 # Status -> what happened, and to which output.
 _FAILURES = {
@@ -74,7 +74,8 @@ class Shell(Component):
         self.lattice: Lattice = self.assembly.lattice
         self.nodes: FloatArray = self.lattice.nodes
         present = self.lattice.present
-        self.mass: FloatArray = np.where(present, self.assembly.solid.body.mass, 0.0)
+        mass = self.assembly.solid.body.mass
+        self.mass: FloatArray = mass if present.all() else np.where(present, mass, 0.0)
         self.highest_frequency: float = highest_frequency(self.assembly.solid)
         law = p.fracture
         bounding = self.highest_frequency * (CRACKED if isinstance(law, FractureLaw) else 1.0)

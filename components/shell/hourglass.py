@@ -151,7 +151,9 @@ def make_hourglass(lattice: Lattice, points: int, young: float, alpha: float) ->
     # Volume of half of both columns over the distance: the section of what lies between them.
     section = 0.5 * (volumes.sum(axis=1)[:, None] + volumes.sum(axis=1)[partner]) / distance
     section = np.where(partner >= 0, section, 0.0)
-    return Hourglass(layers, points, shares.ravel(), place, partner, alpha * young * section / distance, section)
+    return Hourglass(
+        layers, points, shares.ravel(), place, partner.astype(np.int32), alpha * young * section / distance, section
+    )
 
 
 def _partners(lattice: Lattice, axis: int) -> tuple[IntArray, IntArray]:

@@ -15,6 +15,10 @@ from ..support.arrays import FloatArray
 
 IndexArray = npt.NDArray[np.uint32]
 IntArray = npt.NDArray[np.int64]
+# Of a point that would see more nodes than that no stencil could be kept.
+SlotArray = npt.NDArray[np.uint16]
+# Columns, -1 for none.
+ColumnArray = npt.NDArray[np.int32]
 
 
 class Body(NamedTuple):
@@ -49,7 +53,7 @@ class Body(NamedTuple):
     cosine: FloatArray
     seen_begin: IndexArray
     seen_point: IndexArray
-    seen_slot: IndexArray
+    seen_slot: SlotArray
     prescribed: npt.NDArray[np.uint8]
     bounce: FloatArray
 
@@ -71,7 +75,7 @@ class Hourglass(NamedTuple):
     points: int
     shares: FloatArray
     place: FloatArray
-    partner: IntArray
+    partner: ColumnArray
     stiffness: FloatArray
     section: FloatArray
 
@@ -89,7 +93,7 @@ class Surface(NamedTuple):
 
     nodes: IntArray
     station: IntArray
-    around: IntArray
+    around: ColumnArray
     reference: FloatArray
 
 

@@ -11,7 +11,7 @@ import numpy.typing as npt
 from ...support.arrays import FloatArray
 from ..geometry.lattice import Lattice
 from ..integration import IntegrationPoints
-from ..layout import IndexArray, IntArray, Solid, State
+from ..layout import ColumnArray, IndexArray, IntArray, Solid, State
 from ..stencils import Stencils
 from .facets import mark_links
 from .judgement import Judgement, decisive_value, index_normal
@@ -365,7 +365,7 @@ class Cracks:
         sides = (np.roll(along, 1, axis=0), along, np.roll(across, 1, axis=1), across)
         return np.stack([one.ravel() for one in sides], axis=1)
 
-    def _ties(self) -> IntArray:
+    def _ties(self) -> ColumnArray:
         """Return the partners of the hourglass control: none across a crack, and none of a column with an eroded point."""
         partner = self._whole.hourglass.partner
         if len(partner) == 0:
@@ -375,13 +375,13 @@ class Cracks:
         cut = self._cut_sides(np.any(self.links[:, :2] > 0, axis=2))
         return np.where(cut | lost[:-1, None] | lost[partner], -1, partner)
 
-    def _loaded_neighbours(self) -> IntArray:
+    def _loaded_neighbours(self) -> ColumnArray:
         """Return the neighbours that span the area of each node of the inner surface: itself across a crack.
 
         A node that flies on by itself spans no area with those that it has left, which would grow without bound.
         """
         around = self._whole.surface.around
-        own = np.broadcast_to(np.arange(len(around))[:, None], around.shape)
+        own = np.broadcast_to(np.arange(len(around), dtype=np.int32)[:, None], around.shape)
         cut = self._cut_sides(self.links[:, :2, 0] > 0) & (around != own)
         return np.where(cut | self.released[:, None] | self.detached[around], own, around)
 
