@@ -234,3 +234,28 @@ def test_a_profile_times_an_array_and_a_number(tmp_path: Path) -> None:
     for tick in range(50):
         stepped.step(None, force=signal((tick + 0.5) * stepped.step_size) * TEAR)
     np.testing.assert_allclose(shaped.get("velocity"), stepped.get("velocity"), rtol=1e-12, atol=1e-14)
+
+
+def test_events_that_a_cut_log_has_lost_are_missing_not_different(tmp_path: Path) -> None:
+    """Events are written after the steps in which they happened, so a cut can fall between them."""
+    discs = ge.make("discs", rows=3, columns=4)
+    with record(discs, tmp_path / "a.mcap", every=2e-5):
+        discs.reset(velocity={0: (1.0, 0.0), 8: (-1.0, 0.5)})
+        for _ in range(50):
+            discs.step(1e-4)
+    whole, cut, mended = (tmp_path / "a.mcap").read_bytes(), tmp_path / "cut.mcap", tmp_path / "mended.mcap"
+    happened, fewer = open_log(tmp_path / "a.mcap").events(), 0
+    for size in range(len(whole) // 8, len(whole), len(whole) // 25):
+        cut.write_bytes(whole[:size])
+        ge.recover(cut, mended, overwrite=True)
+        found, log = verify(mended), open_log(mended)
+        if not found.ticks:
+            continue
+        assert found.identical, found.message
+        known = log.events()
+        assert known == happened[: len(known)]
+        missing = [event for event in happened[len(known) :] if event.tick <= log.end_tick]
+        assert all(event.tick > log.events_end_tick for event in missing)
+        assert any("event" in one for one in found.missing) == bool(missing)
+        fewer += bool(missing)
+    assert fewer, "no cut has fallen between steps and their events"

@@ -54,7 +54,7 @@ class Conditions:
     """
 
     def __init__(self, parameters: AutomataParameters, packing: Packing) -> None:
-        """Find the automata that inputs act on; raises `ParameterError` where a forced one does not exist."""
+        """Find the automata that inputs act on; raises `ParameterError` where a forced one does not exist or is held."""
         self._parameters, self._packing = parameters, packing
         # In one order, whatever that of the table is: sums have the same bits.
         self._boundaries = {name: parameters.boundaries[name] for name in EDGES if name in parameters.boundaries}
@@ -64,6 +64,7 @@ class Conditions:
         }
         self._fill_load()
         self._fill_grip()
+        self._refuse_held_forces()
         self.marked = np.unique(np.concatenate([self.load.automata, self.grip.automata]))
 
     def _fill_load(self) -> None:
@@ -103,6 +104,20 @@ class Conditions:
                 rows = [row for row, i in enumerate(automata.tolist()) if owners[i].get(axis) == name]
                 if rows:
                     self._drives.append(_Drive(f"{name}_velocity", axis, np.array(rows, np.int64)))
+
+    def _refuse_held_forces(self) -> None:
+        """Refuse forces on automata, given one by one, whose motion is prescribed along both axes: they would do nothing."""
+        if self._parameters.forced_automata == "all":
+            return
+        both = HOLDS_X | HOLDS_Y
+        held = set(self.grip.automata[(self.grip.held & both) == both].tolist())
+        for index, automaton in enumerate(self._forced.tolist()):
+            if automaton in held:
+                raise ParameterError(
+                    f"automaton {automaton} is held along x and y, so a force there does nothing",
+                    hint="leave it out, or free its edge",
+                    at=("forced_automata", index),
+                )
 
     def _of_kind(self, kind: type[Boundary]) -> list[str]:
         return [name for name, boundary in self._boundaries.items() if isinstance(boundary, kind)]

@@ -32,7 +32,9 @@ def material_numbers(parameters: AutomataParameters, packing: Packing) -> IntArr
     for place, region in enumerate(parameters.regions):
         inside = region.area.contains(packing.reference)
         if not inside.any():
-            raise ParameterError("contains no centre of an automaton", at=("regions", place))
+            raise ParameterError(
+                "contains no centre of an automaton", hint="make it larger, or leave it out", at=("regions", place)
+            )
         numbers[inside] = region.material
     return numbers
 

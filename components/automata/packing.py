@@ -169,8 +169,8 @@ def pack(name: str, shape: Shape, diameter: float, periodic: tuple[bool, bool] =
 def _refuse_misfit(lattice: Lattice, shape: Shape, diameter: float, periodic: tuple[bool, bool]) -> None:
     """Refuse straight sides that pass between the rows of the lattice, with the two nearest places that fit."""
     faults = []
-    for name, axis, place in shape.straight_sides():
-        unit = diameter * lattice.unit[axis]
+    for name, axis, place, rows in shape.straight_sides():
+        unit = diameter * lattice.unit[axis] * rows
         # A hexagonal packing that is closed on itself has a whole number of diameters along x, two of rows along y.
         step = unit * (2 if periodic[axis] and lattice.name == "hexagonal" else 1)
         count = (place - shape.anchor[axis]) / step
@@ -178,7 +178,11 @@ def _refuse_misfit(lattice: Lattice, shape: Shape, diameter: float, periodic: tu
             nearest = sorted({math.floor(count), math.ceil(count)} - {0})
             fitting = " or ".join(f"{shape.anchor[axis] + one * step:.12g} m" for one in nearest)
             faults.append(
-                Fault(("shape", name), f"{place:.12g} m is {count:.9g} rows of {step:.9g} m", f"a whole number; use {fitting}")
+                Fault(
+                    ("shape", name),
+                    f"{place:.12g} m is {count * rows:.9g} rows of {step / rows:.9g} m",
+                    f"{'a whole' if rows == 1 else 'an even'} number; use {fitting}",
+                )
             )
     if faults:
         raise ParameterError(*faults)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from abc import abstractmethod
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, NamedTuple
 
 import numpy as np
 from pydantic import SerializeAsAny, model_validator
@@ -19,6 +19,15 @@ from ..support.validation import refusal
 
 # Points this close to the outline are on it, in diameters of an automaton.
 ON_THE_OUTLINE = 1e-6
+
+
+class StraightSide(NamedTuple):
+    """A side along x or y: its name in messages, the axis across (0 or 1), its place there [m], by how many rows it goes."""
+
+    name: str
+    axis: int
+    place: float
+    rows: int = 1
 
 
 class Shape(Named):
@@ -47,8 +56,8 @@ class Shape(Named):
             inside &= ~hole.contains(points, margin)
         return inside
 
-    def straight_sides(self) -> list[tuple[str, int, float]]:
-        """Return the sides along x or y: what they are called in messages, axis across (0 or 1), place on that axis [m]."""
+    def straight_sides(self) -> list[StraightSide]:
+        """Return the sides along x or y that have to lie on rows of centres."""
         return []
 
 
@@ -74,9 +83,9 @@ class Rectangle(Shape):
         inside = (points >= -margin) & (points <= np.array([self.width, self.height]) + margin)
         return inside[:, 0] & inside[:, 1]
 
-    def straight_sides(self) -> list[tuple[str, int, float]]:
+    def straight_sides(self) -> list[StraightSide]:
         """Return the two sides that do not pass through the corner at the origin."""
-        return [("width", 0, self.width), ("height", 1, self.height)]
+        return [StraightSide("width", 0, self.width), StraightSide("height", 1, self.height)]
 
 
 class Disc(Shape):
@@ -111,6 +120,10 @@ class Disc(Shape):
         """Return which points lie inside the outline."""
         round_part = points[:, 0] ** 2 + points[:, 1] ** 2 <= (self.radius + margin) ** 2
         return round_part & (np.abs(points[:, 1]) <= self._half_height + margin)
+
+    def straight_sides(self) -> list[StraightSide]:
+        """Return both flats, as one length between them."""
+        return [] if self.height is None else [StraightSide("height", 1, self.height, rows=2)]
 
 
 class Polygon(Shape):
@@ -156,13 +169,13 @@ class Polygon(Shape):
             near |= (x - ax - along * (bx - ax)) ** 2 + (y - ay - along * (by - ay)) ** 2 <= margin**2
         return inside | near if margin > 0.0 else inside
 
-    def straight_sides(self) -> list[tuple[str, int, float]]:
+    def straight_sides(self) -> list[StraightSide]:
         """Return the sides along x or y."""
         sides = []
         for number, (start, end) in enumerate(zip(self.corners, self.corners[1:] + self.corners[:1], strict=True)):
             for axis in (0, 1):
                 if start[axis] == end[axis]:
-                    sides.append((f"corners[{number}]", axis, start[axis]))
+                    sides.append(StraightSide(f"corners[{number}]", axis, start[axis]))
         return sides
 
 

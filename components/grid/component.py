@@ -59,6 +59,11 @@ class Grid(Component):
             self.mesh: Mesh = p.mesh.build()
         except ParameterError as error:
             raise error.within("mesh") from None
+        for name in p.boundaries:
+            if not len(self.mesh.edges[name]):
+                raise ParameterError(
+                    "no side is left of this edge, all of its cells are cut out", hint="leave it out", at=("boundaries", name)
+                )
         self.cell_material: IntArray = self._materials_of_cells()
         self._materials: list[Material] = [material(one) for one in p.materials]
         self._forced = self._nodes_at("forced_nodes", p.forced_nodes)
@@ -84,7 +89,9 @@ class Grid(Component):
         for place, region in enumerate(p.regions):
             inside = region.area.contains(self.mesh.centres)
             if not inside.any():
-                raise ParameterError("contains the middle of no cell", at=f"regions[{place}]")
+                raise ParameterError(
+                    "contains the middle of no cell", hint="make it larger, or leave it out", at=("regions", place)
+                )
             numbers[inside] = region.material
         return numbers
 

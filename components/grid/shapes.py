@@ -130,18 +130,24 @@ class Quadrilaterals(Shape):
         problem = mesh.problem()
         if problem is not None:
             raise ParameterError(problem[1], at=problem[0])
-        oriented = {tuple(sorted(side)): side for side in mesh.sides.tolist()}
+        oriented = {tuple(sorted(side)): tuple(side) for side in mesh.sides.tolist()}
         edges = {}
         for name, chain in self.edges.items():
-            sides = []
+            sides: dict[tuple[int, int], None] = {}
             for first, second in zip(chain, chain[1:], strict=False):
                 side = oriented.get((min(first, second), max(first, second)))
                 if side is None:
                     raise ParameterError(
                         f"between the nodes {first} and {second} there is no side of the boundary", at=("edges", name)
                     )
-                sides.append(side)
-            edges[name] = np.array(sides, dtype=np.int64)
+                if side in sides:
+                    raise ParameterError(
+                        f"passes the side between the nodes {first} and {second} twice",
+                        hint="once is enough",
+                        at=("edges", name),
+                    )
+                sides[side] = None
+            edges[name] = np.array(list(sides), dtype=np.int64)
         return Mesh(mesh.nodes, mesh.cells, edges)
 
 

@@ -219,8 +219,9 @@ def _holds(given: Any, part: str | int) -> bool:
 
 
 def _advice_for_unknown(place: Location, given: Any, value: Any, model: type[BaseModel]) -> str:
-    if len(place) != 1:
-        return "remove it"
+    if len(place) > 1:
+        part = _part_of(model, place[0])
+        return _advice_for_unknown(place[1:], given[place[0]], value, part) if part else "remove it"
     own = getattr(model, "advice_for_unknown", None)
     if own is not None and (advice := own(str(place[0]), given)):
         return advice
@@ -228,7 +229,17 @@ def _advice_for_unknown(place: Location, given: Any, value: Any, model: type[Bas
     return _owner(model, str(place[0]), value) or nearest(str(place[0]), known)
 
 
+def _part_of(model: type[BaseModel], name: str | int) -> type[BaseModel] | None:
+    """Return the model of a field that holds one, as that of a component made of others does."""
+    field = model.model_fields.get(str(name))
+    kind = field.annotation if field else None
+    return kind if isinstance(kind, type) and issubclass(kind, BaseModel) else None
+
+
 def _advice_for_missing(place: Location, model: type[BaseModel]) -> str:
+    part = _part_of(model, place[0]) if len(place) > 1 else None
+    if part is not None:
+        return _advice_for_missing(place[1:], part)
     fields = {field.alias or key: field for key, field in model.model_fields.items()}
     field = fields.get(str(place[0])) if len(place) == 1 else None
     if field is None:

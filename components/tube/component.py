@@ -18,7 +18,7 @@ from ..detonation.layout import WALL_WORK
 from ..drawables import Cells, Drawable, Points
 from ..errors import Fault, ParameterError, StepError
 from ..inputs import input_value
-from ..parts import make_part, part_drawable, part_readers, part_values, part_variables
+from ..parts import Part, make_part, part_drawable, part_readers, part_values, part_variables
 from ..shell.component import Shell
 from ..support.arrays import FloatArray
 from . import balances, kernels
@@ -68,8 +68,8 @@ class Tube(Component):
         if words > _LARGE_STATE:
             gc.collect()  # a component is part of cycles, and would stay in memory until much later
         gas_step, shell_step = self.step_size / self.gas_steps, self.step_size / self.shell_steps
-        self.gas: DetonationTube = make_part(DetonationTube, self, "gas", step_size=gas_step, memory=self._block["gas"])
-        self.shell: Shell = make_part(Shell, self, "shell", step_size=shell_step, memory=self._block["shell"])
+        self.gas: DetonationTube = self._make_stepped(DetonationTube, "gas", gas_step)
+        self.shell: Shell = self._make_stepped(Shell, "shell", shell_step)
         del tables
         self._include(self.gas, "gas", self.gas_steps)
         self._include(self.shell, "shell", self.shell_steps)
@@ -84,6 +84,19 @@ class Tube(Component):
         self.step_size = max(gas_step, shell_step) if p.step_size is None else p.step_size
         self.gas_steps: int = p.gas_steps or self._steps_in("gas", gas_step)
         self.shell_steps: int = p.shell_steps or self._steps_in("shell", shell_step)
+
+    def _make_stepped(self, kind: type[Part], part: str, step: float) -> Part:
+        """Return a part in the memory of this one; a step that is too large for it is a fault of the number of its steps."""
+        try:
+            return make_part(kind, self, part, step_size=step, memory=self._block[part])
+        except ParameterError as error:
+            fault = error.faults[0]
+            if fault.location != (part, "step_size"):
+                raise
+            raise ParameterError(
+                f"got {getattr(self, f'{part}_steps')}, steps of {step:g} s in an internal step of {self.step_size:g} s",
+                expected=f"steps of {fault.expected}", hint="give more, or leave it out", at=f"{part}_steps",
+            ) from None  # fmt: skip
 
     def _steps_in(self, part: str, limit: float) -> int:
         """Return how many steps of at most that limit [s] a part makes in an internal step."""

@@ -42,7 +42,9 @@ class TubeParameters(Parameters):
         OneWay(), "one_way: the gas flows as in a rigid tube; two_way: it feels that the wall moves {motion}", "1"
     )
     outside_pressure: Magnitude | None = field(
-        None, "pressure on the outer surface, and where the gas of a vent goes; default: the initial pressure of the gas", "Pa"
+        None,
+        "pressure outside, taken off that on the inner surface, as for a thin wall; default: the initial pressure of the gas",
+        "Pa",
     )
     vent: NotNegativeMagnitude | None = field(
         None, "place x of a vent, whose opening is the input `vent_area`; default: there is none", "m"

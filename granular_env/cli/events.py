@@ -47,6 +47,7 @@ def events(
 
     with open_log(log, allow_large=allow_large) as opened:
         found, kinds, step_size = opened.events(kind, index), opened.event_kinds, opened.step_size
+        known, end = opened.events_end_tick, opened.end_tick
         details, drawables, conclusions = opened.event_details, opened.drawables, opened.metadata["conclusions"]
         refuse_unknown_place(index, [details.get(one) for one in kinds if kind in (None, one)], drawables)
         if near:
@@ -79,6 +80,8 @@ def events(
         print(columns(_without_empty([heads, *rows]), ""))
         rest = "" if len(shown) == len(found) else f"; the first {len(shown)} are listed, --all lists the others too"
         print("\n".join([f"{summary(found)}{rest}", *_meanings({event.kind: kinds[event.kind] for event in found})]))
+    if kinds and known < end:
+        print(f"the end of this log was lost: events after {known * step_size:.9g} s may be missing")
     return Status.DONE
 
 

@@ -25,16 +25,17 @@ def cost_note(ready: Prepared) -> str:
 
 
 def _seconds_per_tick(ready: Prepared) -> float:
-    component, inputs, ticks, begin = ready.component, dict(ready.inputs), 1, perf_counter()
-    first = component.tick
-    while perf_counter() - begin < _MEASURED and component.tick < ready.ticks:
-        ticks = min(2 * ticks, ready.ticks - component.tick)
-        try:
-            component.step(ticks * component.step_size, **inputs)
-        except StepError:
-            break
-        inputs = {}
-    return (perf_counter() - begin) / max(component.tick - first, 1)
+    component, ticks = ready.component, 1
+    try:
+        # Not timed: the first step may compile.
+        component.step(**ready.inputs)
+        first, begin = component.tick, perf_counter()
+        while perf_counter() - begin < _MEASURED and component.tick < ready.ticks:
+            ticks = min(2 * ticks, ready.ticks - component.tick)
+            component.step(ticks * component.step_size)
+        return (perf_counter() - begin) / max(component.tick - first, 1)
+    except StepError:
+        return 0.0
 
 
 def size_note(ready: Prepared, least: int) -> str:

@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from typing import ClassVar, Literal
 
+from ...errors import ParameterError
 from ...support.jit import internal_inlined
 from ...support.parameter_fields import field
 from ..chapman_jouguet import Detonation
@@ -41,7 +42,16 @@ class PressureBurn(Reaction):
         ]
 
     def constants(self, gas: Gas, front: Detonation, ahead: tuple[float, float], cell_size: float) -> tuple[float, ...]:
-        """Return the trigger [Pa] and the rate [1/s]."""
+        """Return the trigger [Pa] and the rate [1/s]; `ParameterError` where the gas ahead of the front would burn at once."""
+        if ahead[0] >= self.trigger * front.burnt.pressure:
+            part = ahead[0] / front.burnt.pressure
+            raise ParameterError(
+                f"got {self.trigger:g} of the Chapman-Jouguet pressure, {front.burnt.pressure:.4g} Pa, and the gas has "
+                f"{part:.4g} of it at rest, so that all of it would burn at once",
+                expected=f"more than {part:.4g}",
+                hint="take a larger trigger, or the reaction arrhenius: so weak a detonation hardly differs from its gas",
+                at=("reaction", "trigger"),
+            )
         return self.trigger * front.burnt.pressure, front.speed / (self.width * cell_size)
 
 

@@ -68,6 +68,20 @@ class Index:
             rows = rows[first:last]
         return rows if detail is None else rows[rows[:, DETAIL] == detail]
 
+    @property
+    def events_end(self) -> int:
+        """Tick of the last segment up to which all events are here, though the end of the log be lost.
+
+        Events are written after the steps in which they happened, and hashes and snapshots after the events.
+        """
+        written = np.flatnonzero(self.rows[:, KIND] == STEPS)
+        if not len(written):
+            return self.all_segments[-1].start if self.all_segments else 0
+        after = self.rows[written[-1] + 1 :]
+        hashes = (after[:, KIND] == HASHES) & (after[:, DETAIL] == 0)
+        are_here = (hashes | np.isin(after[:, KIND], (EVENTS, SNAPSHOTS))).any()
+        return int(self.rows[written[-1], LAST if are_here else FIRST])
+
     def _check_order(self) -> None:
         rows = self.rows
         known = (rows[:, KIND] >= 0) & (rows[:, KIND] < len(KINDS))

@@ -157,6 +157,14 @@ class LogReader:
         return found
 
     @property
+    def events_end_tick(self) -> int:
+        """Tick up to which it holds all events: its end, but where what was written last is lost, recovered or not."""
+        index = self.records.index
+        if "report" in self.records.closing_header or not index.all_segments:
+            return self.end_tick
+        return int(self.records.log_tick(index.all_segments[-1].number, index.events_end))
+
+    @property
     def event_kinds(self) -> dict[str, str]:
         """Kinds of events that can happen -> what they are."""
         return event_kinds_from(self.records.header, self.path)

@@ -13,6 +13,7 @@ import numpy as np
 from ...components.component import Component
 from ...components.errors import LogError, StepError
 from ...components.snapshot import Snapshot
+from ...output_files import count_of
 from ...progress import Bar, Progress, progress_bar
 from ..format.digests import hash_row, held_word
 from ..format.message_index import DETAIL, FIRST, LAST, Segment
@@ -166,8 +167,19 @@ class _Replay:
             self._advance(changes, tick)
             check(tick, *facts)
         self._advance(changes, segment.end)
-        if self.log.complete and self.component.event_count != self._events_before + self._events_seen:
+        self._refuse_missing_events(segment)
+
+    def _refuse_missing_events(self, segment: Segment) -> None:
+        """Tell of the events that the log does not hold: those after what was written last are lost, not different."""
+        known = self._events_before + self._events_seen
+        if self.component.event_count == known:
+            return
+        rows = self.component.event_rows(known)
+        is_last = segment.number == self.log.records.index.all_segments[-1].number
+        first = int(self.log.records.log_tick(segment.number, int(rows[0, 0])))
+        if not is_last or first <= self.log.events_end_tick:
             raise Difference("events", segment.end, None, "the re-run has events that the log does not hold")
+        self.result.missing.append(f"{count_of(len(rows), 'event')} from {first * self.log.step_size:.9g} s on")
 
     def _advance(self, changes: Changes, tick: int) -> None:
         try:
