@@ -386,6 +386,9 @@ class Component(Stepping, metaclass=_Fixed):
         data = block.to_bytes() if block.grows else bytes(block.memory_bytes)
         return Snapshot(self.identity, self._tick, data, self._held)
 
+    def wake(self) -> None:
+        """Have the next steps do all the work that a run may come to: for an estimate of its time, not for a run."""
+
     @property
     def memory(self) -> FloatArray:
         """The memory that the component lives in: the state, and what its kernels keep beside it. To be read only."""

@@ -19,7 +19,7 @@ class _Geometry:
     __slots__ = ()
 
     def __post_init__(self) -> None:
-        for name in ("reference", "radius", "pairs", "nodes", "connectivity", "coordinate"):
+        for name in ("reference", "radius", "pairs", "nodes", "connectivity", "coordinate", "period"):
             if hasattr(self, name):
                 copied = np.array(getattr(self, name))
                 copied.flags.writeable = False
@@ -37,6 +37,8 @@ class Points(_Geometry):
         displacement: the output that holds their displacements, shape (n,) along x or (n, d) [m].
         colour: the output whose value colours them, shape (n,); empty for none.
         rotation: the output that holds their angles, shape (n,) [rad]; empty for none.
+        period: the lengths after which the body begins again along each axis, 0 along one where it does not, shape (d,) [m];
+            (0,) where it does along none.
     """
 
     name: str
@@ -45,6 +47,22 @@ class Points(_Geometry):
     displacement: str
     colour: str = ""
     rotation: str = ""
+    period: FloatArray = dataclasses.field(default_factory=lambda: np.zeros(0))
+
+    def ways(self, pairs: npt.NDArray[np.int64]) -> FloatArray:
+        """Return the shortest way from the first to the second point of each pair at rest, shape (m, d) [m]."""
+        places = self.reference.reshape(len(self.radius), -1)
+        ways = places[pairs[:, 1]] - places[pairs[:, 0]]
+        for axis in np.flatnonzero(self.period):
+            ways[:, axis] -= self.period[axis] * np.rint(ways[:, axis] / self.period[axis])
+        return ways
+
+    def stays_inside(self, pairs: npt.NDArray[np.int64]) -> npt.NDArray[np.bool_]:
+        """Return for each pair whether the shortest way lies inside of the body as it is drawn, shape (m,)."""
+        places = self.reference.reshape(len(self.radius), -1)
+        apart = np.abs(places[pairs[:, 1]] - places[pairs[:, 0]])[:, : len(self.period)]
+        across: npt.NDArray[np.bool_] = (self.period > 0.0) & (2.0 * apart > self.period)
+        return np.logical_not(np.any(across, axis=1))
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -127,6 +145,10 @@ def validate_drawables(drawables: Sequence[Drawable], variables: Mapping[str, An
                     raise _fault((one.name, "radius"), f"got shape {one.radius.shape}", f"one for each of the {count} points")
                 _expect_finite((one.name, "reference"), one.reference)
                 _expect_finite((one.name, "radius"), one.radius)
+                dimensions = one.reference.reshape(count, -1).shape[1]
+                if one.period.shape not in ((0,), (dimensions,)) or (one.period < 0.0).any():
+                    raise _fault((one.name, "period"), f"got {one.period}", f"{dimensions} lengths, 0 for none")
+                _expect_finite((one.name, "period"), one.period)
                 if (one.radius < 0.0).any():
                     raise _fault((one.name, "radius"), f"got {one.radius.min():g}", "no negative one")
             case Links():

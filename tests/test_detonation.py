@@ -327,10 +327,10 @@ def test_gas_that_parts_faster_than_it_expands_is_refused_and_kept() -> None:
     assert tube.save().to_bytes() == before
 
 
-@pytest.mark.parametrize(("area", "said"), [(-1.0, "got -1 m"), (0.0, "got 0 m"), (1e3, "got 1000 m")])
-def test_walls_cannot_leave_the_gas_behind(area: float, said: str) -> None:
+@pytest.mark.parametrize("area", [-1.0, 0.0, 1e3, 0.4, 2.1])
+def test_walls_cannot_jump_within_a_tick(area: float) -> None:
     tube = air_tube(10)
-    with pytest.raises(ge.StepError, match=f"area: {said}.*expected more than 0 and less than [1-9]"):
+    with pytest.raises(ge.StepError, match=f"area: got {area:g} m.*expected 0.5 to 2 m.2"):
         tube.step(None, area=ge.Profile.constant(area))
 
 

@@ -18,6 +18,7 @@ from granular_env.components.discs import Discs
 from granular_env.components.oscillator import Oscillator
 from granular_env.recording import open_log, record, verify
 from granular_env.recording.recorder.recorder import Recorder
+from granular_env.recording.recorder.recorder import _close_all as close_all
 from granular_env.viewing.incidents import incident_sentences
 
 _FILES = ("components/stepping.py", "components/undo.py", "recorder/recorder.py", "recorder/history.py")
@@ -186,3 +187,18 @@ def test_observers_that_count_know_from_the_tick_which_steps_they_have() -> None
         component.step(3 * component.step_size)
     before = bits(component)
     assert component.tick == 3 and first.ticks == [3, 3] and second.ticks == [3] and before == bits(component)
+
+
+def test_an_interrupt_at_any_line_of_closing_a_log_leaves_it_to_the_end_of_the_program(tmp_path: Path) -> None:
+    """As a second Ctrl-C does, while the first one's log is being completed."""
+    place, is_left = 0, True
+    while is_left:
+        component = Oscillator()
+        recorder = record(component, tmp_path / f"{place}.mcap", every=0.1)
+        component.step(1.0, force=0.2)
+        is_left = interrupt_at(place, recorder.close, _RECORDER_FILES)
+        close_all()
+        assert verify(tmp_path / f"{place}.mcap").identical
+        assert len(open_log(tmp_path / f"{place}.mcap").series("position")[0]) == 11
+        place += 1
+    assert place > 10

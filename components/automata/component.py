@@ -282,5 +282,8 @@ class Automata(Component):
         """Return the automata, turned and coloured by damage (or speed where nothing breaks), and their links."""
         radius = np.full(self.count, 0.5 * self.parameters.diameter)
         colour = "damage" if self.parameters.has_history else "speed"
-        points = Points("automata", self.packing.reference, radius, "displacement", colour, "rotation")
+        left, right, low, high = self.parameters.shape.bounds
+        closed = self.parameters.periodic
+        period = np.where(closed, (right - left, high - low), 0.0) if any(closed) else np.zeros(0)
+        points = Points("automata", self.packing.reference, radius, "displacement", colour, "rotation", period)
         return points, Links("links", "automata", np.ascontiguousarray(self._pairs[:, :2]), "linked")

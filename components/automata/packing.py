@@ -140,7 +140,9 @@ def pack(name: str, shape: Shape, diameter: float, periodic: tuple[bool, bool] =
     places = _places_inside(lattice, shape, diameter, periodic)
     if not len(places) and shape.holes:
         raise ParameterError("nothing is left of the shape", at=("shape", "holes"))
-    neighbours = _neighbours(lattice, places, _turns(lattice, shape, diameter, periodic))
+    turns = _turns(lattice, shape, diameter, periodic)
+    _refuse_own_neighbours(lattice, turns)
+    neighbours = _neighbours(lattice, places, turns)
     linked = neighbours != np.arange(len(places))[:, np.newaxis]
     sectors = _sectors_inside(lattice, shape, diameter, places, periodic)
     # A face counts as far as both cells have it; sector 2 k is left of the direction of slot k, sector 2 k - 1 right of it.
@@ -229,6 +231,16 @@ def _turns(lattice: Lattice, shape: Shape, diameter: float, periodic: tuple[bool
     left, right, low, high = shape.bounds
     extent = np.array([right - left, high - low]) / (diameter * lattice.unit)
     return int(round(extent[0])) * periodic[0], int(round(extent[1])) * periodic[1]
+
+
+def _refuse_own_neighbours(lattice: Lattice, turns: tuple[int, int]) -> None:
+    """Refuse a packing closed on itself that is so narrow that an automaton would be its own neighbour."""
+    if any(
+        all(step % turn == 0 if turn else step == 0 for step, turn in zip(one, turns, strict=True)) for one in lattice.steps
+    ):
+        raise ParameterError(
+            "an automaton of this periodic specimen is its own neighbour", expected="at least 2 diameters across", at="shape"
+        )
 
 
 def _neighbours(lattice: Lattice, places: npt.NDArray[np.int64], turns: tuple[int, int]) -> npt.NDArray[np.int64]:

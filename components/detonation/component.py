@@ -376,11 +376,12 @@ class DetonationTube(Component):
             )  # fmt: skip
         if status == layout.BAD_AREA:
             area = float(tick_signals(self._held, tick - 1, 1)[0, layout.AREA] * area_pattern(self._held)[cell])
-            largest = float(state.area[cell]) * (1.0 + 2.0 / (self.gas.gamma - 1.0))
+            now = float(state.area[cell])
+            least, largest = now / layout.LARGEST_RATIO, now * layout.LARGEST_RATIO
             return StepError(
-                f"got {area:g} m^2 for {where}, expected more than 0 and less than {largest:g} m^2, where walls leave "
-                "the gas behind; let them move less in a step",
-                time=time, at="area", variable="area", index=cell, value=area, limit=largest,
+                f"got {area:g} m^2 for {where}, expected {least:g} to {largest:g} m^2, half and twice of what it is now; let "
+                "the walls move less in a tick, as a profile of the input does",
+                time=time, at="area", variable="area", index=cell, value=area, limit=least if area < now else largest,
             )  # fmt: skip
         name = "pressure" if state.density[cell] > 0.0 else "density"
         value = float(getattr(state, name)[cell])

@@ -23,6 +23,7 @@ from .layout import (
     IGNITED,
     IGNITION,
     IMPULSE,
+    LARGEST_RATIO,
     LEFT_OPEN,
     LEFT_PRESSURE,
     LEFT_REACHED,
@@ -95,13 +96,11 @@ def change_area(medium, state, areas, factor, tally, failed):
         new = factor * areas[i]
         old = area[i]
         if new != old:
-            change = new - old
-            left = old - half * change
-            if not (new > 0.0 and left > 0.0 and new < 1e300):
+            if not (new * LARGEST_RATIO >= old and new <= LARGEST_RATIO * old):
                 failed[0] = i
                 return BAD_AREA
-            before = state.pressure[i]
-            after = before * left / (new + half * change)
+            change, before = new - old, state.pressure[i]
+            after = before * (old - half * change) / (new + half * change)
             ratio = old / new
             state.density[i] *= ratio
             state.momentum[i] *= ratio

@@ -114,6 +114,8 @@ MASS, IMPULSE, ENERGY, WALL_IMPULSE, WALL_WORK, IGNITION, OVERWRITTEN, TALLY = 0
 POWER, LEFT_PRESSURE, RIGHT_PRESSURE, AREA, LEFT_VELOCITY, RIGHT_VELOCITY, SIGNALS = 0, 1, 2, 3, 4, 5, 6
 # Statuses of a tick.
 NOT_POSITIVE, TOO_FAST, BAD_AREA = 1, 2, 3
+# By so much a cross-section may grow or shrink in a tick: the pressure of the gas in it is then right within 4 %.
+LARGEST_RATIO = 2.0
 
 
 def make_scratch(cells: int) -> Scratch:

@@ -71,12 +71,13 @@ class Material(Fixed):
     @property
     def longitudinal_speed(self) -> float:
         """Speed of longitudinal sound sqrt(E (1 - nu) / (rho (1 + nu)(1 - 2 nu))) [m/s]."""
-        return longitudinal_speed(self.young, self.poisson, self.density)
+        young, poisson, density = self.young, self.poisson, self.density
+        return math.sqrt(young * (1.0 - poisson) / (density * (1.0 + poisson) * (1.0 - 2.0 * poisson)))
 
 
-def longitudinal_speed(young: float, poisson: float, density: float) -> float:
-    """Return the speed of longitudinal sound sqrt(E (1 - nu) / (rho (1 + nu)(1 - 2 nu))) [m/s]."""
-    return math.sqrt(young * (1.0 - poisson) / (density * (1.0 + poisson) * (1.0 - 2.0 * poisson)))
+def shear_speed(young: float, poisson: float, density: float) -> float:
+    """Return the speed of shear waves sqrt(E / (2 rho (1 + nu))) [m/s]."""
+    return math.sqrt(young / (2.0 * density * (1.0 + poisson)))
 
 
 # Steel: the constants of Nesterenko (1983), section 3.5; yield of hardened bearing steel (AISI 52100). The others:

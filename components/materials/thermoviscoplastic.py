@@ -33,7 +33,7 @@ from ..support.magnitudes import Magnitude, NotNegativeMagnitude
 from ..support.parameter_fields import field
 from ..support.powers import exponential, power
 from ..support.tagged_union import Named
-from .elastic import longitudinal_speed
+from .elastic import shear_speed
 from .stress_invariants import equivalent_stress
 
 IMPLICIT, TANGENT = 0, 1
@@ -77,9 +77,9 @@ class Thermoviscoplastic(Named):
     integrator: Literal["implicit", "tangent"] = field("implicit", "how the flow of a tick is found", "1")
 
     @property
-    def longitudinal_speed(self) -> float:
-        """Speed of longitudinal sound at the reference temperature [m/s]."""
-        return longitudinal_speed(self.young, self.poisson, self.density)
+    def shear_speed(self) -> float:
+        """Speed of shear waves at the reference temperature [m/s]."""
+        return shear_speed(self.young, self.poisson, self.density)
 
     @property
     def melting_temperature(self) -> float | None:

@@ -146,7 +146,7 @@ def chosen_hourglass(p: ShellParameters, lattice: Lattice) -> Hourglass:
     if p.rule.surface == "column" and p.hourglass > 0.0:
         return make_hourglass(lattice, p.rule.through, p.material.young, p.hourglass)
     return Hourglass(
-        lattice.shape[2], 1, np.zeros(lattice.node_count), np.zeros((0, 3)), np.zeros((0, 4), dtype=np.int64), np.zeros((0, 4)),
+        lattice.shape[2], 1, np.zeros(lattice.node_count), np.zeros((0, 3)), np.zeros((0, 4), dtype=np.int32), np.zeros((0, 4)),
         np.zeros((0, 4)),
     )  # fmt: skip
 

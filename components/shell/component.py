@@ -484,7 +484,20 @@ class Shell(Component):
                 f"where the body is compressed most, the step (now {self.step_size:g} s) is {step:.2g} of the largest stable "
                 "one; take a smaller step_size"
             )
+        found += self._caution_of_melting()
         return found if self._breaking is None else [*found, *self._caution_of_eroded_mass(self._breaking)]
+
+    def _caution_of_melting(self) -> list[str]:
+        """Return a sentence where the material is hotter than its flow stress reaches."""
+        melting = self.parameters.material.melting_temperature
+        temperature = self._temperature()
+        if melting is None or not temperature.max() > melting:
+            return []
+        part = float(np.mean(temperature > melting))
+        return [
+            f"{part:.0%} of the points are above {melting:.4g} K, where the flow stress of this material has fallen to its "
+            f"end, up to {temperature.max():.4g} K: they are as good as liquid, which the law does not know"
+        ]
 
     def _caution_of_eroded_mass(self, breaking: BreakingBody) -> list[str]:
         """Return a sentence where too much of the body has been taken out of it: that stays, whatever comes after."""

@@ -6,7 +6,7 @@ from typing import Annotated, Literal
 
 from pydantic import SerializeAsAny
 
-from ..materials.elastic import longitudinal_speed
+from ..materials.elastic import shear_speed
 from ..materials.thermoviscoplastic import FlowConstants, Thermoviscoplastic
 from ..support.magnitudes import Magnitude
 from ..support.parameter_fields import field
@@ -22,9 +22,14 @@ class LinearElastic(Named):
     density: Magnitude = field(2719.0, "mass density", "kg/m^3")
 
     @property
-    def longitudinal_speed(self) -> float:
-        """Speed of longitudinal sound [m/s]."""
-        return longitudinal_speed(self.young, self.poisson, self.density)
+    def shear_speed(self) -> float:
+        """Speed of shear waves [m/s]."""
+        return shear_speed(self.young, self.poisson, self.density)
+
+    @property
+    def melting_temperature(self) -> float | None:
+        """None: an elastic body knows no temperature."""
+        return None
 
     def constants(self, step_size: float) -> FlowConstants:
         """Return what kernels want to know, for ticks of this length [s]; nothing of the flow."""

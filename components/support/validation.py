@@ -132,6 +132,7 @@ _EXPECTED = {
     "list_type": "a list",
     "literal_error": "{expected}",
     "string_pattern_mismatch": "a text that matches {pattern}",
+    "string_too_long": "a text of at most {max_length} letters",
     "string_too_short": "a text of at least {min_length} letters",
     "string_type": "a text",
     "too_long": "at most {max_length} of them",
@@ -219,9 +220,10 @@ def _holds(given: Any, part: str | int) -> bool:
 
 
 def _advice_for_unknown(place: Location, given: Any, value: Any, model: type[BaseModel]) -> str:
-    if len(place) > 1:
-        part = _part_of(model, place[0])
-        return _advice_for_unknown(place[1:], given[place[0]], value, part) if part else "remove it"
+    first, *further = place
+    if further:
+        part = _part_of(model, first)
+        return _advice_for_unknown(tuple(further), given[first], value, part) if part else "remove it"
     own = getattr(model, "advice_for_unknown", None)
     if own is not None and (advice := own(str(place[0]), given)):
         return advice

@@ -295,6 +295,10 @@ class Tube(Component):
         """Return whether gas can leave through cracks."""
         return self.parameters.coupling.leaks and self.parameters.shell.fracture.name != "none"
 
+    def wake(self) -> None:
+        """Let the shell move, which sleeps at rest until something loads it."""
+        self._block["awake"][0] = True
+
     def _is_awake(self, pressures: FloatArray) -> bool:
         """Return whether the shell moves; it sleeps at rest until something loads it."""
         awake, room = self._block["awake"], self.parameters.room_pressure

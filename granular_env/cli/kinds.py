@@ -45,4 +45,4 @@ def refuse_other_kinds(name: str, command: str) -> None:
         return  # whoever loads it says what it is
     for other, (kind, holds) in _KINDS.items():
         if other != command and holds(name):
-            raise ExperimentError(f"it is {kind}", hint=f"run it with: granular-env {other} {shlex.quote(name)}", at=name)
+            raise ExperimentError(f"it is {kind}", hint=f"run it with: granular-env {other} {shlex.quote(name)}", source=name)

@@ -92,7 +92,7 @@ def nearest_names(name: str, known: Iterable[str]) -> str:
 def read(path: Path) -> dict[str, Any]:
     """Return the content of a TOML file; `ExperimentError` with the line where it is none."""
     try:
-        text = read_bounded(path, _LARGEST_FILE, "put long histories into a CSV file", ExperimentError).decode("utf-8")
+        text = read_bounded(path, _LARGEST_FILE, "put long histories into a CSV file", ExperimentError).decode("utf-8-sig")
         return tomllib.loads(text)
     except OSError as error:
         raise ExperimentError(f"cannot be read: {error.strerror or error}", source=str(path)) from None

@@ -26,9 +26,10 @@ def cost_note(ready: Prepared) -> str:
 
 def _seconds_per_tick(ready: Prepared) -> float:
     component, ticks = ready.component, 1
+    component.wake()
     try:
         # Not timed: the first step may compile.
-        component.step(**ready.inputs)
+        component.step(None, **ready.inputs)
         first, begin = component.tick, perf_counter()
         while perf_counter() - begin < _MEASURED and component.tick < ready.ticks:
             ticks = min(2 * ticks, ready.ticks - component.tick)

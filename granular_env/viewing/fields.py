@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Container, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -103,15 +103,20 @@ def load_field(log: Any, name: str, frames: int, progress: Callable[[float], Non
     return Field(variable, times, values[:, ::every], place, axis, every, total, cuts_of(log, name, picked), coordinate)
 
 
-def require_names(names: Sequence[str] | None, known: Sequence[str]) -> list[str]:
-    """Return the names that were asked for, all known ones where none were; `ParameterError` where one is unknown."""
+def require_names(names: Sequence[str] | None, known: Sequence[str], recorded: Container[str] = ()) -> list[str]:
+    """Return the names that were asked for, all known ones where none were; `ParameterError` where one is unknown.
+
+    `recorded` are those of the log, of which not all can be drawn.
+    """
     if names is None:
         return list(known)
     if isinstance(names, str) or not all(isinstance(name, str) for name in names):
         raise ParameterError(f"got {names!r}", expected=f"a list of names, of {_list(known)}", at="variables")
     for name in names:
         if name not in known:
-            raise ParameterError(f"{name!r} was not recorded", hint=f"this log holds {_list(known)}", at="variables")
+            why = "cannot be drawn as a field or a curve" if name in recorded else "was not recorded"
+            what = "what can is" if name in recorded else "this log holds"
+            raise ParameterError(f"{name!r} {why}", hint=f"{what} {_list(known)}", at="variables")
     return list(dict.fromkeys(names))
 
 

@@ -308,11 +308,12 @@ def _draw_links(axes: Axes, plane: Plane, links: Links, frame: int) -> None:
     if links.state not in plane.values:
         return
     points = next(one for one in plane.drawables if isinstance(one, Points) and one.name == links.points)
-    places, state = plane.places(points, frame), plane.values[links.state][frame]
+    inside = points.stays_inside(links.pairs)
+    places, pairs, state = plane.places(points, frame), links.pairs[inside], plane.values[links.state][frame][inside]
     width = _edge_width(axes, plane, 2.0 * float(np.median(points.radius)))
     if len(links.pairs) <= MOST_LINES:
-        _add_lines(axes, places[links.pairs[state != 0.0]], _LINK, 2.0)
-    _add_lines(axes, crack_lines(places, points.reference[:, :2], links.pairs, state), _CRACK, max(3.0 * width, 0.5))
+        _add_lines(axes, places[pairs[state != 0.0]], _LINK, 2.0)
+    _add_lines(axes, crack_lines(places, points.reference[:, :2], pairs, state), _CRACK, max(3.0 * width, 0.5))
 
 
 def _add_lines(axes: Axes, lines: FloatArray, colour: str, width: float) -> None:

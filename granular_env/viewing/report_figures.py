@@ -48,7 +48,7 @@ class Choice:
                 raise ParameterError(f"got {values!r}", expected="a list", at=name)
         arrays = field_names(log)
         known = [*arrays, *(name for name, one in log.variables.items() if one.shape == () and len(log.times(name)))]
-        require_names(self.variables, known)
+        require_names(self.variables, known, log.variables)
         if (self.times is not None or self.indices is not None) and not self.holds_any(arrays):
             raise ParameterError(
                 "none of the variables is a recorded array", hint="leave times and indices out", at="variables"

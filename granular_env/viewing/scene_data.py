@@ -362,9 +362,15 @@ def _motion(log: Any, points: Points, frames: int, progress: Callable[[float], N
         *(contacts(particles, displacement if source else None, read) if every == 1 else (None, "", "")),
         every, len(particles.radius), source is not None, cuts_of(log, clock, picked),
         is_plane(particles.reference, log.variables.get(particles.displacement)),
-        tuple(LinkFrames(one.name, one.pairs, sample_frames(log, one.state, picked)[1], one.state) for one in joined),
+        tuple(_link_frames(points, one, sample_frames(log, one.state, picked)[1]) for one in joined),
         particles.name, rotation,
     )  # fmt: skip
+
+
+def _link_frames(points: Points, links: Links, state: FloatArray) -> LinkFrames:
+    """Return links that are drawn: not those from one side of a periodic body to the other."""
+    inside = points.stays_inside(links.pairs)
+    return LinkFrames(links.name, links.pairs[inside], state[:, inside], links.state)
 
 
 def _mesh(log: Any, cells: Cells, frames: int) -> MeshFrames | None:
@@ -572,7 +578,7 @@ def _present_motion(component: Component, points: Points, now: FloatArray, tick:
         return np.asarray(component.get(name))[None] if name in component.variables else None
 
     joined = _links_to_show(component.drawables(), particles, component.variables.__contains__) if every == 1 else []
-    links = tuple(LinkFrames(one.name, one.pairs, np.asarray(component.get(one.state))[None], one.state) for one in joined)
+    links = tuple(_link_frames(points, one, np.asarray(component.get(one.state))[None]) for one in joined)
     return Motion(
         now, tick, particles.reference[shown], particles.radius[shown], displacement[:, shown],
         np.asarray(component.get(particles.colour))[None, shown] if particles.colour else None,

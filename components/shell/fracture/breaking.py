@@ -190,7 +190,7 @@ class BreakingBody:
         points, columns = changed, np.zeros(0, dtype=np.int64)
         if len(tied.partner):
             own = np.unique(changed // tied.points)
-            columns = np.unique(np.concatenate([own, tied.partner[own].ravel()]))
+            columns = np.unique(np.concatenate([own, tied.partner[own].ravel()])).astype(np.int64)
             columns = columns[columns >= 0]
             points = (columns[:, None] * tied.points + np.arange(tied.points)).ravel()
         seen = [some.nodes[some.begin[p] : some.begin[p + 1]] for p in points]
@@ -371,7 +371,7 @@ class BreakingBody:
     @cached_property
     def surface_pairs(self) -> IntArray:
         """Columns that lie next to each other, along and across, shape (links, 2)."""
-        around = self._assembly.solid.surface.around
+        around = self._assembly.solid.surface.around.astype(np.int64)
         own = np.arange(len(around))
         ahead = [np.stack([own, around[:, side]], axis=1)[around[:, side] != own] for side in (1, 3)]
         return np.concatenate(ahead)
@@ -462,7 +462,7 @@ class BreakingBody:
             around = ring.at(facets[:, 2])
         radius = float(lattice.axes[2].positions[-1]) if lattice.bent else 1.0
         places = np.stack([axis.at(facets[:, 1]), radius * around], axis=1)
-        grown = growth(indices, places, times, self._parameters.material.longitudinal_speed)
+        grown = growth(indices, places, times, self._parameters.material.shear_speed)
         spacings = float(np.diff(axis.positions).max()), radius * float(np.diff(ring.positions).max())
         ways = "along the body", "around it" if lattice.bent else "across it"
         return {

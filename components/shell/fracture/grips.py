@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from ...errors import ParameterError
 from ...support.arrays import FloatArray
 from ..assembly import Assembly
 from ..geometry.bodies import EDGES
@@ -14,7 +15,11 @@ _GRIPPED = ("clamped", "moved")
 
 
 def points_in_grips(p: ShellParameters, assembly: Assembly, length: float) -> Marks:
-    """Return which points lie within a length of an edge that is clamped or moved, shape (m,)."""
+    """Return which points lie within a length of an edge that is clamped or moved, shape (m,).
+
+    Raises:
+        ParameterError: there is no such edge, or they are all points.
+    """
     places: FloatArray = assembly.points.places
     found: Marks = places[:, 0] < -1.0
     for edge, kind in p.boundaries.items():
@@ -22,4 +27,9 @@ def points_in_grips(p: ShellParameters, assembly: Assembly, length: float) -> Ma
             number, end = EDGES[edge]
             axis = assembly.lattice.axes[number]
             found |= abs(axis.at(places[:, number]) - axis.positions[end]) < length
+    at = ("fracture", "grip_length")
+    if length > 0.0 and not any(kind in _GRIPPED for kind in p.boundaries.values()):
+        raise ParameterError(f"got {length:g} m, but no edge is {' or '.join(_GRIPPED)}", hint="leave it out", at=at)
+    if found.all():
+        raise ParameterError(f"got {length:g} m, so that nothing of the body could part", hint="give a smaller one", at=at)
     return found

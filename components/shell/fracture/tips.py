@@ -17,14 +17,15 @@ _FROM, _TO = 0.1, 0.9
 def growth(indices: FloatArray, places: FloatArray, times: FloatArray, fastest: float) -> npt.NDArray[np.int64]:
     """Return which facets are the growth of the crack that began with the first, ascending in time.
 
-    Each lies next to one that is so much older that sound could have come from there. What parted by itself, ahead of the crack
-    or elsewhere, is none of it: a fast load can part all points at once, and no tip has run then.
+    Each lies next to one that is so much older that a shear wave could have come from there: no crack that opens runs faster.
+    What parted by itself, ahead of the crack or elsewhere, is none of it: a fast load can part all points at once, and no tip
+    has run then.
 
     Args:
         indices: middles in the index space of the lattice, shape (k, 2).
         places: middles, along the body and around it, shape (k, 2) [m].
         times: when, ascending, shape (k,) [s].
-        fastest: speed of sound [m/s].
+        fastest: speed of shear waves [m/s].
     """
     tree = KDTree(indices)
     grown = np.zeros(len(indices), dtype=bool)

@@ -17,10 +17,10 @@ _KINDS = {"points": Points, "links": Links, "cells": Cells, "curve": Curve}
 # Arrays of a drawable -> dtype and number of dimensions.
 _ARRAYS = {
     "reference": (np.float64, 2), "radius": (np.float64, 1), "pairs": (np.int64, 2), "nodes": (np.float64, 2),
-    "connectivity": (np.int64, 2), "coordinate": (np.float64, 1),
+    "connectivity": (np.int64, 2), "coordinate": (np.float64, 1), "period": (np.float64, 1),
 }  # fmt: skip
-# Roles that are written only where a drawable has them.
-_ROLES_OF_SOME = ((Cells, "state"),)
+# Roles and arrays that are written only where a drawable has them.
+_OF_SOME = ((Cells, "state"), (Points, "period"))
 # Places beyond this are nowhere [m].
 _FARTHEST = 1e100
 # The arrays that have one row for each of the things drawn, and where their numbers point to.
@@ -34,9 +34,11 @@ def drawable_facts(drawables: Iterable[Drawable]) -> tuple[list[dict[str, str]],
         texts = {"kind": next(kind for kind, one in _KINDS.items() if type(drawable) is one)}
         for field in dataclasses.fields(drawable):
             value = getattr(drawable, field.name)
+            if (type(drawable), field.name) in _OF_SOME and not len(value):
+                continue
             if field.name in _ARRAYS:
                 arrays[f"{place}.{field.name}"] = np.asarray(value, _ARRAYS[field.name][0])
-            elif value or (type(drawable), field.name) not in _ROLES_OF_SOME:
+            else:
                 texts[field.name] = value
         facts.append(texts)
     return facts, arrays
@@ -74,11 +76,11 @@ def _drawable(place: int, texts: Any, arrays: Mapping[str, np.ndarray]) -> Drawa
     for field in dataclasses.fields(kind):
         name = f"{place}.{field.name}"
         value = arrays.get(name) if field.name in _ARRAYS else texts.get(field.name)
+        if value is None and (kind, field.name) in _OF_SOME:
+            continue
         if field.name in _ARRAYS:
             dtype, dimensions = _ARRAYS[field.name]
             sound = value is not None and value.dtype == dtype and value.ndim == dimensions
-        elif field.name not in texts and (kind, field.name) in _ROLES_OF_SOME:
-            continue
         else:
             sound = isinstance(value, str)
         if not sound:
@@ -96,7 +98,8 @@ def _is_consistent(drawable: Drawable) -> bool:
     if len({len(array) for array in arrays}) != 1 or not all((np.abs(array) < _FARTHEST).all() for array in arrays):
         return False
     if isinstance(drawable, Points):
-        return 1 <= drawable.reference.shape[1] <= 3
+        dimensions, period = drawable.reference.shape[1], drawable.period
+        return 1 <= dimensions <= 3 and len(period) in (0, dimensions) and bool(((period >= 0.0) & (period < _FARTHEST)).all())
     if isinstance(drawable, Links):
         return drawable.pairs.shape[1] == 2
     if isinstance(drawable, Cells):

@@ -390,7 +390,7 @@ class Others:
         """Return dots on the line between linked points."""
         points, state = self.points[links.points], frame.drawn[links.state]
         places = positions_of(points, frame.drawn[points.displacement])
-        whole = np.flatnonzero(state)
+        whole = np.flatnonzero((state != 0.0) & points.stays_inside(links.pairs))
         first, second = places[links.pairs[whole, 0]], places[links.pairs[whole, 1]]
         parts = np.linspace(0.0, 1.0, _LINK_DOTS + 2)[1:-1]
         dots = np.concatenate([first + part * (second - first) for part in parts])

@@ -9,7 +9,7 @@ import numpy as np
 
 from ...components.component import refuse_unknown_events
 from ...components.drawables import Drawable
-from ...components.errors import LogError, ParameterError
+from ...components.errors import LogError, ParameterError, one_line
 from ...components.events import Event, EventDetail
 from ...components.profiles import CompiledProfile
 from ...components.snapshot import Snapshot
@@ -195,6 +195,8 @@ class LogReader:
 
     def series(self, name: str, segment: Segment | None = None) -> tuple[np.ndarray, np.ndarray]:
         """Return times (frames,) [s] and values (frames, ...) of a variable; of one segment, where one is given."""
+        if not isinstance(name, str):
+            raise ParameterError(f"got {one_line(name)}", expected="the name of one variable", at="name")
         rows = self.records.frame_rows(name)
         rows = rows if segment is None else rows[rows[:, SEGMENT] == segment.number]
         shape = self.variables[name].shape

@@ -21,7 +21,7 @@ from typing import TYPE_CHECKING, Any, Self
 import numpy as np
 
 from ...components.component import Component
-from ...components.errors import GranularError, LogError
+from ...components.errors import GranularError, LogError, ParameterError
 from ...components.inputs import Held
 from ...components.support.serialization import canonical_json
 from ..format.digests import hash_row, header_digests, parameter_digests
@@ -106,8 +106,11 @@ class Recorder:
         self._due = perf_counter() + _WAIT_SECONDS
         component.observe(self)
         # The thread knows it weakly: a recorder that nobody holds any more, nor the component, is closed and collected.
+        # Something is in it once the thread is done. Python takes a thread for ended whose `join` was interrupted.
+        self._gone = list[bool]()
+        end = self._gone, self._written
         self._thread = threading.Thread(
-            target=_write_on, args=(weakref.ref(self), self._wake), name=f"granular-env log {path}", daemon=True
+            target=_write_on, args=(weakref.ref(self), self._wake, *end), name=f"granular-env log {path}", daemon=True
         )
         self._thread.start()
         _OPEN.add(self)
@@ -221,6 +224,7 @@ class Recorder:
             size += _SET_BYTES + (value.nbytes if isinstance(value, np.ndarray) else 0)
         if self._has_events and self._component.event_count > events:
             rows = self._component.event_rows(events)
+            _refuse_other_ticks(rows, last.tick, now)
             events += len(rows)
             size += rows.nbytes
         if samples is not None:
@@ -265,7 +269,8 @@ class Recorder:
         _signal(self._wake)
         # The collector of garbage may run in any thread.
         if threading.current_thread() is not self._thread:
-            self._thread.join()
+            while not self._gone:
+                _wait(self._written, _WRITE_SECONDS)
         if not self._ended:
             # It is being collected, and the thread, which knew it weakly, has gone.
             self._write_safely()
@@ -377,7 +382,7 @@ class Recorder:
 
     def _is_keeping_up(self) -> bool:
         behind = perf_counter() > self._due or self._backlog > _WAIT_BYTES
-        return not behind or self._error is not None or not self._thread.is_alive()
+        return not behind or self._error is not None or bool(self._gone)
 
     # -- the writing thread -----------------------------------------------------------------------------------------
 
@@ -455,7 +460,21 @@ _FILES: set[LogFile] = set()
 @atexit.register
 def _close_all() -> None:
     for recorder in list(_OPEN):
-        recorder.close()
+        while not recorder._closed:
+            # The log is made complete: another Ctrl-C would leave half of its end.
+            with suppress(KeyboardInterrupt):
+                recorder.close()
+
+
+def _refuse_other_ticks(events: np.ndarray, first: int, last: int) -> None:
+    """Refuse events of other ticks than those of the step: no log can hold them."""
+    strange = events[(events[:, 0] < first) | (events[:, 0] > last), 0]
+    if len(strange):
+        raise ParameterError(
+            f"the component noted one for tick {strange[0]:.0f}",
+            expected=f"ticks of the step, {first + 1} to {last}",
+            at="event",
+        )
 
 
 def _signal(queue: SimpleQueue[None]) -> None:
@@ -470,11 +489,15 @@ def _wait(queue: SimpleQueue[None], seconds: float) -> None:
         queue.get(timeout=seconds)
 
 
-def _write_on(reference: weakref.ref[Recorder], wake: SimpleQueue[None]) -> None:
+def _write_on(reference: weakref.ref[Recorder], wake: SimpleQueue[None], gone: list[bool], written: SimpleQueue[None]) -> None:
     """Write what a recorder has gathered, until it is closed or gone."""
     done = False
-    while not done:
-        _wait(wake, _WRITE_SECONDS)
-        recorder = reference()
-        done = recorder is None or recorder._write_safely()
-        del recorder
+    try:
+        while not done:
+            _wait(wake, _WRITE_SECONDS)
+            recorder = reference()
+            done = recorder is None or recorder._write_safely()
+            del recorder
+    finally:
+        gone.append(True)
+        _signal(written)
