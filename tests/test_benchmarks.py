@@ -44,7 +44,7 @@ SMALL = {
     "laws": (lambda: laws.measure(grains=30, rounds=2), 6),
     "numpy": (lambda: numpy_peer.measure(grains=30, ticks=5, rounds=2), 1),
     "scipy": (lambda: scipy_peer.measure(grains=20, tolerances=4, rounds=2), 1),
-    "calls": (lambda: calls.measure(calls=5, rounds=2), 5),
+    "calls": (lambda: calls.measure(calls=5, rounds=2), 7),
     "compilation": (lambda: compilation.measure(repeats=1), 10),
     "gradient": (lambda: gradient.measure(steps=40, rounds=2, chains=("PEFRL, pressed", "PEFRL, viscous")), 3),
     "grid": (lambda: grid.measure(sides=(6, 9), triad_words=1000, rounds=2, smallest=6), 4),

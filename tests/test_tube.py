@@ -234,8 +234,11 @@ def test_gas_leaks_through_cracks() -> None:
             {"gas": {**GAS, "cross_section": 1.5e-5}},
             "gas.cross_section: got 1.5e-05 m^2, a radius of 0.00309019 m of a half tube, where the shell",
         ),
-        ({"step_size": 1e-6, "shell_steps": 1}, "shell.step_size: got 1e-06 s"),
-        ({"step_size": 1e-6, "gas_steps": 1, "shell_steps": 20}, "gas.step_size: got 1e-06 s, expected at most"),
+        (
+            {"step_size": 1e-6, "shell_steps": 1},
+            "shell_steps: got 1, steps of 1e-06 s in an internal step of 1e-06 s, expected steps of at most",
+        ),
+        ({"step_size": 1e-6, "gas_steps": 1, "shell_steps": 20}, "gas_steps: got 1, steps of 1e-06 s"),
         ({"gas": {**GAS, "step_size": 1e-8}}, "gas.step_size: the parts share one step_size"),
         ({"shell": {"body": {"name": "plate"}}}, "shell.body: got 'plate', expected a tube"),
         ({"shell": {"body": BODY, "boundaries": {"end": "moved"}}}, "shell.boundaries.end: got 'moved'"),

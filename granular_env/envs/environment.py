@@ -185,7 +185,6 @@ class ComponentEnv(Recreatable, gymnasium.Env[Observation, npt.NDArray[np.float3
             )
         checked = validate_seed(seed)
         super().reset(seed=checked)
-        self._origin = None
         ready = self._draw()
         start = self._start(ready[1], options or {})
         number = int(self.np_random.integers(2**31))
@@ -194,6 +193,7 @@ class ComponentEnv(Recreatable, gymnasium.Env[Observation, npt.NDArray[np.float3
             ready[0].reset(seed=number, **start)
             self._take(*ready)
         self.component.reset(seed=number, **start)
+        self._origin = None
         self._begin(number)
         return self.observe()
 
@@ -306,11 +306,11 @@ class ComponentEnv(Recreatable, gymnasium.Env[Observation, npt.NDArray[np.float3
         if start:
             raise ParameterError(f"got start values of {', '.join(sorted(start))}, but the log gives the start", at="options")
         super().reset(seed=validate_seed(seed))
-        self._origin = None
         self._start(ready[1], options or {})
         number = int(self.np_random.integers(2**31))
         self._take(*ready)
         self.component.restore(snapshot)
+        self._origin = None
         self._begin(number)
         return self.observe()
 

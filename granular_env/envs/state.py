@@ -23,7 +23,7 @@ Drawn = Mapping[str, float | Mapping[str, float]]
 
 
 class EpisodeOrigin:
-    """What an episode began with: all of its states share it, so that one of the present episode is known at once.
+    """The origin of an episode, which all of its states share, so that one of the present episode is known at once.
 
     Attributes:
         task: name of the task.

@@ -572,7 +572,7 @@ GASES = [
         {"ignition_power": 1.5e7, "area": WIDTHS},
         lambda h: {
             "ignition_power": Profile.triangle(1e7, 40 * h, rise=10 * h),
-            "area": (Profile.constant(1.0) + Profile.half_sine(0.3, 60 * h, start=20 * h)) * WIDTHS,
+            "area": (Profile.constant(0.8) + Profile.half_sine(0.2, 60 * h, start=20 * h)) * WIDTHS,
             "right_pressure": Profile.constant(5e4),
         },
         energy_tolerance=_ROUNDING_OF_GAS,
