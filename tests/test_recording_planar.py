@@ -19,9 +19,11 @@ from granular_env.components.component import Component
 from granular_env.components.discs import Discs
 from granular_env.components.drawables import Links, Points
 from granular_env.components.errors import GranularError, LogError
+from granular_env.components.events import EventDetail
 from granular_env.components.profiles import Profile
 from granular_env.recording import open_log, record, verify
 from granular_env.recording.format.records import EVENTS, HASHES, HEADER, SNAPSHOTS, STEPS, Record
+from granular_env.recording.reader.event_places import place_of
 from granular_env.viewing import plot, report
 
 
@@ -263,3 +265,46 @@ def test_events_that_a_cut_log_has_lost_are_missing_not_different(tmp_path: Path
         assert any("event" in one for one in found.missing) == bool(missing)
         fewer += bool(missing)
     assert fewer, "no cut has fallen between steps and their events"
+
+
+def test_events_of_other_ticks_than_those_of_the_step_are_refused(tmp_path: Path) -> None:
+    class Early(Discs):
+        def _advance(self, ticks: int) -> int:
+            self._add_event(self._tick + 5000, "link_broken", 0, 1.0, 0.5)
+            return super()._advance(ticks)
+
+    discs = Early()
+    with record(discs, tmp_path / "a.mcap"), pytest.raises(ge.ParameterError, match="noted one for tick 5000, expected ticks"):
+        discs.step(10 * discs.step_size)
+    log = open_log(tmp_path / "a.mcap")
+    assert log.events() == [] and [incident["incident"] for incident in log.incidents] == ["unrecorded"]
+
+
+def test_a_recorder_that_cannot_begin_lets_the_file_go(tmp_path: Path) -> None:
+    class Broken(Discs):
+        is_broken = False
+
+        def _speed(self) -> np.ndarray:
+            return np.array(["no number"]) if self.is_broken else super()._speed()
+
+    discs = Broken()
+    Broken.is_broken = True
+    with pytest.raises((GranularError, ValueError)):
+        record(discs, tmp_path / "a.mcap", variables=["speed"])
+    with record(Discs(), tmp_path / "a.mcap", overwrite=True) as recorder:
+        assert recorder.tick == 0
+
+
+def test_links_across_a_closed_side_have_their_place_there() -> None:
+    shape, closed = {"name": "rectangle", "width": 0.04, "height": 0.02}, {"left": "periodic", "right": "periodic"}
+    specimen = ge.make("automata", shape=shape, diameter=0.01, packing="square", boundaries=closed)
+    points, links = specimen.drawables()
+    assert isinstance(points, Points) and isinstance(links, Links) and points.period.tolist() == [0.04, 0.0]
+    lengths = np.sqrt((points.ways(links.pairs) ** 2).sum(axis=1))
+    assert lengths == pytest.approx(0.01, rel=1e-12)
+    across = np.flatnonzero(~points.stays_inside(links.pairs))
+    assert len(across) == 3, "one in each row"
+    detail = EventDetail("1", "links")
+    for link in across.tolist():
+        place = place_of(link, detail, specimen.drawables())
+        assert place is not None and place.position[0] in (pytest.approx(-0.005), pytest.approx(0.035))

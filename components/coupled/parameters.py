@@ -49,7 +49,11 @@ class CoupledParameters(Parameters):
         ge=1,
         le=1000,
     )
-    step_size: Positive | None = field(None, "internal step; default: 0.8 of the largest stable one, rounded down", "s")
+    step_size: Positive | None = field(
+        None,
+        "internal step; default: what both parts bear, rounded down: 0.8 of the largest stable one, less with micro_steps",
+        "s",
+    )
 
     side_contacts: bool = field(
         False, "whether automata touch the free sides of the grid, which are smooth; links have to break or yield for that", "1"

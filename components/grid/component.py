@@ -21,6 +21,7 @@ from ..support.arrays import FloatArray
 from ..support.stable_step import refuse_large_step, suggest_step
 from . import kernels, layout, threads
 from .assembly import Assembly, assemble
+from .boundaries import Free
 from .drive import make_drive, signal_factors
 from .mesh import IntArray, Mesh, cell_areas
 from .parameters import GridParameters, Place
@@ -59,8 +60,8 @@ class Grid(Component):
             self.mesh: Mesh = p.mesh.build()
         except ParameterError as error:
             raise error.within("mesh") from None
-        for name in p.boundaries:
-            if not len(self.mesh.edges[name]):
+        for name, boundary in p.boundaries.items():
+            if not isinstance(boundary, Free) and not len(self.mesh.edges[name]):
                 raise ParameterError(
                     "no side is left of this edge, all of its cells are cut out", hint="leave it out", at=("boundaries", name)
                 )

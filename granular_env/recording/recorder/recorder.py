@@ -100,11 +100,11 @@ class Recorder:
                 self._write_header(experiment, parent)
             else:
                 continuation.copy_to(self._sink)
+            self._due = perf_counter() + _WAIT_SECONDS
+            component.observe(self)
         except BaseException:
             self._sink.abandon()
             raise
-        self._due = perf_counter() + _WAIT_SECONDS
-        component.observe(self)
         # The thread knows it weakly: a recorder that nobody holds any more, nor the component, is closed and collected.
         # Something is in it once the thread is done. Python takes a thread for ended whose `join` was interrupted.
         self._gone = list[bool]()
