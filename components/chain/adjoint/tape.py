@@ -10,7 +10,7 @@ import numpy as np
 
 from ...support.jit import jit
 from .. import kernels
-from ..integrators.compositions import falling_stage, kick_and_drift
+from ..integrators.compositions import kick_and_drift, stage_loop
 from ..integrators.dissipation import half_sweep, prepare
 from ..laws.functions import DISSIPATES
 from ..layout import (
@@ -78,7 +78,7 @@ def _kick(a, here, there, kick, drift, e):
     if gravity == 0.0:
         f, _ = kick_and_drift(False, False, a, here, there, kick, drift, f, 1, n)
     else:
-        f, _ = falling_stage(False, a, here, there, kick, drift, f, 1, n)
+        f, _ = stage_loop(True, False, a, here, there, kick, drift, f, 1, n)
     if a[SCALARS, RIGHT_KIND] == FREE:
         pull = kernels.value(a, RIGHT_DRIVE, 1, e) - a[SCALARS, RIGHT_STATIC]
     fall = 0.0 if a[SCALARS, RIGHT_KIND] == PISTON else kick * gravity

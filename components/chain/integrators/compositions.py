@@ -88,6 +88,9 @@ TILED_ABOVE = 16_384
 _TILE_GRAINS = 4096
 _BLOCK_STAGES = 128
 
+# From so many grains on the call of a function costs a stage nothing.
+_LONG = 256
+
 # The second row of displacements is the only scratch.
 _OTHER_U = FREE_ROW
 HISTORY_ROWS, SCRATCH_ROWS = 0, 1
@@ -126,9 +129,13 @@ def kick_and_drift(falling, watched, a, here, there, kick, drift, f, low, high):
 
 
 @internal
-def falling_stage(watched, a, here, there, kick, drift, f, low, high):
-    """Return `kick_and_drift` under gravity. A function of its own, because short chains feel what lies in their loop."""
-    return kick_and_drift(True, watched, a, here, there, kick, drift, f, low, high)
+def stage_loop(falling, watched, a, here, there, kick, drift, f, low, high):
+    """Return `kick_and_drift`. A function of its own: within `_sweep` its loops lack registers, and load constants anew."""
+    if falling:
+        return kick_and_drift(True, watched, a, here, there, kick, drift, f, low, high)
+    if watched:
+        return kick_and_drift(False, True, a, here, there, kick, drift, f, low, high)
+    return kick_and_drift(False, False, a, here, there, kick, drift, f, low, high)
 
 
 @internal
@@ -218,8 +225,8 @@ def _sweep(a, drive, left_pieces, left, right, tick, ticks, left_edge, right_edg
                         f = push
                     impulse_left = kernels.add(impulse_left, kick * f)
                     bad |= s == 0 and _watch(a, here, 0)
-                if gravity != 0.0:
-                    f, over = falling_stage(s == 0, a, here, there, kick, drift, f, low, min(high, n))
+                if gravity != 0.0 or high - low >= _LONG:
+                    f, over = stage_loop(gravity != 0.0, s == 0, a, here, there, kick, drift, f, low, min(high, n))
                     bad |= over
                 elif s == 0:
                     f, over = kick_and_drift(False, True, a, here, there, kick, drift, f, low, min(high, n))
