@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 from collections.abc import Iterator
 from functools import partial
 from pathlib import Path
@@ -37,10 +38,10 @@ def _compare(folder: Path, name: str, parts: list[Part], count: int, rounds: int
     own, theirs = folder / "own.mcap", folder / "theirs.mcap"
     size = sum(map(len, parts))
     a_chunk = max(1, _CHUNK_BYTES // size)
-    writing = interleaved(
-        {"own": partial(_write_own, own, parts, count, a_chunk), "mcap": partial(_write_theirs, theirs, parts, count)}, rounds
-    )
-    reading = interleaved({"own": partial(_read_own, own, count), "mcap": partial(_read_theirs, own, count)}, rounds)
+    write = {"own": partial(_write_own, own, parts, count, a_chunk), "mcap": partial(_write_theirs, theirs, parts, count)}
+    read = {"own": partial(_read_own, own, count), "mcap": partial(_read_theirs, own, count)}
+    # Neither of them collects what the other one left.
+    writing, reading = (interleaved(calls, rounds, gc.collect) for calls in (write, read))
     for verb, times in (("writing", writing), ("reading", reading)):
         note = f"{count} messages; ours {count * size / float(np.median(times['own'])) / 1e6:.0f} MB/s"
         yield Figure(f"mcap's own {verb} of messages of {name}, time over ours", ratio(times["mcap"], times["own"]), note=note)

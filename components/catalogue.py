@@ -62,10 +62,14 @@ def own_names() -> list[str]:
 
 
 def summary(name: str) -> str:
-    """Return what a component is, in a sentence; a third party's is imported for it."""
+    """Return what a component is, in a sentence; a third party's is imported for it, or it is said that it cannot be."""
     if name in _OWN:
         return _OWN[name][1]
-    return " ".join((component_class(name).__doc__ or "").split()).partition(". ")[0].rstrip(".") + "."
+    try:
+        found = component_class(name)
+    except ParameterError as error:
+        return f"Cannot be loaded: {error}"
+    return " ".join((found.__doc__ or "").split()).partition(". ")[0].rstrip(".") + "."
 
 
 def component_class(name: str) -> type[Component]:
@@ -96,9 +100,9 @@ def _load_class(point: EntryPoint) -> type[Component]:
     try:
         loaded = point.load()
     except Exception as error:
-        raise ParameterError(
-            f"loading {point.value} failed: {error}", hint="install its package again", source=f"component {point.name!r}"
-        ) from error
+        hint = "install its package again" if isinstance(error, ImportError) else "its package has to be mended"
+        came = f"loading {point.value} failed: {type(error).__name__}: {error}"
+        raise ParameterError(came, hint=hint, source=f"component {point.name!r}") from error
     from .component import Component
 
     if not (isinstance(loaded, type) and issubclass(loaded, Component)):

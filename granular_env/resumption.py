@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Mapping
 from contextlib import ExitStack
 from pathlib import Path
 
+from granular_env.components.component import Component
 from granular_env.components.errors import GranularError, LogError, ParameterError, caution
 from granular_env.documents import Overrides
 from granular_env.experiments.experiment import Experiment, Source, load_experiment
@@ -24,6 +26,7 @@ def resume(
     progress: Progress = False,
     overwrite: bool = False,
     allow_large: bool = False,
+    components: Mapping[str, type[Component]] | None = None,
 ) -> RunResult:
     """Run an experiment on to its end, from a log whose process was killed or interrupted.
 
@@ -40,6 +43,7 @@ def resume(
         progress: show a bar, or call this with the part that is done.
         overwrite: whether a log that stands at `log` may be replaced.
         allow_large: lift the limits on sizes.
+        components: classes of components that are not ours, by name.
 
     Raises:
         LogError: it is no log, or not of an experiment; it is of another one, or of another version of its component; it is
@@ -55,7 +59,7 @@ def resume(
     wanted = None if experiment is None else load_experiment(experiment, overrides)
     where = f"log {str(path)!r}"
     with memory_errors(where, LogError), collect_warnings() as issued, ExitStack() as stack:
-        opened = stack.enter_context(open_log(path, allow_large=allow_large))
+        opened = stack.enter_context(open_log(path, allow_large=allow_large, components=components))
         program = _experiment_of(opened, where)
         if wanted is not None:
             _refuse_other(program, wanted, where)

@@ -138,8 +138,14 @@ def run(
         )
 
 
-def replay(log: str | os.PathLike[str], *, progress: Progress = False, allow_large: bool = False) -> RunResult:
-    """Run a log's program again, from its start to its end, without comparing (`verify` does that).
+def replay(
+    log: str | os.PathLike[str],
+    *,
+    progress: Progress = False,
+    allow_large: bool = False,
+    components: Mapping[str, type[Component]] | None = None,
+) -> RunResult:
+    """Run a log's program again, from its start to its end, without comparing (`verify` does that); arguments as there.
 
     Raises:
         LogError: it is no log, or it cannot be re-run.
@@ -148,7 +154,11 @@ def replay(log: str | os.PathLike[str], *, progress: Progress = False, allow_lar
     from granular_env.recording.replay.steps import check_work
 
     where = f"log {str(log)!r}"
-    with memory_errors(where, LogError), collect_warnings() as issued, open_log(log, allow_large=allow_large) as opened:
+    with (
+        memory_errors(where, LogError),
+        collect_warnings() as issued,
+        open_log(log, allow_large=allow_large, components=components) as opened,
+    ):
         component, results = opened.component(), []
         check_work(opened.end_tick - opened.start_tick, component, opened.records.limits)
         for segment in opened.segments:

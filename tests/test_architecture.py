@@ -231,7 +231,7 @@ def test_code_names_a_contact_law_in_its_file_the_table_and_the_parameters_alone
 def test_only_components_and_domains_import_a_particular_component():
     """Whatever the catalogue holds: a generic room asks the catalogue, so that it serves every component alike."""
     graph = grimp.build_graph("granular_env", cache_dir=None)
-    homes = {catalogue.component_class(name).__module__.split(".")[2] for name in catalogue.names()}
+    homes = {catalogue.component_class(name).__module__.split(".")[2] for name in catalogue.own_names()}
     assert {"chain", "discs", "oscillator"} <= homes
     for home in homes:
         system = f"granular_env.components.{home}"

@@ -300,6 +300,9 @@ def test_a_law_that_lacks_a_function_is_refused_by_name(monkeypatch: pytest.Monk
     monkeypatch.setitem(LAWS, "unfinished", Unfinished)
     with pytest.raises(ParameterError, match=r"law 'unfinished' lacks overlap_at, energy in .*test_chain_law_functions"):
         ge.Chain(grains=3, law="unfinished")
+    monkeypatch.delattr(Unfinished, "exponent")
+    with pytest.raises(ParameterError, match="law 'unfinished' lacks exponent, overlap_at, energy in"):
+        ge.Chain(grains=3, law="unfinished")
 
 
 def test_what_no_integrator_combines_is_refused_by_name(monkeypatch: pytest.MonkeyPatch) -> None:

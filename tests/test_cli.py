@@ -6,7 +6,7 @@ import os
 import re
 import subprocess
 import sys
-from importlib.metadata import version
+from importlib.metadata import EntryPoint, version
 from pathlib import Path
 
 import pytest
@@ -16,6 +16,7 @@ from granular_env import terminal
 from granular_env.cli import main
 from granular_env.components import catalogue
 from granular_env.components.catalogue import make
+from granular_env.components.oscillator import Oscillator
 from granular_env.experiments import load_experiment, shipped_experiments
 from granular_env.experiments.templates import example_of
 from granular_env.output_files import with_article
@@ -838,3 +839,28 @@ def test_a_run_where_nothing_moves_has_no_relative_residual(capsys):
     from granular_env.run_loop import energy_residual
 
     assert "(" not in energy_residual(run(experiment).component)
+
+
+# -- components of other packages -----------------------------------------------------------------------------------------
+
+
+class Pendulum(Oscillator):
+    """A component of another package."""
+
+    name = "pendulum"
+
+
+def test_a_log_of_another_package_is_run_again_with_its_component_alone(folder, capsys, monkeypatch):
+    point = EntryPoint("pendulum", f"{__name__}:Pendulum", catalogue.ENTRY_POINT_GROUP)
+    monkeypatch.setattr(catalogue, "_foreign", lambda: [point])
+    pendulum = Pendulum()
+    with record(pendulum, "a.mcap"):
+        pendulum.reset(position=0.01)
+        pendulum.step(100 * pendulum.step_size)
+    for command in (["replay", "--verify"], ["replay"], ["branch", "--at", "0", "--log", "b.mcap"], ["events", "--nearest"]):
+        assert main([*command, "a.mcap"]) == 2
+        assert "if you trust it, pass --component pendulum" in capsys.readouterr().err
+        assert main([*command, "a.mcap", "--component", "pendulum"]) == 0
+        capsys.readouterr()
+    assert main(["replay", "a.mcap", "--component", "pendulm"]) == 2
+    assert "did you mean 'pendulum'" in capsys.readouterr().err

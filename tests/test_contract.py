@@ -128,6 +128,7 @@ def test_broken_third_parties_are_named(foreign, value: str) -> None:  # noqa: A
     foreign(theirs=value)
     with pytest.raises(ParameterError, match=f"'theirs'.*{value}"):
         catalogue.make("theirs")
+    assert value in catalogue.summary("theirs")  # a list of all components has it all the same
 
 
 # -- attributes ---------------------------------------------------------------------------------------------------------

@@ -183,6 +183,13 @@ def test_what_does_not_fit_the_task_is_named_before_anything_is_written(change, 
 # -- methods --------------------------------------------------------------------------------------------------------------
 
 
+def test_a_gradient_of_a_task_without_one_is_refused_before_anything_is_computed(tmp_path):
+    study = load_study("splitting", {"method": [{"type": "random"}, {"type": "gradient"}]})
+    with pytest.raises(ExperimentError, match=r"method\[1\]\.type: got 'gradient', but task 'splitting' has no objective"):
+        run_study(study, tmp_path / "study")
+    assert not (tmp_path / "study").exists()
+
+
 def test_a_gradient_wants_the_budget_of_an_objective_with_its_slopes_and_a_return(tmp_path):
     study = bowl_study({"type": "gradient"})
     least = 5 * Bowl().steps

@@ -57,7 +57,7 @@ def parameter_classes(model: type[BaseModel]) -> set[type[BaseModel]]:
 
 def public_objects() -> set[str]:
     """Where everything is defined that a user names: public names, components, and what their parameters may be."""
-    components = [catalogue.component_class(name) for name in catalogue.names()]
+    components = [catalogue.component_class(name) for name in catalogue.own_names()]
     things = {Observer, *components}.union(*(parameter_classes(one.Parameters) for one in components))
     things |= {getattr(package, name) for package in PUBLIC_PACKAGES for name in package.__all__}
     return {where_defined(one) for one in things if isinstance(one, type | FunctionType)}

@@ -188,9 +188,9 @@ def test_it_is_recorded_verified_and_branched(tmp_path: Path) -> None:
         rows.step(2e-3, pull=0.9)
     own = {"two-rows": TwoRows}
     assert verify(tmp_path / "a.mcap", components=own).identical
-    with open_log(tmp_path / "a.mcap") as log:
+    with open_log(tmp_path / "a.mcap", components=own) as log:
         assert [event.kind for event in log.events()] == [event.kind for event in rows.events()]
-        branch = log.branch(2e-3, components=own)
+        branch = log.branch(2e-3)
         branch.run(tmp_path / "b.mcap")
     assert branch.component.save().data == rows.save().data
 

@@ -102,12 +102,6 @@ def grain_force(a, i):
 
 
 @inlined
-def left_wall_force(a):
-    """Force between the left wall and the chain, never negative; 0 without a wall."""
-    return contact_force(a, 0)
-
-
-@inlined
 def right_wall_force(a):
     """Force between the chain and the right wall, never negative; 0 without a wall."""
     return contact_force(a, int(a[SCALARS, GRAINS]))

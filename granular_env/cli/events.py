@@ -11,7 +11,7 @@ import click
 
 from granular_env.cli.command import command
 from granular_env.cli.completion import files
-from granular_env.cli.options import exclusive, json_option, large_option
+from granular_env.cli.options import component_option, exclusive, json_option, large_option
 from granular_env.cli.status import Status
 from granular_env.output_files import count_of
 from granular_env.terminal import columns, printable, wrap_text
@@ -35,17 +35,25 @@ _MOST = 40
 @click.option("--all", "every", is_flag=True, help=f"List all of them, not the first {_MOST}.")
 @json_option()
 @large_option()
+@component_option()
 @exclusive("near", "kind")
 @exclusive("near", "every")
 def events(
-    log: str, kind: str | None, index: int | None, near: bool, every: bool, for_programs: bool, allow_large: bool
+    log: str,
+    kind: str | None,
+    index: int | None,
+    near: bool,
+    every: bool,
+    for_programs: bool,
+    allow_large: bool,
+    components: dict[str, Any],
 ) -> int:
     """Say what happened in a run, when, and which limit was passed; or how near it came."""
     from granular_env.recording import open_log
     from granular_env.recording.reader.event_places import refuse_unknown_place
     from granular_env.recording.replay.event_ratio import kinds_by_ratio, nearest_to_events
 
-    with open_log(log, allow_large=allow_large) as opened:
+    with open_log(log, allow_large=allow_large, components=components) as opened:
         found, kinds, step_size = opened.events(kind, index), opened.event_kinds, opened.step_size
         known, end = opened.events_end_tick, opened.end_tick
         details, drawables, conclusions = opened.event_details, opened.drawables, opened.metadata["conclusions"]

@@ -6,13 +6,22 @@ import dataclasses
 import json
 from contextlib import ExitStack
 from pathlib import Path
+from typing import Any
 
 import click
 
 from granular_env.cli.command import command
 from granular_env.cli.completion import files
 from granular_env.cli.new_log_path import log_target
-from granular_env.cli.options import Overrides, json_option, large_option, overwrite_option, quiet_option, set_option
+from granular_env.cli.options import (
+    Overrides,
+    component_option,
+    json_option,
+    large_option,
+    overwrite_option,
+    quiet_option,
+    set_option,
+)
 from granular_env.cli.results import print_result, silence_own_warnings
 from granular_env.cli.status import Status
 from granular_env.output_files import count_of
@@ -36,23 +45,24 @@ log_argument = click.argument("log", shell_complete=files)
 @click.option("--verify", is_flag=True, help="Compare every hash, frame and snapshot bit for bit.")
 @json_option("No progress bar; print the result for programs.")
 @large_option()
-def replay(log: str, verify: bool, for_programs: bool, allow_large: bool) -> int:
+@component_option()
+def replay(log: str, verify: bool, for_programs: bool, allow_large: bool, components: dict[str, Any]) -> int:
     """Run a log again."""
     if verify:
-        return _verify(log, for_programs, allow_large)
+        return _verify(log, for_programs, allow_large, components)
     from granular_env.run_loop import replay
 
     with silence_own_warnings():
-        result = replay(log, progress=not for_programs, allow_large=allow_large)
+        result = replay(log, progress=not for_programs, allow_large=allow_large, components=components)
     return print_result(result, for_programs=for_programs)
 
 
-def _verify(log: str, for_programs: bool, allow_large: bool) -> int:
+def _verify(log: str, for_programs: bool, allow_large: bool, components: dict[str, Any]) -> int:
     from granular_env.recording import verify
     from granular_env.run_loop import collect_warnings
 
     with silence_own_warnings(), collect_warnings() as warned:
-        found = verify(log, progress=not for_programs, allow_large=allow_large)
+        found = verify(log, progress=not for_programs, allow_large=allow_large, components=components)
     if for_programs:
         print(json.dumps({"outcome": found.outcome, **dataclasses.asdict(found), "warnings": warned}, indent=2))
     else:
@@ -69,6 +79,7 @@ def _verify(log: str, for_programs: bool, allow_large: bool) -> int:
 @overwrite_option("Replace the branch's log if it exists.")
 @quiet_option("log")
 @large_option()
+@component_option()
 def branch(
     log: str,
     at: float,
@@ -78,6 +89,7 @@ def branch(
     overwrite: bool,
     quiet: bool,
     allow_large: bool,
+    components: dict[str, Any],
 ) -> int:
     """Go on from any instant of a log, with other inputs or the same."""
     from granular_env.branch_run import run_branch
@@ -85,7 +97,7 @@ def branch(
     from granular_env.recording import open_log
 
     with ExitStack() as stack:
-        parent = stack.enter_context(open_log(log, allow_large=allow_large))
+        parent = stack.enter_context(open_log(log, allow_large=allow_large, components=components))
         begun = parent.branch(at)
         left_at = _instant(at, begun.component.time, parent.step_size)
         inputs = branch_inputs(overrides, begun.component)

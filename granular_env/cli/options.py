@@ -76,6 +76,20 @@ def large_option(text: str = "Lift the limits on sizes that a log may declare.")
     return click.option("--allow-large", is_flag=True, help=text)
 
 
+def component_option() -> Decorator:
+    """Let the command use components of other packages, as `components`."""
+    text = "Use the installed component NAME, of another package, for a log of it: a log alone loads none."
+    return click.option("--component", "components", metavar="NAME", multiple=True, callback=_load_components, help=text)
+
+
+def _load_components(ctx: click.Context, param: click.Parameter, names: Sequence[str]) -> dict[str, Any]:
+    if ctx.resilient_parsing or not names:
+        return {}
+    from granular_env.components.catalogue import component_class
+
+    return {name: component_class(name) for name in names}
+
+
 def exclusive(*names: str) -> Decorator:
     """Refuse two of these options together."""
 

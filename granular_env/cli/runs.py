@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from contextlib import nullcontext
+from typing import Any
 
 import click
 
@@ -10,7 +11,15 @@ from granular_env.cli.command import command
 from granular_env.cli.completion import files, names
 from granular_env.cli.kinds import refuse_other_kinds
 from granular_env.cli.new_log_path import log_target
-from granular_env.cli.options import Overrides, exclusive, large_option, output_options, overwrite_option, set_option
+from granular_env.cli.options import (
+    Overrides,
+    component_option,
+    exclusive,
+    large_option,
+    output_options,
+    overwrite_option,
+    set_option,
+)
 from granular_env.cli.results import print_result, silence_own_warnings
 
 
@@ -41,6 +50,7 @@ from granular_env.cli.results import print_result, silence_own_warnings
     help="With --live: how long the run takes to watch (default: 10; 0: no longer than needed).",
 )
 @large_option("With --resume: lift the limits on sizes that a log may declare.")
+@component_option()
 @output_options("log")
 @exclusive("log", "no_log")
 @exclusive("resumed", "no_log")
@@ -57,6 +67,7 @@ def run(
     live: bool,
     pace: float | None,
     allow_large: bool,
+    components: dict[str, Any],
     quiet: bool,
     for_programs: bool,
 ) -> int:
@@ -65,7 +76,7 @@ def run(
     With --resume LOG alone the experiment is the log's; with an EXPERIMENT too, a log of another one is refused.
     """
     if resumed is not None:
-        return _resume(resumed, experiment, overrides, log, overwrite, allow_large, quiet, for_programs)
+        return _resume(resumed, experiment, overrides, log, overwrite, allow_large, components, quiet, for_programs)
     if experiment is None:
         raise click.UsageError("Missing argument 'EXPERIMENT'.")
     from granular_env.documents import parse_assignments
@@ -89,6 +100,7 @@ def _resume(
     log: str | None,
     overwrite: bool,
     allow_large: bool,
+    components: dict[str, Any],
     quiet: bool,
     for_programs: bool,
 ) -> int:
@@ -106,5 +118,6 @@ def _resume(
             progress=show,
             overwrite=overwrite,
             allow_large=allow_large,
+            components=components,
         )
     return print_result(result, quiet, for_programs)

@@ -78,9 +78,9 @@ class TaskProblem:
 
     @property
     def gradient_runs(self) -> float:
-        """Return the cost of an objective with its slopes, in forward runs; 0 where the domain has no gradients."""
+        """Return the cost of an objective with its slopes, in forward runs; 0 where there are no gradients."""
         gradients = self._domain.load("gradients")
-        return 0.0 if gradients is None else float(gradients.RUNS)
+        return float(gradients.RUNS) if gradients is not None and self.is_native else 0.0
 
     # -- many at a time ---------------------------------------------------------------------------------------------
 

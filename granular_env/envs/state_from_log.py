@@ -32,15 +32,15 @@ def snapshot_at(
     """
     from ..recording import open_log
 
-    with closing(open_log(log)) as opened:
-        recorded = opened.rebuilt({present.name: type(present)})
+    with closing(open_log(log, components={present.name: type(present)})) as opened:
+        recorded = opened.rebuilt()
         ready = like(recorded)
         component = ready[0]
         if recorded.identity != component.identity:
             raise ParameterError(
                 f"{_difference(component, recorded)}", hint="make the environment so", source=f"log {str(opened.path)!r}"
             )
-        return ready, opened.branch(at, {component.name: type(component)}).component.save()
+        return ready, opened.branch(at).component.save()
 
 
 def _difference(component: Component, recorded: Component) -> str:

@@ -20,7 +20,7 @@ from ..component import Chain
 from ..integrators import SCHEMES, SIGNATURE
 from ..integrators.compositions import Composition
 from ..laws import LAWS, Dissipative
-from ..laws.law import Law, missing_functions
+from ..laws.law import Law, missing_parts
 from ..layout import FREE, LEFT_KIND, PISTON, RIGHT_KIND, SCALARS, U, V
 from ..objective import Objective
 from ..specialisation import specialise
@@ -196,7 +196,7 @@ def check_functions(objective: Objective, law: type[Law]) -> None:
 
 def has_gradient(law: type[Law]) -> bool:
     """Return whether runs of a contact law have gradients: it has the functions for them, and no history."""
-    return not law.history_rows and not missing_functions(law, gradient=True)
+    return not law.history_rows and not missing_parts(law, gradient=True)
 
 
 def composition_of(chain: Chain) -> Composition:
@@ -207,7 +207,7 @@ def composition_of(chain: Chain) -> Composition:
     """
     law, integrator = chain.parameters.law, chain.parameters.integrator
     if not has_gradient(type(law)):
-        missing = missing_functions(type(law), gradient=True)
+        missing = missing_parts(type(law), gradient=True)
         reason = "whose contacts remember" if law.has_history else f"which lacks {', '.join(missing)}"
         known = [name for name, one in LAWS.items() if has_gradient(one)]
         raise ParameterError(

@@ -24,7 +24,6 @@ from .backward import INVERSE_MASS_SUM, reverse_step
 from .tape import record, rows_per_tick
 
 NOTE = "void(float64[:, ::1], int64, int64, float64[::1], float64[::1], float64[::1])"
-VALUE = "float64(float64[::1], float64[::1], float64[::1])"
 PULLBACK = (
     "void(float64[:, ::1], float64[:, ::1], int64, int64, float64[::1], float64[::1], float64[::1], float64[::1])"
 )  # fmt: skip

@@ -20,7 +20,9 @@ from .law import FloatArray, Law
 
 
 class HertzRest:
-    """The rest of contacts whose spring is Hertz's."""
+    """The exponent and the rest of contacts whose spring is Hertz's."""
+
+    exponent: ClassVar[float] = 1.5
 
     def overlap_at(self, force: FloatArray, stiffness: FloatArray, constants: FloatArray) -> FloatArray:
         """Return (F / k)^(2/3)."""
@@ -29,8 +31,6 @@ class HertzRest:
 
 class Hertz(HertzRest, Law):
     """F = k d^1.5: elastic spheres. k follows from radii and materials, unless `contact_stiffness` is given."""
-
-    exponent: ClassVar[float] = 1.5
 
     name: Literal["hertz"] = field("hertz", "Hertz's law", "1")
 

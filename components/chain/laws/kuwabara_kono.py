@@ -7,7 +7,7 @@ G. Kuwabara, K. Kono, Jpn. J. Appl. Phys. 26 (1987) 1230; N. V. Brilliantov, F. 
 from __future__ import annotations
 
 from math import sqrt
-from typing import ClassVar, Literal
+from typing import Literal
 
 import numpy as np
 
@@ -25,8 +25,6 @@ __all__ = [
 
 class KuwabaraKono(HertzRest, Dissipative):
     """F = k d^1.5 + dissipation x sqrt(d) dd/dt while d > 0, cut off at 0."""
-
-    exponent: ClassVar[float] = 1.5
 
     name: Literal["kuwabara_kono"] = field("kuwabara_kono", "viscoelastic spheres", "1")
     dissipation: NotNegative | list[NotNegative] = field(..., "gamma: one for all contacts, or one for each place", "N s/m^1.5")

@@ -99,14 +99,15 @@ class Dissipative(Law, ABC):
         """Return the overlap beyond which force per speed is above `coefficients`; 0: at once, inf: never; (contacts,) [m]."""
 
 
-def missing_functions(law: type[Law], *, gradient: bool = False) -> tuple[str, ...]:
-    """Return the functions that a law's file lacks, for runs or for gradients."""
+def missing_parts(law: type[Law], *, gradient: bool = False) -> tuple[str, ...]:
+    """Return what a law's class and file lack, for runs or for gradients."""
     needed = functions.ELASTIC + (functions.ELASTIC_GRADIENT if gradient else ())
     if issubclass(law, Dissipative):
         needed += functions.DISSIPATIVE + (functions.DISSIPATIVE_GRADIENT if gradient else ())
     if law.history_rows:
         needed += functions.HISTORY
-    own = () if law.overlap_at is not Law.overlap_at else ("overlap_at",)
+    own = () if hasattr(law, "exponent") or "exponent" in law.model_fields else ("exponent",)
+    own += () if law.overlap_at is not Law.overlap_at else ("overlap_at",)
     return own + lacks(law, needed)
 
 
@@ -121,11 +122,11 @@ def refuse_incomplete(law: type[Law], name: str) -> None:
     Raises:
         ValueError: names what it lacks.
     """
-    missing = missing_functions(law)
+    missing = missing_parts(law)
     if missing:
         raise ValueError(
-            f"law {name!r} lacks {', '.join(missing)} in {law.__module__}; define what `laws/functions.py` describes, or "
-            "choose another law"
+            f"law {name!r} lacks {', '.join(missing)} in {law.__module__}; define what `laws/functions.py` and `laws/law.py` "
+            "describe, or choose another law"
         )
     if issubclass(law, Dissipative) and law.history_rows:
         raise ValueError(f"law {name!r} has a history and a dissipation; no integrator combines them: expected one of the two")

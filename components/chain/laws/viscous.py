@@ -25,7 +25,6 @@ __all__ = [
 class Viscous(HertzRest, Dissipative):
     """F = k d^1.5 + dissipation x dd/dt while d > 0, cut off at 0."""
 
-    exponent: ClassVar[float] = 1.5
     jumps: ClassVar[bool] = True
 
     name: Literal["viscous"] = field("viscous", "Hertz with a dashpot", "1")

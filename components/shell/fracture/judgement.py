@@ -12,7 +12,8 @@ from ...materials.stress_invariants import equivalent_stress, largest_principal,
 from ...support.arrays import FloatArray
 from ...support.jit import jit
 
-PRINCIPAL_STRESS, PLASTIC_STRAIN = 0, 1
+# The code of the law that judges by the plastic strain; the other one judges by the largest principal stress.
+PLASTIC_STRAIN = 1
 # A point parts a second time in a direction whose cosine with the first one is smaller.
 _ANOTHER_DIRECTION = 0.7
 # A plane whose normal is so much along the thickness is parallel to the wall, any other one goes straight through it.

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Annotated, ClassVar, Literal
+from typing import Annotated, Literal
 
 import numpy as np
 from pydantic import SerializeAsAny
@@ -23,8 +23,6 @@ EDGES = {"start": (0, 0), "end": (0, -1), "left": (1, 0), "right": (1, -1), "bot
 
 class BodyShape(Named):
     """A body, chosen by its `name`."""
-
-    open_edges: ClassVar[tuple[str, ...]] = tuple(EDGES)
 
     def lattice(self) -> Lattice:
         """Return its nodes."""

@@ -125,6 +125,7 @@ def prepare(study: Study, problem: Problem | None = None) -> tuple[Problem, Driv
 
         with study.locate("task"):
             problem = TaskProblem(study.task.name, study.task.arguments, _folder_of(study))
+    _refuse_without_gradient(study, problem)
     table = study.drive
     if (driven := table.driven or problem.steps) > problem.steps:
         expected = f"at most {problem.steps}, the control steps of an episode"
@@ -144,6 +145,15 @@ def _folder_of(study: Study) -> Path | None:
     """Return the folder of the study's file, in which modules of its author's lie; None where it came from no file."""
     path = Path(study.origin)
     return path.resolve().parent if path.is_file() else None
+
+
+def _refuse_without_gradient(study: Study, problem: Problem) -> None:
+    """`ExperimentError` for a method that needs slopes where the task has none."""
+    for place, method in enumerate(study.method):
+        if method.needs_gradient and not problem.gradient_runs:
+            came = f"got {method.type!r}, but task {study.task.name!r} has no objective with a gradient"
+            fault = Fault(("method", place, "type"), came, "a method that needs none", hint="cma, random, policy, ppo or sac")
+            raise ExperimentError(study.locate_fault(fault))
 
 
 def _refuse_too_little(study: Study, problem: Problem) -> None:

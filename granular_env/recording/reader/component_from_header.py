@@ -7,7 +7,7 @@ from typing import Any
 
 from ...components.catalogue import component_class, own_names
 from ...components.component import Component
-from ...components.errors import GranularError, LogError
+from ...components.errors import GranularError, LogError, Option
 from ...components.support.memory_limits import whole_memory
 from ...components.support.validation import Parameters, validate_parameters
 from ..container.limits import Limits
@@ -27,7 +27,7 @@ def own_or_given(name: Any, components: Mapping[str, type[Component]] | None) ->
     if not isinstance(name, str) or name not in own_names():
         raise LogError(
             f"the log is of a component {name!r}, which is not one of ours ({', '.join(own_names())})",
-            hint=f"if you trust it, pass its class in Python: components={{{name!r}: ...}}",
+            hint=("if you trust it, pass ", Option("component", name, f"components={{{name!r}: ...}}, its class")),
             at="header.component",
         )
     try:

@@ -160,10 +160,10 @@ class Branch:
             component.step((end - component.tick) * component.step_size, **fresh)
 
 
-def branch_of(log: Log, at: float, components: Mapping[str, type[Component]] | None) -> Branch:
+def branch_of(log: Log, at: float) -> Branch:
     """Return the branch at a time [s] of a log: from the nearest snapshot before it, re-run to that instant."""
     segment, tick = log.locate(at)
-    component = log.component(components)
+    component = log.component()
     snapshot, steps = log.snapshot(segment, tick), log.steps_of(segment)
     check_work(tick - snapshot.tick, component, log.records.limits)
     restore(component, snapshot)

@@ -46,15 +46,12 @@ def kinds_by_ratio(details: Mapping[str, EventDetail]) -> dict[str, tuple[str, .
     return {name: tuple(kind for kind, detail in details.items() if detail.ratio == name) for name in outputs}
 
 
-def nearest_to_events(
-    log: Log, index: int | None = None, components: Mapping[str, type[Component]] | None = None
-) -> list[EventRatio]:
+def nearest_to_events(log: Log, index: int | None = None) -> list[EventRatio]:
     """Return how near the run came to the events that did not happen: for each output that can tell, the nearest place.
 
     Args:
         log: an open log; its run is repeated.
         index: of the link, cell, ... that is asked about; default: the nearest of those to which no such event happened.
-        components: classes of components that are not ours, by name.
 
     Returns:
         One for each output that can tell and that has such a place.
@@ -63,7 +60,7 @@ def nearest_to_events(
         LogError: the log cannot be run again here, or holds no step.
         ParameterError: no output has such an index.
     """
-    component = log.component(components)
+    component = log.component()
     # A parent need not have all outputs of its parts.
     decided = kinds_by_ratio(component.event_details)
     kinds = {name: decided[name] for name in decided if name in component.variables}

@@ -44,25 +44,25 @@ def verify(
         path: the log.
         progress: show a bar, or call this now and then with the part that is done.
         allow_large: lift the limits on sizes.
-        components: classes of components that are not ours, by name.
+        components: classes of components that are not ours, by name; an open log has its own.
 
     Raises:
         LogError: the file is no log, or it is damaged, or it cannot be re-run at all. A log that can be re-run but gives
             other bits is no error: the result names the first variable and the interval.
     """
-    log = path if isinstance(path, Log) else open_log(path, allow_large=allow_large)
+    log = path if isinstance(path, Log) else open_log(path, allow_large=allow_large, components=components)
     try:
         with progress_bar(f"verification of {log.path.name}", show=progress) as bar:
-            return _Replay(log, bar, components).run()
+            return _Replay(log, bar).run()
     finally:
         if log is not path:
             log.close()
 
 
 class _Replay:
-    def __init__(self, log: Log, bar: Bar, components: Any) -> None:
+    def __init__(self, log: Log, bar: Bar) -> None:
         self.log, self._bar = log, bar
-        self.component = log.rebuilt(components)
+        self.component = log.rebuilt()
         self._trusted = self.component.identity == log.records.header.get("identity")
         self._total = max(log.end_tick - log.start_tick, 1)
         self._agreed: dict[str, int] = {}

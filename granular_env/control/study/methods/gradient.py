@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
 import numpy as np
 from pydantic import Field
@@ -23,6 +23,8 @@ class Gradient(MethodTable):
     Drives have many local optima: waves of another number, or none. Whatever lowers the objective in its descent is judged by
     its return too.
     """
+
+    needs_gradient: ClassVar[bool] = True
 
     type: Literal["gradient"] = "gradient"
     begin: str = Field(default="", description="a baseline that the starts lie about, the first one on it; default: none")

@@ -26,6 +26,8 @@ class MethodTable(Table):
     """Modules that it needs besides the package's own."""
     extra: ClassVar[str] = ""
     """The extra that installs them."""
+    needs_gradient: ClassVar[bool] = False
+    """Whether it can search only where the task has an objective with slopes."""
 
     type: Any = Field(description="which method")
     name: str = Field(

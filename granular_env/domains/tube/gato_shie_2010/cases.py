@@ -11,7 +11,6 @@ from granular_env.recording.replay.log import Log
 # Nodes of the whole tube, and the factor that cracks are drawn for; the paper's, which had up to twice as many nodes.
 NODES, FACTOR = 5000, 1.6
 PAPER_NODES, PAPER_FACTOR = 140_000, 3.0
-YIELD_STRESS = 275e6
 # Inner radius and wall; depth of the notch, and width, which the paper does not print [m].
 RADIUS, WALL, DEPTH, WIDTH = 0.01975, 0.89e-3, 0.6e-3, 0.5e-3
 INCH = 0.0254
