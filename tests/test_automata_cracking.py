@@ -309,7 +309,9 @@ def test_a_sample_fails_in_shear_bands_and_its_energy_is_accounted_for(compressi
     end = compression.duration
     energy = {name: float(compression.get(name, end)) for name in ("fracture_energy", "friction_energy", "input_work")}
     assert min(energy.values()) > 0.0
-    assert abs(compression.get("energy_residual", end)) <= 0.01 * energy["input_work"]
+    # Of what was lost: the rest of the work is elastic.
+    lost = energy["fracture_energy"] + energy["friction_energy"]
+    assert abs(compression.get("energy_residual", end)) <= 0.01 * lost
     kinds = {event.kind for event in compression.events()}
     assert kinds == {"shear_break", "tension_break"} and compression.events("shear_break")
     # The first ones break at the corners; the bands lean by about 60 degrees, the direction of rows of the packing.
@@ -338,7 +340,8 @@ def test_a_disc_splits_from_its_centre(tmp_path: Path) -> None:
     assert log.events()[0].kind == "tension_break" and np.hypot(*places[0]) < 0.0249 / 4
     broken = points.reference[links.pairs[disc.get("linked") < 1.0, 0]]
     assert np.ptp(broken[:, 1]) > 2.0 * np.ptp(broken[:, 0])  # along the line between the plates
-    assert abs(disc.get("energy_residual")) <= 0.01 * disc.get("input_work")
+    # Nearly all of the work is elastic.
+    assert abs(disc.get("energy_residual")) <= 0.01 * disc.get("fracture_energy")
     # The strength that the test is made for, 2 P / (pi D t), is that of the pairs.
     load = np.abs(log.series("top_reaction")[1][:, 1]).max()
     assert 2.0 * load / (math.pi * 0.0498) == pytest.approx(5e6, rel=0.1)

@@ -59,7 +59,7 @@ def largest_residual(medium: Coupled) -> float:
     ids=["lockstep", "lockstep of halves", "micro-steps"],
 )
 def test_a_fracturing_rubbing_run_closes_to_a_percent_at_second_order(parameters: dict[str, Any]) -> None:
-    """A third of the work and more breaks links and rubs; a quarter of the step leaves about a sixteenth of the error.
+    """A quarter of the work and more breaks links and rubs; a quarter of the step leaves about a sixteenth of the error.
 
     Over one halving alone the ratio depends on which links break in which step, and at one instant on which contacts press: the
     error is the largest of six instants of the last quarter.
@@ -71,6 +71,8 @@ def test_a_fracturing_rubbing_run_closes_to_a_percent_at_second_order(parameters
     assert energy.lost["fracture_energy"] > 0.04 * work and energy.lost["friction_energy"] > 0.2 * work
     assert medium.get("automata_broken_links") >= 60 and medium.get("automata_touching") > 10
     assert residual <= 0.005
+    # In parts of what was lost: the rest of the work is still there.
+    assert residual * work <= 0.01 * sum(energy.lost.values())
     assert np.abs(medium.get("momentum_residual")).max() <= 1e-12 * np.abs(medium.get("boundary_impulse")).max()
     assert abs(medium.get("angular_momentum_residual")) <= 1e-12 * abs(medium.get("boundary_angular_impulse"))
     fine = largest_residual(sandwich(**{**parameters, "step": 0.25 * parameters.get("step", 0.2)}))

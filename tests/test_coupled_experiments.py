@@ -69,6 +69,8 @@ def test_a_blow_cracks_the_core_along_its_axis_and_spalls_it_from_below(core: st
     arrival = (height + below[0][2]) / 5164.0
     assert arrival < first < arrival + 1e-5 and above[0][0].tick < below[0][0].tick
     energy = medium.balances()[0]
-    assert abs(energy.residual) < 2e-3 * energy.supplied["input_work"] and not medium.cautions()
+    # Of what broke, rubbed and flowed: most of the work is elastic, or has left through the absorbing sides.
+    spent = sum(energy.lost.values()) - energy.lost["absorbed_energy"]
+    assert abs(energy.residual) < 2e-3 * spent and not medium.cautions()
     assert energy.lost["plastic_work"] > 0.0 and energy.lost["fracture_energy"] > 0.02 * energy.supplied["input_work"]
     assert np.abs(medium.get("momentum_residual")).max() < 1e-12 * np.abs(medium.get("impulse")).max()

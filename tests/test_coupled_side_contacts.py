@@ -46,7 +46,7 @@ def place(medium: Coupled, way: tuple[float, float]) -> None:
 @pytest.mark.parametrize("n", [1, 2])
 def test_a_side_pushes_what_lies_on_it_and_its_nodes_get_that_by_the_lever(n: int) -> None:
     """The lowest row of the piece lies 0.4 radii deep, 0.3 of a diameter to the right of the nodes."""
-    medium = body(n, step_size=0.2)
+    medium = body(n, step_size=0.2 / n)
     radius = 0.5 / n
     place(medium, (0.3 / n, -2.0 + 0.6 * radius))
     specimen = medium._cracking  # noqa: SLF001

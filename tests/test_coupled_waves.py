@@ -63,18 +63,18 @@ def test_the_interface_sends_little_back(packing: str, shear: bool, bound: float
     assert 3.0 <= short / long <= 6.0
 
 
-def go_there_and_back(packing: str, length: int) -> dict[str, float]:
+def go_there_and_back(packing: str, length: int, step: float = 0.2) -> dict[str, float]:
     """Send a pulse of so many cells through the interface, to the rigid end, and back: some 5 lengths far.
 
     Returns:
         What is left of its height; the L2 misfit to the exact pulse where that is moved to fit best, and where it is not; by
         what part of its way it is late; the residual of the energy in parts of the energy.
     """
-    medium, axis = strip(packing, 5 * length // 2, 5 * length // 4)
+    medium, axis = strip(packing, 5 * length // 2, 5 * length // 4, step)
     start_wave(medium, axis, lambda x: pulse(x - 0.75 * length, float(length)), 1.75 * length, False)
     energy, incident = medium.get("kinetic_energy") + medium.get("elastic_energy"), medium.get("grid_velocity")[:, axis]
     end = medium.reference[:, axis].max()
-    medium.step(round(2.0 * (end - 1.25 * length) / P_SPEED / 0.2) * 0.2)
+    medium.step(round(2.0 * (end - 1.25 * length) / P_SPEED / step) * step)
     velocity, x = medium.get("grid_velocity")[:, axis], medium.grid.mesh.nodes[:, axis]
     way, before = P_SPEED * medium.time, x < 2.5 * length - 5.0
 
@@ -104,7 +104,15 @@ def test_a_pulse_comes_back_from_the_rigid_end_as_it_went(packing: str) -> None:
     assert 3.5 <= go_there_and_back(packing, 40)["delay"] / found["delay"] <= 4.5
 
 
-def secondary_waves(length: int, shift: int) -> tuple[float, float, float]:
+@pytest.mark.slow
+@pytest.mark.parametrize(("packing", "bound"), [("square", 0.015), ("hexagonal", 0.012)])
+def test_a_pulse_is_less_late_with_a_longer_step(packing: str, bound: float) -> None:
+    """Cells make a pulse late, leapfrog makes it early: the longest step that is allowed takes away a part of the delay."""
+    short, long = (go_there_and_back(packing, 80, step)["unaligned"] for step in (0.1, 0.31))
+    assert long <= bound < short <= 0.018
+
+
+def secondary_waves(length: int, shift: int, hourglass: float = 1.0) -> tuple[float, float, float]:
     """Return what the interface adds in the grid to the waves of a load on the surface: below that, everywhere, and in L2.
 
     The first two in parts of the largest velocity, the last one of the whole field, with what runs along the surface. The load
@@ -115,11 +123,10 @@ def secondary_waves(length: int, shift: int) -> tuple[float, float, float]:
     duration = round(length / S_SPEED / step) * step
     depth = int(2 * P_SPEED * duration) + 4
     half = depth + shift
-    load = {"forced_nodes": [[half - shift, depth]]}
-    medium = coupled(
-        {"mesh": mesh(half, depth), **load}, {"shape": rectangle(float(half), float(depth))}, origin=[half, 0.0], step_size=step
-    )
-    whole = Grid(mesh=mesh(2 * half, depth), material=MEDIUM, step_size=step, **load)
+    common = {"forced_nodes": [[half - shift, depth]], "hourglass": hourglass}
+    automata = {"shape": rectangle(float(half), float(depth))}
+    medium = coupled({"mesh": mesh(half, depth), **common}, automata, origin=[half, 0.0], step_size=step)
+    whole = Grid(mesh=mesh(2 * half, depth), material=MEDIUM, step_size=step, **common)
     times = np.arange(round(duration / step) + 1) * step
     signal = Profile.table(times, SMALL * np.sin(np.pi * times / duration) ** 4) * [[0.0, -1.0]]
     medium.step(2 * duration, grid_force=signal)
@@ -138,6 +145,18 @@ def test_the_interface_makes_few_secondary_waves(placed: str) -> None:
     assert 0.0 < inside <= 0.008 and mean <= 0.008
     # Along the surface, where the Rayleigh wave of automata is ahead of the exact one and that of the grid behind it.
     assert along <= 0.012
+
+
+@pytest.mark.parametrize("placed", ["on the interface", "beside it"])
+def test_with_hourglass_2_they_are_as_few_along_the_surface(placed: str) -> None:
+    """Rayleigh waves of the grid are then ahead too, as those of the automata are."""
+    assert max(secondary_waves(20, 0 if placed == "on the interface" else 20, hourglass=2.0)) <= 0.008
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("placed", ["on the interface", "beside it"])
+def test_so_they_are_with_twice_as_many_cells(placed: str) -> None:
+    assert max(secondary_waves(40, 0 if placed == "on the interface" else 40, hourglass=2.0)) <= 0.002
 
 
 @pytest.mark.slow

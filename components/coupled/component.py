@@ -65,6 +65,7 @@ class Coupled(Component):
     """
 
     name = "coupled"
+    version = 2
     Parameters = CoupledParameters
     parameters: CoupledParameters
 
@@ -268,7 +269,7 @@ class Coupled(Component):
             return []
         return [
             f"the micro-steps have made {made:.3g} J, {made / scale:.1%} of the energy that was there or was supplied: take a "
-            f"smaller step_size than {self.step_size:g} s, or micro_steps = 1 with a step that the automata alone allow"
+            f"smaller step_size than {self.step_size:g} s, or lockstep: leave out micro_steps"
         ]
 
     def drawables(self) -> tuple[Drawable, ...]:

@@ -42,16 +42,17 @@ class CoupledParameters(Parameters):
         "then momenta are added (the same to rounding); literal: the sub-steps of Psakhie et al. as written, unstable",
         "1",
     )
-    micro_steps: int | None = field(
-        None,
-        "internal steps of the automata in one of the grid; default: 2 where that makes the step longer, otherwise 1",
+    micro_steps: int = field(
+        1,
+        "internal steps of the automata in one of the grid. 1: lockstep, where what is at rest stays at rest; more: longer "
+        "steps beside small automata, and static stresses ring at the interface",
         "1",
         ge=1,
         le=1000,
     )
     step_size: Positive | None = field(
         None,
-        "internal step; default: what both parts bear, rounded down: 0.8 of the largest stable one, less with micro_steps",
+        "internal step; default: what both parts bear, rounded down: 0.8 of the largest stable one, less with micro-steps",
         "s",
     )
 
@@ -86,15 +87,11 @@ class CoupledParameters(Parameters):
                 at=("automata", "thickness"),
             )
         refuse_far((("origin", place), one) for place, one in enumerate(self.origin))
-        if self.scheme == "literal" and self.micro_steps is None:
-            raise refusal(
-                "missing", hint="with scheme = literal give how many sub-steps of the automata make a step", at=("micro_steps",)
-            )
         if self.scheme == "literal" and self.micro_steps == 1:
             raise refusal(
                 "got 1 with scheme = literal, which differs from the others in sub-steps alone",
                 "2 or more",
-                hint='with one step take scheme = "force"',
+                hint='give how many sub-steps of the automata make a step; with one take scheme = "force"',
                 at=("micro_steps",),
             )
         return self

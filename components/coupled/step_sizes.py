@@ -1,4 +1,4 @@
-"""The step of a coupled body and the micro-steps of the automata in it: chosen, or refused where they are not stable.
+"""The step of a coupled body, in lockstep or with micro-steps of the automata: chosen, or refused where it is not stable.
 
 A step h kicks with the forces of the cells, -Kg u, for h/2, lets the automata make n micro-steps, and kicks again. Where a mode
 of the automata has the frequency w, with sin(p/2) = w h/2n and W = (n/h) sin p these turn u into u cos np + v sin(np)/W, and
@@ -30,8 +30,6 @@ from .parameters import CoupledParameters
 _ALLOWED_IMPULSES, _SUGGESTED_IMPULSES = 0.44, 0.35
 # The part that is suggested of the longest step with several micro-steps.
 _SUGGESTED_KICK = 0.85
-# More micro-steps allow a step that is longer by less than 1 %.
-_MANY = 8
 
 
 class StepSizes(NamedTuple):
@@ -51,7 +49,7 @@ class StepSizes(NamedTuple):
 
 
 def choose_steps(parameters: CoupledParameters, grid_limit: float, automata_limit: float) -> StepSizes:
-    """Return the steps that are given, and those that fit where none are.
+    """Return the steps of both parts: those that are given, or else those that fit.
 
     Args:
         parameters: of the coupled body.
@@ -61,8 +59,7 @@ def choose_steps(parameters: CoupledParameters, grid_limit: float, automata_limi
     Raises:
         ParameterError: the step that is given is not stable.
     """
-    given = parameters.step_size
-    micro = parameters.micro_steps or _micro_steps_needed(given, grid_limit, automata_limit)
+    given, micro = parameters.step_size, parameters.micro_steps
     together = micro == 1 or parameters.scheme == "literal"
     allowed, suggested = (ALLOWED, SUGGESTED) if together else (_ALLOWED_IMPULSES, _SUGGESTED_IMPULSES)
     of_kick, suggested_kick = (ALLOWED * micro, SUGGESTED * micro) if together else _steps_between_kicks(micro)
@@ -70,9 +67,8 @@ def choose_steps(parameters: CoupledParameters, grid_limit: float, automata_limi
     step = round_down_to_125(suggestion) if given is None else given
     largest = min(allowed * grid_limit, of_kick * automata_limit)
     if step > largest:
-        chosen = f" with micro_steps = {micro}" if parameters.micro_steps is not None else ""
         raise ParameterError(
-            f"got {step:g} s{chosen}",
+            f"got {step:g} s with micro_steps = {micro}",
             expected=(
                 f"at most {largest:.6g} s: {allowed:g} of the largest stable one of the grid, {grid_limit:.6g} s, "
                 f"and {of_kick:.3g} of those of the automata, {automata_limit:.6g} s"
@@ -87,16 +83,3 @@ def _steps_between_kicks(micro: int) -> tuple[float, float]:
     """Return how many largest stable steps of the automata a step with micro-steps may have, and should have at most."""
     longest = micro * math.sin(0.5 * math.pi / micro)
     return ALLOWED * longest, _SUGGESTED_KICK * longest
-
-
-def _micro_steps_needed(step: float | None, grid_limit: float, automata_limit: float) -> int:
-    """Return how many micro-steps of the automata a step of the grid holds; 1 where more do not make it longer."""
-    if step is None:
-        together = round_down_to_125(SUGGESTED * min(grid_limit, automata_limit))
-        # Two allow nearly as long a step as many.
-        several = round_down_to_125(min(_SUGGESTED_IMPULSES * grid_limit, _steps_between_kicks(2)[1] * automata_limit))
-        return 2 if several > together else 1
-    for micro in range(1, _MANY):
-        if step <= _steps_between_kicks(micro)[0] * automata_limit:
-            return micro
-    return _MANY

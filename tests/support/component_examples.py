@@ -504,6 +504,7 @@ COUPLED = [
             },
             "origin": [0.0, 3.0],
             "scheme": "momentum",
+            "micro_steps": 2,
             "step_size": 0.2,
         },
         {"grid_velocity": {7: (1e-3, -2e-3)}, "grid_displacement": {12: (1e-3, 0.0)}},

@@ -160,25 +160,25 @@ def contains_cells(middles: FloatArray, half: FloatArray, points: FloatArray) ->
     return inside
 
 
-def strip(packing: str, cells: int, automata: int) -> tuple[Coupled, int]:
+def strip(packing: str, cells: int, automata: int, step: float = 0.2) -> tuple[Coupled, int]:
     """Return a strip that is closed on itself across, cells and then about as many automata up to a rigid end; and its axis."""
     if packing == "square":
         across = {"bottom": "periodic", "top": "periodic"}
         body = {"shape": rectangle(float(automata), 2.0), "boundaries": {**across, "right": "fixed"}}
         grid = {"mesh": mesh(cells, 2), "boundaries": across}
-        return coupled(grid, body, origin=[float(cells), 0.0], step_size=0.2), 0
+        return coupled(grid, body, origin=[float(cells), 0.0], step_size=step), 0
     if packing == "zigzag":
         across = {"bottom": "periodic", "top": "periodic"}
         body = {
             "shape": rectangle(float(automata), 4 * ROW), "packing": "hexagonal", "boundaries": {**across, "right": "fixed"},
         }  # fmt: skip
         grid = {"mesh": mesh(cells, 2, cell_size=TALL), "boundaries": across}
-        return coupled(grid, body, origin=[float(cells), 0.0], step_size=0.2), 0
+        return coupled(grid, body, origin=[float(cells), 0.0], step_size=step), 0
     across = {"left": "periodic", "right": "periodic"}
     rows = 2 * round(automata / ROW / 2)
     body = {"shape": rectangle(4.0, rows * ROW), "packing": packing, "boundaries": {**across, "top": "fixed"}}
     grid = {"mesh": mesh(4, cells), "boundaries": across}
-    return coupled(grid, body, origin=[0.0, float(cells)], step_size=0.2), 1
+    return coupled(grid, body, origin=[0.0, float(cells)], step_size=step), 1
 
 
 def start_wave(
