@@ -20,7 +20,7 @@ from .contract import Variable
 from .declarations import validate_events, validate_step_size, validate_variables
 from .drawables import validate_drawables
 from .errors import GranularError, ParameterError, nearest, one_line
-from .events import Event, EventDetail
+from .events import EVENT_ROWS, Event, EventDetail
 from .inputs import Held, input_value
 from .number_arrays import start_array
 from .snapshot import Snapshot
@@ -123,9 +123,13 @@ class Component(Stepping, metaclass=_Fixed):
         growing: Mapping[str, tuple[str, tuple[int, ...]]] | None = None,
         **fields: tuple[str, tuple[int, ...]],
     ) -> None:
-        """Set `_block`: the state, as `state_block.Block` lays it out, in the memory of a parent where there is one."""
-        words = sum(math.prod(shape) for _, shape in fields.values()) + len(growing or ())
-        self._block = Block(self._claim_memory((words,)), growing=growing, **fields)
+        """Set `_block`: the state, as `state_block.Block` lays it out, in the memory of a parent where there is one.
+
+        Where something can happen that is an event, the list `events` comes before those that are given.
+        """
+        lists = {**({"events": EVENT_ROWS} if self.event_kinds else {}), **(growing or {})}
+        words = sum(math.prod(shape) for _, shape in fields.values()) + len(lists)
+        self._block = Block(self._claim_memory((words,)), growing=lists, **fields)
 
     def _include(self, part: Component, prefix: str, ticks: int = 1) -> None:
         """Take a part, which was made in the memory of this component, into its snapshots and events.
@@ -156,7 +160,7 @@ class Component(Stepping, metaclass=_Fixed):
         self._declare_events({**self.event_kinds, **kinds}, {**self.event_details, **details})
 
     def _declare_events(self, kinds: Mapping[str, str], details: Mapping[str, EventDetail]) -> None:
-        """Declare the events of this one component, in place of those of its class; call it in `_build`.
+        """Declare the events of this one component, in place of those of its class; call it in `_build`, before `_lay_out`.
 
         Args:
             kinds: `event_kinds`.

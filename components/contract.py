@@ -64,7 +64,7 @@ class Physics(metaclass=ABCMeta):
     """The part of a component that its author writes; `component.Component` does the rest."""
 
     event_kinds: ClassVar[Mapping[str, str]] = {}
-    """Kinds of events that can happen -> what they are; then the block has a growing part `events=EVENT_ROWS`."""
+    """Kinds of events that can happen -> what they are; then the state has a list of events."""
     event_details: ClassVar[Mapping[str, EventDetail]] = {}
     """Of some or all of these kinds their unit, what their indices count, and the output that says how near each is to one."""
     step_size: float

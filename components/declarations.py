@@ -114,7 +114,7 @@ def validate_events(
         ParameterError: something does not fit.
     """
     if own and (not block.has_list("events") or block["events"].shape[1:] != EVENT_ROWS[1]):
-        layout = 'lay the state out with growing={"events": EVENT_ROWS}'
+        layout = "`_lay_out` makes one for the kinds that are declared before it is called"
         raise ParameterError(
             f"got {', '.join(own)}", expected="a list of the state to note them in", hint=layout, at="event_kinds"
         )

@@ -15,9 +15,9 @@ from .component import Component
 from .contract import Variable
 from .drawables import Drawable, Links, Points
 from .errors import ParameterError, StepError
-from .events import EVENT_ROWS, EventDetail
+from .events import EventDetail
 from .inputs import input_value
-from .support.arrays import FloatArray
+from .support.arrays import FloatArray, norms
 from .support.excess import excess_error
 from .support.parameter_fields import field
 from .support.validation import Parameters
@@ -52,18 +52,17 @@ class Discs(Component):
 
     def _build(self) -> None:
         p = self.parameters
-        n, self.step_size, self.diameter = p.rows * p.columns, p.step_size, 2.0 * p.radius
-        places = np.array([(column, row) for row in range(p.rows) for column in range(p.columns)], dtype=np.float64)
-        self.mass = np.full((n, 1), p.mass)
-        self.reference = p.clearance + p.radius + self.diameter * places
+        self.step_size, self.diameter, n = p.step_size, 2.0 * p.radius, p.rows * p.columns
+        places = np.array([(column, row) for row in range(p.rows) for column in range(p.columns)])
+        self.mass, self.reference = np.full((n, 1), p.mass), p.clearance + p.radius + self.diameter * places
         self.box = 2.0 * p.clearance + self.diameter * np.array([p.columns, p.rows])
-        pairs = np.stack(np.triu_indices(n, 1), axis=1)
-        linked = np.abs(places[pairs[:, 1]] - places[pairs[:, 0]]).sum(axis=1) == 1.0
-        # All pairs can touch; those with a link come first.
-        self.pairs, self.links = pairs[np.argsort(~linked, kind="stable")], int(linked.sum())
-        number, vectors = ("f8", ()), ("f8", (n, 2))
-        state = {"displacement": vectors, "velocity": vectors, "work": number, "fracture": number}
-        self._lay_out({"events": EVENT_ROWS, "broken": ("i8", ())}, **state, impulses=("f8", (2, 3)), start=("f8", (4,)))
+        # All pairs can touch; those of neighbours come first, which are linked.
+        apart = np.abs(places[:, np.newaxis] - places).sum(axis=2)
+        linked, others = np.argwhere(np.triu(apart == 1)), np.argwhere(np.triu(apart > 1))
+        self.pairs, self.links = np.concatenate([linked, others]), len(linked)
+        sums = {"work": ("f8", ()), "fracture": ("f8", ()), "impulses": ("f8", (2, 2)), "start": ("f8", (3,))}
+        # The list of broken links grows, as that of the events does.
+        self._lay_out({"broken": ("i8", ())}, displacement=("f8", (n, 2)), velocity=("f8", (n, 2)), **sums)
 
     def _declare(self) -> Iterable[Variable]:
         n, axes = len(self.reference), ("disc", "direction")
@@ -75,47 +74,45 @@ class Discs(Component):
         yield Variable("broken_links", "output", "1", (), "number of broken links")
 
     def _outputs(self) -> dict[str, Callable[[], Any]]:
-        linked = {"linked": lambda: 1.0 * self._holding()[: self.links], "broken_links": lambda: float(self.event_count)}
-        return {"speed": self._speed, **linked}
+        links = {"linked": lambda: 1.0 * self._holding()[: self.links], "broken_links": lambda: float(self.event_count)}
+        return {"speed": lambda: norms(self._block["velocity"]), **links}
 
     def _start(self, seed: int | None, values: Mapping[str, FloatArray]) -> Mapping[str, Any]:
-        given = super()._start(seed, values)
-        for pair in np.flatnonzero(self._pairs()[1] < 1e-9 * self.diameter):
-            one, other = self.pairs[pair].tolist()
-            at = ("start", "displacement", other)
-            raise ParameterError(f"puts disc {other} where disc {one} is", hint="move one of them", at=at)
-        self._block["start"][:] = sum(self._energies()), *self._moments(self.mass * self._block["velocity"])
-        return given
+        super()._start(seed, values)
+        for i, j in self.pairs[self._geometry()[1] < 1e-9 * self.diameter].tolist():
+            raise ParameterError(f"puts disc {j} where disc {i} is", hint="move one of them", at=("start", "displacement", j))
+        energies, momentum = self._stored()
+        self._block["start"] = sum(energies.values()), *momentum
+        return {}
 
     @np.errstate(all="ignore")  # the status tells
     def _advance(self, ticks: int) -> int:
-        given, h, p, block = self._held["force"], self.step_size, self.parameters, self._block
-        u, v = block["displacement"], block["velocity"]
+        u, v, h, p = self._block["displacement"], self._block["velocity"], self.step_size, self.parameters
         for tick in range(self._tick, self._tick + ticks):
             # Links break and forces act at the step's middle, where leapfrog kicks.
-            force = input_value(given, tick, 0.5)
             u += 0.5 * h * v
-            along, distance = self._pairs()
+            along, distance, overlap = self._geometry()
             self._break_links(tick + 1, distance)
-            walls = -p.stiffness * self._wall_overlap()
+            force, walls = input_value(self._held["force"], tick, 0.5), -p.stiffness * overlap
             kick = h / self.mass * (force + walls + self._pair_forces(along, distance))
-            block["work"][...] += h * (force * (v + 0.5 * kick)).sum()
-            block["impulses"][:] += h * self._moments(force), h * self._moments(walls)
+            self._block["work"] += h * (force * (v + 0.5 * kick)).sum()
+            self._block["impulses"] += h * force.sum(axis=0), h * walls.sum(axis=0)
             v += kick
             u += 0.5 * h * v
-            if not h * self._speed().max() <= p.radius:
+            if not h * norms(v).max() <= p.radius:
                 return 1
         return 0
 
     def _explain(self, status: int) -> StepError:
-        limit, advice = self.parameters.radius / self.step_size, "a radius in a step; take a smaller step_size"
-        return excess_error("velocity", "m/s", self._speed(), limit, self.time, advice)
+        speed, limit = norms(self._block["velocity"]), self.parameters.radius / self.step_size
+        return excess_error("velocity", "m/s", speed, limit, self.time, "a radius in a step; take a smaller step_size")
 
-    def _pairs(self) -> tuple[FloatArray, FloatArray]:
-        """Return the way from centre to centre of each pair, shape (pairs, 2), and its distance [m]."""
-        first, second = self._centres()[self.pairs.T]
-        along = second - first
-        return along, np.sqrt((along**2).sum(axis=1))
+    def _geometry(self) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Return the way from centre to centre of each pair, its length, and how far each disc is beyond the walls [m]."""
+        centres, radius = self.reference + self._block["displacement"], self.parameters.radius
+        first, second = centres[self.pairs.T]
+        overlap = np.minimum(centres - radius, 0.0) + np.maximum(centres + radius - self.box, 0.0)
+        return second - first, norms(second - first), overlap
 
     def _holding(self) -> np.ndarray:
         """Return which pairs are linked."""
@@ -123,13 +120,16 @@ class Discs(Component):
         holding[self._block["broken"]] = False
         return holding
 
+    def _break_links(self, tick: int, distance: FloatArray) -> None:
+        strain, p = distance / self.diameter - 1.0, self.parameters
+        for link in np.flatnonzero(self._holding() & (strain > p.breaking_strain)).tolist():
+            self._block["fracture"] += 0.5 * p.stiffness * (strain[link] * self.diameter) ** 2
+            self._block.append("broken", link)
+            self._add_event(tick, "link_broken", link, float(strain[link]), p.breaking_strain)
+
     def _stretch(self, distance: FloatArray) -> FloatArray:
         """Return how much longer the spring of each pair is than at rest; 0 where there is neither a link nor a contact."""
         return np.where(self._holding(), distance - self.diameter, np.minimum(distance - self.diameter, 0.0))
-
-    def _wall_overlap(self) -> FloatArray:
-        low, high = self._centres() - self.parameters.radius, self._centres() + self.parameters.radius
-        return np.minimum(low, 0.0) + np.maximum(high - self.box, 0.0)
 
     def _pair_forces(self, along: FloatArray, distance: FloatArray) -> FloatArray:
         tension = (self.parameters.stiffness * self._stretch(distance) / distance)[:, np.newaxis] * along
@@ -138,42 +138,21 @@ class Discs(Component):
         np.subtract.at(forces, self.pairs[:, 1], tension)
         return forces
 
-    def _break_links(self, tick: int, distance: FloatArray) -> None:
-        strain, limit = distance / self.diameter - 1.0, self.parameters.breaking_strain
-        for link in np.flatnonzero(self._holding() & (strain > limit)):
-            self._block["fracture"][...] += 0.5 * self.parameters.stiffness * (strain[link] * self.diameter) ** 2
-            self._block.append("broken", link)
-            self._add_event(tick, "link_broken", int(link), float(strain[link]), limit)
-
-    def _centres(self) -> FloatArray:
-        return self.reference + self._block["displacement"]
-
-    @np.errstate(over="ignore")
-    def _speed(self) -> FloatArray:
-        return np.sqrt((self._block["velocity"] ** 2).sum(axis=1))
-
-    def _moments(self, vectors: FloatArray) -> FloatArray:
-        """Return the sum of the discs' vectors, x and y, and their moment about the corner of the box."""
-        x, y = self._centres().T
-        return np.array([*vectors.sum(axis=0), (x * vectors[:, 1] - y * vectors[:, 0]).sum()])
-
-    def _energies(self) -> tuple[float, float]:
-        stretched = (self._stretch(self._pairs()[1]) ** 2).sum() + (self._wall_overlap() ** 2).sum()
-        kinetic = 0.5 * (self.mass * self._block["velocity"] ** 2).sum()
-        return float(kinetic), float(0.5 * self.parameters.stiffness * stretched)
+    def _stored(self) -> tuple[dict[str, float], FloatArray]:
+        """Return the energies [J] and the momentum [kg m/s] of now."""
+        p, v, (_, distance, overlap) = self.parameters, self._block["velocity"], self._geometry()
+        kinetic = 0.5 * (self.mass * v**2).sum()
+        potential = 0.5 * p.stiffness * ((self._stretch(distance) ** 2).sum() + (overlap**2).sum())
+        return {"kinetic_energy": float(kinetic), "potential_energy": float(potential)}, (self.mass * v).sum(axis=0)
 
     def balances(self) -> tuple[Balance, ...]:
-        """Return energy, momentum, and angular momentum about the corner of the box, since the reset."""
-        (kinetic, potential), now = self._energies(), self._moments(self.mass * self._block["velocity"])
-        start, force, walls = self._block["start"].copy(), *self._block["impulses"].copy()
+        """Return energy and momentum since the reset."""
+        (energies, momentum), start = self._stored(), self._block["start"].copy()
         work, fracture = float(self._block["work"]), float(self._block["fracture"])
-        energies = {"kinetic_energy": kinetic, "potential_energy": potential}
-        turning = {"angular_impulse": float(force[2]), "wall_angular_impulse": float(walls[2])}
-        impulses = {"impulse": force[:2], "wall_impulse": walls[:2]}
+        force, walls = self._block["impulses"].copy()
         return (
             Balance("energy", "J", energies, {"input_work": work}, {"fracture_energy": fracture}, float(start[0])),
-            Balance("momentum", "kg m/s", {"momentum": now[:2]}, impulses, initial=start[1:3]),
-            Balance("angular_momentum", "kg m2/s", {"angular_momentum": float(now[2])}, turning, initial=float(start[3])),
+            Balance("momentum", "kg m/s", {"momentum": momentum}, {"impulse": force, "wall_impulse": walls}, initial=start[1:]),
         )
 
     def drawables(self) -> tuple[Drawable, ...]:

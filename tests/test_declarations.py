@@ -17,13 +17,10 @@ from granular_env.components.contract import Variable
 from granular_env.components.discs import Discs
 from granular_env.components.drawables import Cells, Curve, Drawable, Links, Points
 from granular_env.components.errors import ParameterError, StepError
-from granular_env.components.events import EVENT_ROWS, EventDetail
+from granular_env.components.events import EventDetail
 from granular_env.components.oscillator import OscillatorParameters
 
-EVENTFUL: dict[str, Any] = {
-    "event_kinds": {"event": "text"},
-    "layout": {"x": ("f8", ()), "growing": {"events": EVENT_ROWS}},
-}
+EVENTFUL: dict[str, Any] = {"event_kinds": {"event": "text"}}
 
 
 def drawing(change: Callable[[Points, Links], tuple[Drawable, ...]]) -> type[Discs]:
@@ -191,11 +188,14 @@ class Slip(Component):
     shape: ClassVar[tuple[int, ...]] = ()
     length: ClassVar[Any] = 1e-3
     entries: ClassVar[dict[str, float]] = {"kinetic_energy": 1.0}
+    late_kinds: ClassVar[dict[str, str]] = {}
 
     def _build(self) -> None:
         self.step_size = type(self).length
         if self.layout:
             self._lay_out(**self.layout)
+        if self.late_kinds:
+            self._declare_events(self.late_kinds, {})
 
     def _declare(self) -> Iterable[Variable]:
         yield Variable("x", "output", "m", self.shape, "place", state=True)
@@ -224,7 +224,7 @@ class Slip(Component):
         ({"length": -1.0}, "step_size: got -1.0, expected more than 0 and finite"),
         ({"length": None}, "step_size: got None"),
         ({"length": float("nan")}, "step_size: got nan"),
-        ({"event_kinds": {"event": "text"}}, "event_kinds: got event, expected a list of the state to note them in; lay"),
+        ({"late_kinds": {"event": "text"}}, "event_kinds: got event, expected a list of the state to note them in; `_lay"),
         (
             {"event_kinds": {"event": "text"}, "layout": {"x": ("f8", ()), "growing": {"events": ("f8", (4,))}}},
             "event_kinds: got event",

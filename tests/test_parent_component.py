@@ -18,7 +18,6 @@ from granular_env.components.component import Component
 from granular_env.components.contract import Variable
 from granular_env.components.discs import Discs
 from granular_env.components.errors import GranularError, ParameterError, StepError
-from granular_env.components.events import EVENT_ROWS
 from granular_env.components.state_block import Block
 from granular_env.components.support.arrays import FloatArray
 from granular_env.components.support.validation import Parameters
@@ -46,7 +45,7 @@ class TwoRows(Component):
         p, self.step_size = self.parameters, STEP
         alone = [Discs(rows=1, columns=columns, step_size=STEP, breaking_strain=0.004) for columns in (p.first, p.second)]
         sizes = {f"row{number}": ("f8", part.memory.shape) for number, part in enumerate(alone)}
-        self._lay_out(growing={"events": EVENT_ROWS}, told=("f8", ()), **sizes)
+        self._lay_out(told=("f8", ()), **sizes)
         self.parts = [part.clone(self._block[name]) for name, part in zip(sizes, alone, strict=True)]
         for name, part in zip(sizes, self.parts, strict=True):
             self._include(part, name)

@@ -15,7 +15,7 @@ from ..drawables import Drawable, Links, Points
 from ..errors import ParameterError, StepError
 from ..materials.elastic import Material
 from ..profiles import CompiledProfile
-from ..support.arrays import FloatArray
+from ..support.arrays import FloatArray, norms
 from ..support.excess import excess_error
 from ..support.roots import round_down_to_125
 from . import motion
@@ -178,7 +178,7 @@ class Automata(Component):
         found: dict[str, Callable[[], Any]] = {
             **{name: (lambda view=self._block[name]: view) for name in ("displacement", "velocity", "rotation")},
             "angular_velocity": lambda: self._block["spin"],
-            "speed": self._speed,
+            "speed": lambda: norms(self._block["velocity"]),
             "dilation": lambda: steps.dilation().copy(),
             "stress": steps.stress,
             "linked": steps.linked,
@@ -228,22 +228,14 @@ class Automata(Component):
         if status == TOO_FAR:
             variable, unit, limit, meaning = "displacement", "m", 1e9 * self.parameters.diameter, "a thousand million diameters"
         advice = f"{meaning}; take a smaller step_size, or load the specimen less"
-        return excess_error(variable, unit, self._magnitude(variable), limit, self.time, advice)
+        return excess_error(variable, unit, norms(self._block[variable]), limit, self.time, advice)
 
     # -- reading ----------------------------------------------------------------------------------------------------
-
-    def _speed(self) -> FloatArray:
-        return self._magnitude("velocity")
 
     def _reaction(self, edge: str) -> FloatArray:
         """Return minus the forces on the automata of an edge, where it prescribes their motion, shape (2,) [N]."""
         automata, own = self.conditions.held_edges[edge]
         return 0.0 - np.where(own, self.steps.forces()[automata], 0.0).sum(axis=0)
-
-    @np.errstate(over="ignore", invalid="ignore")
-    def _magnitude(self, name: str) -> FloatArray:
-        vectors = self._block[name]
-        return np.sqrt(vectors[:, 0] ** 2 + vectors[:, 1] ** 2)
 
     def _sums(self) -> FloatArray:
         sums = np.empty(5)

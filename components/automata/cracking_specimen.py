@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from ..errors import ParameterError
-from ..events import EVENT_ROWS, EventDetail
+from ..events import EventDetail
 from ..state_block import Block
-from ..support.arrays import FloatArray
+from ..support.arrays import FloatArray, norms
 from ..support.counter_random import uniform
 from . import cracking
 from .bond_forces import Law, bond_energy, criterion_ratios, measure_bonds, update_bond_forces
@@ -57,8 +57,7 @@ class CrackingSpecimen(LinkedSpecimen):
             "inelastic": ("f8", (n, slots)), "origin": ("f8", (n, slots, 2) if p.relinking.kinds else (0, slots)),
             "losses": ("f8", (LOSSES,)),
         }  # fmt: skip
-        events = {"events": EVENT_ROWS} if self.event_kinds else {}
-        self.growing = {**events, "contacts": ("i8", (4,)), "slid": ("f8", ()), "rest": ("f8", ())}
+        self.growing = {"contacts": ("i8", (4,)), "slid": ("f8", ()), "rest": ("f8", ())}
         self._dashpot = np.zeros((0, 2))
         half = slots // 2
         spread = p.strength_scatter * (2.0 * uniform(p.strength_seed, 1, n * half).reshape(n, half) - 1.0)
@@ -185,8 +184,7 @@ class CrackingSpecimen(LinkedSpecimen):
         """Find anew which pairs may touch; a status where automata are too far out or too fast."""
         reach = (1.0 + SKIN) * self.packing.diameter
         positions = self.packing.reference + self.motion.displacement
-        with np.errstate(over="ignore", invalid="ignore"):
-            fastest = np.sqrt((self.motion.velocity**2).sum(axis=1).max())
+        fastest = norms(self.motion.velocity).max()
         if not fastest <= self.speed_limit:
             return cracking.TOO_FAST
         if not can_be_found(positions, reach):

@@ -17,7 +17,7 @@ import numpy as np
 
 from ..automata.release import TRAVEL
 from ..grid.mesh import IntArray, Mesh
-from ..support.arrays import FloatArray
+from ..support.arrays import FloatArray, norms
 from ..support.jit import internal, internal_inlined, jit
 from .interface import Interface
 
@@ -94,7 +94,7 @@ def find_near(sides: Sides, nodes: FloatArray, centres: FloatArray, automata: In
     start, end = nodes[sides.nodes[:, 0]], nodes[sides.nodes[:, 1]]
     if not len(automata) or not (np.isfinite(start).all() and np.isfinite(centres[automata]).all()):
         return np.zeros((0, 2), np.int64)
-    reach = 0.5 * float(np.sqrt(((end - start) ** 2).sum(axis=1).max())) + float(sides.radius.max()) + margin
+    reach = 0.5 * float(norms(end - start).max()) + float(sides.radius.max()) + margin
     tree: Any = cKDTree(0.5 * (start + end))
     near = tree.query_ball_point(centres[automata], reach)
     found = [(i, side) for i, some in zip(automata.tolist(), near, strict=True) for side in sorted(some)]

@@ -12,7 +12,6 @@ from ..component import Component
 from ..contract import Variable
 from ..drawables import Cells, Curve, Drawable
 from ..errors import ParameterError, StepError
-from ..events import EVENT_ROWS
 from ..support.arrays import FloatArray
 from ..support.roots import round_down_to_125
 from . import kernels, layout, pistons
@@ -117,9 +116,10 @@ class DetonationTube(Component):
 
     def _lay_out_state(self) -> None:
         n = self.parameters.cells
-        moving = {"walls": ("f8", (pistons.WALLS,)), "places": ("f8", (n,))} if self.parameters.has_pistons else {}
+        moving: dict[str, Any] = (
+            {"walls": ("f8", (pistons.WALLS,)), "places": ("f8", (n,))} if self.parameters.has_pistons else {}
+        )
         self._lay_out(
-            growing={"events": EVENT_ROWS},
             density=("f8", (n,)), momentum=("f8", (n,)), energy=("f8", (n,)), fuel=("f8", (n,)), velocity=("f8", (n,)),
             pressure=("f8", (n,)), progress=("f8", (n,)), area=("f8", (n,)), arrival=("f8", (n,)),
             flags=("i8", (layout.FLAGS,)), tally=("f8", (layout.TALLY,)), start=("f8", (3,)), **moving,

@@ -13,11 +13,11 @@ from ..component import Component
 from ..contract import Variable
 from ..drawables import Cells, Drawable, Points
 from ..errors import ParameterError, StepError
-from ..events import EVENT_ROWS, EventDetail
+from ..events import EventDetail
 from ..inputs import Held
 from ..materials.elastic import Material, material
 from ..profiles import CompiledProfile
-from ..support.arrays import FloatArray
+from ..support.arrays import FloatArray, norms
 from ..support.stable_step import refuse_large_step, suggest_step
 from . import kernels, layout, threads
 from .assembly import Assembly, assemble
@@ -158,14 +158,13 @@ class Grid(Component):
     def _lay_out_state(self) -> None:
         n, m = len(self.mesh.nodes), len(self.mesh.cells)
         plastic = m if self._plastic else 0
+        if self._plastic:  # only then can anything happen that is an event
+            self._declare_events(_YIELD, _YIELD_DETAILS)
         self._lay_out(
-            growing={"events": EVENT_ROWS} if self._plastic else None,
             displacement=("f8", (n, 2)), velocity=("f8", (n, 2)), force=("f8", (n, 2)), stress=("f8", (m, 4)),
             hourglass_force=("f8", (m, 2)), energy=("f8", (m,)), plastic_strain=("f8", (plastic,)),
             plastic_work=("f8", (plastic,)), tally=("f8", (layout.TALLY,)), start=("f8", (4,)),
         )  # fmt: skip
-        if self._plastic:  # only then can anything happen that is an event
-            self._declare_events(_YIELD, _YIELD_DETAILS)
         self._state = layout.State(*(self._block[name] for name in _STATE))
         self._driven_by: Mapping[str, Held] | None = None
         self._signals: list[CompiledProfile] = []
@@ -205,7 +204,7 @@ class Grid(Component):
         return {
             "displacement": lambda: state.displacement,
             "velocity": lambda: state.velocity,
-            "speed": lambda: np.sqrt((state.velocity * state.velocity).sum(axis=1)),
+            "speed": lambda: norms(state.velocity),
             "stress": lambda: state.stress,
             "pressure": self._pressure,
             "equivalent_stress": self._equivalent_stress,

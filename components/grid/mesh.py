@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from ..support.arrays import FloatArray
+from ..support.arrays import FloatArray, norms
 
 IntArray = npt.NDArray[np.int64]
 # A cell that is flatter than this, its area over the square of its longest side, is a slip.
@@ -67,7 +67,7 @@ class Mesh:
         """The longest diagonal of a cell [m]: half of it is how far a point of the body may lie off its nearest node."""
         corners = self.nodes[self.cells]
         ways = np.concatenate([corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1]])
-        return float(np.sqrt((ways * ways).sum(axis=1).max()))
+        return float(norms(ways).max())
 
     def problem(self) -> tuple[str, str] | None:
         """Return what is wrong, as location and sentence; None where it is a mesh that can be computed on."""

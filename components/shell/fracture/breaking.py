@@ -12,7 +12,7 @@ import numpy as np
 from ...contract import Variable
 from ...drawables import Drawable, Links, Points
 from ...errors import ParameterError
-from ...events import EVENT_ROWS, EventDetail
+from ...events import EventDetail
 from ...state_block import Block
 from ...support.arrays import FloatArray
 from .. import kernels, threads
@@ -81,7 +81,7 @@ class BreakingBody:
         self._found = np.zeros(len(assembly.points.volume), dtype=np.int64)
         self._seen_facets = np.zeros((0, 9))
 
-    growing = {"events": EVENT_ROWS, "facets": FACET_ROWS, "eroded": ("f8", ()), "loosened": ("f8", ())}  # noqa: RUF012 - as `Block` takes it
+    growing = {"facets": FACET_ROWS, "eroded": ("f8", ()), "loosened": ("f8", ())}  # noqa: RUF012 - as `Block` takes it
     fields = {"losses": ("f8", (2,)), "nearest": ("f8", (3,))}  # noqa: RUF012
 
     def solid(self, block: Block) -> Solid:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ...support.arrays import FloatArray
+from ...support.arrays import FloatArray, norms
 from ..assembly import Assembly
 from ..geometry.lattice import Lattice
 from .cracks import Cracks
@@ -51,5 +51,4 @@ def open_areas(lattice: Lattice, cracks: Cracks, displacement: FloatArray) -> Fl
 
 
 def _distance(places: FloatArray, axis: int) -> FloatArray:
-    apart = np.roll(places, -1, axis=axis) - places
-    return np.sqrt((apart * apart).sum(axis=-1))
+    return norms(np.roll(places, -1, axis=axis) - places)
