@@ -189,7 +189,7 @@ class Component(Stepping, metaclass=_Fixed):
         self._readers: dict[str, Callable[[], Any]] = views | self._outputs()
         self._prepare_steps()
         for part, *_ in self._included:
-            part._report_changes_to(self)
+            part._belong_to(self)
 
     def __repr__(self) -> str:
         return f"<{self.name} at {self.time:.9g} s (tick {self.tick})>"
@@ -236,6 +236,7 @@ class Component(Stepping, metaclass=_Fixed):
         if seed is not None and (isinstance(seed, bool) or not isinstance(seed, (int, np.integer)) or not 0 <= seed < 2**64):
             raise ParameterError(f"got {one_line(seed)}", expected="a whole number from 0 to 2^64 - 1, or None", at="seed")
         self._refuse_while_stepping("reset")
+        self._refuse_beside_owner("reset")
         values = {name: self._start_values(name, value) for name, value in start.items()}
         before, tick, failure = self._block.to_bytes(), self._tick, self._failure
         self._undo.forget()
@@ -243,7 +244,7 @@ class Component(Stepping, metaclass=_Fixed):
         self._tick, self._failure = 0, -1
         try:
             with np.errstate(all="ignore"):  # what is not finite is refused
-                given = self._start(seed, values)
+                given = self.begin(seed, values)
                 if start:
                     self._refuse_infinite_balances()
         except BaseException:
@@ -410,8 +411,9 @@ class Component(Stepping, metaclass=_Fixed):
         Raises:
             ParameterError: it belongs to a component with other parameters, another name or another version.
         """
-        if self._stepping:
+        if self._stepping or self._owner is not None:
             self._refuse_while_stepping("restore")
+            self._refuse_beside_owner("restore")
         if snapshot.__class__ is not Snapshot or snapshot.identity != self.identity or snapshot.inputs is not self._held:
             self.refuse_foreign(snapshot)
             self._hold(self._inputs_of(snapshot))
