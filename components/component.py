@@ -102,14 +102,21 @@ class Component(Stepping, metaclass=_Fixed):
             raise ParameterError("it is not laid out", hint="call `_lay_out` in `_build`", at="state", source=self._full_name)
 
     def _declare_balances(self) -> None:
-        """Declare the entries of balances, which are known once there is a state, of zeros."""
+        """Declare the entries of balances, which are known once there is a state, of zeros.
+
+        An entry may be declared already, for a description of its own, if it is read as the entry alone.
+        """
         for balance in self.balances():
             if not balance.stored:
                 raise ParameterError("got no entry", expected="at least one", at=("balances", balance.quantity, "stored"))
             for variable in balance_variables(balance):
                 known = self.variables.setdefault(variable.name, variable)
-                if (known.causality, known.unit, known.shape) != (variable.causality, variable.unit, variable.shape):
-                    raise ParameterError("another variable has this name", at=("balances", balance.quantity, variable.name))
+                other = (known.causality, known.unit, known.shape) != (variable.causality, variable.unit, variable.shape)
+                if other or (known is not variable and known.name in self._readers):
+                    hint = "give one of them another name"
+                    raise ParameterError(
+                        "another variable has this name", hint=hint, at=("balances", balance.quantity, variable.name)
+                    )
         self.balance_names: tuple[str, ...] = tuple(name for balance in self.balances() for name in balance.entries)
 
     def _validate_drawables_and_events(self) -> None:
