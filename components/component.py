@@ -19,7 +19,7 @@ from .balances import Balance
 from .contract import Variable
 from .declarations import validate_events, validate_step_size, validate_variables
 from .drawables import validate_drawables
-from .errors import GranularError, ParameterError, nearest, one_line
+from .errors import GranularError, IssuedCautions, ParameterError, nearest, one_line
 from .events import Event, EventDetail
 from .inputs import Held, input_value
 from .number_arrays import start_array
@@ -71,6 +71,7 @@ class Component(Stepping, metaclass=_Fixed):
             ParameterError: a parameter is unknown, missing or out of range, or the component would not fit into memory.
         """
         self._given_memory = memory
+        self.issued_cautions: IssuedCautions = IssuedCautions()
         self.parameters = validate_parameters(self.Parameters, parameters, f"component {self.name!r}")
         refuse_beyond(self.memory_needed(self.parameters), f"component {self.name!r}")
         self._build_state()
@@ -476,7 +477,11 @@ class Component(Stepping, metaclass=_Fixed):
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Support pickle and `copy.deepcopy`: the parameters and the state. Observers stay with the original."""
-        return _recreate, (type(self), self.parameters.model_dump(), self.save())
+        return _recreate, (type(self), self.parameters.model_dump(), self.save(), self.issued_cautions)
+
+    def share_cautions(self, issued: IssuedCautions) -> None:
+        """Issue no caution that is among these, which another component of this kind has issued, and add to them."""
+        object.__setattr__(self, "issued_cautions", issued)
 
     def __copy__(self) -> Component:
         """Return an independent component: one that shares the state would step the original as well."""
@@ -514,9 +519,12 @@ def refuse_unknown_events(kinds: Iterable[str], kind: Any, index: Any, source: s
         whole_number("index", index, 0)
 
 
-def _recreate(kind: type[Component], parameters: Mapping[str, Any], state: Snapshot) -> Component:
+def _recreate(
+    kind: type[Component], parameters: Mapping[str, Any], state: Snapshot, issued_cautions: IssuedCautions
+) -> Component:
     """Return a component of these parameters in this state."""
     component = kind(**parameters)
+    component.share_cautions(issued_cautions)
     component.restore(state)
     return component
 

@@ -16,9 +16,9 @@ from gymnasium.envs.registration import EnvSpec
 
 from ..components.component import Component
 from ..components.elements import Element, parse_element
-from ..components.errors import ParameterError, StepError, one_line
+from ..components.errors import IssuedCautions, ParameterError, StepError, one_line
 from ..components.support.validation import finite_number, positive_number, whole_number
-from .pickling import Given, Recreatable, known_arguments, recreatable
+from .pickling import Given, Recreatable, known_arguments, make_again, recreatable
 from .render import draw
 from .state import Drawn, EnvState, EpisodeOrigin, bit_generator
 from .task import Task, refuse_incomplete, validate_judgement
@@ -283,7 +283,8 @@ class ComponentEnv(Recreatable, gymnasium.Env[Observation, npt.NDArray[np.float3
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Support pickle and `copy.deepcopy`: the constructor's arguments, and where the episode is."""
-        return _recreate, (self._made_by, *self._made_with, self.save(), self._np_random_seed, self.spec)
+        issued = self.component.issued_cautions
+        return _recreate, (self._made_by, *self._made_with, self.save(), self._np_random_seed, self.spec, issued)
 
     def branch(
         self, log: str | os.PathLike[str], at: float, *, seed: int | None = None, options: dict[str, Any] | None = None
@@ -475,10 +476,17 @@ def observation_box(limit: float, readings: int, clock: int) -> Any:
 
 
 def _recreate(
-    make: Callable[..., ComponentEnv], arguments: Any, keywords: Mapping[str, Any], state: EnvState, seed: int | None, spec: Any
+    make: Callable[..., ComponentEnv],
+    arguments: Any,
+    keywords: Mapping[str, Any],
+    state: EnvState,
+    seed: int | None,
+    spec: Any,
+    issued_cautions: IssuedCautions,
 ) -> ComponentEnv:
-    """Return an environment that was made so, in this state."""
-    env = make(*arguments, **keywords)
+    """Return an environment that was made so, in this state; it says nothing that the first one has said."""
+    env = make_again(make, arguments, keywords)
+    env.component.share_cautions(issued_cautions)
     env.restore(state)
     env._np_random_seed, env.spec = seed, spec
     return env
