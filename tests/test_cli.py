@@ -416,6 +416,7 @@ def test_view_saves_over_nothing_but_a_rerun_file(log, folder, capsys):
         (["run", "nesterenko-1983/3.4-piston", "--set", "component.left=free"], "left_velocity needs left = 'piston'"),
         (["run", "oscillator/pushed", "--set", 'input.force={ profile = "sine" }'], 'profile = "table" with times and values'),
         (["run", "oscillator/pushed", "--set", 'input.force={ profile = "half_sin" }'], "did you mean 'half_sine'?"),
+        (["run", "oscillator/pushed", "--set", "input.forse.x=1"], "input.forse: unknown; did you mean 'force'?"),
         (["run", "oscillator/pushed", "--hash-every", "0"], "hash_every: got 0"),
         (
             ["run", "oscillator/pushed", "--set", "component.mass=-1"],
@@ -453,6 +454,7 @@ def test_faults_are_one_message_and_status_2(arguments, said, folder, capsys):
     [
         (["--at", "99"], "99 s"),
         (["--at", "5", "--set", "input.forse=1"], "did you mean 'force'?"),
+        (["--at", "5", "--set", "input.forse.value=1"], "input.forse: unknown; did you mean 'force'?"),
         (["--at", "5", "--set", "component.mass=1"], "inputs only"),
         (["--at", "5", "--set", 'input.force={ profile = "constant", valu = 1 }'], "did you mean 'value'?"),
         (["--at", "5", "--until", "4"], "until"),
