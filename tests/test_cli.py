@@ -708,6 +708,40 @@ def test_ctrl_c_outside_of_a_run_is_status_130(monkeypatch, capsys):
     assert "interrupted" in capsys.readouterr().err
 
 
+def test_ctrl_c_while_a_class_is_being_made_is_one_line(monkeypatch, capsys):
+    """Python makes another error of it there, for instance while numpy is imported."""
+    from granular_env.cli.program import program
+
+    def interrupted(**options):
+        try:
+            raise KeyboardInterrupt
+        except KeyboardInterrupt as error:
+            raise RuntimeError("Error calling __set_name__") from error
+
+    monkeypatch.setattr(program.commands["list"], "callback", interrupted)
+    assert main(["list"]) == 130
+    assert capsys.readouterr().err == "granular-env list: interrupted\n"
+
+
+@pytest.mark.parametrize("module", ["click", "granular_env.cli.program", "granular_env.cli.views", "granular_env.terminal"])
+def test_ctrl_c_while_the_program_is_imported_is_one_line(module):
+    code = f"""
+import sys
+
+class Interrupting:
+    def find_spec(self, name, path, target=None):
+        if name == {module!r}:
+            raise KeyboardInterrupt
+
+sys.meta_path.insert(0, Interrupting())
+from granular_env.cli import main
+sys.exit(main(["list"]))
+"""
+    environment = {**os.environ, "PYTHONPATH": str(ROOT)}
+    ended = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, env=environment)
+    assert (ended.returncode, ended.stdout, ended.stderr) == (130, "", "granular-env: interrupted\n")
+
+
 def test_a_reader_that_goes_away_is_no_error():
     process = subprocess.Popen(
         [sys.executable, "-m", "granular_env", "describe", "chain"],
