@@ -19,7 +19,7 @@ from .balances import Balance
 from .contract import Variable
 from .declarations import validate_events, validate_step_size, validate_variables
 from .drawables import validate_drawables
-from .errors import GranularError, ParameterError, nearest, one_line
+from .errors import GranularError, IssuedCautions, ParameterError, nearest, one_line
 from .events import EVENT_ROWS, Event, EventDetail
 from .inputs import Held, input_value
 from .number_arrays import start_array
@@ -71,6 +71,7 @@ class Component(Stepping, metaclass=_Fixed):
             ParameterError: a parameter is unknown, missing or out of range, or the component would not fit into memory.
         """
         self._given_memory = memory
+        self.issued_cautions: IssuedCautions = IssuedCautions()
         self.parameters = validate_parameters(self.Parameters, parameters, f"component {self.name!r}")
         refuse_beyond(self.memory_needed(self.parameters), f"component {self.name!r}")
         self._build_state()
@@ -102,14 +103,21 @@ class Component(Stepping, metaclass=_Fixed):
             raise ParameterError("it is not laid out", hint="call `_lay_out` in `_build`", at="state", source=self._full_name)
 
     def _declare_balances(self) -> None:
-        """Declare the entries of balances, which are known once there is a state, of zeros."""
+        """Declare the entries of balances, which are known once there is a state, of zeros.
+
+        An entry may be declared already, for a description of its own, if it is read as the entry alone.
+        """
         for balance in self.balances():
             if not balance.stored:
                 raise ParameterError("got no entry", expected="at least one", at=("balances", balance.quantity, "stored"))
             for variable in balance_variables(balance):
                 known = self.variables.setdefault(variable.name, variable)
-                if (known.causality, known.unit, known.shape) != (variable.causality, variable.unit, variable.shape):
-                    raise ParameterError("another variable has this name", at=("balances", balance.quantity, variable.name))
+                other = (known.causality, known.unit, known.shape) != (variable.causality, variable.unit, variable.shape)
+                if other or (known is not variable and known.name in self._readers):
+                    hint = "give one of them another name"
+                    raise ParameterError(
+                        "another variable has this name", hint=hint, at=("balances", balance.quantity, variable.name)
+                    )
         self.balance_names: tuple[str, ...] = tuple(name for balance in self.balances() for name in balance.entries)
 
     def _validate_drawables_and_events(self) -> None:
@@ -193,7 +201,7 @@ class Component(Stepping, metaclass=_Fixed):
         self._readers: dict[str, Callable[[], Any]] = views | self._outputs()
         self._prepare_steps()
         for part, *_ in self._included:
-            part._report_changes_to(self)
+            part._belong_to(self)
 
     def __repr__(self) -> str:
         return f"<{self.name} at {self.time:.9g} s (tick {self.tick})>"
@@ -240,6 +248,7 @@ class Component(Stepping, metaclass=_Fixed):
         if seed is not None and (isinstance(seed, bool) or not isinstance(seed, (int, np.integer)) or not 0 <= seed < 2**64):
             raise ParameterError(f"got {one_line(seed)}", expected="a whole number from 0 to 2^64 - 1, or None", at="seed")
         self._refuse_while_stepping("reset")
+        self._refuse_beside_owner("reset")
         values = {name: self._start_values(name, value) for name, value in start.items()}
         before, tick, failure = self._block.to_bytes(), self._tick, self._failure
         self._undo.forget()
@@ -247,7 +256,7 @@ class Component(Stepping, metaclass=_Fixed):
         self._tick, self._failure = 0, -1
         try:
             with np.errstate(all="ignore"):  # what is not finite is refused
-                given = self._start(seed, values)
+                given = self.begin(seed, values)
                 if start:
                     self._refuse_infinite_balances()
         except BaseException:
@@ -414,8 +423,9 @@ class Component(Stepping, metaclass=_Fixed):
         Raises:
             ParameterError: it belongs to a component with other parameters, another name or another version.
         """
-        if self._stepping:
+        if self._stepping or self._owner is not None:
             self._refuse_while_stepping("restore")
+            self._refuse_beside_owner("restore")
         if snapshot.__class__ is not Snapshot or snapshot.identity != self.identity or snapshot.inputs is not self._held:
             self.refuse_foreign(snapshot)
             self._hold(self._inputs_of(snapshot))
@@ -471,7 +481,11 @@ class Component(Stepping, metaclass=_Fixed):
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Support pickle and `copy.deepcopy`: the parameters and the state. Observers stay with the original."""
-        return _recreate, (type(self), self.parameters.model_dump(), self.save())
+        return _recreate, (type(self), self.parameters.model_dump(), self.save(), self.issued_cautions)
+
+    def share_cautions(self, issued: IssuedCautions) -> None:
+        """Issue no caution that is among these, which another component of this kind has issued, and add to them."""
+        object.__setattr__(self, "issued_cautions", issued)
 
     def __copy__(self) -> Component:
         """Return an independent component: one that shares the state would step the original as well."""
@@ -509,9 +523,12 @@ def refuse_unknown_events(kinds: Iterable[str], kind: Any, index: Any, source: s
         whole_number("index", index, 0)
 
 
-def _recreate(kind: type[Component], parameters: Mapping[str, Any], state: Snapshot) -> Component:
+def _recreate(
+    kind: type[Component], parameters: Mapping[str, Any], state: Snapshot, issued_cautions: IssuedCautions
+) -> Component:
     """Return a component of these parameters in this state."""
     component = kind(**parameters)
+    component.share_cautions(issued_cautions)
     component.restore(state)
     return component
 

@@ -306,6 +306,20 @@ def caution(message: str) -> None:
     warnings.warn(message, GranularWarning, stacklevel=level)
 
 
+class IssuedCautions(set[str]):
+    """The cautions that a component and its copies have issued: each once for all of them."""
+
+    def issue(self, message: str) -> None:
+        """Warn, unless that has been said."""
+        if message not in self:
+            self.add(message)
+            caution(message)
+
+    def __deepcopy__(self, memo: dict[int, Any]) -> IssuedCautions:
+        """Return the same: copies share it."""
+        return self
+
+
 def nearest(word: str, known: Iterable[str], others: str = "") -> str:
     """Return advice for a name that is not known: the nearest right one, or the list of all; then what `others` says."""
     names = sorted(known)

@@ -53,6 +53,10 @@ class Stepping(Physics):
 
     # That of a parent, where one owns the state.
     _given_memory: FloatArray | None
+    # The component that this one is a part of: nobody else may change the state.
+    _owner: Stepping | None = None
+    # Whether the start state is being written, or the memory advanced for whoever owns it.
+    _at_work: bool = False
     # Set once the component has been built.
     _block: Block
     _inputs: dict[str, Variable]
@@ -78,9 +82,10 @@ class Stepping(Physics):
         self._profiled = False
         self._tick = 0
 
-    def _report_changes_to(self, owner: Stepping) -> None:
-        """Let a parent that owns the memory know when the state is changed beside the parent's steps."""
-        self._undo.belong_to(owner._undo)
+    def _belong_to(self, owner: Stepping) -> None:
+        """Let nobody but this component, which includes it, step, reset or restore it."""
+        self._owner = owner
+        self._undo.is_small = False  # where the undo prepares for a step it is asked who makes it
 
     @property
     def tick(self) -> int:
@@ -132,7 +137,8 @@ class Stepping(Physics):
             undo = self._undo
             if undo.is_small:
                 undo.buffer[:] = undo.memory
-            elif undo.until != before or len(undo.steps) >= undo.limit:
+            elif undo.until != before or len(undo.steps) >= undo.limit:  # always, of a part
+                self._refuse_beside_owner("step")
                 undo.prepare(before)
             try:
                 if inputs:
@@ -174,6 +180,21 @@ class Stepping(Physics):
                 hint="give each thread a component of its own",
                 at=call,
             )
+
+    def _refuse_beside_owner(self, call: str) -> None:
+        """Refuse what would change the state of the whole that this is a part of, of which the whole would know nothing."""
+        owner = self._owner
+        if owner is not None and not owner._is_under_way:
+            raise GranularError(
+                f"component {self.name!r} is a part of component {owner.name!r}, which holds the state of both",
+                hint=f"{call} the whole, or a `copy.copy` of the part",
+                at=call,
+            )
+
+    @property
+    def _is_under_way(self) -> bool:
+        """Return whether it steps or starts, by itself or for the component that it is a part of."""
+        return self._stepping or self._at_work or (self._owner is not None and self._owner._is_under_way)
 
     @property
     def step_start(self) -> int:
@@ -217,7 +238,11 @@ class Stepping(Physics):
 
         `reset` does more: it checks the values, and puts the tick and the inputs back.
         """
-        return self._start(seed, values)
+        self._at_work = True
+        try:
+            return self._start(seed, values)
+        finally:
+            self._at_work = False
 
     def adopt(self, tick: int, inputs: Mapping[str, float]) -> None:
         """Take over that whoever owns the memory has advanced it, to this tick and with these numbers held last."""
@@ -231,7 +256,11 @@ class Stepping(Physics):
 
     def advance(self, ticks: int) -> int:
         """Advance the memory by whole ticks, from the tick and with the inputs adopted last; 0, or a status for `explain`."""
-        return self._advance(ticks)
+        self._at_work = True
+        try:
+            return self._advance(ticks)
+        finally:
+            self._at_work = False
 
     def explain(self, status: int) -> StepError:
         """Return the error for a status of the part's kernels, while the failed state is still there."""
@@ -325,6 +354,7 @@ class Stepping(Physics):
 
     def _long_step(self, ticks: int, inputs: Mapping[str, Held]) -> None:
         """Step in pieces, for observers and for Ctrl-C; all of it or nothing."""
+        self._refuse_beside_owner("step")
         start, end, held = self._tick, self._tick + ticks, self._held
         self._undo.prepare(start)
         vars(self)["_step_start"] = start  # as in `step`

@@ -51,19 +51,12 @@ class Undo:
         self.tick, self.steps = -1, list[tuple[int, Mapping[str, Held]]]()
         self.until, self.limit, self.counts_arrays = -1, 0, counts_arrays
         self._is_shared = is_shared
-        self._owner: Undo | None = None
         self.is_small = not block.grows and self.memory.nbytes < _SMALL_STATE
         self._taken = self._seconds = 0.0
         self._array_bytes = 0
 
-    def belong_to(self, owner: Undo) -> None:
-        """Tell the parent that owns the memory whenever the part is changed beside the parent's steps."""
-        self._owner, self.is_small = owner, False
-
     def prepare(self, tick: int) -> None:
         """Take a copy before a step from this tick, where it is time for one."""
-        if self._owner is not None:
-            self._owner.forget()
         if self.until == tick and not self._is_shared and not self.is_small and not self._is_due():
             return
         self.until = -1
@@ -88,8 +81,6 @@ class Undo:
     def forget(self) -> None:
         """Let the next step take a copy: the state was changed by something else than a step."""
         self.until = -1
-        if self._owner is not None:
-            self._owner.forget()
 
     def load(self) -> None:
         """Put the copy into the component's memory."""

@@ -11,8 +11,11 @@ import numpy.typing as npt
 DIVERGING = ("#2166ac", "#4393c3", "#92c5de", "#d1e5f0", "#f7f7f7", "#fddbc7", "#f4a582", "#d6604d", "#b2182b")
 # Dark to light yellow (part of matplotlib's "cividis"-like path), for quantities that have no sign.
 SEQUENTIAL = ("#3b4a6b", "#666970", "#958f78", "#c8b866", "#fee838")
-# Okabe and Ito's palette, without its black and its pale yellow.
-PALETTE = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9")
+# Okabe and Ito's palette, without its black and its pale yellow; then wine, teal, grey and violet, which are as far from these
+# and from one another as they are, for the colour-blind too, and are seen on white and on a dark ground.
+PALETTE = (
+    "#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#960f3c", "#006969", "#a5b4a5", "#4b0fe1",
+)  # fmt: skip
 
 
 def rgb(text: str) -> tuple[int, int, int]:

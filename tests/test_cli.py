@@ -417,6 +417,7 @@ def test_view_saves_over_nothing_but_a_rerun_file(log, folder, capsys):
         (["run", "nesterenko-1983/3.4-piston", "--set", "component.left=free"], "left_velocity needs left = 'piston'"),
         (["run", "oscillator/pushed", "--set", 'input.force={ profile = "sine" }'], 'profile = "table" with times and values'),
         (["run", "oscillator/pushed", "--set", 'input.force={ profile = "half_sin" }'], "did you mean 'half_sine'?"),
+        (["run", "oscillator/pushed", "--set", "input.forse.x=1"], "input.forse: unknown; did you mean 'force'?"),
         (["run", "oscillator/pushed", "--hash-every", "0"], "hash_every: got 0"),
         (
             ["run", "oscillator/pushed", "--set", "component.mass=-1"],
@@ -454,6 +455,7 @@ def test_faults_are_one_message_and_status_2(arguments, said, folder, capsys):
     [
         (["--at", "99"], "99 s"),
         (["--at", "5", "--set", "input.forse=1"], "did you mean 'force'?"),
+        (["--at", "5", "--set", "input.forse.value=1"], "input.forse: unknown; did you mean 'force'?"),
         (["--at", "5", "--set", "component.mass=1"], "inputs only"),
         (["--at", "5", "--set", 'input.force={ profile = "constant", valu = 1 }'], "did you mean 'value'?"),
         (["--at", "5", "--until", "4"], "until"),
@@ -705,6 +707,40 @@ def test_ctrl_c_outside_of_a_run_is_status_130(monkeypatch, capsys):
     monkeypatch.setattr(program.commands["list"], "callback", interrupted)
     assert main(["list"]) == 130
     assert "interrupted" in capsys.readouterr().err
+
+
+def test_ctrl_c_while_a_class_is_being_made_is_one_line(monkeypatch, capsys):
+    """Python makes another error of it there, for instance while numpy is imported."""
+    from granular_env.cli.program import program
+
+    def interrupted(**options):
+        try:
+            raise KeyboardInterrupt
+        except KeyboardInterrupt as error:
+            raise RuntimeError("Error calling __set_name__") from error
+
+    monkeypatch.setattr(program.commands["list"], "callback", interrupted)
+    assert main(["list"]) == 130
+    assert capsys.readouterr().err == "granular-env list: interrupted\n"
+
+
+@pytest.mark.parametrize("module", ["click", "granular_env.cli.program", "granular_env.cli.views", "granular_env.terminal"])
+def test_ctrl_c_while_the_program_is_imported_is_one_line(module):
+    code = f"""
+import sys
+
+class Interrupting:
+    def find_spec(self, name, path, target=None):
+        if name == {module!r}:
+            raise KeyboardInterrupt
+
+sys.meta_path.insert(0, Interrupting())
+from granular_env.cli import main
+sys.exit(main(["list"]))
+"""
+    environment = {**os.environ, "PYTHONPATH": str(ROOT)}
+    ended = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, env=environment)
+    assert (ended.returncode, ended.stdout, ended.stderr) == (130, "", "granular-env: interrupted\n")
 
 
 def test_a_reader_that_goes_away_is_no_error():

@@ -98,6 +98,16 @@ def test_balances_that_do_not_fit_are_refused(balance: Balance, message: str) ->
     assert message in str(error.value)
 
 
+def test_an_output_of_its_own_is_no_entry_of_a_balance() -> None:
+    """Nobody could tell which of the two values is read; an entry that is declared for its description alone is one value."""
+    fracture = Variable("fracture_energy", "output", "J", (), "energy of the links that are broken")
+    assert declaring(fracture)().variables["fracture_energy"].description == fracture.description
+    with pytest.raises(ParameterError, match="balances.energy.fracture_energy: another variable has this name; give one of"):
+        declaring(fracture, fracture_energy=lambda: 2.0)()
+    with pytest.raises(ParameterError, match="balances.energy.x: another variable has this name"):
+        type("Made", (Slip,), {"entries": {"x": 1.0}, "unit": "J"})()
+
+
 @pytest.mark.parametrize(
     ("kind", "index", "value", "limit"),
     [
@@ -187,6 +197,7 @@ class Slip(Component):
     layout: ClassVar[dict[str, Any]] = {"x": ("f8", ())}
     shape: ClassVar[tuple[int, ...]] = ()
     length: ClassVar[Any] = 1e-3
+    unit: ClassVar[str] = "m"
     entries: ClassVar[dict[str, float]] = {"kinetic_energy": 1.0}
     late_kinds: ClassVar[dict[str, str]] = {}
 
@@ -198,7 +209,7 @@ class Slip(Component):
             self._declare_events(self.late_kinds, {})
 
     def _declare(self) -> Iterable[Variable]:
-        yield Variable("x", "output", "m", self.shape, "place", state=True)
+        yield Variable("x", "output", self.unit, self.shape, "place", state=True)
 
     def _advance(self, ticks: int) -> int:
         self._block["x"] += 1.0

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import copy
 import pickle
+import warnings
 from collections.abc import Callable
 from typing import Any
 
@@ -13,7 +14,7 @@ import pytest
 from support.env_toys import MAKERS, actions, transcript
 
 import granular_env as ge
-from granular_env.components.errors import ParameterError
+from granular_env.components.errors import GranularWarning, ParameterError
 from granular_env.domains.chain import ChainVectorEnv
 from granular_env.domains.chain.tasks import ENVIRONMENTS
 from granular_env.domains.chain.tasks.piston import make_piston
@@ -52,6 +53,56 @@ def test_a_copy_in_mid_episode_goes_on_alike(maker: str, way: str) -> None:
     env.reset(seed=3)
     transcript(env, actions(7))
     same_from_here(env, WAYS[way](env))
+
+
+COARSE: dict[str, Any] = {"grains": 6, "step_size": 2e-6, "internal_steps": 1, "deadline": 5}
+
+
+def cautions_of(call: Callable[[], Any]) -> tuple[Any, list[str]]:
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        found = call()
+    return found, [str(one.message).split(":")[0][:26] for one in caught if issubclass(one.category, GranularWarning)]
+
+
+def pushed(env: Any, value: float = 1.0) -> Any:
+    env.reset(seed=0)
+    for _ in range(4):
+        env.step(np.full(env.action_space.shape, value, np.float32))
+    return env
+
+
+@pytest.mark.parametrize("way", WAYS)
+@pytest.mark.parametrize("kind", ["single", "drawn", "batch"])
+def test_a_copy_warns_of_nothing_that_was_told(kind: str, way: str) -> None:
+    """Neither when it is made, nor when it comes to where the original has been; nor does what a reset draws."""
+    makers: dict[str, Callable[[], Any]] = {
+        "single": lambda: make_protection(**COARSE),
+        "drawn": lambda: make_protection(**COARSE, randomise={"radius": (2.9e-3, 3e-3)}),
+        "batch": lambda: ChainVectorEnv(make_protection, 3, **COARSE),
+    }
+    env, made = cautions_of(makers[kind])
+    assert made[-1] == "deadline"
+    unwarned = copy.deepcopy(env)
+    _, stepped = cautions_of(lambda: pushed(env))
+    assert len(made + stepped) == 2 and "contacts get fewer than th" in made + stepped
+    assert cautions_of(lambda: pushed(WAYS[way](env)))[1] == []
+    # Copies share what they have said, whichever says it first.
+    assert cautions_of(lambda: pushed(unwarned))[1] == []
+
+
+def test_a_copy_of_a_component_warns_of_nothing_that_was_told() -> None:
+    chain = ge.make("chain", grains=6, step_size=2e-6)
+    chain.reset(velocity={0: 3.0})
+    twin = copy.deepcopy(chain)
+    assert cautions_of(lambda: chain.step(2e-5))[1] == ["contacts get fewer than th"]
+    for one in (twin, chain.clone(), pickle.loads(pickle.dumps(chain))):
+        one.reset(velocity={0: 3.0})
+        assert cautions_of(lambda one=one: one.step(2e-5))[1] == []
+    # One that is made anew is another run.
+    other = ge.make("chain", grains=6, step_size=2e-6)
+    other.reset(velocity={0: 3.0})
+    assert cautions_of(lambda: other.step(2e-5))[1] != []
 
 
 @pytest.mark.parametrize("way", WAYS)

@@ -197,6 +197,26 @@ def test_an_argument_that_is_not_there_gets_the_nearest_name() -> None:
         gymnasium.make("granular_env/Protection-v1", action="hammer")
 
 
+@pytest.mark.parametrize(
+    ("name", "given", "words"),
+    [
+        ("Piston", {"grains": 5, "chain": {"grains": 7}}, "chain.grains: got 7, and grains = 5 as an argument of the env"),
+        ("Protection", {"grains": 64, "chain": {"grains": 7}}, "chain.grains: got 7, and grains = 64"),
+        ("PulseForming", {"radius": 3e-3, "chain": {"radius": 2e-3}}, "chain.radius: got 0.002, and radius = 0.003"),
+        ("Splitting", {"columns": 8, "discs": {"columns": 9}}, "discs.columns: got 9, and columns = 8"),
+    ],
+)
+def test_a_parameter_that_is_given_twice_is_refused(name: str, given: dict, words: str) -> None:
+    with pytest.raises(ParameterError, match=words):
+        gymnasium.make(f"granular_env/{name}-v1", **given)
+
+
+def test_a_parameter_that_is_given_once_counts() -> None:
+    assert make_piston(radius=None, chain={"grains": 7, "radius": 2e-3}).component.parameters.grains == 7
+    with pytest.raises(ParameterError, match="chain.grains: got 7, and grains = 5"):
+        make_piston(5, chain={"grains": 7})
+
+
 def test_pictures_show_walls_and_what_is_wanted() -> None:
     from granular_env.domains.chain.tasks.pulse_forming import make_pulse_forming
 

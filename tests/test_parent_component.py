@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import dataclasses
 from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
@@ -10,7 +11,7 @@ from typing import Any, ClassVar
 import numpy as np
 import pytest
 from pydantic import Field
-from support.component_examples import EXAMPLES, Example
+from support.component_examples import EXAMPLES, Example, of_component
 
 import granular_env as ge
 from granular_env.components.balances import Balance
@@ -141,6 +142,31 @@ def test_a_prefix_that_is_taken_is_refused() -> None:
     rows = TwoRows()
     with pytest.raises(ParameterError, match="event 'row0_link_broken' is there already; include the part with another prefix"):
         rows._include(rows.parts[1], "row0")
+
+
+@pytest.mark.parametrize("label", ["two-rows", "coupled", "tube"])
+def test_a_part_is_not_changed_beside_its_whole(label: str) -> None:
+    """A copy of the part can be; and the whole goes on as if nothing had been asked of it."""
+    whole: Any = torn() if label == "two-rows" else of_component(label)[0].started()
+    part: Component = {"two-rows": lambda: whole.parts[0], "coupled": lambda: whole.grid, "tube": lambda: whole.gas}[label]()
+    saved = part.save()
+    before, alone = whole.save().to_bytes(), copy.copy(part)
+    calls = {
+        "step": [part.step, lambda: part.step(300 * part.step_size)],
+        "reset": [part.reset],
+        "restore": [lambda: part.restore(saved)],
+    }
+    for name, ways in calls.items():
+        for call in ways:
+            told = f"^{name}: component '{part.name}' is a part of component '{whole.name}'.*; {name} the whole"
+            with pytest.raises(GranularError, match=told):
+                call()
+    assert whole.save().to_bytes() == before and part.phase == "ready"
+    alone.step()
+    alone.restore(saved)
+    assert whole.save().to_bytes() == before
+    whole.step()
+    whole.reset()
 
 
 def test_any_partition_into_steps_gives_the_same_bits() -> None:

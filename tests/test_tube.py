@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from typing import Any
 
 import numpy as np
@@ -273,6 +274,19 @@ def test_a_run_that_breaks_down_says_in_which_part_and_keeps_its_state(coupling:
         run(tube, 50, gas_ignition_power=1e11)
     assert tube.save().to_bytes() == before
     run(tube, 60, gas_ignition_power=0.0)
+
+
+def test_where_the_shell_breaks_down_is_told_in_its_own_x_and_in_that_of_the_gas() -> None:
+    tube = small_tube()
+    fast = np.zeros((len(tube.shell.nodes), 3))
+    fast[len(fast) // 2, 0] = 1e4
+    tube.reset(shell_nodal_velocity=fast)
+    with pytest.raises(ge.StepError, match=r"^shell_") as caught:
+        tube.step(40 * tube.step_size)
+    told = re.search(r"\(x = (\S+) m, angle.*; x is that of the shell; of the gas it is (\S+) m", str(caught.value))
+    assert told is not None
+    own, given = told.groups()
+    assert 0.0 <= float(own) <= BODY["length"] and float(given) == pytest.approx(0.0152 + float(own), abs=1e-5)
 
 
 def test_a_piston_in_the_gas_is_refused() -> None:

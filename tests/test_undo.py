@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from support.component_examples import Example, of_component
+from support.component_examples import Example
 from support.conformance_tools import bits, every_example
 
 from granular_env.components import stepping, undo
@@ -227,20 +227,6 @@ def test_a_state_that_cannot_be_put_back_is_told(one_copy: None, monkeypatch: py
     component.reset()
     component.step(2e-5)
     assert component.phase == "ready"
-
-
-def test_a_part_that_is_changed_alone_is_not_undone(one_copy: None) -> None:
-    body: Any = of_component("coupled")[0].started()
-    body.step()
-    body.grid.reset(velocity=[1.0, 0.0])
-    before = bits(body)
-    interrupted(body, 4)
-    assert bits(body) == before
-    body.step()
-    body.grid.step()
-    before = bits(body)
-    interrupted(body, 4)
-    assert bits(body) == before
 
 
 @pytest.mark.parametrize(("copy", "step"), [(1e-3, 1e-3), (1e-3, 1e-6), (0.2, 1e-3), (1e-6, 1.0)])

@@ -18,7 +18,7 @@ from granular_env.viewing.caption import caption
 from granular_env.viewing.plane import Plane, load_plane, words
 from granular_env.viewing.scene import scales_of
 from granular_env.viewing.scene_data import from_component, from_log
-from granular_env.viewing.shapes import faces_back, visible_cells, visible_points
+from granular_env.viewing.shapes import faces_back, recolour, visible_cells, visible_points
 
 RECORDED = ["surface_displacement", "surface_stress", "surface_plastic_strain", "surface_cells"]
 ALONG, AROUND = 9, 24
@@ -80,6 +80,16 @@ def test_a_log_is_coloured_by_any_output_of_its_nodes(burst_log: Any) -> None:
     assert mesh.field is not None and np.array_equal(mesh.field[-1], burst_log.series("surface_plastic_strain")[1][-1])
     with pytest.raises(ParameterError, match="coloured by surface_stress, surface_plastic_strain, surface_cells"):
         from_log(burst_log, colour="kinetic_energy")
+
+
+def test_what_is_hidden_colours_nothing() -> None:
+    """The wall of a tube hides the gas in it, and its own points."""
+    tube = small_tube()
+    drawn = recolour(tube.drawables(), tube.variables, "shell_surface_plastic_strain")
+    assert [one.field for one in visible_cells(drawn)] == ["shell_surface_plastic_strain"]
+    for name in ("gas_pressure", "shell_plastic_strain"):
+        with pytest.raises(ParameterError, match=f"colour: '{name}'.*nothing that is drawn.*_stress, shell_"):
+            recolour(tube.drawables(), tube.variables, name)
 
 
 def test_the_page_has_the_body_in_each_quantity_and_a_film(burst_log: Any, tmp_path: Any) -> None:

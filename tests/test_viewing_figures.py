@@ -2,11 +2,12 @@
 
 import re
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 
-from granular_env import colours
+from granular_env import atlas, colours, viewing
 from granular_env.components.catalogue import make
 from granular_env.components.errors import GranularError, MissingExtraError, ParameterError, StepError
 from granular_env.domains.chain.viewing.space_time import space_time_picture
@@ -99,6 +100,35 @@ def test_exaggeration_in_a_plane_looks_at_those_that_nearly_touch():
     displacement[1, 1, 1] = -0.004  # towards the first; half a radius of overlap is reached at 125 times
     displacement[1, 2, 0] = -0.1
     assert choose_exaggeration(reference, np.ones(3), displacement) == 100.0
+
+
+def perceived(names):
+    """CIE L*, a*, b* under daylight of colours such as #0072b2, shape (n, 3)."""
+    part = np.array([colours.rgb(name) for name in names]) / 255.0
+    linear = np.where(part <= 0.04045, part / 12.92, ((part + 0.055) / 1.055) ** 2.4)
+    to_xyz = np.array([[0.4124, 0.3576, 0.1805], [0.2126, 0.7152, 0.0722], [0.0193, 0.1192, 0.9505]])
+    cubic = np.cbrt(linear @ to_xyz.T / [0.9505, 1.0, 1.089])  # of colours that are not all but black
+    x, y, z = cubic.T
+    return np.column_stack([116.0 * y - 16.0, 500.0 * (x - y), 200.0 * (y - z)])
+
+
+def test_ten_colours_are_told_apart_in_files_and_on_pages():
+    """Distances of some 2 are just seen side by side; a legend is not beside what it names."""
+    palettes = [colours.PALETTE]
+    for style in (viewing, atlas):
+        sheet = next(Path(style.__file__).parent.glob("templates/*.css")).read_text()
+        numbers, names = zip(*re.findall(r"--c(\d+): (#[0-9a-f]{6})", sheet), strict=True)
+        assert list(numbers) == [str(place) for place in range(len(colours.PALETTE))] * 2, "by day and by night"
+        palettes += [names[: len(colours.PALETTE)], names[len(colours.PALETTE) :]]
+    for names in palettes:
+        places = perceived(names)
+        distances = np.linalg.norm(places[:, None] - places, axis=-1)[np.triu_indices(len(names), 1)]
+        assert len(names) >= 10 and distances.min() >= 15.0
+
+
+def test_events_of_eight_kinds_have_eight_colours():
+    figure = figures.event_counts([(0.1 * k, f"kind {k}") for k in range(8)], (0.0, 1.0))
+    assert len({container.patches[0].get_facecolor() for container in figure.axes[0].containers}) == 8
 
 
 def test_colours_are_symmetric_about_white():

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 import tomllib
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -16,7 +17,7 @@ from granular_env.components.errors import ParameterError
 from granular_env.documents import find, to_toml
 from granular_env.experiments import load_experiment, shipped_experiments
 from granular_env.recording import open_log, record
-from granular_env.viewing import figures, plot, report
+from granular_env.viewing import figures, plot, report, report_tables
 from granular_env.viewing.fields import load_field
 from granular_env.viewing.figure_style import page_svg
 from granular_env.viewing.report_tables import file_size
@@ -152,6 +153,25 @@ def test_parameters_that_were_left_to_the_chain_have_values(log, whole):
     assert rows["mass"] == f"automatic: {mass:.6g} (20 times)"
     assert rows["step_size"] == f"automatic: {log.step_size:.6g}" and rows["gap"] == "0"
     assert all(value for name, value in rows.items() if name in log.metadata["parameters"])
+
+
+def test_tables_among_the_parameters_have_rows_of_their_own():
+    """In a cell of their own they would be a heap of words."""
+    with open_log(Path(__file__).parents[1] / "logs" / "golden" / "tube-burning.mcap") as opened:
+        html = str(report_tables.parameters(opened))
+    assert " = " not in re.sub(r"<td[^>]*>[^<]*</td></tr>", "", html), "meanings apart, the last of each row"
+    for part in ("coupling", "gas", "gas.reaction", "gas.regions[0]", "shell.body", "shell.material"):
+        assert f'<tr class="part"><th colspan="4">{part}</th></tr>' in html
+    region = html.partition("gas.regions[0]")[2].partition('class="part"')[0]
+    assert "<td>pressure</td><td>1.2e+06</td><td>Pa</td>" in region and "<td>x</td><td>0, 0.004</td><td>m</td>" in region
+    body = html.partition("shell.body")[2].partition('class="part"')[0]
+    assert "<td>notch</td><td>none</td>" in body and "wall" in body
+
+
+def test_lists_of_tables_are_cut_where_they_are_long():
+    values = {"a": [{"b": 1}] * 9, "c": [{"d": k} for k in range(20)]}
+    rows = list(report_tables._parameter_rows("", values, {}, None, {}))
+    assert rows[:3] == [["a[0] (9 times)"], ["b", "1", "", ""], ["c[0] (of 20)"]] and len(rows) == 2 + 2 * 8
 
 
 def test_units_are_typeset():

@@ -11,7 +11,7 @@ from ..balances import Balance
 from ..component import Component
 from ..contract import Variable
 from ..drawables import Points
-from ..errors import ParameterError, StepError, caution
+from ..errors import ParameterError, StepError
 from ..inputs import Held
 from ..profiles import CompiledProfile
 from ..state_block import Block
@@ -328,7 +328,7 @@ class Chain(Component):
         if unsound or self._worst()[2] > 1.0:
             return 1
         self._table[layout.LIMIT, : self.parameters.grains + 1] = self._refused_overlap
-        caution(self._resolution_sentence())
+        self.issued_cautions.issue(self._resolution_sentence())
         if done == ticks:
             return 0
         begin, self._tick = self._tick, self._tick + done

@@ -378,7 +378,7 @@ class Shell(Component):
 
     def _explain(self, status: int) -> StepError:
         point, tick = (int(number) for number in self._failed)
-        time, where = tick * self.step_size, self._place_of(point)
+        time, where = tick * self.step_size, self._describe_place(point)
         value, limit = (float(number) for number in self._scratch.pull[point, :2])
         what, variable = _FAILURES[status]
         return StepError(
@@ -387,12 +387,16 @@ class Shell(Component):
             time=time, at=variable, variable=variable, index=point, value=value, limit=limit,
         )  # fmt: skip
 
-    def _place_of(self, point: int) -> str:
-        """Return where an integration point is, in words."""
+    def place_of_point(self, point: int) -> tuple[float, ...]:
+        """Return where an integration point is in the undeformed body: x, y, z [m], or x [m], angle [rad], radius [m]."""
         lines = self.assembly.points.lines
         indices = np.unravel_index(point, [len(line.at) for line in lines])
         axes = self.lattice.axes
-        x, y, z = (float(axis.at(line.at[[i]])[0]) for axis, line, i in zip(axes, lines, indices, strict=True))
+        return tuple(float(axis.at(line.at[[i]])[0]) for axis, line, i in zip(axes, lines, indices, strict=True))
+
+    def _describe_place(self, point: int) -> str:
+        """Return where an integration point is, in words."""
+        x, y, z = self.place_of_point(point)
         if self.lattice.bent:
             return f"x = {x:.4g} m, angle {y:.3g} rad, radius {z:.4g} m"
         return f"x, y, z = {x:.4g}, {y:.4g}, {z:.4g} m"

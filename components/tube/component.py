@@ -346,6 +346,9 @@ class Tube(Component):
         """Return the error of a part as one of the whole."""
         part.adopt(self._failed_tick, {})
         error = part.explain(status).of_part(prefix)
+        if part is self.shell and error.index is not None:
+            x = self.parameters.position + self.shell.place_of_point(error.index)[0]
+            error = error.with_hint(f"x is that of the shell; of the gas it is {x:.4g} m")
         if steps == 1:
             return error
         return error.with_hint(f"the {prefix} makes {steps} such steps in a tick of {self.step_size:g} s")

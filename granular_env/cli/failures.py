@@ -43,12 +43,19 @@ def _message(command: click.Command | None, failure: BaseException) -> tuple[str
             return "\n".join([*faults, *getattr(failure, "__notes__", ())]), Status.ERROR
         case MemoryError():
             return "it asks for more memory than there is; ask for less", Status.ERROR
-        case KeyboardInterrupt():
+        case BaseException() if _is_interrupt(failure):
             return "interrupted", Status.INTERRUPTED
         case OSError():  # a full disk behind standard output, too many open files, a folder that is gone
             where = f"{failure.filename!r}: " if failure.filename is not None else ""
             return f"{where}the system refused it: {failure.strerror or failure}", Status.ERROR
     return "this is a fault of granular-env, not of what you gave; please report it with the lines above", Status.FAULT
+
+
+def _is_interrupt(failure: BaseException | None) -> bool:
+    """Return whether it was Ctrl-C, which becomes another error where a class is being made, as in an import."""
+    while failure is not None and not isinstance(failure, KeyboardInterrupt):
+        failure = failure.__cause__
+    return failure is not None
 
 
 def _with_option(command: click.Command | None, fault: Fault) -> Fault:

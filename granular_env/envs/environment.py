@@ -6,6 +6,7 @@ import math
 import os
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import wraps
 from typing import Any, ClassVar, NamedTuple, SupportsFloat, TypeVar
 
 import gymnasium
@@ -15,9 +16,9 @@ from gymnasium.envs.registration import EnvSpec
 
 from ..components.component import Component
 from ..components.elements import Element, parse_element
-from ..components.errors import ParameterError, StepError, one_line
+from ..components.errors import IssuedCautions, ParameterError, StepError, one_line
 from ..components.support.validation import finite_number, positive_number, whole_number
-from .pickling import Given, Recreatable, recreatable
+from .pickling import Given, Recreatable, known_arguments, make_again, recreatable
 from .render import draw
 from .state import Drawn, EnvState, EpisodeOrigin, bit_generator
 from .task import Task, refuse_incomplete, validate_judgement
@@ -282,7 +283,8 @@ class ComponentEnv(Recreatable, gymnasium.Env[Observation, npt.NDArray[np.float3
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Support pickle and `copy.deepcopy`: the constructor's arguments, and where the episode is."""
-        return _recreate, (self._made_by, *self._made_with, self.save(), self._np_random_seed, self.spec)
+        issued = self.component.issued_cautions
+        return _recreate, (self._made_by, *self._made_with, self.save(), self._np_random_seed, self.spec, issued)
 
     def branch(
         self, log: str | os.PathLike[str], at: float, *, seed: int | None = None, options: dict[str, Any] | None = None
@@ -442,11 +444,29 @@ class ComponentEnv(Recreatable, gymnasium.Env[Observation, npt.NDArray[np.float3
 def environment_factory(make: Callable[Given, Env]) -> Callable[Given, Env]:
     """Make a function that returns the environment of one task fit for registration, copies and pickle; a decorator.
 
-    Unknown arguments are refused by name, and Gymnasium finds the render modes as it does on a class.
+    Unknown arguments are refused by name, and so are parameters of the component that are given twice: as an argument, and in
+    the further ones, a mapping whose name is that of the component. Gymnasium finds the render modes as it does on a class.
     """
-    made = recreatable(make)
+
+    @wraps(make)
+    def make_once(*arguments: Given.args, **keywords: Given.kwargs) -> Env:
+        env = make(*arguments, **keywords)
+        given = {**dict(zip(known_arguments(make) or (), arguments, strict=False)), **keywords}
+        _refuse_given_twice(env.component.name, given)
+        return env
+
+    made = recreatable(make_once)
     made.metadata = ComponentEnv.metadata  # type: ignore[attr-defined]
     return made
+
+
+def _refuse_given_twice(component: str, given: Mapping[str, Any]) -> None:
+    """Raise `ParameterError` where a parameter of the component is among its further ones and an argument too."""
+    further = given.get(component)
+    for name, value in further.items() if isinstance(further, Mapping) else ():
+        if given.get(name) is not None:
+            came = f"got {one_line(value)}, and {name} = {one_line(given[name])} as an argument of the environment"
+            raise ParameterError(came, expected="it once", at=(component, str(name)))
 
 
 def observation_box(limit: float, readings: int, clock: int) -> Any:
@@ -456,10 +476,17 @@ def observation_box(limit: float, readings: int, clock: int) -> Any:
 
 
 def _recreate(
-    make: Callable[..., ComponentEnv], arguments: Any, keywords: Mapping[str, Any], state: EnvState, seed: int | None, spec: Any
+    make: Callable[..., ComponentEnv],
+    arguments: Any,
+    keywords: Mapping[str, Any],
+    state: EnvState,
+    seed: int | None,
+    spec: Any,
+    issued_cautions: IssuedCautions,
 ) -> ComponentEnv:
-    """Return an environment that was made so, in this state."""
-    env = make(*arguments, **keywords)
+    """Return an environment that was made so, in this state; it says nothing that the first one has said."""
+    env = make_again(make, arguments, keywords)
+    env.component.share_cautions(issued_cautions)
     env.restore(state)
     env._np_random_seed, env.spec = seed, spec
     return env

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import copy
 import inspect
+import warnings
 from abc import ABCMeta
 from collections.abc import Callable, Iterable, Mapping
 from functools import cache, partial, wraps
@@ -11,7 +12,7 @@ from typing import Any, ParamSpec, Self, TypeVar, get_args, get_origin, get_type
 
 import numpy as np
 
-from ..components.errors import ParameterError, nearest
+from ..components.errors import GranularWarning, ParameterError, nearest
 
 Arguments = tuple[tuple[Any, ...], dict[str, Any]]
 Given = ParamSpec("Given")
@@ -68,6 +69,12 @@ def recreatable(make: Callable[Given, Made]) -> Callable[Given, Made]:
         return one
 
     return make_copyable
+
+
+def make_again(make: Callable[..., Made], arguments: tuple[Any, ...], keywords: Mapping[str, Any]) -> Made:
+    """Return what was made so before, when the cautions of making it were issued."""
+    with warnings.catch_warnings(action="ignore", category=GranularWarning):
+        return make(*arguments, **keywords)
 
 
 def refuse_unknown(make: Callable[..., Any], keywords: Iterable[str]) -> None:

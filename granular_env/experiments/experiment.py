@@ -22,12 +22,13 @@ from typing import Any, ClassVar, Self
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator, model_validator
 
 from granular_env.components import catalogue
-from granular_env.components.errors import ParameterError
+from granular_env.components.component import Component
+from granular_env.components.errors import ExperimentError, GranularError, Override, ParameterError
 from granular_env.components.support.validation import as_refusal, as_validation_error, faults_of, refusal
 from granular_env.documents import Document, Overrides, Table, load
 from granular_env.package_contents import shipped_files
 
-from .inputs import Input
+from .inputs import Input, name_unknown_inputs
 from .stop_rules import StopRule
 
 
@@ -99,6 +100,17 @@ class Experiment(Document):
     record: RecordTable = RecordTable()
 
     @classmethod
+    def parse(
+        cls, content: Mapping[str, Any], origin: str = "", folder: Path | None = None, overrides: tuple[Override, ...] = ()
+    ) -> Self:
+        """See `Document.parse`; where an input is at fault the component is built, which knows the names of its inputs."""
+        try:
+            return super().parse(content, origin, folder, overrides)
+        except ExperimentError as error:
+            component = _component(content) if any(fault.location[:1] == ("input",) for fault in error.faults) else None
+            raise error if component is None else name_unknown_inputs(error, component) from None
+
+    @classmethod
     def advice_for_unknown(cls, key: str, given: Mapping[str, Any]) -> str:
         """Return the whole key where one such as grains belongs into a table."""
         for table, fields in (("component", _parameters(given.get("component"))), ("record", RecordTable.model_fields)):
@@ -108,6 +120,14 @@ class Experiment(Document):
 
 
 Source = str | os.PathLike[str] | Mapping[str, Any] | Experiment
+
+
+def _component(content: Mapping[str, Any]) -> Component | None:
+    """Return the component of an experiment; None where it cannot be built."""
+    with suppress(GranularError, MemoryError, LookupError, TypeError, ValueError, ArithmeticError, RecursionError):
+        table = dict(content["component"])
+        return catalogue.make(table.pop("type"), **table)
+    return None
 
 
 def _parameters(component: Any) -> Mapping[str, Any]:

@@ -19,8 +19,9 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field, PlainValidator, TypeAdapter, field_validator
 
+from granular_env.components.component import Component
 from granular_env.components.elements import is_index
-from granular_env.components.errors import ParameterError, nearest, one_line
+from granular_env.components.errors import ExperimentError, Fault, ParameterError, nearest, one_line
 from granular_env.components.number_arrays import number_array
 from granular_env.components.profiles import Profile
 from granular_env.components.support.validation import as_refusal, refusal
@@ -33,6 +34,23 @@ _WORDS_FOR_PATH = ("file", "filename", "csv", "name")
 _WAVES = ("sin", "cos", "chirp", "sweep", "gauss", "burst", "harmonic", "ricker", "wavelet", "noise")
 _HALF_SINES = ("halfsine", "half-sine", "half sine", "half_sin", "halfsin", "half-sin")
 _SAMPLED = 'give samples of other signals: profile = "table" with times and values, or "csv"'
+
+
+def name_unknown_inputs(error: ExperimentError, component: Component) -> ExperimentError:
+    """Return an error of a document in which inputs that the component does not have are told as such.
+
+    Of a misspelt input that is a table, the table's own faults are found first, which lead astray.
+    """
+    known = [variable.name for variable in component.variables.values() if variable.causality == "input"]
+    faults: list[Fault] = []
+    for fault in error.faults:
+        table, *keys = fault.location or ("",)
+        if table == "input" and keys and keys[0] not in known:
+            hint = component.input_advice(str(keys[0]))
+            fault = Fault(("input", keys[0]), "unknown", hint=hint, source=fault.source)
+        if fault not in faults:
+            faults.append(fault)
+    return ExperimentError(*faults)
 
 
 def _array(given: Any) -> list[Any]:

@@ -66,7 +66,7 @@ def preformatted(words: object) -> Markup:
 
 
 def table(head: Sequence[str], rows: Iterable[Sequence[object]]) -> Markup:
-    """Return a table; numbers, and the heads above them, stand to the right."""
+    """Return a table; numbers, and the heads above them, stand to the right. A row of one cell is a heading of others."""
     return _parts().table(head, [list(row) for row in rows])
 
 

@@ -6,10 +6,13 @@ import dataclasses
 import math
 import os
 import shlex
+from collections.abc import Iterator, Mapping
+from contextlib import suppress
 from typing import Any
 
 import numpy as np
 from markupsafe import Markup
+from pydantic.fields import FieldInfo
 
 from granular_env.components.errors import GranularError, LogError
 from granular_env.components.events import Event
@@ -113,33 +116,70 @@ def _number(value: Any) -> Any:
 
 
 def parameters(log: Any) -> Markup:
-    """Return every parameter with its value, also where that is a default or was worked out."""
-    metadata = log.metadata
-    fields = _fields(metadata.get("component"))
-    values, worked_out = metadata.get("parameters") or {}, _automatic_parameters(log)
-    rows = []
-    for name, value in values.items():
-        unit, meaning = fields.get(name, ("", ""))
-        shown = _short(value)
-        if value is None:
-            shown = f"automatic: {_short(worked_out[name])}" if name in worked_out else "automatic"
-        rows.append([name, shown, typeset(unit), meaning])
+    """Return every parameter with its value, also where that is a default or was worked out.
+
+    Tables among them have rows of their own: in a cell they would be a heap of words.
+    """
+    values = log.metadata.get("parameters") or {}
+    rows = _parameter_rows("", values, *_model(log.metadata.get("component"), values), _automatic_parameters(log))
     return html_page.table(["parameter", "value", "unit", "meaning"], rows)
 
 
-def _fields(component: Any) -> dict[str, tuple[str, str]]:
-    """Units and meanings of the parameters of a component of ours; a log makes us load no other."""
+def _parameter_rows(
+    path: str, values: Mapping[str, Any], fields: Mapping[str, FieldInfo], model: Any, worked_out: Mapping[str, Any]
+) -> Iterator[list[Any]]:
+    """Yield a row for each value, and those of the tables among them, each under a row with its name alone.
+
+    Args:
+        path: name of the table; empty for the outermost.
+        values: what is in it.
+        fields: their units and meanings.
+        model: the values as the component has them; None where that is not known.
+        worked_out: what the component makes of values that were left to it.
+    """
+    tables = list[tuple[str, Mapping[str, Any], Any]]()
+    for name, value in values.items():
+        inner = list(_tables(f"{path}.{name}" if path else name, value, getattr(model, name, None)))
+        tables += inner
+        if inner:
+            continue
+        extra = fields[name].json_schema_extra if name in fields else None
+        unit = str(extra.get("unit", "")) if isinstance(extra, dict) else ""
+        meaning = fields[name].description or "" if name in fields else ""
+        shown = "none" if value is None else _short(value)
+        if value is None and not path:
+            shown = f"automatic: {_short(worked_out[name])}" if name in worked_out else "automatic"
+        yield [name, shown, typeset(unit), meaning]
+    for place, table, inner in tables:
+        yield [place]
+        yield from _parameter_rows(place, table, getattr(type(inner), "model_fields", {}), inner, {})
+
+
+def _tables(name: str, value: Any, model: Any) -> Iterator[tuple[str, Mapping[str, Any], Any]]:
+    """Yield the tables that a value is, or is a list of: name, content, and how the component has it."""
+    if isinstance(value, dict) and value:
+        yield name, value, model
+    elif isinstance(value, list) and value and all(isinstance(entry, dict) and entry for entry in value):
+        models = model if isinstance(model, (list, tuple)) and len(model) == len(value) else [None] * len(value)
+        alike = all(entry == value[0] for entry in value)
+        shown = value[: 1 if alike else _LONGEST_LIST]
+        for place, entry in enumerate(shown):
+            more = f" ({len(value)} times)" if alike and len(value) > 1 else ""
+            more = f" (of {len(value)})" if len(shown) < len(value) and not alike else more
+            yield f"{name}[{place}]{more}", entry, models[place]
+
+
+def _model(component: Any, values: Any) -> tuple[Mapping[str, FieldInfo], Any]:
+    """Return the fields of a component of ours, and its parameters; a log makes us load no other."""
     from granular_env.recording.reader.component_from_header import own_or_given
 
     try:
-        fields = own_or_given(component, None).Parameters.model_fields
+        kind = own_or_given(component, None).Parameters
     except LogError:
-        return {}
-
-    def unit(extra: Any) -> str:
-        return str(extra.get("unit", "")) if isinstance(extra, dict) else ""
-
-    return {name: (unit(field.json_schema_extra), field.description or "") for name, field in fields.items()}
+        return {}, None
+    with suppress(ValueError, TypeError, ArithmeticError, LookupError, MemoryError, RecursionError):
+        return kind.model_fields, kind(**values)
+    return kind.model_fields, None
 
 
 def _automatic_parameters(log: Any) -> dict[str, Any]:

@@ -73,9 +73,10 @@ def recolour(drawables: Sequence[Drawable], variables: Mapping[str, Variable], n
         name: of the output.
 
     Raises:
-        ParameterError: there is no such output, or nothing has one value of it for each of its nodes, cells or points.
+        ParameterError: there is no such output, or nothing that is drawn has one value of it for each of its nodes, cells or
+            points.
     """
-    known = colouring_outputs(drawables, variables)
+    known = colouring_outputs([one for one in drawables if not is_hidden(one, drawables)], variables)
     if name not in known:
         raise ParameterError(
             f"{name!r} was not recorded, or nothing that is drawn has one value of it for each of its parts",

@@ -108,7 +108,9 @@ def make_chain(parameters: Mapping[str, Any], chain: Any = None, randomise: Any 
 def redrawn(chain: Chain, drawn: Drawn) -> Chain:
     """Return a chain like this one, at rest, with other values of the parameters that are drawn."""
     parameters = {**chain.parameters.model_dump(), "step_size": chain.step_size, **drawn}
-    return type(chain)(**parameters)
+    made = type(chain)(**parameters)
+    made.share_cautions(chain.issued_cautions)
+    return made
 
 
 def info_of_draws(chain: Chain, drawn: Drawn) -> dict[str, Any]:

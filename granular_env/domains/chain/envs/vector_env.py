@@ -10,10 +10,10 @@ import numpy.typing as npt
 from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 
-from granular_env.components.errors import ParameterError, nearest, one_line
+from granular_env.components.errors import IssuedCautions, ParameterError, nearest, one_line
 from granular_env.components.support.validation import whole_number
 from granular_env.envs.environment import validate_seed
-from granular_env.envs.pickling import Recreatable
+from granular_env.envs.pickling import Recreatable, make_again
 from granular_env.envs.state import EnvState
 
 from .environment import ChainEnv
@@ -228,8 +228,10 @@ class ChainVectorEnv(Recreatable, VectorEnv[Observations, npt.NDArray[np.float32
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Support pickle and `copy.deepcopy`: the constructor's arguments, and where each episode is."""
-        seeds = [single._np_random_seed for single in self._batch.single]
-        return _recreate, (self._made_by, *self._made_with, self.save(), seeds, self._begun, self.spec)
+        singles = self._batch.single
+        seeds = [single._np_random_seed for single in singles]
+        issued = [single.component.issued_cautions for single in singles]
+        return _recreate, (self._made_by, *self._made_with, self.save(), seeds, issued, self._begun, self.spec)
 
     def observe(self) -> tuple[Observations, dict[str, Any]]:
         """Return the present observations and infos, as `reset` gives them."""
@@ -327,10 +329,19 @@ class ChainVectorEnv(Recreatable, VectorEnv[Observations, npt.NDArray[np.float32
 
 
 def _recreate(
-    kind: type[ChainVectorEnv], arguments: Any, keywords: Mapping[str, Any], states: Any, seeds: Any, begun: bool, spec: Any
+    kind: type[ChainVectorEnv],
+    arguments: Any,
+    keywords: Mapping[str, Any],
+    states: Any,
+    seeds: Any,
+    issued_cautions: list[IssuedCautions],
+    begun: bool,
+    spec: Any,
 ) -> ChainVectorEnv:
-    """Return a batch that was made so, in these states."""
-    env = kind(*arguments, **keywords)
+    """Return a batch that was made so, in these states; it says nothing that the first one has said."""
+    env = make_again(kind, arguments, keywords)
+    for single, issued in zip(env._batch.single, issued_cautions, strict=True):
+        single.component.share_cautions(issued)
     env.restore(states)
     for single, seed in zip(env._batch.single, seeds, strict=True):
         single._np_random_seed = seed
