@@ -43,8 +43,10 @@ def caption(scene_data: SceneData, scales: Scales | None, views: Views | None) -
     if any(scene_data.group(balance.entries) for balance in scene_data.balances):
         words = "Balances since the reset. A residual is what a balance cannot account for: the error of the numerics."
         lines += [f"**Plots.** {words}", ""]
-    if scene_data.inputs and not any(curve.values.any() for curve in scene_data.inputs.values()):
-        lines += ["No input acts in this run.", ""] if scales is None or scales.settled else []
+    # Of a single sample, nobody knows yet.
+    inputs = scene_data.inputs.values()
+    if inputs and not any(curve.values.any() or len(curve.values) < 2 for curve in inputs):
+        lines += ["No input acts in this run.", ""]
     lines += [f"- {plain(note)}" for note in scene_data.notes]
     lines += ["", "Time is simulated time; drag the cursor below, or press space to play."]
     return "\n".join(lines)

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Container, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from math import prod
 from typing import Any
 
 import numpy as np
@@ -14,6 +15,7 @@ from granular_env.components.drawables import Curve, Drawable, main_points
 from granular_env.components.errors import ParameterError
 from granular_env.components.support.arrays import FloatArray
 
+from .input_curves import acting_stretches, component_names, values_at
 from .scene_data import MAXIMUM_POINTS, MAXIMUM_SHOWN_PARTICLES, Motion, cuts_of, evenly_picked, sample_frames
 
 
@@ -103,6 +105,62 @@ def load_field(log: Any, name: str, frames: int, progress: Callable[[float], Non
     return Field(variable, times, values[:, ::every], place, axis, every, total, cuts_of(log, name, picked), coordinate)
 
 
+def vector_names(log: Any) -> list[str]:
+    """Return the names of the recorded outputs that have more than one axis, such as a vector for each of several places."""
+    return [
+        name for name, one in log.variables.items() if one.causality == "output" and len(one.shape) > 1 and len(log.times(name))
+    ]
+
+
+def load_vector_fields(log: Any, name: str, frames: int) -> list[Field]:
+    """Read a recorded output of `vector_names`: one field for each component, or where those are many one of all elements."""
+    variable = log.variables[name]
+    names = component_names(variable)
+    total = prod(variable.shape) // len(names)
+    every = -(-total // MAXIMUM_SHOWN_PARTICLES)
+    picked = evenly_picked(len(log.times(name)), max(2, min(frames, MAXIMUM_POINTS // -(-total // every))))
+    times, values = sample_frames(log, name, picked)
+    shown = values.reshape(len(times), total, len(names))[:, ::every]
+    return _split(log, variable, times, shown, every, cuts_of(log, name, picked))
+
+
+def load_input_fields(log: Any, name: str, frames: int) -> list[Field]:
+    """Return an array input of a log at evenly spaced instants: one field, or of vectors one for each component.
+
+    Of many elements only some are read, as in `load_field`, and none at more instants than are drawn.
+    """
+    variable = log.input_variables[name]
+    names = component_names(variable)
+    total = prod(variable.shape) // len(names)
+    every = -(-total // MAXIMUM_SHOWN_PARTICLES)
+    held = acting_stretches(log, name)
+    first, last = held[0].begin + held[0].shift, held[-1].end + held[-1].shift
+    count = max(2, min(frames, MAXIMUM_POINTS // (-(-total // every))))
+    ticks = np.unique(np.linspace(first, last, count).astype(np.int64))
+    values = np.stack([np.reshape(value, (total, len(names)))[::every] for value in values_at(held, ticks.tolist())])
+    return _split(log, variable, ticks * log.step_size, values, every, np.zeros(0, np.int64))
+
+
+def _split(
+    log: Any,
+    variable: Variable,
+    times: FloatArray,
+    values: FloatArray,
+    every: int,
+    cuts: npt.NDArray[np.int64],
+) -> list[Field]:
+    """Return a field for each component of vectors; `values` has the shape (frames, shown, components)."""
+    total, names = prod(variable.shape) // values.shape[2], component_names(variable)
+    place, axis = _axis(variable, None)
+    coordinate = _coordinate_of_axis(log, variable)
+    if coordinate is not None:
+        axis, coordinate = "x [m]", coordinate[::every]
+    return [
+        Field(replace(variable, name=name), times, values[:, :, column], place, axis, every, total, cuts, coordinate)
+        for column, name in enumerate(names)
+    ]
+
+
 def require_names(names: Sequence[str] | None, known: Sequence[str], recorded: Container[str] = ()) -> list[str]:
     """Return the names that were asked for, all known ones where none were; `ParameterError` where one is unknown.
 
@@ -118,6 +176,15 @@ def require_names(names: Sequence[str] | None, known: Sequence[str], recorded: C
             what = "what can is" if name in recorded else "this log holds"
             raise ParameterError(f"{name!r} {why}", hint=f"{what} {_list(known)}", at="variables")
     return list(dict.fromkeys(names))
+
+
+def _coordinate_of_axis(log: Any, variable: Variable) -> FloatArray | None:
+    """Return the coordinate along which an output with the same axis is drawn as a curve, where that is evenly spaced [m]."""
+    for one in log.drawables:
+        drawn = log.variables.get(one.field) if isinstance(one, Curve) else None
+        if drawn is not None and drawn.axes and drawn.axes == variable.axes[:1] and drawn.shape == variable.shape[:1]:
+            return _coordinate(log.drawables, drawn.name)
+    return None
 
 
 def _coordinate(drawables: Sequence[Drawable], name: str) -> FloatArray | None:

@@ -7,7 +7,7 @@ colour-blind. `png` turns a figure into a file's bytes, `svg` into a part of a p
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -52,6 +52,7 @@ __all__ = [
     "png",
     "profiles",
     "space_time",
+    "stack",
     "svg",
     "time_unit",
 ]
@@ -66,13 +67,22 @@ _REACHED = 0.05
 
 
 @with_style
-def space_time(motion: Motion | Field, title: str = "", limit: float | None = None) -> Figure:
+def space_time(motion: Motion | Field, title: str = "", limit: float | None = None, into: Figure | None = None) -> Figure:
     """Draw the x-t diagram; `limit`: the value at the ends of the colour map (default: the largest magnitude)."""
     shown = as_field(motion)
-    figure = new_figure(8.0, 5.2)
+    figure = into or new_figure(8.0, 5.2)
     axes = figure.subplots()
     draw_space_time(figure, axes, shown, limit)
     axes.set_title(title)
+    return figure
+
+
+@with_style
+def stack(fields: Sequence[Field], draw: Callable[[Field, Figure], object], height: float = 4.0) -> Figure:
+    """Draw one figure for each field, such as the components of vectors, one above the other, each so high [inch]."""
+    figure = new_figure(8.0, height * len(fields))
+    for part, shown in zip(np.atleast_1d(figure.subfigures(len(fields), 1)), fields, strict=True):
+        draw(shown, part)
     return figure
 
 
@@ -93,7 +103,7 @@ def headline(motion: Motion | Field, title: str = "") -> Figure:
 
 
 @with_style
-def profiles(motion: Motion | Field, times: Sequence[float] | None = None) -> Figure:
+def profiles(motion: Motion | Field, times: Sequence[float] | None = None, into: Figure | None = None) -> Figure:
     """Draw the quantity along the places at some instants [s] (default: four, evenly spaced).
 
     Raises:
@@ -102,7 +112,7 @@ def profiles(motion: Motion | Field, times: Sequence[float] | None = None) -> Fi
     shown = as_field(motion)
     scale, unit = time_unit(span(shown))
     chosen = default_times(shown) if times is None else list(times)
-    figure = new_figure(8.0, 0.8 + 1.6 * len(chosen))
+    figure = into or new_figure(8.0, 0.8 + 1.6 * len(chosen))
     panels = np.atleast_1d(figure.subplots(len(chosen), 1, sharex=True, sharey=True))
     for panel, time in zip(panels, chosen, strict=True):
         frame = frame_at(shown.times, time)
@@ -115,7 +125,7 @@ def profiles(motion: Motion | Field, times: Sequence[float] | None = None) -> Fi
 
 
 @with_style
-def histories(motion: Motion | Field, indices: Sequence[int] | None = None) -> Figure:
+def histories(motion: Motion | Field, indices: Sequence[int] | None = None, into: Figure | None = None) -> Figure:
     """Draw the quantity of some places in time (default: up to five that the wave reached).
 
     Raises:
@@ -125,7 +135,7 @@ def histories(motion: Motion | Field, indices: Sequence[int] | None = None) -> F
     scale, unit = time_unit(span(shown))
     chosen = default_indices(shown) if indices is None else list(indices)
     columns = [column_of(shown, index) for index in chosen]
-    figure = new_figure(8.0, 4.2)
+    figure = into or new_figure(8.0, 4.2)
     axes = figure.subplots()
     for place, column in enumerate(columns):
         times, values = insert_gaps(shown.times * scale, shown.values[:, column], shown.cuts)

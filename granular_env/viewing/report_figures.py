@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
@@ -12,7 +13,8 @@ from granular_env.components.drawables import Cells
 from granular_env.components.errors import ParameterError
 
 from . import figures, plane
-from .fields import Field, as_field, field_names, load_field, require_names
+from .fields import Field, as_field, field_names, load_field, load_input_fields, require_names
+from .input_curves import InputCurves, load_input
 from .plot_groups import plots
 from .scene_data import Curve, SceneData, from_log, recorded_outputs
 from .shapes import Place, colouring_outputs, is_solid, places_by_count, places_of_outputs
@@ -22,6 +24,7 @@ if TYPE_CHECKING:
 
 # Frames that the figures use: more than a viewer, they are only drawn once.
 FRAMES = 2000
+_DIRECTIONS = "xyz"
 
 
 @dataclass(frozen=True)
@@ -115,10 +118,9 @@ def draw_report(log: Any, choice: Choice, progress: Callable[[float], None]) -> 
                 f"the error of the numerics, in {balance.unit} at the left, as a part of the largest entry at the right."
             )
             drawn[f"balance-{balance.quantity}"] = Shown("Balances", figure, words)
-    for title in ("outputs", "inputs"):
-        if curves := _curves(scene_data, title, choice):
-            words = f"{title.capitalize()} in time; those that stay 0 are left out."
-            drawn[title] = Shown(title.capitalize(), figures.curves(curves), words)
+    if curves := [one for one in _curves(scene_data, "outputs") if choice.holds(one.name)]:
+        drawn["outputs"] = Shown("Outputs", figures.curves(curves), "Outputs in time; those that stay 0 are left out.")
+    drawn |= _input_figures(log, scene_data)
     if choice.variables is None and (happened := log.events()):
         span = log.start_tick * log.step_size, log.start_tick * log.step_size + log.duration
         figure = figures.event_counts([(event.tick * log.step_size, event.kind) for event in happened], span)
@@ -171,6 +173,54 @@ def _field_figures(field: Field, choice: Choice, is_main: bool, drawn_at: Place 
     return drawn
 
 
-def _curves(scene_data: SceneData, group: str, choice: Choice) -> list[Curve]:
+def _curves(scene_data: SceneData, group: str) -> list[Curve]:
     found = [curve for plot in plots(scene_data) if plot.group == group for curve in plot.curves]
-    return [curve for curve in found if np.any(curve.values != 0.0) and (group == "inputs" or choice.holds(curve.name))]
+    return [curve for curve in found if np.any(curve.values != 0.0)]
+
+
+def _input_figures(log: Any, scene_data: SceneData) -> dict[str, Shown]:
+    """Return a figure of the inputs that are one number, and one of each array that acts; of many elements x-t diagrams too."""
+    drawn: dict[str, Shown] = {}
+    scalars = {name for name, one in log.input_variables.items() if one.shape == ()}
+    if curves := [one for one in _curves(scene_data, "inputs") if one.name in scalars]:
+        drawn["inputs"] = Shown("Inputs", figures.curves(curves), "Inputs in time; those that stay 0 are left out.")
+    by_count = places_by_count(log.drawables)
+    for name in log.input_variables:
+        acted = None if name in scalars else load_input(log, name)
+        if acted is None or not acted.acts:
+            continue
+        moving = [one for one in acted.curves if one.values.any()]
+        drawn[f"inputs-{name}"] = Shown("Inputs", figures.curves(moving), _input_words(acted))
+        shape = acted.variable.shape
+        # The numbers of what lies side by side in a plane do not say where it is.
+        if not acted.is_summary or ((place := by_count.get(shape[0])) is not None and place.fills_plane):
+            continue
+        fields = [one for one in load_input_fields(log, name, FRAMES) if one.values.any()]
+        figure = figures.stack(fields, lambda field, into: figures.space_time(field, into=into))
+        across = "along x" if fields[0].coordinate is not None else f"of every {fields[0].place}"
+        words = f"{name.replace('_', ' ').capitalize()} {across} (across) at every instant (up)."
+        drawn[f"inputs-{name}-space-time"] = Shown("Inputs", figure, words)
+    return drawn
+
+
+def _input_words(acted: InputCurves) -> str:
+    """Return what an array input is, what the numbers of its elements count, and which of them are seen."""
+    variable, size = acted.variable, math.prod(acted.variable.shape)
+    words = f"{variable.name.replace('_', ' ').capitalize()} in time: {variable.description}."
+    if variable.axes and any("[" in curve.name for curve in acted.curves):
+        counted = [_axis_words(*one) for one in zip(variable.axes, variable.shape, strict=True)]
+        words += f" In brackets: {', '.join(counted)}."
+    if acted.is_summary:
+        return f"{words} {acted.acting} of {size} elements act; the curves are the largest and the least of all elements."
+    if acted.acting < size:
+        return (
+            f"{words} {acted.acting} of {size} elements act{'s' if acted.acting == 1 else ''}; those that stay 0 are left out."
+        )
+    return words if len(acted.curves) > 1 or size == 1 else f"{words} It is the same for all {size} elements."
+
+
+def _axis_words(axis: str, size: int) -> str:
+    """Return what the numbers along an axis count."""
+    if axis == "direction" and size <= len(_DIRECTIONS):
+        return f"direction ({', '.join(f'{number} is {name}' for number, name in enumerate(_DIRECTIONS[:size]))})"
+    return axis.replace("_", " ")

@@ -99,9 +99,11 @@ def _sections(log: Any, scene_data: SceneData, drawn: Mapping[str, Shown]) -> li
     """Return heading and HTML of each section."""
     shown = {name: (one.heading, html_page.picture(figures.svg(one.figure, name), one.words)) for name, one in drawn.items()}
     balances = Markup().join(shown.pop(name)[1] for name in list(shown) if name.startswith("balance-"))
+    inputs = Markup().join(shown.pop(name)[1] for name in list(shown) if shown[name][0] == "Inputs")
     happened = shown.pop("events")[1] if "events" in shown else Markup()
     sections = [
         *shown.values(),
+        ("Inputs", inputs),
         ("Balances", report_tables.balances(scene_data) + balances),
         ("Events", happened + report_tables.events(log)),
         ("Validity", report_tables.validity(log)),

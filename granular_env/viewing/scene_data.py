@@ -18,6 +18,8 @@ from granular_env.components.support.arrays import FloatArray
 from granular_env.domains import domain_of
 from granular_env.recording.format.header import BalanceNames, balance_facts, balance_names_from
 
+from .curves import MAXIMUM_CURVE_POINTS, Curve, pick_with_extremes
+from .input_curves import load_input, present_input
 from .shapes import colouring_outputs, is_hidden, is_plane, is_solid, recolour, visible_cells, visible_points
 from .views import views_class
 
@@ -27,31 +29,10 @@ MAXIMUM_SHOWN_PARTICLES = 20_000
 MAXIMUM_SHOWN_LINKS = 60_000
 MAXIMUM_SHOWN_NODES = 500_000
 MAXIMUM_POINTS = 1_000_000
-MAXIMUM_CURVE_POINTS = 4_000
 # Up to so many numbers a whole series is read at once; beyond, frame by frame.
 _READ_AT_ONCE = 50_000_000
 
 _AXES = "xyz"
-
-
-@dataclass(frozen=True)
-class Curve:
-    """A scalar in time.
-
-    Attributes:
-        times: shape (samples,) [s].
-        ticks: shape (samples,).
-        values: shape (samples,), in `unit`.
-        cuts: indices of the first samples of later segments: no line leads there from the sample before.
-    """
-
-    name: str
-    unit: str
-    description: str
-    times: FloatArray
-    ticks: npt.NDArray[np.int64]
-    values: FloatArray
-    cuts: npt.NDArray[np.int64] = field(default_factory=lambda: np.zeros(0, np.int64))
 
 
 @dataclass(frozen=True)
@@ -183,6 +164,7 @@ class SceneData:
         motion: the first particles; None where there are none.
         more: further particles.
         meshes: cells.
+        inputs: by their names; of an array those of its elements that act, or of its extremes.
         profiles: fields along a line; of a log only, whose ranges are known.
         remark: what pictures have to say beside what they show; "" for nothing.
     """
@@ -244,7 +226,7 @@ class SceneData:
 def from_log(
     log: Any, frames: int = MAXIMUM_FRAMES, progress: Callable[[float], None] | None = None, colour: str | None = None
 ) -> SceneData:
-    """Return at most `frames` frames of a log and all its scalar outputs and inputs, thinned.
+    """Return at most `frames` frames of a log and all its scalar outputs and its inputs, thinned.
 
     Args:
         log: an open log.
@@ -264,9 +246,8 @@ def from_log(
     vectors = {name for balance in log.balances for name in (*balance.entries, balance.residual)}
     shown = [name for name in outputs if (outputs[name].shape == () or name in vectors) and len(log.times(name))]
     curves = {curve.name: curve for name in shown for curve in curves_of(log, name)}
-    inputs = {
-        name: input_curve_of(log, name) for name, (times, values) in log.inputs.items() if len(times) and values.ndim == 1
-    }
+    acted = [one for name in log.input_variables if (one := load_input(log, name)) is not None]
+    inputs = {curve.name: curve for one in acted for curve in one.curves}
     notes = tuple(_notes(log, motion, meshes))
     balances = _balances_to_show(log.balances, log.variables)
     profiles = tuple(_profile(log, one, frames) for one in log.drawables if _is_drawn_along_a_line(log, one))
@@ -443,18 +424,6 @@ def evenly_picked(available: int, wanted: int) -> npt.NDArray[np.int64]:
     return np.unique(np.rint(np.linspace(0, available - 1, wanted)).astype(np.int64))
 
 
-def _pick_with_extremes(values: FloatArray, most: int) -> npt.NDArray[np.int64]:
-    """Return indices of at most `most` samples: of each stretch its first, its last, its least and its largest.
-
-    So no peak is lost, and where samples lie closer than can be drawn, what is drawn is the band that they fill.
-    """
-    if len(values) <= most:
-        return np.arange(len(values))
-    stretches = np.array_split(np.arange(len(values)), most // 4)
-    marks = [(part[0], part[np.argmin(values[part])], part[np.argmax(values[part])], part[-1]) for part in stretches]
-    return np.unique(np.array(marks, dtype=np.int64))
-
-
 def cuts_of(log: Any, name: str, picked: npt.NDArray[np.int64]) -> npt.NDArray[np.int64]:
     """Return which of the frames picked are the first of a later segment."""
     ticks, lengths = np.asarray(log.ticks(name)), [segment.end - segment.start for segment in log.segments]
@@ -489,21 +458,9 @@ def curves_of(log: Any, name: str) -> Iterator[Curve]:
     times, values = sample_frames(log, name, np.arange(len(log.times(name))))
     for column, shown in enumerate(curve_names(variable)):
         own = values if values.ndim == 1 else values[:, column]
-        picked = _pick_with_extremes(own, MAXIMUM_CURVE_POINTS)
+        picked = pick_with_extremes(own)
         ticks, cuts = np.asarray(log.ticks(name))[picked], cuts_of(log, name, picked)
         yield Curve(shown, variable.unit, variable.description, times[picked], ticks, own[picked], cuts)
-
-
-def input_curve_of(log: Any, name: str) -> Curve:
-    """Return an input as it acted, both sides of its jumps, thinned so that no peak is lost."""
-    times, values = (np.asarray(part, dtype=np.float64) for part in log.inputs[name])
-    # What was held before the first step set it acted on nothing.
-    first = max(int(np.searchsorted(times, times[0], side="right")) - 1, 0)
-    times, values = times[first:], values[first:]
-    picked = _pick_with_extremes(values, MAXIMUM_CURVE_POINTS)
-    variable = log.input_variables[name]
-    ticks = np.rint(times[picked] / log.step_size).astype(np.int64)
-    return Curve(name, variable.unit, variable.description, times[picked], ticks, values[picked])
 
 
 def _notes(log: Any, motion: Motion | None, meshes: Sequence[MeshFrames]) -> Iterable[str]:
@@ -516,9 +473,8 @@ def _notes(log: Any, motion: Motion | None, meshes: Sequence[MeshFrames]) -> Ite
     if motion is not None and motion.colour is None and motion.colour_variable.name:
         yield f"{motion.colour_variable.name} was not recorded; the particles are grey."
     # Where nothing can happen, no link breaks.
-    joined = sum(isinstance(one, Links) and not is_hidden(one, log.drawables) for one in log.drawables)
-    if motion is not None and log.event_kinds and len(motion.links) < joined:
-        yield "Not all links are shown: their state was not recorded, or there are too many."
+    if motion is not None and log.event_kinds:
+        yield from _notes_on_links(log, motion)
     if motion is not None and motion.every > 1:
         yield f"Only each {motion.every}th of {motion.total} particles is shown."
     for cells in visible_cells(log.drawables):
@@ -534,6 +490,18 @@ def _notes(log: Any, motion: Motion | None, meshes: Sequence[MeshFrames]) -> Ite
             yield f"{mesh.field_variable.name} was not recorded; the {mesh.name} is grey."
 
 
+def _notes_on_links(log: Any, motion: Motion) -> Iterator[str]:
+    for one in log.drawables:
+        if not isinstance(one, Links) or not one.state or not len(one.pairs) or is_hidden(one, log.drawables):
+            continue
+        if not _has_frames(log, one.state):
+            yield f"{one.state} was not recorded: the {one.name} are not shown. Record it as well."
+        elif len(one.pairs) > MAXIMUM_SHOWN_LINKS:
+            yield f"The {one.name} are not shown: there are {len(one.pairs)}, more than {MAXIMUM_SHOWN_LINKS}."
+        elif one.points == motion.name and motion.every > 1:
+            yield f"The {one.name} are not shown, since not all {motion.name} are."
+
+
 # -- from a component that runs -------------------------------------------------------------------------------------------
 
 
@@ -547,6 +515,8 @@ def from_component(component: Component, title: str | None = None) -> SceneData:
             yield Curve(name, variable.unit, variable.description, now, tick, np.array([value]))
 
     scalars = [v for v in component.variables.values() if v.shape == () or v.name in component.balance_names]
+    given = (variable for variable in component.variables.values() if variable.causality == "input")
+    inputs = [curve for one in given for curve in present_input(one, component.get(one.name), component.time, component.tick)]
     balances = balance_names_from([balance_facts(balance) for balance in component.balances()])
     drawn = component.drawables()
     found = [_present_motion(component, points, now, tick) for points in visible_points(drawn)]
@@ -554,7 +524,7 @@ def from_component(component: Component, title: str | None = None) -> SceneData:
         title or component.name,
         found[0] if found else None,
         {curve.name: curve for variable in scalars if variable.causality == "output" for curve in curves(variable)},
-        {curve.name: curve for variable in scalars if variable.causality == "input" for curve in curves(variable)},
+        {curve.name: curve for curve in inputs},
         balances=_balances_to_show(balances, component.variables),
         more=tuple(found[1:]),
         meshes=tuple(

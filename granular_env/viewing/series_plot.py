@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
+
+import numpy as np
 
 from granular_env.components.errors import ParameterError
 
 from . import figures
-from .fields import field_names, load_field
+from .fields import Field, field_names, load_field, load_input_fields, load_vector_fields, vector_names
+from .input_curves import MOST_CURVES, load_elements, load_input
 from .report_figures import FRAMES
-from .scene_data import curves_of, input_curve_of
+from .scene_data import curves_of
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -33,7 +37,8 @@ def plot(
 
     Args:
         log: an open log.
-        variable: a recorded output, or an input. Of a scalar its course in time is drawn, whatever the kind.
+        variable: a recorded output, or an input. Of a scalar, or an input of a few numbers, the course in time is drawn,
+            whatever the kind; of vectors at many places each component, one above the other.
         kind: of an array: "space-time", "profiles" (at `times`) or "histories" (of `indices`).
         times: instants of the profiles [s]; default: four, evenly spaced.
         indices: of which elements; default: up to five that changed.
@@ -48,14 +53,28 @@ def plot(
     if kind not in _KINDS:
         raise ParameterError(f"got {kind!r}", expected=f"one of {', '.join(_KINDS)}", at="kind")
     if variable in field_names(log):
-        field = load_field(log, variable, FRAMES)
-        if kind == "profiles":
-            return figures.profiles(field, times)
-        return figures.histories(field, indices) if kind == "histories" else figures.space_time(field)
+        return _figure([load_field(log, variable, FRAMES)], kind, times, indices)
+    if variable in vector_names(log):
+        return _figure(load_vector_fields(log, variable, FRAMES), kind, times, indices)
     scalars = [name for name, one in log.variables.items() if one.shape == () and len(log.times(name))]
     if variable in scalars:
         return figures.curves(list(curves_of(log, variable)))
-    if variable in log.inputs and len(log.inputs[variable][0]):
-        return figures.curves([input_curve_of(log, variable)])
-    known = ", ".join([*field_names(log), *scalars, *log.inputs])
+    acted = load_input(log, variable) if variable in log.input_variables else None
+    if acted is not None:
+        shape = acted.variable.shape
+        if math.prod(shape) > MOST_CURVES:
+            fields = load_input_fields(log, variable, FRAMES)
+            return _figure([one for one in fields if one.values.any()] or fields[:1], kind, times, indices)
+        return figures.curves(load_elements(log, variable, np.ndindex(shape)) if shape else acted.curves)
+    known = ", ".join([*field_names(log), *vector_names(log), *scalars, *log.input_variables])
     raise ParameterError(f"{variable!r} was not recorded", hint=f"this log holds {known}", at="variable")
+
+
+def _figure(fields: Sequence[Field], kind: str, times: Sequence[float] | None, indices: Sequence[int] | None) -> Figure:
+    """Return a figure of one field, or of several one above the other."""
+    draw = {
+        "space-time": figures.space_time,
+        "profiles": lambda field, into=None: figures.profiles(field, times, into),
+        "histories": lambda field, into=None: figures.histories(field, indices, into),
+    }[kind]
+    return draw(fields[0]) if len(fields) == 1 else figures.stack(fields, lambda field, into: draw(field, into=into))

@@ -14,6 +14,11 @@ from ...components.profiles import CompiledProfile
 from .digests import held_word, set_words
 from .records import Record, bits, damage
 
+# How often a profile is sampled over the time that it was held, beside its breakpoints.
+_PROFILE_SAMPLES = 201
+# How often each of its pieces is sampled beside that; an even number, so that the peak of a half sine is met.
+_PIECE_SAMPLES = 32
+
 
 @dataclass(frozen=True, slots=True)
 class StepHistory:
@@ -174,24 +179,46 @@ def _array(record: Record, name: str, dtype: type, dimensions: int = 1) -> np.nd
     return array
 
 
-def sample_input(steps: StepHistory, start: Mapping[str, Held], name: str, end: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return ticks (n,) and values (n, ...) of one input for plotting: at each change; a profile also in between."""
+@dataclass(frozen=True, slots=True)
+class Stretch:
+    """A time over which an input was held at one value, or followed one profile.
+
+    Attributes:
+        begin, end: its ticks, equal where nothing happened before a step set the input.
+        value: what was held.
+        shift: a tick of the component plus this is a tick of the log.
+    """
+
+    begin: int
+    end: int
+    value: Held
+    shift: int = 0
+
+    def sample_ticks(self) -> list[int]:
+        """Return ticks that show its course: both ends; of a profile breakpoints and others in between too, or none at all."""
+        if not isinstance(self.value, CompiledProfile):
+            return [self.begin, self.end]
+        if self.end <= self.begin:
+            return []
+        even = np.linspace(self.begin, self.end, _PROFILE_SAMPLES).astype(np.int64)
+        grid = np.unique(np.concatenate([even, self.value.ticks, self._curved_ticks(self.value), [self.end]]))
+        return grid[(grid >= self.begin) & (grid <= self.end)].tolist()
+
+    def _curved_ticks(self, profile: CompiledProfile) -> np.ndarray:
+        """Return ticks within the pieces of a profile that are no straight lines: a short pulse shall not be missed."""
+        begins = np.clip(profile.ticks, self.begin, self.end)
+        ends = np.append(begins[1:], self.end)
+        curved = (ends > begins) & profile.coefficients[:, 2:].any(axis=1)
+        each = max(2, min(_PIECE_SAMPLES, _PROFILE_SAMPLES * _PIECE_SAMPLES // max(1, int(curved.sum()))))
+        return np.linspace(begins[curved], ends[curved], each + 1).astype(np.int64).ravel()
+
+
+def stretches(steps: StepHistory, start: Mapping[str, Held], name: str, end: int, shift: int = 0) -> Iterator[Stretch]:
+    """Yield the stretches of one input in one segment, `start` being what was held before its first step."""
     places, values = steps.sets.get(name, (np.zeros(0, np.int64), []))
     begins = [int(steps.marks[0]), *steps.marks[places].tolist()]
-    held = [start[name], *values]
-    ticks, samples = [], []
-    for begin, stop, value in zip(begins, [*begins[1:], end], held, strict=True):
-        if not isinstance(value, CompiledProfile):
-            ticks += [begin, stop]
-            samples += [value, value]
-        elif stop > begin:
-            grid = np.unique(np.concatenate([np.linspace(begin, stop, 201).astype(np.int64), value.ticks, [stop]]))
-            grid = grid[(grid >= begin) & (grid <= stop)]
-            ticks += grid.tolist()
-            samples += [value.value(tick) for tick in grid.tolist()]
-    first = start[name]
-    shape = first.shape if isinstance(first, CompiledProfile) else np.shape(first)
-    return np.array(ticks, dtype=np.int64), np.array(samples, dtype=np.float64).reshape(len(ticks), *shape)
+    for begin, stop, value in zip(begins, [*begins[1:], end], [start[name], *values], strict=True):
+        yield Stretch(begin, stop, value, shift)
 
 
 def finite_step(value: object) -> float:

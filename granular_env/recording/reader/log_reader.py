@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from functools import cached_property
 from typing import Any, Self
 
@@ -11,6 +12,7 @@ from ...components.component import refuse_unknown_events
 from ...components.drawables import Drawable
 from ...components.errors import LogError, ParameterError, one_line
 from ...components.events import Event, EventDetail
+from ...components.inputs import input_value
 from ...components.profiles import CompiledProfile
 from ...components.snapshot import Snapshot
 from ...components.support.memory_limits import refuse_beyond
@@ -21,7 +23,7 @@ from ..format.drawables import drawables_from
 from ..format.header import BalanceNames, balance_names_from, event_kinds_from
 from ..format.message_index import COUNT, DETAIL, FIRST, SEGMENT, Segment
 from ..format.records import EVENTS, INCIDENTS, SNAPSHOTS, STEPS, damage
-from ..format.step_history import StepHistory
+from ..format.step_history import StepHistory, Stretch
 from .record_reader import RecordReader
 
 # What reading one variable, or all the steps, may allocate [bytes].
@@ -260,16 +262,23 @@ class LogReader:
     def inputs(self) -> dict[str, tuple[np.ndarray, np.ndarray]]:
         """Every input's course: times [s] and values, at each change; profiles are sampled. `steps_of` has them exactly."""
         found = {}
-        for name in self.input_variables:
-            ticks, values = [], []
-            for segment in self.segments:
-                held = self.snapshot(segment, segment.start).inputs
-                own, samples = step_history.sample_input(self.steps_of(segment), held, name, segment.end)
-                ticks.append(self.records.log_tick(segment.number, own))
-                values.append(samples)
-            nothing = np.zeros(0), np.zeros((0, *self.input_variables[name].shape))
-            found[name] = (np.concatenate(ticks) * self.step_size, np.concatenate(values)) if ticks else nothing
+        for name, variable in self.input_variables.items():
+            ticks: list[int] = []
+            values: list[Any] = []
+            for one in self.input_stretches(name):
+                own = one.sample_ticks()
+                ticks += [tick + one.shift for tick in own]
+                values += [input_value(one.value, tick) for tick in own]
+            shaped = np.array(values, dtype=np.float64).reshape(len(values), *variable.shape)
+            found[name] = (np.array(ticks, dtype=np.int64) * self.step_size, shaped)
         return found
+
+    def input_stretches(self, name: str) -> Iterator[Stretch]:
+        """Yield over which ticks an input was held at what, in order; nothing is sampled, whatever the size of the input."""
+        for segment in self.segments:
+            held = self.snapshot(segment, segment.start).inputs
+            shift = int(self.records.log_tick(segment.number, 0))
+            yield from step_history.stretches(self.steps_of(segment), held, name, segment.end, shift)
 
     def steps_of(self, segment: Segment) -> StepHistory:
         """Every call of `step` in a segment, exactly."""
