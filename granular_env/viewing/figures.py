@@ -81,7 +81,7 @@ def space_time(motion: Motion | Field, title: str = "", limit: float | None = No
 def stack(fields: Sequence[Field], draw: Callable[[Field, Figure], object], height: float = 4.0) -> Figure:
     """Draw one figure for each field, such as the components of vectors, one above the other, each so high [inch]."""
     figure = new_figure(8.0, height * len(fields))
-    for part, shown in zip(np.atleast_1d(figure.subfigures(len(fields), 1)), fields, strict=True):
+    for part, shown in zip(figure.subfigures(len(fields), 1, squeeze=False).flat, fields, strict=True):
         draw(shown, part)
     return figure
 
