@@ -126,6 +126,15 @@ class Physics(metaclass=ABCMeta):
         """Return what viewers can draw; what comes first matters most."""
         return ()
 
+    def nearest_kind(self, ratio: str, index: int) -> str:
+        """Return the kind of event that is near at an index, of those that an output decides; "" where it is not known.
+
+        Args:
+            ratio: name of the output, the `EventDetail.ratio` of several kinds.
+            index: of the link, cell, ...
+        """
+        return ""
+
     def conclusions(self) -> list[str]:
         """Return sentences on what has become of the system, such as whether it broke, where, and why or why not."""
         return []

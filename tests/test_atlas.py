@@ -64,7 +64,7 @@ def made(tmp_path_factory):
         (Value("", "at most 2", 2.008, paper=2.0, at_most=True), "not reproduced", "0.008 more"),
         (Value("", "much less than 1", 0.07, at_most=True, loose=0.1), "in part", "kept as we read it"),
         (Value("", "much less than 1", 0.17, at_most=True, loose=0.1), "not reproduced", "0.07 more"),
-        (Value("", "slight", 10.05, "%", at_most=True, loose=10.0, digits=2), "not reproduced", "just above, by 0.05 %"),
+        (Value("", "slight", 10.05, "%", at_most=True, loose=10.0, digits=2), "not reproduced", "just above 10 %"),
         (Value("", "at most 2", math.nan, paper=2.0, at_most=True), "not reproduced", "nan more"),
         (Value("", "3, 1", "3, 1"), "reproduced", "reproduced"),
         (Value("", "3, 1", "1, 3"), "not reproduced", "“1, 3”, not “3, 1”"),
@@ -89,6 +89,7 @@ def test_the_verdict_of_several_values():
     assert combine([near, no]).kind == "in part"
     assert combine([near, no]).words == "in part: b: yes to 0.06 %; c: no, 1 off"
     assert combine([no, silent]).words == "not reproduced: 1 off"
+    assert combine([no, no]).words == "not reproduced: c: 1 off"
     assert combine([drawn, drawn]).words == "as bands: the paper’s draw at percentile 50, 50"
     assert combine([drawn, yes]).kind == "as bands"
     assert combine([drawn, no]).kind == combine([drawn, yes, no]).kind == "in part"

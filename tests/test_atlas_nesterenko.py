@@ -37,7 +37,7 @@ VERDICTS = {
         "The solitary wave is faster than sound": "reproduced to 3e-07",
         "Length of the wave (2.7)": "reproduced",
         "Front of a weakly dissipative shock": "reproduced",
-        "Misprints of section 2": "not reproduced: “2”, not “2/5”",
+        "Misprints of section 2": "not reproduced: power of 5V²/4c² in (2.7): “2”, not “2/5”",
         "The continuum against the chain itself": "only to 1.2 %",
     },
     "3-checks": {
@@ -81,7 +81,7 @@ VERDICTS = {
     },
     "3.4-speeds": {
         "C of V": "not reproduced: 0.8 % off",
-        "The front against a stationary shock": "not reproduced: 0.7 % off",
+        "The front against a stationary shock": "not reproduced: V/D1: 0.7 % off",
         "The front’s speed is that of the settled wave": "only to 1.6 %",
         "V and D1 do not depend": "reproduced",
         "Pressure in the first maximum": "not reproduced: 0.6 % off",

@@ -16,7 +16,7 @@ from granular_env import atlas
 from granular_env.atlas import papers
 from granular_env.components.grid.theory import load_fronts, rayleigh_ellipse, rayleigh_speed
 from granular_env.components.materials.elastic import Material
-from granular_env.domains.coupled.psakhie_2003 import cases, motion, pictures
+from granular_env.domains.coupled.psakhie_2003 import cases, figure_7, motion, pictures
 from granular_env.recording import open_log, verify
 
 # A shear wave crosses 20 of these cells while the load lasts; the page has twice as many.
@@ -29,8 +29,9 @@ VERDICTS = {
         "F′: no, 1 σΔ off",
     },
     "2.3-sub-steps": {
-        "Sub-steps of smaller automata, steps": "not reproduced: 380 off",
-        "Sub-steps of smaller automata: complete": "not reproduced: 0.1 off",
+        "Sub-steps of smaller automata, steps": "not reproduced: n = 2, as written: energy at the end over the "
+        "start: 380 times off",
+        "Sub-steps of smaller automata: complete": "not reproduced: n = 2, as written: momentum missing: 11 % off",
     },
     "3-figure-6": {
         "“The passage": "only to 0.1 %",
@@ -44,7 +45,7 @@ VERDICTS = {
         "“Both methods give identical results”: body": "only to 1.2 %",
         "“Both methods give identical results”: everywhere": "in part: square: no, 9.5 % off; hexagonal: only to 1.9 %",
         "“The influence": "in part: square less hexagonal, below 0.1 m: kept as we read it; square less hexagonal, "
-        "everywhere: no, just above, by 0.05 %",
+        "everywhere: no, just above 10 %",
         "The interface": "reproduced",
         "“At the interface": "reproduced",
     },
@@ -160,11 +161,19 @@ def test_sub_steps_as_written_gain_energy_and_lose_momentum_where_impulses_do_no
         assert energy[f"n = {n}, as written: energy at the end over the start"] > 100.0
         assert energy[f"n = {n}, impulses: largest change"] < 1.0
         assert (
-            momentum[f"n = {n}, impulses: momentum missing"]
-            <= 1e-10
-            < 1e-3
-            < momentum[f"n = {n}, as written: momentum missing"]
+            momentum[f"n = {n}, impulses: momentum missing"] <= 1e-8 < 0.1 < momentum[f"n = {n}, as written: momentum missing"]
         )
+
+
+def test_the_remark_on_the_rayleigh_wave_of_the_square_packing_has_the_sign_of_the_numbers(
+    whole: tuple[Path, dict[str, Any]],
+) -> None:
+    """The crest of the wave is at 165.2 mm in the square packing, 164.9 mm in the grid, 164.5 mm in the close packing."""
+    data = whole[1]
+    mirror = item(data, "3-figure-7", "“Both methods give identical results”: everywhere")
+    assert "0.28 mm ahead of that of the grid" in mirror["reason"]
+    assert "0.66 mm ahead of that of the close packing" in item(data, "3-figure-7", "“The influence")["reason"]
+    assert figure_7.lead_words(-1.23e-3) == "1.2 mm behind"
 
 
 def test_figures_6_to_8_are_there_with_their_data_and_their_logs_replay(whole: tuple[Path, dict[str, Any]]) -> None:

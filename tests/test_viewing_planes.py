@@ -11,6 +11,7 @@ from support.rerun_tools import columns
 import granular_env as ge
 from granular_env.components.contract import Variable
 from granular_env.components.drawables import Cells, Links, Points
+from granular_env.recording.reader.event_places import place_of, position_words
 from granular_env.viewing import LiveViewer, report, save_rrd
 from granular_env.viewing.colour_scales import colour_scales
 from granular_env.viewing.cracks import MOST_LINES, crack_lines
@@ -208,6 +209,14 @@ def test_the_page_has_a_film_with_events_on_its_time_axis_and_no_script(cracking
     counts, _ = np.histogram(times, 100, (0.0, cracking_log.times("displacement")[-1]))
     assert strip.count("<rect") == np.count_nonzero(counts)
     assert f"{sum(event.kind == 'tension_break' for event in events)} x tension break" in page
+    # What the pictures below say of displacements, the film says too; and the report says what the events' numbers are.
+    (stretched,) = set(re.findall(r"isplacements drawn ([0-9e+]+) x larger", page))
+    assert float(stretched) > 1.0 and re.search(r"<legend>[^<]*Displacements drawn", page)
+    heads = re.search(r"<tr>(?=<th[^>]*>time \[s\])(.*?)</tr>", page)[1]
+    assert re.findall(r">([^<]+)</th>", heads) == ["time [s]", "event", "index", "value", "limit", "unit", "of", "at [m]"]
+    place = place_of(events[0].index, cracking_log.event_details[events[0].kind], cracking_log.drawables)
+    assert f"<td>Pa</td><td>{place.elements}</td><td>{position_words(place.position)}</td>" in page
+    assert all(text.replace(">", "&gt;") in page for text in cracking_log.metadata["conclusions"])
     # Numbers in a packing do not say where an automaton is: no x-t diagram, unless one is asked for.
     assert "Histories of chosen automata" in page and "x-t diagram" not in page and "Profiles" not in page
     chosen = report(cracking_log, tmp_path / "chosen", variables=["damage"]).read_text()

@@ -341,7 +341,7 @@ def bond_failure(body, bonds, law, displacement, half, dilation, stress, i, slot
 
 
 @jit
-def criterion_ratios(body, bonds, law, displacement, half, dilation, stress, pairs, ratio_out):
+def criterion_ratios(body, bonds, law, displacement, half, dilation, stress, pairs, ratio_out, cause_out):
     """Write how near links are to breaking: what decides over its limit, 0 of those that are broken or far from it.
 
     Args:
@@ -354,9 +354,10 @@ def criterion_ratios(body, bonds, law, displacement, half, dilation, stress, pai
         stress: see `bond_stresses`, shape (n, 3) [Pa].
         pairs: see `packing.Packing.pairs`, shape (m, 3).
         ratio_out: shape (m,).
+        cause_out: the numbers of what decides, shape (m,).
     """
     for row in range(pairs.shape[0]):
-        i, slot, ratio_out[row] = pairs[row, 0], pairs[row, 2], 0.0
+        i, slot, ratio_out[row], cause_out[row] = pairs[row, 0], pairs[row, 2], 0.0, 0
         if bonds.weight[i, slot] == 1.0:
-            value, limit, _ = bond_failure(body, bonds, law, displacement, half, dilation, stress, i, slot)
+            value, limit, cause_out[row] = bond_failure(body, bonds, law, displacement, half, dilation, stress, i, slot)
             ratio_out[row] = max(value / limit, 0.0)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Callable, Iterable, Mapping
 from functools import partial
 from typing import Any
@@ -21,6 +22,7 @@ from ..support.roots import round_down_to_125
 from . import motion
 from .bond_forces import update_bond_forces
 from .bond_strains import intact_bonds
+from .conclusions import describe_links, describe_pieces
 from .cracking_specimen import TOO_FAR, UNSOUND, CrackingSpecimen
 from .layout import Body, Motion, Scratch, make_body, make_scratch
 from .linked_specimen import LinkedSpecimen
@@ -270,12 +272,31 @@ class Automata(Component):
         mass = float(self.mass.sum())
         return (*found, Balance("mass", "kg", {"mass": mass}, initial=mass))
 
+    def nearest_kind(self, ratio: str, index: int) -> str:
+        """Return the kind of event that a link is nearest to."""
+        return self.steps.nearest_cause(index) if isinstance(self.steps, CrackingSpecimen) else ""
+
+    def conclusions(self) -> list[str]:
+        """Return how many links broke and the first of them, or how near the nearest is; and the pieces that there are."""
+        if not isinstance(self.steps, CrackingSpecimen) or not self.parameters.breakable:
+            return []
+        said = [self.describe_links(self.packing.reference, self.step_size)]
+        return said + ([describe_pieces(self.steps.held_pairs(), self.mass)] if len(self.steps.breaks()) else [])
+
+    def describe_links(self, reference: FloatArray, step_size: float, micro_steps: int = 1) -> str:
+        """Return what has become of links that can break, of automata at these places; see `conclusions.describe_links`."""
+        assert isinstance(self.steps, CrackingSpecimen)
+        points = dataclasses.replace(self._points(), reference=reference)
+        return describe_links(self.steps, points, self._pairs[:, :2], step_size, micro_steps)
+
     def drawables(self) -> tuple[Drawable, ...]:
         """Return the automata, turned and coloured by damage (or speed where nothing breaks), and their links."""
+        return self._points(), Links("links", "automata", np.ascontiguousarray(self._pairs[:, :2]), "linked")
+
+    def _points(self) -> Points:
         radius = np.full(self.count, 0.5 * self.parameters.diameter)
         colour = "damage" if self.parameters.has_history else "speed"
         left, right, low, high = self.parameters.shape.bounds
         closed = self.parameters.periodic
         period = np.where(closed, (right - left, high - low), 0.0) if any(closed) else np.zeros(0)
-        points = Points("automata", self.packing.reference, radius, "displacement", colour, "rotation", period)
-        return points, Links("links", "automata", np.ascontiguousarray(self._pairs[:, :2]), "linked")
+        return Points("automata", self.packing.reference, radius, "displacement", colour, "rotation", period)

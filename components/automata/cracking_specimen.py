@@ -265,10 +265,33 @@ class CrackingSpecimen(LinkedSpecimen):
 
     def criterion_ratio(self) -> FloatArray:
         """Return how near each link is to breaking: what decides over its limit, shape (links,)."""
-        stress, found = self.stress(), np.empty(len(self._pairs))
+        return self._judge_links()[0]
+
+    def nearest_cause(self, link: int) -> str:
+        """Return the kind of event that a link is nearest to."""
+        return list(self.event_kinds)[self._judge_links()[1][link]]
+
+    def _judge_links(self) -> tuple[FloatArray, IntArray]:
+        """Return what decides on each link over its limit, and the number of the cause, both of shape (links,)."""
+        stress, found, cause = self.stress(), np.empty(len(self._pairs)), np.empty(len(self._pairs), np.int64)
         u, scratch = self.motion.displacement, self.scratch
-        criterion_ratios(self.body, self.medium.bonds, self._law, u, scratch.half, scratch.dilation, stress, self._pairs, found)
-        return found
+        criterion_ratios(
+            self.body, self.medium.bonds, self._law, u, scratch.half, scratch.dilation, stress, self._pairs, found, cause
+        )
+        return found, cause
+
+    def breaks(self) -> FloatArray:
+        """Return the events of links that broke: tick, number of the cause, link, value and limit, shape (m, 5)."""
+        events = self._block["events"]
+        return events[events[:, 1] < len(self._parameters.leading_criterion.causes)]
+
+    def held_pairs(self) -> IntArray:
+        """Return the automata that links and tied faces hold together, shape (m, 2)."""
+        held = [self._pairs[self.linked() == 1.0, :2]]
+        if self.ties is not None:
+            whole = self._block["weight"][self.ties.automata, self.ties.slots] == 1.0
+            held += [np.stack([self.ties.automata, ends], axis=1)[whole] for ends in self.ties.ends.T]
+        return np.concatenate(held)
 
     def damage(self) -> FloatArray:
         """Return what part of the faces of each automaton is broken, shape (n,)."""

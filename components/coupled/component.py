@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
@@ -9,6 +10,7 @@ import numpy as np
 
 from ..automata.advance import TOO_FAST as TOO_FAST_ALONE
 from ..automata.component import Automata
+from ..automata.conclusions import describe_pieces
 from ..automata.cracking_specimen import UNSOUND, CrackingSpecimen
 from ..automata.layout import Scratch
 from ..automata.motion import TALLY_ROWS, WORK
@@ -19,7 +21,7 @@ from ..automata.ties import Ties, add_ties, tie_faces
 from ..balances import Balance
 from ..component import Component
 from ..contract import Variable
-from ..drawables import Drawable, Links
+from ..drawables import Drawable, Points
 from ..errors import StepError
 from ..grid import layout
 from ..grid.component import Grid
@@ -273,13 +275,39 @@ class Coupled(Component):
         ]
 
     def drawables(self) -> tuple[Drawable, ...]:
-        """Return the grid, the automata and their links."""
-        shown: list[Drawable] = []
-        for prefix, part in (("grid", self.grid), ("automata", self.automata)):
-            for drawable in part.drawables():
-                moved = prefix == "automata" and not isinstance(drawable, Links)
-                shown.append(part_drawable(prefix, drawable, **({"reference": self.reference} if moved else {})))
+        """Return the grid, the automata and their links; both parts are coloured by speed, so that waves go on at the seam."""
+        shown = [part_drawable("grid", one) for one in self.grid.drawables()]
+        for one in self.automata.drawables():
+            drawn = part_drawable("automata", one)
+            is_body = isinstance(drawn, Points)
+            shown.append(dataclasses.replace(drawn, reference=self.reference, colour="automata_speed") if is_body else drawn)
         return tuple(shown)
+
+    def nearest_kind(self, ratio: str, index: int) -> str:
+        """Return the kind of event that a cell or a link is nearest to."""
+        for prefix, part in (("grid", self.grid), ("automata", self.automata)):
+            if ratio.startswith(f"{prefix}_") and (kind := part.nearest_kind(ratio.removeprefix(f"{prefix}_"), index)):
+                return f"{prefix}_{kind}"
+        return ""
+
+    def conclusions(self) -> list[str]:
+        """Return what has become of links that can break, and of how many pieces grid and automata together are."""
+        if self._cracking is None or not self.automata.parameters.breakable:
+            return []
+        said = [f"automata: {self.automata.describe_links(self.reference, self.step_size, self.micro_steps)}"]
+        if len(self._cracking.breaks()):
+            said.append(f"grid and automata: {describe_pieces(self._held_pairs(), self.mass)}")
+        return said
+
+    def _held_pairs(self) -> IntArray:
+        """Return what holds together, as pairs of nodes and automata, which are numbered behind the nodes; shape (m, 2)."""
+        assert self._cracking is not None
+        cells, nodes, face = self.grid.mesh.cells.astype(np.int64), len(self.grid.mesh.nodes), self.interface
+        joined = self.grid.joined
+        held = [cells[:, k : k + 2] for k in range(3)] + [nodes + self._cracking.held_pairs()]
+        held += [np.stack([face.automata + nodes, ends], axis=1) for ends in face.ends.T]
+        held += [joined[joined[:, k] >= 0][:, [0, k]] for k in range(1, joined.shape[1])]
+        return np.concatenate(held)
 
     # -- stepping ---------------------------------------------------------------------------------------------------
 

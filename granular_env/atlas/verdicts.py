@@ -152,9 +152,10 @@ class Value:
         if math.isfinite(self.computed) and self.computed <= bound:
             read = self.loose is not None
             return Verdict("in part", "kept as we read it") if read else Verdict("bound kept", "bound kept", "kept")
-        excess = f"{_round(self.computed - bound)} {self.unit}".strip()
-        # With the digits that have converged ours is printed like the bound itself.
-        return _not_reproduced(f"just above, by {excess}" if self.display_value == bound else f"{excess} more")
+        # With the digits that have converged ours may be printed like the bound itself.
+        if self.display_value == bound:
+            return _not_reproduced(f"just above {bound:g} {self.unit}".strip())
+        return _not_reproduced(f"{_round(self.computed - bound)} {self.unit}".strip() + " more")
 
     def _within(self) -> Verdict:
         gap = abs(self.difference)
@@ -213,7 +214,10 @@ def combine(values: Sequence[Value]) -> Verdict:
             "as bands", f"as bands: the paper’s draw at percentile {', '.join(verdict.words for _, verdict in judged)}"
         )
     if kinds == {"not reproduced"}:
-        return Verdict("not reproduced", f"not reproduced: {judged[0][1].words}")
+        value, verdict = judged[0]
+        # Of several values the reader has to know whose words these are.
+        which = f"{value.label}: " if len(judged) > 1 and value.label else ""
+        return Verdict("not reproduced", f"not reproduced: {which}{verdict.words}")
     if len(judged) == 1 or kinds == {"in part"}:
         return Verdict("in part", max(judged, key=lambda pair: _relative(pair[0]))[1].words)
     parts = "; ".join(f"{value.label}: {verdict.words_in_list}" for value, verdict in judged)

@@ -50,7 +50,7 @@ def events(
 ) -> int:
     """Say what happened in a run, when, and which limit was passed; or how near it came."""
     from granular_env.recording import open_log
-    from granular_env.recording.reader.event_places import refuse_unknown_place
+    from granular_env.recording.reader.event_places import event_table, refuse_unknown_place
     from granular_env.recording.replay.event_ratio import kinds_by_ratio, nearest_to_events
 
     with open_log(log, allow_large=allow_large, components=components) as opened:
@@ -83,9 +83,8 @@ def events(
         print("\n".join([f"events: none{asked}; it would be one when", *_meanings(kinds), *further]))
     else:
         shown = found if every else found[:_MOST]
-        heads = ("time [s]", "event", "index", "value", "limit", "unit", "of", "at [m]")
-        rows = [(*_cells(event, step_size), *_details(event.index, details.get(event.kind), drawables)) for event in shown]
-        print(columns(_without_empty([heads, *rows]), ""))
+        heads, rows = event_table(shown, step_size, details, drawables)
+        print(columns([tuple(heads), *(_cells(row) for row in rows)], ""))
         rest = "" if len(shown) == len(found) else f"; the first {len(shown)} are listed, --all lists the others too"
         print("\n".join([f"{summary(found)}{rest}", *_meanings({event.kind: kinds[event.kind] for event in found})]))
     if kinds and known < end:
@@ -107,8 +106,10 @@ def _nearest(log: Log, ratios: list[EventRatio], index: int | None) -> str:
 
 
 def _words_for(log: Log, found: EventRatio, index: int | None) -> str:
-    _, of, position = _details(found.index, log.event_details.get(found.kinds[0]), log.drawables)
-    place = f", {of} at {position} m," if of else ""
+    from granular_env.recording.reader.event_places import place_of, position_words
+
+    known = place_of(found.index, log.event_details.get(found.kinds[0]), log.drawables)
+    place = f", {printable(known.elements)} at {position_words(known.position)} m," if known is not None else ""
     happened = [one for kind in found.kinds for one in log.events(kind, index)] if index is not None else []
     rest = (
         f"it happened there at {happened[0].tick * log.step_size:.9g} s" if happened
@@ -116,8 +117,8 @@ def _words_for(log: Log, found: EventRatio, index: int | None) -> str:
     )  # fmt: skip
     return (
         f"nearest: {printable(found.variable)}[{found.index}]{place} reached {found.ratio:.6g} of its limit at "
-        f"{found.time:.9g} s (1 is {printable(' or '.join(found.kinds))}; {rest}; "
-        f"{count_of(found.instants, 'instant')} looked at)"
+        f"{found.time:.9g} s (1 is {printable(found.nearest or ' or '.join(found.kinds))}; {rest}; "
+        f"{found.instants} of {count_of(found.all_instants, 'instant')} looked at)"
     )
 
 
@@ -132,9 +133,10 @@ def summary(found: list[Event]) -> str:
     return f"{count_of(len(found), 'event')}: {kinds}"
 
 
-def _cells(event: Event, step_size: float) -> tuple[str, ...]:
-    place = "" if event.index is None else str(event.index)
-    return f"{event.tick * step_size:.9g}", printable(event.kind), place, f"{event.value:.6g}", f"{event.limit:.6g}"
+def _cells(row: list[Any]) -> tuple[str, ...]:
+    """Return a row of the table of events as text: the time to the tick, other numbers to six digits."""
+    words = [f"{one:.6g}" if isinstance(one, float) else printable(str(one)) for one in row[1:]]
+    return f"{row[0]:.9g}", *words
 
 
 def _facts(index: int | None, detail: EventDetail | None, drawables: Sequence[Drawable]) -> dict[str, Any]:
@@ -144,19 +146,6 @@ def _facts(index: int | None, detail: EventDetail | None, drawables: Sequence[Dr
     place = place_of(index, detail, drawables)
     unit = {"unit": detail.unit} if detail is not None and detail.unit else {}
     return unit if place is None else {**unit, "of": place.elements, "position": place.position}
-
-
-def _details(index: int | None, detail: EventDetail | None, drawables: Sequence[Drawable]) -> tuple[str, str, str]:
-    """Return unit and place of events with an index, for people."""
-    facts = _facts(index, detail, drawables)
-    position = ", ".join(f"{one:.4g}" for one in facts.get("position", ()))
-    return printable(facts.get("unit", "")), printable(facts.get("of", "")), f"({position})" if position else ""
-
-
-def _without_empty(rows: list[tuple[str, ...]]) -> list[tuple[str, ...]]:
-    """Return the rows of a table without columns of which nothing is known."""
-    kept = [place for place in range(len(rows[0])) if any(row[place] for row in rows[1:])]
-    return [tuple(row[place] for place in kept) for row in rows]
 
 
 def _meanings(kinds: dict[str, str]) -> list[str]:

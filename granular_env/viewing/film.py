@@ -18,7 +18,7 @@ from ..optional_packages import import_optional
 from .figure_style import canvas, new_figure, svg, time_unit, with_style
 from .figures import EVENT_BINS
 from .legend import add_bar
-from .plane import Plane, draw_instant, load_plane
+from .plane import Plane, draw_instant, load_plane, stretch_words
 from .scene_data import SceneData, evenly_picked
 
 # Frames, and things drawn in all of them together: fewer frames of many things, and none where few would be left.
@@ -47,6 +47,7 @@ class Film:
         events: height of the bar of each of several equal parts of the run, 0 to 1; empty where nothing happened.
         words: what happened when.
         bars: what the colours mean, as SVG; empty where there are none.
+        stretch: how displacements are drawn, in words; empty where they are true to scale.
     """
 
     instants: tuple[Instant, ...]
@@ -54,6 +55,7 @@ class Film:
     events: tuple[float, ...]
     words: str
     bars: str
+    stretch: str = ""
 
 
 def film_of(log: Any, scene_data: SceneData, progress: Callable[[float], None]) -> Film | None:
@@ -83,7 +85,8 @@ def film_of(log: Any, scene_data: SceneData, progress: Callable[[float], None]) 
         progress((frame + 1) / len(plane.times))
     events, words = _events(log, float(plane.times[0]), float(plane.times[-1]))
     width, height = _size(plane)
-    return Film(tuple(instants), width / height, events, words, _bars(plane) if plane.scales else "")
+    bars = _bars(plane) if plane.scales else ""
+    return Film(tuple(instants), width / height, events, words, bars, stretch_words(plane))
 
 
 def _size(plane: Plane) -> tuple[float, float]:

@@ -335,6 +335,14 @@ def _add(axes: Axes, plane: Plane, shapes: Any, name: str, values: FloatArray | 
     shapes.set(array=values, clim=(-scale.limit, scale.limit), cmap=colours)
 
 
+def stretch_words(plane: Plane) -> str:
+    """Return how displacements are drawn, in words; "" where they are true to scale."""
+    movable = [one for one in plane.drawables if isinstance(one, Points | Cells) and one.displacement]
+    if movable and not any(one.displacement in plane.values for one in movable):
+        return "at their places at the start, since no displacements were recorded"
+    return "" if plane.exaggeration == 1.0 else f"displacements drawn {plane.exaggeration:g} x larger"
+
+
 def words(plane: Plane) -> str:
     """Return what the pictures show, in words."""
     kinds = [one.name.replace("_", " ") for one in plane.drawables]
@@ -342,11 +350,7 @@ def words(plane: Plane) -> str:
     side = "left" if plane.is_solid and plane.is_from_behind else "right"
     where = f"obliquely from above, x to the {side}; dark is the inside" if plane.is_solid else "x to the right, y up"
     parts = [f"{shown.capitalize()} at chosen instants, {where}"]
-    movable = [one for one in plane.drawables if isinstance(one, Points | Cells) and one.displacement]
-    if movable and not any(one.displacement in plane.values for one in movable):
-        parts.append("at their places at the start, since no displacements were recorded")
-    elif plane.exaggeration != 1.0:
-        parts.append(f"displacements drawn {plane.exaggeration:g} x larger")
+    parts += [stretched] if (stretched := stretch_words(plane)) else []
     if any(isinstance(one, Points) and one.rotation in plane.values for one in plane.drawables):
         parts.append("a spoke shows how each is turned")
     if any(isinstance(one, Cells) and one.state in plane.values for one in plane.drawables):

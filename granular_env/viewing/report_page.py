@@ -73,8 +73,10 @@ def _write(log: Any, target: Path, choice: Choice, tell: Callable[[float], None]
     sections = _sections(log, scene_data, drawn)
     if choice.variables is None and choice.times is None:
         film = film_of(log, scene_data, lambda part: tell(_DRAWING + (1.0 - _DRAWING) * part))
-        words = f"{_FILM_WORDS} {scene_data.remark}".strip()
-        sections = ([] if film is None else [("Film", html_page.film(film, words))]) + sections
+        if film is not None:
+            stretch = f"{film.stretch.capitalize()}." if film.stretch else ""
+            words = " ".join(one for one in (_FILM_WORDS, stretch, scene_data.remark) if one)
+            sections = [("Film", html_page.film(film, words)), *sections]
     html = html_page.page(f"Run report: {scene_data.title}", _lead(log, scene_data), sections)
     write_files({**files, target: html.encode("utf-8", "replace")})
     tell(1.0)

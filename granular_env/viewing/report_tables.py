@@ -15,9 +15,9 @@ from markupsafe import Markup
 from pydantic.fields import FieldInfo
 
 from granular_env.components.errors import GranularError, LogError
-from granular_env.components.events import Event
 from granular_env.documents import to_toml
 from granular_env.recording.format.header import BalanceNames
+from granular_env.recording.reader.event_places import event_table
 
 from . import html_page
 from .scene_data import SceneData
@@ -78,19 +78,14 @@ def events(log: Any) -> Markup:
     found = log.events()
     if not found:
         return html_page.paragraph("Nothing happened of what could: " + ", ".join(kinds) + ".")
-    rows = [_event_row(event, log.step_size) for event in found[:_MOST_EVENTS]]
+    heads, rows = event_table(found[:_MOST_EVENTS], log.step_size, log.event_details, log.drawables)
+    for row in rows:
+        row[1] = row[1].replace("_", " ")
     more = ""
     if len(found) > _MOST_EVENTS:
         more = f"The first {_MOST_EVENTS} of {len(found)} events; `ge.open_log(path).events()` has all of them."
     words = "; ".join(f"{kind.replace('_', ' ')}: {text}" for kind, text in kinds.items())
-    return html_page.table(["time [s]", "event", "index", "value", "limit"], rows) + html_page.paragraph(
-        f"{words}. {more}".strip()
-    )
-
-
-def _event_row(event: Event, step_size: float) -> list[Any]:
-    index = "" if event.index is None else event.index
-    return [event.tick * step_size, event.kind.replace("_", " "), index, event.value, event.limit]
+    return html_page.table(heads, rows) + html_page.paragraph(f"{words}. {more}".strip())
 
 
 def validity(log: Any) -> Markup:

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 from ...components.drawables import Cells, Drawable, Links, Points
 from ...components.errors import ParameterError
-from ...components.events import EventDetail
+from ...components.events import Event, EventDetail
 from ...components.support.arrays import FloatArray
 
 
@@ -48,6 +49,38 @@ def place_of(index: int | None, detail: EventDetail | None, drawables: Sequence[
             return EventPlace(f"cell {index} of {drawn.name}", _middle(drawn.nodes[drawn.connectivity[index]]))
         case _:
             return None
+
+
+def event_table(
+    events: Sequence[Event], step_size: float, details: Mapping[str, EventDetail], drawables: Sequence[Drawable]
+) -> tuple[list[str], list[list[Any]]]:
+    """Return the heads and the rows of a table of events: when, what, with which numbers, and where.
+
+    Columns of which nothing is known are left out.
+
+    Args:
+        events: of a component.
+        step_size: of it [s].
+        details: of its kinds of events.
+        drawables: of it.
+    """
+    heads = ["time [s]", "event", "index", "value", "limit", "unit", "of", "at [m]"]
+    rows: list[list[Any]] = []
+    for event in events:
+        detail = details.get(event.kind)
+        place = place_of(event.index, detail, drawables)
+        rows.append([
+            event.tick * step_size, event.kind, "" if event.index is None else event.index, event.value, event.limit,
+            "" if detail is None else detail.unit, "" if place is None else place.elements,
+            "" if place is None else position_words(place.position),
+        ])  # fmt: skip
+    known = [column for column in range(len(heads)) if any(row[column] != "" for row in rows)]
+    return [heads[column] for column in known], [[row[column] for column in known] for row in rows]
+
+
+def position_words(position: Sequence[float]) -> str:
+    """Return coordinates for people."""
+    return f"({', '.join(f'{one:.4g}' for one in position)})"
 
 
 def refuse_unknown_place(index: int | None, details: Sequence[EventDetail | None], drawables: Sequence[Drawable]) -> None:

@@ -29,6 +29,8 @@ class EventRatio:
         ratio: what decided over its limit; 1 is an event.
         passed: at how many places such an event happened in the run.
         instants: how many instants were looked at: those of the frames, the ends of segments, and a thousand more.
+        all_instants: how many there were: the start, and the end of each internal step.
+        nearest: which of `kinds` was near; "" where the component does not say.
     """
 
     kinds: tuple[str, ...]
@@ -38,6 +40,8 @@ class EventRatio:
     ratio: float
     passed: int
     instants: int
+    all_instants: int
+    nearest: str
 
 
 def kinds_by_ratio(details: Mapping[str, EventDetail]) -> dict[str, tuple[str, ...]]:
@@ -74,7 +78,7 @@ def nearest_to_events(log: Log, index: int | None = None) -> list[EventRatio]:
         places = np.arange(sizes[name])
         asked = np.setdiff1d(places, list(passed)) if index is None else places[places == index]
         if len(asked):
-            searches.append(_Search(name, asked, len(passed)))
+            searches.append(_Search(name, names, asked, len(passed)))
     instants = 0
     for tick in _instants(log, component) if searches else ():
         instants += 1
@@ -82,8 +86,9 @@ def nearest_to_events(log: Log, index: int | None = None) -> list[EventRatio]:
             search.look(component, tick)
     if searches and not instants:
         raise LogError("it holds no step, so nothing can be said", at="steps", source=f"log {str(log.path)!r}")
+    there = sum(segment.end - segment.start + 1 for segment in log.segments)
     return [
-        EventRatio(kinds[s.variable], s.variable, s.index, s.tick * log.step_size, s.ratio, s.passed, instants)
+        EventRatio(s.kinds, s.variable, s.index, s.tick * log.step_size, s.ratio, s.passed, instants, there, s.nearest)
         for s in searches
     ]
 
@@ -91,9 +96,9 @@ def nearest_to_events(log: Log, index: int | None = None) -> list[EventRatio]:
 class _Search:
     """The largest of the elements of an output that are asked for, of all instants so far."""
 
-    def __init__(self, variable: str, asked: np.ndarray, passed: int) -> None:
-        self.variable, self.passed = variable, passed
-        self.ratio, self.index, self.tick = -np.inf, -1, -1
+    def __init__(self, variable: str, kinds: tuple[str, ...], asked: np.ndarray, passed: int) -> None:
+        self.variable, self.kinds, self.passed = variable, kinds, passed
+        self.ratio, self.index, self.tick, self.nearest = -np.inf, -1, -1, kinds[0] if len(kinds) == 1 else ""
         self._asked = asked
 
     def look(self, component: Component, tick: int) -> None:
@@ -101,6 +106,8 @@ class _Search:
         place = int(ratios.argmax())
         if ratios[place] > self.ratio:
             self.ratio, self.index, self.tick = float(ratios[place]), int(self._asked[place]), tick
+            if len(self.kinds) > 1:
+                self.nearest = component.nearest_kind(self.variable, self.index)
 
 
 def _instants(log: Log, component: Component) -> Iterator[int]:

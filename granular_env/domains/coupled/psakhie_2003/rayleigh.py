@@ -38,13 +38,16 @@ def _window(time: float, samples: int = _FINE) -> FloatArray:
     return np.linspace(_SPEED * (time - LOAD), _SPEED * time, samples)
 
 
+def surface_crest(moving: Motion, side: float, time: float) -> float:
+    """Return how far from the load the crest of the vertical velocity on the surface is, to the right (side 1) or left [m]."""
+    x = _window(time)
+    return crest(x, moving.at(side * x, np.zeros_like(x))[:, 1])
+
+
 def _behind(moving: dict[float, Motion]) -> Item:
     values: list[Value] = []
     for part, side in _SIDES.items():
-        places: list[float] = []
-        for time in INSTANTS:
-            x = _window(time)
-            places.append(crest(x, moving[time].at(side * x, np.zeros_like(x))[:, 1]))
+        places = [surface_crest(moving[time], side, time) for time in INSTANTS]
         speed = (places[1] - places[0]) / (INSTANTS[1] - INSTANTS[0])
         values.append(
             Value(

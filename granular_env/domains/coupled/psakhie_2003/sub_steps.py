@@ -44,7 +44,8 @@ def _energy(logs: dict[tuple[str, int], Log]) -> Item:
     for n in _SMALLER:
         energy = float(growth(logs["literal", n])[1][-1])
         values.append(Value(
-            f"n = {n}, as written: energy at the end over the start", "1", energy, paper=1.0, loose=0.01 * _HELD, digits=2,
+            f"n = {n}, as written: energy at the end over the start", "1", energy, "times", paper=1.0, loose=0.01 * _HELD,
+            digits=2,
         ))  # fmt: skip
     for n in _SMALLER:
         off = np.abs(growth(logs["force", n])[1] - 1.0).max()
@@ -71,8 +72,9 @@ def _momentum(logs: dict[tuple[str, int], Log]) -> Item:
             missing, momentum = (np.abs(log.series(name)[1]).max() for name in ("momentum_residual", "momentum"))
             printed = "complete" if scheme == "literal" else None
             values.append(Value(
-                f"n = {n}, {words}: momentum missing", printed, float(missing / momentum), paper=0.0 if printed else None,
-                tolerance=1e-10 if printed else None, source="rounding" if printed else "", resolution=1e-10, digits=2,
+                f"n = {n}, {words}: momentum missing", printed, 100.0 * float(missing / momentum), "%",
+                paper=0.0 if printed else None, tolerance=1e-8 if printed else None, source="rounding" if printed else "",
+                resolution=1e-8, digits=2,
             ))  # fmt: skip
     return Item(
         "Sub-steps of smaller automata: complete transfer of momentum", "section 2.3; section 3", values,

@@ -1,0 +1,63 @@
+"""Sentences on the links and the pieces of a specimen of automata that can break."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..drawables import Points
+from ..support.arrays import FloatArray
+from .cracking_specimen import CrackingSpecimen
+from .materials import IntArray
+
+
+def describe_links(steps: CrackingSpecimen, points: Points, pairs: IntArray, step_size: float, micro_steps: int = 1) -> str:
+    """Return how many links broke and which was the first; where none did, how near the nearest is now.
+
+    Args:
+        steps: of the specimen, whose links can break.
+        points: the automata, where they are drawn.
+        pairs: of all links, shape (links, 2).
+        step_size: of the component that events are those of [s].
+        micro_steps: of the automata in one of these.
+    """
+    breaks, count = steps.breaks(), len(pairs)
+    if not len(breaks):
+        ratio = steps.criterion_ratio()
+        nearest = int(ratio.argmax()) if count else 0
+        if not count or not ratio[nearest] > 0.0:
+            return f"none of {count} links broke"
+        where = _place_words(points, pairs[nearest])
+        return f"none of {count} links broke; the nearest, of {where}, is at {ratio[nearest]:.3g} of its limit now"
+    tick, cause, index, value, limit = breaks[0].tolist()
+    broken, again = len(np.unique(breaks[:, 2])), ""
+    if (held := broken - round(steps.broken_links())) > 0:
+        again = f", {held} of which hold again"
+    kind = list(steps.event_kinds)[int(cause)].replace("_", " ")
+    unit = "" if (one := next(iter(steps.event_details.values())).unit) == "1" else f" {one}"
+    return (
+        f"{broken} of {count} links broke{again}; the first was a {kind} of {_place_words(points, pairs[int(index)])} at "
+        f"{1e6 * np.ceil(tick / micro_steps) * step_size:.4g} us: {value:.6g}{unit} > {limit:.6g}{unit}"
+    )
+
+
+def describe_pieces(held: IntArray, mass: FloatArray) -> str:
+    """Return in how many pieces a body is, and what part of its mass the largest has.
+
+    Args:
+        held: bodies that hold together, by pairs, shape (m, 2).
+        mass: of each of the bodies, shape (n,) [kg].
+    """
+    from scipy.sparse import coo_array
+    from scipy.sparse.csgraph import connected_components
+
+    joins = coo_array((np.ones(len(held), np.int8), (held[:, 0], held[:, 1])), shape=(len(mass), len(mass)))
+    pieces, piece = connected_components(joins, directed=False)
+    # Rounded down: of several pieces none has all.
+    largest = np.floor(1e4 * np.bincount(piece, mass).max() / mass.sum()) / 100.0
+    return "1 piece" if pieces == 1 else f"{pieces} pieces; the largest has {largest:g} % of the mass"
+
+
+def _place_words(points: Points, pair: IntArray) -> str:
+    """Return which automata a link joins, and where its middle was before anything moved."""
+    middle = points.reference[pair[0]] + 0.5 * points.ways(pair[None])[0]
+    return f"{points.name} {pair[0]} and {pair[1]} at ({', '.join(f'{one:.4g}' for one in middle)}) m"
