@@ -98,6 +98,7 @@ class Undo:
 
     def _copy(self) -> None:
         if self._block.grows:
+            self._data = self.buffer  # the older copy goes first: nothing needs both
             self._data = self._block.to_bytes()
         else:
             self.buffer[:] = self.memory

@@ -14,7 +14,7 @@ from support.solid_tools import ALUMINIUM
 import granular_env as ge
 from granular_env.components.shell import threads
 from granular_env.components.shell.assembly import Assembly
-from granular_env.components.shell.fracture import forces
+from granular_env.components.shell.fracture import forces, visibility
 from granular_env.components.shell.fracture.outcome import (
     OUTCOMES,
     CutSides,
@@ -201,6 +201,33 @@ def test_a_breaking_run_goes_on_bit_for_bit_from_any_snapshot() -> None:
     assert other.get("pieces") == 1.0
     other.step(TICKS * other.step_size)
     assert other.save().to_bytes() == end
+
+
+def test_points_that_see_cracks_are_computed_a_few_at_a_time_with_the_same_bits(monkeypatch: pytest.MonkeyPatch) -> None:
+    _, early, end = broken_plate()
+    broken = pulled_plate()
+    broken.restore(ge.Snapshot.from_bytes(end))
+    displacement = broken.get("displacement")
+    monkeypatch.setattr(visibility, "_AT_A_TIME", 7)
+    for start in (early, end):  # cracks one after the other, and all at once
+        other = pulled_plate()
+        other.restore(ge.Snapshot.from_bytes(start))
+        if other.tick < broken.tick:
+            other.step((broken.tick - other.tick) * other.step_size)
+        assert other.save().to_bytes() == end
+        np.testing.assert_array_equal(other.get("displacement"), displacement)
+
+
+def test_rows_of_points_that_see_cracks_are_not_moved() -> None:
+    plate, early, _ = broken_plate()
+    other = pulled_plate()
+    other.restore(ge.Snapshot.from_bytes(early))
+    before = other.tables()[0].body
+    kinds = before.kind.copy()
+    other.step((plate.tick - other.tick) * other.step_size)
+    after = other.tables()[0].body
+    assert after.kind.max() > kinds.max()
+    assert after.gradients is before.gradients and after.first is before.first
 
 
 def test_a_step_that_fails_takes_its_cracks_back() -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import tracemalloc
 from typing import Any
 
 import numpy as np
@@ -274,3 +275,16 @@ def test_arrays_that_are_held_do_not_pile_up(monkeypatch: pytest.MonkeyPatch) ->
     for number in range(40):
         component.step(force=Profile.constant(float(number)) * np.ones((64, 2)))
         assert len(component._undo.steps) <= (undo._MOST_ARRAYS + 1) * component.state_bytes // (64 * 2 * 8)
+
+
+def test_of_a_large_state_that_grows_there_is_one_copy_at_a_time() -> None:
+    block = Block(growing={"rows": ("f8", (2,))}, fixed=("f8", (1_000_000,)))
+    kept = undo.Undo(block, is_shared=True)
+    tracemalloc.start()
+    try:
+        kept.prepare(0)
+        kept.prepare(1)
+        peak = tracemalloc.get_traced_memory()[1]
+    finally:
+        tracemalloc.stop()
+    assert kept.until == 1 and peak < 1.1 * block.nbytes

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from contextlib import nullcontext
+import ctypes
+from contextlib import nullcontext, suppress
 from typing import Any
 
 import click
@@ -21,6 +22,11 @@ from granular_env.cli.options import (
     set_option,
 )
 from granular_env.cli.results import print_result, silence_own_warnings
+
+# Options of `mallopt`, and their values [bytes]: the size from which arrays are memory of their own, which goes back to the
+# system with them, and the free end of the heap that stays.
+_MMAP_THRESHOLD, _TRIM_THRESHOLD = -3, -1
+_LARGE_ARRAY, _SPARE_HEAP = 4 << 20, 8 << 20
 
 
 @command("run")
@@ -75,6 +81,7 @@ def run(
 
     With --resume LOG alone the experiment is the log's; with an EXPERIMENT too, a log of another one is refused.
     """
+    _return_large_arrays()
     if resumed is not None:
         return _resume(resumed, experiment, overrides, log, overwrite, allow_large, components, quiet, for_programs)
     if experiment is None:
@@ -91,6 +98,18 @@ def run(
     with silence_own_warnings(), target as (path, replace):
         result = run(loaded, log=path, progress=show, live=live, pace=pace, overwrite=replace)
     return print_result(result, quiet, for_programs)
+
+
+def _return_large_arrays() -> None:
+    """Let the memory of large arrays go back to the system as soon as they are free.
+
+    By itself the C library of Linux takes arrays up to the size of the largest one that has been freed, at most 32 MB, from its
+    heap, which keeps the holes: a solid of 140,000 nodes that breaks takes a quarter more memory then.
+    """
+    with suppress(OSError, TypeError, AttributeError):  # another C library
+        library = ctypes.CDLL(None)
+        library.mallopt(_MMAP_THRESHOLD, _LARGE_ARRAY)
+        library.mallopt(_TRIM_THRESHOLD, _SPARE_HEAP)
 
 
 def _resume(

@@ -228,7 +228,8 @@ class BreakingBody:
         """Stencils of the nodes themselves, at which displacements are reported."""
         lattice, p = self._assembly.lattice, self._parameters
         self._seen_facets = np.zeros((0, 9))
-        return Visibility(lattice, lattice.reading_places, self._assembly.node_stencils, p.chosen_radius, p.basis)
+        stencils = self._assembly.node_stencils
+        return Visibility(lattice, lattice.reading_places, stencils, p.chosen_radius, p.basis, has_gradients=False)
 
     def node_field(self, block: Block, parameters: FloatArray) -> FloatArray:
         """Return a field where the nodes are; a node that cracks have left alone has its parameter."""

@@ -45,9 +45,9 @@ def crack_around(lattice: Lattice, cut: CutSides) -> float:
     station, column = np.nonzero(cut.along)
     if not len(station):
         return 0.0
-    parts = np.zeros((len(cut.along), int((crack := _cracks(lattice, cut)).max()) + 1))
-    np.add.at(parts, (station, crack), widths[column])
-    return float(parts.max() / widths.sum())
+    # A table of all stations and cracks would take more memory than the state.
+    _, part = np.unique(_cracks(lattice, cut) * len(cut.along) + station, return_inverse=True)
+    return float(np.bincount(part, widths[column]).max() / widths.sum())
 
 
 def _cracks(lattice: Lattice, cut: CutSides) -> IntArray:
@@ -61,7 +61,7 @@ def _cracks(lattice: Lattice, cut: CutSides) -> IntArray:
     one, other = np.concatenate(ends, axis=1)
     met = coo_array((np.ones(len(one)), (one, other)), shape=2 * ((n + 1) * corners,))
     _, labels = connected_components(met, directed=False)
-    return labels[ends[0][0]]
+    return labels[ends[0][0]].astype(np.int64)
 
 
 def connects_ends(labels: IntArray, borne: Marks, shape: tuple[int, int]) -> bool:

@@ -14,6 +14,8 @@ from .facets import LatticeTable, mark_hidden
 from .rows import least_squares_rows
 
 _BASIS_SIZES = {"linear": 4, "quadratic": 10}
+# Points whose functions are computed at a time: many at once would take more memory on the way than their functions.
+_AT_A_TIME = 1024
 
 
 class Visibility:
@@ -24,12 +26,15 @@ class Visibility:
 
     Attributes:
         begin, nodes, kind, first, values, gradients, along: as in `Stencils`, with rows of its own for a point that has lost
-            any.
+            any; `gradients` are without these rows where nobody wants them.
     """
 
-    def __init__(self, lattice: Lattice, places: FloatArray, stencils: Stencils, radius: float, basis: BasisName) -> None:
+    def __init__(
+        self, lattice: Lattice, places: FloatArray, stencils: Stencils, radius: float, basis: BasisName,
+        has_gradients: bool = True,
+    ) -> None:  # fmt: skip
         """Take the points, at fractional indices `places`, shape (m, 3), and their stencils without any crack."""
-        self._lattice, self._places, self._stencils = lattice, places, stencils
+        self._lattice, self._places, self._stencils, self._has_gradients = lattice, places, stencils, has_gradients
         self._radii, self._basis = (radius, radius, radius), basis
         self.begin, self.nodes = stencils.begin, stencils.nodes
         self._counts = np.diff(stencils.begin.astype(np.int64))
@@ -76,34 +81,44 @@ class Visibility:
 
     def rebuild(self, points: IntArray) -> npt.NDArray[np.bool_]:
         """Give points rows of their own, of what they see; return which of them span the basis."""
-        values, gradients, sound = self._compute(points)
-        self._claim_rows(points)
-        for number, point in enumerate(points):
-            begin, count = int(self.first[self.kind[point]]), int(self._counts[point])
-            self.values[begin : begin + count] = values[number, :count]
-            self.gradients[begin : begin + count] = gradients[number, :count]
+        sound = np.zeros(len(points), dtype=bool)
+        for begin in range(0, len(points), _AT_A_TIME):
+            some = slice(begin, begin + _AT_A_TIME)
+            values, gradients, sound[some] = self._compute(points[some])
+            self._write_rows(points[some], values, gradients)
         return sound
 
     def blind(self, points: IntArray) -> None:
         """Let points see nothing."""
+        slots = int(self._counts[points].max(initial=0))
+        self._write_rows(points, np.zeros((len(points), slots)), np.zeros((len(points), slots, 3)))
+
+    def _write_rows(self, points: IntArray, values: FloatArray, gradients: FloatArray) -> None:
+        """Give points rows of their own: shape functions (s, k) and their gradients (s, k, 3) of the neighbours."""
         self._claim_rows(points)
-        for point in points:
+        for number, point in enumerate(points):
             begin, count = int(self.first[self.kind[point]]), int(self._counts[point])
-            self.values[begin : begin + count] = 0.0
-            self.gradients[begin : begin + count] = 0.0
+            self.values[begin : begin + count] = values[number, :count]
+            if self._has_gradients:
+                self.gradients[begin : begin + count] = gradients[number, :count]
 
     def _claim_rows(self, points: IntArray) -> None:
         """Give points rows of their own that have none."""
         shared = len(self._stencils.first) - 1
         fresh = points[self.kind[points] < shared]
-        rows = int(self._counts[fresh].sum())
-        if self._kinds + len(fresh) >= len(self.first):
-            self.first = _grown(self.first, self._kinds + len(fresh) + 1)
-        if self._rows + rows > len(self.values) or self.values is self._stencils.values:
-            self.values, self.gradients = (_grown(one, self._rows + rows) for one in (self.values, self.gradients))
+        if self.values is self._stencils.values:
+            self._make_room()
         for point in fresh:
             self.kind[point], self.first[self._kinds], self.along[point] = self._kinds, self._rows, 1.0
             self._kinds, self._rows = self._kinds + 1, self._rows + int(self._counts[point])
+
+    def _make_room(self) -> None:
+        """Make room for rows of all points: what is never written takes no memory, and nothing is ever moved."""
+        even, entries = self._stencils, len(self.nodes)
+        self.first = _with_room(even.first, len(even.kind))
+        self.values = _with_room(even.values, entries)
+        if self._has_gradients:
+            self.gradients = _with_room(even.gradients, entries)
 
     def _compute(self, points: IntArray) -> tuple[FloatArray, FloatArray, npt.NDArray[np.bool_]]:
         """Return shape functions (s, k), gradients (s, k, 3) of points as they see now, and whether they span the basis."""
@@ -135,8 +150,8 @@ def _bins(lattice: Lattice, places: FloatArray) -> tuple[IntArray, IntArray]:
     return np.concatenate([[0], np.cumsum(np.bincount(column, minlength=n * m))]), order
 
 
-def _grown(array: np.ndarray, length: int) -> np.ndarray:
-    """Return a copy with room for that many rows and as many again as there are."""
-    larger = np.zeros((length + len(array) // 4 + 64, *array.shape[1:]), dtype=array.dtype)
+def _with_room(array: np.ndarray, rows: int) -> np.ndarray:
+    """Return a copy with room for so many more rows."""
+    larger = np.zeros((len(array) + rows, *array.shape[1:]), dtype=array.dtype)
     larger[: len(array)] = array
     return larger

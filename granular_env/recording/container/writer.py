@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import struct
 import zlib
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from itertools import chain
 from typing import Any, Protocol
 
@@ -149,19 +149,22 @@ class McapWriter:
         )  # fmt: skip
 
     def _write_chunk(self) -> None:
-        compressor = lz4.frame.LZ4FrameCompressor()
-        compressed, crc = [compressor.begin()], 0
-        for part in _join_small_parts(self._parts):
-            # The compressor's own buffer is as large as what it is given.
-            for begin in range(0, len(part), _SLICE):
-                compressed.append(compressor.compress(part[begin : begin + _SLICE]))
+        parts, crc = list(_join_small_parts(self._parts)), 0
+        for part in parts:
             crc = zlib.crc32(part, crc)
-        compressed = [b"".join([*compressed, compressor.flush()])] if self._size < _SMALL else [*compressed, compressor.flush()]
-        size = sum(map(len, compressed))
+        pieces: Iterable[bytes]
+        if self._size < _SLICE:
+            pieces = [b"".join(_compress(parts))]
+            size = len(pieces[0])
+        else:  # the size comes first in the file; a large state is compressed twice, as the pieces would take its memory again
+            size = sum(map(len, _compress(parts)))
+            pieces = _compress(parts)
         length = _CHUNK_HEAD.size - 9 + len(_COMPRESSION) + _LENGTH.size + size
         head = _CHUNK_HEAD.pack(Opcode.CHUNK, length, self._first, self._last, self._size, crc, len(_COMPRESSION))
         begin = self._offset
-        self._write(head, _COMPRESSION, _LENGTH.pack(size), *compressed)
+        self._write(head, _COMPRESSION, _LENGTH.pack(size))
+        for piece in pieces:
+            self._write(piece)
         end = self._offset
         places, indices, place = {}, [], end
         for channel, index in self._index.items():
@@ -205,6 +208,17 @@ def _join_small_parts(parts: Sequence[Part]) -> Iterator[Part]:
             yield memoryview(part)
             small = []
     yield b"".join(small)
+
+
+def _compress(parts: Iterable[Part]) -> Iterator[bytes]:
+    """Yield a frame of lz4, piece by piece."""
+    compressor = lz4.frame.LZ4FrameCompressor()
+    yield compressor.begin()
+    for part in parts:
+        # The compressor's own buffer is as large as what it is given.
+        for begin in range(0, len(part), _SLICE):
+            yield compressor.compress(part[begin : begin + _SLICE])
+    yield compressor.flush()
 
 
 def _bytes_of_index(index: MessageIndex) -> bytes:
