@@ -17,7 +17,7 @@ from pydantic import BaseModel
 
 from .balances import Balance
 from .contract import Variable
-from .declarations import validate_events, validate_step_size, validate_variables
+from .declarations import validate_balances, validate_events, validate_step_size, validate_variables
 from .drawables import validate_drawables
 from .errors import GranularError, IssuedCautions, ParameterError, nearest, one_line
 from .events import EVENT_ROWS, Event, EventDetail
@@ -107,6 +107,7 @@ class Component(Stepping, metaclass=_Fixed):
 
         An entry may be declared already, for a description of its own, if it is read as the entry alone.
         """
+        validate_balances(self.balances())
         for balance in self.balances():
             if not balance.stored:
                 raise ParameterError("got no entry", expected="at least one", at=("balances", balance.quantity, "stored"))
@@ -273,6 +274,9 @@ class Component(Stepping, metaclass=_Fixed):
 
     def _start(self, seed: int | None, values: Mapping[str, FloatArray]) -> Mapping[str, Any]:
         for name, value in values.items():
+            if name not in self._block.views:
+                came = "it is a start value, and no part of the state of that name takes it"
+                raise ParameterError(came, expected="a `_start` that sets it", at=("variables", name))
             self._block.views[name][...] = value
         return {}
 

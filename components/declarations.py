@@ -8,8 +8,9 @@ from collections.abc import Collection, Mapping, Sequence
 
 import numpy as np
 
+from .balances import Balance
 from .contract import Variable
-from .errors import Location, ParameterError, nearest
+from .errors import Location, ParameterError, nearest, one_line
 from .events import EVENT_ROWS, EventDetail
 from .state_block import Block
 
@@ -54,6 +55,8 @@ def validate_variables(
             raise _fault(variable.name, "declared twice", "each name once")
         if variable.name in parameters and variable.causality != "parameter":
             raise _fault(variable.name, "a parameter has this name", "another one")
+        if variable.causality == "parameter" and variable.name not in parameters:
+            raise _fault(variable.name, "got the causality 'parameter'", "a field of the class of parameters of that name")
         if variable.causality == "output":
             view = block.views.get(variable.name)
             if variable.name not in outputs:
@@ -82,14 +85,39 @@ def _validate_fields(variable: Variable) -> None:
         raise _fault(name, f"got the causality {variable.causality!r}", "'input' or 'output'")
     if name == _TAKEN.get(variable.causality) and (variable.causality == "input" or variable.state):
         raise _fault(name, "`step` and `reset` take an argument of that name", "another name")
+    if not variable.description:
+        raise _fault(name, "got no description", "some words on what it is")
+    if variable.dtype != "float64" and variable.causality != "parameter":
+        raise _fault(name, f"got the dtype {variable.dtype!r}", "'float64', which all inputs and outputs have")
     if not variable.unit:
         raise _fault(name, "got no unit", "such as 'm/s', or '1' for a plain number")
-    if not all(isinstance(size, int) and size >= 0 for size in variable.shape):
+    if not isinstance(variable.shape, tuple) or not all(isinstance(size, int) and size >= 0 for size in variable.shape):
         raise _fault(name, f"got the shape {variable.shape}", "a tuple of whole numbers")
     if variable.axes and len(variable.axes) != len(variable.shape):
         raise _fault(name, f"got the axes {variable.axes}", f"a name for each index of the shape {variable.shape}, or none")
     if not variable.minimum <= variable.maximum:
         raise _fault(name, f"got values from {variable.minimum:g} to {variable.maximum:g}", "the smaller one first")
+
+
+def validate_balances(balances: object) -> None:
+    """Check that what `balances` gave can be added up.
+
+    Raises:
+        ParameterError: something does not fit.
+    """
+    if not isinstance(balances, tuple) or not all(isinstance(one, Balance) for one in balances):
+        raise ParameterError(f"got {one_line(balances)}", expected="a tuple of `Balance`", at="balances")
+    quantities = [one.quantity for one in balances]
+    for place, one in enumerate(balances):
+        if one.quantity in quantities[:place]:
+            raise ParameterError("given twice", expected="each quantity once", at=("balances", one.quantity))
+        amounts = {**one.stored, **one.supplied, **one.lost}
+        shapes = {name: np.shape(amount) for name, amount in amounts.items()}
+        for name, shape in shapes.items():
+            first = next(iter(shapes.values()))
+            if shape != first or len(shape) > 1:
+                expected = f"{first}, as the other entries, a number or a vector"
+                raise ParameterError(f"got the shape {shape}", expected=expected, at=("balances", one.quantity, name))
 
 
 def validate_events(

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from .errors import ParameterError
+from .errors import ParameterError, one_line
 from .support.arrays import FloatArray
 
 
@@ -22,6 +22,8 @@ class _Geometry:
         for name in ("reference", "radius", "pairs", "nodes", "connectivity", "coordinate", "period"):
             if hasattr(self, name):
                 copied = np.array(getattr(self, name))
+                if name in ("reference", "nodes") and copied.ndim == 1:  # along a line
+                    copied = copied[:, np.newaxis]
                 copied.flags.writeable = False
                 object.__setattr__(self, name, copied)
 
@@ -32,7 +34,7 @@ class Points(_Geometry):
 
     Attributes:
         name: what they are, such as "grains".
-        reference: centres before anything moves, shape (n, d) with 1 to 3 dimensions [m].
+        reference: centres before anything moves, shape (n, d) with 1 to 3 dimensions, or (n,) along a line [m].
         radius: shape (n,) [m].
         displacement: the output that holds their displacements, shape (n,) along x or (n, d) [m].
         colour: the output whose value colours them, shape (n,); empty for none.
@@ -123,6 +125,8 @@ Drawable = Points | Links | Cells | Curve
 
 # The fields of drawables that name an output, or are "".
 OUTPUT_FIELDS = ("displacement", "colour", "rotation", "state", "field")
+# Those that cannot be "".
+_NEEDED = {Points: ("displacement",), Links: ("state",), Cells: ("field",), Curve: ("field",)}
 
 
 def validate_drawables(drawables: Sequence[Drawable], variables: Mapping[str, Any]) -> None:
@@ -131,6 +135,9 @@ def validate_drawables(drawables: Sequence[Drawable], variables: Mapping[str, An
     Raises:
         ParameterError: something does not fit.
     """
+    for one in drawables:
+        if not isinstance(one, Drawable):
+            raise ParameterError(f"got {one_line(one)}", expected="Points, Links, Cells or Curve", at="drawables")
     points = {one.name: len(one.reference) for one in drawables if isinstance(one, Points)}
     names = [one.name for one in drawables]
     for place, one in enumerate(drawables):
@@ -138,14 +145,12 @@ def validate_drawables(drawables: Sequence[Drawable], variables: Mapping[str, An
             raise _fault((one.name, "name"), f"got {one.name!r} again", "each name once")
         match one:
             case Points():
+                _expect_places((one.name, "reference"), one.reference)
                 count, shapes = len(one.reference), {"colour": 1, "rotation": 1, "displacement": 2}
-                if one.reference.shape[1:] not in ((), (1,), (2,), (3,)):
-                    raise _fault((one.name, "reference"), f"got shape {one.reference.shape}", "up to 3 columns")
                 if one.radius.shape != (count,):
                     raise _fault((one.name, "radius"), f"got shape {one.radius.shape}", f"one for each of the {count} points")
-                _expect_finite((one.name, "reference"), one.reference)
                 _expect_finite((one.name, "radius"), one.radius)
-                dimensions = one.reference.reshape(count, -1).shape[1]
+                dimensions = one.reference.shape[1]
                 if one.period.shape not in ((0,), (dimensions,)) or (one.period < 0.0).any():
                     raise _fault((one.name, "period"), f"got {one.period}", f"{dimensions} lengths, 0 for none")
                 _expect_finite((one.name, "period"), one.period)
@@ -155,10 +160,14 @@ def validate_drawables(drawables: Sequence[Drawable], variables: Mapping[str, An
                 if one.points not in points:
                     raise _fault((one.name, "points"), f"got {one.points!r}", f"one of {', '.join(points) or 'none'}")
                 _expect_indices((one.name, "pairs"), one.pairs, points[one.points])
+                if one.pairs.shape[1] != 2:
+                    raise _fault((one.name, "pairs"), f"got shape {one.pairs.shape}", "two columns")
                 count, shapes = len(one.pairs), {"state": 1}
             case Cells():
-                _expect_finite((one.name, "nodes"), one.nodes)
+                _expect_places((one.name, "nodes"), one.nodes)
                 _expect_indices((one.name, "connectivity"), one.connectivity, len(one.nodes))
+                if not len(one.connectivity):
+                    raise _fault((one.name, "connectivity"), "got no cells", "at least one; leave out what there is none of")
                 count, shapes = len(one.nodes), {"displacement": 2}
                 _expect_states(one, variables)
             case Curve():
@@ -166,16 +175,27 @@ def validate_drawables(drawables: Sequence[Drawable], variables: Mapping[str, An
                 count, shapes = len(one.coordinate), {"field": 1}
         for role in OUTPUT_FIELDS:
             name = getattr(one, role, "")
-            if not name:
+            if not name and role not in _NEEDED[type(one)]:
                 continue
             if name not in variables or variables[name].causality != "output":
                 raise _fault((one.name, role), f"got {name!r}", "the name of an output")
             shape = variables[name].shape
             if role in shapes and not (shape[:1] == (count,) and len(shape) <= shapes[role] and shape[1:] <= (3,)):
                 raise _fault((one.name, role), f"got {name!r} of shape {shape}", f"a row for each of the {count} drawn")
+            if isinstance(one, Cells) and role == "field" and shape not in ((len(one.connectivity),), (count,)):
+                expected = f"one for each of the {len(one.connectivity)} cells, or of the {count} nodes"
+                raise _fault((one.name, role), f"got {name!r} of shape {shape}", expected)
+
+
+def _expect_places(where: tuple[str, str], places: np.ndarray) -> None:
+    if places.ndim != 2 or not len(places) or places.shape[1] not in (1, 2, 3):
+        raise _fault(where, f"got shape {places.shape}", "a row for each of at least one, of 1 to 3 columns")
+    _expect_finite(where, places)
 
 
 def _expect_finite(where: tuple[str, str], numbers: np.ndarray) -> None:
+    if numbers.dtype.kind not in "fiu":
+        raise _fault(where, f"got an array of {numbers.dtype}", "numbers")
     bad = np.argwhere(~np.isfinite(numbers))
     if len(bad):
         first = tuple(bad[0].tolist())

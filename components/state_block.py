@@ -122,11 +122,23 @@ class Block:
         return array
 
     def set_count(self, name: str, count: int) -> None:
-        """Say how many rows of a list are in use."""
+        """Say how many rows of a list are in use.
+
+        Raises:
+            ValueError: the list has no room for them.
+        """
+        if not 0 <= count <= len(self._lists[name]):
+            raise ValueError(f"the list {name!r} has room for {len(self._lists[name])} rows, got {count}: call `room` first")
         self.views["_counts"][self._places[name]] = count
 
     def append(self, name: str, row: Any) -> None:
-        """Put a row at the end of a list."""
+        """Put a row at the end of a list.
+
+        Raises:
+            ValueError: there is no such list, or its rows have another length.
+        """
+        if name not in self._lists:
+            raise ValueError(f"there is no list {name!r} that grows; known: {', '.join(self._lists) or 'none'}")
         count = self.count(name)
         self.room(name, 1)[count] = row
         self.set_count(name, count + 1)

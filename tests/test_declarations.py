@@ -19,6 +19,7 @@ from granular_env.components.drawables import Cells, Curve, Drawable, Links, Poi
 from granular_env.components.errors import ParameterError, StepError
 from granular_env.components.events import EventDetail
 from granular_env.components.oscillator import OscillatorParameters
+from granular_env.components.state_block import Block
 
 EVENTFUL: dict[str, Any] = {"event_kinds": {"event": "text"}}
 
@@ -55,7 +56,7 @@ def renamed(drawable: Any, **fields: Any) -> Any:
         ),
         (
             lambda p, k: (renamed(p, reference=np.zeros((8, 5))), k),
-            "drawables.discs.reference: got shape (8, 5), expected up to 3 columns",
+            "drawables.discs.reference: got shape (8, 5), expected a row for each of at least one, of 1 to 3 columns",
         ),
         (lambda p, k: (Cells("c", p.reference, np.array([[0, 1, 8]]), "speed"),), "drawables.c.connectivity: got"),
         (
@@ -71,6 +72,24 @@ def renamed(drawable: Any, **fields: Any) -> Any:
             "drawables.discs.reference: got nan at [0, 1], expected finite numbers",
         ),
         (lambda p, k: (Curve("c", np.full(8, np.inf), "speed"),), "drawables.c.coordinate: got inf at [0]"),
+        (
+            lambda p, k: (p, renamed(k, pairs=np.zeros((10, 3), int))),
+            "drawables.links.pairs: got shape (10, 3), expected two columns",
+        ),
+        (lambda p, k: (p, renamed(k, state="")), "drawables.links.state: got '', expected the name of an output"),
+        (lambda p, k: (renamed(p, displacement=""), k), "drawables.discs.displacement: got '', expected the name"),
+        (lambda p, k: (Cells("c", p.reference, np.array([[0, 1, 2]]), ""),), "drawables.c.field: got ''"),
+        (
+            lambda p, k: (Cells("c", p.reference, np.array([[0, 1, 2]]), "linked"),),
+            "drawables.c.field: got 'linked' of shape (10,), expected one for each of the 1 cells, or of the 8 nodes",
+        ),
+        (lambda p, k: (Cells("c", p.reference, np.zeros((0, 3), int), "speed"),), "drawables.c.connectivity: got no cells"),
+        (lambda p, k: (renamed(p, radius=["a"] * 8), k), "drawables.discs.radius: got an array of <U1, expected numbers"),
+        (
+            lambda p, k: (Points("none", np.zeros((0, 2)), np.zeros(0), "displacement"),),
+            "drawables.none.reference: got shape (0, 2), expected a row for each of at least one",
+        ),
+        (lambda p, k: (p, "links"), "drawables: got 'links', expected Points, Links, Cells or Curve"),
     ],
 )
 def test_drawables_that_do_not_fit_are_refused(change: Any, message: str) -> None:
@@ -85,10 +104,16 @@ def test_drawables_that_do_not_fit_are_refused(change: Any, message: str) -> Non
         (Balance("heat", "J", {}), "balances.heat.stored: got no entry"),
         (Balance("heat", "J", {"speed": 1.0}), "balances.heat.speed: another variable has this name"),
         (Balance("heat", "J", {"mass": 1.0}), "balances.heat.mass: another variable has this name"),
-        (Balance("energy", "kg", {"kinetic_energy": 1.0}), "balances.energy.kinetic_energy: another variable has this name"),
+        (Balance("warmth", "kg", {"kinetic_energy": 1.0}), "balances.warmth.kinetic_energy: another variable has this name"),
+        (Balance("energy", "J", {"heat": 1.0}), "balances.energy: given twice, expected each quantity once"),
+        (
+            Balance("heat", "J", {"one": np.zeros(2)}, {"other": np.zeros(3)}),
+            "balances.heat.other: got the shape (3,), expected (2,), as the other entries",
+        ),
+        (None, "balances: got (Balance("),
     ],
 )
-def test_balances_that_do_not_fit_are_refused(balance: Balance, message: str) -> None:
+def test_balances_that_do_not_fit_are_refused(balance: Any, message: str) -> None:
     class Balanced(Discs):
         def balances(self) -> tuple[Balance, ...]:
             return (*super().balances(), balance)
@@ -173,6 +198,10 @@ HEAT = Variable("heat", "output", "J", (), "heat")
         (dataclasses.replace(HEAT, shape=(2.5,)), "variables.heat: got the shape (2.5,), expected a tuple of whole numbers"),
         (dataclasses.replace(HEAT, axes=("disc",)), "variables.heat: got the axes ('disc',), expected a name for each index"),
         (dataclasses.replace(HEAT, minimum=1.0, maximum=0.0), "variables.heat: got values from 1 to 0"),
+        (dataclasses.replace(HEAT, description=""), "variables.heat: got no description"),
+        (dataclasses.replace(HEAT, dtype="int32"), "variables.heat: got the dtype 'int32', expected 'float64'"),
+        (dataclasses.replace(HEAT, shape=[2]), "variables.heat: got the shape [2], expected a tuple of whole numbers"),
+        (dataclasses.replace(HEAT, causality="parameter"), "variables.heat: got the causality 'parameter', expected a field"),
         (dataclasses.replace(HEAT, name="duration", causality="input"), "variables.duration: `step` and `reset` take"),
         (dataclasses.replace(HEAT, name="seed", state=True), "variables.seed: `step` and `reset` take"),
     ],
@@ -280,3 +309,23 @@ def test_an_output_of_another_shape_than_declared_is_not_recorded(tmp_path: Path
     with pytest.raises(ParameterError, match=r"variables.speed: it has the shape \(3,\), expected \(8,\), as"):
         ge.record(Misshapen(), path)
     assert not path.exists()
+
+
+def test_points_and_nodes_along_a_line_are_columns(tmp_path: Path) -> None:
+    row = Points("discs", np.arange(8.0), np.ones(8), "speed")
+    assert row.reference.shape == (8, 1)
+    assert Cells("c", np.arange(3.0), np.array([[0, 1], [1, 2]]), "speed").nodes.shape == (3, 1)
+    with ge.record(drawing(lambda p, k: (row,))(), tmp_path / "a.mcap") as _:
+        pass
+    [drawn] = ge.open_log(tmp_path / "a.mcap").drawables
+    np.testing.assert_array_equal(drawn.reference, row.reference)
+
+
+def test_a_list_has_no_more_rows_than_room() -> None:
+    block = Block(growing={"slips": ("f8", (3,))}, fixed=("f8", ()))
+    with pytest.raises(ValueError, match=r"the list 'slips' has room for \d+ rows, got 5000: call `room` first"):
+        block.set_count("slips", 5000)
+    with pytest.raises(ValueError, match="there is no list 'slip' that grows; known: slips"):
+        block.append("slip", (1.0, 2.0, 3.0))
+    block.append("slips", (1.0, 2.0, 3.0))
+    assert block.count("slips") == 1
