@@ -323,6 +323,10 @@ def mesh_of(cells: list[list[int]], nodes: list | None = None, **edges: list[int
             {"mesh": mesh_of([[0, 1, 2, 3], [4, 5, 6, 7]], [*NODES[:4], [0.5, 0.5], [1.5, 0.5], [1.5, 1.5], [0.5, 1.5]])},
             ["nodes[4]", "lies inside cell 0"],
         ),
+        (
+            {"mesh": mesh_of([[0, 1, 2, 3], [1, 4, 5, 6]], [*NODES[:4], [2, 0], [2, 0.5], [1, 0.5]])},
+            ["nodes[6]", "hangs on the side from node 1 to node 2", "divide that cell"],
+        ),
         ({"material": {"density": 1.0, "young": 1.0, "poisson": 0.5}}, ["poisson", "0.5"]),
         ({"boundaries": {"rihgt": "fixed"}}, ["boundaries.rihgt", "right"]),
         ({"boundaries": {"left": "periodic"}}, ["boundaries.left", "partner"]),
@@ -344,6 +348,13 @@ def test_bad_parameters_are_refused(parameters: dict, words: list[str]) -> None:
         ge.make("grid", **{"mesh": SQUARE, "material": MEDIUM, **parameters})
     for word in words:
         assert word in str(caught.value)
+
+
+@pytest.mark.parametrize(("gap", "height"), [(0.0, 1.0), (2e-3, 0.5)], ids=["two nodes at each place", "a gap"])
+def test_a_slit_whose_faces_are_kept_apart_on_purpose_is_taken(gap: float, height: float) -> None:
+    right = [[1 + gap, 0], [2, 0], [2, height], [1 + gap, height]]
+    grid = Grid(mesh=mesh_of([[0, 1, 2, 3], [4, 5, 6, 7]], [*NODES[:4], *right]), material=MEDIUM)
+    assert len(grid.mesh.sides) == 8
 
 
 @pytest.mark.parametrize("name", ["receiver", "Left", "a b", ""])

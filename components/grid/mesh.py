@@ -15,6 +15,8 @@ from ..support.arrays import FloatArray
 IntArray = npt.NDArray[np.int64]
 # A cell that is flatter than this, its area over the square of its longest side, is a slip.
 _FLATTEST = 1e-6
+# A node that is nearer to a side than this part of the side's length hangs on it.
+_HANGING = 1e-3
 
 
 @dataclass(frozen=True)
@@ -83,7 +85,7 @@ class Mesh:
         unused = np.flatnonzero(np.bincount(self.cells.ravel(), minlength=n) == 0)
         if len(unused):
             return f"nodes[{unused[0]}]", "belongs to no cell; remove it, or number the nodes anew"
-        return self._shape_problem() or self._side_problem() or self._overlap_problem()
+        return self._shape_problem() or self._side_problem() or self._overlap_problem() or self._hanging_problem()
 
     def _shape_problem(self) -> tuple[str, str] | None:
         """Return the first cell with an inverted or flat corner."""
@@ -132,6 +134,29 @@ class Mesh:
             return None
         place = int(np.argmax(inside))
         return f"nodes[{node[place]}]", f"lies inside cell {cell[place]}, expected cells that do not overlap"
+
+    def _hanging_problem(self) -> tuple[str, str] | None:
+        """Return a node within a side of a cell that does not have it: nothing joins the two, and the mesh would part there."""
+        from scipy.spatial import cKDTree  # type: ignore[attr-defined]
+
+        ends, outer = self.nodes[self.sides], np.unique(self.sides)
+        way = ends[:, 1] - ends[:, 0]
+        length = np.sqrt((way * way).sum(axis=1))
+        near = cKDTree(self.nodes[outer]).query_ball_point(0.5 * (ends[:, 0] + ends[:, 1]), 0.5 * length)
+        side = np.repeat(np.arange(len(self.sides)), [len(one) for one in near])
+        node = outer[np.concatenate(near).astype(np.int64)]
+        offset, along = self.nodes[node] - ends[side, 0], way[side] / length[side, np.newaxis]
+        place = (offset * along).sum(axis=1) / length[side]
+        apart = np.abs(along[:, 0] * offset[:, 1] - along[:, 1] * offset[:, 0]) / length[side]
+        hanging = (apart < _HANGING) & (place > _HANGING) & (place < 1.0 - _HANGING)
+        if not hanging.any():
+            return None
+        first = int(np.argmax(hanging))
+        start, end = self.sides[side[first]].tolist()
+        return f"nodes[{node[first]}]", (
+            f"hangs on the side from node {start} to node {end}, whose cell does not have it, so that nothing joins them; divide "
+            "that cell, or for a slit give both faces nodes at the same places or leave a gap between them"
+        )
 
 
 def cell_areas(nodes: FloatArray, cells: IntArray) -> FloatArray:
