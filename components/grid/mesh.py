@@ -154,8 +154,8 @@ class Mesh:
         first = int(np.argmax(hanging))
         start, end = self.sides[side[first]].tolist()
         return f"nodes[{node[first]}]", (
-            f"hangs on the side from node {start} to node {end}, whose cell does not have it, so that nothing joins them; divide "
-            "that cell, or for a slit give both faces nodes at the same places or leave a gap between them"
+            f"hangs on the side from node {start} to node {end}, whose cell does not have it, so that nothing joins them; "
+            "divide that cell, or for a slit give both faces nodes at the same places or leave a gap between them"
         )
 
 
