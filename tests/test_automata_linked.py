@@ -3,17 +3,18 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 import pytest
 
 import granular_env as ge
 from granular_env.components.automata import Automata, theory, threads
-from granular_env.components.automata.edges import edge_automata
 from granular_env.components.automata.layout import Motion
 from granular_env.components.automata.schedule import make_parts
 from granular_env.components.automata.sweep import update_forces
 from granular_env.components.errors import ParameterError, StepError
+from granular_env.components.profiles import Profile
 
 ROW = 0.5 * math.sqrt(3.0)
 BOTH = pytest.mark.parametrize("packing", ["square", "hexagonal"])
@@ -94,6 +95,52 @@ def test_the_condensed_zigzag_of_a_hexagonal_packing_is_free_of_traction() -> No
     assert np.abs(force[~ends]).max() <= 1e-12 * stretch and np.abs(torque[~ends]).max() <= 1e-12 * stretch
     np.testing.assert_allclose(automata.get("dilation"), 2.0 / 3.0 * stretch, rtol=1e-12)
     np.testing.assert_allclose(np.abs(force[ends].sum()), 0.0, atol=1e-12 * stretch)
+
+
+@BOTH
+@pytest.mark.parametrize("laws", [{}, {"criterion": {"name": "strain", "tensile": 1.0}}], ids=["linked", "breakable"])
+@pytest.mark.parametrize("ends", ["velocity", {"name": "velocity", "components": "x"}], ids=["glued", "smooth"])
+def test_a_homogeneous_strain_between_walls_is_exact(packing: str, laws: dict, ends: Any) -> None:
+    """The faces of a zigzag go with the automata that the wall holds: it acts at the outline, as on a square packing."""
+    edges = {"left": ends, "right": ends, "bottom": "periodic", "top": "periodic"}
+    automata = block(packing, boundaries=edges, **laws)
+    stretch = 1e-13
+    force, torque = residual(automata, np.diag([stretch, 0.0]))
+    inside = np.setdiff1d(np.arange(automata.count), automata.conditions.grip.automata)
+    assert len(inside) >= 56
+    assert np.abs(force[inside]).max() <= 1e-12 * stretch and np.abs(torque).max() <= 1e-12 * stretch
+    pull = 3.0 * stretch * 8 * (ROW if packing == "hexagonal" else 1.0)  # lambda + 2 G = 3
+    np.testing.assert_allclose(automata.get("right_reaction"), [pull, 0.0], rtol=1e-12, atol=1e-12 * pull)
+    np.testing.assert_allclose(automata.get("left_reaction"), [-pull, 0.0], rtol=1e-12, atol=1e-12 * pull)
+
+
+def test_the_corners_of_an_odd_number_of_rows_are_held_as_deep_as_their_centres() -> None:
+    even, odd = (block("hexagonal", 8, rows, boundaries={"left": "fixed", "right": "fixed"}) for rows in (8, 7))
+    assert set(even.packing.reference[even.conditions.grip.automata, 0]) == {0.0, 8.0}
+    x, y = odd.packing.reference[odd.conditions.grip.automata].T
+    deep = (x == 0.5) | (x == 7.5)
+    assert deep.sum() == 2 and (y[deep] == y.max()).all()
+
+
+def test_a_depth_beyond_the_zigzag_holds_what_lies_there() -> None:
+    automata = block("hexagonal", boundaries={"left": {"name": "fixed", "depth": 1.0}})
+    np.testing.assert_array_equal(automata.conditions.grip.automata, np.flatnonzero(automata.packing.reference[:, 0] <= 1.0))
+    assert automata.steps.ties is None
+
+
+@pytest.mark.parametrize("top", ["free", "traction"])
+def test_walls_at_a_zigzag_keep_the_balances(top: str) -> None:
+    """Energy to second order in the step, the momenta to rounding."""
+    residuals = []
+    for part in (1.0, 0.5):
+        automata = block("hexagonal", boundaries={"left": "fixed", "right": "velocity", "top": top}, step_size=0.2 * part)
+        inputs = {"top_traction": [1e-3, -2e-3]} if top == "traction" else {}
+        automata.step(150.0, right_velocity=Profile.half_sine(0.01, 60.0) * [1.0, 0.3], **inputs)
+        energy, momentum, angular, mass = automata.balances()
+        work = energy.supplied["input_work"]
+        residuals.append(abs(energy.residual) / work)
+        assert np.abs(momentum.residual).max() <= 1e-11 and abs(angular.residual) <= 1e-11 and mass.residual == 0.0
+    assert residuals[0] <= 1e-4 and residuals[1] <= 0.4 * residuals[0]
 
 
 @BOTH
@@ -183,9 +230,8 @@ def test_a_pulse_comes_back_from_a_rigid_end_as_it_was(packing: str) -> None:
     automata.step(round(400.0 / math.sqrt(3.0) / automata.step_size) * automata.step_size)  # to the end and back
     after = -row_velocity(automata)
     assert 0.9987 <= after.max() / before.max() <= 1.0007
-    # The rigid end of a zigzag stands between its two rows.
-    way = 2.0 * (automata.packing.reference[edge_automata(automata.packing, "right"), 0].mean() - 200.0)
-    expected = np.interp(np.arange(401.0), np.arange(401.0) + (way - math.sqrt(3.0) * automata.time), before)
+    # Mirrored at the outline, also of a zigzag.
+    expected = np.interp(np.arange(401.0), np.arange(401.0) + (400.0 - math.sqrt(3.0) * automata.time), before)
     assert np.linalg.norm(after - expected) <= 0.014 * np.linalg.norm(before)
 
 

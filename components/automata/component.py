@@ -34,7 +34,7 @@ from .parameters import AutomataParameters
 from .schedule import make_parts
 from .stability import ALLOWED_PART, DEFAULT_PART, largest_frequency, step_limit
 from .sweep import update_forces
-from .ties import Ties, add_ties, tie_faces
+from .ties import Ties, add_ties, make_ties, tie_faces
 
 # No automaton may cross this part of its diameter in one internal step.
 _LARGEST_MOVE = 0.1
@@ -67,15 +67,12 @@ class Automata(Component):
         self.packing: Packing = pack(p.packing, p.shape, p.diameter, p.periodic)
         self.count = len(self.packing.kind)
         self._make_body()
-        self.mass: FloatArray = self.body.mass[self.body.kind]
         self.scratch: Scratch = make_scratch(self.count)
         self.conditions = Conditions(p, self.packing)
-        # Kernels that the steps of this specimen take too: none is compiled for this alone.
-        forces = update_bond_forces if p.has_bonds else update_forces
-        links = intact_bonds(self.body, self.mixture) if p.has_bonds else make_parts(self.body)[0]
-        self.largest_frequency = largest_frequency(
-            self.body, partial(forces, self.body, links), p.has_bonds, (self.mixture.moduli,)
-        )
+        conditions = self.conditions
+        corners = np.array(sorted(conditions.upright & conditions.level), np.int64)
+        ties = make_ties(self.body, conditions.faces, corners, self.packing.reference)
+        self.largest_frequency = self._untied_frequency() if ties is None else self.tied_frequency(ties)
         self.step_size = self._fitting_step_size()
         self._pairs = self.packing.pairs()
         self.steps = self._make_steps()
@@ -87,6 +84,9 @@ class Automata(Component):
             tallies=("f8", (2, motion.TALLY_ROWS)), start=("f8", (4,)), growing=self.steps.growing, **self.steps.fields,
         )  # fmt: skip
         self.steps.bind(self._block)
+        if ties is not None:
+            self.steps.tie(ties)
+        self.mass: FloatArray = self.steps.body.mass[self.steps.body.kind]
         self.motion = self.steps.motion
 
     def _make_body(self) -> None:
@@ -104,8 +104,16 @@ class Automata(Component):
         moduli = constants[self.automaton_material]
         self.mixture: Mixture = mix(self.body, moduli) if p.several_materials else one_material()
 
+    def _untied_frequency(self) -> float:
+        """Return the largest frequency without tied faces [rad/s]."""
+        # Kernels that the steps of this specimen take too: none is compiled for this alone.
+        bonds = self.parameters.has_bonds
+        forces = update_bond_forces if bonds else update_forces
+        links = intact_bonds(self.body, self.mixture) if bonds else make_parts(self.body)[0]
+        return largest_frequency(self.body, partial(forces, self.body, links), bonds, (self.mixture.moduli,))
+
     def tied_frequency(self, ties: Ties) -> float:
-        """Return the largest frequency where a parent carries faces along [rad/s]; see `LinkedSpecimen.tie`."""
+        """Return the largest frequency where these faces are carried along [rad/s]; see `LinkedSpecimen.tie`."""
         body = tie_faces(self.body, ties)
         if self.parameters.has_bonds:
             links = intact_bonds(body, mix_again(self.mixture, body), ties)
@@ -241,7 +249,7 @@ class Automata(Component):
 
     def _sums(self) -> FloatArray:
         sums = np.empty(5)
-        motion.momenta(self.body, self.packing.reference, self.motion, sums)
+        motion.momenta(self.steps.body, self.packing.reference, self.motion, sums)
         return sums
 
     def _stored(self) -> dict[str, float]:

@@ -11,7 +11,7 @@ from ..events import EventDetail
 from ..state_block import Block
 from ..support.arrays import FloatArray
 from . import threads
-from .advance import advance
+from .advance import advance, advance_tied
 from .elastic_energy import elastic_energy
 from .layout import Body, Motion, Scratch
 from .loads_and_grips import Conditions
@@ -33,7 +33,7 @@ class LinkedSpecimen:
         event_details: units of these, and what their indices count.
         whole: the order of the work for one thread.
         parts: the same for as many threads as the specimen is large enough for.
-        ties: faces that a parent carries along; None without.
+        ties: faces that an edge or a parent carries along; None without.
     """
 
     fields: Mapping[str, tuple[str, tuple[int, ...]]] = {}
@@ -47,6 +47,7 @@ class LinkedSpecimen:
     ) -> None:
         """Take what there is: the packing, what it is made of, inputs, scratch, the step [s] and the speed limit [m/s]."""
         self.packing, self.body, self.conditions, self.scratch = packing, body, conditions, scratch
+        self._untied = body
         self.step_size, self.speed_limit = step, limit
         self.count = len(packing.kind)
         self._links = len(packing.pairs())
@@ -59,8 +60,8 @@ class LinkedSpecimen:
         self._kept = np.zeros((len(self.conditions.marked), KEPT))
 
     def tie(self, ties: Ties) -> None:
-        """Let a parent carry faces along: it advances the specimen itself then, and calls `ties.add_ties`."""
-        self.ties, self.body = ties, tie_faces(self.body, ties)
+        """Let these faces be carried along, and no others; a parent that advances the specimen itself calls `ties.add_ties`."""
+        self.ties, self.body = ties, tie_faces(self._untied, ties)
         self._prepare_sweeps()
 
     def bind(self, block: Block) -> None:
@@ -73,6 +74,8 @@ class LinkedSpecimen:
 
     def advance(self, tick: int, ticks: int) -> int:
         """Advance from a tick with the loads and velocities that the conditions have now; 0, or a status."""
+        if self.ties is not None:
+            return advance_tied(self.body, self.whole, self.ties, *self.arguments(ticks))
         if len(self.parts) > 1 and threads.available():
             return threads.advance(self.body, self.parts, *self.arguments(ticks))
         return advance(self.body, self.whole, *self.arguments(ticks))

@@ -1,6 +1,6 @@
-"""Faces of a hexagonal packing that another body carries along: along a zigzag, and at the corners beside it.
+"""Faces of a hexagonal packing that another body or a held edge carries along: along a zigzag, and at the corners beside it.
 
-A zigzag has half cells, whose centres move with the other body, and between two of these, a and b, a whole cell i, half a
+A zigzag has half cells, whose centres move with that body or edge, and between two of these, a and b, a whole cell i, half a
 diameter inside. Its outer face f moves with the middle of the two. It is tied like half of a pair, with the rotation of i:
 
     d = (x_a + x_b) / 2 - x_i,      eps = d . N(phi_i) / (D / 2) - 1,      gamma = d . T(phi_i) / (D / 2)

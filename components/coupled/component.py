@@ -104,7 +104,7 @@ class Coupled(Component):
         self.interface: Interface = find_interface(
             mesh, grid.parameters.boundaries, grid.joined, packing, automata.mass, shape, origin, places
         )
-        ties = find_ties(mesh, common_sides(mesh, shape, origin), packing, automata.body, places)
+        ties = find_ties(mesh, common_sides(mesh, shape, origin), packing, automata.body, places, automata.conditions)
         self._automata_mass: FloatArray = automata.mass
         if ties is not None:
             body = tie_faces(automata.body, ties)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..automata.layout import Body
+from ..automata.loads_and_grips import Conditions
 from ..automata.packing import Packing
 from ..automata.shapes import ON_THE_OUTLINE
 from ..automata.ties import Ties, make_ties
@@ -13,8 +14,10 @@ from ..grid.mesh import IntArray, Mesh
 from .interface import Places, is_upright, spacing
 
 
-def find_ties(mesh: Mesh, sides: IntArray, packing: Packing, body: Body, places: Places) -> Ties | None:
-    """Return the faces between the automata that stand on upright sides; None where a packing has no zigzag there.
+def find_ties(mesh: Mesh, sides: IntArray, packing: Packing, body: Body, places: Places, conditions: Conditions) -> Ties | None:
+    """Return the faces between the automata that stand on upright sides, or on edges that prescribe their motion.
+
+    None where a packing has no zigzag there.
 
     Args:
         mesh: of the grid.
@@ -22,13 +25,14 @@ def find_ties(mesh: Mesh, sides: IntArray, packing: Packing, body: Body, places:
         packing: the automata.
         body: the same, with its material.
         places: the automata by their place.
+        conditions: of the edges of the automata.
 
     Raises:
         ParameterError: the automaton behind a face is cut.
     """
     if packing.lattice.name != "hexagonal":
         return None
-    faces: list[tuple[int, int]] = []
+    faces = list(conditions.faces)
     upright, level = set[int](), set[int]()
     for side in sides.tolist():
         ends = places.find(mesh.nodes[side])[0].tolist()
@@ -37,7 +41,8 @@ def find_ties(mesh: Mesh, sides: IntArray, packing: Packing, body: Body, places:
             continue
         upright.update(ends)
         faces += _faces_on(mesh, packing, places, side)
-    return make_ties(body, faces, np.array(sorted(upright & level), np.int64), packing.reference)
+    corners = (upright & level) | (conditions.upright & (conditions.level | level))
+    return make_ties(body, faces, np.array(sorted(corners), np.int64), packing.reference)
 
 
 def _faces_on(mesh: Mesh, packing: Packing, places: Places, side: list[int]) -> list[tuple[int, int]]:

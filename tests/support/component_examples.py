@@ -415,6 +415,31 @@ def _linked_automata(packing: str, rows: int, unit: float) -> Example:
 HEXAGONAL_ROW = 0.01 * 0.5 * 3.0**0.5
 
 
+def _automata_between_walls() -> Example:
+    """A small hexagonal specimen whose zigzags are held: the faces between the automata there are tied to these."""
+    return Example(
+        "automata-between-walls",
+        "automata",
+        {
+            "shape": {"name": "rectangle", "width": 0.03, "height": 4 * HEXAGONAL_ROW},
+            "diameter": 0.01,
+            "packing": "hexagonal",
+            "material": ROCK,
+            "boundaries": {"left": "fixed", "right": "velocity", "top": "traction"},
+            "step_size": 1e-7,
+        },
+        {"velocity": {5: (0.1, -0.05)}, "rotation": {6: 1e-5}},
+        {"right_velocity": np.array([0.01, -0.02]), "top_traction": np.array([1e5, -2e4])},
+        lambda h: {
+            "right_velocity": Profile.half_sine(-0.02, 60 * h) * [1.0, 0.5],
+            "top_traction": Profile.triangle(1e5, 40 * h, rise=10 * h) * [0.5, 1.0],
+        },
+        # As above.
+        energy_tolerance=0.03,
+        breaks=({}, {}, {"right_velocity": np.array([-1e4, 0.0])}),
+    )
+
+
 def _failing_automata(label: str, energy_tolerance: float, **laws: object) -> Example:
     """A small specimen that is crushed and sheared by a plate glued to its upper side, and pulled at two automata."""
     return Example(
@@ -445,6 +470,7 @@ WEAK = {"name": "drucker_prager", "compressive": 3e7, "tensile": 1e7}
 AUTOMATA = [
     _linked_automata("square", 3, 0.01),
     _linked_automata("hexagonal", 4, HEXAGONAL_ROW),
+    _automata_between_walls(),
     # A fracturing, rubbing run closes to 1 %.
     _failing_automata("cracking", 0.01, criterion=WEAK, strength_scatter=0.2),
     _failing_automata("yielding", 0.01, response={"name": "plastic_degrading", "yield_stress": 1e7, "hardening": 5e9}),
