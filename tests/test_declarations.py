@@ -315,9 +315,9 @@ def test_points_and_nodes_along_a_line_are_columns(tmp_path: Path) -> None:
     row = Points("discs", np.arange(8.0), np.ones(8), "speed")
     assert row.reference.shape == (8, 1)
     assert Cells("c", np.arange(3.0), np.array([[0, 1], [1, 2]]), "speed").nodes.shape == (3, 1)
-    with ge.record(drawing(lambda p, k: (row, k))(), tmp_path / "a.mcap") as _:
+    with ge.record(drawing(lambda p, k: (row, k))(), tmp_path / "a.mcap"):
         pass
-    [drawn] = ge.open_log(tmp_path / "a.mcap").drawables
+    drawn, _ = ge.open_log(tmp_path / "a.mcap").drawables
     np.testing.assert_array_equal(drawn.reference, row.reference)
 
 
