@@ -22,7 +22,7 @@ class Boundary(Named):
     """A condition of an edge, chosen by its `name`."""
 
     precedence: ClassVar[int] = 0
-    """Of two edges that prescribe one component of the velocity where they meet, the one with more wins."""
+    """Rank where two edges meet that prescribe one component of the velocity: the edge with the higher rank wins."""
 
 
 class Free(Boundary):

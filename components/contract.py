@@ -43,11 +43,11 @@ class Variable:
     minimum: float = -math.inf
     maximum: float = math.inf
     state: bool = False
-    """Whether it is part of the state: it can be given to `reset`, and logs hash it."""
+    """True for a part of the state: it can be given to `reset`, and logs hash it."""
     axes: tuple[str, ...] = ()
-    """What each index of its shape counts, such as ("grain",): variables with the same axis share it in a data set."""
+    """Names of what each index of its shape counts, such as ("grain",): variables with the same axis share it in a data set."""
     nominal: float = 1.0
-    """Its usual magnitude, for scaling."""
+    """Usual magnitude, for scaling."""
     variability: Literal["", "constant", "fixed", "tunable", "discrete", "continuous"] = ""
     """FMI's word for when it may change; by default "fixed" for parameters, "continuous" for the others."""
     initial: Literal["", "exact", "approx", "calculated"] = ""
@@ -66,7 +66,7 @@ class Physics(metaclass=ABCMeta):
     event_kinds: ClassVar[Mapping[str, str]] = {}
     """Kinds of events that can happen -> what they are; then the state has a list of events."""
     event_details: ClassVar[Mapping[str, EventDetail]] = {}
-    """Of some or all of these kinds their unit, what their indices count, and the output that says how near each is to one."""
+    """Unit of some or all of these kinds, what their indices count, and the output that says how near each is to one."""
     step_size: float
     """Length of one internal step [s]; set by `_build`."""
 

@@ -1,4 +1,4 @@
-"""Optional packages: imported late, and missed politely."""
+"""Lazy imports of optional packages, with an install hint where one is missing."""
 
 from __future__ import annotations
 

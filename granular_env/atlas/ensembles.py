@@ -32,12 +32,12 @@ class Band:
 
     @property
     def mean(self) -> float:
-        """Their mean."""
+        """Return the mean of all draws."""
         return float(np.mean(self.draws))
 
     @property
     def deviation(self) -> float:
-        """Their standard deviation, with one degree of freedom spent on the mean."""
+        """Return the standard deviation of all draws, with one degree of freedom spent on the mean."""
         return float(np.std(self.draws, ddof=1)) if self.count > 1 else 0.0
 
     @property

@@ -103,7 +103,7 @@ class Sb3VecEnv(VecEnv):
         return [getattr(single, method_name)(*method_args, **method_kwargs) for single in singles]
 
     def env_is_wrapped(self, wrapper_class: Any, indices: VecEnvIndices = None) -> list[bool]:
-        """Nothing is wrapped singly."""
+        """Return False for each: no environment is wrapped by itself."""
         return [False for _ in self._get_indices(indices)]
 
     def get_images(self) -> Sequence[np.ndarray | None]:

@@ -35,7 +35,7 @@ class Constant:
         self.action = _actions("action", np.atleast_1d(np.asarray(action)), 1)
 
     def reset(self) -> None:
-        """There is no memory."""
+        """Do nothing: there is no memory."""
 
     def __call__(self, observation: Any, info: Mapping[str, Any]) -> FloatArray:
         """Return the action."""

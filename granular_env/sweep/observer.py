@@ -84,7 +84,7 @@ class RunObserver:
         self.next_tick = component.tick + self._interval if self._gathered or self._watch else 2**62
 
     def on_step(self, component: Component, ticks: int, inputs: Mapping[str, Any]) -> None:
-        """Nothing is kept of the steps themselves."""
+        """Do nothing: frames alone are kept."""
 
     def on_failure(self, component: Component, error: BaseException) -> None:
         """Do nothing: a run that failed has no measures."""

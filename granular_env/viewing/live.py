@@ -148,7 +148,7 @@ class LiveViewer:
         self.next_tick = self._pacing.leave(shown) - self._elapsed
 
     def on_step(self, component: Component, ticks: int, inputs: Mapping[str, Held]) -> None:
-        """Nothing to do: `on_sample` has seen it."""
+        """Do nothing: `on_sample` has seen it."""
         self._last_tick = component.tick
 
     def on_failure(self, component: Component, error: BaseException) -> None:

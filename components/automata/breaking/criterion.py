@@ -17,7 +17,7 @@ class Criterion(Named):
     """A condition under which a linked pair breaks."""
 
     code: ClassVar[int]
-    """Its number in kernels."""
+    """Number by which kernels know it."""
     causes: ClassVar[Mapping[str, str]]
     """Kinds of events, in the order in which the kernel numbers its causes -> what happened."""
     unit: ClassVar[str] = "Pa"

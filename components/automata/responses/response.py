@@ -11,7 +11,7 @@ class Response(Named):
     """A law by which the forces of a pair follow its strains."""
 
     elastic: ClassVar[bool] = False
-    """Whether it has no history."""
+    """True where it has no history."""
 
     def constants(self) -> tuple[float, float, float]:
         """Return the onset [Pa], the slope over the inelastic strain [Pa], and the part that degrades."""

@@ -23,13 +23,13 @@ class Property:
 
 
 DISSIPATES = Property("DISSIPATES")
-"""Whether the force depends on the speed of approach, by `coefficient`."""
+"""True where the force depends on the speed of approach, by `coefficient`."""
 JUMPS = Property("JUMPS")
-"""Whether that part jumps where a contact closes."""
+"""True where that part jumps when a contact closes."""
 REMEMBERS = Property("REMEMBERS")
-"""Whether contacts have a history."""
+"""True where contacts have a history."""
 LONG_FORMULA = Property("LONG_FORMULA")
-"""Whether `force` is so long that loops become vectors only where all forces are computed first."""
+"""True where `force` is so long that loops become vectors only where all forces are computed first."""
 
 
 def _refuse() -> Any:

@@ -29,11 +29,11 @@ class Law(Named):
     exponent: ClassVar[float]
     """The exponent p with which the force grows with the overlap, F ~ d^p; a law may make a parameter of it."""
     history_rows: ClassVar[int] = 0
-    """How many numbers tell what a contact has been through; 0 where the force does not depend on it."""
+    """Count of the numbers that tell what a contact has been through; 0 where the force does not depend on it."""
     needs_stiffness: ClassVar[bool] = False
-    """Whether `contact_stiffness` has to be given, because radii and materials do not tell it."""
+    """True where `contact_stiffness` has to be given, because radii and materials do not tell it."""
     long_formula: ClassVar[bool] = False
-    """Whether its force is so long a formula that loops become vectors only where all forces are computed first."""
+    """True where the force is so long a formula that loops become vectors only where all forces are computed first."""
     place_parameters: ClassVar[Mapping[str, bool]] = MappingProxyType({})
     """The parameters that may be lists with a number for each contact -> whether that has to be above 0."""
 
@@ -82,7 +82,7 @@ class Dissipative(Law, ABC):
     place_parameters: ClassVar[Mapping[str, bool]] = MappingProxyType({"dissipation": False})
     dissipation: Any
     jumps: ClassVar[bool] = False
-    """Whether the force jumps where a contact closes."""
+    """True where the force jumps when a contact closes."""
 
     def contact_constants(
         self, stiffness: FloatArray, reduced_radius: FloatArray, yield_strength: FloatArray, contacts: slice

@@ -14,7 +14,7 @@ from .principal_stress import PrincipalStress
 
 
 class NoFracture(Named):
-    """Nothing parts."""
+    """No fracture: the body stays whole."""
 
     name: Literal["none"] = field("none", "nothing parts", "1")
 

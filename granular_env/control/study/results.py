@@ -55,7 +55,7 @@ class Trial:
 
     @property
     def name(self) -> str:
-        """As files are called."""
+        """Return the name that files of it have."""
         return f"{self.label}-{self.seed}"
 
 

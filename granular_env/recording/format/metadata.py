@@ -38,7 +38,7 @@ def metadata_of(header: Mapping[str, Any], parameters: type[BaseModel] | None = 
 
 
 def metadata_of_log(header: Mapping[str, Any], parameters: type[BaseModel] | None) -> dict[str, str]:
-    """As `metadata_of`, for the header of a file that somebody else may have written; `LogError` where it describes nothing."""
+    """Return `metadata_of` a header that somebody else may have written; `LogError` where it describes nothing."""
     try:
         return metadata_of(header, parameters)
     except (AttributeError, KeyError, TypeError, ValueError, RecursionError) as error:

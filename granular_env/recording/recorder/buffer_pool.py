@@ -28,7 +28,7 @@ class BufferPool:
         return buffer
 
     def take_back(self, values: Iterable[Any]) -> None:
-        """Buffers that nobody reads any more."""
+        """Keep buffers that nobody reads any more, to be used again."""
         for value in values:
             if value.__class__ is np.ndarray and value.nbytes >= _LEAST_BYTES:
                 free = self._free.setdefault(value.shape, [])

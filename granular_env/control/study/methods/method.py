@@ -27,7 +27,7 @@ class MethodTable(Table):
     extra: ClassVar[str] = ""
     """The extra that installs them."""
     needs_gradient: ClassVar[bool] = False
-    """Whether it can search only where the task has an objective with slopes."""
+    """True for one that can search only where the task has an objective with slopes."""
 
     type: Any = Field(description="which method")
     name: str = Field(

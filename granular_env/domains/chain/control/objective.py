@@ -77,7 +77,7 @@ class Quantity:
     name: str
 
     def at_end(self, target: float | None = None) -> Term:
-        """As it is after the last control step; with a target, its squared distance from that."""
+        """Return the quantity after the last control step; with a target, its squared distance from that."""
         return self._term(target, -1, 0, "at the end")
 
     def mean(self, target: float | None = None, *, begin: int = 0, end: int = 0) -> Term:

@@ -89,10 +89,10 @@ class ChainTask(Task):
     # What `Task` asks for is done by the kernels.
 
     def begin(self, component: Component, seen: Seen) -> None:
-        """Not used: `begin_kernel` is."""
+        """Do nothing: `begin_kernel` is used in its place."""
 
     def judge(self, component: Component, seen: Seen, duration: float) -> tuple[float, bool]:
-        """Not used: `judge_kernel` is."""
+        """Do nothing: `judge_kernel` is used in its place."""
         raise ParameterError(f"task {self.name!r} is judged by compiled code", hint="make its environment with ChainEnv")
 
 

@@ -79,7 +79,7 @@ class Watch:
         self.next_tick = component.tick + self._interval
 
     def on_step(self, component: Component, ticks: int, inputs: Mapping[str, Held]) -> None:
-        """Nothing is kept but frames."""
+        """Do nothing: frames alone are kept."""
 
     def on_failure(self, component: Component, error: BaseException) -> None:
         """Drop the frames of a step that was undone."""
