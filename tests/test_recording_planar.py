@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import random
 import warnings
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +18,7 @@ from support.recording_helpers import changed, film_topics, rewrite
 
 import granular_env as ge
 from granular_env.components.component import Component
+from granular_env.components.contract import Variable
 from granular_env.components.discs import Discs
 from granular_env.components.drawables import Links, Points
 from granular_env.components.errors import GranularError, LogError
@@ -166,6 +168,18 @@ def test_xarray_has_the_axes_of_the_plane(tmp_path: Path) -> None:
     torn_log(tmp_path / "a.mcap", variables=["displacement", "speed"])
     data = open_log(tmp_path / "a.mcap").to_xarray()
     assert data.displacement.dims == ("time", "disc", "direction") and data.speed.dims == ("time", "disc")
+
+
+def test_an_axis_may_have_the_name_of_a_variable(tmp_path: Path) -> None:
+    class Springs(Discs):
+        def _declare(self) -> Iterable[Variable]:
+            for one in super()._declare():
+                yield dataclasses.replace(one, axes=("speed",)) if one.name == "speed" else one
+
+    with record(Springs(), tmp_path / "a.mcap"):
+        pass
+    data = open_log(tmp_path / "a.mcap").to_xarray()
+    assert data.speed.dims == ("time", "speed_0")
 
 
 # -- hostile logs -------------------------------------------------------------------------------------------------------

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Container
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -29,18 +30,21 @@ def dataset_of(log: LogReader) -> Any:
                 source=f"log {str(log.path)!r}",
             )
         attributes = {"units": variable.unit, "description": variable.description}
-        data[name] = (["time", *_dimensions(variable, sizes)], values, attributes)
+        data[name] = (["time", *_dimensions(variable, sizes, log.variables)], values, attributes)
     coordinates: dict[str, Any] = {name: (name, np.arange(size), {"units": "1"}) for name, size in sizes.items()}
     coordinates["time"] = ("time", np.zeros(0) if times is None else times, {"units": "s"})
     return xarray.Dataset(data, coordinates, {"component": str(log.metadata["component"])})
 
 
-def _dimensions(variable: Variable, sizes: dict[str, int]) -> list[str]:
-    """Return the names of a variable's own dimensions, and note their sizes; one of another size gets a name of its own."""
+def _dimensions(variable: Variable, sizes: dict[str, int], taken: Container[str]) -> list[str]:
+    """Return the names of a variable's own dimensions, and note their sizes.
+
+    One of another size, or with a name that is taken by a variable, gets a name of its own.
+    """
     names = []
     for axis, size in enumerate(variable.shape):
         name = variable.axes[axis] if variable.axes else f"{variable.name}_{axis}"
-        if sizes.setdefault(name, size) != size or name == "time":
+        if name == "time" or name in taken or sizes.setdefault(name, size) != size:
             name = f"{variable.name}_{axis}"
             sizes[name] = size
         names.append(name)
