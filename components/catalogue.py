@@ -61,6 +61,11 @@ def own_names() -> list[str]:
     return list(_OWN)
 
 
+def foreign_packages() -> set[str]:
+    """Return the packages that third parties' components come from."""
+    return {point.module.partition(".")[0] for point in _foreign()}
+
+
 def summary(name: str) -> str:
     """Return what a component is, in a sentence; a third party's is imported for it, or it is said that it cannot be."""
     if name in _OWN:

@@ -915,3 +915,21 @@ def test_a_log_of_another_package_is_run_again_with_its_component_alone(folder, 
         capsys.readouterr()
     assert main(["replay", "a.mcap", "--component", "pendulm"]) == 2
     assert "did you mean 'pendulum'" in capsys.readouterr().err
+
+
+class Brittle(Oscillator):
+    """A component of another package with a fault."""
+
+    name = "brittle"
+
+    def _advance(self, ticks: int) -> int:
+        raise LookupError("no such spring")
+
+
+def test_a_fault_of_another_package_is_not_called_ours(folder, capsys, monkeypatch):
+    point = EntryPoint("brittle", f"{__name__}:Brittle", catalogue.ENTRY_POINT_GROUP)
+    monkeypatch.setattr(catalogue, "_foreign", lambda: [point])
+    Path("a.toml").write_text('name = "a"\nduration = 0.1\n[component]\ntype = "brittle"\n', encoding="utf-8")
+    assert main(["run", "a.toml"]) == 70
+    told = capsys.readouterr().err
+    assert "no such spring" in told and f"this is a fault of {__name__.partition('.')[0]}," in told

@@ -1,5 +1,6 @@
 """Sweeps: plans, their faults, the table, what is kept of it when tasks, processes or the whole program end."""
 
+import datetime
 import itertools
 import json
 import math
@@ -56,6 +57,21 @@ def lines(folder: Path) -> int:
 
 def values(**table):
     return parameter_grid.Range(**table).values()
+
+
+@pytest.mark.parametrize("value", [float("nan"), float("inf"), [1.0, float("nan")], datetime.date(2024, 1, 1)])
+def test_values_that_no_experiment_can_hold_are_refused_where_they_stand(value):
+    for changes, place in (
+        ({"grid": {"component.grains": [6, value]}}, "grid.component.grains[1]: got "),
+        ({"set": {"component.radius": value}}, "set.component.radius: got "),
+        (
+            {"samples": {"count": 2, "component.radius": {"distribution": "choice", "values": [value]}}},
+            "samples.component.radius.values[0]: got ",
+        ),
+    ):
+        with pytest.raises(ge.ExperimentError) as told:
+            load_plan(plan(**changes))
+        assert place in str(told.value) and "expected a finite number" in str(told.value)
 
 
 def test_ranges_are_even_and_meet_their_ends():

@@ -20,12 +20,26 @@ from collections.abc import Mapping
 from fractions import Fraction
 from typing import Annotated, Any, Literal, Self
 
-from pydantic import Field, PlainValidator, model_validator
+from pydantic import AfterValidator, Field, PlainValidator, TypeAdapter, model_validator
 
 from granular_env.components.errors import one_line
 from granular_env.components.support.counter_random import uniform
+from granular_env.components.support.serialization import canonical_json
 from granular_env.components.support.validation import refusal
 from granular_env.documents import ByKey, Table
+
+
+def _check_value(value: Any) -> Any:
+    """Refuse what cannot be hashed with its task."""
+    try:
+        canonical_json(value)
+    except (TypeError, ValueError):
+        raise refusal(f"got {one_line(value, 60)}", "a finite number, a text, a list or a table of these") from None
+    return value
+
+
+Value = Annotated[Any, AfterValidator(_check_value)]
+_VALUES = TypeAdapter(list[Value])
 
 
 class Range(Table):
@@ -120,7 +134,7 @@ class Choice(Table):
     """One of a list."""
 
     distribution: Literal["choice"] = "choice"
-    values: list[Any] = Field(min_length=1, description="those to choose from")
+    values: list[Value] = Field(min_length=1, description="those to choose from")
 
     def draw(self, number: float) -> Any:
         """Return the value that belongs to a number in [0, 1)."""
@@ -156,7 +170,7 @@ def _axis(given: Any) -> list[Any] | Range:
     if isinstance(given, list):
         if not given:
             raise refusal("got no values", "at least one")
-        return given
+        return _VALUES.validate_python(given)
     if isinstance(given, Mapping | Range):
         return Range.model_validate(given)
     expected = "a list of values, or a table; one value for all belongs into [set]"

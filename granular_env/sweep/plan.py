@@ -32,7 +32,7 @@ from granular_env.experiments import Experiment, load_experiment, shipped_experi
 from granular_env.package_contents import shipped_files
 
 from .measures import OWN_COLUMNS, AnyMeasure
-from .parameter_grid import Axis, Range, Samples, flatten
+from .parameter_grid import Axis, Range, Samples, Value, flatten
 
 LARGEST = 100_000
 
@@ -78,7 +78,7 @@ class Plan(Document):
     experiment: str = Field(min_length=1, description="a shipped experiment's name, or a TOML file beside the plan")
     every: float | None = Field(None, gt=0.0, description="time between two looks for extremes and histories [s]")
     seeds: Annotated[Seeds | None, BeforeValidator(_seeds)] = Field(None, description="repetitions of every point")
-    set: dict[str, Any] = Field({}, description="keys of the experiment that are the same in every task")
+    set: dict[str, Value] = Field({}, description="keys of the experiment that are the same in every task")
     grid: dict[str, Axis] = Field({}, description="keys of the experiment, each with its values")
     samples: Samples | None = Field(None, description="keys of the experiment that are drawn")
     measure: dict[str, AnyMeasure] = Field(
