@@ -15,7 +15,8 @@ from granular_env.domains.chain.tasks.pulse_forming import make_pulse_forming
 from granular_env.envs import RecordEnv
 from granular_env.envs.policies import OpenLoop, Policy
 from granular_env.recording import open_log
-from granular_env.viewing import fields, figure_style, scene_data
+from granular_env.viewing import fields, scene_data
+from granular_env.viewing.figures import style
 
 ROOT = Path(__file__).resolve().parent.parent
 sys.path.append(str(ROOT / "examples"))
@@ -92,18 +93,18 @@ def absorbing_ends() -> None:
     print("dashpot", recorded("dashpot", force, dashpot, WAVE))
 
 
-@figure_style.with_style
+@style.with_style
 def draw(name: str, titles: dict[str, str]) -> None:
     """Side by side: the input of each log above its x-t diagram."""
-    figure = figure_style.new_figure(5.0 * len(titles), 6.0)
+    figure = style.new_figure(5.0 * len(titles), 6.0)
     panels = figure.subplots(2, len(titles), squeeze=False, height_ratios=[2, 5])
     for place, (log, title) in enumerate(titles.items()):
         seen = scene_data.from_log(open_log(LOGS / f"{log}.mcap"))
         above, below = panels[:, place]
         curve = max(seen.inputs.values(), key=lambda curve: (np.abs(curve.values).max(), curve.name))
-        above.plot(curve.times * 1e6, curve.values, **figure_style.line(0))
+        above.plot(curve.times * 1e6, curve.values, **style.line(0))
         above.set(title=title, xlabel="time [us]", ylabel=f"{curve.name.replace('_', ' ')} [{curve.unit}]")
-        figure_style.draw_space_time(figure, below, fields.as_field(seen.motion), None)
+        style.draw_space_time(figure, below, fields.as_field(seen.motion), None)
     appearance.save(figure, IMAGES / f"gallery-{name}.png", 90, _COLOURS)
 
 

@@ -354,7 +354,7 @@ def _live_seconds(live: bool, pace: float | None) -> float | None:
             hint = ("pass ", Option("live"))
             raise ParameterError(Fault(("pace",), f"got {pace!r} for a run that is not shown", hint=hint))
         return None
-    from granular_env.viewing.rerun_process import require_screen
+    from granular_env.viewing.rerun.process import require_screen
 
     look = " and look at the log: granular-env view LOG --web, --save FILE.rrd or --screenshot FILE.png"
     require_screen(("run without ", Option("live"), look))

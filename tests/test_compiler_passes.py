@@ -15,11 +15,11 @@ from numba.core.registry import cpu_target
 from numba.core.types.functions import BaseFunction
 from numba.extending import overload
 
-from granular_env.components.support import resolved_calls
-from granular_env.components.support.folded_tuples import FoldingBuilder, remove_unused_fields
+from granular_env.components.support.compilation import resolved_calls
+from granular_env.components.support.compilation.folded_tuples import FoldingBuilder, remove_unused_fields
+from granular_env.components.support.compilation.plain_function import plain_function
+from granular_env.components.support.compilation.registrations import refresh_after_imports
 from granular_env.components.support.jit import JIT, internal, jit
-from granular_env.components.support.plain_function import plain_function
-from granular_env.components.support.registrations import refresh_after_imports
 
 pytestmark = pytest.mark.skipif(not JIT, reason="nothing is compiled")
 

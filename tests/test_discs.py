@@ -23,8 +23,9 @@ from granular_env.envs import ComponentEnv, OpenLoop, Task
 from granular_env.envs.policies import Policy
 from granular_env.recording import verify
 from granular_env.sweep import run_sweep
-from granular_env.viewing import plane, report
+from granular_env.viewing import report
 from granular_env.viewing.colour_scales import ColourScale
+from granular_env.viewing.figures import plane
 from granular_env.viewing.foxglove import foxglove_layout
 from granular_env.viewing.scene_data import from_log
 

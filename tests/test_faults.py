@@ -20,7 +20,7 @@ from granular_env.recording.container.limits import Limits
 from granular_env.recording.reader.component_from_header import build
 from granular_env.recording.replay.steps import advance, restore
 from granular_env.sweep import check_sweep
-from granular_env.viewing.live import LiveViewer
+from granular_env.viewing.rerun.live import LiveViewer
 
 NAN = float("nan")
 ROW = "discs/broken-row"

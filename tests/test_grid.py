@@ -19,7 +19,7 @@ from granular_env.components.drawables import main_points
 from granular_env.components.errors import ParameterError, StepError
 from granular_env.components.grid import Grid, kernels, schedule, threads
 from granular_env.components.profiles import Profile
-from granular_env.viewing.plane import load_plane
+from granular_env.viewing.figures.plane import load_plane
 
 ROOT = Path(__file__).resolve().parent.parent
 

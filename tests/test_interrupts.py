@@ -19,7 +19,7 @@ from granular_env.components.oscillator import Oscillator
 from granular_env.recording import open_log, record, verify
 from granular_env.recording.recorder.recorder import Recorder
 from granular_env.recording.recorder.recorder import _close_all as close_all
-from granular_env.viewing.incidents import incident_sentences
+from granular_env.viewing.reports.incidents import incident_sentences
 
 _FILES = ("components/stepping.py", "components/undo.py", "recorder/recorder.py", "recorder/history.py")
 _RECORDER_FILES = ("recorder/recorder.py", "recorder/history.py")

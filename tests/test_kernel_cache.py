@@ -22,10 +22,10 @@ from support.forked import run_forked
 
 from granular_env.components.detonation.kernels import advance, flow
 from granular_env.components.errors import ParameterError
-from granular_env.components.support import kernel_cache
 from granular_env.components.support.addresses import address
-from granular_env.components.support.cache_folder import cache_base, cache_folder
-from granular_env.components.support.fingerprint import fingerprint
+from granular_env.components.support.compilation import kernel_cache
+from granular_env.components.support.compilation.cache_folder import cache_base, cache_folder
+from granular_env.components.support.compilation.fingerprint import fingerprint
 from granular_env.components.support.jit import JIT, entry_point, internal, jit
 
 pytestmark = pytest.mark.skipif(not JIT, reason="nothing is compiled")

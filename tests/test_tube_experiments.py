@@ -11,7 +11,7 @@ import pytest
 import granular_env as ge
 from granular_env.components.shell.theory import critical_speed, front_amplification
 from granular_env.experiments import load_experiment
-from granular_env.viewing.plane import load_plane
+from granular_env.viewing.figures.plane import load_plane
 
 COARSE = {"component.gas.cells": 355, "component.shell.body.along": 62, "component.shell.body.around": 13}
 MEAN, WALL = 0.020195, 0.00089

@@ -15,8 +15,8 @@ from granular_env.components.drawables import Cells, Links, Points
 from granular_env.components.errors import ParameterError
 from granular_env.viewing import report, save_rrd
 from granular_env.viewing.caption import caption
-from granular_env.viewing.plane import Plane, load_plane, words
-from granular_env.viewing.scene import scales_of
+from granular_env.viewing.figures.plane import Plane, load_plane, words
+from granular_env.viewing.rerun.scene import scales_of
 from granular_env.viewing.scene_data import from_component, from_log
 from granular_env.viewing.shapes import faces_back, recolour, visible_cells, visible_points
 

@@ -13,8 +13,9 @@ from granular_env.components.errors import GranularError, MissingExtraError, Par
 from granular_env.domains.chain.viewing.space_time import space_time_picture
 from granular_env.recording import open_log, record
 from granular_env.recording.preview.displacement_scale import choose_exaggeration
-from granular_env.viewing import figures, report
-from granular_env.viewing.incidents import incident_sentences
+from granular_env.viewing import report
+from granular_env.viewing.figures import run_figures, style
+from granular_env.viewing.reports.incidents import incident_sentences
 from granular_env.viewing.scene_data import from_component, from_log
 
 HOSTILE = "<script>alert(1)</script><img src=https://example.org/x.png onerror=\"x\"> & 'more'"
@@ -115,8 +116,8 @@ def perceived(names):
 def test_ten_colours_are_told_apart_in_files_and_on_pages():
     """Distances of some 2 are just seen side by side; a legend is not beside what it names."""
     palettes = [colours.PALETTE]
-    for style in (viewing, atlas):
-        sheet = next(Path(style.__file__).parent.glob("templates/*.css")).read_text()
+    for package in (viewing, atlas):
+        sheet = next(Path(package.__file__).parent.glob("templates/*.css")).read_text()
         numbers, names = zip(*re.findall(r"--c(\d+): (#[0-9a-f]{6})", sheet), strict=True)
         assert list(numbers) == [str(place) for place in range(len(colours.PALETTE))] * 2, "by day and by night"
         palettes += [names[: len(colours.PALETTE)], names[len(colours.PALETTE) :]]
@@ -127,7 +128,7 @@ def test_ten_colours_are_told_apart_in_files_and_on_pages():
 
 
 def test_events_of_eight_kinds_have_eight_colours():
-    figure = figures.event_counts([(0.1 * k, f"kind {k}") for k in range(8)], (0.0, 1.0))
+    figure = run_figures.event_counts([(0.1 * k, f"kind {k}") for k in range(8)], (0.0, 1.0))
     assert len({container.patches[0].get_facecolor() for container in figure.axes[0].containers}) == 8
 
 
@@ -143,26 +144,26 @@ def test_figures_are_pictures_and_leave_matplotlib_alone(chain_log):
     before = dict(matplotlib.rcParams)
     scene_data = from_log(chain_log)
     for figure in (
-        figures.headline(scene_data.motion, "a title"),
-        figures.balance(scene_data),
-        figures.space_time(scene_data.motion),
+        run_figures.headline(scene_data.motion, "a title"),
+        run_figures.balance(scene_data),
+        run_figures.space_time(scene_data.motion),
     ):
-        assert figures.png(figure).startswith(PNG)
+        assert style.png(figure).startswith(PNG)
     assert dict(matplotlib.rcParams) == before
 
 
 def test_axes_say_what_and_in_which_unit(chain_log):
     motion = from_log(chain_log).motion
-    above, below = figures.headline(motion).axes[:2]
+    above, below = run_figures.headline(motion).axes[:2]
     assert above.get_ylabel() == "velocity [m/s]" and below.get_ylabel() == "time [\u00b5s]"
     np.testing.assert_array_equal(above.lines[0].get_ydata(), motion.colour[-1])
 
 
 def test_histories_and_profiles_show_what_was_asked_for(chain_log):
     motion = from_log(chain_log).motion
-    line = figures.histories(motion, indices=[-1]).axes[0].lines[0]
+    line = run_figures.histories(motion, indices=[-1]).axes[0].lines[0]
     np.testing.assert_array_equal(line.get_ydata(), motion.colour[:, 19])
-    panel = figures.profiles(motion, times=[5e-5]).axes[0]
+    panel = run_figures.profiles(motion, times=[5e-5]).axes[0]
     np.testing.assert_array_equal(panel.lines[0].get_ydata(), motion.colour[50])
 
 
@@ -248,9 +249,9 @@ def test_failures_and_segments_stand_at_the_top_and_break_the_lines(tmp_path):
         for drawn in (scene_data.motion, scene_data.curves["kinetic_energy"]):
             assert [drawn.ticks[cut] for cut in drawn.cuts] == [log.segments[0].end]
         html = report(log, tmp_path).read_text()
-    line = figures.histories(scene_data.motion, indices=[0]).axes[0].lines[0]
+    line = run_figures.histories(scene_data.motion, indices=[0]).axes[0].lines[0]
     assert np.flatnonzero(np.isnan(line.get_ydata())).tolist() == scene_data.motion.cuts.tolist()
-    energies = figures.balance(scene_data).axes[0].lines[0]
+    energies = run_figures.balance(scene_data).axes[0].lines[0]
     assert np.isnan(energies.get_ydata()).sum() == 1
     top = html.partition("<nav>")[0]
     assert "A step failed: StepError: " in top and "The log has 2 segments" in top
@@ -278,7 +279,7 @@ def test_histories_are_of_grains_that_the_wave_reached(tmp_path):
         chain.step(1e-4, left_velocity=5.0)
     with open_log(tmp_path / "a.mcap") as log:
         motion = from_log(log).motion
-    chosen = figures.default_indices(motion)
+    chosen = run_figures.default_indices(motion)
     assert len(chosen) == 5 and chosen[0] == 0 and chosen[-1] < 100
     assert np.abs(motion.colour[:, chosen]).max(axis=0).min() > 0.1
 
@@ -298,4 +299,4 @@ def test_missing_matplotlib_says_what_to_install(oscillator_log, tmp_path, monke
 def test_a_motion_without_colour_is_refused_by_name(chain_log):
     motion = replace(from_log(chain_log).motion, colour=None)
     with pytest.raises(ParameterError, match="'velocity' was not recorded"):
-        figures.space_time(motion)
+        run_figures.space_time(motion)

@@ -13,10 +13,11 @@ from granular_env.components.catalogue import make
 from granular_env.components.errors import GranularError, GranularWarning, ParameterError
 from granular_env.domains.chain.viewing.space_time import GrowingPicture
 from granular_env.run_loop import run
-from granular_env.viewing import LiveViewer, pace
-from granular_env.viewing.figure_style import NOT_SAMPLED, nearest_frames
-from granular_env.viewing.pace import Pace
-from granular_env.viewing.scene import enlarge_scales, scales_of
+from granular_env.viewing import LiveViewer
+from granular_env.viewing.figures.style import NOT_SAMPLED, nearest_frames
+from granular_env.viewing.rerun import pace
+from granular_env.viewing.rerun.pace import Pace
+from granular_env.viewing.rerun.scene import enlarge_scales, scales_of
 from granular_env.viewing.scene_data import from_component
 
 pytest.importorskip("rerun", reason="the extra `view` is not installed")
@@ -218,7 +219,7 @@ def test_live_scales_only_grow_to_hold_what_comes():
 
 
 def test_a_viewer_that_fails_does_not_stop_the_run(tmp_path, monkeypatch):
-    from granular_env.viewing import live
+    from granular_env.viewing.rerun import live
 
     oscillator = make("oscillator")
     watching = LiveViewer(oscillator, save=tmp_path / "live.rrd")
@@ -253,10 +254,8 @@ def test_a_live_run_without_a_screen_is_refused_before_it_begins(no_screen, tmp_
 
 
 def test_a_live_run_whose_viewer_does_not_start_leaves_no_log(tmp_path, monkeypatch):
-    from granular_env.viewing import rerun_process
-
     monkeypatch.setenv("DISPLAY", ":99")
-    monkeypatch.setattr(rerun_process, "rerun_program", lambda: "/bin/false")
+    monkeypatch.setattr("granular_env.viewing.rerun.process.rerun_program", lambda: "/bin/false")
     with pytest.raises(GranularError, match="ended with status 1"):
         run("oscillator/pushed", log=tmp_path / "a.mcap", live=True)
     assert list(tmp_path.iterdir()) == []

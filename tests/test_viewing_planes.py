@@ -15,10 +15,10 @@ from granular_env.recording.reader.event_places import place_of, position_words
 from granular_env.viewing import LiveViewer, report, save_rrd
 from granular_env.viewing.colour_scales import colour_scales
 from granular_env.viewing.cracks import MOST_LINES, crack_lines
-from granular_env.viewing.figures import event_counts
-from granular_env.viewing.meshes import edges_of, triangles_of
-from granular_env.viewing.plane import Plane, draw_plane
-from granular_env.viewing.scene import scales_of, whole_camera
+from granular_env.viewing.figures.plane import Plane, draw_plane
+from granular_env.viewing.figures.run_figures import event_counts
+from granular_env.viewing.rerun.meshes import edges_of, triangles_of
+from granular_env.viewing.rerun.scene import scales_of, whole_camera
 from granular_env.viewing.scene_data import from_component, from_log
 from granular_env.viewing.shapes import common_exaggeration, places_by_count, places_of_outputs, visible_points
 

@@ -19,8 +19,10 @@ from support import browser
 from granular_env.components.catalogue import make
 from granular_env.components.errors import GranularError
 from granular_env.recording import open_log, record
-from granular_env.viewing import rerun_process, screenshot, viewer
-from granular_env.viewing.web_page import WebPage, web_arguments
+from granular_env.viewing import screenshot
+from granular_env.viewing.rerun import viewer
+from granular_env.viewing.rerun.process import rerun_process
+from granular_env.viewing.rerun.web_page import WebPage, web_arguments
 
 pytest.importorskip("rerun", reason="the extra `view` is not installed")
 
@@ -51,7 +53,7 @@ def served(path):
     with open_log(path) as log:
         data = viewer.scene_bytes(log)
     source, arguments = web_arguments()
-    with rerun_process.rerun_process(*arguments, data=data) as process:
+    with rerun_process(*arguments, data=data) as process:
         process.wait_until_it_listens(source)
         page = WebPage(process, source)
         yield page, process
@@ -225,7 +227,7 @@ def test_without_vulkan_the_command_that_installs_it_is_named(log_path, tmp_path
 
 
 def test_a_viewer_that_does_not_start_names_the_packages_it_needs(log_path, tmp_path, monkeypatch):
-    monkeypatch.setattr(rerun_process, "rerun_program", lambda: "/bin/false")
+    monkeypatch.setattr("granular_env.viewing.rerun.process.rerun_program", lambda: "/bin/false")
     with (
         open_log(log_path) as log,
         pytest.raises(GranularError, match=r"ended with status 1.*make system-packages.*mesa-vulkan-drivers"),

@@ -17,10 +17,12 @@ from granular_env.components.errors import ParameterError
 from granular_env.documents import find, to_toml
 from granular_env.experiments import load_experiment, shipped_experiments
 from granular_env.recording import open_log, record
-from granular_env.viewing import figures, plot, report, report_tables
+from granular_env.viewing import plot, report
 from granular_env.viewing.fields import load_field
-from granular_env.viewing.figure_style import page_svg
-from granular_env.viewing.report_tables import file_size
+from granular_env.viewing.figures import run_figures, style
+from granular_env.viewing.figures.style import page_svg
+from granular_env.viewing.reports import tables
+from granular_env.viewing.reports.tables import file_size
 from granular_env.viewing.scene_data import Curve, from_log
 from granular_env.viewing.units import label_with_unit, typeset
 
@@ -158,7 +160,7 @@ def test_parameters_that_were_left_to_the_chain_have_values(log, whole):
 def test_tables_among_the_parameters_have_rows_of_their_own():
     """In a cell of their own they would be a heap of words."""
     with open_log(Path(__file__).parents[1] / "logs" / "golden" / "tube-burning.mcap") as opened:
-        html = str(report_tables.parameters(opened))
+        html = str(tables.parameters(opened))
     assert " = " not in re.sub(r"<td[^>]*>[^<]*</td></tr>", "", html), "meanings apart, the last of each row"
     for part in ("coupling", "gas", "gas.reaction", "gas.regions[0]", "shell.body", "shell.material"):
         assert f'<tr class="part"><th colspan="4">{part}</th></tr>' in html
@@ -170,7 +172,7 @@ def test_tables_among_the_parameters_have_rows_of_their_own():
 
 def test_lists_of_tables_are_cut_where_they_are_long():
     values = {"a": [{"b": 1}] * 9, "c": [{"d": k} for k in range(20)]}
-    rows = list(report_tables._parameter_rows("", values, {}, None, {}))
+    rows = list(tables._parameter_rows("", values, {}, None, {}))
     assert rows[:3] == [["a[0] (9 times)"], ["b", "1", "", ""], ["c[0] (of 20)"]] and len(rows) == 2 + 2 * 8
 
 
@@ -187,22 +189,22 @@ def test_a_log_whose_name_is_no_text_has_a_report(log_path, tmp_path):
 
 
 def test_an_input_that_does_not_change_is_drawn_on_an_axis_with_zero(log):
-    axes = figures.curves(list(from_log(log).inputs.values())[:1]).axes[0]
+    axes = run_figures.curves(list(from_log(log).inputs.values())[:1]).axes[0]
     low, high = axes.get_ylim()
     assert low == 0.0 and 5.0 < high <= 7.0
     times = np.array([0.0, 1.0])
     for value in (-3.0, 0.0):
         flat = Curve("force", "N", "", times, np.array([0, 1]), np.full(2, value))
-        low, high = figures.curves([flat]).axes[0].get_ylim()
+        low, high = run_figures.curves([flat]).axes[0].get_ylim()
         assert low <= value <= high and low <= 0.0 <= high
 
 
 def test_the_residual_stands_beside_the_largest_energy(log):
     scene_data = from_log(log)
-    figure = figures.balance(scene_data)
+    figure = run_figures.balance(scene_data)
     below = figure.axes[1]
     right = below.child_axes[0]
-    figures.png(figure)
+    style.png(figure)
     largest = np.abs(scene_data.curves["input_work"].values).max()
     np.testing.assert_allclose(np.array(right.get_ylim()) * largest, below.get_ylim(), rtol=1e-9)
 
@@ -260,7 +262,10 @@ def test_a_field_along_a_curve_stands_over_its_coordinate(tmp_path):
 
 def test_a_drawing_in_a_page_has_no_colours_of_its_own_and_no_names_twice(log):
     scene_data = from_log(log)
-    drawn = [figures.svg(figures.space_time(scene_data.motion), "a"), figures.svg(figures.histories(scene_data.motion), "b")]
+    drawn = [
+        style.svg(run_figures.space_time(scene_data.motion), "a"),
+        style.svg(run_figures.histories(scene_data.motion), "b"),
+    ]
     for svg in drawn:
         assert "currentColor" in svg and "#000000" not in svg and "#ffffff" not in svg
         assert "<style" not in svg and "<metadata" not in svg and "http" not in svg
@@ -317,5 +322,5 @@ def test_an_infinite_number_is_no_obstacle(tmp_path):
     with open_log(tmp_path / "a.mcap") as log:
         field = load_field(log, "speed", 100)
         assert np.isinf(field.values).any()
-        assert len(figures.default_indices(field)) == 5
+        assert len(run_figures.default_indices(field)) == 5
         assert "Speed" in report(log, tmp_path / "page").read_text()

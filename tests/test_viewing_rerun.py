@@ -10,9 +10,10 @@ from support.rerun_tools import columns
 from granular_env.components.catalogue import make
 from granular_env.components.errors import GranularError, MissingExtraError, ParameterError
 from granular_env.recording import open_log, record
-from granular_env.viewing import LiveViewer, report, save_rrd, screenshot, view, viewer
-from granular_env.viewing.blueprint import blueprint
-from granular_env.viewing.scene import scales_of
+from granular_env.viewing import LiveViewer, report, save_rrd, screenshot, view
+from granular_env.viewing.rerun import viewer
+from granular_env.viewing.rerun.blueprint import blueprint
+from granular_env.viewing.rerun.scene import scales_of
 from granular_env.viewing.scene_data import from_log
 
 pytest.importorskip("rerun", reason="the extra `view` is not installed")
@@ -171,7 +172,7 @@ WRONG_PATHS = {
 @pytest.mark.parametrize("name", WRONG_PATHS.values(), ids=WRONG_PATHS)
 @pytest.mark.parametrize("suffix", [".rrd", ".png", ""], ids=["save", "screenshot", "report"])
 def test_a_path_that_cannot_be_written_is_told_before_any_work(chain_log, tmp_path, monkeypatch, name, suffix):
-    from granular_env.viewing import report_figures
+    from granular_env.viewing.reports import figures as report_figures
 
     def work(*_, **__):
         raise AssertionError("the path was not looked at first")

@@ -26,7 +26,7 @@ from .bond_strains import bond_strains, opposite_slot, pair_strains, strain_rate
 from .breaking.functions import failure
 from .mixture import both_shear, lame_of, mean_shear, shear_of, volumetric_stress
 from .pair import mirrored_slots, orient, turned
-from .responses.functions import respond
+from .responses.return_mapping import respond
 from .strain_division import bond_dilations, division_energy
 from .stress import equivalent_stress, virial
 from .tied_forces import add_face_stresses, add_tied_forces, faces_energy, update_faces

@@ -12,7 +12,7 @@ from __future__ import annotations
 from ..support.jit import internal, internal_inlined
 from .mixture import lame_of, shear_of
 from .pair import turned
-from .responses.functions import respond
+from .responses.return_mapping import respond
 from .stress import equivalent_stress, virial
 from .tied_bonds import face_weight, tied_strains
 from .ties import face_strain_rates, face_strains, push, row_moment, row_strains, whole_face

@@ -16,7 +16,7 @@ from weakref import WeakKeyDictionary
 
 from numba.core.dispatcher import Dispatcher
 
-from ..support.fingerprint import attributes_in, is_of_package, is_versioned, names_in
+from ..support.compilation.fingerprint import attributes_in, is_of_package, is_versioned, names_in
 from ..support.jit import JIT, compile_like, current, note_references
 from .laws import functions
 from .laws.law import Law, law_functions

@@ -15,7 +15,7 @@ from numba.core import cgutils, sigutils
 from numba.core.errors import TypingError
 from numba.extending import intrinsic
 
-from .fingerprint import tell_apart
+from .compilation.fingerprint import tell_apart
 from .jit import JIT, current, jit
 
 

@@ -20,10 +20,10 @@ from numba.core.bytecode import FunctionIdentity
 from numba.core.dispatcher import Dispatcher
 from numba.core.registry import CPUDispatcher
 
-from . import compilation_notice
-from .compiler_settings import quick_compilation
-from .fingerprint import is_of_package
-from .kernel_cache import KernelCache, code_libraries
+from .compilation import compilation_notice
+from .compilation.compiler_settings import quick_compilation
+from .compilation.fingerprint import is_of_package
+from .compilation.kernel_cache import KernelCache, code_libraries
 
 _settings: Any = numba_config
 # Whether anything is compiled at all.

@@ -48,7 +48,10 @@ def _message(command: click.Command | None, failure: BaseException) -> tuple[str
         case OSError():  # a full disk behind standard output, too many open files, a folder that is gone
             where = f"{failure.filename!r}: " if failure.filename is not None else ""
             return f"{where}the system refused it: {failure.strerror or failure}", Status.ERROR
-    return f"this is a fault of {_package_at_fault(failure)}, not of what you gave; please report it with the lines above", Status.FAULT
+    return (
+        f"this is a fault of {_package_at_fault(failure)}, not of what you gave; please report it with the lines above",
+        Status.FAULT,
+    )
 
 
 def _package_at_fault(failure: BaseException) -> str:

@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any, Literal
 
 from granular_env.components.errors import GranularError, GranularWarning
-from granular_env.components.support.cache_folder import cache_folder
+from granular_env.components.support.compilation.cache_folder import cache_folder
 from granular_env.components.support.jit import source_hash
 from granular_env.experiments import load_experiment
 from granular_env.experiments.preparation import Prepared, prepare

@@ -1,8 +1,8 @@
+from .figures.series import plot
 from .foxglove import save_foxglove_layout
-from .live import LiveViewer
-from .report_page import report
-from .series_plot import plot
-from .viewer import save_rrd, screenshot, view
+from .reports.page import report
+from .rerun.live import LiveViewer
+from .rerun.viewer import save_rrd, screenshot, view
 
 __all__ = [
     "LiveViewer",

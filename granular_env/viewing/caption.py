@@ -10,7 +10,7 @@ from .cracks import MOST_LINES
 from .scene_data import MeshFrames, Motion, SceneData
 
 if TYPE_CHECKING:
-    from .scene import Scales
+    from .rerun.scene import Scales
     from .views import Views
 
 _MARKUP = str.maketrans({character: f"\\{character}" for character in "\\`*_{}[]<>#|!~"})

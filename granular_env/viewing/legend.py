@@ -11,7 +11,7 @@ from granular_env.colours import DIVERGING
 
 from ..optional_packages import import_optional
 from .colour_scales import ColourScale
-from .figure_style import DARK, canvas, new_figure
+from .figures.style import DARK, canvas, new_figure
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

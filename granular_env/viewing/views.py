@@ -16,7 +16,7 @@ from granular_env.components.support.arrays import FloatArray
 from granular_env.domains import domain_of
 
 if TYPE_CHECKING:
-    from .scene import Scales
+    from .rerun.scene import Scales
     from .scene_data import Motion
 
 

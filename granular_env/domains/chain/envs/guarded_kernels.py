@@ -12,7 +12,7 @@ import numpy as np
 from granular_env.components.chain import layout
 from granular_env.components.errors import ParameterError, caution, one_line
 from granular_env.components.support.arrays import FloatArray
-from granular_env.components.support.plain_function import plain_function
+from granular_env.components.support.compilation.plain_function import plain_function
 
 from .episode_state import ELAPSED
 

@@ -8,11 +8,11 @@ import numpy as np
 import numpy.typing as npt
 
 from granular_env.optional_packages import import_optional
-from granular_env.viewing.camera import Camera
+from granular_env.viewing.rerun.camera import Camera
 from granular_env.viewing.scene_data import Motion
 
 if TYPE_CHECKING:
-    from granular_env.viewing.scene import Scales
+    from granular_env.viewing.rerun.scene import Scales
 
 WINDOW = 24
 

@@ -13,7 +13,7 @@ from granular_env.colours import diverging, rgb
 from granular_env.components.support.arrays import FloatArray
 from granular_env.optional_packages import import_optional
 from granular_env.viewing.fields import as_field
-from granular_env.viewing.figure_style import DARK, NOT_SAMPLED, canvas, draw_space_time, nearest_frames, new_figure, time_unit
+from granular_env.viewing.figures.style import DARK, NOT_SAMPLED, canvas, draw_space_time, nearest_frames, new_figure, time_unit
 from granular_env.viewing.scene_data import Motion
 
 # Rows that are kept of a run that goes on; when there are more, each second one is dropped.

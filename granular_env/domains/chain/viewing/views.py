@@ -11,7 +11,7 @@ import numpy.typing as npt
 from granular_env.colours import rgb
 from granular_env.optional_packages import import_optional
 from granular_env.viewing.caption import plain
-from granular_env.viewing.scene import Scales, roomy_limit, time_columns
+from granular_env.viewing.rerun.scene import Scales, roomy_limit, time_columns
 from granular_env.viewing.scene_data import Motion
 from granular_env.viewing.views import Views
 

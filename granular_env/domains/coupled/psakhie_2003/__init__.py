@@ -2,7 +2,7 @@
 
 from granular_env.atlas.model import Constant, Paper
 
-from . import exact_solution, figure_6, figure_7, figure_8, rayleigh, sub_steps, two_ways, waves
+from . import exact_solution, figure_6, figure_7, figure_8, interface_motion, rayleigh, sub_steps, waves
 from .cases import CELLS
 
 PAPER = Paper(
@@ -32,7 +32,7 @@ PAPER = Paper(
         ),
     },
     entries=(
-        two_ways.ENTRY,
+        interface_motion.ENTRY,
         sub_steps.ENTRY,
         figure_6.ENTRY,
         figure_7.ENTRY,

@@ -25,18 +25,18 @@ from granular_env.colours import PALETTE, diverging, rgb
 from granular_env.components.contract import Variable
 from granular_env.components.support.arrays import FloatArray
 
-from ..optional_packages import import_optional
+from ...optional_packages import import_optional
+from ..caption import caption
+from ..colour_scales import ColourScale, colour_scales, rescale, scale_of
+from ..legend import send_legend
+from ..plot_groups import plots
+from ..scene_data import MeshFrames, Motion, SceneData
+from ..shapes import common_exaggeration
+from ..views import Views
 from .camera import Camera
-from .caption import caption
-from .colour_scales import ColourScale, colour_scales, rescale, scale_of
-from .legend import send_legend
 from .links import send_links, send_spokes
 from .meshes import send_mesh, send_triangles
-from .plot_groups import plots
 from .profiles import send_profile
-from .scene_data import MeshFrames, Motion, SceneData
-from .shapes import common_exaggeration
-from .views import Views
 
 APPLICATION = "granular-env"
 TIMELINE, TICKS = "time", "tick"

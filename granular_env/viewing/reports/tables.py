@@ -19,9 +19,9 @@ from granular_env.documents import to_toml
 from granular_env.recording.format.header import BalanceNames
 from granular_env.recording.reader.event_places import event_table
 
-from . import html_page
-from .scene_data import SceneData
-from .units import typeset
+from .. import html_page
+from ..scene_data import SceneData
+from ..units import typeset
 
 _LONGEST_LIST = 8
 _MOST_EVENTS = 200

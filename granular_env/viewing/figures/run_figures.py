@@ -2,7 +2,7 @@
 
 Every function takes a `Field`, or a `Motion` for the quantity that colours it, or curves, and returns a matplotlib Figure made
 without pyplot, so nothing global changes and no window opens. Colours are those of the viewer and can be told apart by the
-colour-blind. `png` turns a figure into a file's bytes, `svg` into a part of a page.
+colour-blind. `style.png` turns a figure into a file's bytes, `style.svg` into a part of a page.
 """
 
 from __future__ import annotations
@@ -16,9 +16,11 @@ from granular_env.colours import DIVERGING, PALETTE
 from granular_env.components.errors import ParameterError
 from granular_env.components.support.arrays import FloatArray
 
-from ..optional_packages import import_optional
-from .fields import Field, as_field
-from .figure_style import (
+from ...optional_packages import import_optional
+from ..fields import Field, as_field
+from ..scene_data import Curve, Motion, SceneData
+from ..units import label_with_unit
+from .style import (
     draw_curves,
     draw_space_time,
     insert_gaps,
@@ -28,36 +30,31 @@ from .figure_style import (
     name_of_place,
     new_figure,
     place_axis,
-    png,
     quantity,
     span,
-    svg,
     time_unit,
     with_style,
 )
-from .scene_data import Curve, Motion, SceneData
-from .units import label_with_unit
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 __all__ = [
+    "FRAMES",
+    "balance",
     "curves",
     "default_indices",
     "default_times",
     "event_counts",
     "headline",
     "histories",
-    "balance",
-    "png",
     "profiles",
     "space_time",
     "stack",
-    "svg",
-    "time_unit",
 ]
 
-
+# Frames that figures use: more than a viewer, they are only drawn once.
+FRAMES = 2000
 # Where a legend stands beside a second axis, in widths of the axes.
 _BEYOND_AXIS = 1.26
 # Parts of a run in which events are counted.

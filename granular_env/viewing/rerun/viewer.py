@@ -16,13 +16,13 @@ from granular_env.components.errors import GranularError, Option, ParameterError
 from granular_env.output_files import require_writable, write_files
 from granular_env.progress import Progress, progress_bar
 
-from ..optional_packages import import_optional
+from ...optional_packages import import_optional
+from ..scene_data import SceneData, from_log
+from ..views import make_views
 from .blueprint import blueprint
-from .rerun_file import rerun_target
-from .rerun_process import NEEDED, START_SECONDS, RerunProcess, require_screen, rerun_process
+from .file import rerun_target
+from .process import NEEDED, START_SECONDS, RerunProcess, require_screen, rerun_process
 from .scene import APPLICATION, TIMELINE, Scales, scales_of, send
-from .scene_data import SceneData, from_log
-from .views import make_views
 from .web_page import WebPage, web_arguments
 
 _SETTLE_SECONDS = 5.0

@@ -14,10 +14,10 @@ import numpy.typing as npt
 from granular_env.colours import DIVERGING, PALETTE, symmetric_limit
 from granular_env.components.support.arrays import FloatArray
 
-from ..optional_packages import import_optional
-from .fields import Field
-from .scene_data import Curve
-from .units import label_with_unit
+from ...optional_packages import import_optional
+from ..fields import Field
+from ..scene_data import Curve
+from ..units import label_with_unit
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

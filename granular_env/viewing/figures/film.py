@@ -14,12 +14,12 @@ from typing import Any
 
 import numpy as np
 
-from ..optional_packages import import_optional
-from .figure_style import canvas, new_figure, svg, time_unit, with_style
-from .figures import EVENT_BINS
-from .legend import add_bar
+from ...optional_packages import import_optional
+from ..legend import add_bar
+from ..scene_data import SceneData, evenly_picked
 from .plane import Plane, draw_instant, load_plane, stretch_words
-from .scene_data import SceneData, evenly_picked
+from .run_figures import EVENT_BINS
+from .style import canvas, new_figure, svg, time_unit, with_style
 
 # Frames, and things drawn in all of them together: fewer frames of many things, and none where few would be left.
 _MOST_FRAMES, _FEWEST_FRAMES, _MOST_DRAWN = 25, 5, 200_000

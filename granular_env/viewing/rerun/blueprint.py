@@ -6,14 +6,14 @@ from typing import Any
 
 import numpy as np
 
-from ..optional_packages import import_optional
-from .legend import LEGEND
-from .plot_groups import Plot, select_plots
+from ...optional_packages import import_optional
+from ..legend import LEGEND
+from ..plot_groups import Plot, select_plots
+from ..scene_data import SceneData
+from ..shapes import faces_back
+from ..views import Views
 from .profiles import profile_pane
 from .scene import TIMELINE, Scales, whole_camera
-from .scene_data import SceneData
-from .shapes import faces_back
-from .views import Views
 
 # A run is played back in about this wall time [s].
 _PLAYBACK_SECONDS = 10.0

@@ -15,14 +15,14 @@ from granular_env.components.component import Component
 from granular_env.components.errors import GranularError, GranularWarning, Option, ParameterError, one_line
 from granular_env.components.inputs import Held
 
-from ..optional_packages import import_optional
+from ...optional_packages import import_optional
+from ..scene_data import Motion, SceneData, from_component
+from ..views import Views, make_views
 from .blueprint import blueprint
+from .file import rerun_target
 from .pace import Pace
-from .rerun_file import rerun_target
-from .rerun_process import RerunProcess, require_screen
+from .process import RerunProcess, require_screen
 from .scene import APPLICATION, Scales, enlarge_scales, scales_of, send_curves, send_frames, send_static
-from .scene_data import Motion, SceneData, from_component
-from .views import Views, make_views
 from .web_page import WebPage, web_arguments
 
 # Wall time between two pictures that take long to draw [s].

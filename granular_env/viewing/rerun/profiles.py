@@ -9,9 +9,9 @@ import numpy as np
 from granular_env.colours import PALETTE, rgb
 from granular_env.components.support.arrays import FloatArray
 
-from ..optional_packages import import_optional
-from .scene_data import ProfileFrames
-from .units import label_with_unit
+from ...optional_packages import import_optional
+from ..scene_data import ProfileFrames
+from ..units import label_with_unit
 
 # Width and height of the frame, and the room around it, in pixels of the pane.
 _WIDTH, _HEIGHT, _ROOM = 1000.0, 120.0, 8.0

@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from ..optional_packages import import_optional
-from .scene_data import MeshFrames
+from ...optional_packages import import_optional
+from ..scene_data import MeshFrames
 
 # Up to so many cells, and so many along the longest side, the edges of all of them are drawn; beyond, those at the rim.
 _MOST_EDGED_CELLS, _MOST_ALONG = 2000, 200.0

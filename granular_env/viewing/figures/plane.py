@@ -13,15 +13,15 @@ from granular_env.colours import DIVERGING, diverging
 from granular_env.components.drawables import Cells, Drawable, Links, Points, drawn_outputs, spatial
 from granular_env.components.support.arrays import FloatArray
 
-from ..optional_packages import import_optional
-from .colour_scales import ColourScale, colour_scales, scale_of
-from .cracks import MOST_LINES, crack_lines
-from .figure_style import new_figure, time_unit, with_style
-from .figures import frame_at
-from .legend import add_bar
-from .scene import scales_of
-from .scene_data import MAXIMUM_SHOWN_LINKS, SceneData, coloured_drawables, sample_frames
-from .shapes import common_exaggeration, faces_back, is_hidden, is_plane, is_solid
+from ...optional_packages import import_optional
+from ..colour_scales import ColourScale, colour_scales, scale_of
+from ..cracks import MOST_LINES, crack_lines
+from ..legend import add_bar
+from ..rerun.scene import scales_of
+from ..scene_data import MAXIMUM_SHOWN_LINKS, SceneData, coloured_drawables, sample_frames
+from ..shapes import common_exaggeration, faces_back, is_hidden, is_plane, is_solid
+from .run_figures import frame_at
+from .style import new_figure, time_unit, with_style
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -21,10 +21,10 @@ from typing import Any
 from numba.core import sigutils
 from numba.core.serialize import dumps
 
-from ..errors import ParameterError
+from ...errors import ParameterError
+from ..notice import tell
 from .cache_folder import cache_folder
 from .fingerprint import Fingerprint, fingerprint
-from .notice import tell
 from .registrations import refresh_after_imports
 from .type_names import is_told_by_name
 

@@ -13,7 +13,7 @@ from http.client import HTTPConnection, HTTPException
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from urllib.parse import quote
 
-from .rerun_process import LOCALHOST, RerunProcess, free_port
+from .process import LOCALHOST, RerunProcess, free_port
 
 _WAIT_SECONDS = 30.0
 _FOREIGN_LINK = re.compile(rb"<link[^>]*https://[^>]*>")

@@ -7,7 +7,7 @@ import stat
 from functools import cache
 from pathlib import Path
 
-from .notice import tell
+from ..notice import tell
 
 
 @cache

@@ -10,11 +10,10 @@ import numpy as np
 
 from granular_env.components.errors import ParameterError
 
-from . import figures
-from .fields import Field, field_names, load_field, load_input_fields, load_vector_fields, vector_names
-from .input_curves import MOST_CURVES, load_elements, load_input
-from .report_figures import FRAMES
-from .scene_data import curves_of
+from ..fields import Field, field_names, load_field, load_input_fields, load_vector_fields, vector_names
+from ..input_curves import MOST_CURVES, load_elements, load_input
+from ..scene_data import curves_of
+from . import run_figures
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -53,19 +52,19 @@ def plot(
     if kind not in _KINDS:
         raise ParameterError(f"got {kind!r}", expected=f"one of {', '.join(_KINDS)}", at="kind")
     if variable in field_names(log):
-        return _figure([load_field(log, variable, FRAMES)], kind, times, indices)
+        return _figure([load_field(log, variable, run_figures.FRAMES)], kind, times, indices)
     if variable in vector_names(log):
-        return _figure(load_vector_fields(log, variable, FRAMES), kind, times, indices)
+        return _figure(load_vector_fields(log, variable, run_figures.FRAMES), kind, times, indices)
     scalars = [name for name, one in log.variables.items() if one.shape == () and len(log.times(name))]
     if variable in scalars:
-        return figures.curves(list(curves_of(log, variable)))
+        return run_figures.curves(list(curves_of(log, variable)))
     acted = load_input(log, variable) if variable in log.input_variables else None
     if acted is not None:
         shape = acted.variable.shape
         if math.prod(shape) > MOST_CURVES:
-            fields = load_input_fields(log, variable, FRAMES)
+            fields = load_input_fields(log, variable, run_figures.FRAMES)
             return _figure([one for one in fields if one.values.any()] or fields[:1], kind, times, indices)
-        return figures.curves(load_elements(log, variable, np.ndindex(shape)) if shape else acted.curves)
+        return run_figures.curves(load_elements(log, variable, np.ndindex(shape)) if shape else acted.curves)
     known = ", ".join([*field_names(log), *vector_names(log), *scalars, *log.input_variables])
     raise ParameterError(f"{variable!r} was not recorded", hint=f"this log holds {known}", at="variable")
 
@@ -73,8 +72,8 @@ def plot(
 def _figure(fields: Sequence[Field], kind: str, times: Sequence[float] | None, indices: Sequence[int] | None) -> Figure:
     """Return a figure of one field, or of several one above the other."""
     draw = {
-        "space-time": figures.space_time,
-        "profiles": lambda field, into=None: figures.profiles(field, times, into),
-        "histories": lambda field, into=None: figures.histories(field, indices, into),
+        "space-time": run_figures.space_time,
+        "profiles": lambda field, into=None: run_figures.profiles(field, times, into),
+        "histories": lambda field, into=None: run_figures.histories(field, indices, into),
     }[kind]
-    return draw(fields[0]) if len(fields) == 1 else figures.stack(fields, lambda field, into: draw(field, into=into))
+    return draw(fields[0]) if len(fields) == 1 else run_figures.stack(fields, lambda field, into: draw(field, into=into))

@@ -13,8 +13,8 @@ from typing import Any
 
 from numba.core import event
 
+from ..notice import tell
 from .cache_folder import cache_folder
-from .notice import tell
 
 _announced: set[str] = set()
 _locks: list[int] = []  # open files; a lock is held as long as its file is open

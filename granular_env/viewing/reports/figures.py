@@ -12,17 +12,16 @@ import numpy as np
 from granular_env.components.drawables import Cells
 from granular_env.components.errors import ParameterError
 
-from . import figures, plane
-from .fields import Field, as_field, field_names, load_field, load_input_fields, require_names
-from .input_curves import InputCurves, load_input
-from .plot_groups import plots
-from .scene_data import Curve, SceneData, from_log, recorded_outputs
-from .shapes import Place, colouring_outputs, is_solid, places_by_count, places_of_outputs
+from ..fields import Field, as_field, field_names, load_field, load_input_fields, require_names
+from ..figures import plane, run_figures
+from ..input_curves import InputCurves, load_input
+from ..plot_groups import plots
+from ..scene_data import Curve, SceneData, from_log, recorded_outputs
+from ..shapes import Place, colouring_outputs, is_solid, places_by_count, places_of_outputs
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-# Frames that the figures use: more than a viewer, they are only drawn once.
 FRAMES = 2000
 _DIRECTIONS = "xyz"
 
@@ -83,7 +82,7 @@ def draw_report(log: Any, choice: Choice, progress: Callable[[float], None]) -> 
     unnamed = in_balances if choice.variables is None else set()
     arrays = [name for name in field_names(log) if choice.holds(name) and name not in unnamed]
     share = 1.0 / (1 + len(arrays))
-    scene_data = from_log(log, FRAMES, lambda part: progress(share * part))
+    scene_data = from_log(log, run_figures.FRAMES, lambda part: progress(share * part))
     drawn: dict[str, Shown] = {}
     if choice.variables is None and (shown := plane.load_plane(log, scene_data, choice.times)) is not None:
         where = "In space" if shown.is_solid else "In the plane"
@@ -106,11 +105,11 @@ def draw_report(log: Any, choice: Choice, progress: Callable[[float], None]) -> 
         if name == main and scene_data.motion is not None:
             field = as_field(scene_data.motion)
         else:
-            field = load_field(log, name, FRAMES, lambda part, place=place: progress(share * (place + part)))
+            field = load_field(log, name, run_figures.FRAMES, lambda part, place=place: progress(share * (place + part)))
         drawn |= _field_figures(field, choice, name == main, places.get(name))
         progress(share * (place + 1))
     for balance in scene_data.balances:
-        figure = figures.balance(scene_data, balance.quantity)
+        figure = run_figures.balance(scene_data, balance.quantity)
         if figure is not None:
             quantity = balance.quantity.replace("_", " ").capitalize()
             words = (
@@ -119,11 +118,11 @@ def draw_report(log: Any, choice: Choice, progress: Callable[[float], None]) -> 
             )
             drawn[f"balance-{balance.quantity}"] = Shown("Balances", figure, words)
     if curves := [one for one in _curves(scene_data, "outputs") if choice.holds(one.name)]:
-        drawn["outputs"] = Shown("Outputs", figures.curves(curves), "Outputs in time; those that stay 0 are left out.")
+        drawn["outputs"] = Shown("Outputs", run_figures.curves(curves), "Outputs in time; those that stay 0 are left out.")
     drawn |= _input_figures(log, scene_data)
     if choice.variables is None and (happened := log.events()):
         span = log.start_tick * log.step_size, log.start_tick * log.step_size + log.duration
-        figure = figures.event_counts([(event.tick * log.step_size, event.kind) for event in happened], span)
+        figure = run_figures.event_counts([(event.tick * log.step_size, event.kind) for event in happened], span)
         drawn["events"] = Shown(
             "Events", figure, "How many events there were, in a hundred equal parts of the run, by their kind."
         )
@@ -161,15 +160,15 @@ def _field_figures(field: Field, choice: Choice, is_main: bool, drawn_at: Place 
     heading = "x-t diagram" if is_main else f"{name.capitalize()}"
     drawn, is_asked = {}, choice.times is not None or choice.variables is not None
     if is_asked or drawn_at is None or not drawn_at.fills_plane:
-        drawn[f"{stem}space-time"] = Shown(heading, figures.space_time(field), words)
+        drawn[f"{stem}space-time"] = Shown(heading, run_figures.space_time(field), words)
         if is_main or is_asked or field.coordinate is not None:
             heading = "Profiles at chosen times" if is_main else f"{name.capitalize()}: profiles"
             words = f"{name.capitalize()} {across} at chosen instants."
-            drawn[f"{stem}profiles"] = Shown(heading, figures.profiles(field, choice.times), words)
+            drawn[f"{stem}profiles"] = Shown(heading, run_figures.profiles(field, choice.times), words)
     heading = f"Histories of chosen {things}" if is_main else f"{name.capitalize()}: histories"
     which = "" if choice.indices is not None else ", evenly spaced among those that changed; others can be named (indices)"
     words = f"{name.capitalize()} of chosen {things} in time{which}."
-    drawn[f"{stem}histories"] = Shown(heading, figures.histories(field, choice.indices), words)
+    drawn[f"{stem}histories"] = Shown(heading, run_figures.histories(field, choice.indices), words)
     return drawn
 
 
@@ -183,20 +182,20 @@ def _input_figures(log: Any, scene_data: SceneData) -> dict[str, Shown]:
     drawn: dict[str, Shown] = {}
     scalars = {name for name, one in log.input_variables.items() if one.shape == ()}
     if curves := [one for one in _curves(scene_data, "inputs") if one.name in scalars]:
-        drawn["inputs"] = Shown("Inputs", figures.curves(curves), "Inputs in time; those that stay 0 are left out.")
+        drawn["inputs"] = Shown("Inputs", run_figures.curves(curves), "Inputs in time; those that stay 0 are left out.")
     by_count = places_by_count(log.drawables)
     for name in log.input_variables:
         acted = None if name in scalars else load_input(log, name)
         if acted is None or not acted.acts:
             continue
         moving = [one for one in acted.curves if one.values.any()]
-        drawn[f"inputs-{name}"] = Shown("Inputs", figures.curves(moving), _input_words(acted))
+        drawn[f"inputs-{name}"] = Shown("Inputs", run_figures.curves(moving), _input_words(acted))
         shape = acted.variable.shape
         # The numbers of what lies side by side in a plane do not say where it is.
         if not acted.is_summary or ((place := by_count.get(shape[0])) is not None and place.fills_plane):
             continue
-        fields = [one for one in load_input_fields(log, name, FRAMES) if one.values.any()]
-        figure = figures.stack(fields, lambda field, into: figures.space_time(field, into=into))
+        fields = [one for one in load_input_fields(log, name, run_figures.FRAMES) if one.values.any()]
+        figure = run_figures.stack(fields, lambda field, into: run_figures.space_time(field, into=into))
         across = "along x" if fields[0].coordinate is not None else f"of every {fields[0].place}"
         words = f"{name.replace('_', ' ').capitalize()} {across} (across) at every instant (up)."
         drawn[f"inputs-{name}-space-time"] = Shown("Inputs", figure, words)
