@@ -12,6 +12,7 @@ from granular_env.components.errors import GranularError, MissingExtraError, Par
 from granular_env.recording import open_log, record
 from granular_env.viewing import LiveViewer, report, save_rrd, screenshot, view
 from granular_env.viewing.rerun import viewer
+from granular_env.viewing.rerun.entities import entity
 from granular_env.viewing.rerun.blueprint import blueprint
 from granular_env.viewing.rerun.scene import scales_of
 from granular_env.viewing.scene_data import from_log
@@ -81,6 +82,10 @@ def test_fields_along_a_line_are_curves_in_panes_of_their_own(tmp_path):
     for count, kind in ((4, "Grid"), (1, "Spatial2DView")):
         layout = blueprint(dataclasses.replace(scene_data, profiles=scene_data.profiles[:count]), None, None, 1e-4)
         assert type(layout.root_container.contents[0]).__name__ == kind
+
+
+def test_names_that_authors_choose_are_one_part_of_a_path():
+    assert entity("scene/links_", "links of a/b") == r"scene/links_links\ of\ a\/b"
 
 
 def test_every_frame_of_the_force_bars_has_one_for_each_contact(chain_log, tmp_path):

@@ -14,7 +14,8 @@ from typing import Any
 
 import numpy as np
 
-from ...optional_packages import import_optional
+from granular_env.optional_packages import import_optional
+
 from ..legend import add_bar
 from ..scene_data import SceneData, evenly_picked
 from .plane import Plane, draw_instant, load_plane, stretch_words

@@ -12,8 +12,8 @@ import numpy as np
 from granular_env.colours import DIVERGING, diverging
 from granular_env.components.drawables import Cells, Drawable, Links, Points, drawn_outputs, spatial
 from granular_env.components.support.arrays import FloatArray
+from granular_env.optional_packages import import_optional
 
-from ...optional_packages import import_optional
 from ..colour_scales import ColourScale, colour_scales, scale_of
 from ..cracks import MOST_LINES, crack_lines
 from ..legend import add_bar

@@ -15,8 +15,8 @@ import numpy as np
 from granular_env.colours import DIVERGING, PALETTE
 from granular_env.components.errors import ParameterError
 from granular_env.components.support.arrays import FloatArray
+from granular_env.optional_packages import import_optional
 
-from ...optional_packages import import_optional
 from ..fields import Field, as_field
 from ..scene_data import Curve, Motion, SceneData
 from ..units import label_with_unit

@@ -13,8 +13,8 @@ import numpy.typing as npt
 
 from granular_env.colours import DIVERGING, PALETTE, symmetric_limit
 from granular_env.components.support.arrays import FloatArray
+from granular_env.optional_packages import import_optional
 
-from ...optional_packages import import_optional
 from ..fields import Field
 from ..scene_data import Curve
 from ..units import label_with_unit

@@ -6,7 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from ...optional_packages import import_optional
+from granular_env.optional_packages import import_optional
+
 from ..legend import LEGEND
 from ..plot_groups import Plot, select_plots
 from ..scene_data import SceneData

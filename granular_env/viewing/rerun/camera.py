@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from ...optional_packages import import_optional
+from granular_env.optional_packages import import_optional
 
 # Distance in widths: the ends are seen at 18 degrees. Further away, rerun's single precision frays the spheres.
 _DISTANCE = 1.5

@@ -8,10 +8,11 @@ import numpy as np
 import numpy.typing as npt
 
 from granular_env.colours import sequential
+from granular_env.optional_packages import import_optional
 
-from ...optional_packages import import_optional
 from ..cracks import MOST_LINES, crack_lines
 from ..scene_data import LinkFrames, Motion
+from .entities import entity
 
 # Radius of a line as a part of the smallest particle's; how far in front of the centres, in the largest one's.
 _THICKNESS, _CRACK_THICKNESS, _SPOKE_THICKNESS, _IN_FRONT = 0.12, 0.16, 0.05, 1.05
@@ -21,12 +22,12 @@ _SPOKE_LENGTH = 0.9
 
 def links_entity(links: LinkFrames) -> str:
     """Return the path of the lines."""
-    return f"scene/links_{links.name}"
+    return entity("scene/links_", links.name)
 
 
 def cracks_entity(links: LinkFrames) -> str:
     """Return the path of the cracks."""
-    return f"scene/cracks_{links.name}"
+    return entity("scene/cracks_", links.name)
 
 
 def send_links(recording: Any, motion: Motion, drawn: npt.NDArray[Any], when: list[Any]) -> None:
@@ -65,7 +66,9 @@ def send_spokes(recording: Any, motion: Motion, drawn: npt.NDArray[Any], when: l
     along = np.stack([np.cos(angle), np.sin(angle), np.zeros_like(angle)], axis=-1)
     ends = front + _SPOKE_LENGTH * motion.radius[:, None] * along
     spokes = list(np.stack([front, ends], axis=2).astype(np.float32))
-    _send_lines(recording, f"scene/spokes_{motion.name}", spokes, _SPOKE, _SPOKE_THICKNESS * float(motion.radius.min()), when)
+    _send_lines(
+        recording, entity("scene/spokes_", motion.name), spokes, _SPOKE, _SPOKE_THICKNESS * float(motion.radius.min()), when
+    )
 
 
 def _towards(motion: Motion) -> npt.NDArray[np.float64]:

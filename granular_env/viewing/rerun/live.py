@@ -14,8 +14,8 @@ from typing import Any, Self
 from granular_env.components.component import Component
 from granular_env.components.errors import GranularError, GranularWarning, Option, ParameterError, one_line
 from granular_env.components.inputs import Held
+from granular_env.optional_packages import import_optional
 
-from ...optional_packages import import_optional
 from ..scene_data import Motion, SceneData, from_component
 from ..views import Views, make_views
 from .blueprint import blueprint

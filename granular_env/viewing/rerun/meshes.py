@@ -7,8 +7,10 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from ...optional_packages import import_optional
+from granular_env.optional_packages import import_optional
+
 from ..scene_data import MeshFrames
+from .entities import entity
 
 # Up to so many cells, and so many along the longest side, the edges of all of them are drawn; beyond, those at the rim.
 _MOST_EDGED_CELLS, _MOST_ALONG = 2000, 200.0
@@ -21,7 +23,7 @@ _INSIDE, _LINING = (45, 48, 52, 255), 2e-3
 
 def cells_entity(mesh: MeshFrames) -> str:
     """Return the path of the triangles."""
-    return f"scene/cells_{mesh.name}"
+    return entity("scene/cells_", mesh.name)
 
 
 def triangles_of(connectivity: npt.NDArray[np.int64]) -> npt.NDArray[np.int64]:
@@ -102,7 +104,7 @@ def _send_inside(recording: Any, mesh: MeshFrames, drawn: npt.NDArray[Any], when
 
 
 def _inside_entity(mesh: MeshFrames) -> str:
-    return f"scene/inside_{mesh.name}"
+    return entity("scene/inside_", mesh.name)
 
 
 def _normals(mesh: MeshFrames) -> npt.NDArray[np.float32]:
@@ -127,7 +129,7 @@ def _send_edges(recording: Any, mesh: MeshFrames, drawn: npt.NDArray[Any], when:
     colour = np.broadcast_to(np.array(_EDGE, np.uint8), (len(strips), 3))
     radii = np.full(len(strips), rr.Radius.ui_points(0.5), np.float32)
     lines = rr.LineStrips3D.columns(strips=strips, colors=colour, radii=radii)
-    recording.send_columns(f"scene/edges_{mesh.name}", when, lines.partition([len(ends) for ends in edges]))
+    recording.send_columns(entity("scene/edges_", mesh.name), when, lines.partition([len(ends) for ends in edges]))
 
 
 def _drawn_corners(mesh: MeshFrames) -> npt.NDArray[np.int64]:

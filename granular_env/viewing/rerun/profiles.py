@@ -8,10 +8,11 @@ import numpy as np
 
 from granular_env.colours import PALETTE, rgb
 from granular_env.components.support.arrays import FloatArray
+from granular_env.optional_packages import import_optional
 
-from ...optional_packages import import_optional
 from ..scene_data import ProfileFrames
 from ..units import label_with_unit
+from .entities import entity
 
 # Width and height of the frame, and the room around it, in pixels of the pane.
 _WIDTH, _HEIGHT, _ROOM = 1000.0, 120.0, 8.0
@@ -22,7 +23,7 @@ _HEADROOM = 0.05
 
 def profile_entity(profile: ProfileFrames) -> str:
     """Return the path under which a profile lies."""
-    return f"profiles/{profile.name}"
+    return entity("profiles/", profile.name)
 
 
 def profile_pane(rrb: Any, profile: ProfileFrames) -> Any:
@@ -43,11 +44,11 @@ def send_profile(recording: Any, profile: ProfileFrames, when: list[Any]) -> Non
     """
     rr = import_optional("rerun", "the viewer")
     low, high = _limits(profile.values)
-    entity = profile_entity(profile)
+    path = profile_entity(profile)
     corners = np.array([[0.0, 0.0], [_WIDTH, 0.0], [_WIDTH, _HEIGHT], [0.0, _HEIGHT], [0.0, 0.0]])
     zero = _heights(np.zeros(2), low, high)
     lines = [corners, np.column_stack([[0.0, _WIDTH], zero])]
-    recording.log(f"{entity}/frame", rr.LineStrips2D(lines, colors=_FRAME, radii=rr.Radius.ui_points(0.5)), static=True)
+    recording.log(f"{path}/frame", rr.LineStrips2D(lines, colors=_FRAME, radii=rr.Radius.ui_points(0.5)), static=True)
     x = profile.coordinate
     across = _WIDTH * (x - x[0]) / (x[-1] - x[0])
     curves = np.stack([np.broadcast_to(across, profile.values.shape), _heights(profile.values, low, high)], axis=2)
@@ -56,7 +57,7 @@ def send_profile(recording: Any, profile: ProfileFrames, when: list[Any]) -> Non
         colors=np.broadcast_to(np.array(rgb(PALETTE[0]), np.uint8), (len(curves), 3)),
         radii=np.full(len(curves), rr.Radius.ui_points(1.2), np.float32),
     )
-    recording.send_columns(f"{entity}/curve", when, shown.partition(np.ones(len(curves), np.int64)))
+    recording.send_columns(f"{path}/curve", when, shown.partition(np.ones(len(curves), np.int64)))
 
 
 def _limits(values: FloatArray) -> tuple[float, float]:

@@ -24,8 +24,8 @@ import numpy.typing as npt
 from granular_env.colours import PALETTE, diverging, rgb
 from granular_env.components.contract import Variable
 from granular_env.components.support.arrays import FloatArray
+from granular_env.optional_packages import import_optional
 
-from ...optional_packages import import_optional
 from ..caption import caption
 from ..colour_scales import ColourScale, colour_scales, rescale, scale_of
 from ..legend import send_legend
@@ -34,6 +34,7 @@ from ..scene_data import MeshFrames, Motion, SceneData
 from ..shapes import common_exaggeration
 from ..views import Views
 from .camera import Camera
+from .entities import entity
 from .links import send_links, send_spokes
 from .meshes import send_mesh, send_triangles
 from .profiles import send_profile
@@ -194,7 +195,7 @@ def send_static(recording: Any, scene_data: SceneData, scales: Scales | None, vi
 
 
 def _particles_entity(scene_data: SceneData, motion: Motion, scales: Scales) -> str:
-    return scales.particles_entity if motion is scene_data.motion else f"scene/particles_{motion.name}"
+    return scales.particles_entity if motion is scene_data.motion else entity("scene/particles_", motion.name)
 
 
 def send_frames(recording: Any, scene_data: SceneData, scales: Scales, views: Views | None) -> None:

@@ -13,10 +13,10 @@ from pathlib import Path
 from typing import Any
 
 from granular_env.components.errors import GranularError, Option, ParameterError
+from granular_env.optional_packages import import_optional
 from granular_env.output_files import require_writable, write_files
 from granular_env.progress import Progress, progress_bar
 
-from ...optional_packages import import_optional
 from ..scene_data import SceneData, from_log
 from ..views import make_views
 from .blueprint import blueprint
