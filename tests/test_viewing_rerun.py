@@ -12,8 +12,8 @@ from granular_env.components.errors import GranularError, MissingExtraError, Par
 from granular_env.recording import open_log, record
 from granular_env.viewing import LiveViewer, report, save_rrd, screenshot, view
 from granular_env.viewing.rerun import viewer
-from granular_env.viewing.rerun.entities import entity
 from granular_env.viewing.rerun.blueprint import blueprint
+from granular_env.viewing.rerun.entities import entity
 from granular_env.viewing.rerun.scene import scales_of
 from granular_env.viewing.scene_data import from_log
 
