@@ -14,12 +14,12 @@ from typing import Any
 
 import numpy as np
 
+from granular_env.components.support.arrays import FloatArray
 from granular_env.optional_packages import import_optional
 
 from ..legend import add_bar
 from ..scene_data import SceneData, evenly_picked
-from .plane import Plane, draw_instant, load_plane, stretch_words
-from .run_figures import EVENT_BINS
+from .plane import Plane, draw_instant, events_in_sight, load_plane, stretch_words
 from .style import canvas, new_figure, svg, time_unit, with_style
 
 # Frames, and things drawn in all of them together: fewer frames of many things, and none where few would be left.
@@ -45,7 +45,8 @@ class Film:
     Attributes:
         instants: its pictures, in the order of time.
         ratio: width over height of each.
-        events: height of the bar of each of several equal parts of the run, 0 to 1; empty where nothing happened.
+        events: height of a bar for each picture but the first, 0 to 1: what happened since the one before; empty where nothing
+            happened.
         words: what happened when.
         bars: what the colours mean, as SVG; empty where there are none.
         stretch: how displacements are drawn, in words; empty where they are true to scale.
@@ -74,8 +75,7 @@ def film_of(log: Any, scene_data: SceneData, progress: Callable[[float], None]) 
     frames = min(_MOST_FRAMES, _MOST_DRAWN // count)
     if frames < _FEWEST_FRAMES:
         return None
-    times = clocks[0][evenly_picked(len(clocks[0]), frames)]
-    plane = load_plane(log, scene_data, times.tolist())
+    plane = load_plane(log, scene_data, _instants(log, clocks[0], frames))
     if plane is None or len(plane.times) < 2:
         return None
     scale, unit = time_unit(float(plane.times[-1]))
@@ -84,10 +84,20 @@ def film_of(log: Any, scene_data: SceneData, progress: Callable[[float], None]) 
         picture = base64.b64encode(_picture(plane, frame)).decode()
         instants.append(Instant(f"{time * scale:.4g} {unit}", f"data:image/png;base64,{picture}"))
         progress((frame + 1) / len(plane.times))
-    events, words = _events(log, float(plane.times[0]), float(plane.times[-1]))
+    events, words = _events(log, plane.times)
     width, height = _size(plane)
     bars = _bars(plane) if plane.scales else ""
     return Film(tuple(instants), width / height, events, words, bars, stretch_words(plane))
+
+
+def _instants(log: Any, clock: FloatArray, frames: int) -> list[float]:
+    """Return as many instants [s]: half of them evenly spaced, the others closer where more happens; all where nothing does."""
+    events = events_in_sight(log)
+    if not events or len(clock) <= frames:
+        return clock[evenly_picked(len(clock), frames)].tolist()
+    even = clock[evenly_picked(len(clock), frames - frames // 2)]
+    times = np.clip(_times(log, events), clock[0], clock[-1])
+    return np.concatenate([even, np.quantile(times, np.linspace(0.0, 1.0, frames // 2))]).tolist()
 
 
 def _size(plane: Plane) -> tuple[float, float]:
@@ -131,17 +141,21 @@ def _bars(plane: Plane) -> str:
     return svg(figure, "film-bars")
 
 
-def _events(log: Any, start: float, end: float) -> tuple[tuple[float, ...], str]:
+def _events(log: Any, instants: FloatArray) -> tuple[tuple[float, ...], str]:
     """Return the heights of the bars of events, and in words how many there are and when the first one was."""
     found = log.events()
     if not found:
         return (), ""
-    times = np.array([event.tick for event in found]) * log.step_size
-    counts, _ = np.histogram(times, EVENT_BINS, (start, end))
+    times = _times(log, found)
+    counts = np.bincount(np.searchsorted(instants[1:-1], times), minlength=len(instants) - 1)
     # A single event beside thousands is still seen.
-    heights = np.where(counts > 0, np.maximum(counts / max(counts.max(), 1), 0.08), 0.0)
-    scale, unit = time_unit(end)
+    heights = np.where(counts > 0, np.maximum(counts / counts.max(), 0.08), 0.0)
+    scale, unit = time_unit(float(instants[-1]))
     return tuple(heights.tolist()), f"{_count_words(found)}, the first at {times[0] * scale:.4g} {unit}"
+
+
+def _times(log: Any, events: Sequence[Any]) -> FloatArray:
+    return log.step_size * np.array([event.tick for event in events], dtype=np.float64)
 
 
 def _count_words(events: Sequence[Any]) -> str:

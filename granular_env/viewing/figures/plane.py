@@ -165,14 +165,16 @@ def _is_planar(drawable: Drawable, log: Any) -> bool:
     return rest.shape[1] > 1 and is_plane(rest, log.variables.get(drawable.displacement))
 
 
-def _instants(log: Any, clock: FloatArray) -> list[float]:
-    """Return the start, the first event or a third of the run, an instant between it and the end, and the end [s].
+def events_in_sight(log: Any) -> Sequence[Any]:
+    """Return the events at something that is drawn; without any all, such as the ignition of the gas in a tube."""
+    happened, details = log.events(), log.event_details
+    return [event for event in happened if event.kind in details and details[event.kind].counts] or happened
 
-    Events at something that is drawn come before others, such as the ignition of the gas in a tube.
-    """
+
+def _instants(log: Any, clock: FloatArray) -> list[float]:
+    """Return the start, the first event or a third of the run, an instant between it and the end, and the end [s]."""
     start, end = float(clock[0]), float(clock[-1])
-    third, happened, details = start + (end - start) / 3.0, log.events(), log.event_details
-    events = [event for event in happened if event.kind in details and details[event.kind].counts] or happened
+    third, events = start + (end - start) / 3.0, events_in_sight(log)
     first = events[0].tick * log.step_size if events else third
     if not _MARGIN <= (first - start) / max(end - start, 1e-300) <= 1.0 - _MARGIN:
         first = third  # too near to the start or to the end for a picture of its own
