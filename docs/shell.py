@@ -12,8 +12,8 @@ from matplotlib.collections import PolyCollection, QuadMesh
 import granular_env as ge
 from granular_env.components.shell.theory import breathing_frequency, lame_displacement
 from granular_env.viewing.figures import style
+from granular_env.viewing.figures.colour_bar import add_bar
 from granular_env.viewing.figures.plane import draw_instant, load_plane
-from granular_env.viewing.legend import add_bar
 
 IMAGES = Path(__file__).parent / "images"
 DARK_RED, BLUE = "#c1121f", "#274c77"

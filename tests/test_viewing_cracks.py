@@ -14,10 +14,10 @@ import granular_env as ge
 from granular_env.components.drawables import Cells, Links, Points
 from granular_env.components.errors import ParameterError
 from granular_env.viewing import report, save_rrd
-from granular_env.viewing.caption import caption
 from granular_env.viewing.figures.plane import Plane, load_plane, words
-from granular_env.viewing.rerun.scene import scales_of
+from granular_env.viewing.rerun.caption import caption
 from granular_env.viewing.scene_data import from_component, from_log
+from granular_env.viewing.scene_scales import scales_of
 from granular_env.viewing.shapes import faces_back, recolour, visible_cells, visible_points
 
 RECORDED = ["surface_displacement", "surface_stress", "surface_plastic_strain", "surface_cells"]

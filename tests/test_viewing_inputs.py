@@ -8,8 +8,8 @@ import pytest
 import granular_env as ge
 from granular_env.recording import Log, open_log, record
 from granular_env.viewing import report
-from granular_env.viewing.caption import caption
 from granular_env.viewing.input_curves import MOST_CURVES, load_input
+from granular_env.viewing.rerun.caption import caption
 from granular_env.viewing.scene_data import SceneData, from_component, from_log
 
 COLUMNS = 12

@@ -17,8 +17,8 @@ from granular_env.viewing import LiveViewer
 from granular_env.viewing.figures.style import NOT_SAMPLED, nearest_frames
 from granular_env.viewing.rerun import pace
 from granular_env.viewing.rerun.pace import Pace
-from granular_env.viewing.rerun.scene import enlarge_scales, scales_of
 from granular_env.viewing.scene_data import from_component
+from granular_env.viewing.scene_scales import enlarge_scales, scales_of
 
 pytest.importorskip("rerun", reason="the extra `view` is not installed")
 

@@ -20,8 +20,9 @@ from granular_env.viewing.figures.film import _instants
 from granular_env.viewing.figures.plane import Plane, draw_plane
 from granular_env.viewing.figures.run_figures import event_counts
 from granular_env.viewing.rerun.meshes import edges_of, triangles_of
-from granular_env.viewing.rerun.scene import scales_of, whole_camera
+from granular_env.viewing.rerun.scene import whole_camera
 from granular_env.viewing.scene_data import from_component, from_log
+from granular_env.viewing.scene_scales import scales_of
 from granular_env.viewing.shapes import common_exaggeration, places_by_count, places_of_outputs, visible_points
 
 ROCK = {"density": 2700.0, "young": 6e10, "poisson": 0.25}

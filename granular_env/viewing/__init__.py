@@ -1,7 +1,8 @@
 """Looking at runs: rerun scenes of logs and of live components, figures, and a report page.
 
-`save_rrd`, `view` and `screenshot` need rerun, `report`, `plot` and `figures` need matplotlib; both are imported only when
-used.
+`scene_data.py` takes from a log, or from a component that is stepped, what all of them show. `rerun/` has scenes and viewers
+(`save_rrd`, `view`, `screenshot`, `LiveViewer`) and needs rerun; `figures/` (`plot`) and `reports/` (`report`) need matplotlib.
+Both are imported only when used. `foxglove.py` lays out the preview of a log in Foxglove.
 """
 
 from __future__ import annotations

@@ -16,8 +16,8 @@ from granular_env.components.support.arrays import FloatArray
 from granular_env.domains import domain_of
 
 if TYPE_CHECKING:
-    from .rerun.scene import Scales
     from .scene_data import Motion
+    from .scene_scales import Scales
 
 
 class Views:

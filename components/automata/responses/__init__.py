@@ -2,7 +2,7 @@
 
 Beyond an onset the equivalent stress follows a line of smaller slope. Unloading tells them apart: (b) it returns to the origin
 with a reduced modulus, (c) it is elastic and leaves a strain, (d) something of both. They differ in one number, the part of the
-excess that degrades the modulus; `functions.py` has the formula.
+excess that degrades the modulus; `return_mapping.py` has the formula.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""The return to the limiting line, which all inelastic responses share.
+"""Return mapping: the stress of a pair back to its limiting line, which all inelastic responses share.
 
 With the equivalent stress s above the limit s_l = onset + H q, q the inelastic strain so far, the deviator of the pair's stress
 is multiplied by M = s_new / s, s_new = s_l + H dq, dq = (s - s_l) / (g (3 G + H)) (Wilkins 1964). Of 1 - M the part beta lowers

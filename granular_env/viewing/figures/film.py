@@ -17,8 +17,8 @@ import numpy as np
 from granular_env.components.support.arrays import FloatArray
 from granular_env.optional_packages import import_optional
 
-from ..legend import add_bar
 from ..scene_data import SceneData, evenly_picked
+from .colour_bar import add_bar
 from .plane import Plane, draw_instant, events_in_sight, load_plane, stretch_words
 from .style import canvas, new_figure, svg, time_unit, with_style
 

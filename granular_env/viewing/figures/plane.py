@@ -16,10 +16,10 @@ from granular_env.optional_packages import import_optional
 
 from ..colour_scales import ColourScale, colour_scales, scale_of
 from ..cracks import MOST_LINES, crack_lines
-from ..legend import add_bar
-from ..rerun.scene import scales_of
 from ..scene_data import MAXIMUM_SHOWN_LINKS, SceneData, coloured_drawables, sample_frames
+from ..scene_scales import scales_of
 from ..shapes import common_exaggeration, faces_back, is_hidden, is_plane, is_solid
+from .colour_bar import add_bar
 from .run_figures import frame_at
 from .style import new_figure, time_unit, with_style
 

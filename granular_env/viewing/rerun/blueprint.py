@@ -8,13 +8,14 @@ import numpy as np
 
 from granular_env.optional_packages import import_optional
 
-from ..legend import LEGEND
 from ..plot_groups import Plot, select_plots
 from ..scene_data import SceneData
+from ..scene_scales import Scales
 from ..shapes import faces_back
 from ..views import Views
+from .legend import LEGEND
 from .profiles import profile_pane
-from .scene import TIMELINE, Scales, whole_camera
+from .scene import TIMELINE, whole_camera
 
 # A run is played back in about this wall time [s].
 _PLAYBACK_SECONDS = 10.0

@@ -18,11 +18,12 @@ from granular_env.output_files import require_writable, write_files
 from granular_env.progress import Progress, progress_bar
 
 from ..scene_data import SceneData, from_log
+from ..scene_scales import Scales, scales_of
 from ..views import make_views
 from .blueprint import blueprint
 from .file import rerun_target
 from .process import NEEDED, START_SECONDS, RerunProcess, require_screen, rerun_process
-from .scene import APPLICATION, TIMELINE, Scales, scales_of, send
+from .scene import APPLICATION, TIMELINE, send
 from .web_page import WebPage, web_arguments
 
 _SETTLE_SECONDS = 5.0

@@ -12,7 +12,7 @@ from granular_env.viewing.rerun.camera import Camera
 from granular_env.viewing.scene_data import Motion
 
 if TYPE_CHECKING:
-    from granular_env.viewing.rerun.scene import Scales
+    from granular_env.viewing.scene_scales import Scales
 
 WINDOW = 24
 

@@ -10,8 +10,8 @@ import numpy.typing as npt
 
 from granular_env.colours import sequential, symmetric_limit
 from granular_env.optional_packages import import_optional
-from granular_env.viewing.rerun.scene import REST_COLOUR, Scales
 from granular_env.viewing.scene_data import Motion
+from granular_env.viewing.scene_scales import REST_COLOUR, Scales
 
 # Where the words of a zero line stand, in lengths of the longest bar.
 WORDS = 1.25

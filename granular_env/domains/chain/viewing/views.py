@@ -10,9 +10,10 @@ import numpy.typing as npt
 
 from granular_env.colours import rgb
 from granular_env.optional_packages import import_optional
-from granular_env.viewing.caption import plain
-from granular_env.viewing.rerun.scene import Scales, roomy_limit, time_columns
+from granular_env.viewing.rerun.caption import plain
+from granular_env.viewing.rerun.scene import time_columns
 from granular_env.viewing.scene_data import Motion
+from granular_env.viewing.scene_scales import Scales, roomy_limit
 from granular_env.viewing.views import Views
 
 from .closeup import WINDOW, closeup_camera, has_closeup, send_closeup

@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
-from .colour_scales import ColourScale
-from .cracks import MOST_LINES
-from .scene_data import MeshFrames, Motion, SceneData
+from ..colour_scales import ColourScale
+from ..cracks import MOST_LINES
+from ..scene_data import MeshFrames, Motion, SceneData
 
 if TYPE_CHECKING:
-    from .rerun.scene import Scales
-    from .views import Views
+    from ..scene_scales import Scales
+    from ..views import Views
 
 _MARKUP = str.maketrans({character: f"\\{character}" for character in "\\`*_{}[]<>#|!~"})
 

@@ -1,0 +1,119 @@
+"""Scales of a scene: how far displacements are stretched, what the colours mean, and the box that holds all that is drawn."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from granular_env.colours import diverging
+from granular_env.components.contract import Variable
+from granular_env.components.support.arrays import FloatArray
+
+from .colour_scales import ColourScale, colour_scales, rescale, scale_of
+from .scene_data import MeshFrames, SceneData
+from .shapes import common_exaggeration
+
+# Scenes that are smaller are magnified [m].
+_LEAST_LENGTH = 0.1
+REST_COLOUR = (150, 150, 150)
+
+
+@dataclass(frozen=True)
+class Scales:
+    """Scales from numbers to lengths and colours in one scene.
+
+    Attributes:
+        exaggeration: displacements are drawn this many times larger.
+        colours: one for each quantity that colours something, that of the first particles first.
+        low, high: corners of the box that holds what is drawn, everything that moves included; x, y, z [m].
+        settled: whether factor and limits hold for the whole scene, or may change while a run goes on.
+    """
+
+    exaggeration: float
+    colours: tuple[ColourScale, ...]
+    low: tuple[float, float, float]
+    high: tuple[float, float, float]
+    settled: bool = True
+
+    @property
+    def colour_limit(self) -> float:
+        """Magnitude at the ends of the colours of the first particles, in the unit of what colours them."""
+        return self.colours[0].limit if self.colours else 1.0
+
+    @property
+    def length(self) -> float:
+        """Largest extent [m]."""
+        return max(high - low for low, high in zip(self.low, self.high, strict=True))
+
+    @property
+    def magnification(self) -> float:
+        """Factor of the whole scene, a power of 10: rerun draws nothing nearer than 0.1 to a camera, in single precision."""
+        return 1.0 if self.length >= _LEAST_LENGTH else 10.0 ** math.ceil(math.log10(_LEAST_LENGTH / self.length))
+
+    @property
+    def particles_entity(self) -> str:
+        """Path of the first particles; it says the factor, where that is settled."""
+        return f"scene/particles_displacement_x{self.exaggeration:g}" if self.settled else "scene/particles"
+
+    @property
+    def stretch(self) -> str:
+        """The factor in words, for titles."""
+        if not self.settled:
+            return "larger than they are (how much: see the text)"
+        return "true to scale" if self.exaggeration == 1.0 else f"{self.exaggeration:g} x larger"
+
+    def colours_of(self, variable: Variable, values: FloatArray | None, count: int) -> npt.NDArray[np.uint8]:
+        """Return the colours of an output's values, or of so many things of which it is not known; shape (..., 3)."""
+        scale = scale_of(self.colours, variable.name)
+        if values is None or scale is None:
+            return np.broadcast_to(np.array(REST_COLOUR, np.uint8), (count, 3)).copy()
+        return diverging(values, scale.limit)
+
+
+def scales_of(scene_data: SceneData, exaggerate: float | None = None) -> Scales | None:
+    """Return scales that fit what is drawn, None where nothing is; `exaggerate` overrides the automatic factor."""
+    if not scene_data.shapes:
+        return None
+    factor = exaggerate or common_exaggeration(
+        ((one.reference, one.radius, one.displacement) for one in scene_data.motions),
+        ((one.nodes, one.displacement) for one in scene_data.meshes),
+    )
+    corners = []
+    for shape in scene_data.shapes:
+        rest, radius = (shape.nodes, 0.0) if isinstance(shape, MeshFrames) else (shape.reference, shape.radius[:, None])
+        drawn = rest + factor * shape.displacement
+        corners += [(drawn - radius).min(axis=(0, 1)), (drawn + radius).max(axis=(0, 1))]
+    low, high = np.min(corners, axis=0), np.max(corners, axis=0)
+    colours = colour_scales(scene_data.coloured(), scene_data.is_plane)
+    return Scales(factor, colours, tuple(low.tolist()), tuple(high.tolist()))
+
+
+def enlarge_scales(scales: Scales, scene_data: SceneData, exaggerate: float | None = None) -> Scales:
+    """Return the same scene's scales with limits that hold this frame too; unchanged while they hold."""
+    now = scales_of(scene_data, exaggerate)
+    if now is None:
+        return scales
+    factor = scales.exaggeration
+    if any(np.any(shape.displacement) for shape in scene_data.shapes) and (factor == 1.0 or now.exaggeration < factor):
+        factor = now.exaggeration
+    values = {variable.name: values for variable, values in scene_data.coloured()}
+
+    def larger(scale: ColourScale) -> ColourScale:
+        own = [values[name] for name in scale.names if name in values]
+        largest = max((float(np.abs(one).max(initial=0.0)) for one in own), default=0.0)
+        has_sign = scale.has_sign or any(bool(np.any(one < 0.0)) for one in own)
+        return rescale(scale, roomy_limit(scale.limit, largest), has_sign)
+
+    return dataclasses.replace(scales, exaggeration=factor, colours=tuple(larger(scale) for scale in scales.colours))
+
+
+def roomy_limit(limit: float, value: float) -> float:
+    """Return the limit while it holds the value, else the next 1, 2 or 5 x 10^k: few changes while a wave grows."""
+    if value <= limit or not math.isfinite(value):
+        return limit
+    decade = 10.0 ** math.floor(math.log10(value))
+    return next(float(f"{step * decade:.6g}") for step in (1, 2, 5, 10) if step * decade >= value * (1.0 - 1e-12))
