@@ -249,6 +249,18 @@ def test_overrides_reach_every_table(good):
     assert experiment.seed == 4
 
 
+def test_an_override_reaches_into_what_is_only_named():
+    """`law = "viscous"` is the table {name = "viscous"}, and `law.dissipation` a key of it."""
+    viscous = load_experiment("nesterenko-1983/3.4-piston", {"component.law": "viscous", "component.law.dissipation": 0.5})
+    assert viscous.component.parameters["law"] == {"name": "viscous", "dissipation": 0.5}
+    rod = load_experiment("gato-shie-2010/taylor-rod", {"component.material.poisson": 0.3})
+    assert rod.component.parameters["material"] == {"name": "thermoviscoplastic", "poisson": 0.3}
+    with pytest.raises(
+        ExperimentError, match=r"component.left: got \{'name': 'piston', 'speed': 1\}, expected 'free', 'piston'"
+    ):
+        prepare(load_experiment("nesterenko-1983/3.4-piston", {"component.left.speed": 1}))
+
+
 def test_an_override_reaches_single_grains():
     experiment = load_experiment(
         "nesterenko-1983/3.1-two-grains", {"start.velocity.0": 3, "component.grains": 8, "start.velocity.7": -1}

@@ -50,7 +50,7 @@ def to_overrides(given: Any) -> tuple[Override, ...]:
 
 
 def set_key(content: dict[str, Any], override: Override) -> None:
-    """Set one key of a document; tables on the way to it are made if need be.
+    """Set one key of a document; tables on the way to it are made if need be, of a parameter that is a name too.
 
     Raises:
         ExperimentError: the key leads into what is no table, or past the end of a list.
@@ -59,7 +59,11 @@ def set_key(content: dict[str, Any], override: Override) -> None:
     *above, last = override.key
     for depth, part in enumerate(above):
         node, key = _holder(node, part, depth, override)
-        node = node.setdefault(key, {}) if isinstance(node, dict) else node[key]
+        if isinstance(node, dict):
+            node.setdefault(key, {})
+        if depth and above[0] == "component" and isinstance(node[key], str):
+            node[key] = {"name": node[key]}
+        node = node[key]
     node, key = _holder(node, last, len(above), override)
     if isinstance(node, dict) and key.lstrip("-").isdecimal():  # a row takes the place of its elements
         for element in [one for one in node if one.startswith(f"{key},")]:
