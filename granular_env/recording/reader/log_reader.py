@@ -81,10 +81,9 @@ class LogReader:
         found["complete"] = self.complete
         found["damage"] = self.records.container.damage
         closing = self.records.closing_header
-        found["report"], found["cautions"] = closing.get("report", {}), closing.get("cautions", [])
-        concluded = closing.get("conclusions", [])
-        found["conclusions"] = [str(text) for text in concluded] if isinstance(concluded, list) else []
-        return found
+        found |= {name: _table(found.get(name)) for name in ("parameters", "versions", "machine")}
+        found["report"] = _table(closing.get("report"))
+        return found | {name: _texts(closing.get(name)) for name in ("cautions", "conclusions")}
 
     @property
     def incidents(self) -> list[dict[str, Any]]:
@@ -343,3 +342,12 @@ def check_size(size: int, limits: Limits) -> None:
     """Refuse to read arrays of so many bytes that a stranger's log says it has."""
     limits.check("the size of what was asked for, in bytes,", size, _MOST_BYTES)
     refuse_beyond(size, f"log {limits.path!r}: what was asked for", LogError)
+
+
+def _table(value: Any) -> dict[str, Any]:
+    """Return a table; an empty one where something else stands in its place, which only digests can tell from damage."""
+    return dict(value) if isinstance(value, dict) else {}
+
+
+def _texts(value: Any) -> list[str]:
+    return [str(text) for text in value] if isinstance(value, list) else []
