@@ -63,10 +63,10 @@ def _reached(printed: Outcome) -> Item:
         ],
         remark="Notch of 1 in, σ0 = 275 MPa: the paper prints GPa. Over all points and all ticks; beside a crack the stress is "
         "larger than before it.",
-        reason=f"With the material as printed the flow stress is {saturation():.2f} σ0 at a plastic strain of 1, and a ligament "
-        "with two free surfaces bears 2/√3 of that at most. What goes beyond it is a pressure that alternates between the two "
-        "points through the ligament: with two planes of nodes it cannot get thinner on one side alone, and locks where it flows. "
-        "Across it, where nothing acts but the gas, the points have stresses of +1.5 and −1 σ0.",
+        reason=f"With the material as printed the flow stress is {saturation():.2f} σ0 at a plastic strain of 1, and a "
+        "ligament with two free surfaces bears 2/√3 of that at most. What goes beyond it is a pressure that alternates between "
+        "the two points through the ligament: with two planes of nodes it cannot get thinner on one side alone, and locks where "
+        "it flows. Across it, where nothing acts but the gas, the points have stresses of +1.5 and −1 σ0.",
     )  # fmt: skip
 
 
