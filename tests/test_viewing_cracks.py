@@ -15,7 +15,7 @@ from granular_env.components.drawables import Cells, Links, Points
 from granular_env.components.errors import ParameterError
 from granular_env.viewing import report, save_rrd
 from granular_env.viewing.figures.plane import Plane, load_plane, words
-from granular_env.viewing.rerun.caption import caption
+from granular_env.viewing.rerun.caption import caption, plain
 from granular_env.viewing.scene_data import from_component, from_log
 from granular_env.viewing.scene_scales import scales_of
 from granular_env.viewing.shapes import faces_back, recolour, visible_cells, visible_points
@@ -60,6 +60,12 @@ def test_cells_that_a_crack_crosses_are_left_out(burst_log: Any, tmp_path: Any) 
     assert len(edges) == 7 and len(edges[-1]) < len(edges[0])
     inside = present_values(sent["scene/inside_surface"]["triangle_indices"])
     assert [len(one) for one in inside] == [2 * count for count in kept]
+
+
+def test_the_caption_says_what_has_become_of_the_body(burst_log: Any) -> None:
+    scene_data = from_log(burst_log)
+    words = caption(scene_data, scales_of(scene_data), None)
+    assert "outcome: " in words and all(plain(one) in words for one in burst_log.metadata["conclusions"])
 
 
 def test_pictures_show_the_outside_lit_and_the_inside_dark(burst_log: Any) -> None:

@@ -167,6 +167,7 @@ class SceneData:
         inputs: by their names; of an array those of its elements that act, or of its extremes.
         profiles: fields along a line; of a log only, whose ranges are known.
         remark: what pictures have to say beside what they show; "" for nothing.
+        conclusions: what has become of the system at the end of the run, in sentences.
     """
 
     title: str
@@ -180,6 +181,7 @@ class SceneData:
     meshes: tuple[MeshFrames, ...] = ()
     profiles: tuple[ProfileFrames, ...] = ()
     remark: str = ""
+    conclusions: tuple[str, ...] = ()
 
     @property
     def motions(self) -> tuple[Motion, ...]:
@@ -252,7 +254,10 @@ def from_log(
     balances = _balances_to_show(log.balances, log.variables)
     profiles = tuple(_profile(log, one, frames) for one in log.drawables if _is_drawn_along_a_line(log, one))
     remark = remark_of(log.metadata.get("component"), log.metadata.get("parameters"))
-    return SceneData(title_of(log), motion, curves, inputs, notes, balances, tuple(found[1:]), meshes, profiles, remark)
+    concluded = tuple(log.metadata["conclusions"])
+    return SceneData(
+        title_of(log), motion, curves, inputs, notes, balances, tuple(found[1:]), meshes, profiles, remark, concluded
+    )  # fmt: skip
 
 
 def _balances_to_show(balances: Iterable[BalanceNames], variables: Mapping[str, Variable]) -> tuple[BalanceNames, ...]:

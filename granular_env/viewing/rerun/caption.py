@@ -24,6 +24,8 @@ def plain(text: str) -> str:
 def caption(scene_data: SceneData, scales: Scales | None, views: Views | None) -> str:
     """Return a markdown text that lets a stranger read the scene."""
     lines = [f"# {plain(scene_data.title)}", ""]
+    if scene_data.conclusions:
+        lines += ["**At the end of the run**", "", *(f"- {plain(one)}" for one in scene_data.conclusions), ""]
     motion = scene_data.motion
     if scales is not None:
         lines += [words for shape in scene_data.shapes for words in (_shape_words(shape), "")]
