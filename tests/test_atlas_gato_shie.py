@@ -64,6 +64,7 @@ def test_a_place_is_in_the_notch_or_not() -> None:
     assert in_notch(1, (0.012, 0.0)) and not in_notch(1, (0.02, 0.0)) and not in_notch(3, (0.0, 1.0))
 
 
+@pytest.mark.slow
 def test_a_run_is_read_as_the_component_reads_it(tmp_path: Path) -> None:
     """A coarse piece of the tube that a detonation, lit just before it, tears open."""
     context = Context(tmp_path, {"nodes": cases.NODES, "factor": cases.FACTOR})

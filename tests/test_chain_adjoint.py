@@ -279,7 +279,7 @@ def test_a_chain_that_is_advanced_in_tiles_has_the_same_bits_on_the_tape() -> No
     assert adjoints.inputs[0, 0] > 0.0 == adjoints.inputs[0, 1]
 
 
-@pytest.mark.parametrize("integrator", ["rk4", "hamming", "dop853"])
+@pytest.mark.parametrize("integrator", ["rk4", *(pytest.param(one, marks=pytest.mark.slow) for one in ("hamming", "dop853"))])
 def test_values_without_gradients(integrator: str) -> None:
     """`evaluate` runs what has no adjoint."""
     law = {"name": "elastic_plastic", "yield_pressure": 1e9} if integrator == "rk4" else "hertz"

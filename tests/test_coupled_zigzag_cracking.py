@@ -69,7 +69,7 @@ def specimen_of(medium: Coupled) -> CrackingSpecimen:
 # -- what holds ------------------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("micro_steps", [1, 2])
+@pytest.mark.parametrize("micro_steps", [1, pytest.param(2, marks=pytest.mark.slow)])
 @every_shape
 def test_links_that_never_break_move_as_those_that_cannot(make: Any, micro_steps: int) -> None:
     found = []
@@ -135,7 +135,13 @@ def crack_at_random(make: Any, seed: int, laws: dict[str, Any]) -> CrackingSpeci
     return specimen
 
 
-@pytest.mark.parametrize("laws", [UNBREAKABLE, {"material": [MEDIUM, SOFT], "automaton_material": None}], ids=["one", "two"])
+@pytest.mark.parametrize(
+    "laws",
+    [
+        pytest.param(UNBREAKABLE, id="one"),
+        pytest.param({"material": [MEDIUM, SOFT], "automaton_material": None}, id="two", marks=pytest.mark.slow),
+    ],
+)
 @every_shape
 def test_forces_are_the_derivatives_of_the_energy_and_sum_to_nothing(make: Any, laws: dict[str, Any]) -> None:
     """Of any state of links: so energy, momentum and angular momentum are kept, however a run breaks."""
@@ -228,6 +234,7 @@ def test_the_energy_closes_at_second_order() -> None:
     assert 4.0 <= push(core()) / push(core(step=0.05)) <= 30.0
 
 
+@pytest.mark.slow
 @every_shape
 def test_linked_automata_of_two_materials_keep_energy_momentum_and_its_moment(make: Any) -> None:
     count = make(2, 1).automata.count
@@ -241,6 +248,7 @@ def test_linked_automata_of_two_materials_keep_energy_momentum_and_its_moment(ma
     assert abs(medium.get("angular_momentum_residual")) <= 1e-14 * mass * SMALL
 
 
+@pytest.mark.slow
 def test_several_materials_may_lie_at_the_zigzag_and_break() -> None:
     left = {"area": {"name": "box", "x": [-1.0, 2.2], "y": [-1.0, 9.0]}, "material": 1}
     medium = core(material=[MEDIUM, SOFT], response=["linear", PLASTIC], regions=[left])
@@ -304,9 +312,10 @@ def tied_weights(medium: Coupled) -> Any:
 
 @pytest.mark.parametrize(
     "parameters",
-    [{}, *(pytest.param(one, marks=pytest.mark.slow) for one in ({"n": 2, "micro": 2}, {"response": PLASTIC}))],
+    [{}, {"n": 2, "micro": 2}, {"response": PLASTIC}],
     ids=["lockstep", "micro-steps", "plastic"],
 )
+@pytest.mark.slow
 def test_a_core_is_torn_and_welded_beside_its_zigzag(parameters: dict[str, Any]) -> None:
     """Tied faces go with the links beside them: they bear again once these do, from the strains at which they bore nothing."""
     medium = core(**WELDING, **parameters)
