@@ -128,6 +128,7 @@ def test_gradients_agree_with_central_differences(name: str, seed: int) -> None:
     assert compared >= len(sizes) - 2
 
 
+@pytest.mark.slow
 def test_a_long_disordered_and_dissipative_run() -> None:
     """Forty grains, two thousand force evaluations, a wave that is reflected: all drive entries and radii at once."""
     rng = np.random.default_rng(7)

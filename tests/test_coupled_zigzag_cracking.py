@@ -213,7 +213,7 @@ def test_a_tied_face_goes_with_the_links_beside_it() -> None:
 
 @pytest.mark.parametrize(
     "parameters",
-    [{}, {"n": 2, "micro": 2}, {"response": PLASTIC}, {"response": DEGRADING}],
+    [{}, pytest.param({"n": 2, "micro": 2}, marks=pytest.mark.slow), {"response": PLASTIC}, {"response": DEGRADING}],
     ids=["lockstep", "micro-steps", "plastic", "degrading"],
 )
 def test_a_core_that_breaks_closes_to_a_percent(parameters: dict[str, Any]) -> None:
@@ -273,7 +273,7 @@ def test_a_mirrored_core_cracks_as_its_image() -> None:
     assert medium.get("automata_broken_links") >= 20
 
 
-@pytest.mark.parametrize("micro", [1, 2])
+@pytest.mark.parametrize("micro", [1, pytest.param(2, marks=pytest.mark.slow)])
 def test_a_run_goes_on_from_the_middle_of_cracking_with_the_same_bits(micro: int) -> None:
     def make_body() -> Coupled:
         return core(micro, micro=micro, response=PLASTIC)
