@@ -63,7 +63,8 @@ def _package_at_fault(failure: BaseException) -> str:
     ours = __name__.partition(".")[0]
     known = {ours, *foreign_packages()}
     packages = [str(frame.f_globals.get("__name__")).partition(".")[0] for frame, _ in walk_tb(failure.__traceback__)]
-    return next((package for package in reversed(packages) if package in known), ours).replace("granular_env", "granular-env")
+    package = next((package for package in reversed(packages) if package in known), ours)
+    return "granular-env" if package == ours else package
 
 
 def _is_interrupt(failure: BaseException | None) -> bool:

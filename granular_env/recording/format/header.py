@@ -96,6 +96,11 @@ def variable_from(facts: Mapping[str, Any]) -> Variable:
         raise damage(f"a variable is described wrongly: {error}", _VARIABLES) from error
 
 
+def table_of(value: Any) -> dict[str, Any]:
+    """Return a table of a header; an empty one where something else stands there, which digests alone tell from damage."""
+    return dict(value) if isinstance(value, dict) else {}
+
+
 def event_kinds_from(header: Mapping[str, Any], path: object) -> dict[str, str]:
     """Return the kinds of events that can happen -> what they are, from a header; `LogError` where it does not say."""
     kinds = header.get("event_kinds")

@@ -20,7 +20,7 @@ from ...output_files import count_of
 from ..container.limits import Limits
 from ..format import step_history
 from ..format.drawables import drawables_from
-from ..format.header import BalanceNames, balance_names_from, event_kinds_from
+from ..format.header import BalanceNames, balance_names_from, event_kinds_from, table_of
 from ..format.message_index import COUNT, DETAIL, FIRST, SEGMENT, Segment
 from ..format.records import EVENTS, INCIDENTS, SNAPSHOTS, STEPS, damage
 from ..format.step_history import StepHistory, Stretch
@@ -81,8 +81,8 @@ class LogReader:
         found["complete"] = self.complete
         found["damage"] = self.records.container.damage
         closing = self.records.closing_header
-        found |= {name: _table(found.get(name)) for name in ("parameters", "versions", "machine")}
-        found["report"] = _table(closing.get("report"))
+        found |= {name: table_of(found.get(name)) for name in ("parameters", "versions", "machine")}
+        found["report"] = table_of(closing.get("report"))
         return found | {name: _texts(closing.get(name)) for name in ("cautions", "conclusions")}
 
     @property
@@ -342,11 +342,6 @@ def check_size(size: int, limits: Limits) -> None:
     """Refuse to read arrays of so many bytes that a stranger's log says it has."""
     limits.check("the size of what was asked for, in bytes,", size, _MOST_BYTES)
     refuse_beyond(size, f"log {limits.path!r}: what was asked for", LogError)
-
-
-def _table(value: Any) -> dict[str, Any]:
-    """Return a table; an empty one where something else stands in its place, which only digests can tell from damage."""
-    return dict(value) if isinstance(value, dict) else {}
 
 
 def _texts(value: Any) -> list[str]:

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from typing import Any, Literal
 
 from ...output_files import count_of
-from ..format.header import machine, versions
+from ..format.header import machine, table_of, versions
 
 # Sentences on pieces that are not in a log, at most.
 _MOST_GAPS = 20
@@ -124,13 +124,9 @@ class Difference(Exception):  # noqa: N818 - a finding, carried out of nested lo
 
 def foreign_facts(header: Mapping[str, Any]) -> list[str]:
     """Return versions and facts of the machine that are not those of the recording, in case they are the reason."""
-    recorded = {**_mapping(header.get("versions")), **_mapping(header.get("machine"))}
+    recorded = {**table_of(header.get("versions")), **table_of(header.get("machine"))}
     return [
         f"{name} was {recorded[name]!r} and is {value!r} now"
         for name, value in {**versions(), **machine()}.items()
         if name in recorded and recorded[name] != value
     ]
-
-
-def _mapping(value: Any) -> dict[str, Any]:
-    return value if isinstance(value, dict) else {}

@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from granular_env.colours import DIVERGING
+from granular_env.optional_packages import import_optional
 
-from ...optional_packages import import_optional
 from ..colour_scales import ColourScale
 
 if TYPE_CHECKING:

@@ -91,7 +91,7 @@ def events(log: Any) -> Markup:
 def validity(log: Any) -> Markup:
     """Return how far the model's assumptions held."""
     metadata = log.metadata
-    figures_of_run, cautions = metadata.get("report") or {}, metadata.get("cautions") or []
+    figures_of_run, cautions = metadata["report"], metadata["cautions"]
     parts = []
     if figures_of_run:
         rows = [[typeset(name), _number(value)] for name, value in figures_of_run.items()]
@@ -115,7 +115,7 @@ def parameters(log: Any) -> Markup:
 
     Tables among them have rows of their own: in a cell they would be a heap of words.
     """
-    values = log.metadata.get("parameters") or {}
+    values = log.metadata["parameters"]
     rows = _parameter_rows("", values, *_model(log.metadata.get("component"), values), _automatic_parameters(log))
     return html_page.table(["parameter", "value", "unit", "meaning"], rows)
 
@@ -218,8 +218,8 @@ def experiment(log: Any) -> Markup:
 def environment(log: Any) -> Markup:
     """Return what the log was recorded with, and its size."""
     metadata = log.metadata
-    rows = [[f"{name} version", text] for name, text in (metadata.get("versions") or {}).items()]
-    rows += [[name.replace("_", " "), _short(value)] for name, value in (metadata.get("machine") or {}).items()]
+    rows = [[f"{name} version", text] for name, text in metadata["versions"].items()]
+    rows += [[name.replace("_", " "), _short(value)] for name, value in metadata["machine"].items()]
     rows.append(["bits depend on the platform", "yes" if metadata.get("platform_bound") else "no"])
     rows.append(["identity of component and parameters", metadata.get("identity", "")])
     rows.append(["size of the log", file_size(os.path.getsize(log.path))])

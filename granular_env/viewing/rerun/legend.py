@@ -7,7 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from ...optional_packages import import_optional
+from granular_env.optional_packages import import_optional
+
 from ..colour_scales import ColourScale
 from ..figures.colour_bar import add_bar
 from ..figures.style import DARK, canvas, new_figure

@@ -66,7 +66,7 @@ def _reached(printed: Outcome) -> Item:
         reason=f"With the material as printed the flow stress is {saturation():.2f} σ0 at a plastic strain of 1, and a "
         "ligament with two free surfaces bears 2/√3 of that at most. What goes beyond it is a pressure that alternates between "
         "the two points through the ligament: with two planes of nodes it cannot get thinner on one side alone, and locks "
-        "where it flows. Across it, where nothing acts but the gas, the points have stresses of +1.5 and −1 σ0.",
+        "where it flows. So stresses stand across it, where nothing acts but the gas.",
     )  # fmt: skip
 
 
