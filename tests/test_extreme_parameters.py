@@ -35,7 +35,7 @@ OTHERS = [None, True, "abc", "", [], {}, [1.0], [1.0, 2.0, 3.0], {"name": "abc"}
 FACTORS = [0.5, 0.999, 1.001, 2.0, 1e-3, 1e3, -1.0]
 LARGEST_STATE, LONGEST = 50_000_000, 10.0
 
-NOTCH = {"length": 0.003, "depth": 0.0004, "width": 0.0004, "around": 0.003}
+NOTCH = {"length": 0.003, "depth": 0.0004, "width": 0.0004, "around": 0.003, "columns": 1}
 PLATE = {"name": "plate", "length": 0.006, "width": 0.006, "along": 13, "across": 13, "notch": NOTCH}
 BRITTLE = {"name": "principal_stress", "stress": 2.2e7, "scatter": 0.1, "grip_length": 1e-3}
 TUBE_NOTCH = {**NOTCH, "around": 0.5 * math.pi}

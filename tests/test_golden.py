@@ -38,7 +38,7 @@ FINAL = {
     "detonation-bursting": "47123689fe89b486a8ccad203ba9f941",
     "detonation-nozzle": "e0f3cb915297ba962ace23026ee195c8",
     "shell-bulging": "0ae9f80d992e128bc77fed6e035c43a0",
-    "shell-cracking": "c7d7217df7d0fd6ac8b051b4c7a87323",
+    "shell-cracking": "bbcd383d15239b16790f39292836ef28",
     "tube-burning": "c51c2a2e87f8290acf86d1dbf537a924",
 }
 

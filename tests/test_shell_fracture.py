@@ -31,12 +31,12 @@ NOTCH = {"length": 0.002, "depth": 0.0006, "width": 0.0005, "around": 0.003, "di
 BODY = {"name": "plate", "length": 0.012, "width": 0.006, "along": ALONG, "across": ACROSS, "notch": NOTCH}
 PULLED = {
     "body": BODY, "material": "thermoviscoplastic", "boundaries": {"start": "symmetry", "end": "platen"},
-    "fracture": {"name": "principal_stress", "factor": 1.2}, "step_size": 3.5e-8,
+    "fracture": {"name": "principal_stress", "factor": 1.2}, "step_size": 2e-8,
 }  # fmt: skip
 SPEED = 12.0
 
 
-TICKS = 300
+TICKS = 400
 
 
 def pulled_plate(**changes: Any) -> Any:
@@ -67,7 +67,7 @@ def test_a_plate_breaks_in_two_at_its_notch() -> None:
     along = plate.lattice.axes[0].positions
     parted = cracked_columns(plate)
     assert parted[np.abs(along - 0.006) < 0.0016].any(axis=0).all()
-    assert parted[np.abs(along - 0.006) < 0.0016].sum() > 0.66 * parted.sum()
+    assert parted[np.abs(along - 0.006) < 0.0016].sum() == parted.sum()
     first = plate.events("point_parted")[0]
     assert along[first.index // (2 * ACROSS)] == pytest.approx(0.006)
     assert first.limit == pytest.approx(1.2 * 275e6)
@@ -100,7 +100,7 @@ def test_what_has_become_of_a_body_is_told_with_the_reason() -> None:
     assert OUTCOMES[int(plate.get("outcome"))] == "severed"
     said, first = plate.conclusions()
     assert said.startswith("outcome: severed: cracks reach") and said.endswith("2 pieces")
-    assert "points that parted did so at 2.2" in first and "6 mm along the body" in first
+    assert "points that parted did so at 1.66" in first and "6 mm along the body" in first
     # A crack is not faster than sound in a bar.
     assert all(float(speed) < 5100.0 for speed in re.findall(r"at ([0-9.e+]+) m/s", first))
     whole = pulled_plate()

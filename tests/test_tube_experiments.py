@@ -19,6 +19,7 @@ MEAN, WALL = 0.020195, 0.00089
 NOTCHED: dict[str, Any] = {
     "component.gas.length": 0.3, "component.gas.cells": 150, "component.gas.gauges": [0.1], "component.position": 0.06,
     "component.shell.body.length": 0.08, "component.shell.body.along": 27, "component.shell.body.around": 20,
+    "component.shell.body.notch.columns": 1,
 }  # fmt: skip
 LENGTHS = {1: 0.0254, 2: 0.0508, 3: 0.0762}
 

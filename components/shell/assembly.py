@@ -68,10 +68,9 @@ def _assemble(p: ShellParameters) -> Assembly:
     points = integration_points(lattice, rule.surface, rule.through)
     lines = tuple(points_at_planes(axis) for axis in lattice.axes)
     stencils = spanned_stencils(p, lattice, points.lines, points.places)
-    node_stencils = spanned_stencils(p, lattice, lines, lattice.reading_places)
+    node_stencils = spanned_stencils(p, lattice, lines, lattice.places)
     conditions = make_conditions(p.body, lattice, p.boundaries)
-    # What a notch leaves out stays where it is, its mass is none of the body's.
-    mass = np.where(lattice.present, p.material.density * lattice.volumes, 1.0)
+    mass = p.material.density * lattice.volumes
     seen_begin, seen_point, seen_slot = transpose(stencils, lattice.node_count)
     body = Body(
         mass, stencils.begin, stencils.nodes, stencils.kind, stencils.first, stencils.gradients, stencils.along, points.volume,

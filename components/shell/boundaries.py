@@ -33,10 +33,11 @@ class Conditions(NamedTuple):
 
 
 def edge_nodes(lattice: Lattice, edge: str) -> IntArray:
-    """Return the nodes of an edge, ascending."""
+    """Return the nodes of an edge, ascending; the bottom of a notch in it is none of it."""
     axis, end = EDGES[edge]
     numbers = np.arange(lattice.node_count).reshape(lattice.shape)
-    return np.take(numbers, end, axis=axis).ravel()
+    nodes = np.take(numbers, end, axis=axis).ravel()
+    return nodes[lattice.places[nodes, axis] == end % lattice.shape[axis]]
 
 
 def make_conditions(body: object, lattice: Lattice, boundaries: dict[EdgeName, BoundaryName]) -> Conditions:
@@ -61,5 +62,4 @@ def make_conditions(body: object, lattice: Lattice, boundaries: dict[EdgeName, B
             prescribed[nodes, axis] = 1 + 3 * list(moved).index(edge) + axis
         elif kind == "wall":
             wall[:] = lattice.nodes[nodes[0], 0], 1.0 if end == 0 else -1.0
-    prescribed[~lattice.present] = AT_REST
     return Conditions(prescribed, moved, wall)

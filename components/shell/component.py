@@ -55,6 +55,7 @@ class Shell(Component):
     """
 
     name = "shell"
+    version = 2
     Parameters = ShellParameters
     parameters: ShellParameters
 
@@ -73,9 +74,7 @@ class Shell(Component):
         self.assembly: Assembly = assemble(p)
         self.lattice: Lattice = self.assembly.lattice
         self.nodes: FloatArray = self.lattice.nodes
-        present = self.lattice.present
-        mass = self.assembly.solid.body.mass
-        self.mass: FloatArray = mass if present.all() else np.where(present, mass, 0.0)
+        self.mass: FloatArray = self.assembly.solid.body.mass
         self.highest_frequency: float = highest_frequency(self.assembly.solid)
         law = p.fracture
         bounding = self.highest_frequency * (CRACKED if isinstance(law, FractureLaw) else 1.0)
@@ -343,8 +342,8 @@ class Shell(Component):
             raise ParameterError("got less than 0", expected="0 or more everywhere", at=("start", "plastic_strain"))
 
     def _write_start(self, name: str, part: FloatArray, values: Mapping[str, FloatArray]) -> None:
-        """Write a start value of the nodes; those that a notch leaves out have none."""
-        part[:] = np.where(self.lattice.present[:, None], values[name], 0.0)
+        """Write a start value of the nodes."""
+        part[:] = values[name]
         self._refuse_held(name, part)
 
     def _refuse_held(self, name: str, value: FloatArray) -> None:

@@ -117,8 +117,9 @@ def make_stencils(
     places = np.stack(np.meshgrid(*(line.at for line in lines), indexing="ij"), axis=-1).reshape(-1, 3)
     if index is None:
         index = places
-    lost = np.logical_or.reduceat(~lattice.present[even.nodes], even.begin[:-1])
-    picked = np.flatnonzero(lost | (index != places).any(axis=1))
+    below = np.repeat(lattice.hollow.columns.ravel(), lattice.shape[2])
+    near = np.logical_or.reduceat(below[even.nodes], even.begin[:-1])
+    picked = np.flatnonzero(near | (index != places).any(axis=1))
     return _replace(even, picked, *_stencils_at(lattice, index[picked], radii, basis))
 
 
@@ -143,17 +144,24 @@ def _replace(even: Stencils, picked: IntArray, nodes: IntArray, there: _Marks, r
 def _stencils_at(
     lattice: Lattice, index: FloatArray, radii: tuple[float, float, float], basis: BasisName
 ) -> tuple[IntArray, _Marks, _Rows]:
-    """Return the neighbours of points anywhere, which of them there are, both of shape (m, k), and their shape functions."""
+    """Return the neighbours of points anywhere, which of them there are, both of shape (m, k), and their shape functions.
+
+    Below a notch the third radius is shorter, see `Lattice.reach`.
+    """
     planes, near = [], []
-    for axis, place, radius in zip(lattice.axes, index.T, radii, strict=True):
+    for axis, place, radius in zip(lattice.axes[:2], index.T, radii, strict=False):
         some = np.ceil(place - radius).astype(np.int64)[:, None] + np.arange(int(2.0 * radius) + 2)
         there = np.abs(some - place[:, None]) < radius
         near.append(there if axis.closed else there & (some >= 0) & (some < axis.count))
         planes.append(np.clip(some, 0, axis.count - 1) if not axis.closed else some)
-    seen, marks = _cross(planes), _cross(near)
-    nodes = lattice.number(*seen)
-    present = marks[0] & marks[1] & marks[2] & lattice.present[nodes]
-    values, gradients = shape_functions_at(lattice, index, seen, present, radii, basis)
+    layers = np.broadcast_to(np.arange(lattice.shape[2]), (len(index), lattice.shape[2]))
+    along, across, layer = _cross([*planes, layers])
+    nodes = lattice.number(along, across, layer)
+    seen = [along, across, lattice.heights(nodes)]
+    marks = _cross([*near, np.ones_like(layers, dtype=bool)])
+    reach = lattice.reach(index, radii[2])[:, None]
+    present = marks[0] & marks[1] & (np.abs(seen[2] - index[:, 2, None]) < reach)
+    values, gradients = shape_functions_at(lattice, index, seen, present, (*radii[:2], reach), basis)
     return nodes, present, (values[present], gradients[present])
 
 
@@ -167,9 +175,9 @@ def _cross(lines: list[Any]) -> list[Any]:
 def shape_functions_at(
     lattice: Lattice,
     index: FloatArray,
-    seen: list[IntArray],
+    seen: list[Any],
     present: _Marks,
-    radii: tuple[float, float, float],
+    radii: tuple[float, float, float | FloatArray],
     basis: BasisName,
 ) -> _Rows:
     """Return shape functions (m, k) and their gradients (m, k, 3) [1/m] of points anywhere.
@@ -177,9 +185,10 @@ def shape_functions_at(
     Args:
         lattice: the nodes.
         index: of the points, shape (m, 3).
-        seen: planes of the neighbours along each axis, counted on beyond a seam, each of shape (m, k).
+        seen: indices of the neighbours along each axis, counted on beyond a seam, through the thickness fractional ones, each
+            of shape (m, k).
         present: which of them there are, shape (m, k).
-        radii: as in `make_stencils`.
+        radii: within which a point sees nodes along each axis, in planes; the third may be one for each point, shape (m, 1).
         basis: of the shape functions.
 
     Raises:
@@ -283,22 +292,26 @@ def _neighbourhoods(
 def weights_at(
     lattice: Lattice,
     own: list[FloatArray],
-    seen: list[IntArray],
+    seen: list[Any],
     present: _Marks,
-    radii: tuple[float, float, float],
+    radii: tuple[float, float, float | FloatArray],
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Return offsets (m, k, 3), weights (m, k) and gradients of the weights (m, k, 3) of points at indices `own` (m, 1)."""
+    """Return offsets (m, k, 3), weights (m, k) and gradients of the weights (m, k, 3) of points at indices `own` (m, 1).
+
+    The arguments are those of `shape_functions_at`.
+    """
     parts = [quartic_spline((own[k] - seen[k]) / radii[k]) for k in range(3)]
     there = present.astype(np.float64)
     weights = parts[0][0] * parts[1][0] * parts[2][0] * there
     by_index = [parts[k][1] * parts[(k + 1) % 3][0] * parts[(k + 2) % 3][0] * there / radii[k] for k in range(3)]
     stretch = [axis.slope(one) for axis, one in zip(lattice.axes, own, strict=True)]
-    at_planes = [axis.at_any(planes) for axis, planes in zip(lattice.axes, seen, strict=True)]
+    along, across, through = lattice.axes
+    at_planes = [along.at_any(seen[0]), across.at_any(seen[1]), through.at(seen[2])]
     at_point = [axis.at(one) for axis, one in zip(lattice.axes, own, strict=True)]
     if lattice.bent:
         stretch[1] = stretch[1] * at_point[2]
     offsets = local_offsets(lattice, at_planes, at_point)
-    slopes = np.stack([one / along for one, along in zip(by_index, stretch, strict=True)], axis=-1)
+    slopes = np.stack([one / length for one, length in zip(by_index, stretch, strict=True)], axis=-1)
     return offsets, weights, slopes
 
 

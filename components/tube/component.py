@@ -43,6 +43,7 @@ class Tube(Component):
     """
 
     name = "tube"
+    version = 2
     Parameters = TubeParameters
     parameters: TubeParameters
 

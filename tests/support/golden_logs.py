@@ -268,7 +268,7 @@ def bulging_tube(tube: ge.Component) -> None:
 CRACKING = {
     "body": {
         "name": "plate", "length": 0.005, "width": 0.0028, "along": 6, "across": 5,
-        "notch": {"length": 0.0021, "depth": 0.0005, "width": 0.001, "around": 0.0014, "direction": "hoop"},
+        "notch": {"length": 0.0021, "depth": 0.0005, "width": 0.001, "around": 0.0014, "direction": "hoop", "columns": 1},
     },
     "material": "thermoviscoplastic",
     "fracture": {"name": "principal_stress", "factor": 1.05},

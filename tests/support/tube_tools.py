@@ -24,7 +24,7 @@ def small_tube(**changes: Any) -> Any:
 
 def cracking_tube(**changes: Any) -> Any:
     """Return one with a notch, whose brittle wall breaks."""
-    notch = {"length": 0.003, "depth": 0.0004, "width": 0.0004, "around": 0.5 * math.pi}
+    notch = {"length": 0.003, "depth": 0.0004, "width": 0.0004, "around": 0.5 * math.pi, "columns": 1}
     shell = {
         "body": {**BODY, "along": 13, "around": 13, "notch": notch}, "boundaries": {"start": "clamped", "end": "clamped"},
         "fracture": {"name": "principal_stress", "stress": 2.2e7},

@@ -229,7 +229,7 @@ class BreakingBody:
         lattice, p = self._assembly.lattice, self._parameters
         self._seen_facets = np.zeros((0, 9))
         stencils = self._assembly.node_stencils
-        return Visibility(lattice, lattice.reading_places, stencils, p.chosen_radius, p.basis, has_gradients=False)
+        return Visibility(lattice, lattice.places, stencils, p.chosen_radius, p.basis, has_gradients=False)
 
     def node_field(self, block: Block, parameters: FloatArray) -> FloatArray:
         """Return a field where the nodes are; a node that cracks have left alone has its parameter."""
@@ -241,12 +241,10 @@ class BreakingBody:
             known = 0
         if len(facets) > known:
             changed = np.unique(np.concatenate([seen.hide(facet) for facet in facets[known:]]))
-            poor = changed[~seen.rebuild(changed)]
-            read = self._assembly.lattice.number(*self._assembly.lattice.reading_places[poor].T.astype(np.int64))
-            for node, own in zip(poor, read, strict=True):
+            for node in changed[~seen.rebuild(changed)]:
                 begin, end = (int(one) for one in seen.begin[node : node + 2])
                 row = int(seen.first[seen.kind[node]])
-                seen.values[row : row + end - begin] = seen.nodes[begin:end] == own
+                seen.values[row : row + end - begin] = seen.nodes[begin:end] == node
         self._seen_facets = facets.copy()
         out = np.zeros_like(parameters)
         kernels.interpolate(seen.begin, seen.nodes, seen.kind, seen.first, seen.values, parameters, out)
@@ -400,12 +398,12 @@ class BreakingBody:
 
         Columns that nothing bears any more say nothing of which way it runs.
         """
-        around, cracks, (n, m, layers) = self._assembly.solid.surface.around, self.cracks, self._assembly.lattice.shape
-        own, top = np.arange(len(around)), self._assembly.lattice.top_nodes % layers
+        around, cracks, (n, m, _) = self._assembly.solid.surface.around, self.cracks, self._assembly.lattice.shape
+        own = np.arange(len(around))
         cut = []
         for way, side in ((0, 1), (1, 3)):
             after = around[:, side]
-            marked = cracks.links[own, way, np.minimum(top, top[after])] > 0
+            marked = cracks.links[:, way, -1] > 0
             cut.append((marked & (after != own)).reshape(n, m))
         return CutSides(*cut)
 

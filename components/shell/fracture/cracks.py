@@ -16,7 +16,7 @@ from ..stencils import Stencils
 from .facets import mark_links
 from .judgement import Judgement, decisive_value, index_normal
 from .law import FractureLaw
-from .pieces import Marks, crack_lips, detached_columns, find_connected, label_columns, link_layers, severed_links
+from .pieces import Marks, crack_lips, detached_columns, find_connected, label_columns, severed_links
 from .rows import write_hold
 from .visibility import Visibility
 
@@ -95,7 +95,7 @@ class Cracks:
             np.zeros((len(points.volume), 3)), np.zeros(len(points.volume), dtype=np.int64),
             np.zeros(len(points.volume), dtype=np.int64), self._ticks_to_unload(solid),
         )  # fmt: skip
-        self._link_layers, self._connected = link_layers(lattice), self._find_connected()
+        self._connected = self._find_connected()
         self._hold = np.zeros(lattice.node_count)
         even = self.visibility
         write_hold(solid.body, even.kind, even.first, even.values, np.arange(lattice.node_count), self._hold)
@@ -114,7 +114,7 @@ class Cracks:
         """Go back to a body without cracks."""
         self.facets, self.eroded, self.loosened = np.zeros((0, 9)), np.zeros(0), np.zeros(0)
         self.links = np.zeros((self._lattice.shape[0] * self._lattice.shape[1], 4, self._lattice.shape[2]), dtype=np.uint8)
-        self.severed: Marks = severed_links(self.links, self._link_layers)
+        self.severed: Marks = severed_links(self.links)
         self.visibility.clear()
         self.judged.normal[:] = 0.0
         self.judged.cracks[:] = self.judged.since[:] = 0
@@ -233,7 +233,7 @@ class Cracks:
         ring = self._lattice.axes[1]
         near = self._columns_near(facet, ring.count)
         mark_links(facet, self.visibility.table, near, self.links)
-        self.severed[near] = severed_links(self.links[near], self._link_layers[near])
+        self.severed[near] = severed_links(self.links[near])
         return self.visibility.hide(facet)
 
     def _columns_near(self, facet: FloatArray, around: int) -> IntArray:
@@ -265,7 +265,7 @@ class Cracks:
         begin, end = (int(one) for one in self._stencils.begin[p : p + 2])
         lost = self._stencils.nodes[begin:end][self.visibility.hidden[begin:end]].astype(np.int64)
         _, m, layers = self._lattice.shape
-        offsets = np.stack([lost // (m * layers), lost // layers % m, lost % layers], axis=-1) - self._places[p]
+        offsets = np.stack([lost // (m * layers), lost // layers % m, self._lattice.heights(lost)], axis=-1) - self._places[p]
         if self._lattice.axes[1].closed:
             offsets[:, 1] -= m * np.floor(offsets[:, 1] / m + 0.5)
         return int(np.sign(np.sign(offsets @ normal).sum()))
@@ -397,11 +397,9 @@ class Cracks:
 def _thickness_cells(lattice: Lattice, points: IntegrationPoints, through: int) -> FloatArray:
     """Return the middle and half the extent of each point's part of the thickness, in index space, shape (m, 2).
 
-    The outermost parts reach beyond the surface.
+    The outermost parts reach beyond the surface, below a notch through all that it leaves out.
     """
     at = points.places[:, 2].reshape(-1, through)
     top = np.full((len(at), 1), lattice.shape[2] - 0.5)
-    if lattice.hollow is not None:
-        top[at[:, -1] < lattice.hollow.bottom] = lattice.hollow.bottom + 0.5
     bounds = np.concatenate([np.full((len(at), 1), -0.5), 0.5 * (at[:, 1:] + at[:, :-1]), top], axis=1)
     return np.stack([0.5 * (bounds[:, 1:] + bounds[:, :-1]), 0.5 * np.diff(bounds, axis=1)], axis=-1).reshape(-1, 2)

@@ -11,6 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ...support.arrays import FloatArray
 from ...support.jit import internal_inlined, jit
 
 # A facet in the state: its point, its middle, its normal in index space, half its extent along the thickness, its tick.
@@ -26,11 +27,13 @@ class LatticeTable(NamedTuple):
     Attributes:
         across, layers: numbers of planes along the second axis and the third.
         period: planes around a closed second axis, 0 where it has ends.
+        steps: distance of the nodes of each column through the thickness, in planes, shape (columns,).
     """
 
     across: int
     layers: int
     period: int
+    steps: FloatArray
 
 
 @internal_inlined
@@ -76,11 +79,12 @@ def mark_hidden(facet, table, begin, nodes, places, points, hidden):
         for entry in range(begin[p], begin[p + 1]):
             if not hidden[entry]:
                 j = np.int64(nodes[entry])
-                x, y, z = j // (table.across * table.layers), j // table.layers % table.across, j % table.layers
+                x, y = j // (table.across * table.layers), j // table.layers % table.across
+                z = float(j % table.layers) * table.steps[j // table.layers]
                 around = float(y)
                 if table.period > 0:
                     around += round_to_period(places[p, 1] - y, table.period)
-                if crosses(facet, table.period, places[p, 0], places[p, 1], places[p, 2], float(x), around, float(z)):
+                if crosses(facet, table.period, places[p, 0], places[p, 1], places[p, 2], float(x), around, z):
                     hidden[entry] = lost = True
         if lost:
             points[count] = p
@@ -108,6 +112,6 @@ def mark_links(facet, table, columns, links):
             if x >= along or (table.period == 0 and (y < 0 or y >= table.across)):
                 continue
             for layer in range(table.layers):
-                z = float(layer)
-                if crosses(facet, table.period, float(a), float(b), z, float(x), float(y), z):
+                z, other = layer * table.steps[column], layer * table.steps[x * table.across + y % table.across]
+                if crosses(facet, table.period, float(a), float(b), z, float(x), float(y), other):
                     links[column, way, layer] = 1

@@ -7,8 +7,9 @@ import numpy as np
 from ...support.arrays import FloatArray, norms
 from ..assembly import Assembly
 from ..geometry.lattice import Lattice
+from ..layout import IntArray
 from .cracks import Cracks
-from .pieces import ACROSS, ALONG
+from .pieces import ACROSS, ALONG, Marks
 
 
 def crack_length(assembly: Assembly, cracks: Cracks) -> float:
@@ -29,26 +30,66 @@ def crack_length(assembly: Assembly, cracks: Cracks) -> float:
 def open_areas(lattice: Lattice, cracks: Cracks, displacement: FloatArray) -> FloatArray:
     """Return the open area of the cracks through the wall at each station, on the inner surface, shape (stations,) [m^2].
 
-    Between two columns that a crack severs it is how far their distance has grown, times the width of their edge.
+    It is how far the distance of the columns on both sides has grown, times the width of the edge. Columns that are cut off
+    from both neighbours, or that nothing bears, close no gap: it is measured over them, and shared evenly by the cracks
+    through the wall there.
     """
     n, m, layers = lattice.shape
     inner = (lattice.nodes + displacement)[::layers].reshape(n, m, 3)
     rest = lattice.nodes[::layers].reshape(n, m, 3)
-    areas = np.zeros(n)
+    along, across, _ = lattice.axes
+    cut, severed = _marks(cracks, (n, m), ACROSS)
+    areas = _openings(cut, severed, inner, rest, across.closed).sum(axis=1) * along.widths
+    cut, severed = _marks(cracks, (n, m), ALONG)
+    opening = _openings(cut.T, severed.T, inner.swapaxes(0, 1), rest.swapaxes(0, 1), along.closed).T
     radius = lattice.axes[2].positions[0] if lattice.bent else 1.0
-    for way, axis in ((ALONG, 0), (ACROSS, 1)):
-        cut = cracks.severed[:, way].reshape(n, m).copy()
-        if not lattice.axes[axis].closed:
-            cut[(-1,) if axis == 0 else (slice(None), -1)] = False
-        grown = _distance(inner, axis) - _distance(rest, axis)
-        opening = np.where(cut & (grown > 0.0), grown, 0.0)
-        if way == ACROSS:
-            areas += opening.sum(axis=1) * lattice.axes[0].widths
+    half = 0.5 * (opening * (across.widths * radius)).sum(axis=1)
+    return areas + half + np.roll(half, 1)
+
+
+def _marks(cracks: Cracks, shape: tuple[int, int], way: int) -> tuple[Marks, Marks]:
+    """Return which columns are cut from the next one that way, or border on what nothing bears, and which through the wall."""
+    borne = cracks.borne.reshape(shape)
+    cut = np.any(cracks.links[:, way] > 0, axis=1).reshape(shape)
+    return cut | ~borne | ~np.roll(borne, -1, axis=way), cracks.severed[:, way].reshape(shape)
+
+
+def _openings(cut: Marks, severed: Marks, inner: FloatArray, rest: FloatArray, closed: bool) -> FloatArray:
+    """Return how far each severed link has opened, of rows of columns one after the other, shape (rows, k) [m].
+
+    Args:
+        cut: whether each column is cut from the next one, the last one from the first, shape (rows, k).
+        severed: whether it is so through the whole wall.
+        inner: where the columns are now, shape (rows, k, 3) [m].
+        rest: where they were at rest.
+        closed: the first column follows the last one; otherwise a row has ends.
+    """
+    rows, count = cut.shape
+    cut, severed = cut.copy(), severed.copy()
+    if not closed:
+        cut[:, -1] = severed[:, -1] = False
+    opening, own = np.zeros((rows, count)), np.arange(count)
+    for row in np.flatnonzero(severed.any(axis=1)):
+        whole = np.flatnonzero(~cut[row])
+        if not len(whole):  # nothing of a ring holds: each gap by itself
+            grown = _growth(inner[row], rest[row], own, (own + 1) % count)
+            opening[row] = np.where(severed[row], np.maximum(grown, 0.0), 0.0)
+            continue
+        # From a link that holds to the next one that does: the columns on both sides of what is cut between them.
+        first, last = (whole + 1) % count, np.roll(whole, -1)
+        grown = _growth(inner[row], rest[row], first, last)
+        # Lips that hang on a few points swing back: then the columns beyond them tell how wide the gap is.
+        if closed:
+            beyond = (first - 1) % count, (last + 1) % count
         else:
-            sums = 0.5 * (opening * (lattice.axes[1].widths * radius)).sum(axis=1)
-            areas += sums + np.roll(sums, 1)
-    return areas
+            beyond = np.maximum(first - 1, 0), np.minimum(last + 1, count - 1)
+        grown = np.maximum(np.minimum(grown, _growth(inner[row], rest[row], *beyond)), 0.0)
+        run = (np.cumsum(~cut[row]) - 1) % len(whole)
+        shares = np.bincount(run[severed[row]], minlength=len(whole))
+        opening[row] = np.where(severed[row], (grown / np.maximum(shares, 1))[run], 0.0)
+    return opening
 
 
-def _distance(places: FloatArray, axis: int) -> FloatArray:
-    return norms(np.roll(places, -1, axis=axis) - places)
+def _growth(places: FloatArray, rest: FloatArray, first: IntArray, last: IntArray) -> FloatArray:
+    """Return how far distances of columns have grown [m]."""
+    return norms(places[last] - places[first]) - norms(rest[last] - rest[first])

@@ -99,18 +99,9 @@ def label_columns(begin, nodes, kind, first_rows, values, blind, layers, shared,
         labels[column] = root
 
 
-def link_layers(lattice: Lattice) -> Marks:
-    """Return in which layers both nodes of the links of `facets.mark_links` are there, shape (columns, 4, layers)."""
-    n, m, layers = lattice.shape
-    there = lattice.present.reshape(n, m, layers)
-    ahead = [np.roll(there, -1, axis=0), np.roll(there, -1, axis=1)]
-    ahead += [np.roll(ahead[0], -1, axis=1), np.roll(ahead[0], 1, axis=1)]
-    return np.stack([there & one for one in ahead], axis=2).reshape(n * m, 4, layers)
-
-
-def severed_links(links: npt.NDArray[np.uint8], layers: Marks) -> Marks:
-    """Return which links are cut through the whole wall, or what a notch has left of it; both as of `link_layers`."""
-    return np.all((links > 0) | ~layers, axis=2)
+def severed_links(links: npt.NDArray[np.uint8]) -> Marks:
+    """Return which links of `facets.mark_links` are cut through the whole wall, shape (columns, 4)."""
+    return np.all(links > 0, axis=2)
 
 
 def crack_lips(lattice: Lattice, severed: Marks) -> Marks:

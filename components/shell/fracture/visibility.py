@@ -35,12 +35,13 @@ class Visibility:
     ) -> None:  # fmt: skip
         """Take the points, at fractional indices `places`, shape (m, 3), and their stencils without any crack."""
         self._lattice, self._places, self._stencils, self._has_gradients = lattice, places, stencils, has_gradients
-        self._radii, self._basis = (radius, radius, radius), basis
+        self._radius, self._basis = radius, basis
         self.begin, self.nodes = stencils.begin, stencils.nodes
         self._counts = np.diff(stencils.begin.astype(np.int64))
         self._order = _bins(lattice, places)
         ring = lattice.axes[1]
-        self.table = LatticeTable(ring.count, lattice.axes[2].count, ring.count if ring.closed else 0)
+        period = ring.count if ring.closed else 0
+        self.table = LatticeTable(ring.count, lattice.axes[2].count, period, lattice.layer_steps)
         self.clear()
 
     def clear(self) -> None:
@@ -53,7 +54,7 @@ class Visibility:
 
     def near(self, place: FloatArray) -> IntArray:
         """Return the points whose neighbours a facet at a place may hide."""
-        lattice, reach = self._lattice, self._radii[0] + 1.5
+        lattice, reach = self._lattice, self._radius + 1.5
         along, ring = lattice.axes[:2]
         first, last = max(int(place[0] - reach), 0), min(int(place[0] + reach) + 1, along.count - 1)
         around = np.arange(int(np.floor(place[1] - reach)), int(place[1] + reach) + 2)
@@ -132,8 +133,9 @@ class Visibility:
         if self.table.period:
             around = around + m * np.floor((places[:, 1, None] - around) / m + 0.5).astype(np.int64)
         own = [places[:, axis, None] for axis in range(3)]
-        seen = [nodes // (m * layers), around, nodes % layers]
-        offsets, weights, slopes = weights_at(self._lattice, own, seen, there, self._radii)
+        seen = [nodes // (m * layers), around, self._lattice.heights(nodes)]
+        radii = self._radius, self._radius, self._lattice.reach(places, self._radius)[:, None]
+        offsets, weights, slopes = weights_at(self._lattice, own, seen, there, radii)
         values, gradients = np.zeros(weights.shape), np.zeros(slopes.shape)
         sound = np.zeros(len(points), dtype=bool)
         offsets, weights, slopes = (np.ascontiguousarray(one) for one in (offsets, weights, slopes))
@@ -144,8 +146,7 @@ class Visibility:
 def _bins(lattice: Lattice, places: FloatArray) -> tuple[IntArray, IntArray]:
     """Return where the points of each column of nodes begin in a list, and that list: each point is of the nearest column."""
     n, m, _ = lattice.shape
-    nearest = np.rint(places[:, :2]).astype(np.int64)
-    column = np.minimum(nearest[:, 0], n - 1) * m + nearest[:, 1] % m
+    column = lattice.nearest_columns(places)
     order = np.argsort(column, kind="stable")
     return np.concatenate([[0], np.cumsum(np.bincount(column, minlength=n * m))]), order
 

@@ -49,7 +49,7 @@ def graded_axis(even: Axis, middle: float, extent: float, spacing: float, name: 
     if covers(even, middle, extent):
         return even
     if not extent / spacing < even.count:
-        raise too_few(name, f"it takes {extent / spacing:.3g} of them at distances of its spacing or width")
+        raise too_few(name, f"it takes {extent / spacing:.3g} of them at the distances of its spacing or columns")
     count = math.ceil(extent / spacing * (1.0 - _ROUNDING))
     count += 1 - count % 2
     step = extent / count
@@ -146,6 +146,6 @@ def too_few(name: str, why: str) -> ParameterError:
     """Return the error for a lattice that does not resolve a notch."""
     return ParameterError(
         f"too few nodes for the notch: {why}",
-        expected=f"ratios of at most {LARGEST_GROWTH:g}", hint="give more nodes, or a larger spacing or width of the notch",
-        at=("body", name),
+        expected=f"ratios of at most {LARGEST_GROWTH:g}", at=("body", name),
+        hint="give more nodes, a larger spacing or width of the notch, or fewer columns of it",
     )  # fmt: skip

@@ -6,7 +6,6 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-import numpy.typing as npt
 
 from ...support.arrays import FloatArray
 from ...support.elementary import sine_of_pi
@@ -24,7 +23,7 @@ class Lattice:
     Attributes:
         axes: along, across or around, through the thickness.
         bent: whether the second axis is an angle [rad] and the third one a radius.
-        hollow: what a notch leaves out; its nodes are there, without mass, and no point sees them.
+        hollow: what a notch leaves out: the nodes of its columns lie in the ligament below it.
     """
 
     axes: tuple[Axis, Axis, Axis]
@@ -45,6 +44,8 @@ class Lattice:
     def nodes(self) -> FloatArray:
         """Positions of the nodes, shape (n, 3) [m]."""
         along, across, through = np.meshgrid(*(axis.positions for axis in self.axes), indexing="ij")
+        if self.hollow is not None:
+            through = self.axes[2].at(self.places[:, 2])
         return self.place(along.ravel(), across.ravel(), through.ravel())
 
     @cached_property
@@ -54,8 +55,8 @@ class Lattice:
         through = self._thickness_parts(self.axes[2].bounds)
         volumes = along[:, None, None] * across[:, None] * through
         if self.hollow is not None:
-            bottom = self.axes[2].positions[self.hollow.bottom]
-            left = self._thickness_parts(np.minimum(self.axes[2].bounds, bottom))
+            planes = self.hollow.step(self.shape[2]) * np.arange(self.shape[2], dtype=np.float64)
+            left = self._thickness_parts(Axis(self.axes[2].at(planes)).bounds)
             volumes = np.where(self.hollow.columns[..., None], along[:, None, None] * across[:, None] * left, volumes)
         return volumes.ravel()
 
@@ -63,31 +64,47 @@ class Lattice:
         return 0.5 * np.diff(bounds * bounds) if self.bent else np.diff(bounds)
 
     @cached_property
-    def present(self) -> npt.NDArray[np.bool_]:
-        """The nodes that no notch leaves out, as marks of shape (n,)."""
-        there = np.ones(self.shape, dtype=bool)
+    def layer_steps(self) -> FloatArray:
+        """Distance of the nodes of each column through the thickness, in planes: 1, below a notch less, shape (columns,)."""
+        steps = np.ones(self.shape[:2])
         if self.hollow is not None:
-            there[self.hollow.columns, self.hollow.bottom + 1 :] = False
-        return there.ravel()
+            steps[self.hollow.columns] = self.hollow.step(self.shape[2])
+        return steps.ravel()
 
     @cached_property
-    def reading_places(self) -> FloatArray:
-        """Fractional indices of the axes at which the fields of the nodes are read, shape (n, 3).
-
-        A node is read where it is; one that a notch leaves out, whose neighbours may all lie in one plane, at the bottom of the
-        notch below it.
-        """
-        places = np.stack(np.unravel_index(np.arange(self.node_count), self.shape), axis=-1).astype(np.float64)
-        if self.hollow is not None:
-            places[~self.present, 2] = self.hollow.bottom
+    def places(self) -> FloatArray:
+        """Fractional indices of the axes at which the nodes are, shape (n, 3); whole ones but below a notch."""
+        nodes = np.arange(self.node_count)
+        places = np.stack(np.unravel_index(nodes, self.shape), axis=-1).astype(np.float64)
+        places[:, 2] = self.heights(nodes)
         return places
+
+    def reach(self, index: FloatArray, radius: float) -> FloatArray:
+        """Return how far points see through the thickness, shape (m,) [planes].
+
+        Below a notch a point sees close nodes in its column, and wide ones beside it: their mean distance counts.
+
+        Args:
+            index: fractional indices of the points, shape (m, 3).
+            radius: in distances of nodes, as their geometric mean.
+        """
+        return radius * np.sqrt(self.layer_steps[self.nearest_columns(index)])
+
+    def nearest_columns(self, index: FloatArray) -> IntArray:
+        """Return the number of the column nearest to each point, of fractional indices of shape (m, 3)."""
+        n, m, _ = self.shape
+        nearest = np.rint(index[:, :2]).astype(np.int64)
+        return np.minimum(nearest[:, 0], n - 1) * m + nearest[:, 1] % m
+
+    def heights(self, nodes: IntArray) -> FloatArray:
+        """Return the fractional indices of nodes through the thickness, as of `places`."""
+        layers = self.shape[2]
+        return nodes % layers * self.layer_steps[nodes // layers]
 
     @property
     def top_nodes(self) -> IntArray:
         """The outermost node of each column, shape (columns,)."""
-        layers = self.shape[2]
-        last = self.present.reshape(-1, layers).sum(axis=1) - 1
-        return np.arange(len(last)) * layers + last
+        return self.columns()[:, -1]
 
     def place(self, along: FloatArray, across: FloatArray, through: FloatArray) -> FloatArray:
         """Return the points at coordinates of the axes, shape (m, 3) [m]."""

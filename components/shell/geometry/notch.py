@@ -16,7 +16,7 @@ from .grading import covers, graded_axis, whole_length
 
 # Positions that agree within this part of the notch are the same.
 _ROUNDING = 1e-9
-_FEWEST_ALONG = 3
+_FEWEST_ALONG, MOST_COLUMNS = 3, 1000
 
 
 class Notch(Parameters):
@@ -29,10 +29,16 @@ class Notch(Parameters):
     around: NotNegativeMagnitude = field(0.0, "where its middle lies around a tube [rad], or across a plate [m]", "1")
     direction: Literal["axial", "hoop"] = field("axial", "along the body (axial), or around or across it (hoop)", "1")
     spacing: Magnitude | None = field(None, "largest distance of nodes along its length; default: as elsewhere", "m")
+    columns: int = field(
+        3, "columns of nodes across its width, at least; with 1 it is too strong where it flows", "1", ge=1, le=MOST_COLUMNS
+    )
 
 
 class Hollow(NamedTuple):
     """The part of a lattice that a notch leaves out.
+
+    Columns that end at its bottom have as many nodes as all others, closer together: with two planes of nodes a ligament could
+    not get thinner on one side alone, and would lock where it flows.
 
     Attributes:
         columns: whether a column of nodes ends at the bottom of the notch, shape (along, across).
@@ -41,6 +47,10 @@ class Hollow(NamedTuple):
 
     columns: npt.NDArray[np.bool_]
     bottom: int
+
+    def step(self, layers: int) -> float:
+        """Return the distance of the nodes of its columns, so many of each, in planes of the lattice."""
+        return self.bottom / (layers - 1)
 
 
 def graded_axes(notch: Notch, along: Axis, across: Axis, radius: float, name: str) -> tuple[Axis, Axis]:
@@ -102,10 +112,10 @@ def extents(notch: Notch, radius: float) -> tuple[float, float]:
 
 
 def notch_spacing(notch: Notch, narrow: str, axis: Axis, radius: float) -> float:
-    """Return the largest distance of planes in the notch: that of the even axis, across its length its width."""
+    """Return the largest distance of planes in the notch: that of the even axis, across its length a part of its width."""
     even = float(axis.slope(np.zeros(1))[0])
     if notch.direction == narrow:
-        return min(even, notch.width / radius)
+        return min(even, notch.width / (notch.columns * radius))
     if notch.length * (1.0 + _ROUNDING) < _FEWEST_ALONG * min(even * radius, notch.spacing or np.inf):
         raise ParameterError(
             f"got a length of {notch.length:g} m with nodes {even * radius:.4g} m apart",

@@ -33,10 +33,13 @@ _CELLS, _SPARK = 710, 1e7
 HOURGLASS = 0.05
 # Speed of the detonation, about [m/s].
 FRONT_SPEED = 2370.0
-# The gas, and all that does not grow with the nodes [s, of one core]; step of a notched shell [s], and nodes and ticks a second
-# of one that breaks: from runs of 5000 and 140,000 nodes.
+# Internal steps [s], and the steps that the wall makes in each: stable for up to 280,000 nodes, where by itself it would take
+# rounder and much shorter ones.
+_INTERNAL_STEP, _SHELL_STEPS = 2e-7, 11
+# The gas, and all that does not grow with the nodes [s, of one core]; nodes and ticks a second of a shell that breaks: from
+# runs of 5000 and 140,000 nodes.
 GAS_SECONDS = 12.0
-_STEP, _SPEED = 2e-8, 2.1e6
+_SPEED = 2.1e6
 # Gauges: from the middle of the notch along the tube [m], and the angle from it around the tube [rad].
 GAUGES = ((-0.06, 0.0), (-0.06, math.pi), (0.0, math.pi), (0.06, math.pi))
 RECORDED = (
@@ -69,7 +72,7 @@ def run_notched_tube(context: Context, inches: int, factor: float, **changes: Un
 
 def tube_seconds(nodes: float) -> float:
     """Return about how long a run takes, of a whole tube with so many nodes [s, of one core]."""
-    return GAS_SECONDS + 0.5 * nodes * (LATE / _STEP) / _SPEED
+    return GAS_SECONDS + 0.5 * nodes * (LATE / _INTERNAL_STEP) * _SHELL_STEPS / _SPEED
 
 
 def notched_tube(context: Context, inches: int, factor: float, **changes: Unpack[Changes]) -> dict[str, Any]:
@@ -99,6 +102,7 @@ def notched_tube(context: Context, inches: int, factor: float, **changes: Unpack
         "duration": DURATION,
         "component": {
             "type": "tube", "position": POSITION, "coupling": "two_way" if two_way else "one_way", "gas": gas, "shell": shell,
+            "step_size": _INTERNAL_STEP, "shell_steps": _SHELL_STEPS,
         },
         "input": {"gas_ignition_power": {"profile": "half_sine", "peak": _SPARK * pressure / 1e5, "duration": 1e-5}},
         "record": {"every": _EVERY, "variables": list(RECORDED)},
