@@ -55,7 +55,7 @@ def lattice_outcome(cut: list[tuple[int, int, int, int]], along: int = 9, around
     wanted = {(a * around + b, c * around + d) for a, b, c, d in cut}
     broken = np.array([pair in wanted for pair in pairs])
     return Outcome(
-        x.ravel(), arc.ravel(), np.ones(x.size), np.array(pairs), broken, 1.0, (0.0, 0.0), 1.0, float(broken.sum()),
+        x.ravel(), arc.ravel(), np.ones(x.size), np.array(pairs), broken, 1.0, (0.0, 0.0), 1.0, float(broken.sum()), 0.5, 4e-4,
         "axial crack", 0.02, 0.04, 0.5,
     )  # fmt: skip
 

@@ -13,6 +13,10 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
+# Limits of a scale between which its numbers are written as they are; others with the prefixes of units, such as 400 M.
+_PLAIN = 1e-3, 1e4
+
+
 def add_bar(figure: Figure, scale: ColourScale, **where: Any) -> None:
     """Draw the bar of a scale.
 
@@ -31,4 +35,6 @@ def add_bar(figure: Figure, scale: ColourScale, **where: Any) -> None:
     )
     beyond = "both" if scale.has_sign else "max"
     extend = beyond if scale.is_exceeded else "neither"
+    if not _PLAIN[0] <= scale.limit <= _PLAIN[1]:
+        where["format"] = import_optional("matplotlib.ticker", "figures").EngFormatter()
     figure.colorbar(shades, orientation="horizontal", label=scale.label, extend=extend, **where)

@@ -6,7 +6,7 @@ from granular_env.atlas.context import Context
 from granular_env.atlas.model import Figure, Item
 from granular_env.atlas.verdicts import Value
 
-from .cases import ARRIVAL, DURATION, INCH, LATE, PAPER_FACTOR, PAPER_NODES, PIECE, run_notched_tube
+from .cases import ARRIVAL, DRAWN_OUT, DURATION, INCH, LATE, PAPER_FACTOR, PAPER_NODES, PIECE, run_notched_tube
 from .outcome import Outcome, in_notch, outcome, read_outcome
 from .pictures import rolled_out
 from .saturation import saturation
@@ -28,12 +28,16 @@ def as_printed(context: Context, inches: int, printed: str) -> Item:
             Value("outcome", printed, one.words),
             Value("points that have parted", None, one.parted, digits=4),
             Value("the most overloaded one", None, "in the notch" if in_notch(inches, one.nearest) else "elsewhere"),
+            Value("largest plastic strain", None, one.strain, digits=2),
+            Value("the run ends, after the front", None, 1e3 * one.end, "ms", digits=2),
         ],
-        remark="A tube is whole where no two neighbouring columns of nodes are parted on its outer surface.",
+        remark="A tube is whole where no two neighbouring columns of nodes are parted on its outer surface. The run ends where "
+        f"a point has flowed by {DRAWN_OUT:g}.",
         reason=f"With the material that the paper prints the flow stress is {saturation():.2f} times the yield stress at a "
         f"plastic strain of 1; the largest principal stress was {PAPER_FACTOR * one.ratio:.1f} times it, "
-        f"{'in the notch, where the wall cannot contract' if in_notch(inches, one.nearest) else 'outside the notch'}. Either "
-        "the material or the factor of the paper’s computation was another one.",
+        f"{'in the notch' if in_notch(inches, one.nearest) else 'outside the notch'}. The ligament gives way all the same, by "
+        "flowing: it is drawn out until aluminium would tear. Either the material or the factor of the paper’s computation was "
+        "another one.",
     )  # fmt: skip
 
 

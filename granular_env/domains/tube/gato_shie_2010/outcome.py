@@ -15,7 +15,7 @@ from granular_env.components.shell.fracture.outcome import OUTCOMES
 from granular_env.components.support.arrays import FloatArray
 from granular_env.recording.replay.log import Log
 
-from .cases import INCH, MIDDLE, Changes, run_notched_tube
+from .cases import ARRIVAL, INCH, MIDDLE, Changes, run_notched_tube
 
 
 @dataclasses.dataclass(frozen=True)
@@ -32,6 +32,8 @@ class Outcome:
         nearest: where that was: from the middle of the notch [m], and its angle from the notch [rad].
         pieces: how many there are.
         parted: how many points have parted, until the end of the log.
+        strain: largest plastic strain at the end of the log.
+        end: of the log, after the front has passed the middle of the notch [s].
         words: the outcome in a word, as the component reads it: whole, bulged, axial crack, hoop crack, severed.
         along: how far cracks reach along the tube, from the first place to the last [m]; 0 where none runs along it.
         around: the largest part of the circumference that cracks take at one place along the tube.
@@ -47,6 +49,8 @@ class Outcome:
     nearest: tuple[float, float]
     pieces: float
     parted: float
+    strain: float
+    end: float
     words: str
     along: float
     around: float
@@ -80,7 +84,8 @@ def read_outcome(log: Log, time: float | None = None) -> Outcome:
     return Outcome(
         surface.nodes[:, 0] - MIDDLE, arc, np.asarray(log.get("shell_surface_stress", late)), pairs, cut, ratio,
         (place, float(report.get("shell: angle around, rad", math.nan))), float(log.get("shell_pieces", late)),
-        float(report.get("shell: points that have parted", 0.0)), OUTCOMES[int(log.get("shell_outcome", late))],
+        float(report.get("shell: points that have parted", 0.0)), float(report["shell: largest plastic strain"]),
+        float(log.times("shell_pieces")[-1]) - ARRIVAL, OUTCOMES[int(log.get("shell_outcome", late))],
         float(log.get("shell_crack_along", late)), float(log.get("shell_crack_around", late)),
         float(_reaches(arc, pairs)[cut].max(initial=0.0)),
     )  # fmt: skip
