@@ -66,7 +66,7 @@ def _reached(printed: Outcome) -> Item:
         "larger than before it.",
         reason=f"With the material as printed the flow stress is {saturation():.2f} σ0 at a plastic strain of 1, and a "
         "ligament with two free surfaces bears 2/√3 of that, a little more at the rates of a detonation. It flows instead of "
-        "parting, until it is drawn out until aluminium would tear.",
+        "parting, and is drawn out until aluminium would tear.",
     )  # fmt: skip
 
 
