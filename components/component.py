@@ -399,8 +399,8 @@ class Component(Stepping, metaclass=_Fixed):
 
     def save(self) -> Snapshot:
         """Return the whole state; costs one copy."""
-        block = self._block
-        data = block.to_bytes() if block.grows else bytes(block.memory_bytes)
+        fixed = self._fixed_state
+        data = self._block.to_bytes() if fixed is None else bytes(fixed)
         return Snapshot(self.identity, self._tick, data, self._held)
 
     def wake(self) -> None:
@@ -418,8 +418,8 @@ class Component(Stepping, metaclass=_Fixed):
 
     def state_view(self) -> memoryview:
         """Return the bits of the state, as `save` would copy them; to be read before the next step."""
-        block = self._block
-        return memoryview(block.to_bytes()) if block.grows else block.memory_bytes.toreadonly()
+        fixed = self._fixed_state
+        return memoryview(self._block.to_bytes()) if fixed is None else fixed.toreadonly()
 
     def restore(self, snapshot: Snapshot) -> None:
         """Go on from a snapshot, bit for bit, whichever process took it.
@@ -427,29 +427,31 @@ class Component(Stepping, metaclass=_Fixed):
         Raises:
             ParameterError: it belongs to a component with other parameters, another name or another version.
         """
-        if self._stepping or self._owner is not None:
+        undo = self._undo
+        # Then nobody owns it, nothing grows, and the undo keeps nothing between steps.
+        is_small = undo.is_small
+        if self._stepping or not is_small:
             self._refuse_while_stepping("restore")
             self._refuse_beside_owner("restore")
         if snapshot.__class__ is not Snapshot or snapshot.identity != self.identity or snapshot.inputs is not self._held:
             self.refuse_foreign(snapshot)
             self._hold(self._inputs_of(snapshot))
-        undo, block = self._undo, self._block
-        if not undo.is_small:
+        if not is_small:
             # First: an interrupt after the state has changed must not leave a copy that seems to lead to it.
             undo.forget()
         try:
             try:
-                if block.grows:
-                    block.load(snapshot.data)
+                if is_small:
+                    undo.memory[:] = snapshot.data
                 else:
-                    block.memory_bytes[:] = snapshot.data
+                    self._block.load(snapshot.data)
             except ValueError:  # another length
                 self.refuse_foreign(snapshot)
                 raise
             own: dict[str, Any] = self.__dict__  # type: ignore[assignment] - as in `step`
             own["_tick"] = snapshot.tick
             own["_failure"] = -1
-            if not undo.is_small:
+            if not is_small:
                 undo.keep(snapshot.tick, snapshot.data)
             if self._observers:
                 self._tell_of_reset()
