@@ -63,10 +63,12 @@ def test_planes_lie_closer_at_the_notch_and_one_at_its_bottom() -> None:
     assert half.axes[1].widths[0] * (RADIUS + WALL) == pytest.approx(0.00025, rel=1e-9)
 
 
-def test_a_patch_with_a_notch_has_the_rigid_motions_as_its_only_modes_without_energy() -> None:
+@pytest.mark.parametrize("layers", [3, 4, 6])
+def test_a_patch_with_a_notch_has_the_rigid_motions_as_its_only_modes_without_energy(layers: int) -> None:
     notch = {"length": 0.003, "depth": 0.0006, "width": 0.0008, "around": 0.003, "columns": 1}
-    lattice = lattice_of({"name": "plate", "length": 0.006, "width": 0.006, "along": 7, "across": 7, "notch": notch})
-    points = integration_points(lattice, "column", 2)
+    body = {"name": "plate", "length": 0.006, "width": 0.006, "along": 7, "across": 7, "layers": layers, "notch": notch}
+    lattice = lattice_of(body)
+    points = integration_points(lattice, "column", layers - 1)
     stencils = make_stencils(lattice, points.lines, (1.7, 1.7, 1.7), "linear", points.places)
     values = np.linalg.eigvalsh(stiffness_matrix(lattice.node_count, points, stencils, 1.0, 0.3))
     assert (values < 1e-10 * values[-1]).sum() == RIGID_MOTIONS
@@ -154,11 +156,27 @@ def test_a_ligament_that_flows_bears_no_more_than_its_flow_stress(along: int, wi
         ({"width": 1e30}, r"body.notch.width: got 1e\+30 m, expected at most 0.129685 m"),
         ({"spacing": 1e-18}, r"body.along: too few nodes for the notch: it takes"),
         ({"direction": "radial"}, r"body.notch.direction: got 'radial'"),
+        ({"columns": 0}, r"body.notch.columns: got 0"),
+        ({"columns": 2.5}, r"body.notch.columns: got 2.5"),
+        ({"columns": 1001}, r"body.notch.columns: got 1001"),
+        ({"columns": 15}, r"body.around: too few nodes for the notch: distances would grow by .*, or fewer columns of it"),
     ],
 )
 def test_notches_that_cannot_be_are_refused(notch: dict[str, Any], message: str) -> None:
     with pytest.raises(ge.GranularError, match=message):
         ge.make("shell", body={**TUBE, "notch": {**SLOT, **notch}})
+
+
+def test_columns_of_a_notch_are_odd_in_number_and_an_edge_does_not_hold_its_bottom() -> None:
+    notch = {"length": 0.003, "depth": 0.0006, "width": 0.0005, "around": 0.003}
+    body = {"name": "plate", "length": 0.006, "width": 0.006, "along": 13, "across": 21}
+    for columns, found in ((2, 3), (3, 3), (4, 5)):
+        lattice = lattice_of({**body, "notch": {**notch, "columns": columns}})
+        assert lattice.hollow.columns.any(axis=0).sum() == found
+    plate: Any = ge.make("shell", body={**body, "notch": notch}, boundaries={"top": "clamped"})
+    held = (plate.tables()[0].body.prescribed > 0).all(axis=1)
+    assert held.sum() == 13 * 21 - plate.lattice.hollow.columns.sum()
+    np.testing.assert_allclose(plate.nodes[held, 2], WALL, rtol=1e-12)
 
 
 def test_a_notch_wants_layers_and_points_that_do_not_see_across_it() -> None:

@@ -11,6 +11,9 @@ from ..layout import IntArray
 from .cracks import Cracks
 from .pieces import ACROSS, ALONG, Marks
 
+# Links of a run over which a gap is measured in one: on a ring the distance of columns says less and less beyond.
+_LONGEST = 4
+
 
 def crack_length(assembly: Assembly, cracks: Cracks) -> float:
     """Return the length of all facets in the surface, each with its share of the thickness [m]."""
@@ -30,66 +33,72 @@ def crack_length(assembly: Assembly, cracks: Cracks) -> float:
 def open_areas(lattice: Lattice, cracks: Cracks, displacement: FloatArray) -> FloatArray:
     """Return the open area of the cracks through the wall at each station, on the inner surface, shape (stations,) [m^2].
 
-    It is how far the distance of the columns on both sides has grown, times the width of the edge. Columns that are cut off
-    from both neighbours, or that nothing bears, close no gap: it is measured over them, and shared evenly by the cracks
-    through the wall there.
+    It is how far the distance of the columns on both sides has grown, times the width of the edge. Columns that are severed
+    from both neighbours, or that nothing bears, close no gap: it is measured over them, and shared evenly by the cracks there.
     """
     n, m, layers = lattice.shape
     inner = (lattice.nodes + displacement)[::layers].reshape(n, m, 3)
     rest = lattice.nodes[::layers].reshape(n, m, 3)
     along, across, _ = lattice.axes
     cut, severed = _marks(cracks, (n, m), ACROSS)
-    areas = _openings(cut, severed, inner, rest, across.closed).sum(axis=1) * along.widths
+    areas = openings(cut, severed, inner, rest, across.closed).sum(axis=1) * along.widths
     cut, severed = _marks(cracks, (n, m), ALONG)
-    opening = _openings(cut.T, severed.T, inner.swapaxes(0, 1), rest.swapaxes(0, 1), along.closed).T
+    opening = openings(cut.T, severed.T, inner.swapaxes(0, 1), rest.swapaxes(0, 1), along.closed).T
     radius = lattice.axes[2].positions[0] if lattice.bent else 1.0
     half = 0.5 * (opening * (across.widths * radius)).sum(axis=1)
     return areas + half + np.roll(half, 1)
 
 
 def _marks(cracks: Cracks, shape: tuple[int, int], way: int) -> tuple[Marks, Marks]:
-    """Return which columns are cut from the next one that way, or border on what nothing bears, and which through the wall."""
-    borne = cracks.borne.reshape(shape)
-    cut = np.any(cracks.links[:, way] > 0, axis=1).reshape(shape)
-    return cut | ~borne | ~np.roll(borne, -1, axis=way), cracks.severed[:, way].reshape(shape)
+    """Return which columns do not hold the next one that way, and which of them a crack through the wall severs from it."""
+    borne, severed = cracks.borne.reshape(shape), cracks.severed[:, way].reshape(shape)
+    return severed | ~borne | ~np.roll(borne, -1, axis=way), severed
 
 
-def _openings(cut: Marks, severed: Marks, inner: FloatArray, rest: FloatArray, closed: bool) -> FloatArray:
+def openings(cut: Marks, severed: Marks, inner: FloatArray, rest: FloatArray, closed: bool) -> FloatArray:
     """Return how far each severed link has opened, of rows of columns one after the other, shape (rows, k) [m].
 
     Args:
-        cut: whether each column is cut from the next one, the last one from the first, shape (rows, k).
-        severed: whether it is so through the whole wall.
+        cut: whether each column does not hold the next one, the last one the first, shape (rows, k).
+        severed: whether a crack through the wall lies between them; these are cut.
         inner: where the columns are now, shape (rows, k, 3) [m].
         rest: where they were at rest.
         closed: the first column follows the last one; otherwise a row has ends.
     """
-    rows, count = cut.shape
     cut, severed = cut.copy(), severed.copy()
     if not closed:
         cut[:, -1] = severed[:, -1] = False
-    opening, own = np.zeros((rows, count)), np.arange(count)
-    for row in np.flatnonzero(severed.any(axis=1)):
-        whole = np.flatnonzero(~cut[row])
-        if not len(whole):  # nothing of a ring holds: each gap by itself
-            grown = _growth(inner[row], rest[row], own, (own + 1) % count)
-            opening[row] = np.where(severed[row], np.maximum(grown, 0.0), 0.0)
-            continue
-        # From a link that holds to the next one that does: the columns on both sides of what is cut between them.
-        first, last = (whole + 1) % count, np.roll(whole, -1)
-        grown = _growth(inner[row], rest[row], first, last)
-        # Lips that hang on a few points swing back: then the columns beyond them tell how wide the gap is.
-        if closed:
-            beyond = (first - 1) % count, (last + 1) % count
-        else:
-            beyond = np.maximum(first - 1, 0), np.minimum(last + 1, count - 1)
-        grown = np.maximum(np.minimum(grown, _growth(inner[row], rest[row], *beyond)), 0.0)
-        run = (np.cumsum(~cut[row]) - 1) % len(whole)
-        shares = np.bincount(run[severed[row]], minlength=len(whole))
-        opening[row] = np.where(severed[row], (grown / np.maximum(shares, 1))[run], 0.0)
+    count = cut.shape[1]
+    runs = [(int(row), run) for row in np.flatnonzero(severed.any(axis=1)) for run in _runs(cut[row])]
+    runs = [(row, run) for row, run in runs if severed[row, run % count].any()]
+    gaps = _gaps(inner, rest, [row for row, _ in runs], [(run[0], run[-1] + 1) for _, run in runs], closed)
+    opening = np.zeros(cut.shape)
+    for (row, run), gap in zip(runs, gaps, strict=True):
+        links = run[severed[row, run % count]] % count
+        opening[row, links] = gap / len(links)
     return opening
 
 
-def _growth(places: FloatArray, rest: FloatArray, first: IntArray, last: IntArray) -> FloatArray:
-    """Return how far distances of columns have grown [m]."""
-    return norms(places[last] - places[first]) - norms(rest[last] - rest[first])
+def _runs(cut: Marks) -> list[IntArray]:
+    """Return the links that are cut in pieces of neighbours, at most a few links long, counted on beyond the last one."""
+    count = len(cut)
+    # From a link that holds on, so that no run is divided where the row begins.
+    start = int(np.argmin(cut)) if not cut.all() else 0
+    links = start + np.flatnonzero(np.roll(cut, -start))
+    runs = np.split(links, np.flatnonzero(np.diff(links) > 1) + 1) if len(links) else []
+    return [run[begin : begin + _LONGEST] for run in runs for begin in range(0, min(len(run), count), _LONGEST)]
+
+
+def _gaps(places: FloatArray, rest: FloatArray, rows: list[int], ends: list[tuple[int, int]], closed: bool) -> FloatArray:
+    """Return how far pairs of columns have moved apart, at least 0 [m].
+
+    Lips that hang on a few points swing back: where the columns beyond them have moved less, these count.
+    """
+    count, row = places.shape[1], np.array(rows, dtype=np.int64)
+    first, last = np.array(ends, dtype=np.int64).reshape(-1, 2).T
+    before, after = (first - 1, last + 1) if closed else (np.maximum(first - 1, 0), np.minimum(last + 1, count - 1))
+    grown = [
+        norms(places[row, b % count] - places[row, a % count]) - norms(rest[row, b % count] - rest[row, a % count])
+        for a, b in ((first, last), (before, after))
+    ]
+    return np.maximum(np.minimum(*grown), 0.0)

@@ -16,7 +16,7 @@ from .grading import covers, graded_axis, whole_length
 
 # Positions that agree within this part of the notch are the same.
 _ROUNDING = 1e-9
-_FEWEST_ALONG, MOST_COLUMNS = 3, 1000
+_FEWEST_ALONG, _MOST_COLUMNS = 3, 1000
 
 
 class Notch(Parameters):
@@ -30,7 +30,7 @@ class Notch(Parameters):
     direction: Literal["axial", "hoop"] = field("axial", "along the body (axial), or around or across it (hoop)", "1")
     spacing: Magnitude | None = field(None, "largest distance of nodes along its length; default: as elsewhere", "m")
     columns: int = field(
-        3, "columns of nodes across its width, at least; with 1 it is too strong where it flows", "1", ge=1, le=MOST_COLUMNS
+        3, "columns of nodes across its width, at least; with 1 it is too strong where it flows", "1", ge=1, le=_MOST_COLUMNS
     )
 
 

@@ -22,6 +22,7 @@ def crack_outcome(context: Context, inches: int) -> Outcome:
 def as_printed(context: Context, inches: int, printed: str) -> Item:
     """Return the paper's outcome beside that with its own factor."""
     one = outcome(context, inches, PAPER_FACTOR)
+    gives_way = "The ligament gives way all the same: it flows, and is drawn out until aluminium would tear. "
     return Item(
         f"The {inches} in notch with the paper’s factor {PAPER_FACTOR:g}", "section Results",
         [
@@ -35,9 +36,8 @@ def as_printed(context: Context, inches: int, printed: str) -> Item:
         f"a point has flowed by {DRAWN_OUT:g}.",
         reason=f"With the material that the paper prints the flow stress is {saturation():.2f} times the yield stress at a "
         f"plastic strain of 1; the largest principal stress was {PAPER_FACTOR * one.ratio:.1f} times it, "
-        f"{'in the notch' if in_notch(inches, one.nearest) else 'outside the notch'}. The ligament gives way all the same, by "
-        "flowing: it is drawn out until aluminium would tear. Either the material or the factor of the paper’s computation was "
-        "another one.",
+        f"{'in the notch' if in_notch(inches, one.nearest) else 'outside the notch'}. "
+        f"{gives_way if one.is_drawn_out else ''}Either the material or the factor of the paper’s computation was another one.",
     )  # fmt: skip
 
 

@@ -51,6 +51,7 @@ def _variants(context: Context) -> list[Variant]:
 
 def _reached(printed: Outcome) -> Item:
     reached = "is exceeded" if printed.parted else "is never exceeded"
+    instead = " It flows instead, and is drawn out until aluminium would tear." if printed.is_drawn_out else ""
     return Item(
         "“If the maximum of the principal tensile stress exceeds σ0 three times, the bonds between neighbouring particles are "
         "broken”", "section Material model and criterion of failure",
@@ -65,8 +66,7 @@ def _reached(printed: Outcome) -> Item:
         remark="Notch of 1 in, σ0 = 275 MPa: the paper prints GPa. Over all points and all ticks; beside a crack the stress is "
         "larger than before it.",
         reason=f"With the material as printed the flow stress is {saturation():.2f} σ0 at a plastic strain of 1, and a "
-        "ligament with two free surfaces bears 2/√3 of that, a little more at the rates of a detonation. It flows instead of "
-        "parting, and is drawn out until aluminium would tear.",
+        f"ligament with two free surfaces bears 2/√3 of that, a little more at the rates of a detonation.{instead}",
     )  # fmt: skip
 
 

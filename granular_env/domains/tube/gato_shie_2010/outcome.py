@@ -15,7 +15,7 @@ from granular_env.components.shell.fracture.outcome import OUTCOMES
 from granular_env.components.support.arrays import FloatArray
 from granular_env.recording.replay.log import Log
 
-from .cases import ARRIVAL, INCH, MIDDLE, Changes, run_notched_tube
+from .cases import ARRIVAL, DRAWN_OUT, INCH, MIDDLE, Changes, run_notched_tube
 
 
 @dataclasses.dataclass(frozen=True)
@@ -55,6 +55,11 @@ class Outcome:
     along: float
     around: float
     reach: float
+
+    @property
+    def is_drawn_out(self) -> bool:
+        """True where a point has flowed so far that aluminium would have torn."""
+        return self.strain >= DRAWN_OUT
 
     def crosses_axis(self) -> npt.NDArray[np.bool_]:
         """Return of each pair whether its nodes lie behind one another along the tube: a crack between them runs around it."""
