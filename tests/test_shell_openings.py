@@ -41,6 +41,8 @@ def test_a_lip_that_swings_back_opens_no_wider_gap() -> None:
 
 def test_an_end_that_is_cut_off_leaves_a_gap() -> None:
     assert row([0.0, 0.0, 0.0, 0.3], set(), {2}) == pytest.approx([0.0, 0.0, 0.3, 0.0])
+    assert row([-0.3, 0.0, 0.0, 0.0], set(), {0}) == pytest.approx([0.3, 0.0, 0.0, 0.0])
+    assert row([-0.3, -0.3, 0.0, 0.0, 0.0], {0}, {1}) == pytest.approx([0.0, 0.3, 0.0, 0.0, 0.0])
     # The last column of a row with ends has no next one.
     assert not row([0.0, 0.0, 0.0, 0.3], set(), {3}).any()
 

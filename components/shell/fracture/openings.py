@@ -68,25 +68,24 @@ def openings(cut: Marks, severed: Marks, inner: FloatArray, rest: FloatArray, cl
     cut, severed = cut.copy(), severed.copy()
     if not closed:
         cut[:, -1] = severed[:, -1] = False
-    count = cut.shape[1]
     runs = [(int(row), run) for row in np.flatnonzero(severed.any(axis=1)) for run in _runs(cut[row])]
-    runs = [(row, run) for row, run in runs if severed[row, run % count].any()]
-    gaps = _gaps(inner, rest, [row for row, _ in runs], [(run[0], run[-1] + 1) for _, run in runs], closed)
+    runs = [(row, run) for row, run in runs if severed[row, run].any()]
+    ends = [(int(run[0]), int(run[0]) + len(run)) for _, run in runs]
     opening = np.zeros(cut.shape)
-    for (row, run), gap in zip(runs, gaps, strict=True):
-        links = run[severed[row, run % count]] % count
+    for (row, run), gap in zip(runs, _gaps(inner, rest, [row for row, _ in runs], ends, closed), strict=True):
+        links = run[severed[row, run]]
         opening[row, links] = gap / len(links)
     return opening
 
 
 def _runs(cut: Marks) -> list[IntArray]:
-    """Return the links that are cut in pieces of neighbours, at most a few links long, counted on beyond the last one."""
+    """Return the links that are cut, in pieces of neighbours, at most a few links long."""
     count = len(cut)
     # From a link that holds on, so that no run is divided where the row begins.
     start = int(np.argmin(cut)) if not cut.all() else 0
     links = start + np.flatnonzero(np.roll(cut, -start))
     runs = np.split(links, np.flatnonzero(np.diff(links) > 1) + 1) if len(links) else []
-    return [run[begin : begin + _LONGEST] for run in runs for begin in range(0, min(len(run), count), _LONGEST)]
+    return [run[begin : begin + _LONGEST] % count for run in runs for begin in range(0, len(run), _LONGEST)]
 
 
 def _gaps(places: FloatArray, rest: FloatArray, rows: list[int], ends: list[tuple[int, int]], closed: bool) -> FloatArray:
