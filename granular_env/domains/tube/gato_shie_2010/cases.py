@@ -41,7 +41,7 @@ DRAWN_OUT = 1.0
 # The gas, and all that does not grow with the nodes [s, of one core]; nodes and ticks a second of a shell that breaks: from
 # runs of 5000 and 140,000 nodes.
 GAS_SECONDS = 12.0
-_SPEED = 2.1e6
+_SPEED = 1.7e6
 # Gauges: from the middle of the notch along the tube [m], and the angle from it around the tube [rad].
 GAUGES = ((-0.06, 0.0), (-0.06, math.pi), (0.0, math.pi), (0.06, math.pi))
 RECORDED = (
