@@ -399,8 +399,8 @@ class Component(Stepping, metaclass=_Fixed):
 
     def save(self) -> Snapshot:
         """Return the whole state; costs one copy."""
-        fixed = self._fixed_state
-        data = self._block.to_bytes() if fixed is None else bytes(fixed)
+        block = self._block
+        data = block.to_bytes() if block.grows else bytes(block.memory_bytes)
         return Snapshot(self.identity, self._tick, data, self._held)
 
     def wake(self) -> None:
@@ -418,8 +418,8 @@ class Component(Stepping, metaclass=_Fixed):
 
     def state_view(self) -> memoryview:
         """Return the bits of the state, as `save` would copy them; to be read before the next step."""
-        fixed = self._fixed_state
-        return memoryview(self._block.to_bytes()) if fixed is None else fixed.toreadonly()
+        block = self._block
+        return memoryview(block.to_bytes()) if block.grows else block.memory_bytes.toreadonly()
 
     def restore(self, snapshot: Snapshot) -> None:
         """Go on from a snapshot, bit for bit, whichever process took it.
@@ -428,7 +428,7 @@ class Component(Stepping, metaclass=_Fixed):
             ParameterError: it belongs to a component with other parameters, another name or another version.
         """
         undo = self._undo
-        # Then nobody owns it, nothing grows, and the undo keeps nothing between steps.
+        # A small state has no owner, nothing in it grows, and the undo keeps nothing of it between steps.
         is_small = undo.is_small
         if self._stepping or not is_small:
             self._refuse_while_stepping("restore")

@@ -75,8 +75,6 @@ class Stepping(Physics):
         # The tick at which the last step failed, until something else succeeds.
         self._failure = -1
         self._chunk_ticks = 256
-        # The bits of the state, where nothing in it grows.
-        self._fixed_state = None if self._block.grows else self._block.memory_bytes
         takes_arrays = any(variable.shape for variable in self._inputs.values())
         self._undo = Undo(self._block, is_shared=self._given_memory is not None, counts_arrays=takes_arrays)
         self._held = {}

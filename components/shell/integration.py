@@ -99,8 +99,8 @@ def integration_points(lattice: Lattice, rule: RuleName, through: int) -> Integr
     places: FloatArray = np.stack(np.meshgrid(*(line.at for line in lines), indexing="ij"), axis=-1)
     if lattice.hollow is not None:
         # A point is below the notch where the nearest column is.
-        nearest = np.rint(lines[0].at).astype(np.int64), np.rint(lines[1].at).astype(np.int64) % across.count
-        below = lattice.hollow.columns[nearest[0][:, None], nearest[1]]
+        nearest = lattice.nearest_columns(places[:, :, 0].reshape(-1, 3))
+        below = lattice.hollow.columns.ravel()[nearest].reshape(volume.shape[:2])
         line = points_through(thickness, through, lattice.hollow.bottom)
         volume = np.where(below[..., None], section * thickness_volumes(lattice, line), volume)
         places[below, :, 2] = line.at

@@ -149,7 +149,7 @@ def _stencils_at(
     Below a notch the third radius is shorter, see `Lattice.reach`.
     """
     planes, near = [], []
-    for axis, place, radius in zip(lattice.axes[:2], index.T, radii, strict=False):
+    for axis, place, radius in zip(lattice.axes[:2], index.T[:2], radii[:2], strict=True):
         some = np.ceil(place - radius).astype(np.int64)[:, None] + np.arange(int(2.0 * radius) + 2)
         there = np.abs(some - place[:, None]) < radius
         near.append(there if axis.closed else there & (some >= 0) & (some < axis.count))
