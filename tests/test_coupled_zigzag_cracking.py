@@ -69,7 +69,8 @@ def specimen_of(medium: Coupled) -> CrackingSpecimen:
 # -- what holds ------------------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("micro_steps", [1, pytest.param(2, marks=pytest.mark.slow)])
+@pytest.mark.slow  # fifteen seconds for the kernels of a body that cannot break
+@pytest.mark.parametrize("micro_steps", [1, 2])
 @every_shape
 def test_links_that_never_break_move_as_those_that_cannot(make: Any, micro_steps: int) -> None:
     found = []
@@ -334,6 +335,7 @@ def test_a_core_is_torn_and_welded_beside_its_zigzag(parameters: dict[str, Any])
     assert abs(medium.get("angular_momentum_residual")) <= 1e-12 * turned_over
 
 
+@pytest.mark.slow
 def test_a_run_goes_on_from_the_middle_of_welding_with_the_same_bits() -> None:
     whole, again = core(**WELDING), core(**WELDING)
     tear_and_weld(whole, 150.0)
@@ -346,6 +348,7 @@ def test_a_run_goes_on_from_the_middle_of_welding_with_the_same_bits() -> None:
     assert again.save().to_bytes() == whole.save().to_bytes() and again.events() == whole.events()
 
 
+@pytest.mark.slow
 def test_a_mirrored_core_is_welded_as_its_image() -> None:
     """To rounding, until links that share an automaton are made in one step: each then finds the strains of those before it."""
     medium = core(**WELDING)
