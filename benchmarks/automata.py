@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 import granular_env as ge
-from granular_env.components.automata import advance, threads
+from granular_env.components.automata import linked_steps, parallel_steps
 
 from .figures import Figure
 from .grid import MEDIUM, triad
@@ -21,7 +21,7 @@ from .timing import interleaved, ratio, repeats_for
 WANTED, MOST_BYTES, LEAST_GAIN, MOST_SEARCH = 0.5, 200.0, 1.3, 0.5
 _SAMPLE_SECONDS = 0.2
 # The smallest square for which two threads are used: they must not be slower there than one.
-SMALLEST = math.isqrt(threads.LEAST_AUTOMATA - 1)
+SMALLEST = math.isqrt(parallel_steps.LEAST_AUTOMATA - 1)
 
 
 def noisy(packing: str, side: int) -> Any:
@@ -35,7 +35,7 @@ def noisy(packing: str, side: int) -> Any:
 
 def _advance_alone(automata: Any, ticks: int) -> None:
     """Advance in one thread."""
-    advance.advance(automata.steps.body, automata.steps.whole, *automata.steps.arguments(ticks))
+    linked_steps.advance(automata.steps.body, automata.steps.whole, *automata.steps.arguments(ticks))
 
 
 def bytes_of_tick(automata: Any) -> int:
@@ -81,8 +81,8 @@ def _two_threads(automata: Any, rounds: int, at_least: float) -> Figure:
         return Figure("one thread / two, automata", 1.0, at_least=at_least, note="too small for two threads")
     times = interleaved(
         {
-            "one": lambda: advance.advance(steps.body, steps.whole, *arguments),
-            "two": lambda: threads.advance(steps.body, steps.parts, *arguments),
+            "one": lambda: linked_steps.advance(steps.body, steps.whole, *arguments),
+            "two": lambda: parallel_steps.advance(steps.body, steps.parts, *arguments),
         },
         rounds,
         wall=True,

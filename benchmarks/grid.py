@@ -10,7 +10,7 @@ import numba
 import numpy as np
 
 import granular_env as ge
-from granular_env.components.grid import kernels, threads
+from granular_env.components.grid import kernels, parallel_steps
 
 from .figures import Figure
 from .timing import interleaved, ratio, repeats_for
@@ -19,7 +19,7 @@ MEDIUM = {"density": 1.0, "young": 2.5, "poisson": 0.25}
 # Of the roof of memory, for a mesh that fits no cache; and what a second thread has to give it.
 WANTED, LEAST_GAIN = 0.4, 1.3
 # The smallest square for which two threads are used: they must not be slower there than one.
-SMALLEST = math.isqrt(threads.LEAST_CELLS - 1) + 1
+SMALLEST = math.isqrt(parallel_steps.LEAST_CELLS - 1) + 1
 _SAMPLE_SECONDS = 0.2
 # Arrays that a tick reads, and those that it writes as well, of `layout.Grid` and `layout.State`.
 _READ = ("reference", "cells", "half_inverse", "material", "hourglass", "slots", "node_slots", "order", "special")
@@ -87,7 +87,9 @@ def _two_threads(side: int, rounds: int, at_least: float) -> Figure:
     grid = noisy(side)
     ticks = repeats_for(lambda: _advance_alone(grid, 1), _SAMPLE_SECONDS)
     arguments = _arguments(grid, ticks)
-    advances = {"one": kernels.advance, "two": threads.advance} if len(grid._grid.parts) > 2 else {"one": kernels.advance}
+    advances = (
+        {"one": kernels.advance, "two": parallel_steps.advance} if len(grid._grid.parts) > 2 else {"one": kernels.advance}
+    )
     times = interleaved({name: lambda a=advance: a(*arguments) for name, advance in advances.items()}, rounds, wall=True)
     gain = ratio(times["one"], times["two"]) if "two" in times else 1.0
     note = "two parts" if "two" in times else "too small for two threads"

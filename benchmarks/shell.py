@@ -9,7 +9,7 @@ import numba
 import numpy as np
 
 import granular_env as ge
-from granular_env.components.shell import kernels, threads
+from granular_env.components.shell import kernels, parallel_steps
 
 from .figures import Figure
 from .grid import triad
@@ -125,7 +125,7 @@ def _two_threads(tube: Any, rounds: int) -> Figure:
     one = one_thread(tube, 4)
     solid, state, scratch, tally = tube.tables()
     inputs = np.ones((4, 1)), np.full(tube.lattice.shape[0], 5e6), tally, 0, np.zeros(2, dtype=np.int64)
-    if not threads.divides(solid):
+    if not parallel_steps.divides(solid):
         return Figure("solid, one thread / two", 1.0, note="too small, or one core")
-    times = interleaved({"one": one, "two": lambda: threads.advance(solid, state, scratch, *inputs)}, rounds, wall=True)
+    times = interleaved({"one": one, "two": lambda: parallel_steps.advance(solid, state, scratch, *inputs)}, rounds, wall=True)
     return Figure(f"solid, one thread / two, {len(tube.mass)} nodes", ratio(times["one"], times["two"]), at_least=LEAST_GAIN)

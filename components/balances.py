@@ -6,7 +6,7 @@ import dataclasses
 from collections.abc import Mapping
 from typing import Any
 
-from .support.arrays import FloatArray
+from .support.float_arrays import FloatArray
 
 # A number, or a vector: momentum in the plane has two components.
 Amount = float | FloatArray

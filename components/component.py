@@ -17,7 +17,7 @@ from pydantic import BaseModel
 
 from .balances import Balance
 from .contract import Variable
-from .declarations import validate_balances, validate_events, validate_step_size, validate_variables
+from .declaration_checks import validate_balances, validate_events, validate_step_size, validate_variables
 from .drawables import validate_drawables
 from .errors import GranularError, IssuedCautions, ParameterError, nearest, one_line
 from .events import EVENT_ROWS, Event, EventDetail
@@ -26,7 +26,7 @@ from .number_arrays import start_array
 from .snapshot import Snapshot
 from .state_block import Block
 from .stepping import Stepping
-from .support.arrays import FloatArray
+from .support.float_arrays import FloatArray
 from .support.memory_limits import refuse_beyond
 from .support.serialization import canonical_json
 from .support.validation import validate_parameters, whole_number

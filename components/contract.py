@@ -26,7 +26,7 @@ from .drawables import Drawable
 from .errors import StepError
 from .events import EventDetail
 from .inputs import Held
-from .support.arrays import FloatArray
+from .support.float_arrays import FloatArray
 
 
 @dataclasses.dataclass(frozen=True, slots=True)

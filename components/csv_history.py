@@ -25,8 +25,8 @@ from pathlib import Path
 import numpy as np
 
 from .errors import ParameterError, nearest, one_line
-from .files import read_bounded
-from .support.arrays import FloatArray
+from .file_reading import read_bounded
+from .support.float_arrays import FloatArray
 
 Row = tuple[int, list[str]]
 Header = list[tuple[str, str | None]]

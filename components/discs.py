@@ -17,8 +17,8 @@ from .drawables import Drawable, Links, Points
 from .errors import ParameterError, StepError
 from .events import EventDetail
 from .inputs import input_value
-from .support.arrays import FloatArray, norms
-from .support.excess import excess_error
+from .support.excess_error import excess_error
+from .support.float_arrays import FloatArray, norms
 from .support.parameter_fields import field
 from .support.validation import Parameters
 

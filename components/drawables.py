@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .errors import ParameterError, one_line
-from .support.arrays import FloatArray
+from .support.float_arrays import FloatArray
 
 
 class _Geometry:

@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from .elements import check_index, index_text, parse_index
 from .errors import Location, ParameterError, one_line, to_location
-from .support.arrays import FloatArray
+from .indexing import check_index, index_text, parse_index
+from .support.float_arrays import FloatArray
 from .support.validation import finite_number
 
 Shape = tuple[int, ...]

@@ -16,7 +16,7 @@ from .component import Component
 from .contract import Variable
 from .errors import StepError
 from .inputs import input_value
-from .support.arrays import FloatArray
+from .support.float_arrays import FloatArray
 from .support.validation import Parameters
 
 

@@ -10,7 +10,7 @@ from .component import Component
 from .contract import Variable
 from .drawables import OUTPUT_FIELDS, Drawable
 from .errors import ParameterError
-from .support.arrays import FloatArray
+from .support.float_arrays import FloatArray
 
 Part = TypeVar("Part", bound=Component)
 

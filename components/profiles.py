@@ -20,7 +20,7 @@ import numpy.typing as npt
 
 from .errors import ParameterError, caution, one_line
 from .number_arrays import number_array
-from .support.arrays import FloatArray
+from .support.float_arrays import FloatArray
 from .support.validation import finite_number, positive_number
 
 # Degree at which the Taylor series of sin(pi tau) on [0, 1] is cut: pi^25 / 25! = 1.7e-13 of the peak.

@@ -10,7 +10,7 @@ import numpy as np
 from .errors import GranularError, LogError, ParameterError
 from .inputs import Held, read_only
 from .profiles import CompiledProfile
-from .support.arrays import FloatArray
+from .support.float_arrays import FloatArray
 from .support.serialization import pack_parts, unpack
 
 

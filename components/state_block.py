@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from .errors import GranularError, ParameterError
-from .support.arrays import FloatArray
+from .support.float_arrays import FloatArray
 from .support.memory_limits import refuse_beyond
 
 _FIRST_CAPACITY = 16

@@ -15,8 +15,8 @@ from .inputs import Held, hold_input
 from .observer import Observer
 from .profiles import CompiledProfile
 from .state_block import Block
-from .support.arrays import FloatArray
-from .support.roots import round_down_to_125
+from .support.float_arrays import FloatArray
+from .support.round_numbers import round_down_to_125
 from .support.validation import Parameters, finite_number
 from .undo import Undo
 

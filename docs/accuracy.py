@@ -7,7 +7,7 @@ import appearance
 import numpy as np
 
 import granular_env as ge
-from granular_env.viewing.figures import style
+from granular_env.viewing.figures import drawing
 
 IMAGE = Path(__file__).parent / "images" / "accuracy.png"
 STEPS = (1e-6, 5e-7, 2e-7, 1e-7, 5e-8, 2e-8)
@@ -46,16 +46,16 @@ def errors(steps, **parameters):
     return np.array(found), default, np.abs(usual - exact).max() / SPEED
 
 
-@style.with_style
+@drawing.with_style
 def draw():
     """Integrators on the left, laws with the default integrator on the right; a ring around each default."""
-    figure = style.new_figure(9.0, 4.0)
+    figure = drawing.new_figure(9.0, 4.0)
     left, right = figure.subplots(1, 2, sharey=True)
     schemes = {name: {"integrator": name} for name in ("pefrl", "leapfrog", "rk4", "hamming")}
     for axes, cases in ((left, schemes), (right, LAWS)):
         for place, (name, parameters) in enumerate(cases.items()):
             error, default, at_default = errors(STEPS, **parameters)
-            line = style.line(place)
+            line = drawing.line(place)
             axes.loglog(STEPS, error, **line, marker=".", label=name)
             axes.plot(default, at_default, "o", markersize=11, markerfacecolor="none", markeredgecolor=line["color"])
             print(f"{name}: default {default:g} s, error {at_default:.1e}; " + ", ".join(f"{e:.1e}" for e in error))

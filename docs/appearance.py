@@ -16,7 +16,7 @@ from matplotlib.patches import Patch
 from matplotlib.text import Text
 from PIL import Image
 
-from granular_env.viewing.figures import style
+from granular_env.viewing.figures import drawing
 
 # What is black or white on a light page, and what it is on a dark one.
 DARK = {"#000000": "#e2e4e9", "#ffffff": "#1e2129", "#cccccc": "#4a4d57"}
@@ -83,7 +83,7 @@ def _dark_map(colours: Colormap) -> ListedColormap:
 
 
 def _write(figure: Figure, path: Path, dots_per_inch: int, colours: int | None) -> None:
-    data = style.png(figure, dots_per_inch)
+    data = drawing.png(figure, dots_per_inch)
     if colours is None:
         path.write_bytes(data)
     else:

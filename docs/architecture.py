@@ -19,6 +19,8 @@ _WIDTH, _GAP, _MARGIN = 960, 8, 16
 # The height of a box whose words take one line, and of each line more; narrow boxes have up to three.
 _ROW, _LINE, _MOST_LINES = 40, 12, 3
 _LETTERS_A_LINE = 31
+# Widths of a bold letter in its size.
+_BOLD_LETTER = 0.68
 # Below the command line: a domain may use every generic room, which reach it through the table of domains alone.
 _DOMAINS_AT = 1
 
@@ -65,7 +67,7 @@ def picture() -> str:
         "svg", xmlns=SVG[1:-1], viewBox=f"0 0 {_WIDTH} {height}", role="img", attrib={"aria-label": "rooms, layer by layer"}
     )
     ElementTree.SubElement(drawing, "style").text = (
-        "text{font:13px sans-serif;fill:#222}.name{font-weight:600}.purpose{font-size:11px}rect{fill:#eef2f6;stroke:#8a99a8}"
+        "text{font-family:sans-serif;fill:#222}.name{font-weight:600}rect{fill:#eef2f6;stroke:#8a99a8}"
         ".components{fill:#f3efe2}"
         "@media (prefers-color-scheme:dark){text{fill:#e2e4e9}rect{fill:#2a2f3a;stroke:#667}.components{fill:#38341f}}"
     )
@@ -82,9 +84,9 @@ def _draw_row(drawing: ElementTree.Element, rooms: list[Room], top: float, heigh
         left = _MARGIN + number * (width + _GAP)
         place = {"x": f"{left:.1f}", "y": f"{top}", "width": f"{width:.1f}", "height": f"{height}", "rx": "6"}
         ElementTree.SubElement(drawing, "rect", {"class": room.folder, **place})
-        _write(drawing, "name", left + 8, top + 16, room.name)
+        _write(drawing, "name", left + 8, top + 16, room.name, min(13.0, (width - 12) / (_BOLD_LETTER * len(room.name))))
         for line, words in enumerate(_wrap(room.purpose, letters, _lines(rooms))):
-            _write(drawing, "purpose", left + 8, top + 31 + 12 * line, words)
+            _write(drawing, "purpose", left + 8, top + 31 + 12 * line, words, 11.0)
 
 
 def _lines(rooms: list[Room]) -> int:
@@ -95,8 +97,9 @@ def _wrap(text: str, letters: int, lines: int) -> list[str]:
     return textwrap.wrap(text, max(letters, 8), max_lines=lines, placeholder=" ...")
 
 
-def _write(drawing: ElementTree.Element, kind: str, x: float, y: float, words: str) -> None:
-    ElementTree.SubElement(drawing, "text", attrib={"class": kind}, x=f"{x:.1f}", y=f"{y:.1f}").text = words
+def _write(drawing: ElementTree.Element, kind: str, x: float, y: float, words: str, size: float) -> None:
+    place = {"x": f"{x:.1f}", "y": f"{y:.1f}", "style": f"font-size:{size:.1f}px"}
+    ElementTree.SubElement(drawing, "text", {"class": kind, **place}).text = words
 
 
 if __name__ == "__main__":

@@ -11,7 +11,7 @@ from matplotlib.colors import ListedColormap, Normalize
 from matplotlib.ticker import FuncFormatter, MultipleLocator
 
 import granular_env as ge
-from granular_env.viewing.figures import style
+from granular_env.viewing.figures import drawing
 
 IMAGES = Path(__file__).parent / "images"
 MILLIMETRES = FuncFormatter(lambda place, _: f"{1e3 * place:.0f}")
@@ -37,10 +37,10 @@ def show(axes: Axes, automata: ge.Component) -> None:
     axes.set_title(f"{automata.time * 1e6:.0f} us, {automata.get('broken_links'):.0f} broken")
 
 
-@style.with_style
+@drawing.with_style
 def failures() -> None:
     """Draw both experiments as they fail, one below the other."""
-    figure = style.new_figure(10.4, 7.8)
+    figure = drawing.new_figure(10.4, 7.8)
     rows = figure.subplots(2, 4, height_ratios=(2.0, 1.1), sharey="row")
     for axes, (name, times) in zip(rows, SHOWN.items(), strict=True):
         for one, time in zip(axes, times, strict=True):
@@ -57,10 +57,10 @@ def failures() -> None:
     appearance.save(figure, IMAGES / "automata.png", dots_per_inch=110, colours=128)
 
 
-@style.with_style
+@drawing.with_style
 def welding() -> None:
     """Draw the bar that is torn, welded and torn once more."""
-    figure = style.new_figure(9.6, 2.4)
+    figure = drawing.new_figure(9.6, 2.4)
     for axes, time in zip(figure.subplots(2, 2).flat, (4.5e-5, 8.0e-5, 1.4e-4, 2.4e-4), strict=True):
         show(axes, ge.run("psakhie-2003/cold-welding", overrides={"duration": time}).component)
     appearance.save(figure, IMAGES / "automata-welding.png", colours=64)
@@ -82,10 +82,10 @@ def show_grains(axes: Axes, automata: ge.Component) -> None:
     axes.set_title(f"{automata.time * 1e6:.0f} us, {automata.get('broken_links'):.0f} broken")
 
 
-@style.with_style
+@drawing.with_style
 def grains() -> None:
     """Draw the grains in mortar as the crack runs along them."""
-    figure = style.new_figure(9.6, 2.8)
+    figure = drawing.new_figure(9.6, 2.8)
     for axes, time in zip(figure.subplots(1, 4), (5.4e-5, 6.0e-5, 7.0e-5, 1.1e-4), strict=True):
         show_grains(axes, ge.run("psakhie-2003/grains-in-mortar", overrides={"duration": time}).component)
     appearance.save(figure, IMAGES / "automata-grains.png", colours=64)

@@ -12,7 +12,7 @@ from matplotlib.colors import Normalize
 
 import granular_env as ge
 from granular_env.components.coupled import Coupled
-from granular_env.viewing.figures import style
+from granular_env.viewing.figures import drawing
 
 IMAGES = Path(__file__).parent / "images"
 ROWS = 81
@@ -40,10 +40,10 @@ def show_seam(axes: Axes, medium: Coupled, source: float) -> None:
     show_fronts(axes, medium.grid.parameters.materials[0], source)
 
 
-@style.with_style
+@drawing.with_style
 def waves_through_the_interface() -> None:
     """Draw velocities of both shipped Lamb experiments, with the fronts of theory (figures 7 and 8 of the paper)."""
-    figure = style.new_figure(15.0, 6.0)
+    figure = drawing.new_figure(15.0, 6.0)
     for pair, (name, source) in zip(figure.subplots(2, 3), (("symmetric", 0.0), ("asymmetric", -0.1)), strict=True):
         medium = ge.run(f"psakhie-2003/lamb-{name}", overrides={"duration": TIME}).component
         x, y, vx, vy = fields(medium)
@@ -91,10 +91,10 @@ def show_core(axes: Axes, medium: Coupled) -> None:
     axes.set_title(f"{medium.time * 1e6:.0f} µs, {medium.get('automata_broken_links'):.0f} broken links")
 
 
-@style.with_style
+@drawing.with_style
 def a_core_that_cracks() -> None:
     """Draw the shipped impacts, on a square and on a hexagonal packing, at three instants."""
-    figure = style.new_figure(12.0, 4.9)
+    figure = drawing.new_figure(12.0, 4.9)
     rows = figure.subplots(2, 3, sharex=True, sharey=True)
     for row, (core, packing) in zip(rows, (("cracking", "square"), ("hexagonal", "hexagonal")), strict=True):
         for axes, time in zip(row, (1.8e-5, 3.2e-5, 6e-5), strict=True):

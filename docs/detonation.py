@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 import granular_env as ge
 from granular_env.components.detonation import DetonationTube
 from granular_env.components.detonation.theory import TaylorWave
-from granular_env.viewing.figures import style
+from granular_env.viewing.figures import drawing
 
 IMAGES = Path(__file__).parent / "images"
 TIMES = (2e-4, 5e-4, 8e-4)
@@ -57,14 +57,14 @@ def show_history(axes: Axes, tube: DetonationTube, wave: TaylorWave) -> None:
     axes.legend(frameon=False, fontsize=9)
 
 
-@style.with_style
+@drawing.with_style
 def detonation_in_a_tube() -> None:
     """Draw profiles and a history of the shipped detonation tube."""
     tube = ge.run("gato-shie-2010/detonation-tube", overrides={"duration": 1e-5}).component
     assert isinstance(tube, DetonationTube)
     tube.reset()
     wave = TaylorWave(tube.front, tube.ahead, tube.gas.gamma)
-    figure = style.new_figure(11.0, 3.6)
+    figure = drawing.new_figure(11.0, 3.6)
     left, right = figure.subplots(1, 2, sharey=True)
     show_profiles(left, tube, wave)
     show_history(right, tube, wave)

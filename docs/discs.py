@@ -9,7 +9,7 @@ from matplotlib.collections import LineCollection, PatchCollection
 from matplotlib.patches import Circle, Rectangle
 
 from granular_env.components.discs import Discs
-from granular_env.viewing.figures import style
+from granular_env.viewing.figures import drawing
 
 IMAGES = Path(__file__).parent / "images"
 TIMES = (0.0, 0.04, 0.08, 0.16)
@@ -28,10 +28,10 @@ def show(axes: Axes, discs: Discs) -> None:
     axes.set_title(f"{discs.time * 1e3:.0f} ms, {discs.get('broken_links'):.0f} broken links")
 
 
-@style.with_style
+@drawing.with_style
 def breaking_block() -> None:
     """Draw a block of discs that breaks."""
-    figure = style.new_figure(11.0, 2.9)
+    figure = drawing.new_figure(11.0, 2.9)
     discs = Discs(rows=3, columns=4, clearance=0.02)
     discs.reset(velocity={0: (1.0, 0.0), 8: (-1.0, 0.5)})
     for axes, time in zip(np.ravel(figure.subplots(1, len(TIMES))), TIMES, strict=True):

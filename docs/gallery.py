@@ -10,13 +10,13 @@ import numpy as np
 import granular_env as ge
 from granular_env.domains.chain import ChainEnv
 from granular_env.domains.chain.tasks.absorption import make_absorption
-from granular_env.domains.chain.tasks.impedance_matching import Dashpot, Sensors
+from granular_env.domains.chain.tasks.matched_end import Dashpot, Sensors
 from granular_env.domains.chain.tasks.pulse_forming import make_pulse_forming
 from granular_env.envs import RecordEnv
 from granular_env.envs.policies import OpenLoop, Policy
 from granular_env.recording import open_log
-from granular_env.viewing import fields, scene_data
-from granular_env.viewing.figures import style
+from granular_env.viewing import recorded_fields, scene_data
+from granular_env.viewing.figures import drawing
 
 ROOT = Path(__file__).resolve().parent.parent
 sys.path.append(str(ROOT / "examples"))
@@ -93,18 +93,18 @@ def absorbing_ends() -> None:
     print("dashpot", recorded("dashpot", force, dashpot, WAVE))
 
 
-@style.with_style
+@drawing.with_style
 def draw(name: str, titles: dict[str, str]) -> None:
     """Side by side: the input of each log above its x-t diagram."""
-    figure = style.new_figure(5.0 * len(titles), 6.0)
+    figure = drawing.new_figure(5.0 * len(titles), 6.0)
     panels = figure.subplots(2, len(titles), squeeze=False, height_ratios=[2, 5])
     for place, (log, title) in enumerate(titles.items()):
         seen = scene_data.from_log(open_log(LOGS / f"{log}.mcap"))
         above, below = panels[:, place]
         curve = max(seen.inputs.values(), key=lambda curve: (np.abs(curve.values).max(), curve.name))
-        above.plot(curve.times * 1e6, curve.values, **style.line(0))
+        above.plot(curve.times * 1e6, curve.values, **drawing.line(0))
         above.set(title=title, xlabel="time [us]", ylabel=f"{curve.name.replace('_', ' ')} [{curve.unit}]")
-        style.draw_space_time(figure, below, fields.as_field(seen.motion), None)
+        drawing.draw_space_time(figure, below, recorded_fields.as_field(seen.motion), None)
     appearance.save(figure, IMAGES / f"gallery-{name}.png", 90, _COLOURS)
 
 

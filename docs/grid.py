@@ -8,7 +8,7 @@ from matplotlib.axes import Axes
 
 import granular_env as ge
 from granular_env.components.grid.theory import load_fronts
-from granular_env.viewing.figures import style
+from granular_env.viewing.figures import drawing
 
 IMAGES = Path(__file__).parent / "images"
 TIME = 7e-5
@@ -25,7 +25,7 @@ def show_fronts(axes: Axes, material: ge.Material, source: float = 0.0) -> None:
         axes.text(*place, front.name, color=RED, fontsize=12, fontweight="bold", ha="center", va="center", clip_on=True)
 
 
-@style.with_style
+@drawing.with_style
 def waves_of_a_load() -> None:
     """Draw velocities and speed of the shipped Lamb experiment, with the fronts of theory."""
     grid = ge.run("psakhie-2003/lamb-grid", overrides={"duration": TIME}).component
@@ -34,7 +34,7 @@ def waves_of_a_load() -> None:
     x, y = (nodes[:, axis].reshape(shape) for axis in (0, 1))
     vx, vy = (velocity[:, axis].reshape(shape) for axis in (0, 1))
     speed = np.sqrt(vx * vx + vy * vy)
-    figure = style.new_figure(11.0, 3.6)
+    figure = drawing.new_figure(11.0, 3.6)
     left, right = figure.subplots(1, 2, sharey=True)
     # Roots, so that the weaker P wave is seen beside the Rayleigh wave.
     some = (slice(None, None, 3), slice(None, None, 3))

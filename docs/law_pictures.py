@@ -8,7 +8,7 @@ import numpy as np
 import granular_env as ge
 from granular_env.components.chain import theory
 from granular_env.domains.chain import measurement
-from granular_env.viewing.figures import style
+from granular_env.viewing.figures import drawing
 
 IMAGES = Path(__file__).parent / "images" / "laws"
 _COLOURS = 64
@@ -54,7 +54,7 @@ def loops(axes, cases):
     """Force against overlap, one curve for each (label, speed, parameters)."""
     for place, (label, speed, parameters) in enumerate(cases):
         overlap, force, _, _ = collide(speed, **parameters)
-        axes.plot(overlap * 1e6, force, **style.line(place), label=label)
+        axes.plot(overlap * 1e6, force, **drawing.line(place), label=label)
     axes.set(xlabel="overlap [µm]", ylabel="force [N]", title="One collision")
     axes.legend()
 
@@ -64,25 +64,25 @@ def save(figure, name):
     appearance.save(figure, IMAGES / f"{name}.png", 100, _COLOURS)
 
 
-@style.with_style
+@drawing.with_style
 def hertz():
     """Draw forces, and how long a collision lasts."""
-    figure = style.new_figure(9.0, 3.6)
+    figure = drawing.new_figure(9.0, 3.6)
     left, right = figure.subplots(1, 2)
     loops(left, [(name, 1.0, {"material": name}) for name in ("steel", "glass", "aluminium")])
     speeds = np.geomspace(1e-3, 10.0, 9)
     mass, stiffness = scales()
-    right.loglog(speeds, 1e6 * theory.collision_duration(mass, stiffness, speeds), **style.line(0), label="T1 of the theory")
-    right.loglog(speeds, [1e6 * collide(speed)[2][-1] for speed in speeds], "o", color=style.line(1)["color"], label="runs")
+    right.loglog(speeds, 1e6 * theory.collision_duration(mass, stiffness, speeds), **drawing.line(0), label="T1 of the theory")
+    right.loglog(speeds, [1e6 * collide(speed)[2][-1] for speed in speeds], "o", color=drawing.line(1)["color"], label="runs")
     right.set(xlabel="relative speed [m/s]", ylabel="duration [µs]", title="Two steel grains: as v^(-1/5)")
     right.legend()
     save(figure, "hertz")
 
 
-@style.with_style
+@drawing.with_style
 def power():
     """Draw forces of several exponents, and the solitary waves that they make."""
-    figure = style.new_figure(9.0, 3.6)
+    figure = drawing.new_figure(9.0, 3.6)
     left, right = figure.subplots(1, 2)
     exponents = (1.2, 1.5, 2.0, 3.0)
     mass = ge.make("chain", grains=1).geometry.mass[0]
@@ -91,7 +91,7 @@ def power():
         stiffness = 0.25 * mass * (exponent + 1.0) / 1e-5 ** (exponent + 1.0)
         law = {"law": {"name": "power", "exponent": exponent}, "contact_stiffness": stiffness}
         overlap, force, _, _ = collide(1.0, **law)
-        left.plot(overlap * 1e6, force, **style.line(place), label=f"p = {exponent:g}")
+        left.plot(overlap * 1e6, force, **drawing.line(place), label=f"p = {exponent:g}")
         chain = ge.make("chain", grains=81, velocity_scale=1.0, **law)
         chain.reset(velocity={0: 1.0})
         motion = measurement.observe(chain, 3000 * chain.step_size, chain.step_size)
@@ -100,7 +100,7 @@ def power():
         right.plot(
             (motion.time - wave.time) * wave.speed / spacing,
             motion.velocity[:, 60] / wave.amplitude,
-            **style.line(place),
+            **drawing.line(place),
         )
     left.set(xlabel="overlap [µm]", ylabel="force [N]", title="One collision at 1 m/s")
     left.legend()
@@ -110,18 +110,18 @@ def power():
     save(figure, "power")
 
 
-@style.with_style
+@drawing.with_style
 def dissipative(name, law, loss):
     """Draw the loop of force, and what is lost in a collision."""
-    figure = style.new_figure(9.0, 3.6)
+    figure = drawing.new_figure(9.0, 3.6)
     left, right = figure.subplots(1, 2)
     stronger = {**law, "dissipation": 5.0 * law["dissipation"]}
     unit = "N s/m" if law["name"] == "viscous" else "N s/m^1.5"
     loops(left, [("hertz", 1.0, {}), *((f"{one['dissipation']:g} {unit}", 1.0, {"law": one}) for one in (law, stronger))])
     speeds = np.geomspace(1e-2, 10.0, 13)
     mass, stiffness = scales()
-    right.loglog(speeds, loss(mass, stiffness, law["dissipation"], speeds), **style.line(1), label="theory, small losses")
-    right.loglog(speeds, 1.0 - restitutions(speeds, law=law), "o", color=style.line(1)["color"], label="runs")
+    right.loglog(speeds, loss(mass, stiffness, law["dissipation"], speeds), **drawing.line(1), label="theory, small losses")
+    right.loglog(speeds, 1.0 - restitutions(speeds, law=law), "o", color=drawing.line(1)["color"], label="runs")
     right.set(xlabel="relative speed [m/s]", ylabel="1 - e", title=f"Loss at {law['dissipation']:g} {unit}")
     right.legend()
     save(figure, name)
@@ -133,10 +133,10 @@ def thornton(ratio):
     return np.sqrt(1.2 * np.sqrt(3.0) * (1.0 - ratio * ratio / 6.0)) * (ratio / (ratio + 2.0 * root)) ** 0.25
 
 
-@style.with_style
+@drawing.with_style
 def elastic_plastic():
     """Two collisions of the same contact, and restitution against Thornton's formula."""
-    figure = style.new_figure(9.0, 3.6)
+    figure = drawing.new_figure(9.0, 3.6)
     left, right = figure.subplots(1, 2)
     plastic = {"law": "elastic_plastic"}
     loops(left, [("hertz, 2 m/s", 2.0, {}), ("2 m/s", 2.0, plastic), ("1 m/s", 1.0, plastic)])
@@ -144,17 +144,17 @@ def elastic_plastic():
     root = ge.make("chain", grains=2, **plastic).geometry.law_constants[1, 0]
     yielding = np.sqrt(0.8 * stiffness * root**5 / mass)
     speeds = np.geomspace(0.02, 10.0, 16)
-    right.loglog(speeds, thornton(np.minimum(yielding / speeds, 1.0)), **style.line(1), label="Thornton")
-    right.loglog(speeds, restitutions(speeds, **plastic), "o", color=style.line(1)["color"], label="runs")
+    right.loglog(speeds, thornton(np.minimum(yielding / speeds, 1.0)), **drawing.line(1), label="Thornton")
+    right.loglog(speeds, restitutions(speeds, **plastic), "o", color=drawing.line(1)["color"], label="runs")
     right.set(xlabel="relative speed [m/s]", ylabel="e", title="Restitution of two steel grains")
     right.legend()
     save(figure, "elastic-plastic")
 
 
-@style.with_style
+@drawing.with_style
 def linear():
     """Draw the loop of force, and restitution against the damping ratio, with and without tension."""
-    figure = style.new_figure(9.0, 3.6)
+    figure = drawing.new_figure(9.0, 3.6)
     left, right = figure.subplots(1, 2)
     spring = {"mass": 2e-3, "contact_stiffness": 1e7}
     critical = 2.0 * np.sqrt(np.prod(scales(law="linear", **spring)))
@@ -165,20 +165,20 @@ def linear():
     loops(left, [(f"zeta = {ratio:g}", 1.0, law(ratio)) for ratio in (0.0, 0.1, 0.4)])
     ratios = np.linspace(0.0, 0.9, 91)
     root = np.sqrt(1.0 - ratios**2)
-    right.plot(ratios, np.exp(-np.pi * ratios / root), **style.line(0), label="were it to pull")
+    right.plot(ratios, np.exp(-np.pi * ratios / root), **drawing.line(0), label="were it to pull")
     opening = np.pi - np.arctan2(2.0 * ratios * root, 1.0 - 2.0 * ratios**2)
-    right.plot(ratios, np.exp(-ratios / root * opening), **style.line(1), label="without tension")
+    right.plot(ratios, np.exp(-ratios / root * opening), **drawing.line(1), label="without tension")
     runs = np.linspace(0.0, 0.9, 10)
-    right.plot(runs, [collide(1.0, **law(ratio))[3] for ratio in runs], "o", color=style.line(1)["color"], label="runs")
+    right.plot(runs, [collide(1.0, **law(ratio))[3] for ratio in runs], "o", color=drawing.line(1)["color"], label="runs")
     right.set(xlabel="damping ratio", ylabel="e", title="Restitution, at any speed")
     right.legend()
     save(figure, "linear")
 
 
-@style.with_style
+@drawing.with_style
 def walton_braun():
     """Two collisions of the same contact, and restitution against the ratio of the stiffnesses."""
-    figure = style.new_figure(9.0, 3.6)
+    figure = drawing.new_figure(9.0, 3.6)
     left, right = figure.subplots(1, 2)
 
     def law(ratio):
@@ -189,8 +189,8 @@ def walton_braun():
         left, [("k1/k2 = 0.5, 1 m/s", 1.0, law(0.5)), ("k1/k2 = 0.5, 0.6 m/s", 0.6, law(0.5)), ("k1/k2 = 0.2", 1.0, law(0.2))]
     )
     ratios, runs = np.linspace(0.02, 1.0, 99), np.linspace(0.1, 1.0, 10)
-    right.plot(ratios, np.sqrt(ratios), **style.line(1), label="sqrt(k1/k2)")
-    right.plot(runs, [collide(1.0, **law(ratio))[3] for ratio in runs], "o", color=style.line(1)["color"], label="runs")
+    right.plot(ratios, np.sqrt(ratios), **drawing.line(1), label="sqrt(k1/k2)")
+    right.plot(runs, [collide(1.0, **law(ratio))[3] for ratio in runs], "o", color=drawing.line(1)["color"], label="runs")
     right.set(xlabel="k1 / k2", ylabel="e", title="Restitution, at any speed")
     right.legend()
     save(figure, "walton-braun")

@@ -16,7 +16,7 @@ from matplotlib.figure import Figure
 import granular_env as ge
 from granular_env.components.chain import theory
 from granular_env.viewing import scene_data
-from granular_env.viewing.figures import run_figures, style
+from granular_env.viewing.figures import drawing, run_figures
 
 DOCS = Path(__file__).parent
 IMAGES = DOCS / "images"
@@ -36,47 +36,47 @@ def piston() -> None:
         appearance.save(picture, IMAGES / "piston.png")
 
 
-@style.with_style
+@drawing.with_style
 def stationary_waves() -> None:
     """W(y) with its extremes (the paper's figure 1), and the solitary wave's speed: continuum, soliton and the chain itself."""
-    figure = style.new_figure(9.6, 4.0)
+    figure = drawing.new_figure(9.6, 4.0)
     left, right = figure.subplots(1, 2)
     y = np.linspace(0.0, 1.4, 400)
     for place, (c3, name) in enumerate(((4.0 / 27.0, "4/27"), (0.1, "0.1"))):
-        left.plot(y, theory.W(y, c3), **style.line(place), label=f"C3 = {name}")
+        left.plot(y, theory.W(y, c3), **drawing.line(place), label=f"C3 = {name}")
         found = np.array(theory.extremes(c3))
-        left.plot(found, theory.W(found, c3), "o", color=style.line(place)["color"])
+        left.plot(found, theory.W(found, c3), "o", color=drawing.line(place)["color"])
     left.set(xlabel="y", ylabel="W(y)", title="The potential, y1 and y2")
     ratios = np.geomspace(1.05, 300.0, 200)
-    right.semilogx(ratios, theory.speed_ratio(ratios), **style.line(0), label="(2.4), closed form")
+    right.semilogx(ratios, theory.speed_ratio(ratios), **drawing.line(0), label="(2.4), closed form")
     small = ratios[ratios < 12.0]
-    right.semilogx(small, theory.korteweg_de_vries_speed_ratio(small - 1.0), **style.line(1), label="(2.3), soliton")
+    right.semilogx(small, theory.korteweg_de_vries_speed_ratio(small - 1.0), **drawing.line(1), label="(2.3), soliton")
     points = np.array([1.563, 3.0, 7.93, 30.0, 185.8])
     chain = [theory.lattice_wave(1.0, ratio - 1.0).speed_ratio for ratio in points]
-    right.semilogx(points, chain, "o", color=style.line(2)["color"], label="the chain")
+    right.semilogx(points, chain, "o", color=drawing.line(2)["color"], label="the chain")
     right.set(xlabel="largest strain / strain at rest", ylabel="V / c0", title="Speed of the solitary wave")
     for axes in (left, right):
         axes.legend()
     appearance.save(figure, IMAGES / "stationary-waves.png")
 
 
-@style.with_style
+@drawing.with_style
 def sweep() -> None:
     """Draw the shipped sweep: a solitary wave's speed against its amplitude, and its difference from the lattice's wave."""
     with tempfile.TemporaryDirectory() as folder:
         table = ge.run_sweep("solitary-wave-speed", Path(folder) / "sweep", engine="serial").table
     amplitudes, speeds = table["amplitude"].to_numpy(), table["speed"].to_numpy()
-    figure = style.new_figure(9.6, 4.0)
+    figure = drawing.new_figure(9.6, 4.0)
     left, right = figure.subplots(1, 2)
     wave = _solitary_speed(amplitudes)
-    left.loglog(amplitudes, wave, **style.line(0), label="the lattice's wave, V ~ v^(1/5)")
-    left.loglog(amplitudes, speeds, "o", color=style.line(1)["color"], label="the tasks of the sweep")
+    left.loglog(amplitudes, wave, **drawing.line(0), label="the lattice's wave, V ~ v^(1/5)")
+    left.loglog(amplitudes, speeds, "o", color=drawing.line(1)["color"], label="the tasks of the sweep")
     left.set(xlabel="amplitude v [m/s]", ylabel="speed V [m/s]", title="Speed of the solitary wave")
     left.set_yticks([250, 500, 1000], ["250", "500", "1000"])
     left.minorticks_off()
     left.legend()
-    right.axhline(0.0, **style.line(0))
-    right.semilogx(amplitudes, 1e6 * (speeds / wave - 1.0), "o", color=style.line(1)["color"])
+    right.axhline(0.0, **drawing.line(0))
+    right.semilogx(amplitudes, 1e6 * (speeds / wave - 1.0), "o", color=drawing.line(1)["color"])
     right.set(xlabel="amplitude v [m/s]", ylabel="difference [millionths of V]", title="From the lattice's wave")
     appearance.save(figure, IMAGES / "sweep-speed.png")
 
@@ -103,7 +103,7 @@ def draw_page(page: str, colours: int = _COLOURS) -> None:
         appearance.save(figure, IMAGES / f"{page}-{name}", 110, colours)
 
 
-@style.with_style
+@drawing.with_style
 def control() -> None:
     """Draw the drives that the page on control finds, by the very lines that stand there, and what each leaves in the chain."""
     blocks = re.findall(r"^```python\n(.*?)^```$", (DOCS / "control.md").read_text(), re.MULTILINE | re.DOTALL)
@@ -118,13 +118,13 @@ def control() -> None:
     }  # fmt: skip
     env, scale = names["env"], 1000.0
     time = np.arange(100) * env.duration * 1e6
-    figure = style.new_figure(11.0, 5.0)
+    figure = drawing.new_figure(11.0, 5.0)
     above, below = figure.subplots(2, len(found), sharey="row")
     for place, (name, actions) in enumerate(found.items()):
         distance = -names["score"](actions)
-        above[place].step(time, scale * actions, where="post", **style.line(0))
+        above[place].step(time, scale * actions, where="post", **drawing.line(0))
         above[place].set(title=f"{name}: {distance:.1g}", xlabel="time [us]")
-        below[place].bar(range(32), env.component.get("velocity"), width=1.0, color=style.line(1)["color"])
+        below[place].bar(range(32), env.component.get("velocity"), width=1.0, color=drawing.line(1)["color"])
         below[place].set(xlabel="grain, at the deadline")
     above[0].set_ylabel("force [N]")
     below[0].set_ylabel("velocity [m/s]")

@@ -11,7 +11,7 @@ from matplotlib.collections import PolyCollection, QuadMesh
 
 import granular_env as ge
 from granular_env.components.shell.theory import breathing_frequency, lame_displacement
-from granular_env.viewing.figures import style
+from granular_env.viewing.figures import drawing
 from granular_env.viewing.figures.colour_bar import add_bar
 from granular_env.viewing.figures.plane import draw_instant, load_plane
 
@@ -64,10 +64,10 @@ def show_rod(axes: Axes, rod: Any, offset: float) -> Any:
     return drawn
 
 
-@style.with_style
+@drawing.with_style
 def breathing_and_impact() -> None:
     """Draw the two shipped experiments on the solid."""
-    figure = style.new_figure(11.0, 3.6)
+    figure = drawing.new_figure(11.0, 3.6)
     left, right = figure.subplots(1, 2)
     show_breathing(left)
     for place, time in enumerate(TIMES):
@@ -96,10 +96,10 @@ def show_cells(axes: Axes, x: np.ndarray, y: np.ndarray, cells: np.ndarray, valu
     return drawn
 
 
-@style.with_style
+@drawing.with_style
 def cracks() -> None:
     """Draw the shipped ring in pieces, and a tube whose notch has torn open, unrolled."""
-    figure = style.new_figure(11.0, 4.2)
+    figure = drawing.new_figure(11.0, 4.2)
     left, right = figure.subplots(1, 2, width_ratios=[1.0, 1.0])
     ring: Any = ge.run("gato-shie-2010/expanding-ring", overrides={"record.variables": ["pieces"]}).component
     place = 1e3 * (ring.nodes[ring.surface_nodes] + ring.get("surface_displacement"))
@@ -125,7 +125,7 @@ def cracks() -> None:
     appearance.save(figure, IMAGES / "shell-fracture.png", colours=128)
 
 
-@style.with_style
+@drawing.with_style
 def torn_tube() -> None:
     """Draw three instants of a tube whose notch tears open, obliquely, as a report does."""
     body = {
@@ -143,7 +143,7 @@ def torn_tube() -> None:
         with ge.open_log(path) as log:
             shown = load_plane(log, None, [0.0, 8e-6, 2.8e-5])
     assert shown is not None
-    figure = style.new_figure(11.0, 4.4)
+    figure = drawing.new_figure(11.0, 4.4)
     panels = figure.subplots(1, 3)
     for frame, (axes, time) in enumerate(zip(panels, shown.times, strict=True)):
         draw_instant(axes, shown, frame)

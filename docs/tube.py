@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 
 import granular_env as ge
 from granular_env.components.shell.theory import critical_speed, front_amplification
-from granular_env.viewing.figures import style
+from granular_env.viewing.figures import drawing
 
 IMAGES = Path(__file__).parent / "images"
 DARK_RED, BLUE, GREY = "#c1121f", "#274c77", "0.55"
@@ -57,10 +57,10 @@ def show_resonance(axes: Axes) -> None:
     axes.legend(frameon=False, fontsize=8, loc="lower right")
 
 
-@style.with_style
+@drawing.with_style
 def waves_in_the_wall() -> None:
     """Draw the two shipped experiments on gas and solid together."""
-    figure = style.new_figure(11.0, 3.8)
+    figure = drawing.new_figure(11.0, 3.8)
     left, right = figure.subplots(1, 2)
     show_history(figure, left)
     show_resonance(right)

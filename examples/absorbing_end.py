@@ -10,7 +10,7 @@ from collections.abc import Callable
 import numpy as np
 
 from granular_env.domains.chain.tasks.absorption import make_absorption
-from granular_env.domains.chain.tasks.impedance_matching import Dashpot, Sensors
+from granular_env.domains.chain.tasks.matched_end import Dashpot, Sensors
 
 WAVES = [(strikers, speed) for strikers in (1, 2) for speed in (3.0, 5.0, 8.0)]
 

@@ -14,7 +14,7 @@ from granular_env.components.support.validation import Parameters, tables
 from granular_env.domains import domain_of
 from granular_env.experiments.templates import default_of, example_of, example_values, parts_of, unit_of, value_text
 from granular_env.package_contents import first_sentence
-from granular_env.terminal import columns, wrap_text
+from granular_env.terminal_text import columns, wrap_text
 
 _NO_BATCH = "no native batch: make_vec steps one after the other, in Gymnasium's SyncVectorEnv"
 

@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import IO, Any
 
 from .components.errors import GranularError, ParameterError
-from .terminal import printable
+from .terminal_text import printable
 
 
 @contextmanager

@@ -17,7 +17,7 @@ from types import TracebackType
 from typing import Any, Protocol, Self
 
 from granular_env.components.errors import ParameterError, one_line
-from granular_env.terminal import printable
+from granular_env.terminal_text import printable
 
 _REFRESH_SECONDS = 0.1
 _NOTEBOOK_SECONDS = 0.5

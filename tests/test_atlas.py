@@ -16,8 +16,8 @@ from granular_env.atlas import papers
 from granular_env.atlas import plane as plane_drawing
 from granular_env.atlas.context import Context
 from granular_env.atlas.drawing import draw
-from granular_env.atlas.ensembles import Band
 from granular_env.atlas.model import Arrows, Axis, Curve, Entry, Figure, Findings, Letter, Mark, Shading
+from granular_env.atlas.seed_statistics import Band
 from granular_env.atlas.verdicts import Value, combine
 from granular_env.cli import main
 from granular_env.components.errors import GranularError, MissingExtraError, ParameterError, StepError

@@ -16,7 +16,7 @@ from granular_env.atlas import papers
 from granular_env.atlas.context import Context
 from granular_env.cli import main
 from granular_env.components.tube import TubeParameters
-from granular_env.domains.tube.gato_shie_2010 import cases, criterion, pressures
+from granular_env.domains.tube.gato_shie_2010 import cases, initial_pressures, sensitivity
 from granular_env.domains.tube.gato_shie_2010.outcome import Outcome, in_notch, reach_history, read_outcome
 from granular_env.domains.tube.gato_shie_2010.pictures import rolled_out
 
@@ -105,7 +105,7 @@ def test_a_picture_shows_both_halves_and_each_crack_twice() -> None:
 
 def test_no_point_of_a_figure_hides_another_or_is_cut_by_the_frame(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     torn = dataclasses.replace(lattice_outcome([(0, 0, 1, 0)]), reach=1.0)
-    for module, count in ((pressures, 9), (criterion, 6)):
+    for module, count in ((initial_pressures, 9), (sensitivity, 6)):
         monkeypatch.setattr(module, "outcome", lambda *given, **changes: torn)
         [figure] = module.compute(Context(tmp_path, {"nodes": cases.NODES, "factor": cases.FACTOR})).figures
         points = [(x, y) for curve in figure.curves for x, y in zip(*curve.points(), strict=True)]

@@ -16,7 +16,7 @@ from support.terminal_tools import run_in_terminal, seen_lines
 
 import granular_env as ge
 from granular_env import atlas
-from granular_env.atlas import context, finished
+from granular_env.atlas import context, finished_runs
 from granular_env.atlas.context import Context
 from granular_env.atlas.folder import open_folder
 from granular_env.atlas.model import Entry, Findings
@@ -189,14 +189,14 @@ def test_a_page_that_was_ended_goes_on_with_the_runs_that_are_left(tmp_path, mon
     [log] = (tmp_path / "logs").iterdir()
     log.write_bytes(log.read_bytes()[:100])
     assert runs_of(tmp_path, monkeypatch, ["struck"])[0] == 1  # A log that cannot be read is made anew,
-    monkeypatch.setattr(finished, "_program", lambda: "another")
+    monkeypatch.setattr(finished_runs, "_program", lambda: "another")
     assert runs_of(tmp_path, monkeypatch, ["struck"])[0] == 1  # and so is one of another program.
 
 
 def test_logs_of_a_page_that_was_ended_go_when_the_next_one_does_not_want_them(tmp_path, monkeypatch):
     done = runs_of(tmp_path, monkeypatch, ["struck", "failing"])[1]
     (tmp_path / "logs" / "old.mcap").write_bytes(b"of a page that was ended, and is not wanted any more")
-    runs = finished.FinishedRuns(tmp_path)
+    runs = finished_runs.FinishedRuns(tmp_path)
     for name in ("old.mcap", "../precious.mcap"):
         runs.add(name)
     atlas.write(done, tmp_path)

@@ -16,7 +16,7 @@ from granular_env import atlas
 from granular_env.atlas import papers
 from granular_env.components.grid.theory import load_fronts, rayleigh_ellipse, rayleigh_speed
 from granular_env.components.materials.elastic import Material
-from granular_env.domains.coupled.psakhie_2003 import cases, figure_7, motion, pictures
+from granular_env.domains.coupled.psakhie_2003 import cases, figure_7, pictures, velocity_field
 from granular_env.recording import open_log, verify
 
 # A shear wave crosses 20 of these cells while the load lasts; the page has twice as many.
@@ -200,7 +200,7 @@ def test_no_wave_is_ahead_of_the_fronts(whole: tuple[Path, dict[str, Any]]) -> N
     """Nothing moves outside the front of P, and in the medium outside C and S nothing turns."""
     folder, data = whole
     [log] = [name for name in data["logs"] if name.startswith("lamb-symmetric")]
-    moving = motion.motion(open_log(folder / "logs" / log), cases.INSTANTS[-1])
+    moving = velocity_field.motion(open_log(folder / "logs" / log), cases.INSTANTS[-1])
     x, y = np.meshgrid(np.linspace(-0.39, 0.39, 79), np.linspace(-0.39, -0.005, 78))
     speed, turning = np.linalg.norm(moving.at(x, y), axis=-1), np.abs(pictures.spin(moving, x, y))
     reach = cases.INSTANTS[-1]

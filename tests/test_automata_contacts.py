@@ -161,7 +161,7 @@ def tear_and_press(automata: Automata, until: int = 0) -> None:
         automata.step(10.0, right_velocity=[-5e-4, 0.0])
 
 
-@BOTH
+@pytest.mark.parametrize("packing", ["square", pytest.param("hexagonal", marks=pytest.mark.slow)])
 def test_a_broken_strip_is_welded_by_pressure_and_pulls_again(packing: str) -> None:
     automata = strip(packing)
     tear_and_press(automata)

@@ -14,10 +14,10 @@ import granular_env as ge
 from granular_env.cli import main
 from granular_env.components.automata import Automata, theory
 from granular_env.components.automata.breaking import CRITERIA
-from granular_env.components.automata.breaking.functions import failure
+from granular_env.components.automata.breaking.dispatch import failure
 from granular_env.components.errors import GranularError, ParameterError
 from granular_env.components.support import memory_limits
-from granular_env.recording.replay.event_ratio import nearest_to_events
+from granular_env.recording.replay.near_misses import nearest_to_events
 
 
 def confined(**laws: object) -> Automata:

@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 import granular_env as ge
-from granular_env.components.automata import Automata, theory, threads
-from granular_env.components.automata.layout import Motion
-from granular_env.components.automata.schedule import make_parts
-from granular_env.components.automata.sweep import update_forces
+from granular_env.components.automata import Automata, parallel_steps, theory
+from granular_env.components.automata.kernel_arrays import Motion
+from granular_env.components.automata.linked_sweep import update_forces
+from granular_env.components.automata.sweep_order import make_parts
 from granular_env.components.errors import ParameterError, StepError
 from granular_env.components.profiles import Profile
 
@@ -475,8 +475,8 @@ def test_the_bits_do_not_depend_on_the_number_of_threads(packing: str, rows: int
     edges = {"bottom": "fixed", "top": "velocity", "left": "periodic", "right": "periodic"}
     runs = []
     for least in (10**9, 1):
-        monkeypatch.setattr(threads, "LEAST_AUTOMATA", least)
-        monkeypatch.setattr(threads, "available", lambda: True)
+        monkeypatch.setattr(parallel_steps, "LEAST_AUTOMATA", least)
+        monkeypatch.setattr(parallel_steps, "available", lambda: True)
         automata = block(
             packing, 6, rows + rows % 2 * (packing == "hexagonal"), boundaries=edges, forced_automata=[[3.0, 20.0]]
         )

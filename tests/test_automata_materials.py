@@ -13,8 +13,8 @@ from support.coupled_tools import coupled, mesh, rectangle, start_noise
 
 import granular_env as ge
 from granular_env.components.automata import Automata, theory
-from granular_env.components.automata.bond_forces import update_bond_forces
-from granular_env.components.automata.layout import Motion
+from granular_env.components.automata.inelastic_links import update_bond_forces
+from granular_env.components.automata.kernel_arrays import Motion
 from granular_env.components.drawables import Links
 from granular_env.components.errors import ParameterError
 

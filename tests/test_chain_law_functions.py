@@ -13,10 +13,10 @@ import numpy as np
 import pytest
 
 import granular_env as ge
-from granular_env.components.chain import kernels, quantities
+from granular_env.components.chain import differentiable_quantities, kernels
 from granular_env.components.chain.adjoint import evaluate, parameter_gradient, value_and_adjoint
 from granular_env.components.chain.adjoint.gradient import has_gradient
-from granular_env.components.chain.laws import LAWS, Dissipative, Hertz, Law, Power, functions
+from granular_env.components.chain.laws import LAWS, Dissipative, Hertz, Law, Power, placeholders
 from granular_env.components.chain.laws.hertz import HertzRest
 from granular_env.components.chain.laws.law import lacks
 from granular_env.components.chain.layout import (
@@ -188,16 +188,16 @@ def differences(function: Any, a: np.ndarray, entries: list[tuple[int, int]]) ->
 @pytest.mark.parametrize("quantity", ["contact_force", "contact_energy", "energy_root"])
 @pytest.mark.parametrize("name", WITH_GRADIENT)
 def test_pullbacks_are_the_slopes_of_their_quantities(name: str, quantity: str) -> None:
-    if quantity == "energy_root" and lacks(LAWS[name], functions.ENERGY_ROOT):
+    if quantity == "energy_root" and lacks(LAWS[name], placeholders.ENERGY_ROOT):
         pytest.skip("this law has none")
     chain = shaken(name, precompression=200.0, step_size=1e-8)
     a = chain.detached_table()
     j = int(np.argmax(chain.get("contact_force")[1:-1])) + 1
     adjoint = np.zeros_like(a)
-    chain.specialise(getattr(quantities, f"{quantity}_pullback"))(a, adjoint, j, 0.7)
+    chain.specialise(getattr(differentiable_quantities, f"{quantity}_pullback"))(a, adjoint, j, 0.7)
     entries = [(STIFFNESS, j), (REST_OVERLAP, j), (U, j), (U, j + 1), (V, j), (V, j + 1)]
     entries += [(LAW_CONSTANTS, j)] if isinstance(chain.parameters.law, Dissipative) else []
-    value = chain.specialise(getattr(quantities, quantity))
+    value = chain.specialise(getattr(differentiable_quantities, quantity))
     expected = 0.7 * differences(lambda table: value(table, j), a, entries)
     np.testing.assert_allclose([adjoint[entry] for entry in entries], expected, rtol=1e-6, atol=1e-12 * np.abs(expected).max())
     others = adjoint.copy()

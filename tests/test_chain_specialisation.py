@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 
 import granular_env as ge
-from granular_env.components.chain import quantities
+from granular_env.components.chain import differentiable_quantities
+from granular_env.components.chain.differentiable_quantities import contact_force, input_work
 from granular_env.components.chain.layout import GRAINS, SCALARS
 from granular_env.components.chain.objective import Objective
-from granular_env.components.chain.quantities import contact_force, input_work
 from granular_env.components.errors import ParameterError
 from granular_env.components.support.jit import JIT, jit
 from granular_env.domains.chain import ChainEnv, ChainTask, ChainVectorEnv
@@ -43,7 +43,7 @@ def own_force(a, j):  # noqa: ANN001, ANN202
 @jit
 def own_force_of_module(a, j):  # noqa: ANN001, ANN202
     """Call it as an attribute of its module."""
-    return WEIGHT * quantities.contact_force(a, j)
+    return WEIGHT * differentiable_quantities.contact_force(a, j)
 
 
 library = types.ModuleType("a_library_of_ones_own")
@@ -162,7 +162,7 @@ def _value(sums, constants, slopes):  # noqa: ANN001, ANN202
 @jit
 def _pullback(a, adjoint, step, steps, inputs, input_adjoint, constants, slopes):  # noqa: ANN001, ANN202
     if step == steps - 1:
-        quantities.contact_force_pullback(a, adjoint, 2, slopes[0])
+        differentiable_quantities.contact_force_pullback(a, adjoint, 2, slopes[0])
 
 
 @pytest.mark.parametrize("name", ["hertz", "power", "viscous"])

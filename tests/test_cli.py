@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 from support.terminal_tools import run_in_terminal, seen_lines
 
-from granular_env import terminal
+from granular_env import terminal_text
 from granular_env.cli import main
 from granular_env.components import catalogue
 from granular_env.components.catalogue import make
@@ -683,10 +683,10 @@ def test_tables_wrap_at_words_at_the_width_of_the_terminal(width, capsys):
 
 def test_a_table_that_is_too_wide_is_drawn_in_blocks(monkeypatch):
     rows = [["method", "best return", "spread", "evaluations"], ["gradient", "-1.08e-10", "0.1", "20000"]]
-    whole = terminal.table(rows)
+    whole = terminal_text.table(rows)
     assert whole == "method    best return  spread  evaluations\ngradient  -1.08e-10    0.1     20000"
-    monkeypatch.setattr(terminal, "output_width", lambda: 32)
-    first, second = terminal.table(rows).split("\n\n")
+    monkeypatch.setattr(terminal_text, "output_width", lambda: 32)
+    first, second = terminal_text.table(rows).split("\n\n")
     assert first.splitlines()[0] == "method    best return  spread"
     assert second.splitlines() == ["method    evaluations", "gradient  20000"]
 
@@ -739,7 +739,7 @@ def test_ctrl_c_while_a_class_is_being_made_is_one_line(monkeypatch, capsys):
     assert capsys.readouterr().err == "granular-env list: interrupted\n"
 
 
-@pytest.mark.parametrize("module", ["click", "granular_env.cli.program", "granular_env.cli.views", "granular_env.terminal"])
+@pytest.mark.parametrize("module", ["click", "granular_env.cli.program", "granular_env.terminal_text"])
 def test_ctrl_c_while_the_program_is_imported_is_one_line(module):
     code = f"""
 import sys

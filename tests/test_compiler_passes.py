@@ -15,10 +15,10 @@ from numba.core.registry import cpu_target
 from numba.core.types.functions import BaseFunction
 from numba.extending import overload
 
-from granular_env.components.support.compilation import resolved_calls
+from granular_env.components.support.compilation import call_type_cache
 from granular_env.components.support.compilation.folded_tuples import FoldingBuilder, remove_unused_fields
 from granular_env.components.support.compilation.plain_function import plain_function
-from granular_env.components.support.compilation.registrations import refresh_after_imports
+from granular_env.components.support.compilation.registry_refresh import refresh_after_imports
 from granular_env.components.support.jit import JIT, internal, jit
 
 pytestmark = pytest.mark.skipif(not JIT, reason="nothing is compiled")
@@ -108,13 +108,13 @@ def product_of_sums(values, factor):
 
 
 def test_types_of_a_call_are_looked_up_once(monkeypatch: pytest.MonkeyPatch) -> None:
-    asked, look_up = [], resolved_calls._look_up
+    asked, look_up = [], call_type_cache._look_up
 
     def count(function: Any, context: Any, arguments: Any, named: Any) -> Any:
         asked.append((function.key[0], tuple(arguments)))
         return look_up(function, context, arguments, named)
 
-    monkeypatch.setattr(resolved_calls, "_look_up", count)
+    monkeypatch.setattr(call_type_cache, "_look_up", count)
     values = np.array([1.0, 2.0])
     for _ in range(2):
         assert jit(product_of_sums.py_func)(values, 3.0) == product_of_sums.py_func(values, 3.0)
@@ -122,9 +122,9 @@ def test_types_of_a_call_are_looked_up_once(monkeypatch: pytest.MonkeyPatch) -> 
 
 
 def test_calls_of_other_compilations_are_looked_up_as_numba_does() -> None:
-    assert BaseFunction.get_call_type is resolved_calls._look_up
+    assert BaseFunction.get_call_type is call_type_cache._look_up
     jit(lambda x: x + 1.0)(2.0)
-    assert BaseFunction.get_call_type is resolved_calls._look_up
+    assert BaseFunction.get_call_type is call_type_cache._look_up
 
 
 def doubled(x):
@@ -141,7 +141,7 @@ def test_calls_that_are_compiled_for_their_caller_are_looked_up_each_time() -> N
     """An overload is compiled with the flags of the function that calls it."""
     assert jit(lambda x: doubled(x))(1.5) == 3.0
     function = cpu_target.typing_context.resolve_value_type(doubled)
-    assert not getattr(function, resolved_calls._CALLS)
+    assert not getattr(function, call_type_cache._CALLS)
 
 
 def fields_of_tuples(function: Any) -> list[Any]:

@@ -35,7 +35,7 @@ def batch(count: int = 3, mode: AutoresetMode = AutoresetMode.SAME_STEP, **chang
 
 
 def test_the_batch_gives_stable_baselines_what_it_gives_itself():
-    from granular_env.control.sb3 import Sb3VecEnv
+    from granular_env.control.stable_baselines import Sb3VecEnv
 
     ours, theirs = batch(), Sb3VecEnv(batch())
     theirs.seed(5)
@@ -56,7 +56,7 @@ def test_the_batch_gives_stable_baselines_what_it_gives_itself():
 
 
 def test_infos_of_every_environment_come_through():
-    from granular_env.control.sb3 import Sb3VecEnv
+    from granular_env.control.stable_baselines import Sb3VecEnv
 
     theirs, single = Sb3VecEnv(batch(2, deadline=4)), batch(1, deadline=4)
     theirs.seed(3)
@@ -75,7 +75,7 @@ def test_infos_of_every_environment_come_through():
 
 
 def test_a_clock_makes_the_deadline_an_end_that_is_not_looked_beyond():
-    from granular_env.control.sb3 import Sb3VecEnv
+    from granular_env.control.stable_baselines import Sb3VecEnv
 
     for clock in (0, 2):
         env = Sb3VecEnv(batch(2, deadline=8, hold=4, clock=clock))
@@ -88,7 +88,7 @@ def test_a_clock_makes_the_deadline_an_end_that_is_not_looked_beyond():
 
 
 def test_single_environments_are_reached_by_their_indices():
-    from granular_env.control.sb3 import Sb3VecEnv
+    from granular_env.control.stable_baselines import Sb3VecEnv
 
     env = Sb3VecEnv(batch(3, render_mode="rgb_array"))
     env.seed(1)
@@ -107,7 +107,7 @@ def test_single_environments_are_reached_by_their_indices():
 
 
 def test_a_batch_that_resets_otherwise_is_refused():
-    from granular_env.control.sb3 import Sb3VecEnv
+    from granular_env.control.stable_baselines import Sb3VecEnv
 
     with pytest.raises(ParameterError, match="its autoreset_mode is .*, expected AutoresetMode.SAME_STEP"):
         Sb3VecEnv(batch(mode=AutoresetMode.NEXT_STEP))
@@ -118,8 +118,8 @@ def test_a_batch_that_resets_otherwise_is_refused():
 
 @pytest.mark.parametrize("place", [0, 1])
 def test_weights_and_optimisers_come_back_from_arrays(place):
-    from granular_env.control.sb3 import Sb3VecEnv
-    from granular_env.control.study.methods.reinforcement import arrays_of, put_arrays
+    from granular_env.control.stable_baselines import Sb3VecEnv
+    from granular_env.control.study.methods.reinforcement_learning import arrays_of, put_arrays
 
     method = load_study(STUDY).method[place]
     trained, fresh = (method.algorithm(Sb3VecEnv(batch(4, hold=5, clock=4)), seed) for seed in (0, 1))

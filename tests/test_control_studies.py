@@ -19,10 +19,10 @@ from granular_env.cli import main
 from granular_env.components.errors import ExperimentError, MissingExtraError, ParameterError
 from granular_env.control.drive import Drive, DriveShape
 from granular_env.control.study import figures, load_study, runner, shipped_studies
+from granular_env.control.study.method_comparison import headings, verdicts
 from granular_env.control.study.methods.gradient import Gradient
 from granular_env.control.study.runner import run_study
 from granular_env.control.study.trial_record import PLAYED, RETURN, TrialRecord
-from granular_env.control.study.verdicts import headings, verdicts
 from granular_env.documents import parse_assignments, to_toml
 from granular_env.recording import verify
 

@@ -12,7 +12,7 @@ from support.env_toys import Swing
 from granular_env.components.errors import ParameterError
 from granular_env.components.oscillator import Oscillator
 from granular_env.control.drive import Drive, DriveShape
-from granular_env.control.task_names import task_names
+from granular_env.control.named_environments import task_names
 from granular_env.control.task_problem import TaskProblem
 from granular_env.domains.chain import ChainVectorEnv
 from granular_env.domains.chain.tasks import ENVIRONMENTS

@@ -19,7 +19,7 @@ from granular_env.components.chain.theory import lattice_wave
 from granular_env.components.errors import ParameterError
 from granular_env.domains.chain import ChainEnv
 from granular_env.domains.chain.tasks.absorption import make_absorption
-from granular_env.domains.chain.tasks.best_known import best_return
+from granular_env.domains.chain.tasks.best_drives import best_return
 from granular_env.domains.chain.tasks.energy_delivery import make_energy_delivery
 from granular_env.domains.chain.tasks.protection import make_protection
 from granular_env.domains.chain.tasks.pulse_forming import make_pulse_forming

@@ -26,12 +26,12 @@ from support.coupled_tools import (
 )
 
 from granular_env.components.automata.motion import WORK
-from granular_env.components.coupled import Coupled, step_sizes, theory, threads
+from granular_env.components.coupled import Coupled, parallel_steps, step_sizes, theory
 from granular_env.components.coupled.strays import find_strays
 from granular_env.components.errors import ParameterError, StepError
 from granular_env.components.materials.elastic import Material
 from granular_env.components.profiles import Profile
-from granular_env.components.support.arrays import FloatArray
+from granular_env.components.support.float_arrays import FloatArray
 
 # A stretch, a shear and a spin at once.
 GRADIENT = np.array([[0.7, -1.1], [0.4, 0.3]])
@@ -350,10 +350,10 @@ def test_micro_steps_come_to_what_lockstep_gives() -> None:
 @pytest.mark.parametrize("n", [1, 2])
 def test_two_threads_give_the_bits_of_one(monkeypatch: pytest.MonkeyPatch, n: int) -> None:
     """A body as small as this has one; its halves move side by side all the same, with loads, grips and driven edges."""
-    monkeypatch.setattr(threads, "_LEAST", 0)
+    monkeypatch.setattr(parallel_steps, "_LEAST", 0)
     found = []
     for some in (True, False):
-        monkeypatch.setattr(threads, "available", lambda some=some: some)
+        monkeypatch.setattr(parallel_steps, "available", lambda some=some: some)
         medium = coupled(
             {"mesh": mesh(4, 20), "boundaries": {"left": {"name": "velocity", "components": "x"}, "top": "traction"}},
             {
@@ -372,8 +372,8 @@ def test_two_threads_give_the_bits_of_one(monkeypatch: pytest.MonkeyPatch, n: in
 
 
 def test_a_fast_automaton_and_an_inverted_cell_are_named_by_two_threads(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(threads, "_LEAST", 0)
-    monkeypatch.setattr(threads, "available", lambda: True)
+    monkeypatch.setattr(parallel_steps, "_LEAST", 0)
+    monkeypatch.setattr(parallel_steps, "available", lambda: True)
     medium = coupled({"mesh": mesh(4, 20)}, {"shape": rectangle(4.0, 20.0)}, origin=[4.0, 0.0])
     medium.reset(automata_velocity={92: (30.0, 0.0)})
     before = medium.save().to_bytes()

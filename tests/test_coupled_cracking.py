@@ -15,7 +15,7 @@ from granular_env.components.errors import GranularError, StepError
 from granular_env.components.support import memory_limits
 from granular_env.recording import open_log, verify
 from granular_env.recording.reader.event_places import place_of
-from granular_env.recording.replay.event_ratio import nearest_to_events
+from granular_env.recording.replay.near_misses import nearest_to_events
 
 # With density and shear modulus 1: strains of half a percent break a link.
 WEAK = {"name": "mohr_coulomb", "cohesion": 0.004, "tensile": 0.003, "internal_friction": 0.5}

@@ -14,7 +14,7 @@ from support.grid_tools import pulse
 
 from granular_env.components.grid import Grid
 from granular_env.components.profiles import Profile
-from granular_env.components.support.arrays import FloatArray
+from granular_env.components.support.float_arrays import FloatArray
 
 
 def burst(wavelength: float) -> Callable[[FloatArray], FloatArray]:

@@ -24,8 +24,8 @@ from support.coupled_tools import (
 )
 
 import granular_env as ge
-from granular_env.components.automata.bond_strains import opposite_slot
 from granular_env.components.automata.cracking_specimen import CrackingSpecimen
+from granular_env.components.automata.link_histories import opposite_slot
 from granular_env.components.coupled import Coupled
 from granular_env.components.errors import ParameterError
 

@@ -16,7 +16,7 @@ from support.conformance_tools import bits, drive
 from support.gas_tools import AIR, air_tube, cell_means, run_for, sod_tube
 
 import granular_env as ge
-from granular_env.components.detonation import DetonationTube, kernels, layout
+from granular_env.components.detonation import DetonationTube, kernel_arrays, kernels
 from granular_env.components.detonation.theory import Flow, reflected_pressure, riemann_problem
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -286,8 +286,8 @@ def test_a_parent_makes_the_ticks_of_a_step_itself() -> None:
     parameters: dict[str, Any] = {"right": "open", "regions": [{"x": [0.0, 0.2], "pressure": 4.0}]}
     alone, part = air_tube(30, **parameters), air_tube(30, **parameters)
     medium, tube, state, scratch, tally = part.tables()
-    signals = np.zeros((1, layout.SIGNALS))
-    signals[0, layout.RIGHT_PRESSURE] = signals[0, layout.AREA] = 1.0
+    signals = np.zeros((1, kernel_arrays.SIGNALS))
+    signals[0, kernel_arrays.RIGHT_PRESSURE] = signals[0, kernel_arrays.AREA] = 1.0
     events, counts, failed = np.zeros((5, 5)), np.zeros(1, dtype=np.int64), np.zeros(2, dtype=np.int64)
     for tick in range(40):
         area = 1.0 + 1e-3 * state.pressure

@@ -6,7 +6,7 @@ import sys
 
 import pytest
 
-from granular_env.components.detonation.equilibrium import equilibrium_gas
+from granular_env.components.detonation.chemical_equilibrium import equilibrium_gas
 from granular_env.components.detonation.gases import MIXTURES, fit_gas
 from granular_env.components.errors import MissingExtraError, ParameterError
 

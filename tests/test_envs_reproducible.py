@@ -11,7 +11,14 @@ import numpy as np
 import pytest
 from numpy._core._multiarray_umath import __cpu_dispatch__, __cpu_features__  # type: ignore[attr-defined]
 
-from granular_env.components.support.elementary import exponential, fourier, logarithm, root, sine_of_pi, spline_through
+from granular_env.components.support.elementary_functions import (
+    exponential,
+    fourier,
+    logarithm,
+    root,
+    sine_of_pi,
+    spline_through,
+)
 
 FEATURES = [name for name in __cpu_dispatch__ if __cpu_features__.get(name)]
 HASHES = """

@@ -12,7 +12,7 @@ from numba import types
 from numba.extending import intrinsic
 from support.env_toys import MAKERS, Swing
 
-from granular_env.components.chain import Chain, quantities
+from granular_env.components.chain import Chain, differentiable_quantities
 from granular_env.components.chain.layout import U, V
 from granular_env.components.errors import GranularWarning, ParameterError
 from granular_env.components.oscillator import Oscillator
@@ -70,7 +70,7 @@ SLIPS: dict[str, tuple[Callable[..., Any], str]] = {
     "last grain as in Python": (lambda a, i, c, k, d, e, s: (a[V, -1], False), r"reads a\[V, -1\]"),
     "in a function it calls": (lambda a, i, c, k, d, e, s: (far(a, 12), False), r"reads a\[U, 12\]"),
     "in a function of the package": (
-        lambda a, i, c, k, d, e, s: (quantities.kinetic_energy(a, 0, 9), False), r"reads a\[MASS, 10\]",
+        lambda a, i, c, k, d, e, s: (differentiable_quantities.kinetic_energy(a, 0, 9), False), r"reads a\[MASS, 10\]",
     ),
     "at the deadline only": (lambda a, i, c, k, d, e, s: (c[5] if e == s else 0.0, False), r"reads counters\[5\]"),
 }  # fmt: skip

@@ -17,7 +17,7 @@ from support.grid_tools import MEDIUM, P_SPEED, SMALL, bar, block, distorted, in
 import granular_env as ge
 from granular_env.components.drawables import main_points
 from granular_env.components.errors import ParameterError, StepError
-from granular_env.components.grid import Grid, kernels, schedule, threads
+from granular_env.components.grid import Grid, kernels, parallel_steps, tiling
 from granular_env.components.profiles import Profile
 from granular_env.viewing.figures.plane import load_plane
 
@@ -199,9 +199,9 @@ def test_the_bits_depend_neither_on_tiles_nor_on_threads(
 ) -> None:
     whole = example.started()
     drive(whole, example, 60)
-    monkeypatch.setattr(schedule, "TILE_CELLS", 3)
-    monkeypatch.setattr(threads, "LEAST_CELLS", 1)
-    monkeypatch.setattr(threads, "available", lambda: has_second_core)
+    monkeypatch.setattr(tiling, "TILE_CELLS", 3)
+    monkeypatch.setattr(parallel_steps, "LEAST_CELLS", 1)
+    monkeypatch.setattr(parallel_steps, "available", lambda: has_second_core)
     tiled = example.started()
     assert len(tiled._grid.tiles) > 3 == len(whole._grid.tiles)
     assert len(tiled._grid.parts) - 1 == (1 if tiled._plastic else 2) and len(whole._grid.parts) == 2
@@ -210,8 +210,8 @@ def test_the_bits_depend_neither_on_tiles_nor_on_threads(
 
 
 def test_two_threads_name_the_first_cell_that_fails(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(threads, "LEAST_CELLS", 1)
-    monkeypatch.setattr(threads, "available", lambda: True)
+    monkeypatch.setattr(parallel_steps, "LEAST_CELLS", 1)
+    monkeypatch.setattr(parallel_steps, "available", lambda: True)
     grid = block(6, 6)
     for node, cells in ((24, range(18)), (10, range(18)), (38, range(18, 36))):
         grid.reset(velocity={node: (3.0, 0.0)})

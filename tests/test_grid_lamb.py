@@ -11,7 +11,7 @@ from support.grid_tools import MEDIUM, P_SPEED, S_SPEED, SMALL
 from granular_env.components.grid import Grid
 from granular_env.components.grid.theory import LineLoad, rayleigh_speed
 from granular_env.components.profiles import Profile
-from granular_env.components.support.arrays import FloatArray
+from granular_env.components.support.float_arrays import FloatArray
 
 # Places, in units of L = c_s T, T the duration of the load: near the surface, where the Rayleigh wave passes, and inside.
 RAYLEIGH = [(2.5, 0.1), (1.8, 0.5)]

@@ -19,10 +19,10 @@ from granular_env.components.oscillator import Oscillator
 from granular_env.recording import open_log, record, verify
 from granular_env.recording.recorder.recorder import Recorder
 from granular_env.recording.recorder.recorder import _close_all as close_all
-from granular_env.viewing.reports.incidents import incident_sentences
+from granular_env.viewing.reports.run_incidents import incident_sentences
 
-_FILES = ("components/stepping.py", "components/undo.py", "recorder/recorder.py", "recorder/history.py")
-_RECORDER_FILES = ("recorder/recorder.py", "recorder/history.py")
+_FILES = ("components/stepping.py", "components/undo.py", "recorder/recorder.py", "recorder/history_items.py")
+_RECORDER_FILES = ("recorder/recorder.py", "recorder/history_items.py")
 # No signal's handler runs before this line when the block ends: Python lets it in after calls and at the ends of loops only.
 _BLOCK = "with self._lock:"
 

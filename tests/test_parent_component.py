@@ -20,7 +20,7 @@ from granular_env.components.contract import Variable
 from granular_env.components.discs import Discs
 from granular_env.components.errors import GranularError, ParameterError, StepError
 from granular_env.components.state_block import Block
-from granular_env.components.support.arrays import FloatArray
+from granular_env.components.support.float_arrays import FloatArray
 from granular_env.components.support.validation import Parameters
 from granular_env.recording import open_log, verify
 

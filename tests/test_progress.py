@@ -12,7 +12,7 @@ import pytest
 from support.terminal_tools import ROOT, run_in_terminal, seen_lines
 
 from granular_env import progress
-from granular_env.terminal import printable
+from granular_env.terminal_text import printable
 
 HOSTILE = "x[/b] [m/s] \x1b[2Jgone \x9b31m \u202e"
 

@@ -26,8 +26,8 @@ from granular_env.experiments.cost import recorded_bytes
 from granular_env.experiments.preparation import prepare
 from granular_env.recording import open_log, record, recover, verify
 from granular_env.recording.container.reader import McapReader
-from granular_env.recording.recorder.estimate import estimated_bytes
 from granular_env.recording.recorder.sampling import doubling_for, frames_for
+from granular_env.recording.recorder.size_estimate import estimated_bytes
 from granular_env.run_loop import run
 
 # -- opening -----------------------------------------------------------------------------------------------------------

@@ -12,9 +12,8 @@ import pytest
 from support.solid_tools import ALUMINIUM
 
 import granular_env as ge
-from granular_env.components.shell import threads
-from granular_env.components.shell.assembly import Assembly
-from granular_env.components.shell.fracture import forces, visibility
+from granular_env.components.shell import parallel_steps
+from granular_env.components.shell.fracture import force_recalculation, visibility
 from granular_env.components.shell.fracture.outcome import (
     OUTCOMES,
     CutSides,
@@ -24,6 +23,7 @@ from granular_env.components.shell.fracture.outcome import (
     outcome,
 )
 from granular_env.components.shell.fracture.tips import growth, tip_speed
+from granular_env.components.shell.kernel_setup import Assembly
 from granular_env.components.shell.kernels import write_areas
 
 ALONG, ACROSS = 25, 13
@@ -252,7 +252,7 @@ def test_points_beside_cracks_still_see_even_deformations() -> None:
     solid, state, _, _ = plate.tables()
     slope = np.array([[1e-3, 2e-4, 0.0], [0.0, -1e-3, 1e-4], [3e-4, 0.0, 5e-4]])
     state.displacement[:] = plate.nodes @ slope
-    state.gradient[:] = forces.new_gradients(solid, state, np.arange(plate.point_count))
+    state.gradient[:] = force_recalculation.new_gradients(solid, state, np.arange(plate.point_count))
     bears = np.ones(plate.point_count, dtype=bool)
     for kind in ("point_eroded", "point_spent", "point_torn"):
         bears[[event.index for event in plate.events(kind)]] = False
@@ -386,8 +386,8 @@ def test_a_node_that_flies_on_by_itself_bears_no_pressure_and_gives_its_neighbou
 def test_two_threads_give_the_bits_of_one(fractures: bool, monkeypatch: pytest.MonkeyPatch) -> None:
     ends = []
     for least in (10**9, 1):
-        monkeypatch.setattr(threads, "LEAST_POINTS", least)
-        monkeypatch.setattr(threads, "available", lambda: True)
+        monkeypatch.setattr(parallel_steps, "LEAST_POINTS", least)
+        monkeypatch.setattr(parallel_steps, "available", lambda: True)
         plate = pulled_plate(**({} if fractures else {"fracture": "none"}))
         plate.step(150 * plate.step_size, end_velocity=SPEED)
         ends.append(plate.save().to_bytes())
@@ -409,11 +409,11 @@ def nodes_that_only_points_beside_cracks_see(plate: Any) -> list[int]:
 
 def test_points_that_fail_beside_cracks_are_torn_alike_in_one_thread_and_in_two(monkeypatch: pytest.MonkeyPatch) -> None:
     """Nodes beside a crack are shot through the wall: points there bear nothing any more, and the energy closes."""
-    monkeypatch.setattr(threads, "available", lambda: True)
+    monkeypatch.setattr(parallel_steps, "available", lambda: True)
     plate, _, end = broken_plate()
     ends = []
     for least in (10**9, 1):
-        monkeypatch.setattr(threads, "LEAST_POINTS", least)
+        monkeypatch.setattr(parallel_steps, "LEAST_POINTS", least)
         plate.restore(ge.Snapshot.from_bytes(end))
         solid, state, _, _ = plate.tables()
         for node in nodes_that_only_points_beside_cracks_see(plate):

@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 import granular_env as ge
-from granular_env.components.shell.geometry.axis import closed_axis, even_axis
 from granular_env.components.shell.geometry.bodies import Plate, Rod, Tube
 from granular_env.components.shell.geometry.lattice import Lattice
-from granular_env.components.shell.integration import gauss_points, integration_points
+from granular_env.components.shell.geometry.lattice_axis import closed_axis, even_axis
+from granular_env.components.shell.quadrature import gauss_points, integration_points
 from granular_env.components.shell.shape_functions import UnspannedBasisError, decompose, quartic_spline, solve
 from granular_env.components.shell.stencils import make_stencils
 from granular_env.components.shell.zero_modes import RIGID_MOTIONS, gradient_matrices, zero_mode_count

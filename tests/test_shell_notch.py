@@ -11,10 +11,10 @@ from support.solid_tools import RADIUS, WALL
 
 import granular_env as ge
 from granular_env.components.shell.geometry.bodies import BODIES
-from granular_env.components.shell.integration import integration_points
+from granular_env.components.shell.quadrature import integration_points
 from granular_env.components.shell.stencils import make_stencils
 from granular_env.components.shell.zero_modes import RIGID_MOTIONS, stiffness_matrix
-from granular_env.domains.tube.gato_shie_2010.saturation import saturation
+from granular_env.domains.tube.gato_shie_2010.flow_stress_saturation import saturation
 
 SLOT = {"length": 0.006, "depth": 0.0006, "width": 0.0005, "columns": 1}
 TUBE = {"name": "tube", "length": 0.02, "along": 15, "around": 40, "notch": SLOT}

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from granular_env.components.shell.fracture.openings import openings
+from granular_env.components.shell.fracture.open_area import openings
 
 
 def row(moved: list[float], cut: set[int], severed: set[int]) -> Any:

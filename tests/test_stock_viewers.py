@@ -19,7 +19,7 @@ import granular_env as ge
 from granular_env.cli import main
 from granular_env.components.drawables import Cells, Points
 from granular_env.recording import open_log, recover
-from granular_env.recording.preview.frames import PreviewFrames, facts_of, scalar_values
+from granular_env.recording.preview.frame_selection import PreviewFrames, facts_of, scalar_values
 from granular_env.recording.preview.messages import PreviewFacts, pictured_outputs
 from granular_env.viewing import save_foxglove_layout
 

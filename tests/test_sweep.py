@@ -23,12 +23,12 @@ import granular_env as ge
 from granular_env.cli import main
 from granular_env.documents import ByKey
 from granular_env.domains.chain import measurement
-from granular_env.sweep import batches, load_plan, open_sweep, parameter_grid, run_sweep, shipped_plans, store
+from granular_env.sweep import batches, load_plan, open_sweep, parameter_values, run_sweep, shipped_plans, store
 from granular_env.sweep.console import closing
 from granular_env.sweep.engines import on_ray, processes
-from granular_env.sweep.preparation import plan_tasks
+from granular_env.sweep.planned_runs import make_tasks
+from granular_env.sweep.run_preparation import plan_tasks
 from granular_env.sweep.store import Store
-from granular_env.sweep.tasks import make_tasks
 from granular_env.sweep.worker import Order, Result
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -56,7 +56,7 @@ def lines(folder: Path) -> int:
 
 
 def values(**table):
-    return parameter_grid.Range(**table).values()
+    return parameter_values.Range(**table).values()
 
 
 @pytest.mark.parametrize("value", [float("nan"), float("inf"), [1.0, float("nan")], datetime.date(2024, 1, 1)])
@@ -84,9 +84,9 @@ def test_ranges_are_even_and_meet_their_ends():
 
 
 def test_powers_have_twelve_digits_whatever_computes_them():
-    assert parameter_grid.between_by_ratio(1.0, 2.0, 0.5) == 1.41421356237
-    assert parameter_grid.between_by_ratio(1e-3, 1e3, 0.5) == 1.0
-    assert parameter_grid.between_by_ratio(4.0, 64.0, 0.25) == 8.0
+    assert parameter_values.between_by_ratio(1.0, 2.0, 0.5) == 1.41421356237
+    assert parameter_values.between_by_ratio(1e-3, 1e3, 0.5) == 1.0
+    assert parameter_values.between_by_ratio(4.0, 64.0, 0.25) == 8.0
 
 
 @pytest.mark.parametrize(
@@ -100,10 +100,10 @@ def test_powers_have_twelve_digits_whatever_computes_them():
     ids=lambda table: table["distribution"],
 )
 def test_a_sample_depends_on_its_number_only(table):
-    one = TypeAdapter(Annotated[parameter_grid.Distribution, ByKey("distribution")]).validate_python(table)
-    few, many = parameter_grid.draws(one, "a", 5, 20), parameter_grid.draws(one, "a", 5, 2000)
+    one = TypeAdapter(Annotated[parameter_values.Distribution, ByKey("distribution")]).validate_python(table)
+    few, many = parameter_values.draws(one, "a", 5, 20), parameter_values.draws(one, "a", 5, 2000)
     assert many[:20] == few
-    assert parameter_grid.draws(one, "b", 5, 20) != few and parameter_grid.draws(one, "a", 6, 20) != few
+    assert parameter_values.draws(one, "b", 5, 20) != few and parameter_values.draws(one, "a", 6, 20) != few
     assert all(2 <= value <= 3 for value in many) and len(set(many)) >= 2
     # Within 5 standard deviations of the mean; the integer, the coarsest, has 0.5.
     expected = 1.0 / math.log(1.5) if table["distribution"] == "log_uniform" else 2.5

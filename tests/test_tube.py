@@ -12,10 +12,10 @@ from support.solid_tools import frequency
 from support.tube_tools import AREA, BODY, GAS, RADIUS, WALL, cracking_tube, gas_ring, small_tube
 
 import granular_env as ge
-from granular_env.components.detonation.layout import Medium, State
+from granular_env.components.detonation.kernel_arrays import Medium, State
 from granular_env.components.events import Event
-from granular_env.components.tube import kernels
-from granular_env.components.tube.interface import find_overlaps
+from granular_env.components.tube import exchange
+from granular_env.components.tube.interface_overlaps import find_overlaps
 
 SWITCHED_OFF = {"name": "two_way", "motion": False, "leakage": False}
 
@@ -35,10 +35,10 @@ def test_stations_share_the_force_of_each_cell() -> None:
     interface, cells = tube.interface, tube.gas.parameters.cells
     pressure = 1e6 * (1.0 + np.cos(np.arange(cells) ** 1.7))
     found = np.zeros(len(interface.width))
-    kernels.write_pressures(interface, pressure, found)
+    exchange.write_pressures(interface, pressure, found)
     forces = np.zeros(cells)
     for station, (begin, end) in enumerate(zip(interface.begin[:-1], interface.begin[1:], strict=True)):
-        parts = [interface.length[one] * kernels.overlap_pressure(interface, pressure, one) for one in range(begin, end)]
+        parts = [interface.length[one] * exchange.overlap_pressure(interface, pressure, one) for one in range(begin, end)]
         assert sum(parts) == pytest.approx(found[station] * interface.width[station], rel=1e-14)
         np.add.at(forces, interface.cell[begin:end], parts)
     covered = np.bincount(interface.cell, interface.length, minlength=cells)
@@ -47,7 +47,7 @@ def test_stations_share_the_force_of_each_cell() -> None:
     np.testing.assert_allclose(forces[whole], pressure[whole] * tube.gas.cell_size, rtol=1e-13)
     assert covered.sum() == pytest.approx(BODY["length"], rel=1e-13)
     assert found.min() >= pressure.min() and found.max() <= pressure.max()
-    kernels.write_pressures(interface, np.full(cells, 3.7e5), found)
+    exchange.write_pressures(interface, np.full(cells, 3.7e5), found)
     np.testing.assert_allclose(found, 3.7e5, rtol=1e-13)
 
 
@@ -77,7 +77,7 @@ def test_one_way_is_the_gas_alone_and_then_the_shell_alone() -> None:
     for _ in range(200):
         before = load.copy()
         gas.step()
-        kernels.write_pressures(tube.interface, gas.get("pressure"), load)
+        exchange.write_pressures(tube.interface, gas.get("pressure"), load)
         load -= 1e5
         tube.step()
         if np.abs(load).max() > 1e-4:
@@ -183,18 +183,18 @@ def test_a_vessel_empties_as_theory_says() -> None:
         one(density), one(0.0), one(1e6 / (gamma - 1.0)), one(0.0), one(0.0), one(1e6), one(0.0), one(volume / 0.01), one(-1.0),
         np.zeros(5, dtype=np.int64),
     )  # fmt: skip
-    tally, opening, part = np.zeros(kernels.TALLY), 1e-6, 0.7
+    tally, opening, part = np.zeros(exchange.TALLY), 1e-6, 0.7
     time_scale = volume / (part * opening * sound) * (0.5 * (gamma + 1.0)) ** (0.5 * (gamma + 1.0) / (gamma - 1.0))
     for tick in range(1, 4001):
-        kernels.leak(medium, gas, one(opening), part, 1e5, 2e-6, tally)
+        exchange.leak(medium, gas, one(opening), part, 1e5, 2e-6, tally)
         exact = 1e6 * (1.0 + 0.5 * (gamma - 1.0) * 2e-6 * tick / time_scale) ** (-2.0 * gamma / (gamma - 1.0))
         if exact > 1e5 * (0.5 * (gamma + 1.0)) ** (gamma / (gamma - 1.0)):
             assert gas.pressure[0] == pytest.approx(exact, rel=2e-3)
     assert gas.pressure[0] < 2.5e5
     assert gas.pressure[0] / gas.density[0] ** gamma == pytest.approx(1e6 / density**gamma, rel=1e-9)
-    assert tally[kernels.LEAKED_MASS] == pytest.approx((density - gas.density[0]) * volume, rel=1e-12)
+    assert tally[exchange.LEAKED_MASS] == pytest.approx((density - gas.density[0]) * volume, rel=1e-12)
     for _ in range(10):
-        kernels.leak(medium, gas, one(1.0), part, 1e5, 2e-6, tally)
+        exchange.leak(medium, gas, one(1.0), part, 1e5, 2e-6, tally)
     assert gas.pressure[0] == pytest.approx(1e5, rel=1e-9)
 
 

@@ -18,7 +18,7 @@ from granular_env.viewing.figures.plane import Plane, load_plane, words
 from granular_env.viewing.rerun.caption import caption, plain
 from granular_env.viewing.scene_data import from_component, from_log
 from granular_env.viewing.scene_scales import scales_of
-from granular_env.viewing.shapes import faces_back, recolour, visible_cells, visible_points
+from granular_env.viewing.visible_drawables import faces_back, recolour, visible_cells, visible_points
 
 RECORDED = ["surface_displacement", "surface_stress", "surface_plastic_strain", "surface_cells"]
 ALONG, AROUND = 9, 24

@@ -10,12 +10,12 @@ import pytest
 from granular_env import atlas, colours, viewing
 from granular_env.components.catalogue import make
 from granular_env.components.errors import GranularError, MissingExtraError, ParameterError, StepError
-from granular_env.domains.chain.viewing.space_time import space_time_picture
+from granular_env.domains.chain.viewing.space_time_diagram import space_time_picture
 from granular_env.recording import open_log, record
 from granular_env.recording.preview.displacement_scale import choose_exaggeration
 from granular_env.viewing import report
-from granular_env.viewing.figures import run_figures, style
-from granular_env.viewing.reports.incidents import incident_sentences
+from granular_env.viewing.figures import drawing, run_figures
+from granular_env.viewing.reports.run_incidents import incident_sentences
 from granular_env.viewing.scene_data import from_component, from_log
 
 HOSTILE = "<script>alert(1)</script><img src=https://example.org/x.png onerror=\"x\"> & 'more'"
@@ -148,7 +148,7 @@ def test_figures_are_pictures_and_leave_matplotlib_alone(chain_log):
         run_figures.balance(scene_data),
         run_figures.space_time(scene_data.motion),
     ):
-        assert style.png(figure).startswith(PNG)
+        assert drawing.png(figure).startswith(PNG)
     assert dict(matplotlib.rcParams) == before
 
 

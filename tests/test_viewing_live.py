@@ -11,12 +11,12 @@ from granular_env.cli import main
 from granular_env.colours import rgb
 from granular_env.components.catalogue import make
 from granular_env.components.errors import GranularError, GranularWarning, ParameterError
-from granular_env.domains.chain.viewing.space_time import GrowingPicture
+from granular_env.domains.chain.viewing.space_time_diagram import GrowingPicture
 from granular_env.run_loop import run
 from granular_env.viewing import LiveViewer
-from granular_env.viewing.figures.style import NOT_SAMPLED, nearest_frames
-from granular_env.viewing.rerun import pace
-from granular_env.viewing.rerun.pace import Pace
+from granular_env.viewing.figures.drawing import NOT_SAMPLED, nearest_frames
+from granular_env.viewing.rerun import live_pace
+from granular_env.viewing.rerun.live_pace import Pace
 from granular_env.viewing.scene_data import from_component
 from granular_env.viewing.scene_scales import enlarge_scales, scales_of
 
@@ -41,8 +41,8 @@ class Clock:
 
     def __init__(self, monkeypatch):
         self.now = 100.0
-        monkeypatch.setattr(pace, "perf_counter", lambda: self.now)
-        monkeypatch.setattr(pace, "sleep", self.sleep)
+        monkeypatch.setattr(live_pace, "perf_counter", lambda: self.now)
+        monkeypatch.setattr(live_pace, "sleep", self.sleep)
 
     def sleep(self, seconds):
         assert seconds > 0.0

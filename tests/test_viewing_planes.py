@@ -16,14 +16,14 @@ from granular_env.recording.reader.event_places import place_of, position_words
 from granular_env.viewing import LiveViewer, report, save_rrd
 from granular_env.viewing.colour_scales import colour_scales
 from granular_env.viewing.cracks import MOST_LINES, crack_lines
-from granular_env.viewing.figures.film import _instants
+from granular_env.viewing.figures.html_film import _instants
 from granular_env.viewing.figures.plane import Plane, draw_plane
 from granular_env.viewing.figures.run_figures import event_counts
 from granular_env.viewing.rerun.meshes import edges_of, triangles_of
 from granular_env.viewing.rerun.scene import whole_camera
 from granular_env.viewing.scene_data import from_component, from_log
 from granular_env.viewing.scene_scales import scales_of
-from granular_env.viewing.shapes import common_exaggeration, places_by_count, places_of_outputs, visible_points
+from granular_env.viewing.visible_drawables import common_exaggeration, places_by_count, places_of_outputs, visible_points
 
 ROCK = {"density": 2700.0, "young": 6e10, "poisson": 0.25}
 BRITTLE = {"name": "mohr_coulomb", "cohesion": 2e6, "internal_friction": 0.4, "tensile": 1e6}

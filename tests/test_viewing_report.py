@@ -18,13 +18,13 @@ from granular_env.documents import find, to_toml
 from granular_env.experiments import load_experiment, shipped_experiments
 from granular_env.recording import open_log, record
 from granular_env.viewing import plot, report
-from granular_env.viewing.fields import load_field
-from granular_env.viewing.figures import run_figures, style
-from granular_env.viewing.figures.style import page_svg
+from granular_env.viewing.figures import drawing, run_figures
+from granular_env.viewing.figures.drawing import page_svg
+from granular_env.viewing.recorded_fields import load_field
 from granular_env.viewing.reports import tables
 from granular_env.viewing.reports.tables import file_size
 from granular_env.viewing.scene_data import Curve, from_log
-from granular_env.viewing.units import label_with_unit, typeset
+from granular_env.viewing.unit_labels import label_with_unit, typeset
 
 pytest.importorskip("matplotlib", reason="the extra `view` is not installed")
 
@@ -204,7 +204,7 @@ def test_the_residual_stands_beside_the_largest_energy(log):
     figure = run_figures.balance(scene_data)
     below = figure.axes[1]
     right = below.child_axes[0]
-    style.png(figure)
+    drawing.png(figure)
     largest = np.abs(scene_data.curves["input_work"].values).max()
     np.testing.assert_allclose(np.array(right.get_ylim()) * largest, below.get_ylim(), rtol=1e-9)
 
@@ -263,8 +263,8 @@ def test_a_field_along_a_curve_stands_over_its_coordinate(tmp_path):
 def test_a_drawing_in_a_page_has_no_colours_of_its_own_and_no_names_twice(log):
     scene_data = from_log(log)
     drawn = [
-        style.svg(run_figures.space_time(scene_data.motion), "a"),
-        style.svg(run_figures.histories(scene_data.motion), "b"),
+        drawing.svg(run_figures.space_time(scene_data.motion), "a"),
+        drawing.svg(run_figures.histories(scene_data.motion), "b"),
     ]
     for svg in drawn:
         assert "currentColor" in svg and "#000000" not in svg and "#ffffff" not in svg

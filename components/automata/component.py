@@ -16,25 +16,25 @@ from ..drawables import Drawable, Links, Points
 from ..errors import ParameterError, StepError
 from ..materials.elastic import Material
 from ..profiles import CompiledProfile
-from ..support.arrays import FloatArray, norms
-from ..support.excess import excess_error
-from ..support.roots import round_down_to_125
+from ..support.excess_error import excess_error
+from ..support.float_arrays import FloatArray, norms
+from ..support.round_numbers import round_down_to_125
 from . import motion
-from .bond_forces import update_bond_forces
-from .bond_strains import intact_bonds
 from .conclusions import describe_links, describe_pieces
 from .cracking_specimen import TOO_FAR, UNSOUND, CrackingSpecimen
-from .layout import Body, Motion, Scratch, make_body, make_scratch
+from .inelastic_links import update_bond_forces
+from .kernel_arrays import Body, Motion, Scratch, make_body, make_scratch
+from .link_histories import intact_bonds
 from .linked_specimen import LinkedSpecimen
+from .linked_sweep import update_forces
 from .loads_and_grips import Conditions
-from .materials import chosen_materials, lame_constants, material_numbers
-from .mixture import Mixture, mix, mix_again, one_material
+from .material_tables import chosen_materials, lame_constants, material_numbers
+from .moduli import Mixture, mix, mix_again, one_material
 from .packing import LATTICES, Packing, pack
 from .parameters import AutomataParameters
-from .schedule import make_parts
 from .stability import ALLOWED_PART, DEFAULT_PART, largest_frequency, step_limit
-from .sweep import update_forces
-from .ties import Ties, add_ties, make_ties, tie_faces
+from .sweep_order import make_parts
+from .tied_faces import Ties, add_ties, make_ties, tie_faces
 
 # No automaton may cross this part of its diameter in one internal step.
 _LARGEST_MOVE = 0.1

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from ..drawables import Points
-from ..support.arrays import FloatArray
+from ..support.float_arrays import FloatArray
 from .cracking_specimen import CrackingSpecimen
-from .materials import IntArray
+from .material_tables import IntArray
 
 
 def describe_links(steps: CrackingSpecimen, points: Points, pairs: IntArray, step_size: float, micro_steps: int = 1) -> str:

@@ -27,7 +27,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from ..support.arrays import FloatArray
+from ..support.float_arrays import FloatArray
 from ..support.jit import internal, internal_inlined, jit
 
 # Columns of `Contacts.pairs`.
@@ -254,7 +254,7 @@ def add_contacts(body, ground, bonds, motion, contacts, count, release, time, fo
 
 @jit
 def add_contact_forces(medium, motion, contacts, count, force, torque):
-    """Call `add_contacts` without any time in which they slide, for readings; arguments as for `cracking.add_forces`."""
+    """Call `add_contacts` without any time in which they slide, for readings; arguments as for `cracking_steps.add_forces`."""
     add_contacts(medium.body, medium.ground, medium.bonds, motion, contacts, count, medium.law.release, 0.0, force, torque)
 
 

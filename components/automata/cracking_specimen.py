@@ -7,25 +7,25 @@ import numpy as np
 from ..errors import ParameterError
 from ..events import EventDetail
 from ..state_block import Block
-from ..support.arrays import FloatArray, norms
 from ..support.counter_random import uniform
-from . import cracking
-from .bond_forces import Law, bond_energy, criterion_ratios, measure_bonds, update_bond_forces
-from .bond_strains import Bonds
+from ..support.float_arrays import FloatArray, norms
+from . import cracking_steps
 from .contact import FIRST, SECOND, SLOT, Contacts, Ground, add_contact_forces, all_contact_energy, count_touching
-from .cracking import Inputs, Judgement, Medium, Pace, Specimen
-from .layout import Body
+from .cracking_steps import Inputs, Judgement, Medium, Pace, Specimen
+from .inelastic_links import Law, bond_energy, criterion_ratios, measure_bonds, update_bond_forces
+from .kernel_arrays import Body
+from .link_formation import count_linkable, link_contacts, raise_weights
+from .link_histories import Bonds
+from .link_weights import LOSSES, NEVER_FOUND, TRAVEL
 from .linked_specimen import LinkedSpecimen
-from .materials import IntArray, chosen_materials, law_rows, law_tables
-from .mixture import Mixture, mix_again
+from .material_tables import IntArray, chosen_materials, law_rows, law_tables
+from .moduli import Mixture, mix_again
 from .neighbours import SKIN, can_be_found, find_pairs, merge, slots_of_links
 from .packing import Packing
 from .parameters import AutomataParameters
-from .release import LOSSES, NEVER_FOUND, TRAVEL
-from .relinked_pairs import count_linkable, link_contacts, raise_weights
 from .rupture import break_bonds
 from .stability import ALLOWED_PART, damping_limit
-from .ties import Ties
+from .tied_faces import Ties
 
 # Statuses of `advance` beside that of an automaton that is too fast.
 TOO_FAR, UNSOUND = 2, 3
@@ -126,10 +126,10 @@ class CrackingSpecimen(LinkedSpecimen):
         last, judged = tick + ticks, False
         while tick < last:
             code, done = self._run(tick, last - tick, judged)
-            tick, judged = tick + done, code == cracking.BREAK
-            if code == cracking.TOO_FAST:
-                return cracking.TOO_FAST
-            if code == cracking.SEARCH:
+            tick, judged = tick + done, code == cracking_steps.BREAK
+            if code == cracking_steps.TOO_FAST:
+                return cracking_steps.TOO_FAST
+            if code == cracking_steps.SEARCH:
                 status = self.find_contacts()
                 if status:
                     return status
@@ -142,7 +142,7 @@ class CrackingSpecimen(LinkedSpecimen):
         specimen = Specimen(self.medium, self.packing.reference, self.motion, self.scratch, self.judgement, self.losses)
         inputs = Inputs(edge.load, edge.load_before, edge.grip, edge.grip_before, self.tallies)
         pace = Pace(self.step_size, self.speed_limit, self.most_travel)
-        return cracking.advance(specimen, inputs, self.contacts(), self.count_contacts(), pace, tick, ticks, judged)
+        return cracking_steps.advance(specimen, inputs, self.contacts(), self.count_contacts(), pace, tick, ticks, judged)
 
     @property
     def most_travel(self) -> float:
@@ -186,7 +186,7 @@ class CrackingSpecimen(LinkedSpecimen):
         positions = self.packing.reference + self.motion.displacement
         fastest = norms(self.motion.velocity).max()
         if not fastest <= self.speed_limit:
-            return cracking.TOO_FAST
+            return cracking_steps.TOO_FAST
         if not can_be_found(positions, reach):
             return TOO_FAR
         weight = self._block["weight"]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from ..support.arrays import FloatArray
+from ..support.float_arrays import FloatArray
 from .packing import Packing
 from .shapes import ON_THE_OUTLINE
 

@@ -1,4 +1,4 @@
-"""The energy of a packing all of whose pairs are linked and elastic; see `sweep`."""
+"""The energy of a packing all of whose pairs are linked and elastic; see `linked_sweep`."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ def elastic_energy(body, displacement, half, dilation, begin, end):
         body: a `Body`.
         displacement: shape (n, 2) [m].
         half: see `pair.orient`, shape (n, 2).
-        dilation: see `sweep.update_forces`, shape (n,).
+        dilation: see `linked_sweep.update_forces`, shape (n,).
         begin: first automaton.
         end: after the last one.
     """

@@ -9,18 +9,18 @@ import numpy as np
 
 from ..events import EventDetail
 from ..state_block import Block
-from ..support.arrays import FloatArray
-from . import threads
-from .advance import advance, advance_tied
+from ..support.float_arrays import FloatArray
+from . import parallel_steps
 from .elastic_energy import elastic_energy
-from .layout import Body, Motion, Scratch
+from .kernel_arrays import Body, Motion, Scratch
+from .linked_steps import advance, advance_tied
+from .linked_sweep import KEPT, update_forces
 from .loads_and_grips import Conditions
 from .packing import Packing
 from .pair import orient
-from .schedule import Part, make_parts
 from .stress import stresses
-from .sweep import KEPT, update_forces
-from .ties import Ties, add_tie_stresses, add_ties, tie_energy, tie_faces
+from .sweep_order import Part, make_parts
+from .tied_faces import Ties, add_tie_stresses, add_ties, tie_energy, tie_faces
 
 
 class LinkedSpecimen:
@@ -56,11 +56,11 @@ class LinkedSpecimen:
     def _prepare_sweeps(self) -> None:
         """Make the order of the work, for one thread and for two."""
         self.whole: Part = make_parts(self.body)[0]
-        self.parts: list[Part] = make_parts(self.body, 2) if self.count >= threads.LEAST_AUTOMATA else [self.whole]
+        self.parts: list[Part] = make_parts(self.body, 2) if self.count >= parallel_steps.LEAST_AUTOMATA else [self.whole]
         self._kept = np.zeros((len(self.conditions.marked), KEPT))
 
     def tie(self, ties: Ties) -> None:
-        """Let these faces be carried along, and no others; a parent that advances the specimen itself calls `ties.add_ties`."""
+        """Let these faces be carried along, and no others; a parent that advances the specimen calls `tied_faces.add_ties`."""
         self.ties, self.body = ties, tie_faces(self._untied, ties)
         self._prepare_sweeps()
 
@@ -76,12 +76,12 @@ class LinkedSpecimen:
         """Advance from a tick with the loads and velocities that the conditions have now; 0, or a status."""
         if self.ties is not None:
             return advance_tied(self.body, self.whole, self.ties, *self.arguments(ticks))
-        if len(self.parts) > 1 and threads.available():
-            return threads.advance(self.body, self.parts, *self.arguments(ticks))
+        if len(self.parts) > 1 and parallel_steps.available():
+            return parallel_steps.advance(self.body, self.parts, *self.arguments(ticks))
         return advance(self.body, self.whole, *self.arguments(ticks))
 
     def arguments(self, ticks: int) -> tuple[Any, ...]:
-        """Return what `advance.advance` takes beside a body and a part."""
+        """Return what `linked_steps.advance` takes beside a body and a part."""
         inputs = self.conditions
         return (
             self.packing.reference, self.motion, self.scratch, inputs.marked, self._kept, inputs.load, inputs.load_before,

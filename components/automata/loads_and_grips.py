@@ -13,7 +13,7 @@ from ..boundaries import Boundary, edge_variable, prescribed_components
 from ..contract import Variable
 from ..errors import ParameterError
 from ..inputs import Held, input_value
-from ..support.arrays import FloatArray
+from ..support.float_arrays import FloatArray
 from .boundaries import Fixed, Free, Periodic, PrescribedVelocity, Symmetry, Traction
 from .edges import EDGES, edge_automata, shared_areas, zigzag_faces
 from .motion import HOLDS_ROTATION, HOLDS_X, HOLDS_Y, Grip, Load

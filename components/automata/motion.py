@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from ..support.arrays import FloatArray
+from ..support.float_arrays import FloatArray
 from ..support.jit import internal, jit
 
 # Bits of `Grip.held`.

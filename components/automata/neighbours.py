@@ -10,7 +10,7 @@ import math
 import numpy as np
 import numpy.typing as npt
 
-from ..support.arrays import FloatArray
+from ..support.float_arrays import FloatArray
 from ..support.jit import internal, jit
 
 # How much farther than contact pairs are looked for, in diameters; the list then holds until somebody has moved half of that.

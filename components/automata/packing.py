@@ -16,7 +16,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..errors import Fault, ParameterError
-from ..support.arrays import FloatArray
+from ..support.float_arrays import FloatArray
 from .shapes import ON_THE_OUTLINE, Shape
 
 # cos and sin of 60 degrees: one number each, so that mirrored directions are exactly mirrored.

@@ -6,10 +6,10 @@ from typing import Literal
 
 from pydantic import model_validator
 
-from ..areas import ChosenArea
 from ..boundaries import OPPOSITE
 from ..errors import Location, nearest
 from ..materials.elastic import Material, Preset, constants_of, preset_list
+from ..regions import ChosenArea
 from ..support.magnitudes import Magnitude, NotNegativeMagnitude, refuse_absurd, refuse_far
 from ..support.parameter_fields import Index, Pair, field
 from ..support.validation import Parameters, refusal

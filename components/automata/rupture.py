@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 
 from ..support.jit import internal, internal_inlined, jit
-from .bond_forces import bond_failure, bond_tractions, pair_energy, volume_energy
-from .bond_strains import opposite_slot
 from .contact import FIRST, SECOND, SLOT, START, contact_part, contact_stiffness, separation
-from .release import lower_weight
+from .inelastic_links import bond_failure, bond_tractions, pair_energy, volume_energy
+from .link_histories import opposite_slot
+from .link_weights import lower_weight
 from .strain_division import bond_dilations, division_energy
-from .tied_bonds import tied_shares
+from .tied_strains import tied_shares
 from .volumetric_strain import bond_dilation
 
 

@@ -9,9 +9,9 @@ from typing import Annotated, Any, Literal, NamedTuple
 import numpy as np
 from pydantic import SerializeAsAny, model_validator
 
-from ..areas import ChosenArea
 from ..errors import one_line
-from ..support.arrays import FloatArray
+from ..regions import ChosenArea
+from ..support.float_arrays import FloatArray
 from ..support.magnitudes import SignedPair
 from ..support.parameter_fields import field
 from ..support.tagged_union import ByName, Named

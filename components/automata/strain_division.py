@@ -1,7 +1,7 @@
 """Division of the strain of a link between automata of two materials between its halves.
 
 A link of one material strains both its halves alike. Between i and j of two materials the half of i is strained by eps + d,
-that of j by eps - d, and d makes the energy small; with a of free and released faces, see `bond_forces`,
+that of j by eps - d, and d makes the energy small; with a of free and released faces, see `inelastic_links`,
 
     d = -q / D,        q = (G_i - G_j) eps + (lambda_i theta_i - lambda_j theta_j) / 2
     D = G_i + G_j + (1/2) sum over both of |lambda| C / (1 + a),      C = sum of the shares c of its links to other materials
@@ -22,7 +22,7 @@ links of an interface at once, in every step.
 from __future__ import annotations
 
 from ..support.jit import internal
-from .bond_strains import bond_strains
+from .link_histories import bond_strains
 from .pair import mirrored_slots
 from .volumetric_strain import bond_dilation, condensation, uniform_dilations
 

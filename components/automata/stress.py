@@ -1,4 +1,4 @@
-"""Stresses of automata from the forces of their pairs: sigma_i = (1 / 2 V) sum S r n (F / S), exact for homogeneous strains."""
+"""Stresses of automata whose pairs are all linked and elastic, from their forces: sigma_i = (1 / 2 V) sum S r n (F / S)."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ def stresses(body, displacement, half, dilation, stress_out, begin, end):
         body: a `Body`.
         displacement: shape (n, 2) [m].
         half: see `pair.orient`, shape (n, 2).
-        dilation: see `sweep.update_forces`, shape (n,).
+        dilation: see `linked_sweep.update_forces`, shape (n,).
         stress_out: xx, yy and xy, tension positive, along the axes as they are now, shape (n, 3) [Pa].
         begin: first automaton.
         end: after the last one.

@@ -1,4 +1,4 @@
-"""Forces, energies and flow of tied faces and of rows beside a zigzag whose links may yield and break; see `tied_bonds`.
+"""Forces, energies and flow of tied faces and of rows beside a zigzag whose links may yield and break; see `tied_strains`.
 
     f_n = w S (2 G g (eps - eps_p) + lambda theta_i),      f_t = w S 2 G g (gamma - gamma_p)
     U = w S (D / 2) G g ((eps - eps_p)^2 + (gamma - gamma_p)^2)
@@ -10,12 +10,12 @@ energies of links and volumes. `ties` is None without any, which is known when t
 from __future__ import annotations
 
 from ..support.jit import internal, internal_inlined
-from .mixture import lame_of, shear_of
+from .moduli import lame_of, shear_of
 from .pair import turned
 from .responses.return_mapping import respond
 from .stress import equivalent_stress, virial
-from .tied_bonds import face_weight, tied_strains
-from .ties import face_strain_rates, face_strains, push, row_moment, row_strains, whole_face
+from .tied_faces import face_strain_rates, face_strains, push, row_moment, row_strains, whole_face
+from .tied_strains import face_weight, tied_strains
 
 
 @internal_inlined
@@ -158,7 +158,7 @@ def update_faces(ties, body, bonds, law, motion, half, dilation, stress, time):
 
 @internal
 def _update_face(body, bonds, ties, law, motion, half, dilation, stress, row, time):
-    """Let a tied face yield; return the energy that this takes [J], as `bond_forces` counts that of a link."""
+    """Let a tied face yield; return the energy that this takes [J], as `inelastic_links` counts that of a link."""
     i, slot, moduli = ties.automata[row], ties.slots[row], bonds.mixture.moduli
     left, shear = 1.0 + bonds.stiffness[i, slot], shear_of(moduli, i, body.shear)
     mean = (lame_of(moduli, i, body.lame) + 2.0 * shear * left / 3.0) * dilation[i]

@@ -1,12 +1,12 @@
-"""The volumetric strains of automata whose links may yield and break; see `bond_forces`."""
+"""The volumetric strains of automata whose links may yield and break; see `inelastic_links`."""
 
 from __future__ import annotations
 
 from ..support.jit import internal, internal_inlined
-from .bond_strains import bond_strains, free_share
-from .mixture import lame_of, shear_of
+from .link_histories import bond_strains, free_share
+from .moduli import lame_of, shear_of
 from .pair import mirrored_slots
-from .tied_bonds import add_tied_strains, tied_shares
+from .tied_strains import add_tied_strains, tied_shares
 
 
 @internal_inlined

@@ -16,11 +16,11 @@ from ..inputs import Held
 from ..profiles import CompiledProfile
 from ..state_block import Block
 from ..support.addresses import location
-from ..support.arrays import FloatArray
+from ..support.float_arrays import FloatArray
 from ..support.jit import entry_point
 from . import kernels, layout
 from .geometry import Geometry, geometry, smoothness, step_times_frequency, suggested_step_size
-from .held_step import HELD_SIGNATURE, advance_held, held_call
+from .integrator_call import HELD_SIGNATURE, advance_held, held_call
 from .integrators import SCHEMES, SIGNATURE, dop853
 from .laws import Dissipative, Law
 from .parameters import WALLS, ChainParameters
@@ -397,7 +397,7 @@ class Chain(Component):
         return self._table
 
     def specialise(self, kernel: Callable[..., Any]) -> Callable[..., Any]:
-        """Return a jitted function that reads the table, such as those of `quantities`, for the chain's contact law."""
+        """Return a jitted function that reads the table, as those of `differentiable_quantities` do, for the chain's law."""
         return specialise(kernel, type(self.parameters.law))
 
     def detached_table(self, rows: int = 0) -> FloatArray:

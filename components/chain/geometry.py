@@ -9,14 +9,15 @@ import numpy as np
 
 from ..errors import ParameterError
 from ..materials.elastic import Material, material
-from ..support.arrays import FloatArray
+from ..support.float_arrays import FloatArray
 from ..support.powers import power
-from ..support.roots import fifth_root, round_down_to_125
+from ..support.rational_powers import fifth_root
+from ..support.round_numbers import round_down_to_125
 from .arrangements.random_radii import draw_radii
-from .equilibrium import static_forces
 from .laws import Dissipative
 from .layout import MOST_LAW_CONSTANTS
 from .parameters import WALLS, ChainParameters, UniformRadii
+from .static_forces import static_forces
 from .theory.collisions import duration_times_frequency
 
 # Suggested step of PEFRL in units of (m / k)^(2/5) v^(-1/5): keeps 3e-4 in ordinary runs; gaps need the smaller one.

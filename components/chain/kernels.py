@@ -16,8 +16,8 @@ from __future__ import annotations
 import numpy as np
 
 from ..support.jit import inlined, jit
-from .laws import functions as law
-from .laws.functions import DISSIPATES, REMEMBERS
+from .laws import placeholders as law
+from .laws.placeholders import DISSIPATES, REMEMBERS
 from .layout import (
     DISSIPATED,
     FREE,

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from ..errors import ParameterError, one_line
-from ..support.arrays import FloatArray
+from ..support.float_arrays import FloatArray
 
 
 def _nothing() -> FloatArray:

@@ -14,7 +14,7 @@ from ..support.validation import Parameters
 from .arrangements import ChosenArrangement, Uniform, refuse_misfit
 from .laws import ChosenLaw, Hertz
 from .laws.law import refuse_incomplete
-from .uniform_radii import UniformRadii
+from .radius_distribution import UniformRadii
 
 __all__ = ["WALLS", "Boundary", "ChainParameters", "Integrator", "UniformRadii"]
 

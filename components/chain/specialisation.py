@@ -1,6 +1,6 @@
 """Kernels for one contact law: the one place where a law's functions come into loops, sensors, tasks and objectives.
 
-Kernels call a law by the names of `laws.functions`. `specialise` copies a kernel, and all kernels that it calls, with the
+Kernels call a law by the names of `laws.placeholders`. `specialise` copies a kernel, and all kernels that it calls, with the
 functions and properties of a chosen law in the place of that module, so that each law has loops of its own: its formulas are
 inlined, what its properties rule out is not compiled, and a run compiles its own law alone.
 """
@@ -18,14 +18,14 @@ from numba.core.dispatcher import Dispatcher
 
 from ..support.compilation.fingerprint import attributes_in, is_of_package, is_versioned, names_in
 from ..support.jit import JIT, compile_like, current, note_references
-from .laws import functions
+from .laws import placeholders
 from .laws.law import Law, law_functions
 
 _EMPTY = types.CellType()
 
 
 def specialise(kernel: Callable[..., Any], law: type[Law]) -> Callable[..., Any]:
-    """Return a kernel with the functions of a contact law in the place of `laws.functions`; the same one for the same law.
+    """Return a kernel with the functions of a contact law in the place of `laws.placeholders`; the same one for the same law.
 
     A kernel is a jitted function of any module. One that asks nothing of the law is returned as it is.
 
@@ -55,9 +55,9 @@ class _Specialisation:
             value: what a kernel refers to.
             names: of a module's attributes that are asked for.
         """
-        if value is functions:
+        if value is placeholders:
             return self._functions
-        if isinstance(value, functions.Property):
+        if isinstance(value, placeholders.Property):
             return getattr(self._functions, value.name)
         if isinstance(value, tuple):
             own = [self.of(one, names) for one in value]

@@ -8,30 +8,30 @@ from typing import Any
 
 import numpy as np
 
-from ..automata.advance import TOO_FAST as TOO_FAST_ALONE
 from ..automata.component import Automata
 from ..automata.conclusions import describe_pieces
 from ..automata.cracking_specimen import UNSOUND, CrackingSpecimen
-from ..automata.layout import Scratch
+from ..automata.kernel_arrays import Scratch
+from ..automata.linked_steps import TOO_FAST as TOO_FAST_ALONE
+from ..automata.linked_sweep import KEPT, update_forces
 from ..automata.motion import TALLY_ROWS, WORK
 from ..automata.neighbours import SKIN
-from ..automata.schedule import make_parts
-from ..automata.sweep import KEPT, update_forces
-from ..automata.ties import Ties, add_ties, tie_faces
+from ..automata.sweep_order import make_parts
+from ..automata.tied_faces import Ties, add_ties, tie_faces
 from ..balances import Balance
 from ..component import Component
 from ..contract import Variable
 from ..drawables import Drawable, Points
 from ..errors import StepError
-from ..grid import layout
+from ..grid import kernel_arrays
 from ..grid.component import Grid
 from ..grid.mesh import IntArray
 from ..inputs import Held
 from ..parts import make_part, part_drawable, part_readers, part_values, part_variables
-from ..support.arrays import FloatArray
-from . import sums, threads
-from .advance import BREAK, DONE, INVERTED, MICRO, PROGRESS, ROW, SEARCH, TOO_FAST, advance
-from .edge_inputs import EdgeInputs
+from ..support.float_arrays import FloatArray
+from . import energies_and_momenta as sums
+from . import parallel_steps
+from .automata_inputs import EdgeInputs
 from .exchange import (
     EXCHANGE_TALLY,
     IMPULSE,
@@ -41,13 +41,14 @@ from .exchange import (
     WORK_ON_GRID,
     Exchange,
 )
+from .initial_forces import follow_nodes, join_forces, write_forces
 from .interface import Interface, Places, carried_mass, common_sides, find_interface, weigh
 from .parameters import CoupledParameters
-from .parts import AutomataPart, Cracking, GridPart, Seam, Steps, drive_body
+from .part_kernels import AutomataPart, Cracking, GridPart, Seam, Steps, drive_body
 from .side_contacts import Sides, are_sound, find_near, free_sides, include_nodes, make_sides, side_energy
-from .start import follow_nodes, join_forces, write_forces
 from .step_sizes import choose_steps
 from .strays import describe_strays, find_strays
+from .ticks import BREAK, DONE, INVERTED, MICRO, PROGRESS, ROW, SEARCH, TOO_FAST, advance
 from .zigzag import find_ties
 
 # No automaton may cross this part of its diameter in one of its steps.
@@ -91,7 +92,7 @@ class Coupled(Component):
         self.mass: FloatArray = np.concatenate([self.grid.mass, self._automata_mass])
         cells, yielding = len(self.grid.mesh.cells), bool(self.grid.event_kinds)
         # Cells that yield note events in their order.
-        self._has_two_halves = not yielding and threads.are_worth_it(cells, self.automata.count, self.micro_steps)
+        self._has_two_halves = not yielding and parallel_steps.are_worth_it(cells, self.automata.count, self.micro_steps)
         self.grid.attach(self.carried_mass, 2 if self._has_two_halves else 1, self.interface.nodes.tolist())
         self._make_parts()
 
@@ -420,8 +421,8 @@ class Coupled(Component):
 
     def _run(self, grid: GridPart, factors: FloatArray, tick: int) -> int:
         """Advance by as many ticks as there are factors; 0, or a status."""
-        if len(self._halves) > 1 and threads.available():
-            status = threads.advance(
+        if len(self._halves) > 1 and parallel_steps.available():
+            status = parallel_steps.advance(
                 grid, self._automata_part, self._halves, self._seam, factors, self._steps, tick, self._failed
             )
             return status if status in (DONE, INVERTED) else _AUTOMATA_FAILED + TOO_FAST_ALONE
@@ -487,7 +488,7 @@ class Coupled(Component):
         }
 
     def _lost(self, found: FloatArray) -> dict[str, float]:
-        absorbed = {"absorbed_energy": float(self.grid.tally[layout.ABSORBED])}
+        absorbed = {"absorbed_energy": float(self.grid.tally[kernel_arrays.ABSORBED])}
         plastic = {"plastic_work": float(found[sums.PLASTIC])} if self.grid.event_kinds else {}
         return {**absorbed, **plastic, **self.automata.steps.lost()}
 
@@ -502,10 +503,10 @@ class Coupled(Component):
         """
         found, start = self._sums(), self._block["start"].copy()
         tally, (load, grip) = self.grid.tally.copy(), self._block["tallies"].copy()
-        work = {"input_work": float(tally[layout.WORK] + load[WORK] + grip[WORK])}
+        work = {"input_work": float(tally[kernel_arrays.WORK] + load[WORK] + grip[WORK])}
         impulse = {
-            "impulse": tally[layout.IMPULSE : layout.IMPULSE + 2] + load[1:3],
-            "boundary_impulse": tally[layout.BOUNDARY_IMPULSE : layout.BOUNDARY_IMPULSE + 2] + grip[1:3],
+            "impulse": tally[kernel_arrays.IMPULSE : kernel_arrays.IMPULSE + 2] + load[1:3],
+            "boundary_impulse": tally[kernel_arrays.BOUNDARY_IMPULSE : kernel_arrays.BOUNDARY_IMPULSE + 2] + grip[1:3],
         }
         mass = float(self.mass.sum())
         balances = [
@@ -515,8 +516,8 @@ class Coupled(Component):
         ]
         if not len(self.grid.joined) and not any(self.automata.parameters.periodic):
             turning = {
-                "angular_impulse": float(tally[layout.ANGULAR] + load[3]),
-                "boundary_angular_impulse": float(tally[layout.BOUNDARY_ANGULAR] + grip[3]),
+                "angular_impulse": float(tally[kernel_arrays.ANGULAR] + load[3]),
+                "boundary_angular_impulse": float(tally[kernel_arrays.BOUNDARY_ANGULAR] + grip[3]),
             }
             turned = {"angular_momentum": sums.angular_momentum(found)}
             balances.insert(2, Balance("angular_momentum", "kg m2/s", turned, turning, initial=float(start[3])))

@@ -12,7 +12,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from ..grid.mesh import IntArray
-from ..support.arrays import FloatArray
+from ..support.float_arrays import FloatArray
 from ..support.jit import internal, internal_inlined
 
 # Schemes by number.

@@ -19,7 +19,7 @@ from ..automata.shapes import ON_THE_OUTLINE, Shape
 from ..boundaries import Boundary, Free, Traction
 from ..errors import ParameterError
 from ..grid.mesh import IntArray, Mesh
-from ..support.arrays import FloatArray
+from ..support.float_arrays import FloatArray
 
 # How far beside the middle of a side it is looked for automata, in lengths of the side.
 _PROBE = 0.01

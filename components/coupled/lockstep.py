@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from ..grid import kernels as grid_kernels
 from ..support.jit import internal
-from .edges import keep_before
+from .applied_loads import keep_before
 from .exchange import assemble, follow, keep_velocities, settle_kick
-from .parts import begin_automata, begin_grid, finish_automata, settle_edges
+from .part_kernels import begin_automata, begin_grid, finish_automata, settle_edges
 
 
 @internal

@@ -15,9 +15,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..automata.release import TRAVEL
+from ..automata.link_weights import TRAVEL
 from ..grid.mesh import IntArray, Mesh
-from ..support.arrays import FloatArray, norms
+from ..support.float_arrays import FloatArray, norms
 from ..support.jit import internal, internal_inlined, jit
 from .interface import Interface
 

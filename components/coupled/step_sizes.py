@@ -21,7 +21,7 @@ import math
 from typing import NamedTuple
 
 from ..errors import ParameterError
-from ..support.roots import round_down_to_125
+from ..support.round_numbers import round_down_to_125
 from ..support.stable_step import ALLOWED, SUGGESTED
 from .parameters import CoupledParameters
 

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from ..grid.mesh import IntArray
-from ..support.arrays import FloatArray
+from ..support.float_arrays import FloatArray
 
 # Cells whose centres are nearest to an automaton that are looked at.
 _CELLS = 4

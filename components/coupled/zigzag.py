@@ -1,14 +1,14 @@
-"""Zigzags of a hexagonal packing that meet the grid: which faces of automata its nodes carry along; see `automata.ties`."""
+"""Zigzags of a hexagonal packing that meet the grid: which faces of automata its nodes carry; see `automata.tied_faces`."""
 
 from __future__ import annotations
 
 import numpy as np
 
-from ..automata.layout import Body
+from ..automata.kernel_arrays import Body
 from ..automata.loads_and_grips import Conditions
 from ..automata.packing import Packing
 from ..automata.shapes import ON_THE_OUTLINE
-from ..automata.ties import Ties, make_ties
+from ..automata.tied_faces import Ties, make_ties
 from ..errors import ParameterError
 from ..grid.mesh import IntArray, Mesh
 from .interface import Places, is_upright, spacing

@@ -12,17 +12,17 @@ from ..component import Component
 from ..contract import Variable
 from ..drawables import Cells, Curve, Drawable
 from ..errors import ParameterError, StepError
-from ..support.arrays import FloatArray
-from ..support.roots import round_down_to_125
-from . import kernels, layout, pistons
+from ..support.float_arrays import FloatArray
+from ..support.round_numbers import round_down_to_125
+from . import kernel_arrays, kernels, moving_mesh
 from .chapman_jouguet import Detonation, Flow, chapman_jouguet
-from .drive import area_pattern, tick_signals
 from .ends import DIAPHRAGM, OPEN, PISTON
-from .layout import Medium, State, Tube
+from .input_signals import area_pattern, tick_signals
+from .kernel_arrays import Medium, State, Tube
 from .limiters import LIMITERS
 from .parameters import DetonationParameters
 from .reactions.reaction import CONSTANTS
-from .slow_shocks import find_slow_shock
+from .slow_shock_detection import find_slow_shock
 
 # The Courant number of the default step, for the fastest wave that is expected.
 _SUGGESTED_COURANT = 0.5
@@ -77,7 +77,7 @@ class DetonationTube(Component):
             p.chosen_reaction.code, p.initial_temperature,
         )  # fmt: skip
         self._tube = self._make_tube()
-        self._scratch = layout.make_scratch(p.cells)
+        self._scratch = kernel_arrays.make_scratch(p.cells)
         self._failed = np.zeros(2, dtype=np.int64)
         self._lay_out_state()
 
@@ -117,12 +117,12 @@ class DetonationTube(Component):
     def _lay_out_state(self) -> None:
         n = self.parameters.cells
         moving: dict[str, Any] = (
-            {"walls": ("f8", (pistons.WALLS,)), "places": ("f8", (n,))} if self.parameters.has_pistons else {}
+            {"walls": ("f8", (moving_mesh.WALLS,)), "places": ("f8", (n,))} if self.parameters.has_pistons else {}
         )
         self._lay_out(
             density=("f8", (n,)), momentum=("f8", (n,)), energy=("f8", (n,)), fuel=("f8", (n,)), velocity=("f8", (n,)),
             pressure=("f8", (n,)), progress=("f8", (n,)), area=("f8", (n,)), arrival=("f8", (n,)),
-            flags=("i8", (layout.FLAGS,)), tally=("f8", (layout.TALLY,)), start=("f8", (3,)), **moving,
+            flags=("i8", (kernel_arrays.FLAGS,)), tally=("f8", (kernel_arrays.TALLY,)), start=("f8", (3,)), **moving,
         )  # fmt: skip
         self._state = State(*(self._block[name] for name in _STATE))
         if self.parameters.has_pistons:
@@ -133,7 +133,7 @@ class DetonationTube(Component):
         """Middles of the cells as they are now, shape (n,) [m]."""
         if not self.parameters.has_pistons:
             return self._resting_centres
-        return np.asarray(self._walls[pistons.LEFT] + (np.arange(self.parameters.cells) + 0.5) * self.cell_size)
+        return np.asarray(self._walls[moving_mesh.LEFT] + (np.arange(self.parameters.cells) + 0.5) * self.cell_size)
 
     @property
     def cell_size(self) -> float:
@@ -141,7 +141,7 @@ class DetonationTube(Component):
         p = self.parameters
         if not p.has_pistons:
             return p.cell_size
-        return float(self._walls[pistons.RIGHT] - self._walls[pistons.LEFT]) / p.cells
+        return float(self._walls[moving_mesh.RIGHT] - self._walls[moving_mesh.LEFT]) / p.cells
 
     # -- the contract -----------------------------------------------------------------------------------------------
 
@@ -206,14 +206,14 @@ class DetonationTube(Component):
         }
         for side, (name, end) in enumerate((("left", p.left), ("right", p.right))):
             if end.code == PISTON:
-                found[f"{name}_position"] = lambda side=side: walls[pistons.LEFT + side]
-                found[f"{name}_piston_pressure"] = lambda side=side: walls[pistons.LEFT_WALL_PRESSURE + side]
+                found[f"{name}_position"] = lambda side=side: walls[moving_mesh.LEFT + side]
+                found[f"{name}_piston_pressure"] = lambda side=side: walls[moving_mesh.LEFT_WALL_PRESSURE + side]
         return found
 
     def _outline_displacement(self) -> FloatArray:
         """Return how far the corners of the cells have moved, those below and then those above, shape (2 (n + 1), 2) [m]."""
         p, walls = self.parameters, self._walls
-        moved = np.linspace(walls[pistons.LEFT], walls[pistons.RIGHT] - p.length, p.cells + 1)
+        moved = np.linspace(walls[moving_mesh.LEFT], walls[moving_mesh.RIGHT] - p.length, p.cells + 1)
         return np.stack([np.tile(moved, 2), np.zeros(2 * (p.cells + 1))], axis=1)
 
     def _outputs(self) -> dict[str, Callable[[], Any]]:
@@ -241,7 +241,7 @@ class DetonationTube(Component):
         p = self.parameters
         if not p.has_pistons:
             return 0.0
-        left, right = tick_signals(self._held, self._tick, 1)[0, layout.LEFT_VELOCITY : layout.RIGHT_VELOCITY + 1]
+        left, right = tick_signals(self._held, self._tick, 1)[0, kernel_arrays.LEFT_VELOCITY : kernel_arrays.RIGHT_VELOCITY + 1]
         return np.asarray(left + (right - left) * (np.arange(p.cells) + 0.5) / p.cells)
 
     def _fronts(self) -> tuple[float, float]:
@@ -251,7 +251,7 @@ class DetonationTube(Component):
         if not len(burnt):
             return 0.0, 0.0
         first, last = int(burnt[0]), int(burnt[-1])
-        begin, end = self._walls[pistons.LEFT], self._walls[pistons.RIGHT]
+        begin, end = self._walls[moving_mesh.LEFT], self._walls[moving_mesh.RIGHT]
         if first > 0:
             part = (progress[first] - kernels.BURNT) / (progress[first] - progress[first - 1])
             begin = self.centres[first] - part * self.cell_size
@@ -285,7 +285,7 @@ class DetonationTube(Component):
         super()._start(seed, values)
         self._refuse_bad_start()
         state.area[:] = values.get("area", self.areas)
-        self._walls[pistons.LEFT_WALL_PRESSURE :] = state.pressure[0], state.pressure[-1]
+        self._walls[moving_mesh.LEFT_WALL_PRESSURE :] = state.pressure[0], state.pressure[-1]
         state.momentum[:] = state.density * state.velocity
         state.fuel[:] = state.density * (1.0 - state.progress)
         state.energy[:] = (
@@ -293,11 +293,11 @@ class DetonationTube(Component):
         )
         burnt = state.progress >= kernels.BURNT
         state.arrival[:] = np.where(burnt, 0.0, -1.0)
-        self._places[:] = np.where(burnt, self.centres, pistons.NOWHERE)
+        self._places[:] = np.where(burnt, self.centres, moving_mesh.NOWHERE)
         state.flags[:] = 0
-        state.flags[layout.LEFT_OPEN] = self.parameters.left.code == OPEN
-        state.flags[layout.RIGHT_OPEN] = self.parameters.right.code == OPEN
-        state.flags[layout.IGNITED] = burnt.any()
+        state.flags[kernel_arrays.LEFT_OPEN] = self.parameters.left.code == OPEN
+        state.flags[kernel_arrays.RIGHT_OPEN] = self.parameters.right.code == OPEN
+        state.flags[kernel_arrays.IGNITED] = burnt.any()
         sums = self._sums()
         self._block["start"][:] = sums["mass"], sums["momentum"], sums["energy"]
         return {} if self.parameters.has_pistons else {"area": self.areas}
@@ -340,7 +340,7 @@ class DetonationTube(Component):
                 at="step_size",
             )
 
-    def tables(self) -> tuple[Medium, Tube, State, layout.Scratch, FloatArray]:
+    def tables(self) -> tuple[Medium, Tube, State, kernel_arrays.Scratch, FloatArray]:
         """Return what the kernels work on, for a parent that calls them itself; the last one is the tally."""
         return self._medium, self._tube, self._state, self._scratch, self._block["tally"]
 
@@ -350,7 +350,7 @@ class DetonationTube(Component):
         # Each gauge, the first ignition, both ends and both diaphragms once.
         events = self._block.room("events", len(self.parameters.gauges) + 5)
         if self.parameters.has_pistons:
-            status = pistons.advance(
+            status = moving_mesh.advance(
                 self._medium, self._tube, self._state, self._walls, self._places, self._scratch, signals, self._block["tally"],
                 self._tick, events, counts, self._failed,
             )  # fmt: skip
@@ -366,7 +366,7 @@ class DetonationTube(Component):
         cell, tick = (int(number) for number in self._failed)
         time, state = tick * self.step_size, self._state
         where = f"cell {cell}, x = {self.centres[cell]:.6g} m, at {time:.9g} s"
-        if status == layout.TOO_FAST:
+        if status == kernel_arrays.TOO_FAST:
             courant = float(self._wave_speeds()[cell]) * self.step_size / self.cell_size
             return StepError(
                 f"reached {courant:.4g} in {where}, expected at most {kernels.LARGEST_COURANT:g}; take a "
@@ -374,10 +374,10 @@ class DetonationTube(Component):
                 time=time, at="courant_number", variable="courant_number", index=None, value=courant,
                 limit=kernels.LARGEST_COURANT,
             )  # fmt: skip
-        if status == layout.BAD_AREA:
-            area = float(tick_signals(self._held, tick - 1, 1)[0, layout.AREA] * area_pattern(self._held)[cell])
+        if status == kernel_arrays.BAD_AREA:
+            area = float(tick_signals(self._held, tick - 1, 1)[0, kernel_arrays.AREA] * area_pattern(self._held)[cell])
             now = float(state.area[cell])
-            least, largest = now / layout.LARGEST_RATIO, now * layout.LARGEST_RATIO
+            least, largest = now / kernel_arrays.LARGEST_RATIO, now * kernel_arrays.LARGEST_RATIO
             return StepError(
                 f"got {area:g} m^2 for {where}, expected {least:g} to {largest:g} m^2, half and twice of what it is now; let "
                 "the walls move less in a tick, as a profile of the input does",
@@ -417,18 +417,18 @@ class DetonationTube(Component):
             "chemical_energy": sums["chemical"],
         }
         supplied = {
-            "ignition_energy": tally[layout.IGNITION],
-            "left_energy": tally[layout.ENERGY],
-            "right_energy": tally[layout.ENERGY + 1],
-            "wall_work": tally[layout.WALL_WORK],
-            "overwritten_energy": tally[layout.OVERWRITTEN],
+            "ignition_energy": tally[kernel_arrays.IGNITION],
+            "left_energy": tally[kernel_arrays.ENERGY],
+            "right_energy": tally[kernel_arrays.ENERGY + 1],
+            "wall_work": tally[kernel_arrays.WALL_WORK],
+            "overwritten_energy": tally[kernel_arrays.OVERWRITTEN],
         }
         impulse = {
-            "left_impulse": tally[layout.IMPULSE],
-            "right_impulse": tally[layout.IMPULSE + 1],
-            "wall_impulse": tally[layout.WALL_IMPULSE],
+            "left_impulse": tally[kernel_arrays.IMPULSE],
+            "right_impulse": tally[kernel_arrays.IMPULSE + 1],
+            "wall_impulse": tally[kernel_arrays.WALL_IMPULSE],
         }
-        came = {"left_mass": tally[layout.MASS], "right_mass": tally[layout.MASS + 1]}
+        came = {"left_mass": tally[kernel_arrays.MASS], "right_mass": tally[kernel_arrays.MASS + 1]}
         return (
             Balance("energy", "J", stored, supplied, initial=start[2]),
             Balance("momentum", "kg m/s", {"momentum": sums["momentum"]}, impulse, initial=start[1]),

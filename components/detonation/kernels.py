@@ -16,7 +16,7 @@ from math import sqrt
 from ..support.jit import internal, internal_inlined, jit
 from .ends import ABSORBING, DIAPHRAGM
 from .fluxes import end_flux, hllc_flux
-from .layout import (
+from .kernel_arrays import (
     AREA,
     BAD_AREA,
     ENERGY,
@@ -52,10 +52,10 @@ BURNT = 0.5
 
 @jit
 def advance(medium, tube, state, scratch, signals, areas, tally, first_tick, events, counts, failed):
-    """Advance by as many ticks as `signals` has rows; return 0 or a status of `layout`.
+    """Advance by as many ticks as `signals` has rows; return 0 or a status of `kernel_arrays`.
 
     Args:
-        medium: the gas and the numbers of the scheme; this and the following three are tuples of `layout`.
+        medium: the gas and the numbers of the scheme; this and the following three are tuples of `kernel_arrays`.
         tube: the constant tables.
         state: what changes.
         scratch: memory.

@@ -17,12 +17,12 @@ from ..events import EventDetail
 from ..inputs import Held
 from ..materials.elastic import Material, material
 from ..profiles import CompiledProfile
-from ..support.arrays import FloatArray, norms
+from ..support.float_arrays import FloatArray, norms
 from ..support.stable_step import refuse_large_step, suggest_step
-from . import kernels, layout, threads
-from .assembly import Assembly, assemble
+from . import kernel_arrays, kernels, parallel_steps
 from .boundaries import Free
-from .drive import make_drive, signal_factors
+from .input_signals import make_drive, signal_factors
+from .kernel_setup import Assembly, assemble
 from .mesh import IntArray, Mesh, cell_areas
 from .parameters import GridParameters, Place
 from .stability import highest_frequency
@@ -153,7 +153,7 @@ class Grid(Component):
 
     def _parts(self) -> int:
         """Return in how many parts threads can advance the grid: yielding cells note events, in the order of cells."""
-        return 2 if len(self.mesh.cells) >= threads.LEAST_CELLS and not self._plastic else 1
+        return 2 if len(self.mesh.cells) >= parallel_steps.LEAST_CELLS and not self._plastic else 1
 
     def _lay_out_state(self) -> None:
         n, m = len(self.mesh.nodes), len(self.mesh.cells)
@@ -163,9 +163,9 @@ class Grid(Component):
         self._lay_out(
             displacement=("f8", (n, 2)), velocity=("f8", (n, 2)), force=("f8", (n, 2)), stress=("f8", (m, 4)),
             hourglass_force=("f8", (m, 2)), energy=("f8", (m,)), plastic_strain=("f8", (plastic,)),
-            plastic_work=("f8", (plastic,)), tally=("f8", (layout.TALLY,)), start=("f8", (4,)),
+            plastic_work=("f8", (plastic,)), tally=("f8", (kernel_arrays.TALLY,)), start=("f8", (4,)),
         )  # fmt: skip
-        self._state = layout.State(*(self._block[name] for name in _STATE))
+        self._state = kernel_arrays.State(*(self._block[name] for name in _STATE))
         self._driven_by: Mapping[str, Held] | None = None
         self._signals: list[CompiledProfile] = []
         self.failed_at = np.zeros(2, dtype=np.int64)
@@ -284,10 +284,10 @@ class Grid(Component):
 
     @property
     def tally(self) -> FloatArray:
-        """Return what came in, or went out, through the conditions since the reset; see `layout`."""
+        """Return what came in, or went out, through the conditions since the reset; see `kernel_arrays`."""
         return self._block["tally"]
 
-    def tables(self) -> tuple[layout.Grid, layout.State, layout.Conditions, FloatArray]:
+    def tables(self) -> tuple[kernel_arrays.Grid, kernel_arrays.State, kernel_arrays.Conditions, FloatArray]:
         """Return what the kernels work on, for a parent that calls them itself; the last one is their scratch."""
         return self._grid, self._state, self._conditions, self._corner
 
@@ -301,7 +301,7 @@ class Grid(Component):
 
     def _advance(self, ticks: int) -> int:
         factors, (events, counts) = self.factors(self._tick, ticks), self.event_room()
-        advance = threads.advance if len(self._grid.parts) > 2 and threads.available() else kernels.advance
+        advance = parallel_steps.advance if len(self._grid.parts) > 2 and parallel_steps.available() else kernels.advance
         status = advance(
             self._grid, self._state, self._conditions, factors, self._corner, self._block["tally"], self.step_size, self._tick,
             events, counts, self.failed_at,
@@ -390,21 +390,21 @@ class Grid(Component):
             "hourglass_energy": sums["hourglass"],
             "leapfrog_energy": sums["correction"],
         }
-        lost = {"plastic_work": sums["plastic"], "absorbed_energy": float(tally[layout.ABSORBED])}
+        lost = {"plastic_work": sums["plastic"], "absorbed_energy": float(tally[kernel_arrays.ABSORBED])}
         impulse = {
-            "impulse": tally[layout.IMPULSE : layout.IMPULSE + 2],
-            "boundary_impulse": tally[layout.BOUNDARY_IMPULSE : layout.BOUNDARY_IMPULSE + 2],
+            "impulse": tally[kernel_arrays.IMPULSE : kernel_arrays.IMPULSE + 2],
+            "boundary_impulse": tally[kernel_arrays.BOUNDARY_IMPULSE : kernel_arrays.BOUNDARY_IMPULSE + 2],
         }
         mass = float(self.mass.sum())
         found = [
-            Balance("energy", "J", stored, {"input_work": float(tally[layout.WORK])}, lost, float(start[0])),
+            Balance("energy", "J", stored, {"input_work": float(tally[kernel_arrays.WORK])}, lost, float(start[0])),
             Balance("momentum", "kg m/s", {"momentum": sums["momentum"]}, impulse, initial=start[1:3]),
             Balance("mass", "kg", {"mass": mass}, initial=mass),
         ]
         if not len(self._assembly.joined):
             turning = {
-                "angular_impulse": float(tally[layout.ANGULAR]),
-                "boundary_angular_impulse": float(tally[layout.BOUNDARY_ANGULAR]),
+                "angular_impulse": float(tally[kernel_arrays.ANGULAR]),
+                "boundary_angular_impulse": float(tally[kernel_arrays.BOUNDARY_ANGULAR]),
             }
             turned = {"angular_momentum": sums["angular_momentum"]}
             found.insert(2, Balance("angular_momentum", "kg m2/s", turned, turning, initial=float(start[3])))

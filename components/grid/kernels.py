@@ -19,7 +19,7 @@ from ..materials.hypoelastic import elastic_increment, energy_density, rotate_st
 from ..materials.plastic_law import VON_MISES
 from ..materials.von_mises import plastic_strain
 from ..support.jit import internal, internal_inlined, jit
-from .layout import ABSORBED, ANGULAR, BOUNDARY_ANGULAR, BOUNDARY_IMPULSE, IMPULSE, WORK
+from .kernel_arrays import ABSORBED, ANGULAR, BOUNDARY_ANGULAR, BOUNDARY_IMPULSE, IMPULSE, WORK
 
 # A slower node is at rest [m/s]. Ahead of a wave velocities fall off to where they, or products of what follows from them, are
 # no normal numbers any more, with which a processor is tens of times as slow.
@@ -330,7 +330,7 @@ def finish_conditions(grid, state, conditions, step, tally):
     """Kick the nodes with conditions for the second half of a step, and add up work and impulses.
 
     Work of a force f that is held over a tick is f.(v0 + v1)/2 times the step: with it the energy that leapfrog conserves
-    closes to rounding. See `begin_conditions`; `tally` has the entries of `layout`.
+    closes to rounding. See `begin_conditions`; `tally` has the entries of `kernel_arrays`.
     """
     for i in range(len(conditions.nodes)):
         n, mass, share = conditions.nodes[i], conditions.mass[i], conditions.share[i]

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from ..support.arrays import FloatArray, norms
+from ..support.float_arrays import FloatArray, norms
 
 IntArray = npt.NDArray[np.int64]
 # A cell that is flatter than this, its area over the square of its longest side, is a slip.

@@ -6,15 +6,15 @@ from typing import Any
 
 from pydantic import field_validator, model_validator
 
-from ..areas import ChosenArea
 from ..errors import nearest
 from ..materials.elastic import Material, Preset, constants_of, preset_list
-from ..materials.plasticity import ChosenPlasticity, Elastic
+from ..materials.plastic_law_catalogue import ChosenPlasticity, Elastic
+from ..regions import ChosenArea
 from ..support.magnitudes import refuse_absurd
 from ..support.parameter_fields import Index, Pair, Positive, field
 from ..support.validation import Parameters, refusal
 from .boundaries import ChosenBoundary
-from .shapes import ChosenShape, Rectangle
+from .mesh_parameters import ChosenShape, Rectangle
 
 Place = Index | Pair
 

@@ -7,11 +7,11 @@ import math
 import numpy as np
 
 from ..support import stable_step
-from ..support.arrays import FloatArray
 from ..support.counter_random import uniform
+from ..support.float_arrays import FloatArray
 from ..support.result_cache import ResultCache
 from . import kernels
-from .layout import Conditions, Grid, State
+from .kernel_arrays import Conditions, Grid, State
 
 # Strains so small that the geometry stays what it is, to rounding.
 _SMALL = 1e-13

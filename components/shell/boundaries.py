@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from .geometry.bodies import EDGES, Tube
 from .geometry.lattice import Lattice
-from .layout import IntArray
+from .kernel_arrays import IntArray
 
 EdgeName = Literal["start", "end", "left", "right", "bottom", "top"]
 BoundaryName = Literal["clamped", "symmetry", "moved", "platen", "wall"]

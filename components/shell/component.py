@@ -12,20 +12,20 @@ from ..component import Component
 from ..contract import Variable
 from ..drawables import Cells, Drawable, Points
 from ..errors import ParameterError, StepError
-from ..support.arrays import FloatArray
+from ..support.float_arrays import FloatArray
 from ..support.stable_step import refuse_large_step, suggest_step
-from . import energies, kernels, layout, threads
-from .assembly import Assembly, assemble, gauge_columns, station_means, surface_quads
-from .drive import pattern_of, tick_signals
-from .fracture.breaking import KINDS, LOST_KINDS, BreakingBody
-from .fracture.judgement import write_triaxiality
+from . import energies, kernel_arrays, kernels, parallel_steps
+from .fracture.breaking_body import KINDS, LOST_KINDS, BreakingBody
+from .fracture.criterion_evaluation import write_triaxiality
 from .fracture.law import FractureLaw
 from .fracture.outcome import BULGED, BULGED_STRAIN, OUTCOMES, WHOLE
 from .fracture.principal_stress import PrincipalStress
 from .geometry.lattice import Lattice
-from .integration import RuleName
-from .layout import IntArray, Solid, State
+from .input_signals import pattern_of, tick_signals
+from .kernel_arrays import IntArray, Solid, State
+from .kernel_setup import Assembly, assemble, gauge_columns, station_means, surface_quads
 from .parameters import ShellParameters
+from .quadrature import RuleName
 from .stability import CRACKED, WALL_STIFFNESS, highest_frequency
 
 _STATE = ("displacement", "velocity", "force", "gradient", "stress", "plastic_strain", "temperature", "plastic_work", "area")
@@ -36,10 +36,10 @@ _BYTES_OF_BREAKING = 165
 _POINTS_OF_CELL: dict[RuleName, int] = {"column": 1, "cell": 4}
 # Status -> what happened, and to which output.
 _FAILURES = {
-    layout.INVERTED: ("the body is inverted, its volume {value:.3g} of that at the start", "stress"),
-    layout.STRAINED: ("a strain of {value:.3g} in one tick, more than {limit:g},", "stress"),
-    layout.FLOWN: ("a plastic strain of {value:.3g}, more than {limit:g},", "plastic_strain"),
-    layout.HEATED: ("{value:.4g} K, more than {limit:g} K,", "temperature"),
+    kernel_arrays.INVERTED: ("the body is inverted, its volume {value:.3g} of that at the start", "stress"),
+    kernel_arrays.STRAINED: ("a strain of {value:.3g} in one tick, more than {limit:g},", "stress"),
+    kernel_arrays.FLOWN: ("a plastic strain of {value:.3g}, more than {limit:g},", "plastic_strain"),
+    kernel_arrays.HEATED: ("{value:.4g} K, more than {limit:g} K,", "temperature"),
 }
 # Part of the energy that hourglass control may hold without a caution.
 _HOURGLASS_PART = 0.05
@@ -106,11 +106,11 @@ class Shell(Component):
             growing,
             displacement=("f8", (n, 3)), velocity=("f8", (n, 3)), force=("f8", (n, 3)), gradient=("f8", (m, 9)),
             stress=("f8", (m, 6)), plastic_strain=("f8", (plastic,)), temperature=("f8", (plastic,)),
-            plastic_work=("f8", (plastic,)), area=("f8", (s, 3)), tally=("f8", (layout.TALLY,)), start=("f8", (4,)),
+            plastic_work=("f8", (plastic,)), area=("f8", (s, 3)), tally=("f8", (kernel_arrays.TALLY,)), start=("f8", (4,)),
             **fields,
         )  # fmt: skip
         self._state = State(*(self._block[name] for name in _STATE))
-        self._scratch = layout.make_scratch(m, len(self._whole.hourglass.partner), s)
+        self._scratch = kernel_arrays.make_scratch(m, len(self._whole.hourglass.partner), s)
         self._failed = np.zeros(2, dtype=np.int64)
 
     @property
@@ -356,7 +356,7 @@ class Shell(Component):
                 at=("start", name, node, direction),
             )
 
-    def tables(self) -> tuple[Solid, State, layout.Scratch, FloatArray]:
+    def tables(self) -> tuple[Solid, State, kernel_arrays.Scratch, FloatArray]:
         """Return what the kernels work on, for a parent that calls them itself; the last one is the tally."""
         return self._solid, self._state, self._scratch, self._block["tally"]
 
@@ -367,7 +367,7 @@ class Shell(Component):
             return self._breaking.advance(
                 self._block, self._state, self._scratch, signals, pressures, self._tick, self._failed, self._add_event
             )
-        advance = threads.advance if threads.divides(self._whole) else kernels.advance
+        advance = parallel_steps.advance if parallel_steps.divides(self._whole) else kernels.advance
         return int(
             advance(
                 self._solid, self._state, self._scratch, signals, pattern_of(self._held["pressure"]), self._block["tally"],
@@ -415,14 +415,17 @@ class Shell(Component):
         """
         sums, tally, start = self._sums(), self._block["tally"].copy(), self._block["start"].copy()
         stored = {name: sums[name] for name in energies.STORED}
-        supplied = {"pressure_work": float(tally[layout.PRESSURE_WORK]), "boundary_work": float(tally[layout.BOUNDARY_WORK])}
+        supplied = {
+            "pressure_work": float(tally[kernel_arrays.PRESSURE_WORK]),
+            "boundary_work": float(tally[kernel_arrays.BOUNDARY_WORK]),
+        }
         lost = {"plastic_work": sums["plastic_work"]}
         if self._breaking is not None:
             lost |= self._breaking.losses(self._block)
-        wall = np.array([tally[layout.WALL_IMPULSE], 0.0, 0.0])
+        wall = np.array([tally[kernel_arrays.WALL_IMPULSE], 0.0, 0.0])
         impulse = {
-            "pressure_impulse": tally[layout.PRESSURE_IMPULSE : layout.PRESSURE_IMPULSE + 3],
-            "boundary_impulse": tally[layout.BOUNDARY_IMPULSE : layout.BOUNDARY_IMPULSE + 3],
+            "pressure_impulse": tally[kernel_arrays.PRESSURE_IMPULSE : kernel_arrays.PRESSURE_IMPULSE + 3],
+            "boundary_impulse": tally[kernel_arrays.BOUNDARY_IMPULSE : kernel_arrays.BOUNDARY_IMPULSE + 3],
             "wall_impulse": wall,
         }
         mass = float(self.mass.sum())

@@ -10,8 +10,8 @@ from ..materials.stress_invariants import elastic_energy_density, largest_princi
 from ..materials.thermoviscoplastic import elastic_moduli
 from ..support.jit import jit
 from .hourglass import hourglass_energy
+from .kernel_arrays import Solid, State
 from .kernels import wall_depth
-from .layout import Solid, State
 
 STORED = ("kinetic_energy", "elastic_energy", "hourglass_energy", "wall_energy", "leapfrog_energy")
 

@@ -19,7 +19,7 @@ import numpy as np
 from ..materials.thermoviscoplastic import flow_stress
 from ..support.jit import internal, jit
 from .geometry.lattice import Lattice
-from .layout import Hourglass, IntArray
+from .kernel_arrays import Hourglass, IntArray
 
 
 @internal

@@ -18,7 +18,7 @@ from ..materials.finite_strain import nominal_stress, strain_and_spin, turn_stre
 from ..materials.thermoviscoplastic import advance_stress, elastic_moduli
 from ..support.jit import internal, internal_inlined, jit
 from .hourglass import hold_columns
-from .layout import (
+from .kernel_arrays import (
     BOUNDARY_IMPULSE,
     BOUNDARY_WORK,
     FLOWN,
@@ -37,7 +37,7 @@ LARGEST_PLASTIC_STRAIN, LARGEST_TEMPERATURE, LARGEST_STRAIN_OF_TICK = 10.0, 1e4,
 
 @jit
 def advance(solid, state, scratch, signals, pressures, tally, first_tick, failed):
-    """Advance by as many ticks as `signals` has rows; return 0 or a status of `layout`.
+    """Advance by as many ticks as `signals` has rows; return 0 or a status of `kernel_arrays`.
 
     Args:
         solid: `layout.Solid`.
@@ -150,7 +150,7 @@ def edge(surface, u, first, second):
 
 
 def update_forces(solid, state, scratch, failed):
-    """Advance stresses to the displacements of now, and write the forces; return 0 or a status of `layout`.
+    """Advance stresses to the displacements of now, and write the forces; return 0 or a status of `kernel_arrays`.
 
     For callers outside of `advance`. It is not compiled: a kernel that calls kernels holds their machine code once more.
     """

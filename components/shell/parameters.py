@@ -8,11 +8,11 @@ from ..support.magnitudes import Magnitude, NotNegativeMagnitude, SignedPair
 from ..support.parameter_fields import field
 from ..support.validation import Parameters
 from .boundaries import BoundaryName, EdgeName
-from .fracture.laws import ChosenFracture, NoFracture
+from .fracture.law_catalogue import ChosenFracture, NoFracture
 from .geometry.bodies import ChosenBody, Plate, Rod, Tube
 from .geometry.notch import edge_at
-from .integration import RuleName
-from .material import ChosenMaterial, LinearElastic
+from .materials import ChosenMaterial, LinearElastic
+from .quadrature import RuleName
 from .shape_functions import BasisName
 
 # Radius within which a point sees nodes, in spacings: with each basis the smallest that is sound.

@@ -15,7 +15,7 @@ from typing import Literal
 
 import numpy as np
 
-from ..support.arrays import FloatArray
+from ..support.float_arrays import FloatArray
 
 BasisName = Literal["linear", "quadratic"]
 # A pivot of the moment matrix that is so much smaller than what it came from is rounding: its point sees too few nodes.

@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 
 from ..support import stable_step
-from ..support.arrays import FloatArray
 from ..support.counter_random import uniform
+from ..support.float_arrays import FloatArray
 from ..support.result_cache import ResultCache
 from . import kernels
-from .layout import Solid, State, make_scratch
+from .kernel_arrays import Solid, State, make_scratch
 
 # Displacements, over the size of the stencils, that leave the geometry as it is.
 _SMALL = 1e-7

@@ -13,10 +13,10 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from ..support.arrays import FloatArray
-from .geometry.axis import Axis, IntArray
+from ..support.float_arrays import FloatArray
 from .geometry.lattice import Lattice
-from .integration import LinePoints
+from .geometry.lattice_axis import Axis, IntArray
+from .quadrature import LinePoints
 from .shape_functions import BasisName, UnspannedBasisError, moving_least_squares, quartic_spline
 
 

@@ -9,10 +9,10 @@ from functools import lru_cache
 
 import numpy as np
 
-from ..support.arrays import FloatArray
-from .geometry.axis import even_axis
+from ..support.float_arrays import FloatArray
 from .geometry.lattice import Lattice
-from .integration import IntegrationPoints, RuleName, integration_points
+from .geometry.lattice_axis import even_axis
+from .quadrature import IntegrationPoints, RuleName, integration_points
 from .shape_functions import BasisName
 from .stencils import Stencils, make_stencils
 

@@ -21,9 +21,9 @@ from numba.core.dispatcher import Dispatcher
 from numba.core.registry import CPUDispatcher
 
 from .compilation import compilation_notice
-from .compilation.compiler_settings import quick_compilation
 from .compilation.fingerprint import is_of_package
-from .compilation.kernel_cache import KernelCache, code_libraries
+from .compilation.garbage_collection import quick_compilation
+from .compilation.kernel_cache import KernelCache, compilers
 
 _settings: Any = numba_config
 # Whether anything is compiled at all.
@@ -71,7 +71,7 @@ class _Kernel(CPUDispatcher):
 
     def compile(self, sig: Any) -> Any:
         """Compile for a signature, or load what was compiled."""
-        with quick_compilation(), nullcontext() if code_libraries is None else code_libraries.kept_calls():
+        with quick_compilation(), nullcontext() if compilers is None else compilers.kept_calls():
             return super().compile(sig)
 
 
@@ -97,11 +97,11 @@ def _compile(function: F, **options: Any) -> F:
     if is_of_package(function):
         # Functions as values need an entry for C. No kernel of this package is one, and a tenth of the compilation is saved.
         options["no_cfunc_wrapper"] = True
-    if code_libraries is None:
+    if compilers is None:
         return _keep_on_disk(_Kernel(function, targetoptions=_without_internal(options)))
     if options.get("no_cpython_wrapper"):
-        return _keep_on_disk(_Internal(function, targetoptions=options, pipeline_class=code_libraries.IntermediateCompiler))
-    compiler = code_libraries.EntryCompiler if is_of_package(function) else code_libraries.UserEntryCompiler
+        return _keep_on_disk(_Internal(function, targetoptions=options, pipeline_class=compilers.IntermediateCompiler))
+    compiler = compilers.EntryCompiler if is_of_package(function) else compilers.UserEntryCompiler
     return _keep_on_disk(_Kernel(function, targetoptions=options, pipeline_class=compiler))
 
 

@@ -9,8 +9,8 @@ import numpy as np
 import numpy.typing as npt
 
 from ..errors import ParameterError
-from .arrays import FloatArray
-from .roots import round_down_to_125
+from .float_arrays import FloatArray
+from .round_numbers import round_down_to_125
 
 # The part of the largest stable step that is allowed, and the part that is suggested.
 ALLOWED, SUGGESTED = 0.9, 0.8

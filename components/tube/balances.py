@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from ..balances import Amount, Balance
-from ..support.arrays import FloatArray
+from ..support.float_arrays import FloatArray
 
 # What a shell whose ends cannot be left never has.
 _ABSENT = ("wall_energy",)

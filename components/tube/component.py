@@ -14,15 +14,15 @@ from ..balances import Balance
 from ..component import Component
 from ..contract import Variable
 from ..detonation.component import DetonationTube
-from ..detonation.layout import WALL_WORK
+from ..detonation.kernel_arrays import WALL_WORK
 from ..drawables import Cells, Drawable, Points
 from ..errors import Fault, ParameterError, StepError
 from ..inputs import input_value
 from ..parts import Part, make_part, part_drawable, part_readers, part_values, part_variables
 from ..shell.component import Shell
-from ..support.arrays import FloatArray
-from . import balances, kernels
-from .interface import Interface, find_overlaps
+from ..support.float_arrays import FloatArray
+from . import balances, exchange
+from .interface_overlaps import Interface, find_overlaps
 from .parameters import MOST_STEPS, TubeParameters
 
 # Words of a state from which on it matters that a component that is not needed any more leaves memory at once.
@@ -61,7 +61,7 @@ class Tube(Component):
         stations, words = shell.parameters.body.counts[0], shell.memory.size
         self._lay_out(
             gas=("f8", (gas.memory.size,)), shell=("f8", (words,)), peak_pressure=("f8", (stations,)),
-            widening=("f8", (stations,)), tally=("f8", (kernels.TALLY,)), awake=("i8", (1,)),
+            widening=("f8", (stations,)), tally=("f8", (exchange.TALLY,)), awake=("i8", (1,)),
         )  # fmt: skip
         # The second shell shares the tables of the first one while it is there.
         tables = shell.assembly
@@ -182,7 +182,7 @@ class Tube(Component):
             "radial_displacement": self._radial_displacement,
             "gas_kinetic_energy": lambda: self.gas.balances()[0].stored["kinetic_energy"],
             "shell_kinetic_energy": lambda: self.shell.balances()[0].stored["kinetic_energy"],
-            "work_on_room": lambda: float(self._block["tally"][kernels.ROOM_WORK]),
+            "work_on_room": lambda: float(self._block["tally"][exchange.ROOM_WORK]),
             "exchange_difference": self._exchange_difference,
         }
         for prefix, part in (("gas", self.gas), ("shell", self.shell)):
@@ -191,7 +191,7 @@ class Tube(Component):
 
     def _shell_pressure(self) -> FloatArray:
         out = np.zeros(len(self.interface.width))
-        kernels.write_pressures(self.interface, self.gas.tables()[2].pressure, out)
+        exchange.write_pressures(self.interface, self.gas.tables()[2].pressure, out)
         return out
 
     def _radial_displacement(self) -> FloatArray:
@@ -199,7 +199,7 @@ class Tube(Component):
 
     def _exchange_difference(self) -> float:
         gas, shell = self.gas.balances()[0].supplied, self.shell.balances()[0].supplied
-        return float(gas["wall_work"] + shell["pressure_work"] + self._block["tally"][kernels.ROOM_WORK])
+        return float(gas["wall_work"] + shell["pressure_work"] + self._block["tally"][exchange.ROOM_WORK])
 
     # -- stepping ---------------------------------------------------------------------------------------------------
 
@@ -224,7 +224,7 @@ class Tube(Component):
     def _present_area(self) -> FloatArray:
         """Return the cross-section of the cells of the gas that the shell leaves them as it is now, shape (cells,) [m^2]."""
         interface, widening = self.interface, self._block["widening"]
-        kernels.write_widening(interface, self.shell.tables()[1], widening)
+        exchange.write_widening(interface, self.shell.tables()[1], widening)
         growth = self._to_cells(interface.length * np.repeat(widening, np.diff(interface.begin)))
         return interface.area * (1.0 + growth / self.gas.cell_size)
 
@@ -244,12 +244,12 @@ class Tube(Component):
         """Advance gas, then shell, by an internal step; then let the gas feel how the wall has moved."""
         before, after = self._pressures[0], self._pressures[1]
         gas = self.gas.tables()[2]
-        kernels.write_pressures(self.interface, gas.pressure, before)
+        exchange.write_pressures(self.interface, gas.pressure, before)
         status = self._advance_gas(tick)
         if status:
             return status
-        kernels.write_pressures(self.interface, gas.pressure, after)
-        kernels.write_peaks(after, self._block["peak_pressure"])
+        exchange.write_pressures(self.interface, gas.pressure, after)
+        exchange.write_peaks(after, self._block["peak_pressure"])
         if not self._is_awake(after):
             return 0
         status = self._advance_shell(tick, before, after)
@@ -289,7 +289,7 @@ class Tube(Component):
         if p.vent is not None:
             cell = min(int(p.vent / self.gas.cell_size), p.gas.cells - 1)
             self._openings[cell] += max(input_value(self._held["vent_area"], tick, 0.5), 0.0)
-        kernels.leak(medium, gas, self._openings, p.discharge, p.room_pressure, self.step_size, self._block["tally"])
+        exchange.leak(medium, gas, self._openings, p.discharge, p.room_pressure, self.step_size, self._block["tally"])
 
     @property
     def _cracks_leak(self) -> bool:
@@ -316,21 +316,21 @@ class Tube(Component):
             self._failed_tick = tick * self.shell_steps + step
             # Those of a shell that parts in this step are others afterwards.
             solid, state, _, _ = self.shell.tables()
-            kernels.keep_surface(self.interface, state, velocity, area)
+            exchange.keep_surface(self.interface, state, velocity, area)
             self.shell.adopt(self._failed_tick, {})
             self.shell.adopt_inputs({"pressure": acting - room})
             status = self.shell.advance(1)
             if status:
                 return _SHELL + status
-            kernels.add_work(self.interface, solid, state, velocity, area, acting, room, self._works, self._block["tally"])
+            exchange.add_work(self.interface, solid, state, velocity, area, acting, room, self._works, self._block["tally"])
         return 0
 
     def _move_wall(self, tick: int, pressures: FloatArray) -> int:
         """Give the gas the cross-section that the shell leaves it, and take the work of this tick from it."""
         medium, _, gas, _, tally = self.gas.tables()
-        kernels.write_widening(self.interface, self.shell.tables()[1], self._block["widening"])
+        exchange.write_widening(self.interface, self.shell.tables()[1], self._block["widening"])
         self._failed_tick = tick
-        status = kernels.move_wall(
+        status = exchange.move_wall(
             medium, gas, self.interface, pressures, self._block["widening"], self._works, self._cells[0], self._cells[1],
             tally[WALL_WORK : WALL_WORK + 1], self._failed,
         )  # fmt: skip
@@ -372,7 +372,7 @@ class Tube(Component):
         `wall_work` and `wall_impulse` are what walls do to the gas, `pressure_work` and `pressure_impulse` what the gas, less
         the pressure outside, does to the shell.
         """
-        mass, momentum, energy = (float(amount) for amount in self._block["tally"][: kernels.ROOM_WORK])
+        mass, momentum, energy = (float(amount) for amount in self._block["tally"][: exchange.ROOM_WORK])
         gas, shell = self.gas.balances(), self.shell.balances()
         return (
             balances.join_energy(gas[0], shell[0], energy),
@@ -399,7 +399,7 @@ class Tube(Component):
     def _largest_change(self) -> float:
         """Return the largest relative change of a station's cross-section now."""
         widening = self._block["widening"].copy()
-        kernels.write_widening(self.interface, self.shell.tables()[1], widening)
+        exchange.write_widening(self.interface, self.shell.tables()[1], widening)
         return float(np.abs(widening).max())
 
     def conclusions(self) -> list[str]:

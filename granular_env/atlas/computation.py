@@ -16,10 +16,10 @@ from granular_env.components.support.validation import whole_number
 from granular_env.optional_packages import import_optional
 from granular_env.workers import Worker, stop_all
 
-from .constants import constant_values
+from .constant_values import constant_values
 from .context import Context
 from .drawing import draw
-from .finished import FinishedRuns
+from .finished_runs import FinishedRuns
 from .folder import open_folder
 from .model import Entry, Findings, Paper
 

@@ -24,7 +24,7 @@ from granular_env.recording import open_log
 from granular_env.recording.replay.log import Log
 from granular_env.run_loop import run
 
-from .finished import FinishedRuns
+from .finished_runs import FinishedRuns
 from .folder import PART
 
 # Of a run that goes on, so often is told how far it is [s].

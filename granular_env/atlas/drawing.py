@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from granular_env.colours import PALETTE
 from granular_env.optional_packages import import_optional
-from granular_env.viewing.figures.style import PAPER, new_figure, svg, with_style
+from granular_env.viewing.figures.drawing import PAPER, new_figure, svg, with_style
 
 from .model import Axis, CurveStyle, Figure, Mark
 from .plane import draw_arrows, draw_letter, draw_shading, height_of_plane

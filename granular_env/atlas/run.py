@@ -14,8 +14,8 @@ from granular_env.progress import Progress
 from . import papers
 from .computation import Atlas, chosen, compute
 from .console import entry_progress
-from .export import write
 from .model import Paper
+from .result_files import write
 
 
 def run_atlas(

@@ -12,7 +12,7 @@ import re
 from collections.abc import Sequence
 from typing import Literal
 
-from .ensembles import Band
+from .seed_statistics import Band
 
 Kind = Literal["reproduced", "bound kept", "in part", "as bands", "not reproduced", "no figure"]
 

@@ -8,10 +8,10 @@ import click
 
 from granular_env.cli.command import command
 from granular_env.cli.completion import folders, papers
+from granular_env.cli.exit_status import Status
 from granular_env.cli.options import Overrides, quiet_option, set_option
-from granular_env.cli.status import Status
 from granular_env.components.errors import ParameterError, one_line
-from granular_env.terminal import columns, wrap_text
+from granular_env.terminal_text import columns, wrap_text
 
 
 @command("atlas")
@@ -40,7 +40,7 @@ def atlas(paper: str | None, out: str | None, overrides: Overrides, only: tuple[
 def _print_cost(name: str, constants: dict[str, Any], only: tuple[str, ...]) -> None:
     """Print what the page, or these entries of it, takes with these constants, where the paper knows."""
     from granular_env.atlas import chosen, paper
-    from granular_env.atlas.constants import constant_values
+    from granular_env.atlas.constant_values import constant_values
 
     found = paper(name)
     if found.cost is not None:

@@ -12,12 +12,12 @@ import click
 
 from granular_env.cli.command import command
 from granular_env.cli.completion import names
+from granular_env.cli.exit_status import Status
 from granular_env.cli.kinds import is_plan, is_study
 from granular_env.cli.options import Overrides, json_option, large_option, set_option
-from granular_env.cli.status import Status
 from granular_env.components.errors import GranularWarning, MissingExtraError
 from granular_env.output_files import count_of, readable_bytes
-from granular_env.terminal import printable, wrap_text
+from granular_env.terminal_text import printable, wrap_text
 
 
 @command("check")
@@ -79,9 +79,9 @@ def _check_plan(name: str, overrides: Overrides, allow_large: bool, for_programs
 
 
 def _check_study(name: str, overrides: Overrides, for_programs: bool) -> int:
+    from granular_env.control.named_environments import names_own_code
     from granular_env.control.study import load_study
     from granular_env.control.study.runner import prepare
-    from granular_env.control.task_names import names_own_code
 
     study = load_study(name, overrides)
     if names_own_code(study.task.name):

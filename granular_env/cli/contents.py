@@ -16,7 +16,7 @@ import click
 from granular_env.cli.command import command
 from granular_env.cli.completion import files, names
 from granular_env.cli.options import Overrides, json_option, set_option
-from granular_env.terminal import columns, printable, wrap_text
+from granular_env.terminal_text import columns, printable, wrap_text
 
 _ANYTHING = names("components", "experiments", "plans of sweeps", "studies")
 

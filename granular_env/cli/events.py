@@ -11,10 +11,10 @@ import click
 
 from granular_env.cli.command import command
 from granular_env.cli.completion import files
+from granular_env.cli.exit_status import Status
 from granular_env.cli.options import component_option, exclusive, json_option, large_option
-from granular_env.cli.status import Status
 from granular_env.output_files import count_of
-from granular_env.terminal import columns, printable, wrap_text
+from granular_env.terminal_text import columns, printable, wrap_text
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from granular_env.components.drawables import Drawable
     from granular_env.components.events import Event, EventDetail
     from granular_env.recording import Log
-    from granular_env.recording.replay.event_ratio import EventRatio
+    from granular_env.recording.replay.near_misses import EventRatio
 
 _MOST = 40
 
@@ -51,7 +51,7 @@ def events(
     """Say what happened in a run, when, and which limit was passed; or how near it came."""
     from granular_env.recording import open_log
     from granular_env.recording.reader.event_places import event_table, refuse_unknown_place
-    from granular_env.recording.replay.event_ratio import kinds_by_ratio, nearest_to_events
+    from granular_env.recording.replay.near_misses import kinds_by_ratio, nearest_to_events
 
     with open_log(log, allow_large=allow_large, components=components) as opened:
         found, kinds, step_size = opened.events(kind, index), opened.event_kinds, opened.step_size
@@ -94,7 +94,7 @@ def events(
 
 def _nearest(log: Log, ratios: list[EventRatio], index: int | None) -> str:
     """Return the lines of `--nearest` for people."""
-    from granular_env.recording.replay.event_ratio import kinds_by_ratio
+    from granular_env.recording.replay.near_misses import kinds_by_ratio
 
     if not log.event_kinds:
         return "nearest: none; with the parameters of this log nothing has a limit that it could come near to"

@@ -9,9 +9,9 @@ from dataclasses import replace
 
 import click
 
-from granular_env.cli.status import Status
+from granular_env.cli.exit_status import Status
 from granular_env.components.errors import Fault, GranularError, Override, Term, one_line
-from granular_env.terminal import printable
+from granular_env.terminal_text import printable
 
 
 def report_failure(command: click.Command | None, failure: BaseException) -> int:

@@ -12,6 +12,7 @@ import click
 
 from granular_env.cli.command import command
 from granular_env.cli.completion import files
+from granular_env.cli.exit_status import Status
 from granular_env.cli.new_log_path import log_target
 from granular_env.cli.options import (
     Overrides,
@@ -22,10 +23,9 @@ from granular_env.cli.options import (
     quiet_option,
     set_option,
 )
-from granular_env.cli.results import print_result, silence_own_warnings
-from granular_env.cli.status import Status
+from granular_env.cli.run_summary import print_result, silence_own_warnings
 from granular_env.output_files import count_of
-from granular_env.terminal import printable
+from granular_env.terminal_text import printable
 
 _VERIFIED = {
     "identical": Status.DONE,

@@ -11,7 +11,7 @@ from typing import Any
 import click
 
 from granular_env.cli.command import Body
-from granular_env.cli.set_keys import set_keys
+from granular_env.cli.key_completion import set_keys
 from granular_env.components.errors import Override
 
 Decorator = Callable[[Body], Body]

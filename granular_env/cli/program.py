@@ -11,8 +11,8 @@ from click.shell_completion import shell_complete
 
 from granular_env.cli import atlas, check, completion, contents, events, logs, runs, studies, sweeps, views
 from granular_env.cli.command import Command
+from granular_env.cli.exit_status import MEANINGS, Status
 from granular_env.cli.failures import discard_output, open_missing_streams, report_failure, report_misuse
-from granular_env.cli.status import MEANINGS, Status
 
 COMMANDS: tuple[Command, ...] = (
     contents.list_shipped,

@@ -21,7 +21,7 @@ from granular_env.cli.options import (
     overwrite_option,
     set_option,
 )
-from granular_env.cli.results import print_result, silence_own_warnings
+from granular_env.cli.run_summary import print_result, silence_own_warnings
 
 # Options of `mallopt`, and their values [bytes]: the size from which arrays are memory of their own, which goes back to the
 # system with them, and the free end of the heap that stays.

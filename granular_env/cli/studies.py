@@ -6,12 +6,12 @@ import click
 
 from granular_env.cli.command import command
 from granular_env.cli.completion import folders, names
+from granular_env.cli.exit_status import Status
 from granular_env.cli.kinds import refuse_other_kinds
 from granular_env.cli.options import Overrides, overwrite_option, quiet_option, set_option
-from granular_env.cli.results import silence_own_warnings
-from granular_env.cli.status import Status
+from granular_env.cli.run_summary import silence_own_warnings
 from granular_env.components.errors import ExperimentError
-from granular_env.terminal import columns
+from granular_env.terminal_text import columns
 
 
 @command("study")
@@ -45,7 +45,7 @@ def study(
 
 
 def _list_studies() -> int:
-    from granular_env.control.task_names import task_names
+    from granular_env.control.named_environments import task_names
     from granular_env.package_contents import overview
 
     print(f"studies\n{columns(overview()['studies'].items())}\n")

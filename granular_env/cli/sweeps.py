@@ -10,9 +10,9 @@ import click
 
 from granular_env.cli.command import command
 from granular_env.cli.completion import folders, names
+from granular_env.cli.exit_status import Status
 from granular_env.cli.kinds import refuse_other_kinds
 from granular_env.cli.options import Overrides, large_option, output_options, set_option
-from granular_env.cli.status import Status
 
 if TYPE_CHECKING:
     from granular_env.sweep import Sweep

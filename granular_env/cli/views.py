@@ -9,9 +9,9 @@ import click
 
 from granular_env.cli.command import command
 from granular_env.cli.completion import files, folders
+from granular_env.cli.exit_status import Status
 from granular_env.cli.logs import log_argument
 from granular_env.cli.options import exclusive, large_option, list_option
-from granular_env.cli.status import Status
 from granular_env.components.errors import ParameterError
 
 

@@ -12,13 +12,13 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from granular_env.components.elements import parse_element
 from granular_env.components.errors import ParameterError
+from granular_env.components.indexing import parse_element
 from granular_env.domains import domain_of
 
 from .drive import Drive
+from .named_environments import find_environment, make_environment, registered_name
 from .problem import Actor, Counts, Episode, FloatArray, Policies
-from .task_names import find_environment, make_environment, registered_name
 
 
 class TaskProblem:

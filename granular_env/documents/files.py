@@ -12,7 +12,7 @@ from typing import Any
 
 from granular_env.components.csv_history import LARGEST_FILE
 from granular_env.components.errors import ExperimentError, one_line
-from granular_env.components.files import read_bounded
+from granular_env.components.file_reading import read_bounded
 from granular_env.package_contents import shipped_files
 
 _LARGEST_FILE = 16 * 2**20

@@ -11,8 +11,8 @@ from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
 from typing import Any
 
-from granular_env.components.elements import index_text, parse_element
 from granular_env.components.errors import ExperimentError, Fault, Override, ParameterError, Phrase, one_line
+from granular_env.components.indexing import index_text, parse_element
 
 from .toml import toml_value
 

@@ -68,9 +68,9 @@ DOMAINS: dict[str, Domain] = {
     "automata": Domain(environments="granular_env.domains.automata.tasks:ENVIRONMENTS"),
     "chain": Domain(
         environments="granular_env.domains.chain.tasks:ENVIRONMENTS",
-        batch="granular_env.domains.chain.envs.vector_env:ChainVectorEnv",
+        batch="granular_env.domains.chain.envs.vector_environment:ChainVectorEnv",
         environment="granular_env.domains.chain.envs.environment:ChainEnv",
-        gradients="granular_env.domains.chain.control.drive_gradient",
+        gradients="granular_env.domains.chain.control.episode_gradient",
         watch="granular_env.domains.chain.measurement.observer:Watch",
         columns="granular_env.domains.chain.measurement.columns",
         views="granular_env.domains.chain.viewing.views:ChainViews",
@@ -79,10 +79,10 @@ DOMAINS: dict[str, Domain] = {
     "coupled": Domain(papers={"psakhie-2003": "granular_env.domains.coupled.psakhie_2003:PAPER"}),
     "discs": Domain(environments="granular_env.domains.discs.tasks:ENVIRONMENTS"),
     "grid": Domain(environments="granular_env.domains.grid.tasks:ENVIRONMENTS"),
-    "shell": Domain(remark="granular_env.domains.shell.symmetry:remark"),
+    "shell": Domain(remark="granular_env.domains.shell.half_tube_remark:remark"),
     "tube": Domain(
         environments="granular_env.domains.tube.tasks:ENVIRONMENTS",
-        remark="granular_env.domains.shell.symmetry:remark",
+        remark="granular_env.domains.shell.half_tube_remark:remark",
         papers={"gato-shie-2010": "granular_env.domains.tube.gato_shie_2010:PAPER"},
     ),
 }

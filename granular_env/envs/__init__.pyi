@@ -1,8 +1,8 @@
 from .environment import ComponentEnv
 from .policies import Constant, OpenLoop
+from .recording_wrapper import RecordEnv
 from .state import EnvState
 from .task import Task
-from .wrappers import RecordEnv
 
 __all__ = [
     "ComponentEnv",

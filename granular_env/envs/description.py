@@ -13,7 +13,7 @@ import numpy as np
 
 from granular_env.domains import environments, load
 from granular_env.envs.environment import ComponentEnv
-from granular_env.terminal import columns, wrap_text
+from granular_env.terminal_text import columns, wrap_text
 
 
 def describe_environment(name: str, arguments: Mapping[str, Any]) -> str:

@@ -15,11 +15,11 @@ import numpy.typing as npt
 from gymnasium.envs.registration import EnvSpec
 
 from ..components.component import Component
-from ..components.elements import Element, parse_element
 from ..components.errors import IssuedCautions, ParameterError, StepError, one_line
+from ..components.indexing import Element, parse_element
 from ..components.support.validation import finite_number, positive_number, whole_number
 from .pickling import Given, Recreatable, known_arguments, make_again, recreatable
-from .render import draw
+from .rendering import draw
 from .state import Drawn, EnvState, EpisodeOrigin, bit_generator
 from .task import Task, refuse_incomplete, validate_judgement
 from .time_observation import clock_readings

@@ -20,8 +20,8 @@ from typing import Annotated, Any, Literal
 from pydantic import Field, PlainValidator, TypeAdapter, field_validator
 
 from granular_env.components.component import Component
-from granular_env.components.elements import is_index
 from granular_env.components.errors import ExperimentError, Fault, ParameterError, nearest, one_line
+from granular_env.components.indexing import is_index
 from granular_env.components.number_arrays import number_array
 from granular_env.components.profiles import Profile
 from granular_env.components.support.validation import as_refusal, refusal

@@ -13,7 +13,7 @@ from granular_env.components.contract import Variable
 from granular_env.components.errors import ExperimentError, Location, ParameterError, StepError, caution, nearest
 from granular_env.components.number_arrays import number_array, start_array
 from granular_env.components.profiles import CompiledProfile, Profile
-from granular_env.components.support.arrays import FloatArray
+from granular_env.components.support.float_arrays import FloatArray
 from granular_env.documents import Document, Overrides, load
 
 from .experiment import Experiment

@@ -19,8 +19,8 @@ import numpy as np
 from pydantic import Field, PrivateAttr, model_validator
 
 from granular_env.components.component import Component
-from granular_env.components.elements import Element, parse_element
 from granular_env.components.errors import ParameterError
+from granular_env.components.indexing import Element, parse_element
 from granular_env.components.support.validation import as_refusal
 from granular_env.documents import Table
 

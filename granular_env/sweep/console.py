@@ -10,7 +10,7 @@ from time import perf_counter
 
 from granular_env.output_files import count_of
 from granular_env.progress import Progress, progress_bar
-from granular_env.terminal import printable, table
+from granular_env.terminal_text import printable, table
 
 from .store import CSV, TABLE
 from .table import Sweep

@@ -12,8 +12,8 @@ import numpy as np
 from granular_env.components.component import Component
 from granular_env.components.errors import LogError, ParameterError
 from granular_env.components.support.memory_limits import refuse_beyond
+from granular_env.crests_and_crossings import SAMPLES, resolved_top
 from granular_env.domains import domain_of
-from granular_env.sampled_curves import SAMPLES, resolved_top
 
 from .measures import EXTREMES, Figure, Happening, Measure, Measurement, Reading
 
@@ -117,8 +117,8 @@ class RunObserver:
 class _Gathered:
     """The extreme or the mean of one reading.
 
-    An extreme of a single number is read off the curve through the looks next to it, as `sampled_curves` reads crests; that of
-    all elements of an array is the greatest, or the least, of the looks.
+    An extreme of a single number is read off the curve through the looks next to it, as `crests_and_crossings` reads crests;
+    that of all elements of an array is the greatest, or the least, of the looks.
     """
 
     def __init__(self, reading: Reading) -> None:

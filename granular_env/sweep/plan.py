@@ -7,7 +7,7 @@ every = 1e-6                           # s between two looks for extremes and hi
 seeds = 3                              # repetitions, or { count = 3, seed = 0, keys = ["component.arrangement.seed"] }
 
 [set]                                  # keys of the experiment that are the same in every task, but for those below
-[grid]                                 # keys, each with its values (parameter_grid.py)
+[grid]                                 # keys, each with its values (parameter_values.py)
 [samples]                              # count, seed, and keys, each with its distribution
 [measure]                              # the table's columns (measures.py)
 [logs]                                 # keep = "none", "all" or "failed"; or every = N
@@ -32,7 +32,7 @@ from granular_env.experiments import Experiment, load_experiment, shipped_experi
 from granular_env.package_contents import shipped_files
 
 from .measures import OWN_COLUMNS, AnyMeasure
-from .parameter_grid import Axis, Range, Samples, Value, flatten
+from .parameter_values import Axis, Range, Samples, Value, flatten
 
 LARGEST = 100_000
 

@@ -16,10 +16,10 @@ from granular_env.progress import Progress
 
 from . import engines
 from .plan import Plan, load_plan
-from .preparation import plan_tasks
+from .planned_runs import Task, refuse_too_many
+from .run_preparation import plan_tasks
 from .store import Store
 from .table import Sweep
-from .tasks import Task, refuse_too_many
 from .validation import compile_kernels, validate_plan
 from .worker import Order, Result
 

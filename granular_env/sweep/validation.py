@@ -11,8 +11,8 @@ from pathlib import Path
 from granular_env.components.errors import ExperimentError, Fault, GranularError, GranularWarning
 from granular_env.experiments.preparation import Prepared
 
+from .column_units import units_of
 from .plan import Plan
-from .units import units_of
 from .worker import Computer, Job, Order
 
 # A value that does not fit is the fault of its task; what so many tasks from all over the plan cannot do is the plan's.

@@ -18,7 +18,7 @@ from granular_env.components.support.jit import source_hash
 from granular_env.experiments import load_experiment
 from granular_env.experiments.preparation import Prepared, prepare
 
-from .experiment_files import write_files
+from .csv_files import write_files
 from .measures import Measure
 from .observer import RunObserver
 
@@ -192,7 +192,7 @@ def program() -> str:
     for path in (
         *own,
         package / "run_loop.py",
-        package / "sampled_curves.py",
+        package / "crests_and_crossings.py",
         *sorted((package / "experiments").glob("*.py")),
         *sorted((package / "domains").glob("*/measurement/*.py")),
     ):

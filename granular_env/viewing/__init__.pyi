@@ -1,4 +1,4 @@
-from .figures.series import plot
+from .figures.variable_figure import plot
 from .foxglove import save_foxglove_layout
 from .reports.page import report
 from .rerun.live import LiveViewer

@@ -9,9 +9,9 @@ import numpy as np
 
 from granular_env.colours import symmetric_limit
 from granular_env.components.contract import Variable
-from granular_env.components.support.arrays import FloatArray
+from granular_env.components.support.float_arrays import FloatArray
 
-from .units import label_with_unit
+from .unit_labels import label_with_unit
 
 # In a plane a few values that are so many times larger than nearly all others get the fullest colour along with these: the
 # place where a load acts would leave a wave without colour.

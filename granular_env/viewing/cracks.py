@@ -8,7 +8,7 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from granular_env.components.support.arrays import FloatArray
+from granular_env.components.support.float_arrays import FloatArray
 
 # So many links can be drawn as lines without hiding what they join.
 MOST_LINES = 400

@@ -17,7 +17,7 @@ from granular_env.colours import PALETTE
 from granular_env.components.drawables import Cells, Points, spatial
 from granular_env.components.errors import LogError
 from granular_env.output_files import replacing
-from granular_env.recording.format.schemas import FRAME
+from granular_env.recording.format.protobuf import FRAME
 from granular_env.recording.preview import cdr
 from granular_env.recording.preview.messages import (
     ABOUT_TOPIC,

@@ -14,14 +14,14 @@ from granular_env.components import drawables
 from granular_env.components.component import Component
 from granular_env.components.contract import Variable
 from granular_env.components.drawables import Cells, Drawable, Links, Points, spatial
-from granular_env.components.support.arrays import FloatArray
+from granular_env.components.support.float_arrays import FloatArray
 from granular_env.domains import domain_of
 from granular_env.recording.format.header import BalanceNames, balance_facts, balance_names_from
 
 from .curves import MAXIMUM_CURVE_POINTS, Curve, pick_with_extremes
+from .domain_views import views_class
 from .input_curves import load_input, present_input
-from .shapes import colouring_outputs, is_hidden, is_plane, is_solid, recolour, visible_cells, visible_points
-from .views import views_class
+from .visible_drawables import colouring_outputs, is_hidden, is_plane, is_solid, recolour, visible_cells, visible_points
 
 # Bounds of what is shown: viewers die of more.
 MAXIMUM_FRAMES = 400

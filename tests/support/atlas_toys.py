@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from granular_env.atlas.context import Context
-from granular_env.atlas.ensembles import Band
 from granular_env.atlas.model import Axis, Constant, Curve, Entry, Figure, Findings, Item, Mark, Paper
+from granular_env.atlas.seed_statistics import Band
 from granular_env.atlas.verdicts import Value
 from granular_env.components.errors import GranularError
 from granular_env.domains.chain import measurement

@@ -11,7 +11,7 @@ import numpy as np
 from granular_env.components.coupled import Coupled
 from granular_env.components.grid import Grid
 from granular_env.components.materials.elastic import Material
-from granular_env.components.support.arrays import FloatArray
+from granular_env.components.support.float_arrays import FloatArray
 
 MEDIUM = Material(density=1.0, young=2.5, poisson=0.25)
 P_SPEED, S_SPEED = MEDIUM.longitudinal_speed, MEDIUM.shear_speed

@@ -9,7 +9,7 @@ import numpy as np
 from granular_env.components.detonation import DetonationTube
 from granular_env.components.detonation.gases import Gas
 from granular_env.components.detonation.theory import TaylorWave
-from granular_env.components.support.arrays import FloatArray
+from granular_env.components.support.float_arrays import FloatArray
 
 # Pressure, density and temperature 1 where nothing else is said; the sound runs at sqrt(1.4).
 AIR = Gas(gamma=1.4, gas_constant=1.0)

@@ -8,7 +8,7 @@ import numpy as np
 
 from granular_env.components.grid import Grid
 from granular_env.components.materials.elastic import Material
-from granular_env.components.support.arrays import FloatArray
+from granular_env.components.support.float_arrays import FloatArray
 
 # lambda = mu = rho = 1: the speeds are sqrt(3) and 1.
 MEDIUM = Material(density=1.0, young=2.5, poisson=0.25)

@@ -14,7 +14,7 @@ from granular_env import viewing
 from granular_env.components.errors import GranularError
 from granular_env.recording import open_log, recover, verify
 from granular_env.recording.format.records import Record
-from granular_env.recording.replay.event_ratio import nearest_to_events
+from granular_env.recording.replay.near_misses import nearest_to_events
 
 ACTIONS: dict[str, Callable[[Path], object]] = {
     "verify": verify,

@@ -1,6 +1,6 @@
 """Criteria by which linked pairs break, one a file: parameters, formula, source.
 
-A new criterion is a file, a line in `CRITERIA`, and a line in `functions.py`.
+A new criterion is a file, a line in `CRITERIA`, and a line in `dispatch.py`.
 """
 
 from __future__ import annotations

@@ -9,7 +9,7 @@ from typing import ClassVar, Literal
 from ...support.parameter_fields import field
 from ...support.tagged_union import Named
 
-# Numbers of the criteria in kernels; see `functions.failure`.
+# Numbers of the criteria in kernels; see `dispatch.failure`.
 NONE, VON_MISES, DRUCKER_PRAGER, MOHR_COULOMB, STRAIN = range(5)
 
 

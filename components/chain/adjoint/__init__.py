@@ -8,9 +8,9 @@ that memory grows with the square root of the horizon (A. Griewank, Optim. Metho
 
 from __future__ import annotations
 
+from .contact_states import contact_states
 from .gradient import Adjoints, check_functions, evaluate, validate_drive, value_and_adjoint, value_and_slopes
-from .kinks import contact_states
-from .parameters import KNOWN, natural_mass, parameter_gradient
+from .parameter_gradient import KNOWN, natural_mass, parameter_gradient
 
 COMPILATION = ("gradients", 8)
 

@@ -12,8 +12,8 @@ import numpy as np
 
 from ...support.jit import jit
 from .. import kernels
-from ..laws import functions as law
-from ..laws.functions import DISSIPATES
+from ..laws import placeholders as law
+from ..laws.placeholders import DISSIPATES
 from ..layout import (
     FREE,
     GRAINS,
@@ -36,7 +36,7 @@ from ..layout import (
     U,
     V,
 )
-from .dissipation import reverse_dissipation
+from .dissipative_step import reverse_dissipation
 
 FORCE_ADJOINT, FORCE, OVERLAP_ADJOINT, INVERSE_MASS_SUM = OLD_VELOCITY, MIN_IMPULSE, IMPULSE_PER_SPEED, LEFT_DRIVE
 _ONE = np.uint64(1)

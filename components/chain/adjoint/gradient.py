@@ -14,7 +14,7 @@ from numba.core.errors import NumbaError
 
 from ...errors import ParameterError, StepError, one_line
 from ...support.addresses import address
-from ...support.arrays import FloatArray
+from ...support.float_arrays import FloatArray
 from ...support.jit import JIT, current, jit, refuse_stale
 from ..component import Chain
 from ..integrators import SCHEMES, SIGNATURE

@@ -11,8 +11,8 @@ import numpy as np
 from ...support.jit import jit
 from .. import kernels
 from ..integrators.compositions import kick_and_drift, stage_loop
-from ..integrators.dissipation import half_sweep, prepare
-from ..laws.functions import DISSIPATES
+from ..integrators.dissipative_step import half_sweep, prepare
+from ..laws.placeholders import DISSIPATES
 from ..layout import (
     FREE,
     GRAINS,

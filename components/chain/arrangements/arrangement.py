@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import ClassVar, Literal
 
 from ...materials.elastic import Material, Preset, material
-from ...support.arrays import FloatArray
+from ...support.float_arrays import FloatArray
 from ...support.tagged_union import Named
 
 

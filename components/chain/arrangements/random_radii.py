@@ -7,7 +7,7 @@ from typing import Literal
 from ...materials.elastic import Material, Preset
 from ...support.counter_random import uniform
 from ...support.parameter_fields import field
-from ..uniform_radii import UniformRadii
+from ..radius_distribution import UniformRadii
 from .arrangement import Arrangement, FloatArray, alternatives
 
 

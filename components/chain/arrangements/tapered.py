@@ -11,7 +11,7 @@ from pydantic import model_validator
 from ...errors import ParameterError
 from ...materials.elastic import Material, Preset
 from ...support.parameter_fields import Positive, field
-from ...support.roots import integer_power, nth_root
+from ...support.rational_powers import integer_power, nth_root
 from .arrangement import Arrangement, FloatArray, alternatives
 
 # Outside of this range a grain has no mass that a chain takes [m].

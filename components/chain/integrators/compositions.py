@@ -19,8 +19,8 @@ import numpy as np
 
 from ...support.jit import internal, internal_inlined, jit
 from .. import kernels
-from ..laws import functions as law
-from ..laws.functions import DISSIPATES, LONG_FORMULA, REMEMBERS
+from ..laws import placeholders as law
+from ..laws.placeholders import DISSIPATES, LONG_FORMULA, REMEMBERS
 from ..layout import (
     FREE,
     FREE_ROW,
@@ -51,7 +51,7 @@ from ..layout import (
     U,
     V,
 )
-from .dissipation import dissipate_and_drift
+from .dissipative_step import dissipate_and_drift
 
 
 class Composition(NamedTuple):

@@ -1,4 +1,4 @@
-"""Contact laws, one a file: parameters, formulas, their derivatives, sources. `functions.py` says what a law's file defines.
+"""Contact laws, one a file: parameters, formulas, their derivatives, sources. `placeholders.py` says what a law's file defines.
 
 A law is conservative, velocity-dependent or has a history, and says so. A new law is a file and a line in `LAWS`.
 """

@@ -14,7 +14,7 @@ from typing import ClassVar, Literal
 
 from ...support.jit import inlined
 from ...support.parameter_fields import field
-from ...support.roots import two_thirds_power
+from ...support.rational_powers import two_thirds_power
 from ..layout import SMALLEST_OVERLAP, STIFFNESS
 from .law import FloatArray, Law
 

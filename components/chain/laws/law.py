@@ -11,10 +11,10 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from ...support.arrays import FloatArray
+from ...support.float_arrays import FloatArray
 from ...support.tagged_union import Named
 from ..layout import MOST_HISTORY_ROWS
-from . import functions
+from . import placeholders
 
 # A sphere begins to yield, under its surface, at a peak pressure of 1.6 times the yield strength (Johnson 1985, section 6.1).
 YIELD_PRESSURE = 1.6
@@ -23,7 +23,7 @@ YIELD_PRESSURE = 1.6
 class Law(Named):
     """A contact law, chosen by its `name`: its parameters here, its formulas as jitted functions in the same file.
 
-    Which functions a law's file has to define, and with which arguments, says `functions.py`.
+    Which functions a law's file has to define, and with which arguments, says `placeholders.py`.
     """
 
     exponent: ClassVar[float]
@@ -101,11 +101,11 @@ class Dissipative(Law, ABC):
 
 def missing_parts(law: type[Law], *, gradient: bool = False) -> tuple[str, ...]:
     """Return what a law's class and file lack, for runs or for gradients."""
-    needed = functions.ELASTIC + (functions.ELASTIC_GRADIENT if gradient else ())
+    needed = placeholders.ELASTIC + (placeholders.ELASTIC_GRADIENT if gradient else ())
     if issubclass(law, Dissipative):
-        needed += functions.DISSIPATIVE + (functions.DISSIPATIVE_GRADIENT if gradient else ())
+        needed += placeholders.DISSIPATIVE + (placeholders.DISSIPATIVE_GRADIENT if gradient else ())
     if law.history_rows:
-        needed += functions.HISTORY
+        needed += placeholders.HISTORY
     own = () if hasattr(law, "exponent") or "exponent" in law.model_fields else ("exponent",)
     own += () if law.overlap_at is not Law.overlap_at else ("overlap_at",)
     return own + lacks(law, needed)
@@ -125,8 +125,8 @@ def refuse_incomplete(law: type[Law], name: str) -> None:
     missing = missing_parts(law)
     if missing:
         raise ValueError(
-            f"law {name!r} lacks {', '.join(missing)} in {law.__module__}; define what `laws/functions.py` and `laws/law.py` "
-            "describe, or choose another law"
+            f"law {name!r} lacks {', '.join(missing)} in {law.__module__}; define what `laws/placeholders.py` and "
+            "`laws/law.py` describe, or choose another law"
         )
     if issubclass(law, Dissipative) and law.history_rows:
         raise ValueError(f"law {name!r} has a history and a dissipation; no integrator combines them: expected one of the two")
@@ -136,15 +136,15 @@ def refuse_incomplete(law: type[Law], name: str) -> None:
 
 @cache
 def law_functions(law: Any) -> ModuleType:
-    """Return a law's functions and properties under the names of `functions.py`, for the loops."""
+    """Return a law's functions and properties under the names of `placeholders.py`, for the loops."""
     own = sys.modules[law.__module__]
     space = ModuleType(own.__name__)
     for name in (
-        functions.ELASTIC
-        + functions.ELASTIC_GRADIENT
-        + functions.DISSIPATIVE
-        + functions.DISSIPATIVE_GRADIENT
-        + (functions.HISTORY + functions.ENERGY_ROOT)
+        placeholders.ELASTIC
+        + placeholders.ELASTIC_GRADIENT
+        + placeholders.DISSIPATIVE
+        + placeholders.DISSIPATIVE_GRADIENT
+        + (placeholders.HISTORY + placeholders.ENERGY_ROOT)
     ):
         if hasattr(own, name):
             setattr(space, name, getattr(own, name))

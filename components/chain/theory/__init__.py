@@ -8,13 +8,13 @@ of range, raises `ParameterError`.
 
 from __future__ import annotations
 
-from .anharmonic import (
+from .anharmonic_lattice import (
     AnharmonicCoefficients,
     anharmonic_acceleration,
     anharmonic_coefficients,
     lattice_acceleration,
 )
-from .binary import (
+from .binary_collisions import (
     binary_velocities,
     tapered_ratio,
     tapered_velocities,
@@ -39,7 +39,20 @@ from .dispersion import (
     monatomic_phase_speed,
     tangent_stiffness,
 )
-from .lattice import (
+from .effective_potential import (
+    LARGEST_C3,
+    Extremes,
+    W,
+    c3_of_ratio,
+    extreme_roots,
+    extremes,
+    ratio_of_c3,
+    ratio_of_speed,
+    shock_ratio,
+    shock_speed_ratio,
+    speed_ratio,
+)
+from .lattice_wave import (
     FREE_END_VELOCITY,
     LATTICE_PRESSURE_OVERSHOOT,
     LATTICE_STRAIN_OVERSHOOT,
@@ -60,19 +73,6 @@ from .long_waves import (
     long_wave_coefficients,
     nesterenko_acceleration,
 )
-from .potential import (
-    LARGEST_C3,
-    Extremes,
-    W,
-    c3_of_ratio,
-    extreme_roots,
-    extremes,
-    ratio_of_c3,
-    ratio_of_speed,
-    shock_ratio,
-    shock_speed_ratio,
-    speed_ratio,
-)
 from .restitution import (
     KUWABARA_KONO_COEFFICIENT,
     VISCOUS_COEFFICIENT,
@@ -88,7 +88,7 @@ from .scales import (
     sound_speed,
     time_scale,
 )
-from .stationary import (
+from .stationary_waves import (
     StationaryWave,
     critical_viscosity,
     periodic_wave,

@@ -8,7 +8,7 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from ...errors import ParameterError, one_line
-from ...support.arrays import FloatArray
+from ...support.float_arrays import FloatArray
 
 # A number or an array of numbers; what a formula is given decides what it returns, and arrays broadcast.
 Number: TypeAlias = Any

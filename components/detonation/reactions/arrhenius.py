@@ -11,7 +11,7 @@ from __future__ import annotations
 import math
 from typing import ClassVar, Literal
 
-from ...support.elementary import exponential
+from ...support.elementary_functions import exponential
 from ...support.jit import internal_inlined
 from ...support.magnitudes import Magnitude
 from ...support.parameter_fields import field

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...support.arrays import FloatArray
+from ...support.float_arrays import FloatArray
 from ..chapman_jouguet import Detonation, Flow, chapman_jouguet
 from ..gases import Gas
 

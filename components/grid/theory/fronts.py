@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...materials.elastic import Material
-from ...support.arrays import FloatArray
+from ...support.float_arrays import FloatArray
 from .rayleigh import rayleigh_speed
 
 _POINTS = 181

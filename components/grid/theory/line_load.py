@@ -22,7 +22,7 @@ from typing import Any
 import numpy as np
 
 from ...materials.elastic import Material
-from ...support.arrays import FloatArray
+from ...support.float_arrays import FloatArray
 
 # Points of the quadratures along each path.
 _POINTS = 4000

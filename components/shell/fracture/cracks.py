@@ -8,16 +8,16 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from ...support.arrays import FloatArray
+from ...support.float_arrays import FloatArray
 from ..geometry.lattice import Lattice
-from ..integration import IntegrationPoints
-from ..layout import ColumnArray, IndexArray, IntArray, Solid, State
+from ..kernel_arrays import ColumnArray, IndexArray, IntArray, Solid, State
+from ..quadrature import IntegrationPoints
 from ..stencils import Stencils
+from .compiled_shape_functions import write_hold
+from .criterion_evaluation import Judgement, decisive_value, index_normal
 from .facets import mark_links
-from .judgement import Judgement, decisive_value, index_normal
 from .law import FractureLaw
 from .pieces import Marks, crack_lips, detached_columns, find_connected, label_columns, severed_links
-from .rows import write_hold
 from .visibility import Visibility
 
 # A facet runs beside its point: half way to the next nodes where points lie at nodes, otherwise next to the point.

@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...support.arrays import FloatArray
+from ...support.float_arrays import FloatArray
 from ...support.jit import internal_inlined, jit
 
 # A facet in the state: its point, its middle, its normal in index space, half its extent along the thickness, its tick.

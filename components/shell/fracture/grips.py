@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from ...errors import ParameterError
-from ...support.arrays import FloatArray
-from ..assembly import Assembly
+from ...support.float_arrays import FloatArray
 from ..geometry.bodies import EDGES
+from ..kernel_setup import Assembly
 from ..parameters import ShellParameters
 from .pieces import Marks
 

@@ -7,8 +7,8 @@ from typing import ClassVar
 import numpy as np
 
 from ...materials.thermoviscoplastic import FlowConstants
-from ...support.arrays import FloatArray
 from ...support.counter_random import uniform
+from ...support.float_arrays import FloatArray
 from ...support.magnitudes import NotNegativeMagnitude
 from ...support.parameter_fields import field
 from ...support.tagged_union import Named

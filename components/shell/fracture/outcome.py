@@ -8,9 +8,9 @@ import numpy as np
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
-from ...support.arrays import FloatArray
+from ...support.float_arrays import FloatArray
 from ..geometry.lattice import Lattice
-from ..layout import IntArray
+from ..kernel_arrays import IntArray
 from .pieces import Marks
 
 OUTCOMES = ("whole", "bulged", "axial crack", "hoop crack", "severed")

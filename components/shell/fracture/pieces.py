@@ -7,7 +7,7 @@ import numpy.typing as npt
 
 from ...support.jit import jit
 from ..geometry.lattice import Lattice
-from ..layout import IntArray
+from ..kernel_arrays import IntArray
 
 # Ways of `facets.mark_links`: along, across, and both diagonals.
 ALONG, ACROSS = 0, 1

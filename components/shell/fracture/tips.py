@@ -6,7 +6,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy.spatial import KDTree
 
-from ...support.arrays import FloatArray
+from ...support.float_arrays import FloatArray
 
 # Facets next to each other, or but one, are no farther apart than this [spacings]; their middles lie in cells of the lattice.
 _NEXT = 2.3

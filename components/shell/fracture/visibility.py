@@ -5,13 +5,13 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from ...support.arrays import FloatArray
+from ...support.float_arrays import FloatArray
 from ..geometry.lattice import Lattice
-from ..layout import IntArray
+from ..kernel_arrays import IntArray
 from ..shape_functions import BasisName
 from ..stencils import Stencils, weights_at
+from .compiled_shape_functions import least_squares_rows
 from .facets import LatticeTable, mark_hidden
-from .rows import least_squares_rows
 
 _BASIS_SIZES = {"linear": 4, "quadratic": 10}
 # Points whose functions are computed at a time: many at once would take more memory on the way than their functions.

@@ -11,8 +11,8 @@ from pydantic import SerializeAsAny
 from ...support.magnitudes import Magnitude
 from ...support.parameter_fields import field
 from ...support.tagged_union import ByName, Named
-from .axis import Axis, closed_axis, even_axis, refuse_coinciding
 from .lattice import Lattice
+from .lattice_axis import Axis, closed_axis, even_axis, refuse_coinciding
 from .notch import Notch, graded_axes, hollow_of, planes_through
 
 # Planes of nodes along a body, and through one, which has a Gauss point for each layer but one.

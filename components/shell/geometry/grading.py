@@ -7,8 +7,8 @@ import math
 import numpy as np
 
 from ...errors import ParameterError
-from ...support.arrays import FloatArray
-from .axis import Axis
+from ...support.float_arrays import FloatArray
+from .lattice_axis import Axis
 
 # Largest ratio of neighbouring distances.
 LARGEST_GROWTH = 1.6

@@ -7,9 +7,9 @@ from functools import cached_property
 
 import numpy as np
 
-from ...support.arrays import FloatArray
-from ...support.elementary import sine_of_pi
-from .axis import Axis, IntArray
+from ...support.elementary_functions import sine_of_pi
+from ...support.float_arrays import FloatArray
+from .lattice_axis import Axis, IntArray
 from .notch import Hollow
 
 

@@ -11,8 +11,8 @@ from ...errors import ParameterError
 from ...support.magnitudes import Magnitude, NotNegativeMagnitude
 from ...support.parameter_fields import field
 from ...support.validation import Parameters
-from .axis import Axis, refuse_coinciding
 from .grading import covers, graded_axis, whole_length
+from .lattice_axis import Axis, refuse_coinciding
 
 # Positions that agree within this part of the notch are the same.
 _ROUNDING = 1e-9

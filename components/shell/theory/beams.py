@@ -9,7 +9,7 @@ import math
 
 import numpy as np
 
-from ...support.arrays import FloatArray
+from ...support.float_arrays import FloatArray
 
 # The first root of cos(k) cosh(k) = -1.
 _FIRST_ROOT = 1.8751040687119612

@@ -24,14 +24,14 @@ from numba.core.serialize import dumps
 from ...errors import ParameterError
 from ..notice import tell
 from .cache_folder import cache_folder
+from .cacheable_types import is_told_by_name
 from .fingerprint import Fingerprint, fingerprint
-from .registrations import refresh_after_imports
-from .type_names import is_told_by_name
+from .registry_refresh import refresh_after_imports
 
 try:
-    from . import code_libraries
+    from . import compilers
 except ImportError as _error:
-    code_libraries = None
+    compilers = None
     tell(
         f"this version of numba is built in another way than those that were tested ({_error}): kernels are compiled in every "
         "process, and that takes longer; install numba>=0.61,<0.69"
@@ -67,17 +67,17 @@ class KernelCache:
         self.note_references()
         path = self._path(signature, target_context.codegen())
         content = None if path is None else _read(path)
-        if path is None or content is None or code_libraries is None:
+        if path is None or content is None or compilers is None:
             return None
         try:
-            return code_libraries.rebuild(target_context, *pickle.loads(content))
+            return compilers.rebuild(target_context, *pickle.loads(content))
         except Exception:  # whatever it is, it is not what was written by this version of numba
             _remove(path)
             return None
 
     def save_overload(self, signature: Any, compiled: Any) -> None:
         """Keep a compiled function where it can be kept."""
-        if code_libraries is None:
+        if compilers is None:
             return
         parts = compiled._reduce()
         for environment in parts[-1]:

@@ -2,7 +2,7 @@
 
 `study.py` says what a file may hold, `methods/` holds one method a file, `evaluator.py` counts what they ask of the physics
 and answers again what was answered before a kill, `trial_record.py` is what is kept of that, `runner.py` is the loop,
-`export.py`, `figures.py` and `report.py` tell how it went.
+`result_files.py`, `figures.py` and `report.py` tell how it went.
 """
 
 from .study import Study, load_study, shipped_studies

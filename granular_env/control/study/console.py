@@ -7,11 +7,11 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
 from granular_env.progress import Bar, Progress, ProgressBars
-from granular_env.terminal import table
+from granular_env.terminal_text import table
 
+from .method_comparison import headings, verdicts
 from .results import StudyResult
 from .study import Study
-from .verdicts import headings, verdicts
 
 _MOST_NOTES = 3
 

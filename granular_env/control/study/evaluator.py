@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from granular_env.components.errors import ExperimentError, StepError, nearest
-from granular_env.components.support.arrays import FloatArray
+from granular_env.components.support.float_arrays import FloatArray
 
 from ..drive import DriveShape
 from ..problem import Policies, Problem

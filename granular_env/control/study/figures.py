@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from granular_env.viewing.figures.style import legend, line, new_figure, png, svg, with_style
+from granular_env.viewing.figures.drawing import legend, line, new_figure, png, svg, with_style
 
 from .results import Score, StudyResult
 

@@ -12,8 +12,8 @@ from granular_env.output_files import count_of
 from granular_env.viewing import html_page
 
 from .figures import Picture
+from .method_comparison import headings, verdicts
 from .results import StudyResult
-from .verdicts import headings, verdicts
 
 
 def page_of(result: StudyResult, pictures: Mapping[str, Picture]) -> str:

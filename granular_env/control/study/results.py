@@ -1,4 +1,4 @@
-"""Results of a study."""
+"""The results of a study as data: its trials, their scores, and those of the baselines."""
 
 from __future__ import annotations
 

@@ -31,8 +31,8 @@ from ..drive import DriveShape
 from ..problem import Actor, Problem
 from .console import Notify, trial_progress
 from .evaluator import BudgetedEvaluator, BudgetSpentError, InterruptedByUserError
-from .export import write_results
 from .methods import MethodTable
+from .result_files import write_results
 from .results import Score, StudyResult, Trial
 from .study import Source, Study, load_study
 from .trial_record import START_ANEW, TrialRecord, load_or_start

@@ -16,7 +16,7 @@ import numpy as np
 import numpy.typing as npt
 
 from granular_env.components.errors import ExperimentError, Fault, LogError, Option
-from granular_env.components.support.arrays import FloatArray
+from granular_env.components.support.float_arrays import FloatArray
 from granular_env.components.support.serialization import digest, pack, unpack
 from granular_env.output_files import replacing
 

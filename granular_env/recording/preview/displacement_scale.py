@@ -6,9 +6,9 @@ import math
 
 import numpy as np
 
-from granular_env.components.support.arrays import FloatArray
+from granular_env.components.support.float_arrays import FloatArray
 
-from ...components.support.roots import round_down_to_125
+from ...components.support.round_numbers import round_down_to_125
 
 # The deepest overlap of two neighbours is drawn as about this part of the smaller radius.
 _DRAWN_OVERLAP = 0.5

@@ -2,7 +2,7 @@
 
     messages = list(preview_messages(facts, frames))
 
-`facts` follow from the header (or from the component), `frames` are those that `preview_frames.PreviewFrames` has kept of the
+`facts` follow from the header (or from the component), `frames` are those that `frame_selection.PreviewFrames` has kept of the
 recorded ones: a program that runs a log again, passes each recorded frame to such a selection, and calls this function, finds
 the same bytes in the log.
 Nothing else enters: no clock of the machine, no random number, no size of a batch.
@@ -34,7 +34,7 @@ import numpy as np
 
 from ...colours import diverging
 from ...components.drawables import Cells, Curve, Drawable, Links, Points, drawn_outputs, main_points, spatial
-from ..format import schemas
+from ..format import protobuf
 from . import cdr
 from .displacement_scale import choose_exaggeration
 
@@ -213,8 +213,8 @@ class _Scalars:
         if not acting:
             return _Scalars([], {})
         fields = [field_name(names[place], facts.units[names[place]]) for place in acting]
-        topic = Topic(SCALARS_TOPIC, "granular.Scalars", "protobuf", schemas.scalars_schema(fields))
-        topics.append((topic, schemas.encode_scalars(rows[:, acting])))
+        topic = Topic(SCALARS_TOPIC, "granular.Scalars", "protobuf", protobuf.scalars_schema(fields))
+        topics.append((topic, protobuf.encode_scalars(rows[:, acting])))
         return _Scalars(topics, labels)
 
 
@@ -295,12 +295,12 @@ class Scene:
         time, displacement = frame.nanoseconds, frame.drawn[self.points.displacement]
         colour = frame.drawn.get(self.points.colour, np.zeros(len(self.points.radius), np.float32))
         true = positions_of(self.points, displacement)
-        yield _cloud_topic(PARTICLES_TOPIC), schemas.encode_point_cloud(time, true, colours_of(colour, self.largest))
+        yield _cloud_topic(PARTICLES_TOPIC), protobuf.encode_point_cloud(time, true, colours_of(colour, self.largest))
         part = self._part(colour)
         places, colours = self._places(displacement), colours_of(part, 1.0)
-        yield _cloud_topic(PREVIEW_TOPIC), schemas.encode_point_cloud(time, *self._with_columns(places, part, colours))
+        yield _cloud_topic(PREVIEW_TOPIC), protobuf.encode_point_cloud(time, *self._with_columns(places, part, colours))
         if len(places) <= _MOST_SPHERES:
-            yield _spheres_topic(), schemas.encode_spheres(time, places, self.radius, colours)
+            yield _spheres_topic(), protobuf.encode_spheres(time, places, self.radius, colours)
 
     def _part(self, colour: np.ndarray) -> np.ndarray:
         """Return the extreme of each block as a part of the largest, -1 to 1, in steps."""
@@ -333,12 +333,12 @@ class Scene:
 
 @cache
 def _cloud_topic(name: str) -> Topic:
-    return Topic(name, "foxglove.PointCloud", "protobuf", schemas.point_cloud_schema())
+    return Topic(name, "foxglove.PointCloud", "protobuf", protobuf.point_cloud_schema())
 
 
 @cache
 def _spheres_topic() -> Topic:
-    return Topic(SPHERES_TOPIC, "foxglove.SceneUpdate", "protobuf", schemas.scene_update_schema())
+    return Topic(SPHERES_TOPIC, "foxglove.SceneUpdate", "protobuf", protobuf.scene_update_schema())
 
 
 def _largest(frames: Sequence[PreviewFrame], name: str) -> float:
@@ -384,7 +384,7 @@ class Others:
             else:
                 continue
             cloud = _cloud_topic(topic)
-            yield cloud, schemas.encode_point_cloud(frame.nanoseconds, np.asarray(drawn[0], np.float32), drawn[1])
+            yield cloud, protobuf.encode_point_cloud(frame.nanoseconds, np.asarray(drawn[0], np.float32), drawn[1])
 
     def _dots(self, links: Links, frame: PreviewFrame) -> tuple[np.ndarray, np.ndarray]:
         """Return dots on the line between linked points."""

@@ -9,7 +9,7 @@ from typing import Any
 from ...components.drawables import Cells, Drawable, Links, Points
 from ...components.errors import ParameterError
 from ...components.events import Event, EventDetail
-from ...components.support.arrays import FloatArray
+from ...components.support.float_arrays import FloatArray
 
 
 @dataclass(frozen=True, slots=True)

@@ -13,7 +13,7 @@ from ...components.errors import LogError, ParameterError
 from ...output_files import advice_for
 from ..container import PROFILE
 from ..container.writer import McapWriter, Part
-from ..format import schemas
+from ..format import protobuf
 from ..format.metadata import METADATA_NAME
 from ..format.records import COLUMNS, HEADER, KINDS, TOPICS, Record, encode, log_identity
 from ..preview.messages import PreviewMessage, Topic
@@ -51,7 +51,7 @@ class LogWriter:
 
     def _start(self) -> None:
         self._writer = writer = McapWriter(self._file, PROFILE, PROFILE)
-        block = writer.add_schema("granular.Block", "protobuf", schemas.block_schema())
+        block = writer.add_schema("granular.Block", "protobuf", protobuf.block_schema())
         self._channels = {topic: writer.add_channel(topic, "protobuf", block) for topic in TOPICS}
         self._schemas: dict[str, int] = {}
 

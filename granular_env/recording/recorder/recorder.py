@@ -28,12 +28,12 @@ from ..format.digests import hash_row, header_digests, parameter_digests
 from ..format.header import closing_facts, header_of
 from ..format.metadata import metadata_of, title_of
 from ..format.records import CLOSED, HEADER, INCIDENTS, KEY, START, Record, nanoseconds
-from ..preview.frames import FROM_FRAMES, PreviewFrames, facts_of
+from ..preview.frame_selection import FROM_FRAMES, PreviewFrames, facts_of
 from .buffer_pool import BufferPool
-from .history import End, Item, Place, PlainSteps, Start, Step, batches_of, empty_batch
+from .history_items import End, Item, Place, PlainSteps, Start, Step, batches_of, empty_batch
 from .log_file import LogFile
 from .log_writer import LogWriter
-from .record_batch import Profiles, RecordBatch, Samples, write_batch
+from .pending_data import Profiles, RecordBatch, Samples, write_batch
 from .sampling import Agenda, Schedule
 
 if TYPE_CHECKING:
@@ -229,7 +229,7 @@ class Recorder:
             size += rows.nbytes
         if samples is not None:
             frames, size = frames + len(samples.frames), size + samples.size
-        # Each in one operation: see `history`.
+        # Each in one operation: see `history_items`.
         if samples is not None or rows is not None:
             self._items.append(Step(last.place, now, frames, events, inputs, samples, rows))
             self._samples = Samples()

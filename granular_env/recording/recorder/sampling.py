@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-from ...components.support.roots import round_down_to_125, round_up_to_125
+from ...components.support.round_numbers import round_down_to_125, round_up_to_125
 from ..format.records import damage
 
 # Default distance of hashes; at this distance they cost less than a hundredth of any component seen so far [ticks].

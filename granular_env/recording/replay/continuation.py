@@ -24,7 +24,7 @@ from ..format.header import versions
 from ..format.message_index import COUNT, DETAIL, FIRST, KIND, LAST
 from ..format.metadata import metadata_of_log
 from ..format.records import END, EVENTS, FRAMES, HASHES, HEADER, INCIDENTS, SNAPSHOTS, STEPS, TOPICS, Record, decode, words
-from ..preview.frames import PreviewFrames
+from ..preview.frame_selection import PreviewFrames
 from ..recorder.log_file import create
 from ..recorder.log_writer import LogWriter, as_path
 from ..recorder.recorder import Recorder

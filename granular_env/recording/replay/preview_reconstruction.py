@@ -12,7 +12,7 @@ from ..container.reader import RawMessage
 from ..format.message_index import CHUNK, COUNT, KIND, LAST, SEGMENT
 from ..format.metadata import title_of
 from ..format.records import HEADER, TOPICS, damage
-from ..preview.frames import FROM_FRAMES, PreviewFrames, facts_of, preview_facts
+from ..preview.frame_selection import FROM_FRAMES, PreviewFrames, facts_of, preview_facts
 from ..preview.messages import PreviewFacts, PreviewMessage
 from .log import Log
 

@@ -12,7 +12,7 @@ from ...components.errors import Fault, GranularError, LogError, Option, Paramet
 from ...output_files import replacing
 from ..format.metadata import metadata_of_log
 from ..format.records import CLOSED, INCIDENTS, TOPICS, Record, decode
-from ..preview.frames import FROM_FRAMES
+from ..preview.frame_selection import FROM_FRAMES
 from ..recorder.log_file import create, refuse_unless_log
 from ..recorder.log_writer import LogWriter, as_path
 from .log import Log, open_log

@@ -21,8 +21,8 @@ from ..format.records import EVENTS, FRAMES, HASHES, SNAPSHOTS, damage, words
 from ..replay.log import Log, open_log
 from ..replay.preview_reconstruction import PreviewBuilder
 from ..replay.steps import Changes, advance, check_work, restore
+from .changed_content import changed_header, changed_input, changed_parameters
 from .declaration_comparison import closing_differences, declaration_differences, metadata_differences
-from .digest_comparison import changed_header, changed_input, changed_parameters
 from .result import Difference, Verification, foreign_facts
 
 # What differs, the ticks of the log between which that arose, why (if known), which element.

@@ -11,17 +11,17 @@ import numpy as np
 
 from granular_env.colours import DIVERGING, diverging
 from granular_env.components.drawables import Cells, Drawable, Links, Points, drawn_outputs, spatial
-from granular_env.components.support.arrays import FloatArray
+from granular_env.components.support.float_arrays import FloatArray
 from granular_env.optional_packages import import_optional
 
 from ..colour_scales import ColourScale, colour_scales, scale_of
 from ..cracks import MOST_LINES, crack_lines
 from ..scene_data import MAXIMUM_SHOWN_LINKS, SceneData, coloured_drawables, sample_frames
 from ..scene_scales import scales_of
-from ..shapes import common_exaggeration, faces_back, is_hidden, is_plane, is_solid
+from ..visible_drawables import common_exaggeration, faces_back, is_hidden, is_plane, is_solid
 from .colour_bar import add_bar
+from .drawing import new_figure, time_unit, with_style
 from .run_figures import frame_at
-from .style import new_figure, time_unit, with_style
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -2,7 +2,7 @@
 
 Every function takes a `Field`, or a `Motion` for the quantity that colours it, or curves, and returns a matplotlib Figure made
 without pyplot, so nothing global changes and no window opens. Colours are those of the viewer and can be told apart by the
-colour-blind. `style.png` turns a figure into a file's bytes, `style.svg` into a part of a page.
+colour-blind. `drawing.png` turns a figure into a file's bytes, `drawing.svg` into a part of a page.
 """
 
 from __future__ import annotations
@@ -14,13 +14,13 @@ import numpy as np
 
 from granular_env.colours import DIVERGING, PALETTE
 from granular_env.components.errors import ParameterError
-from granular_env.components.support.arrays import FloatArray
+from granular_env.components.support.float_arrays import FloatArray
 from granular_env.optional_packages import import_optional
 
-from ..fields import Field, as_field
+from ..recorded_fields import Field, as_field
 from ..scene_data import Curve, Motion, SceneData
-from ..units import label_with_unit
-from .style import (
+from ..unit_labels import label_with_unit
+from .drawing import (
     draw_curves,
     draw_space_time,
     insert_gaps,

@@ -12,12 +12,12 @@ import numpy as np
 from granular_env.components.drawables import Cells
 from granular_env.components.errors import ParameterError
 
-from ..fields import Field, as_field, field_names, load_field, load_input_fields, require_names
 from ..figures import plane, run_figures
 from ..input_curves import InputCurves, load_input
 from ..plot_groups import plots
+from ..recorded_fields import Field, as_field, field_names, load_field, load_input_fields, require_names
 from ..scene_data import Curve, SceneData, from_log, recorded_outputs
-from ..shapes import Place, colouring_outputs, is_solid, places_by_count, places_of_outputs
+from ..visible_drawables import Place, colouring_outputs, is_solid, places_by_count, places_of_outputs
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

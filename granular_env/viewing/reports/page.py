@@ -14,12 +14,12 @@ from granular_env.output_files import require_writable, write_files
 from granular_env.progress import Progress, progress_bar
 
 from .. import html_page
-from ..figures import style
-from ..figures.film import film_of
+from ..figures import drawing
+from ..figures.html_film import film_of
 from ..scene_data import SceneData
 from . import tables
 from .figures import Choice, Shown, draw_report
-from .incidents import incident_sentences
+from .run_incidents import incident_sentences
 
 _PAGE = "report.html"
 _FILM_WORDS = "The run as a film: choose an instant on the time axis below (the arrow keys go through them), or play."
@@ -70,7 +70,7 @@ def _write(log: Any, target: Path, choice: Choice, tell: Callable[[float], None]
     scene_data, drawn = draw_report(log, choice, lambda part: tell(_READING * part))
     files = {}
     for name, shown in drawn.items():
-        files[target.parent / f"{name}.png"] = style.png(shown.figure)
+        files[target.parent / f"{name}.png"] = drawing.png(shown.figure)
         tell(_READING + (_DRAWING - _READING) * len(files) / len(drawn))
     sections = _sections(log, scene_data, drawn)
     if choice.variables is None and choice.times is None:
@@ -101,7 +101,7 @@ def _target(folder: Any) -> Path:
 
 def _sections(log: Any, scene_data: SceneData, drawn: Mapping[str, Shown]) -> list[tuple[str, Markup]]:
     """Return heading and HTML of each section."""
-    shown = {name: (one.heading, html_page.picture(style.svg(one.figure, name), one.words)) for name, one in drawn.items()}
+    shown = {name: (one.heading, html_page.picture(drawing.svg(one.figure, name), one.words)) for name, one in drawn.items()}
     balances = Markup().join(shown.pop(name)[1] for name in list(shown) if name.startswith("balance-"))
     inputs = Markup().join(shown.pop(name)[1] for name in list(shown) if shown[name][0] == "Inputs")
     happened = shown.pop("events")[1] if "events" in shown else Markup()
@@ -121,7 +121,7 @@ def _sections(log: Any, scene_data: SceneData, drawn: Mapping[str, Shown]) -> li
 
 def _lead(log: Any, scene_data: SceneData) -> Markup:
     """Return what the experiment is, how long the run was, and what its reader should know first."""
-    scale, unit = style.time_unit(log.duration)
+    scale, unit = drawing.time_unit(log.duration)
     metadata = log.metadata
     calls = "1 call" if log.calls == 1 else f"{log.calls} calls"
     what = f"{log.duration * scale:.6g} {unit} of component {metadata.get('component')}, in {calls} of step()"

@@ -21,7 +21,7 @@ from granular_env.recording.reader.event_places import event_table
 
 from .. import html_page
 from ..scene_data import SceneData
-from ..units import typeset
+from ..unit_labels import typeset
 
 _LONGEST_LIST = 8
 _MOST_EVENTS = 200

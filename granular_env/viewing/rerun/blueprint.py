@@ -8,11 +8,11 @@ import numpy as np
 
 from granular_env.optional_packages import import_optional
 
+from ..domain_views import Views
 from ..plot_groups import Plot, select_plots
 from ..scene_data import SceneData
 from ..scene_scales import Scales
-from ..shapes import faces_back
-from ..views import Views
+from ..visible_drawables import faces_back
 from .legend import LEGEND
 from .profiles import profile_pane
 from .scene import TIMELINE, whole_camera

@@ -10,8 +10,8 @@ from ..cracks import MOST_LINES
 from ..scene_data import MeshFrames, Motion, SceneData
 
 if TYPE_CHECKING:
+    from ..domain_views import Views
     from ..scene_scales import Scales
-    from ..views import Views
 
 _MARKUP = str.maketrans({character: f"\\{character}" for character in "\\`*_{}[]<>#|!~"})
 

@@ -11,7 +11,7 @@ from granular_env.optional_packages import import_optional
 
 from ..colour_scales import ColourScale
 from ..figures.colour_bar import add_bar
-from ..figures.style import DARK, canvas, new_figure
+from ..figures.drawing import DARK, canvas, new_figure
 
 LEGEND = "legend"
 # Of one bar with its numbers [inch], and its pixels.

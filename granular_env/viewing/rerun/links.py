@@ -12,7 +12,7 @@ from granular_env.optional_packages import import_optional
 
 from ..cracks import MOST_LINES, crack_lines
 from ..scene_data import LinkFrames, Motion
-from .entities import entity
+from .entity_paths import entity
 
 # Radius of a line as a part of the smallest particle's; how far in front of the centres, in the largest one's.
 _THICKNESS, _CRACK_THICKNESS, _SPOKE_THICKNESS, _IN_FRONT = 0.12, 0.16, 0.05, 1.05

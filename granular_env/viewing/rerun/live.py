@@ -16,12 +16,12 @@ from granular_env.components.errors import GranularError, GranularWarning, Optio
 from granular_env.components.inputs import Held
 from granular_env.optional_packages import import_optional
 
+from ..domain_views import Views, make_views
 from ..scene_data import Motion, SceneData, from_component
 from ..scene_scales import Scales, enlarge_scales, scales_of
-from ..views import Views, make_views
 from .blueprint import blueprint
-from .file import rerun_target
-from .pace import Pace
+from .live_pace import Pace
+from .output_path import rerun_target
 from .process import RerunProcess, require_screen
 from .scene import APPLICATION, send_curves, send_frames, send_static
 from .web_page import WebPage, web_arguments

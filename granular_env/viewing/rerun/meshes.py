@@ -10,7 +10,7 @@ import numpy.typing as npt
 from granular_env.optional_packages import import_optional
 
 from ..scene_data import MeshFrames
-from .entities import entity
+from .entity_paths import entity
 
 # Up to so many cells, and so many along the longest side, the edges of all of them are drawn; beyond, those at the rim.
 _MOST_EDGED_CELLS, _MOST_ALONG = 2000, 200.0

@@ -7,12 +7,12 @@ from typing import Any
 import numpy as np
 
 from granular_env.colours import PALETTE, rgb
-from granular_env.components.support.arrays import FloatArray
+from granular_env.components.support.float_arrays import FloatArray
 from granular_env.optional_packages import import_optional
 
 from ..scene_data import ProfileFrames
-from ..units import label_with_unit
-from .entities import entity
+from ..unit_labels import label_with_unit
+from .entity_paths import entity
 
 # Width and height of the frame, and the room around it, in pixels of the pane.
 _WIDTH, _HEIGHT, _ROOM = 1000.0, 120.0, 8.0

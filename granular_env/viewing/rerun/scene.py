@@ -19,16 +19,16 @@ import numpy as np
 import numpy.typing as npt
 
 from granular_env.colours import PALETTE, rgb
-from granular_env.components.support.arrays import FloatArray
+from granular_env.components.support.float_arrays import FloatArray
 from granular_env.optional_packages import import_optional
 
+from ..domain_views import Views
 from ..plot_groups import plots
 from ..scene_data import Motion, SceneData
 from ..scene_scales import Scales
-from ..views import Views
 from .camera import Camera
 from .caption import caption
-from .entities import entity
+from .entity_paths import entity
 from .legend import send_legend
 from .links import send_links, send_spokes
 from .meshes import send_mesh, send_triangles

@@ -17,11 +17,11 @@ from granular_env.optional_packages import import_optional
 from granular_env.output_files import require_writable, write_files
 from granular_env.progress import Progress, progress_bar
 
+from ..domain_views import make_views
 from ..scene_data import SceneData, from_log
 from ..scene_scales import Scales, scales_of
-from ..views import make_views
 from .blueprint import blueprint
-from .file import rerun_target
+from .output_path import rerun_target
 from .process import NEEDED, START_SECONDS, RerunProcess, require_screen, rerun_process
 from .scene import APPLICATION, TIMELINE, send
 from .web_page import WebPage, web_arguments

@@ -7,7 +7,7 @@ from .gradient import Gradient
 from .method import MethodTable
 from .policy_search import PolicySearch
 from .random_search import RandomSearch
-from .reinforcement import PPO, SAC
+from .reinforcement_learning import PPO, SAC
 
 AnyMethod = Gradient | Evolution | RandomSearch | PolicySearch | PPO | SAC
 

@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 from pydantic import Field
 
-from granular_env.components.support.arrays import FloatArray
+from granular_env.components.support.float_arrays import FloatArray
 
 from .evolution import evolve
 from .method import MethodTable

@@ -14,7 +14,7 @@ from granular_env.components.automata import Automata
 from granular_env.components.automata.theory import confining_pressure
 from granular_env.components.component import Component
 from granular_env.components.errors import ParameterError
-from granular_env.components.support.arrays import FloatArray
+from granular_env.components.support.float_arrays import FloatArray
 from granular_env.components.support.validation import finite_number, positive_number, whole_number
 from granular_env.envs.environment import ComponentEnv, Ready, environment_factory
 from granular_env.envs.policies import Constant, OpenLoop, Policy

@@ -1,7 +1,7 @@
 from .finite_differences import Difference, central_differences
 from .gradient import value_and_grad
-from .gradient_check import check_objective
-from .objective import (
+from .objective_check import check_objective
+from .objective_terms import (
     Objective,
     Quantity,
     Term,

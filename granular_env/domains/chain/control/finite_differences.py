@@ -19,7 +19,7 @@ from granular_env.components.chain.adjoint import KNOWN, contact_states, evaluat
 from granular_env.components.chain.objective import Objective
 from granular_env.components.errors import ParameterError, nearest, one_line
 from granular_env.components.materials.elastic import material
-from granular_env.components.support.arrays import FloatArray
+from granular_env.components.support.float_arrays import FloatArray
 from granular_env.components.support.validation import positive_number
 
 from .gradient import Judged, objective_of

@@ -12,7 +12,7 @@ from granular_env.components.chain import Chain
 from granular_env.components.chain.adjoint import parameter_gradient, validate_drive, value_and_adjoint
 from granular_env.components.chain.objective import Objective
 from granular_env.components.errors import ParameterError, one_line
-from granular_env.components.support.arrays import FloatArray
+from granular_env.components.support.float_arrays import FloatArray
 
 
 class Judged(Protocol):

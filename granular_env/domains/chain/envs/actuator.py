@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from granular_env.components.errors import ParameterError, one_line
-from granular_env.components.support.arrays import FloatArray
+from granular_env.components.support.float_arrays import FloatArray
 from granular_env.components.support.jit import jit
 from granular_env.components.support.validation import finite_number
 

@@ -14,18 +14,18 @@ from granular_env.components.chain.layout import U, V
 from granular_env.components.chain.parameters import WALLS
 from granular_env.components.component import Component
 from granular_env.components.errors import GranularError, ParameterError, StepError, one_line
-from granular_env.components.support.arrays import FloatArray
+from granular_env.components.support.float_arrays import FloatArray
 from granular_env.components.support.jit import entry_point
 from granular_env.components.support.validation import finite_number
 from granular_env.envs.environment import ComponentEnv, Observation, ObservationRow, Ready, element_scales, observation_box
-from granular_env.envs.render import draw
+from granular_env.envs.rendering import draw
 from granular_env.envs.state import Drawn, EnvState
 from granular_env.envs.time_observation import show_clock
 
 from .actuator import ACTUATE, Actuator, actuate
+from .bounds_check import refuse_slips
 from .domain_randomization import Randomization, info_of_draws, redrawn
-from .episode_state import COUNTERS, ELAPSED, LEFT, RIGHT, RUNNING, SEED, START
-from .guarded_kernels import refuse_slips
+from .episode_layout import COUNTERS, ELAPSED, LEFT, RIGHT, RUNNING, SEED, START
 from .sensors import CONTACT, OBSERVE, Observing, show_goal
 from .sensors import observe as observe_kernel
 from .task import BEGIN, JUDGE, ChainTask, task_kernel

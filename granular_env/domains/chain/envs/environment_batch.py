@@ -18,7 +18,7 @@ from granular_env.envs.state import EnvState
 
 from .domain_randomization import info_of_draws
 from .environment import ChainEnv
-from .episode_state import COUNTERS, ELAPSED, LEFT, START
+from .episode_layout import COUNTERS, ELAPSED, LEFT, START
 from .sensors import OBSERVE, observe
 from .task import JUDGE, task_kernel
 from .vector_kernel import observe_environments, step_environments

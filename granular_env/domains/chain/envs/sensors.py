@@ -13,11 +13,12 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from granular_env.components.chain import Chain, quantities
+from granular_env.components.chain import Chain
+from granular_env.components.chain import differentiable_quantities as quantities
 from granular_env.components.chain.layout import U, V
 from granular_env.components.errors import ParameterError, nearest, one_line
-from granular_env.components.support.arrays import FloatArray
 from granular_env.components.support.counter_random import normal, stream_key
+from granular_env.components.support.float_arrays import FloatArray
 from granular_env.components.support.jit import JIT, inlined, jit
 from granular_env.components.support.validation import finite_number
 

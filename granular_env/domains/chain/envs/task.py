@@ -13,7 +13,7 @@ from granular_env.components.chain import Chain
 from granular_env.components.chain.objective import Objective
 from granular_env.components.component import Component
 from granular_env.components.errors import ParameterError
-from granular_env.components.support.arrays import FloatArray
+from granular_env.components.support.float_arrays import FloatArray
 from granular_env.components.support.jit import JIT, jit
 from granular_env.envs.task import Seen, Task
 

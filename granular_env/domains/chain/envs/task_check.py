@@ -10,8 +10,8 @@ import numpy as np
 from granular_env.components.errors import ParameterError, one_line
 from granular_env.envs.environment import ComponentEnv
 
+from .bounds_check import SlipError, UncheckedError, guard_copy
 from .environment import ChainEnv
-from .guarded_kernels import SlipError, UncheckedError, guard_copy
 
 
 def check_task(env: gymnasium.Env[Any, Any], *, steps: int = 200, seed: int = 0) -> int:

@@ -10,7 +10,7 @@ from granular_env.components.support.jit import jit
 from granular_env.envs.time_observation import show_clock
 
 from .actuator import actuate
-from .episode_state import COUNTERS, ELAPSED, LEFT, RIGHT, RUNNING, SEED, START
+from .episode_layout import COUNTERS, ELAPSED, LEFT, RIGHT, RUNNING, SEED, START
 from .sensors import OBSERVE, show_goal
 from .task import JUDGE
 

@@ -7,10 +7,10 @@
 Everything is a function of a `History`. Grains are counted from 0, speeds and places are those in the reference configuration.
 """
 
-from granular_env.sampled_curves import Crest, crests
+from granular_env.crests_and_crossings import Crest, crests
 
 from .chain_history import History
-from .energies import (
+from .energy_and_momentum import (
     EnergyRatio,
     detached_grains,
     energy_ratio,
@@ -19,8 +19,8 @@ from .energies import (
     momentum_carried_off,
     potential_energy,
 )
-from .from_log import history
 from .fronts import PressureRatio, arrivals, front_position, front_speed, pressure_ratio
+from .history_sources import history
 from .observer import Watch, observe
 from .spatial_waves import WaveInChain, waves_along
 from .waves import Shift, Wave, energy_of, momentum_of, overlap_of, phase_shifts, waves_at

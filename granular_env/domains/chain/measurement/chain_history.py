@@ -10,11 +10,11 @@ import numpy as np
 
 from granular_env.components.chain.laws import Hertz, Law
 from granular_env.components.errors import LogError, ParameterError, one_line
-from granular_env.components.support.arrays import FloatArray
+from granular_env.components.support.float_arrays import FloatArray
 from granular_env.components.support.validation import whole_number
 
-from .contacts import forces_and_energies
-from .validation import sign
+from .contact_forces import forces_and_energies
+from .direction import sign
 
 Direction = Literal["right", "left"]
 

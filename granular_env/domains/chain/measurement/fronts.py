@@ -7,11 +7,11 @@ import dataclasses
 import numpy as np
 
 from granular_env.components.errors import ParameterError
-from granular_env.components.support.arrays import FloatArray
-from granular_env.sampled_curves import crests, crossing, positive
+from granular_env.components.support.float_arrays import FloatArray
+from granular_env.crests_and_crossings import crests, crossing, positive
 
 from .chain_history import Direction, History
-from .validation import sign
+from .direction import sign
 
 
 def arrivals(history: History, above: float, direction: Direction = "right") -> FloatArray:

@@ -10,12 +10,12 @@ import numpy as np
 from granular_env.components.component import Component
 from granular_env.components.errors import ParameterError
 from granular_env.components.inputs import Held
-from granular_env.components.support.arrays import FloatArray
+from granular_env.components.support.float_arrays import FloatArray
 from granular_env.components.support.memory_limits import refuse_beyond
-from granular_env.sampled_curves import positive
+from granular_env.crests_and_crossings import positive
 
 from .chain_history import History
-from .from_log import chain_geometry, of_chain
+from .history_sources import chain_geometry, of_chain
 
 
 class Watch:

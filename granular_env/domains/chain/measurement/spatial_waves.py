@@ -6,11 +6,11 @@ import dataclasses
 
 import numpy as np
 
-from granular_env.components.support.arrays import FloatArray
-from granular_env.sampled_curves import ridges, top
+from granular_env.components.support.float_arrays import FloatArray
+from granular_env.crests_and_crossings import ridges, top
 
 from .chain_history import Direction, History
-from .validation import sign
+from .direction import sign
 
 
 @dataclasses.dataclass(frozen=True, slots=True)

@@ -7,10 +7,10 @@ import dataclasses
 import numpy as np
 
 from granular_env.components.errors import ParameterError
-from granular_env.sampled_curves import Crest, crests
+from granular_env.crests_and_crossings import Crest, crests
 
 from .chain_history import Direction, History, require_history
-from .validation import sign
+from .direction import sign
 
 # A crest at a neighbour is the same wave only if it is at least so high, in the wave's amplitude.
 _SAME_WAVE = 0.5

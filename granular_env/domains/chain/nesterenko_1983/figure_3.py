@@ -11,7 +11,7 @@ from granular_env.components.chain import theory
 
 from .. import measurement
 from .cases import DIAMETER, SATISFACTORY, case, grain
-from .curves import MICRO
+from .velocity_curves import MICRO
 from .wave_count import waves
 
 # The paper judges the agreement by eye, within this time of the crest.

@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 
 from granular_env.atlas.context import Context
-from granular_env.atlas.ensembles import Band
 from granular_env.atlas.model import Curve
+from granular_env.atlas.seed_statistics import Band
 from granular_env.components.chain.arrangements.random_radii import draw_radii
-from granular_env.components.chain.uniform_radii import UniformRadii
+from granular_env.components.chain.radius_distribution import UniformRadii
 from granular_env.components.errors import GranularError
 
 from .. import measurement

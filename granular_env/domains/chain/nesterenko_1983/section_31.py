@@ -14,7 +14,7 @@ from granular_env.components.chain import theory
 from .. import measurement
 from ..measurement import History
 from .cases import DIAMETER, ERROR, ERROR_SOURCE, SPEED, case, change, grain, longer
-from .curves import MICRO, TIME, velocity_of
+from .velocity_curves import MICRO, TIME, velocity_of
 from .wave_count import RULE, counts, heights, waves
 
 _LAST = {20: "1.2338", 50: "1.2342", 100: "1.2342"}

@@ -9,7 +9,7 @@ from granular_env.atlas.verdicts import Value
 from .. import measurement
 from ..measurement import History
 from .cases import MASS, SPEED, case, grain
-from .curves import MICRO, TIME
+from .velocity_curves import MICRO, TIME
 from .wave_count import CLEAR, FAINT, before_return, counts, heights, waves
 
 # xi_0 over the largest strain of the uncompressed chain's taller wave.

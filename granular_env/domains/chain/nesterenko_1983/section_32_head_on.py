@@ -9,7 +9,7 @@ from granular_env.atlas.verdicts import Value
 from .. import measurement
 from ..measurement import History, Shift
 from .cases import SPEED, case, change, grain
-from .curves import MICRO, TIME, velocity_of
+from .velocity_curves import MICRO, TIME, velocity_of
 from .wave_count import FAINT
 
 # Least height of a wave [m/s]; and of one that was there before the collision. What is lower was made by it.

@@ -10,7 +10,7 @@ from granular_env.atlas.verdicts import Value
 
 from ..measurement import History, Wave
 from .cases import case, change, grain
-from .curves import TIME, during
+from .velocity_curves import TIME, during
 from .wave_count import RULE, counts, heights, waves
 
 # Grains and windows of time of figure 4 [s]; the last one has no end in the paper.

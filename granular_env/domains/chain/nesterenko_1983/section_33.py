@@ -8,7 +8,7 @@ from granular_env.atlas.verdicts import Value
 
 from ..measurement import History
 from .cases import case, grain
-from .curves import TIME, velocity_of
+from .velocity_curves import TIME, velocity_of
 from .wave_count import RULE, counts, heights, waves
 
 

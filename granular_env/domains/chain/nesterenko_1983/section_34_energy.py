@@ -12,8 +12,8 @@ from granular_env.components.chain import theory
 from .. import measurement
 from ..measurement import History
 from .cases import SPEED, UNCHANGED, case, longer
-from .curves import MICRO, TIME
 from .section_34 import piston
+from .velocity_curves import MICRO, TIME
 from .wave_count import CLEAR, FAINT
 
 # The paper's window begins where its ratio has settled; what later ones would give is told too.

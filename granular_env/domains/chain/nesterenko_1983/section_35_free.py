@@ -7,14 +7,14 @@ from collections.abc import Mapping
 import numpy as np
 
 from granular_env.atlas.context import Context
-from granular_env.atlas.ensembles import Band
 from granular_env.atlas.model import Axis, Entry, Figure, Findings, Item, Mark
+from granular_env.atlas.seed_statistics import Band
 from granular_env.atlas.verdicts import Value
 
 from ..measurement import History
 from .cases import SPEED, case, grain
-from .curves import TIME, velocity_of
 from .random_chains import MANY, OUTSIDE, document, histories, last_velocities, strip
+from .velocity_curves import TIME, velocity_of
 from .wave_count import CLEAR, FAINT, waves
 
 # R0 in mm and number of grains -> as printed.

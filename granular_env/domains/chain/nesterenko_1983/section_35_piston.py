@@ -7,8 +7,8 @@ from collections.abc import Mapping
 import numpy as np
 
 from granular_env.atlas.context import Context
-from granular_env.atlas.ensembles import Band
 from granular_env.atlas.model import Axis, Curve, Entry, Figure, Findings, Item, Mark
+from granular_env.atlas.seed_statistics import Band
 from granular_env.atlas.verdicts import Value
 
 from .. import measurement

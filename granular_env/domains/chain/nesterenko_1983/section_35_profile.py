@@ -8,14 +8,14 @@ from collections.abc import Mapping
 import numpy as np
 
 from granular_env.atlas.context import Context
-from granular_env.atlas.ensembles import Band
 from granular_env.atlas.model import Axis, Curve, Entry, Figure, Findings, Item, Mark
+from granular_env.atlas.seed_statistics import Band
 from granular_env.atlas.verdicts import Value
 
 from ..measurement import History
 from .cases import SPEED, grain, length
-from .curves import MICRO, TIME
 from .random_chains import FRONT, OUTSIDE, UNEVEN, UNEVEN_REASON, arrival, envelope, histories, is_uneven, strip
+from .velocity_curves import MICRO, TIME
 
 _LOOK = 3.8e-4
 _GRAINS = 200

@@ -9,7 +9,7 @@ def _environment(task: str, reward_threshold: float) -> Environment:
     """Return what is registered of the task in the module `task`, whose factory is called ``make_<task>``."""
     name = f"make_{task}"
     return Environment(
-        f"{__name__}.{task}:{name}", f"granular_env.domains.chain.envs.registered_batches:{name}", reward_threshold
+        f"{__name__}.{task}:{name}", f"granular_env.domains.chain.envs.vector_entry_points:{name}", reward_threshold
     )
 
 

@@ -9,9 +9,9 @@ import numpy as np
 from numpy.random import Generator
 
 from granular_env.components.chain import Chain
+from granular_env.components.chain.differentiable_quantities import energy_between, energy_between_pullback
 from granular_env.components.chain.layout import GRAINS, SCALARS
 from granular_env.components.chain.objective import Objective
-from granular_env.components.chain.quantities import energy_between, energy_between_pullback
 from granular_env.components.support.jit import jit
 from granular_env.components.support.validation import whole_number
 from granular_env.envs.environment import environment_factory
@@ -20,7 +20,7 @@ from granular_env.envs.policies import Constant, Policy
 from ..envs.environment import ChainEnv, ChainOptions
 from .arguments import between
 from .driven_end import DrivenEnd, DrivenEndTask, driven_end, hertz_chain, sum_value
-from .impedance_matching import SENSORS, MatchedForce, MatchedPiston, Sensors
+from .matched_end import SENSORS, MatchedForce, MatchedPiston, Sensors
 
 # Layout of the counters.
 _INCOMING, _ENERGY, _RETURNED = range(3)

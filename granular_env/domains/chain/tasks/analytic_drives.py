@@ -7,8 +7,8 @@ import math
 import numpy as np
 
 from granular_env.components.chain import Chain
-from granular_env.components.support.arrays import FloatArray
-from granular_env.components.support.elementary import exponential, root, spline_through
+from granular_env.components.support.elementary_functions import exponential, root, spline_through
+from granular_env.components.support.float_arrays import FloatArray
 
 from .target_waves import (
     AMPLITUDE,

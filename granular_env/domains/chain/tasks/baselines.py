@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from granular_env.envs.policies import Constant, OpenLoop, Policy
 
-from .best_known import best_drive
+from .best_drives import best_drive
 
 
 class _Driven(Protocol):

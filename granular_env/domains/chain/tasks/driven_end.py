@@ -8,8 +8,8 @@ from dataclasses import dataclass
 from typing import Any
 
 from granular_env.components.chain import Chain
-from granular_env.components.chain.laws.functions import ENERGY_ROOT
 from granular_env.components.chain.laws.law import lacks
+from granular_env.components.chain.laws.placeholders import ENERGY_ROOT
 from granular_env.components.errors import ParameterError, nearest, one_line
 from granular_env.components.support.jit import jit
 from granular_env.components.support.validation import positive_number, whole_number

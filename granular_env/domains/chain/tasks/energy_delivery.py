@@ -8,9 +8,9 @@ from typing import Any, Unpack
 import numpy as np
 
 from granular_env.components.chain import Chain
+from granular_env.components.chain.differentiable_quantities import energy_between, energy_between_pullback, input_work
 from granular_env.components.chain.layout import GRAINS, SCALARS
 from granular_env.components.chain.objective import Objective
-from granular_env.components.chain.quantities import energy_between, energy_between_pullback, input_work
 from granular_env.components.chain.theory import SOLITARY_ENERGY
 from granular_env.components.support.jit import jit
 from granular_env.components.support.validation import finite_number, positive_number, whole_number
@@ -19,9 +19,9 @@ from granular_env.envs.policies import Policy
 
 from ..envs.environment import ChainEnv, ChainOptions
 from .analytic_drives import passing_waves
-from .arrival import caution_late
 from .baselines import open_loops
 from .driven_end import DrivenEnd, DrivenEndTask, driven_end, hertz_chain
+from .feasibility import caution_late
 from .target_waves import shape_energies, wave_shapes
 
 # Layout of the constants: the wanted energy [J], price of that much work, first grain of the target region (its column).

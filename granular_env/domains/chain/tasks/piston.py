@@ -1,4 +1,4 @@
-"""Piston-v1: send the last grain off at a wanted speed, at little cost."""
+"""Piston-v1: a piston launches the last grain at a wanted speed, at little cost."""
 
 from __future__ import annotations
 
@@ -7,8 +7,8 @@ from typing import Any, Unpack
 import numpy as np
 
 from granular_env.components.chain import Chain
+from granular_env.components.chain.differentiable_quantities import input_work
 from granular_env.components.chain.layout import GRAINS, SCALARS, U, V
-from granular_env.components.chain.quantities import input_work
 from granular_env.components.support.jit import jit
 from granular_env.components.support.validation import finite_number, positive_number
 from granular_env.envs.environment import environment_factory

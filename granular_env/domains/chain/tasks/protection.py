@@ -1,4 +1,4 @@
-"""Protection-v1: hand a wall its impulse in time, and gently."""
+"""Protection-v1: deliver an impulse to the wall by the deadline, with a small peak force."""
 
 from __future__ import annotations
 
@@ -9,9 +9,9 @@ from typing import Any, Unpack
 import numpy as np
 
 from granular_env.components.chain import Chain
+from granular_env.components.chain.differentiable_quantities import right_wall_force
 from granular_env.components.chain.layout import GRAINS, REST_OVERLAP, SCALARS, STIFFNESS, U
 from granular_env.components.chain.objective import Objective
-from granular_env.components.chain.quantities import right_wall_force
 from granular_env.components.support.jit import inlined, jit
 from granular_env.components.support.validation import positive_number
 from granular_env.envs.environment import environment_factory
@@ -19,9 +19,9 @@ from granular_env.envs.policies import Policy
 
 from ..envs.environment import ChainEnv, ChainOptions
 from .analytic_drives import ramped_push
-from .arrival import caution_late
 from .baselines import open_loops
 from .driven_end import DrivenEnd, DrivenEndTask, driven_end, hertz_chain
+from .feasibility import caution_late
 
 # Layout of the constants: impulse to deliver [N s], peak force that costs 1 [N], length of a control step [s]; of the
 # objective's also the binary logarithm of the p-norm's p, and the part of the impulse over which "all of it" is rounded.

@@ -10,7 +10,7 @@ import numpy as np
 from granular_env.components.chain import Chain
 from granular_env.components.chain.objective import Objective
 from granular_env.components.errors import ParameterError
-from granular_env.components.support.arrays import FloatArray
+from granular_env.components.support.float_arrays import FloatArray
 from granular_env.components.support.jit import jit
 from granular_env.components.support.validation import positive_number
 from granular_env.envs.environment import environment_factory
@@ -19,9 +19,9 @@ from granular_env.envs.policies import Policy
 from ..envs.environment import ChainEnv, ChainOptions
 from .analytic_drives import passing_waves, wave_velocities
 from .arguments import numbers
-from .arrival import refuse_crowded, refuse_early
 from .baselines import open_loops
 from .driven_end import DrivenEnd, DrivenEndTask, driven_end, hertz_chain, sum_value
+from .feasibility import refuse_crowded, refuse_early
 from .target_waves import COLUMNS, distance, distance_pullback, follow, shape_energies, wave_shapes
 
 # Layout of the constants: time from the start to the deadline [s], energy of the wanted waves [J], half width of what counts

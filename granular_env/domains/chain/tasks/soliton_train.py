@@ -11,8 +11,8 @@ from numpy.random import Generator
 from granular_env.components.chain import Chain
 from granular_env.components.chain.objective import Objective
 from granular_env.components.errors import ParameterError, one_line
-from granular_env.components.support.arrays import FloatArray
-from granular_env.components.support.elementary import root
+from granular_env.components.support.elementary_functions import root
+from granular_env.components.support.float_arrays import FloatArray
 from granular_env.components.support.jit import jit
 from granular_env.components.support.validation import positive_number, whole_number
 from granular_env.envs.environment import environment_factory
@@ -21,9 +21,9 @@ from granular_env.envs.policies import Constant, Policy
 from ..envs.environment import ChainEnv, ChainOptions
 from .analytic_drives import passing_waves, wave_velocities
 from .arguments import between
-from .arrival import half_width, refuse_crowded, refuse_early
 from .baselines import hold_mean
 from .driven_end import DrivenEnd, DrivenEndTask, driven_end, hertz_chain, sum_value
+from .feasibility import half_width, refuse_crowded, refuse_early
 from .target_waves import (
     AMPLITUDE,
     COLUMNS,

@@ -1,4 +1,4 @@
-"""Distance of a chain from wanted solitary waves, in the energy norm (`quantities.energy_root`): kernels, and their shapes.
+"""Distance of a chain from wanted solitary waves, in the energy norm (`energy_root`): kernels, and their shapes.
 
 A goal is `waves` rows (amplitude, place, speed): the largest grain velocity [m/s], the grain at which the crest shall be when
 the time left is 0 (a real number, the first grain is 0), and the speed [grains/s]. Before that the crest is behind by the
@@ -16,12 +16,12 @@ from functools import cache
 
 import numpy as np
 
+from granular_env.components.chain.differentiable_quantities import energy_root, energy_root_pullback, input_work
 from granular_env.components.chain.layout import GRAINS, MASS, SCALARS, V
-from granular_env.components.chain.quantities import energy_root, energy_root_pullback, input_work
-from granular_env.components.chain.theory.lattice import LatticeWave, lattice_wave
+from granular_env.components.chain.theory.lattice_wave import LatticeWave, lattice_wave
 from granular_env.components.errors import ParameterError
-from granular_env.components.support.arrays import FloatArray
-from granular_env.components.support.elementary import exponential, logarithm, root
+from granular_env.components.support.elementary_functions import exponential, logarithm, root
+from granular_env.components.support.float_arrays import FloatArray
 from granular_env.components.support.jit import inlined, jit
 
 # Layout of the shapes: how many, points of a table, points per grain, reach [grains], the mass of the grains that the shapes

@@ -1,4 +1,4 @@
-"""Views of a chain's scene beside its grains and curves."""
+"""Views of a chain beside its grains: profile, contact bars, close-up and x-t diagram."""
 
 from __future__ import annotations
 
@@ -10,16 +10,16 @@ import numpy.typing as npt
 
 from granular_env.colours import rgb
 from granular_env.optional_packages import import_optional
+from granular_env.viewing.domain_views import Views
 from granular_env.viewing.rerun.caption import plain
 from granular_env.viewing.rerun.scene import time_columns
 from granular_env.viewing.scene_data import Motion
 from granular_env.viewing.scene_scales import Scales, roomy_limit
-from granular_env.viewing.views import Views
 
 from .closeup import WINDOW, closeup_camera, has_closeup, send_closeup
-from .contacts import contacts_of
-from .row import WORDS, row_of, send_bars, send_guides, send_profile
-from .space_time import GrowingPicture, Picture, space_time_picture
+from .contact_quantity import contacts_of
+from .profile_and_bars import WORDS, row_of, send_bars, send_guides, send_profile
+from .space_time_diagram import GrowingPicture, Picture, space_time_picture
 
 
 class ChainViews(Views):

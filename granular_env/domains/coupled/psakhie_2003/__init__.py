@@ -2,7 +2,7 @@
 
 from granular_env.atlas.model import Constant, Paper
 
-from . import exact_solution, figure_6, figure_7, figure_8, interface_motion, rayleigh, sub_steps, waves
+from . import exact_solution, figure_6, figure_7, figure_8, interface_schemes, rayleigh, sub_steps, waves
 from .cases import CELLS
 
 PAPER = Paper(
@@ -32,7 +32,7 @@ PAPER = Paper(
         ),
     },
     entries=(
-        interface_motion.ENTRY,
+        interface_schemes.ENTRY,
         sub_steps.ENTRY,
         figure_6.ENTRY,
         figure_7.ENTRY,

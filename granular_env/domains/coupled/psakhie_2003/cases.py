@@ -13,7 +13,7 @@ from typing import Any
 from granular_env.atlas.context import Context
 from granular_env.components.grid.theory import LineLoad
 from granular_env.components.materials.elastic import Material
-from granular_env.components.support.arrays import FloatArray
+from granular_env.components.support.float_arrays import FloatArray
 from granular_env.experiments import load_experiment
 
 CELLS = 272

@@ -7,10 +7,10 @@ import numpy as np
 from granular_env.atlas.context import Context
 from granular_env.atlas.model import Axis, Curve, Entry, Figure, Findings, Item
 from granular_env.atlas.verdicts import Value
-from granular_env.components.support.arrays import FloatArray
+from granular_env.components.support.float_arrays import FloatArray
 
 from .cases import INSTANTS, exact, half_space
-from .motion import Motion, motion
+from .velocity_field import Motion, motion
 
 # Lines from the load: name -> the angle from the depth [degrees]; from the nearest place to the farthest [m].
 _LINES = {"straight down": 0.0, "at 45°": 45.0, "at 80°, near the surface": 80.0}

@@ -7,7 +7,7 @@ from granular_env.atlas.model import Axis, Curve, Entry, Figure, Findings, Item
 from granular_env.atlas.verdicts import Value
 
 from .plane_wave import PEAK, PLACES, PlaneWave, plane_wave
-from .readings import EXACT_SUM, NOT_SEEN_WORDS, absent, complete
+from .thresholds import EXACT_SUM, NOT_SEEN_WORDS, absent, complete
 
 _WAVES = ("square", "hexagonal")
 # Which of the places: in the grid before the interface, and the last but one in the automata.

@@ -10,11 +10,11 @@ from granular_env.atlas.verdicts import Value
 from granular_env.recording.replay.log import Log
 
 from .cases import DEPTH, HALF_WIDTH, INSTANTS, half_space
-from .motion import Motion, motion
 from .pictures import Window, shaded, vectors
 from .rayleigh import surface_crest
-from .readings import EXACT_SUM, NOT_SEEN_WORDS, SLIGHT_WORDS, absent, complete, slight
-from .secondary import DEEP
+from .secondary_waves import DEEP
+from .thresholds import EXACT_SUM, NOT_SEEN_WORDS, SLIGHT_WORDS, absent, complete, slight
+from .velocity_field import Motion, motion
 
 _CASES = {"square": "symmetric", "hexagonal": "hexagonal-symmetric"}
 _ROWS = 200

@@ -7,10 +7,10 @@ from granular_env.atlas.model import Entry, Figure, Findings, Item
 from granular_env.atlas.verdicts import Value
 
 from .cases import BESIDE, INSTANTS, half_space
-from .motion import Motion, motion, shift
 from .pictures import Window, difference, shaded, vectors
-from .readings import NOT_SEEN_WORDS, SLIGHT_WORDS, absent, slight
-from .secondary import DEEP, Added, added, largest
+from .secondary_waves import DEEP, Added, added, largest
+from .thresholds import NOT_SEEN_WORDS, SLIGHT_WORDS, absent, slight
+from .velocity_field import Motion, motion, shift
 
 _CASES = {"square": "asymmetric", "hexagonal": "hexagonal-asymmetric"}
 _WINDOW = Window(left=-0.5, right=0.3, source=-BESIDE)

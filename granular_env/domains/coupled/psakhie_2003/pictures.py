@@ -9,10 +9,10 @@ import numpy.typing as npt
 
 from granular_env.atlas.model import Arrows, Axis, Curve, Figure, Letter, Shading
 from granular_env.components.grid.theory import Front, load_fronts
-from granular_env.components.support.arrays import FloatArray
+from granular_env.components.support.float_arrays import FloatArray
 
 from .cases import DEPTH, HALF_WIDTH, INSTANTS, MATERIAL
-from .motion import Motion
+from .velocity_field import Motion
 
 # Samples of a shading, and of vectors, along the depth.
 _SHADES, _ARROWS = 160, 28

@@ -10,7 +10,7 @@ import numpy as np
 
 from granular_env.atlas.context import Context
 from granular_env.components.drawables import Points
-from granular_env.components.support.arrays import FloatArray
+from granular_env.components.support.float_arrays import FloatArray
 from granular_env.experiments import load_experiment
 
 from .cases import CELLS, P_SPEED, ROW, smooth_pulse, step

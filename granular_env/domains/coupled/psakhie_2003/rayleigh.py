@@ -8,10 +8,10 @@ from granular_env.atlas.context import Context
 from granular_env.atlas.model import Axis, Curve, Entry, Figure, Findings, Item
 from granular_env.atlas.verdicts import Value
 from granular_env.components.grid.theory import rayleigh_ellipse, rayleigh_speed
-from granular_env.components.support.arrays import FloatArray
+from granular_env.components.support.float_arrays import FloatArray
 
 from .cases import INSTANTS, LOAD, MATERIAL, S_SPEED, exact, half_space
-from .motion import Motion, motion
+from .velocity_field import Motion, motion
 from .waves import crest
 
 _SPEED = rayleigh_speed(MATERIAL)

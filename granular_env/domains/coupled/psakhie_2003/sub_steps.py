@@ -7,10 +7,10 @@ import numpy as np
 from granular_env.atlas.context import Context
 from granular_env.atlas.model import Axis, Curve, Entry, Figure, Findings, Item
 from granular_env.atlas.verdicts import Value
-from granular_env.components.support.arrays import FloatArray
+from granular_env.components.support.float_arrays import FloatArray
 from granular_env.recording.replay.log import Log
 
-from .noise import noisy_block
+from .noisy_block import noisy_block
 
 _STEP, _TICKS = 2e-7, 2000
 _SMALLER = (2, 3)

@@ -9,11 +9,11 @@ import numpy as np
 from granular_env.atlas.context import Context
 from granular_env.atlas.model import Entry, Figure, Findings, Item
 from granular_env.atlas.verdicts import Value
-from granular_env.components.support.arrays import FloatArray
+from granular_env.components.support.float_arrays import FloatArray
 
 from .cases import INSTANTS, LOAD, P_SPEED, S_SPEED, exact, half_space
-from .motion import Motion, motion
 from .pictures import Window, rotation, spin, vectors
+from .velocity_field import Motion, motion
 
 # The ray along which body waves are looked at, from the depth.
 _ANGLE = 0.25 * math.pi

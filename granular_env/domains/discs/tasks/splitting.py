@@ -12,8 +12,8 @@ from granular_env.components.component import Component
 from granular_env.components.discs import Discs
 from granular_env.components.errors import ParameterError, one_line
 from granular_env.components.support.validation import finite_number, positive_number, whole_number
-from granular_env.envs.arguments import Options, further_parameters
 from granular_env.envs.environment import ComponentEnv, environment_factory
+from granular_env.envs.factory_options import Options, further_parameters
 from granular_env.envs.policies import Constant, OpenLoop, Policy
 from granular_env.envs.task import Seen, Task
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from granular_env.components.errors import ParameterError, one_line
 from granular_env.components.grid import Grid
-from granular_env.components.support.arrays import FloatArray
+from granular_env.components.support.float_arrays import FloatArray
 from granular_env.components.support.validation import finite_number, positive_number, whole_number
 from granular_env.envs.environment import ComponentEnv, environment_factory
 from granular_env.envs.policies import Constant, OpenLoop, Policy

@@ -2,10 +2,21 @@
 
 from granular_env.atlas.model import Constant, Paper
 
-from . import coupling, criterion, figure_1, figure_2, figure_3, figures_4_and_5, outcomes, pressures, recipe, rules
+from . import (
+    constant_volume_burn,
+    figure_1,
+    figure_2,
+    figure_3,
+    figures_4_and_5,
+    initial_pressures,
+    integration_rules,
+    notch_lengths,
+    sensitivity,
+    two_way_coupling,
+)
 from .cases import FACTOR, LATE, NODES, PAPER_FACTOR
-from .cost import cost_words
-from .saturation import saturation
+from .flow_stress_saturation import saturation
+from .page_cost import cost_words
 
 PAPER = Paper(
     name="gato-shie-2010",
@@ -46,7 +57,7 @@ PAPER = Paper(
     },
     cost=cost_words,
     entries=(
-        figure_1.ENTRY, recipe.ENTRY, figure_2.ENTRY, figure_3.ENTRY, figures_4_and_5.ENTRY, outcomes.ENTRY, criterion.ENTRY,
-        pressures.ENTRY, coupling.ENTRY, rules.ENTRY,
+        figure_1.ENTRY, constant_volume_burn.ENTRY, figure_2.ENTRY, figure_3.ENTRY, figures_4_and_5.ENTRY, notch_lengths.ENTRY,
+        sensitivity.ENTRY, initial_pressures.ENTRY, two_way_coupling.ENTRY, integration_rules.ENTRY,
     ),
 )  # fmt: skip

@@ -7,9 +7,9 @@ from granular_env.atlas.model import Figure, Item
 from granular_env.atlas.verdicts import Value
 
 from .cases import ARRIVAL, DRAWN_OUT, DURATION, INCH, LATE, PAPER_FACTOR, PAPER_NODES, PIECE, run_notched_tube
+from .flow_stress_saturation import saturation
 from .outcome import Outcome, in_notch, outcome, read_outcome
 from .pictures import rolled_out
-from .saturation import saturation
 
 _COARSE = " Nodes that are so far apart cannot follow every branch."
 

@@ -13,7 +13,7 @@ from granular_env.components.detonation.theory import TaylorWave
 from granular_env.recording.replay.log import Log
 
 from .cases import MIDDLE
-from .gas import front_speed, gas_tube
+from .rigid_tube import front_speed, gas_tube
 
 _PRESSURES = (80e3, 100e3, 180e3)
 # Samples that numerical reaction zones take behind the front.

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from granular_env.atlas.model import Axis, Curve, Figure, Shading
-from granular_env.components.support.arrays import FloatArray
+from granular_env.components.support.float_arrays import FloatArray
 
 from .cases import INCH, RADIUS, WALL
 from .outcome import Outcome

@@ -1,0 +1,192 @@
+"""Derivatives by a chain's parameters, from those by the table that was made from them: the transpose of `geometry`.
+
+The internal step is held, whatever the parameters would suggest; so are the start displacements and velocities, measured from
+the configuration at rest. A gradient has the shape of the parameter as it was given: one number for all, or one each; radii
+that an arrangement or a draw gives have one each. What belongs to contacts has n + 1 places, 0 where there is no contact.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+import numpy.typing as npt
+
+from ...errors import ParameterError, nearest
+from ...support.float_arrays import FloatArray
+from ..arrangements import Uniform
+from ..component import Chain
+from ..laws import LAWS, Dissipative
+from ..layout import GRAVITY, INVERSE_MASS, LAW_CONSTANTS, LEFT_STATIC, MASS, REST_OVERLAP, RIGHT_STATIC, SCALARS, STIFFNESS
+from .gradient import Adjoints
+
+
+def parameter_gradient(chain: Chain, adjoints: Adjoints, name: str) -> float | FloatArray:
+    """Return the derivative by the drive, shape (steps, 2), a start value, shape (n,), or a parameter, in its own shape.
+
+    Raises:
+        ParameterError: there is no such derivative; says what to do.
+    """
+    if name not in KNOWN:
+        raise ParameterError(f"{name!r} has no gradient", hint=nearest(name, KNOWN), at="with_respect_to")
+    return KNOWN[name](chain, adjoints)
+
+
+class _Built:
+    """Derivatives by what `geometry` computes: masses, stiffnesses and static forces, each with all that follows from it."""
+
+    def __init__(self, chain: Chain, adjoints: Adjoints) -> None:
+        p, g, n = chain.parameters, chain.geometry, chain.parameters.grains
+        self.real = g.contact_slice
+        real = np.zeros(n + 1, dtype=bool)
+        real[g.contact_slice] = True
+        rest = np.where(real, adjoints.table[REST_OVERLAP, : n + 1], 0.0)
+        # The static overlap is (F / k)^(1 / p).
+        overlap = g.static_overlap
+        pressed = overlap > 0.0
+        by_force, by_stiffness = np.zeros(n + 1), np.zeros(n + 1)
+        by_force[pressed] = overlap[pressed] / (p.law.exponent * g.static_force[pressed])
+        by_stiffness[pressed] = -overlap[pressed] / (p.law.exponent * g.stiffness[pressed])
+        self.unpressed = real & ~pressed
+        self.static = rest * by_force
+        self.static[0] += adjoints.table[SCALARS, LEFT_STATIC]
+        self.static[n] += adjoints.table[SCALARS, RIGHT_STATIC]
+        self.stiffness = np.where(real, adjoints.table[STIFFNESS, : n + 1], 0.0) + rest * by_stiffness
+        self.gap = -rest
+        inner = slice(1, n + 1)
+        self.mass = adjoints.table[MASS, inner] - adjoints.table[INVERSE_MASS, inner] / (g.mass * g.mass)
+        # A piston moves as it is told, whatever its mass.
+        self.moved = chain.table[INVERSE_MASS, inner] > 0.0
+        self.weight = _weight_adjoint(chain, self.static) if _hangs(chain) else np.zeros(n)
+        self.mass = np.where(self.moved, self.mass + p.gravity * self.weight, 0.0)
+
+
+def _hangs(chain: Chain) -> bool:
+    """Return whether contacts carry weight at the start: there is gravity, and no gaps."""
+    return chain.parameters.gravity != 0.0 and not np.any(np.asarray(chain.parameters.gap) > 0.0)
+
+
+def _weight_adjoint(chain: Chain, static: FloatArray) -> FloatArray:
+    """Return the derivative by each grain's weight, which contacts on one side of it carry (`static_forces.static_forces`)."""
+    p = chain.parameters
+    carried = np.cumsum(static[::-1])[::-1][1:]
+    total = p.gravity * float(chain.table[MASS, 1 : p.grains + 1].sum())
+    from_the_left = p.left != "free" and (p.right == "free" or total < 0.0)
+    return carried - static.sum() if from_the_left else carried
+
+
+def _refuse_unpressed(chain: Chain, built: _Built, name: str) -> None:
+    if built.unpressed.any():
+        where = int(np.argmax(built.unpressed))
+        raise ParameterError(
+            f"{name!r} has no derivative here: contact {where} carries no static force, and its overlap at rest "
+            f"grows as (force)^(1/{chain.parameters.law.exponent:g})",
+            hint=f"give precompression, or leave {name!r} out",
+            at="with_respect_to",
+        )
+
+
+def _drive(chain: Chain, adjoints: Adjoints) -> FloatArray:
+    return adjoints.inputs
+
+
+def _velocity(chain: Chain, adjoints: Adjoints) -> FloatArray:
+    return adjoints.velocity
+
+
+def _displacement(chain: Chain, adjoints: Adjoints) -> FloatArray:
+    return adjoints.displacement
+
+
+def _radius(chain: Chain, adjoints: Adjoints) -> float | FloatArray:
+    p, g, n, built = chain.parameters, chain.geometry, chain.parameters.grains, _Built(chain, adjoints)
+    if _hangs(chain):
+        _refuse_unpressed(chain, built, "radius")
+    gradient = np.where(natural_mass(chain), 3.0 * g.mass / g.radius * built.mass, 0.0)
+    if p.contact_stiffness is None:
+        # K ~ sqrt(R*), 1/R* = 1/R_left + 1/R_right.
+        by_curvature = np.zeros(n + 1)
+        by_curvature[g.contact_slice] = (0.5 * built.stiffness * g.stiffness * g.reduced_radius)[g.contact_slice]
+        gradient += (by_curvature[1:] + by_curvature[:-1]) / (g.radius * g.radius)
+        for end, column, place in ((p.left, 0, 0), (p.right, -1, n)):
+            if end == "fixed_grain":  # it is as large as the grain that it meets
+                gradient[column] += by_curvature[place] / (g.radius[column] * g.radius[column])
+    one_for_all = isinstance(p.radius, float) and isinstance(p.arrangement, Uniform)
+    return float(gradient.sum()) if one_for_all else gradient
+
+
+def natural_mass(chain: Chain) -> npt.NDArray[np.bool_]:
+    """Return which grains weigh density x volume, shape (n,)."""
+    p = chain.parameters
+    natural = np.isnan(p.arrangement.masses(np.full(p.grains, np.nan)))
+    if isinstance(p.mass, dict):
+        natural[list(p.mass)] = False
+    elif p.mass is not None:
+        natural[:] = False
+    return natural
+
+
+def _mass(chain: Chain, adjoints: Adjoints) -> float | FloatArray:
+    built = _Built(chain, adjoints)
+    if _hangs(chain):
+        _refuse_unpressed(chain, built, "mass")
+    return float(built.mass.sum()) if isinstance(chain.parameters.mass, float) else built.mass
+
+
+def _contact_stiffness(chain: Chain, adjoints: Adjoints) -> float | FloatArray:
+    p, g, built = chain.parameters, chain.geometry, _Built(chain, adjoints)
+    if isinstance(p.contact_stiffness, float):
+        # Walls' contacts are multiples of it.
+        return float((built.stiffness * g.stiffness)[g.contact_slice].sum()) / p.contact_stiffness
+    return built.stiffness
+
+
+def _precompression(chain: Chain, adjoints: Adjoints) -> float:
+    built = _Built(chain, adjoints)
+    _refuse_unpressed(chain, built, "precompression")
+    return float(built.static.sum())
+
+
+def _gap(chain: Chain, adjoints: Adjoints) -> float | FloatArray:
+    built = _Built(chain, adjoints)
+    return built.gap if isinstance(chain.parameters.gap, list) else float(built.gap[built.real].sum())
+
+
+def _gravity(chain: Chain, adjoints: Adjoints) -> float:
+    built = _Built(chain, adjoints)
+    if chain.parameters.gravity == 0.0:
+        raise ParameterError(
+            "'gravity' has a gradient only where there is gravity", hint="give the chain some", at="with_respect_to"
+        )
+    if _hangs(chain):
+        _refuse_unpressed(chain, built, "gravity")
+    weighed = chain.table[MASS, 1 : chain.parameters.grains + 1]
+    return float(adjoints.table[SCALARS, GRAVITY] + (weighed * built.weight).sum())
+
+
+def _dissipation(chain: Chain, adjoints: Adjoints) -> float | FloatArray:
+    law = chain.parameters.law
+    if not isinstance(law, Dissipative):
+        known = " or ".join(name for name, one in LAWS.items() if issubclass(one, Dissipative))
+        raise ParameterError(f"law {law.name!r} has no dissipation", hint=f"use law {known}", at="with_respect_to")
+    real = chain.geometry.contact_slice
+    if not isinstance(law.dissipation, list):
+        return float(adjoints.table[LAW_CONSTANTS, real].sum())
+    gradient = np.zeros(chain.parameters.contact_places)
+    gradient[real] = adjoints.table[LAW_CONSTANTS, real]
+    return gradient
+
+
+KNOWN: dict[str, Callable[[Chain, Adjoints], float | FloatArray]] = {
+    "drive": _drive,
+    "radius": _radius,
+    "mass": _mass,
+    "contact_stiffness": _contact_stiffness,
+    "precompression": _precompression,
+    "dissipation": _dissipation,
+    "gap": _gap,
+    "gravity": _gravity,
+    "velocity": _velocity,
+    "displacement": _displacement,
+}
+"""What there are gradients by."""

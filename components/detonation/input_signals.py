@@ -1,0 +1,45 @@
+"""Signals of the held inputs: the numbers that each tick reads, taken in its middle."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from ..inputs import Held
+from ..profiles import CompiledProfile
+from ..support.float_arrays import FloatArray
+from .kernel_arrays import AREA, LEFT_PRESSURE, LEFT_VELOCITY, POWER, RIGHT_PRESSURE, RIGHT_VELOCITY, SIGNALS
+
+COLUMNS = {
+    "ignition_power": POWER, "left_pressure": LEFT_PRESSURE, "right_pressure": RIGHT_PRESSURE, "left_velocity": LEFT_VELOCITY,
+    "right_velocity": RIGHT_VELOCITY,
+}  # fmt: skip
+
+
+def tick_signals(held: Mapping[str, Held], tick: int, ticks: int) -> FloatArray:
+    """Return the inputs in the middle of each of so many ticks from `tick` on, shape (ticks, SIGNALS)."""
+    signals = np.zeros((ticks, SIGNALS))
+    for name, column in COLUMNS.items():
+        if name in held:
+            signals[:, column] = _values(held[name], tick, ticks)
+    area = held.get("area")
+    signals[:, AREA] = _values(area, tick, ticks) if isinstance(area, CompiledProfile) else 1.0
+    return signals
+
+
+def area_pattern(held: Mapping[str, Held]) -> FloatArray:
+    """Return a copy of what the area's signal is multiplied by, shape (n,) [m^2].
+
+    Held arrays are read-only and those of some profiles are not: kernels would be compiled for both.
+    """
+    area = held["area"]
+    pattern = area.pattern if isinstance(area, CompiledProfile) else area
+    return np.array(pattern)
+
+
+def _values(held: Held, tick: int, ticks: int) -> FloatArray | float:
+    """Return a number, or the factor of a profile, of each tick."""
+    if isinstance(held, CompiledProfile):
+        return np.array([held.factor(number, 0.5) for number in range(tick, tick + ticks)])
+    return float(held)

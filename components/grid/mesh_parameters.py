@@ -1,0 +1,156 @@
+"""Meshes as parameters, chosen by name: a rectangle with holes and notches, or nodes and cells that are given."""
+
+from __future__ import annotations
+
+import re
+from abc import abstractmethod
+from typing import Annotated, Literal
+
+import numpy as np
+from pydantic import AfterValidator, Field, SerializeAsAny, model_validator
+
+from ..errors import ParameterError
+from ..regions import ChosenArea
+from ..support.magnitudes import refuse_absurd, refuse_far
+from ..support.parameter_fields import Index, Pair, Positive, PositivePair, field
+from ..support.tagged_union import ByName, Named
+from .mesh import Mesh, rectangle, without_cells
+
+_Corners = Annotated[list[Index], Field(min_length=4, max_length=4)]
+_MOST_CELLS = 100_000_000
+
+
+def _edge_name(name: str) -> str:
+    """Refuse names that would give inputs no name, or that of an output."""
+    if not re.fullmatch("[a-z][a-z0-9_]*", name) or name == "receiver":
+        raise ValueError(f"edges: got the name {name!r}, expected small letters, digits and _, and not 'receiver'")
+    return name
+
+
+EdgeName = Annotated[str, AfterValidator(_edge_name)]
+
+
+class Shape(Named):
+    """A mesh, chosen by its `name`."""
+
+    @property
+    @abstractmethod
+    def cell_count(self) -> int:
+        """Number of cells, at most; known without building."""
+
+    @property
+    @abstractmethod
+    def edge_names(self) -> tuple[str, ...]:
+        """Names of the edges of the domain."""
+
+    @abstractmethod
+    def build(self) -> Mesh:
+        """Return the mesh; `ParameterError` where it cannot be computed on."""
+
+
+class Rectangle(Shape):
+    """Equal cells along the axes, without those whose middle lies in a hole."""
+
+    name: Literal["rectangle"] = field("rectangle", "equal cells along the axes", "1")
+    columns: int = field(40, "cells along x", "1", ge=1, le=_MOST_CELLS)
+    rows: int = field(20, "cells along y", "1", ge=1, le=_MOST_CELLS)
+    cell_size: Positive | PositivePair = field(1e-3, "side of a cell, or its width and height", "m")
+    centre: Pair | None = field(
+        None, "middle of the rectangle; default: its lower left corner is at 0. About [0, 0] mirror images are exact", "m"
+    )
+    holes: list[ChosenArea] = field([], "areas without cells: a box or a disc; at the boundary it makes a notch", "1")
+
+    @model_validator(mode="after")
+    def _validate_magnitudes(self) -> Rectangle:
+        sizes = self.cell_size if isinstance(self.cell_size, list) else [self.cell_size]
+        refuse_absurd((("cell_size",), one) for one in sizes)
+        refuse_far((("centre", place), one) for place, one in enumerate(self.centre or ()))
+        return self
+
+    @property
+    def cell_count(self) -> int:  # noqa: D102
+        return self.columns * self.rows
+
+    @property
+    def edge_names(self) -> tuple[str, ...]:  # noqa: D102
+        return ("left", "right", "bottom", "top")
+
+    @property
+    def sizes(self) -> tuple[float, float]:
+        """Width and height of a cell [m]."""
+        size = self.cell_size
+        return (size[0], size[1]) if isinstance(size, list) else (size, size)
+
+    def build(self) -> Mesh:  # noqa: D102
+        mesh = rectangle(self.columns, self.rows, self.sizes, None if self.centre is None else (self.centre[0], self.centre[1]))
+        if not self.holes:
+            return mesh
+        removed = np.zeros(len(mesh.cells), dtype=bool)
+        for place, hole in enumerate(self.holes):
+            inside = hole.contains(mesh.centres)
+            if not inside.any():
+                raise ParameterError(
+                    "contains the middle of no cell", hint="make it larger, or leave it out", at=("holes", place)
+                )
+            removed |= inside
+        if removed.all():
+            raise ParameterError("nothing is left of the mesh", at="holes")
+        return without_cells(mesh, removed)
+
+
+class Quadrilaterals(Shape):
+    """Nodes and cells that are given."""
+
+    name: Literal["quadrilaterals"] = field("quadrilaterals", "nodes and cells that are given", "1")
+    nodes: list[Pair] = field(..., "x and y of each node", "m", min_length=4)
+    cells: list[_Corners] = field(..., "the four nodes of each cell, counterclockwise", "1", min_length=1)
+    edges: dict[EdgeName, Annotated[list[Index], Field(min_length=2)]] = field(
+        {}, "parts of the boundary by name: their nodes, one after the other along the boundary", "1"
+    )
+
+    @model_validator(mode="after")
+    def _validate(self) -> Quadrilaterals:
+        nodes = np.array(self.nodes, dtype=np.float64)
+        farthest = int(np.abs(nodes).max(axis=1).argmax())
+        refuse_far((("nodes", farthest), one) for one in self.nodes[farthest])
+        refuse_absurd([(("nodes",), float(np.ptp(nodes, axis=0).max()))])
+        self.build()
+        return self
+
+    @property
+    def cell_count(self) -> int:  # noqa: D102
+        return len(self.cells)
+
+    @property
+    def edge_names(self) -> tuple[str, ...]:  # noqa: D102
+        return tuple(self.edges)
+
+    def build(self) -> Mesh:  # noqa: D102
+        mesh = Mesh(np.array(self.nodes, dtype=np.float64), np.array(self.cells, dtype=np.int64))
+        problem = mesh.problem()
+        if problem is not None:
+            raise ParameterError(problem[1], at=problem[0])
+        oriented = {tuple(sorted(side)): tuple(side) for side in mesh.sides.tolist()}
+        edges = {}
+        for name, chain in self.edges.items():
+            sides: dict[tuple[int, int], None] = {}
+            for first, second in zip(chain, chain[1:], strict=False):
+                side = oriented.get((min(first, second), max(first, second)))
+                if side is None:
+                    raise ParameterError(
+                        f"between the nodes {first} and {second} there is no side of the boundary", at=("edges", name)
+                    )
+                if side in sides:
+                    raise ParameterError(
+                        f"passes the side between the nodes {first} and {second} twice",
+                        hint="once is enough",
+                        at=("edges", name),
+                    )
+                sides[side] = None
+            edges[name] = np.array(list(sides), dtype=np.int64)
+        return Mesh(mesh.nodes, mesh.cells, edges)
+
+
+SHAPES: dict[str, type[Shape]] = {"rectangle": Rectangle, "quadrilaterals": Quadrilaterals}
+
+ChosenShape = Annotated[SerializeAsAny[Shape], ByName(SHAPES)]

@@ -1,0 +1,292 @@
+"""Nodes with conditions, from boundaries and inputs: which they are, what is prescribed, and what inputs do to them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from .. import boundaries as shared
+from ..boundaries import OPPOSITE, edge_variable
+from ..contract import Variable
+from ..errors import ParameterError
+from ..support.float_arrays import FloatArray
+from .boundaries import Absorbing, Boundary, Fixed, Periodic, PrescribedVelocity, Symmetry, Traction
+from .mesh import IntArray, Mesh
+
+# Coordinates of joined nodes may differ by this part of the edge's length.
+_MISFIT = 1e-9
+
+
+@dataclass(frozen=True)
+class EdgeInput:
+    """An input, and what it does to nodes.
+
+    Attributes:
+        variable: the input.
+        nodes: which nodes it acts on, shape (k,).
+        velocity: whether it prescribes a velocity; otherwise it is a force, or a traction.
+        sides: of a traction, the two nodes of each side of the edge, as places in `nodes`, shape (sides, 2).
+        lengths: of the sides, shape (sides,) [m].
+        own: of a velocity, whether it is this edge that prescribes each component of each node, shape (k, 2).
+    """
+
+    variable: Variable
+    nodes: IntArray
+    velocity: bool = False
+    sides: IntArray | None = None
+    lengths: FloatArray | None = None
+    own: npt.NDArray[np.bool_] | None = None
+
+    def act(self, value: Any) -> FloatArray:
+        """Return what each of the nodes gets of a value, shape (k, 2) [N or m/s]."""
+        rows = np.broadcast_to(np.asarray(value).reshape(-1, 2), (len(self.nodes), 2))
+        if self.own is not None:
+            return np.where(self.own, rows, 0.0)
+        if self.sides is None or self.lengths is None:
+            return rows
+        # The exact integral of linear tractions with linear displacements along each side, one metre thick.
+        third, sixth = self.lengths[:, None] / 3.0, self.lengths[:, None] / 6.0
+        first, second = rows[self.sides[:, 0]], rows[self.sides[:, 1]]
+        given = np.zeros((len(self.nodes), 2))
+        np.add.at(given, self.sides[:, 0], third * first + sixth * second)
+        np.add.at(given, self.sides[:, 1], third * second + sixth * first)
+        return given
+
+
+def joined_nodes(mesh: Mesh, boundaries: Mapping[str, Boundary]) -> IntArray:
+    """Return the groups of nodes that periodic edges join, the rest of each row -1, shape (k, 4).
+
+    Raises:
+        ParameterError: an edge has no partner, or their nodes do not lie opposite each other.
+    """
+    pairs: list[IntArray] = []
+    for name, boundary in boundaries.items():
+        if isinstance(boundary, Periodic):
+            partner = boundary.partner or OPPOSITE.get(name, "")
+            other = boundaries.get(partner)
+            if not isinstance(other, Periodic) or (other.partner or OPPOSITE.get(partner, "")) != name:
+                raise ParameterError(f"is periodic, so its partner {partner!r} has to be periodic too", at=("boundaries", name))
+            if name < partner:
+                pairs.append(_opposite_nodes(mesh, name, partner))
+    if not pairs:
+        return np.zeros((0, 4), dtype=np.int64)
+    leader = np.arange(len(mesh.nodes))
+    for pair in pairs:
+        for _ in range(2):
+            low = np.minimum(leader[pair[:, 0]], leader[pair[:, 1]])
+            np.minimum.at(leader, pair[:, 0], low)
+            np.minimum.at(leader, pair[:, 1], low)
+    members: dict[int, list[int]] = {}
+    for node in np.unique(np.concatenate(pairs)):
+        members.setdefault(int(leader[node]), []).append(int(node))
+    rows = np.full((len(members), 4), -1, dtype=np.int64)
+    for row, nodes in zip(rows, members.values(), strict=True):
+        if len(nodes) not in (2, 4):
+            raise ParameterError(
+                f"periodic edges join the nodes {nodes}", expected="two, or four at a corner of the domain", at="boundaries"
+            )
+        row[: len(nodes)] = nodes
+    return rows
+
+
+def _opposite_nodes(mesh: Mesh, first: str, second: str) -> IntArray:
+    """Return pairs of nodes of two edges that differ by one vector, shape (k, 2)."""
+    one, two = mesh.edge_nodes(first), mesh.edge_nodes(second)
+    if len(one) != len(two):
+        raise ParameterError(
+            f"has {len(one)} nodes, and {second} has {len(two)}", hint="periodic edges need as many", at=("boundaries", first)
+        )
+    way = mesh.nodes[two] - mesh.nodes[one]
+    if np.abs(way - way[0]).max() > _MISFIT * np.abs(way[0]).max():
+        raise ParameterError(
+            f"its nodes do not lie opposite those of {second}, as periodic edges need", at=("boundaries", first)
+        )
+    return np.stack([one, two], axis=1)
+
+
+def edge_inputs(
+    mesh: Mesh,
+    boundaries: Mapping[str, Boundary],
+    forced: Sequence[int],
+    held: Mapping[str, tuple[IntArray, npt.NDArray[np.bool_]]],
+) -> list[EdgeInput]:
+    """Return the inputs of a grid: tractions, velocities, forces on nodes; `held` as `held_edges` gives it."""
+    found = []
+    for name, boundary in boundaries.items():
+        if isinstance(boundary, Traction):
+            sides = np.searchsorted(np.sort(mesh.edge_nodes(name)), mesh.edges[name])
+            sides = np.argsort(mesh.edge_nodes(name), kind="stable")[sides]
+            lengths = np.array([_length(mesh, first, second) for first, second in mesh.edges[name].tolist()])
+            variable = _edge_variable(mesh, name, boundary)
+            found.append(EdgeInput(variable, mesh.edge_nodes(name), sides=sides, lengths=lengths))
+        elif isinstance(boundary, PrescribedVelocity):
+            nodes, own = held[name]
+            variable = _edge_variable(mesh, name, boundary)
+            found.append(EdgeInput(variable, nodes, velocity=True, own=own))
+    if len(forced):
+        text = "force on each of the `forced_nodes`, along x and y"
+        variable = Variable("force", "input", "N", (len(forced), 2), text, start=0.0, axes=("forced_node", "direction"))
+        found.append(EdgeInput(variable, np.array(forced, dtype=np.int64)))
+    return found
+
+
+def _edge_variable(mesh: Mesh, name: str, boundary: Traction | PrescribedVelocity) -> Variable:
+    """Return the declaration of an edge's input: one vector, or one for each node."""
+    variable = edge_variable(name, boundary)
+    if boundary.along == "edge":
+        return variable
+    shape, axes = (len(mesh.edge_nodes(name)), 2), (f"{name}_node", "direction")
+    text = f"{variable.description}, for each of its nodes in the order of x, then y"
+    return replace(variable, shape=shape, description=text, axes=axes)
+
+
+def _length(mesh: Mesh, first: int, second: int) -> float:
+    way = mesh.nodes[second] - mesh.nodes[first]
+    return float(np.sqrt(way[0] * way[0] + way[1] * way[1]))
+
+
+def prescribed_components(mesh: Mesh, boundaries: Mapping[str, Boundary]) -> dict[int, dict[int, str]]:
+    """Return node -> component -> edge whose boundary prescribes it; "" is never one.
+
+    Raises:
+        ParameterError: a symmetry edge does not lie along an axis.
+    """
+    return shared.prescribed_components(boundaries, mesh.edge_nodes, lambda name, one: _components(mesh, name, one))
+
+
+def held_edges(
+    mesh: Mesh, boundaries: Mapping[str, Boundary], prescribed: Mapping[int, Mapping[int, str]]
+) -> dict[str, tuple[IntArray, npt.NDArray[np.bool_]]]:
+    """Return of edges that prescribe velocities the nodes, shape (k,), and which components they prescribe, shape (k, 2)."""
+    found = {}
+    for name, boundary in boundaries.items():
+        if isinstance(boundary, (Fixed, PrescribedVelocity, Symmetry)):
+            nodes = mesh.edge_nodes(name)
+            found[name] = nodes, np.array([[prescribed[node].get(k) == name for k in (0, 1)] for node in nodes.tolist()])
+    return found
+
+
+def _components(mesh: Mesh, name: str, boundary: Boundary) -> tuple[int, ...]:
+    if isinstance(boundary, Symmetry):
+        nodes = mesh.nodes[mesh.edge_nodes(name)]
+        extent = nodes.max(axis=0) - nodes.min(axis=0)
+        if extent.min() > _MISFIT * extent.max():
+            raise ParameterError("a symmetry edge has to lie along x or y; this one does not", at=("boundaries", name))
+        return (int(np.argmin(extent)),)
+    return boundary.axes if isinstance(boundary, PrescribedVelocity) else (0, 1)
+
+
+def dashpots(
+    mesh: Mesh, boundaries: Mapping[str, Boundary], density: FloatArray, longitudinal: FloatArray, shear: FloatArray,
+    mass: FloatArray,
+) -> dict[int, FloatArray]:  # fmt: skip
+    """Return node -> damping coefficients xx, yy, xy [N s/m] of absorbing edges and their sponges.
+
+    Args:
+        mesh: the mesh.
+        boundaries: of the edges.
+        density: of each cell, shape (m,), as the next two [kg/m3].
+        longitudinal: wave speed [m/s].
+        shear: wave speed [m/s].
+        mass: of each node by itself, shape (n,) [kg].
+    """
+    found: dict[int, FloatArray] = {}
+    for name, boundary in boundaries.items():
+        if isinstance(boundary, Absorbing):
+            cell = _cells_of_sides(mesh, mesh.edges[name])
+            constants = np.stack([density, longitudinal, shear], axis=1)
+            for (first, second), c in zip(mesh.edges[name].tolist(), cell.tolist(), strict=True):
+                tensor = _impedance(mesh, first, second, *constants[c].tolist())
+                for node in (first, second):
+                    found[node] = found.get(node, np.zeros(3)) + tensor
+            if boundary.sponge_width > 0.0:
+                _add_sponge(found, mesh, name, boundary, longitudinal, mass)
+    return found
+
+
+def _impedance(mesh: Mesh, first: int, second: int, density: float, longitudinal: float, shear: float) -> FloatArray:
+    """Return half of rho c_p n n + rho c_s t t times the length of a side: xx, yy, xy."""
+    length = _length(mesh, first, second)
+    tx, ty = (mesh.nodes[second] - mesh.nodes[first]) / length
+    along, across = 0.5 * density * shear * length, 0.5 * density * longitudinal * length
+    return np.array([along * tx * tx + across * ty * ty, along * ty * ty + across * tx * tx, (along - across) * tx * ty])
+
+
+def _add_sponge(
+    found: dict[int, FloatArray], mesh: Mesh, name: str, boundary: Absorbing, longitudinal: FloatArray, mass: FloatArray
+) -> None:
+    speed = np.zeros(len(mesh.nodes))
+    for corner in range(4):
+        np.maximum.at(speed, mesh.cells[:, corner], longitudinal)
+    width = boundary.sponge_width
+    for node, distance in _nodes_near(mesh, name, width):
+        part = 1.0 - distance / width
+        rate = boundary.sponge_strength * float(speed[node]) / width * part * part * float(mass[node])
+        found[node] = found.get(node, np.zeros(3)) + np.array([rate, rate, 0.0])
+
+
+def _nodes_near(mesh: Mesh, name: str, width: float) -> list[tuple[int, float]]:
+    """Return the nodes within a distance from the nodes of an edge, and their distance [m]."""
+    from scipy.spatial import cKDTree  # type: ignore[attr-defined]
+
+    distance, _ = cKDTree(mesh.nodes[mesh.edge_nodes(name)]).query(mesh.nodes)
+    near = np.flatnonzero(distance < width)
+    return [(int(node), float(distance[node])) for node in near]
+
+
+def _cells_of_sides(mesh: Mesh, sides: IntArray) -> IntArray:
+    """Return the cell of each side of the boundary."""
+    n = len(mesh.nodes)
+    keys = np.concatenate([mesh.cells[:, j] * n + mesh.cells[:, (j + 1) % 4] for j in range(4)])
+    order = np.argsort(keys, kind="stable")
+    return order[np.searchsorted(keys[order], sides[:, 0] * n + sides[:, 1])] % len(mesh.cells)
+
+
+def special_nodes(
+    joined: IntArray,
+    inputs: Sequence[EdgeInput],
+    prescribed: Mapping[int, object],
+    damped: Mapping[int, object],
+    further: IntArray,
+) -> IntArray:
+    """Return all nodes with conditions, in increasing order, shape (s,)."""
+    groups = [joined[joined >= 0], *[one.nodes for one in inputs], further]
+    groups += [np.array(list(some), dtype=np.int64) for some in (prescribed, damped)]
+    return np.unique(np.concatenate(groups).astype(np.int64))
+
+
+def join_rows(rows: FloatArray, places: IntArray, joined: IntArray) -> FloatArray:
+    """Return rows, one for each special node, with those of joined nodes added up.
+
+    Args:
+        rows: shape (s, k).
+        places: node -> its row, shape (n,).
+        joined: see `joined_nodes`.
+    """
+    total = rows.copy()
+    at_corner = joined[:, 3] >= 0
+    pairs, corners = places[joined[~at_corner, :2]], places[joined[at_corner]]
+    total[pairs] = (rows[pairs[:, 0]] + rows[pairs[:, 1]])[:, None]
+    total[corners] = ((rows[corners[:, 0]] + rows[corners[:, 1]]) + (rows[corners[:, 2]] + rows[corners[:, 3]]))[:, None]
+    return total
+
+
+def leading_rows(
+    prescribed: Mapping[int, Mapping[int, str]], places: IntArray, joined: IntArray, count: int
+) -> npt.NDArray[np.int64]:
+    """Return whose prescribed velocity each special node has, by component, shape (count, 2): a row of `places`.
+
+    Of joined nodes that of the first with one; otherwise its own.
+    """
+    leaders = np.repeat(np.arange(count)[:, None], 2, axis=1)
+    for group in joined:
+        members = group[group >= 0]
+        for component in (0, 1):
+            own = [node for node in members.tolist() if component in prescribed.get(node, {})]
+            if own:
+                leaders[places[members], component] = places[own[0]]
+    return leaders

@@ -1,0 +1,153 @@
+"""The judgement of points: the value that decides whether each one parts, and the plane of its crack."""
+
+from __future__ import annotations
+
+from math import sqrt
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from ...materials.stress_invariants import equivalent_stress, largest_principal, mean_stress
+from ...support.float_arrays import FloatArray
+from ...support.jit import jit
+
+# The code of the law that judges by the plastic strain; the other one judges by the largest principal stress.
+PLASTIC_STRAIN = 1
+# A point parts a second time in a direction whose cosine with the first one is smaller.
+_ANOTHER_DIRECTION = 0.7
+# A plane whose normal is so much along the thickness is parallel to the wall, any other one goes straight through it.
+_PARALLEL = 0.9
+# Kirchhoff stresses below this part of a limit give no Cauchy stress beyond it: a body in tension does not shrink so far.
+_SAFE = 0.8
+# Ratios to the limit below this one are not noted.
+_NOTED = 0.5
+
+
+class Judgement(NamedTuple):
+    """The tables by which points are judged.
+
+    Attributes:
+        code: of the law.
+        limit: at which each point parts, shape (m,).
+        tension: largest principal stress below which nothing parts by its strain [Pa].
+        along, across, through: distances of planes at the points along each axis, an angle where the axis is one [m].
+        radius: at the points through the thickness, 1 where the body is straight, shape (points through,).
+        normal: of the first crack of each point, in index space, shape (m, 3).
+        cracks: number of each point's cracks, shape (m,).
+        since: tick of the last one, shape (m,).
+        wait: ticks that a point has to unload once it has parted.
+    """
+
+    code: int
+    limit: FloatArray
+    tension: float
+    along: FloatArray
+    across: FloatArray
+    through: FloatArray
+    radius: FloatArray
+    normal: FloatArray
+    cracks: npt.NDArray[np.int64]
+    since: npt.NDArray[np.int64]
+    wait: int
+
+
+@jit
+def find_parting(solid, state, judged, found, nearest, tick):
+    """Write the points that pass their limit, ascending, and return how many there are.
+
+    A point that has parted passes it where its stress has another direction, or where it has had time to unload.
+
+    Args:
+        solid: `layout.Solid`.
+        state: after a tick.
+        judged: `Judgement`.
+        found: written, shape (m,).
+        nearest: the largest ratio to the limit so far, from a half on, its point and its tick, updated, shape (3,).
+        tick: its number.
+    """
+    count = 0
+    for p in range(judged.limit.size):
+        largest = min(max(nearest[0], _NOTED), 1.0)
+        if judged.code == PLASTIC_STRAIN:
+            if not state.plastic_strain[p] > largest * judged.limit[p]:
+                continue
+        else:
+            # The largest principal stress is at most the mean one plus two thirds of the equivalent one.
+            xx, yy, zz = state.stress[p, 0], state.stress[p, 1], state.stress[p, 2]
+            xy, yz, zx = state.stress[p, 3], state.stress[p, 4], state.stress[p, 5]
+            left = 1.5 * (_SAFE * largest * judged.limit[p] - mean_stress(xx, yy, zz))
+            a, b, c = xx - yy, yy - zz, zz - xx
+            if left > 0.0 and 0.5 * (a * a + b * b + c * c) + 3.0 * (xy * xy + yz * yz + zx * zx) < left * left:
+                continue
+        value, nx, ny, nz = decisive_value(state, judged, p)
+        if value > nearest[0] * judged.limit[p] and value > _NOTED * judged.limit[p]:
+            nearest[0], nearest[1], nearest[2] = value / judged.limit[p], p, tick
+        if value > judged.limit[p]:
+            if judged.cracks[p] > 0 and tick < judged.since[p] + judged.wait:
+                if judged.cracks[p] > 1:
+                    continue
+                a, b, c = index_normal(solid, state, judged, p, nx, ny, nz)
+                if abs(a * judged.normal[p, 0] + b * judged.normal[p, 1] + c * judged.normal[p, 2]) >= _ANOTHER_DIRECTION:
+                    continue
+            found[count] = p
+            count += 1
+    return count
+
+
+@jit
+def decisive_value(state, judged, p):
+    """Return what decides at a point, to be compared with its limit, and the direction of the largest principal stress."""
+    h = state.gradient
+    xx, yy, zz = 1.0 + h[p, 0], 1.0 + h[p, 4], 1.0 + h[p, 8]
+    volume = (
+        xx * (yy * zz - h[p, 5] * h[p, 7]) + h[p, 1] * (h[p, 5] * h[p, 6] - h[p, 3] * zz)
+        + h[p, 2] * (h[p, 3] * h[p, 7] - yy * h[p, 6])
+    )  # fmt: skip
+    t = state.stress
+    stress, nx, ny, nz = largest_principal(t[p, 0], t[p, 1], t[p, 2], t[p, 3], t[p, 4], t[p, 5])
+    if judged.code == PLASTIC_STRAIN:
+        return state.plastic_strain[p] if stress > judged.tension else 0.0, nx, ny, nz
+    return stress / volume, nx, ny, nz
+
+
+@jit
+def index_normal(solid, state, judged, p, nx, ny, nz):
+    """Return the unit normal, in index space, of the reference plane that has this normal (nx, ny, nz) now.
+
+    It is either in the surface of the body or through the thickness, and points towards growing indices.
+    """
+    h = state.gradient
+    x = nx * (1.0 + h[p, 0]) + ny * h[p, 3] + nz * h[p, 6]
+    y = nx * h[p, 1] + ny * (1.0 + h[p, 4]) + nz * h[p, 7]
+    z = nx * h[p, 2] + ny * h[p, 5] + nz * (1.0 + h[p, 8])
+    c, s = solid.body.cosine[p], solid.body.sine[p]
+    around, out = c * y - s * z, s * y + c * z
+    size = sqrt(x * x + around * around + out * out)
+    if abs(out) > _PARALLEL * size:
+        return 0.0, 0.0, 1.0
+    through = judged.through.size
+    column, layer = p // through, p % through
+    a = x * judged.along[column // judged.across.size]
+    b = around * judged.across[column % judged.across.size] * judged.radius[layer]
+    size = sqrt(a * a + b * b)
+    if a < 0.0 and -a >= abs(b) or b < 0.0 and -b > abs(a):
+        size = -size
+    return a / size, b / size, 0.0
+
+
+@jit
+def write_ratios(state, judged, out):
+    """Write what decides over its limit at each point."""
+    for p in range(out.size):
+        value, _, _, _ = decisive_value(state, judged, p)
+        out[p] = value / judged.limit[p]
+
+
+@jit
+def write_triaxiality(stress, out):
+    """Write the mean stress over the equivalent one at each point, 0 where there is no stress."""
+    for p in range(out.size):
+        xx, yy, zz = stress[p, 0], stress[p, 1], stress[p, 2]
+        equivalent = equivalent_stress(xx, yy, zz, stress[p, 3], stress[p, 4], stress[p, 5])
+        out[p] = mean_stress(xx, yy, zz) / equivalent if equivalent > 0.0 else 0.0

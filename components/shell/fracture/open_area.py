@@ -1,0 +1,103 @@
+"""The open area of cracks through the wall, station by station, and the length of all cracks."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ...support.float_arrays import FloatArray, norms
+from ..geometry.lattice import Lattice
+from ..kernel_arrays import IntArray
+from ..kernel_setup import Assembly
+from .cracks import Cracks
+from .pieces import ACROSS, ALONG, Marks
+
+# Links of a run over which a gap is measured in one: on a ring the distance of columns says less and less beyond.
+_LONGEST = 4
+
+
+def crack_length(assembly: Assembly, cracks: Cracks) -> float:
+    """Return the length of all facets in the surface, each with its share of the thickness [m]."""
+    if not len(cracks.facets):
+        return 0.0
+    judged, through = cracks.judged, len(assembly.points.lines[2].at)
+    point = cracks.facets[:, 0].astype(np.int64)
+    a, b, layer = point // through // len(judged.across), point // through % len(judged.across), point % through
+    # The part of the line that lies in the cell of the point, along both axes.
+    line = np.stack([-cracks.facets[:, 5], cracks.facets[:, 4]], axis=1)
+    line = line / np.maximum(np.abs(line).max(axis=1), 1e-300)[:, None]
+    x, y = line[:, 0] * judged.along[a], line[:, 1] * judged.across[b] * judged.radius[layer]
+    straight = cracks.facets[:, 6] == 0.0
+    return float((np.sqrt(x * x + y * y) * straight).sum() / through)
+
+
+def open_areas(lattice: Lattice, cracks: Cracks, displacement: FloatArray) -> FloatArray:
+    """Return the open area of the cracks through the wall at each station, on the inner surface, shape (stations,) [m^2].
+
+    It is how far the distance of the columns on both sides has grown, times the width of the edge. Columns that are severed
+    from both neighbours, or that nothing bears, close no gap: it is measured over them, and shared evenly by the cracks there.
+    """
+    n, m, layers = lattice.shape
+    inner = (lattice.nodes + displacement)[::layers].reshape(n, m, 3)
+    rest = lattice.nodes[::layers].reshape(n, m, 3)
+    along, across, _ = lattice.axes
+    cut, severed = _marks(cracks, (n, m), ACROSS)
+    areas = openings(cut, severed, inner, rest, across.closed).sum(axis=1) * along.widths
+    cut, severed = _marks(cracks, (n, m), ALONG)
+    opening = openings(cut.T, severed.T, inner.swapaxes(0, 1), rest.swapaxes(0, 1), along.closed).T
+    radius = lattice.axes[2].positions[0] if lattice.bent else 1.0
+    half = 0.5 * (opening * (across.widths * radius)).sum(axis=1)
+    return areas + half + np.roll(half, 1)
+
+
+def _marks(cracks: Cracks, shape: tuple[int, int], way: int) -> tuple[Marks, Marks]:
+    """Return which columns do not hold the next one that way, and which of them a crack through the wall severs from it."""
+    borne, severed = cracks.borne.reshape(shape), cracks.severed[:, way].reshape(shape)
+    return severed | ~borne | ~np.roll(borne, -1, axis=way), severed
+
+
+def openings(cut: Marks, severed: Marks, inner: FloatArray, rest: FloatArray, closed: bool) -> FloatArray:
+    """Return how far each severed link has opened, of rows of columns one after the other, shape (rows, k) [m].
+
+    Args:
+        cut: whether each column does not hold the next one, the last one the first, shape (rows, k).
+        severed: whether a crack through the wall lies between them; these are cut.
+        inner: where the columns are now, shape (rows, k, 3) [m].
+        rest: where they were at rest.
+        closed: the first column follows the last one; otherwise a row has ends.
+    """
+    cut, severed = cut.copy(), severed.copy()
+    if not closed:
+        cut[:, -1] = severed[:, -1] = False
+    runs = [(int(row), run) for row in np.flatnonzero(severed.any(axis=1)) for run in _runs(cut[row])]
+    runs = [(row, run) for row, run in runs if severed[row, run].any()]
+    ends = [(int(run[0]), int(run[0]) + len(run)) for _, run in runs]
+    opening = np.zeros(cut.shape)
+    for (row, run), gap in zip(runs, _gaps(inner, rest, [row for row, _ in runs], ends, closed), strict=True):
+        links = run[severed[row, run]]
+        opening[row, links] = gap / len(links)
+    return opening
+
+
+def _runs(cut: Marks) -> list[IntArray]:
+    """Return the links that are cut, in pieces of neighbours, at most a few links long."""
+    count = len(cut)
+    # From a link that holds on, so that no run is divided where the row begins.
+    start = int(np.argmin(cut)) if not cut.all() else 0
+    links = start + np.flatnonzero(np.roll(cut, -start))
+    runs = np.split(links, np.flatnonzero(np.diff(links) > 1) + 1) if len(links) else []
+    return [run[begin : begin + _LONGEST] % count for run in runs for begin in range(0, len(run), _LONGEST)]
+
+
+def _gaps(places: FloatArray, rest: FloatArray, rows: list[int], ends: list[tuple[int, int]], closed: bool) -> FloatArray:
+    """Return how far pairs of columns have moved apart, at least 0 [m].
+
+    Lips that hang on a few points swing back: where the columns beyond them have moved less, these count.
+    """
+    count, row = places.shape[1], np.array(rows, dtype=np.int64)
+    first, last = np.array(ends, dtype=np.int64).reshape(-1, 2).T
+    before, after = (first - 1, last + 1) if closed else (np.maximum(first - 1, 0), np.minimum(last + 1, count - 1))
+    grown = [
+        norms(places[row, b % count] - places[row, a % count]) - norms(rest[row, b % count] - rest[row, a % count])
+        for a, b in ((first, last), (before, after))
+    ]
+    return np.maximum(np.minimum(*grown), 0.0)

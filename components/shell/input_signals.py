@@ -1,0 +1,42 @@
+"""Signals of the held inputs: the numbers that each tick reads, taken in its middle."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from ..inputs import Held
+from ..profiles import CompiledProfile
+from ..support.float_arrays import FloatArray
+
+
+def tick_signals(held: Mapping[str, Held], moved: Mapping[str, int], tick: int, ticks: int) -> FloatArray:
+    """Return the factor of the pressure and the velocities of moved edges in the middle of each of so many ticks.
+
+    Returns:
+        Shape (ticks, 1 + 3 edges).
+    """
+    signals = np.ones((ticks, 1 + 3 * len(moved)))
+    if isinstance(held["pressure"], CompiledProfile):
+        signals[:, 0] = _factors(held["pressure"], tick, ticks)
+    for place, (edge, axis) in enumerate(moved.items()):
+        velocity = held[f"{edge}_velocity"]
+        columns = slice(1 + 3 * place, 4 + 3 * place) if axis < 0 else slice(1 + 3 * place + axis, 2 + 3 * place + axis)
+        signals[:, columns] = pattern_of(velocity)
+        if isinstance(velocity, CompiledProfile):
+            signals[:, columns] *= _factors(velocity, tick, ticks)[:, None]
+    return signals
+
+
+def pattern_of(held: Held) -> FloatArray:
+    """Return a copy of what the signal of an array input is multiplied by.
+
+    Held arrays are read-only and those of some profiles are not: kernels would be compiled for both.
+    """
+    pattern = held.pattern if isinstance(held, CompiledProfile) else held
+    return np.array(1.0 if pattern is None else pattern, dtype=np.float64)
+
+
+def _factors(profile: CompiledProfile, tick: int, ticks: int) -> FloatArray:
+    return np.array([profile.factor(number, 0.5) for number in range(tick, tick + ticks)])

@@ -1,0 +1,172 @@
+"""Tuples of plain arrays and numbers for kernels: the body, its hourglass control, its surface, the state, and scratch.
+
+n nodes, m integration points, c columns of nodes through the thickness.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from ..materials.thermoviscoplastic import FlowConstants
+from ..support.float_arrays import FloatArray
+
+IndexArray = npt.NDArray[np.uint32]
+IntArray = npt.NDArray[np.int64]
+# Of a point that would see more nodes than that no stencil could be kept.
+SlotArray = npt.NDArray[np.uint16]
+# Columns, -1 for none.
+ColumnArray = npt.NDArray[np.int32]
+
+
+class Body(NamedTuple):
+    """The constant arrays of nodes and integration points.
+
+    Attributes:
+        mass: shape (n,) [kg].
+        begin: where the neighbours of each point begin in `nodes`, and the end of the last, shape (m + 1,).
+        nodes: neighbours of the points, shape (entries,).
+        kind: number of each point's stencil, shape (m,).
+        first: where each stencil begins in `gradients`, shape (stencils + 1,).
+        gradients: of the shape functions in the frame of the point, shape (rows, 3) [1/m].
+        along: by what the gradients along the body are multiplied at each point, shape (m,).
+        volume: of the points, shape (m,) [m^3].
+        sine, cosine: of the angle by which the frame of a point is turned, shape (m,).
+        seen_begin: where the points that see each node begin in `seen_point`, and the end of the last, shape (n + 1,).
+        seen_point: points that see the nodes, in ascending order for each, shape (entries,).
+        seen_slot: which neighbour the node is of that point, shape (entries,).
+        prescribed: 0 where the velocity of a node is free, otherwise 1 + the first column of its signal, shape (n, 3).
+        bounce: stiffness of a rigid wall against each node, shape (n,) [N/m]; (0,) where there is none.
+    """
+
+    mass: FloatArray
+    begin: IndexArray
+    nodes: IndexArray
+    kind: IndexArray
+    first: IndexArray
+    gradients: FloatArray
+    along: FloatArray
+    volume: FloatArray
+    sine: FloatArray
+    cosine: FloatArray
+    seen_begin: IndexArray
+    seen_point: IndexArray
+    seen_slot: SlotArray
+    prescribed: npt.NDArray[np.uint8]
+    bounce: FloatArray
+
+
+class Hourglass(NamedTuple):
+    """Springs between columns against what the points at the columns do not see; see `hourglass`.
+
+    Attributes:
+        layers: nodes of a column.
+        points: integration points of a column.
+        shares: of each node in the mean displacement of its column, shape (n,).
+        place: mean position of each column, shape (c, 3) [m].
+        partner: columns that each is tied to, -1 for none, shape (c, 4).
+        stiffness: of those ties, shape (c, 4) [N/m].
+        section: area of those ties, by which the flow stress bounds their force, shape (c, 4) [m^2].
+    """
+
+    layers: int
+    points: int
+    shares: FloatArray
+    place: FloatArray
+    partner: ColumnArray
+    stiffness: FloatArray
+    section: FloatArray
+
+
+class Surface(NamedTuple):
+    """The inner surface, on which the pressure acts: s nodes.
+
+    Attributes:
+        nodes: shape (s,).
+        station: along the body, shape (s,).
+        around: nodes of the surface before and after each one along the body and across it, itself where there is none,
+            shape (s, 4).
+        reference: positions, shape (s, 3) [m].
+    """
+
+    nodes: IntArray
+    station: IntArray
+    around: ColumnArray
+    reference: FloatArray
+
+
+class State(NamedTuple):
+    """The changing arrays; all of one tick.
+
+    Attributes:
+        displacement: parameters of the nodes, shape (n, 3) [m].
+        velocity: parameters of the nodes, shape (n, 3) [m/s].
+        force: of stresses, hourglass control and wall on the nodes, shape (n, 3) [N].
+        gradient: of the displacement, du_i/dX_j row by row, shape (m, 9).
+        stress: Kirchhoff stress xx, yy, zz, xy, yz, zx, tension positive, shape (m, 6) [Pa].
+        plastic_strain: equivalent, shape (m,); (0,) of an elastic material, as the following.
+        temperature: shape (m,) [K].
+        plastic_work: per reference volume, shape (m,) [J/m^3].
+        area: of the inner surface, normal into the body, on each of its nodes, shape (s, 3) [m^2].
+    """
+
+    displacement: FloatArray
+    velocity: FloatArray
+    force: FloatArray
+    gradient: FloatArray
+    stress: FloatArray
+    plastic_strain: FloatArray
+    temperature: FloatArray
+    plastic_work: FloatArray
+    area: FloatArray
+
+
+class Scratch(NamedTuple):
+    """Memory that holds nothing between ticks.
+
+    Attributes:
+        pull: nominal stress times volume of each point, in its frame, shape (m, 9) [N m].
+        column_force: of the hourglass control, shape (c, 3) [N].
+        before: velocity of the nodes of the inner surface at the begin of the tick, shape (s, 3) [m/s].
+    """
+
+    pull: FloatArray
+    column_force: FloatArray
+    before: FloatArray
+
+
+class Solid(NamedTuple):
+    """All that does not change.
+
+    Attributes:
+        body: nodes and points.
+        hourglass: its control.
+        surface: the inner one.
+        law: of the material.
+        plastic: whether it can yield.
+        step: length of a tick [s].
+        wall: x of a rigid wall, and 1 where the body lies above it, -1 where below, 0 where there is none, shape (2,).
+        reference: positions of the nodes, shape (n, 3) [m].
+    """
+
+    body: Body
+    hourglass: Hourglass
+    surface: Surface
+    law: FlowConstants
+    plastic: bool
+    step: float
+    wall: FloatArray
+    reference: FloatArray
+
+
+# Entries of the tally since the reset; three each where it is a vector. WALL_FORCE is that of now.
+PRESSURE_WORK, BOUNDARY_WORK, PRESSURE_IMPULSE, BOUNDARY_IMPULSE, WALL_IMPULSE, WALL_FORCE, TALLY = 0, 1, 2, 5, 8, 9, 10
+# Statuses of a tick: a point is inverted, strained too much in one tick, has flown or become hot beyond measure.
+INVERTED, STRAINED, FLOWN, HEATED = 1, 2, 3, 4
+
+
+def make_scratch(points: int, columns: int, surface: int) -> Scratch:
+    """Return scratch for so many integration points, columns and nodes of the inner surface."""
+    return Scratch(np.zeros((points, 9)), np.zeros((columns, 3)), np.zeros((surface, 3)))

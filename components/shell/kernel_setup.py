@@ -1,0 +1,210 @@
+"""Setup of the arrays for kernels from the parameters of a body."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from weakref import WeakValueDictionary
+
+import numpy as np
+
+from ..errors import ParameterError
+from ..support.float_arrays import FloatArray
+from .boundaries import Conditions, edge_nodes, make_conditions
+from .geometry.lattice import Lattice
+from .hourglass import make_hourglass
+from .kernel_arrays import Body, ColumnArray, Hourglass, IndexArray, IntArray, SlotArray, Solid, Surface
+from .parameters import ShellParameters
+from .quadrature import IntegrationPoints, LinePoints, integration_points, points_at_planes
+from .shape_functions import UnspannedBasisError
+from .stencils import Stencils, make_stencils
+from .zero_modes import RIGID_MOTIONS, zero_mode_count
+
+# Layers, rule, points through the thickness, basis and radius that are known to have no modes without energy.
+_KNOWN = (3, "column", 2, "linear", 1.7)
+
+
+@dataclass(frozen=True, eq=False)
+class Assembly:
+    """The tables that the component builds once, and that components of alike bodies share; nobody writes to them.
+
+    Attributes:
+        lattice: the nodes.
+        points: the integration points.
+        stencils: of the points.
+        node_stencils: of the nodes themselves, at which fields are read.
+        solid: the tables of the kernels, without step and wall.
+        conditions: what is prescribed.
+    """
+
+    lattice: Lattice
+    points: IntegrationPoints
+    stencils: Stencils
+    node_stencils: Stencils
+    solid: Solid
+    conditions: Conditions
+
+
+# What the tables follow from, and the assemblies that are in use.
+_SOURCES = ("body", "material", "boundaries", "basis", "radius", "integration", "hourglass")
+_in_use: WeakValueDictionary[str, Assembly] = WeakValueDictionary()
+
+
+def assemble(p: ShellParameters) -> Assembly:
+    """Return the tables: those of a component of an alike body where there is one, such as that from which a tube has its step.
+
+    Raises:
+        ParameterError: the rule has modes without energy, or the neighbours of a point do not span the basis.
+    """
+    key = repr([getattr(p, name) for name in _SOURCES])
+    found = _in_use.get(key)
+    if found is None:
+        found = _in_use[key] = _assemble(p)
+    return found
+
+
+def _assemble(p: ShellParameters) -> Assembly:
+    refuse_soft_rule(p)
+    lattice, rule = p.body.lattice(), p.rule
+    points = integration_points(lattice, rule.surface, rule.through)
+    lines = tuple(points_at_planes(axis) for axis in lattice.axes)
+    stencils = spanned_stencils(p, lattice, points.lines, points.places)
+    node_stencils = spanned_stencils(p, lattice, lines, lattice.places)
+    conditions = make_conditions(p.body, lattice, p.boundaries)
+    mass = p.material.density * lattice.volumes
+    seen_begin, seen_point, seen_slot = transpose(stencils, lattice.node_count)
+    body = Body(
+        mass, stencils.begin, stencils.nodes, stencils.kind, stencils.first, stencils.gradients, stencils.along, points.volume,
+        points.sine, points.cosine, seen_begin, seen_point, seen_slot, conditions.prescribed, np.zeros(0),
+    )  # fmt: skip
+    solid = Solid(
+        body, chosen_hourglass(p, lattice), inner_surface(lattice), p.material.constants(1.0), False, 1.0,
+        np.zeros(2), lattice.nodes,
+    )  # fmt: skip
+    return Assembly(lattice, points, stencils, node_stencils, solid, conditions)
+
+
+def spanned_stencils(p: ShellParameters, lattice: Lattice, lines: tuple[LinePoints, ...], places: FloatArray) -> Stencils:
+    """Return the stencils of points that are the product of points along the axes, but for those at a notch.
+
+    Args:
+        p: radius and basis.
+        lattice: the nodes.
+        lines: points along each axis.
+        places: where they are, at a notch too, shape (m, 3), as fractional indices.
+
+    Raises:
+        ParameterError: the neighbours of a point do not span the basis.
+    """
+    along, across, through = lines
+    radius = p.chosen_radius
+    try:
+        return make_stencils(lattice, (along, across, through), (radius, radius, radius), p.basis, places)
+    except UnspannedBasisError as error:
+        raise unspanned(p, error) from None
+
+
+def unspanned(p: ShellParameters, error: UnspannedBasisError) -> ParameterError:
+    """Return the error for a body that has too few nodes within the radius: of the radius where it was given."""
+    return ParameterError(
+        f"got {p.chosen_radius:g} spacings: {error}", expected="a radius within which there are enough nodes",
+        hint="give a larger radius, or more nodes", at="body" if p.radius is None else "radius",
+    )  # fmt: skip
+
+
+def refuse_soft_rule(p: ShellParameters) -> None:
+    """Raise `ParameterError` where the integration rule has modes without energy besides the rigid motions."""
+    chosen = (p.body.counts[2], p.rule.surface, p.rule.through, p.basis, p.chosen_radius)
+    if chosen == _KNOWN:
+        return
+    try:
+        modes = zero_mode_count(*chosen)
+    except UnspannedBasisError as error:
+        raise unspanned(p, error) from None
+    if modes != RIGID_MOTIONS:
+        raise ParameterError(
+            f"got {p.rule.surface!r} with {p.rule.through} points through {p.body.counts[2]} layers, basis {p.basis!r}, radius "
+            f"{p.chosen_radius:g}: a free patch has {modes} modes without energy",
+            expected=f"{RIGID_MOTIONS}, the rigid motions",
+            hint="take more points, or surface = 'cell'", at="integration",
+        )  # fmt: skip
+
+
+def transpose(stencils: Stencils, nodes: int) -> tuple[IndexArray, IndexArray, SlotArray]:
+    """Return for each node where its list begins, the points that see it in ascending order, and which neighbour it is."""
+    begin = stencils.begin.astype(np.int64)
+    order = np.argsort(stencils.nodes, kind="stable")
+    counts = np.bincount(stencils.nodes, minlength=nodes)
+    point = np.repeat(np.arange(len(begin) - 1, dtype=np.uint32), np.diff(begin))[order]
+    slot = (order - begin[point]).astype(np.uint16)
+    ends = np.concatenate([[0], np.cumsum(counts)])
+    return ends.astype(np.uint32), point, slot
+
+
+def chosen_hourglass(p: ShellParameters, lattice: Lattice) -> Hourglass:
+    """Return the ties between columns, none of a rule that needs none."""
+    if p.rule.surface == "column" and p.hourglass > 0.0:
+        return make_hourglass(lattice, p.rule.through, p.material.young, p.hourglass)
+    return Hourglass(
+        lattice.shape[2], 1, np.zeros(lattice.node_count), np.zeros((0, 3)), np.zeros((0, 4), dtype=np.int32), np.zeros((0, 4)),
+        np.zeros((0, 4)),
+    )  # fmt: skip
+
+
+def inner_surface(lattice: Lattice) -> Surface:
+    """Return the surface on which the pressure acts: the inner one of a tube, the lower one of a plate."""
+    n, m, _ = lattice.shape
+    nodes = edge_nodes(lattice, "bottom")
+    station, place = (one.ravel() for one in np.meshgrid(np.arange(n), np.arange(m), indexing="ij"))
+    return Surface(nodes, station, grid_neighbours(lattice), lattice.nodes[nodes])
+
+
+def grid_neighbours(lattice: Lattice) -> ColumnArray:
+    """Return for each column the ones before and after it along and across, itself where there is none, shape (n m, 4)."""
+    n, m, _ = lattice.shape
+    along, across = np.meshgrid(np.arange(n), np.arange(m), indexing="ij")
+    before, after = np.maximum(along - 1, 0), np.minimum(along + 1, n - 1)
+    if lattice.axes[1].closed:
+        left, right = (across - 1) % m, (across + 1) % m
+    else:
+        left, right = np.maximum(across - 1, 0), np.minimum(across + 1, m - 1)
+    found = (before * m + across, after * m + across, along * m + left, along * m + right)
+    return np.stack([one.ravel() for one in found], axis=1).astype(np.int32)
+
+
+def surface_quads(lattice: Lattice) -> IntArray:
+    """Return the four columns around each cell of the surface, in order around it, shape (cells, 4)."""
+    n, m, _ = lattice.shape
+    rows = m if lattice.axes[1].closed else m - 1
+    along, across = (one.ravel() for one in np.meshgrid(np.arange(n - 1), np.arange(rows), indexing="ij"))
+    after = (across + 1) % m
+    quads = (along * m + across, (along + 1) * m + across, (along + 1) * m + after, along * m + after)
+    return np.stack(quads, axis=1)
+
+
+def station_means(assembly: Assembly, values: FloatArray) -> FloatArray:
+    """Return means of a field of the points over each row of points along the body, weighted by volume, shape (rows,)."""
+    volume = assembly.points.volume.reshape(len(assembly.points.lines[0].at), -1)
+    return np.asarray((values.reshape(volume.shape) * volume).sum(axis=1) / volume.sum(axis=1), dtype=np.float64)
+
+
+def gauge_columns(p: ShellParameters, lattice: Lattice) -> IntArray:
+    """Return the column nearest to each gauge.
+
+    Raises:
+        ParameterError: a gauge does not lie on the body.
+    """
+    found = []
+    for number, place in enumerate(p.gauges):
+        indices = []
+        for axis, value, unit in zip(lattice.axes[:2], place, ("m", "rad" if lattice.bent else "m"), strict=True):
+            low, high = (0.0, axis.period) if axis.closed else (axis.positions[0], axis.positions[-1])
+            if not low <= value <= high:
+                raise ParameterError(
+                    f"got {value:g} {unit}", expected=f"{low:g} to {high:g} {unit}", at=("gauges", number, len(indices))
+                )
+            distance: FloatArray = np.abs(axis.positions - value)
+            if axis.closed:
+                distance = np.minimum(distance, axis.period - distance)
+            indices.append(int(distance.argmin()))
+        found.append(indices[0] * lattice.shape[1] + indices[1])
+    return np.array(found, dtype=np.int64)

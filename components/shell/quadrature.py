@@ -1,0 +1,115 @@
+"""Integration rules: where the points lie at which stresses are computed, and what volume each stands for.
+
+A rule is a rule in the surface times Gauss points through the thickness. In the surface, `column` has one point at each
+column of nodes: cheap, but blind to displacements that alternate from column to column, which `hourglass` holds; `cell` has
+2 x 2 Gauss points in each cell between four columns.
+"""
+
+from __future__ import annotations
+
+from typing import Literal, NamedTuple
+
+import numpy as np
+
+from ..support.elementary_functions import sine_of_pi
+from ..support.float_arrays import FloatArray
+from .geometry.lattice import Lattice
+from .geometry.lattice_axis import Axis
+
+RuleName = Literal["column", "cell"]
+_NEWTON_STEPS = 10
+
+
+class LinePoints(NamedTuple):
+    """Points along one axis.
+
+    Attributes:
+        at: fractional indices of the axis, shape (m,).
+        length: part of the axis for which each stands, shape (m,) [m or rad].
+    """
+
+    at: FloatArray
+    length: FloatArray
+
+
+class IntegrationPoints(NamedTuple):
+    """Points of a body, those of a column together.
+
+    Attributes:
+        lines: the points along each axis, whose product they are; below a notch they lie elsewhere through the thickness.
+        places: fractional indices of the axes of each point, shape (m, 3).
+        volume: shape (m,) [m^3].
+        sine, cosine: of the angle by which the frame of each is turned, shape (m,).
+    """
+
+    lines: tuple[LinePoints, LinePoints, LinePoints]
+    places: FloatArray
+    volume: FloatArray
+    sine: FloatArray
+    cosine: FloatArray
+
+
+def points_at_planes(axis: Axis) -> LinePoints:
+    """Return a point at each plane of nodes."""
+    return LinePoints(np.arange(axis.count, dtype=np.float64), axis.widths)
+
+
+def points_in_cells(axis: Axis) -> LinePoints:
+    """Return two Gauss points between each plane and the next."""
+    cells = axis.count if axis.closed else axis.count - 1
+    offset, _ = gauss_points(2)
+    index = (np.arange(cells)[:, None] + 0.5 + 0.5 * offset).ravel()
+    ends = np.arange(cells, dtype=np.float64)
+    length = axis.at(ends + 1.0) - axis.at(ends)
+    return LinePoints(index, np.repeat(0.5 * length, 2))
+
+
+def points_through(axis: Axis, count: int, top: int = -1) -> LinePoints:
+    """Return Gauss points between the first plane and the last, or that of number `top`."""
+    offset, weight = gauss_points(count)
+    first, last = axis.positions[0], axis.positions[top]
+    place = 0.5 * (first + last) + 0.5 * (last - first) * offset
+    index = np.interp(place, axis.positions, np.arange(axis.count, dtype=np.float64))
+    return LinePoints(index, 0.5 * (last - first) * weight)
+
+
+def gauss_points(count: int) -> tuple[FloatArray, FloatArray]:
+    """Return Gauss-Legendre points in -1..1, ascending, and their weights: roots of P_n by Newton's iteration."""
+    number = np.arange(count, dtype=np.float64)
+    x = -sine_of_pi(0.5 - (number + 0.75) / (count + 0.5))
+    slope = np.ones(count)
+    for _ in range(_NEWTON_STEPS):
+        before, value = np.ones(count), x
+        for degree in range(2, count + 1):
+            before, value = value, ((2 * degree - 1) * x * value - (degree - 1) * before) / degree
+        slope = count * (x * value - before) / (x * x - 1.0)
+        x = x - value / slope
+    weight = 2.0 / ((1.0 - x * x) * slope * slope)
+    return 0.5 * (x - x[::-1]), 0.5 * (weight + weight[::-1])
+
+
+def integration_points(lattice: Lattice, rule: RuleName, through: int) -> IntegrationPoints:
+    """Return the points of a rule with so many points through the thickness."""
+    surface = points_at_planes if rule == "column" else points_in_cells
+    along, across, thickness = lattice.axes
+    lines = surface(along), surface(across), points_through(thickness, through)
+    third = thickness_volumes(lattice, lines[2])
+    section = lines[0].length[:, None, None] * lines[1].length[:, None]
+    volume = section * third
+    places: FloatArray = np.stack(np.meshgrid(*(line.at for line in lines), indexing="ij"), axis=-1)
+    if lattice.hollow is not None:
+        # A point is below the notch where the nearest column is.
+        nearest = lattice.nearest_columns(places[:, :, 0].reshape(-1, 3))
+        below = lattice.hollow.columns.ravel()[nearest].reshape(volume.shape[:2])
+        line = points_through(thickness, through, lattice.hollow.bottom)
+        volume = np.where(below[..., None], section * thickness_volumes(lattice, line), volume)
+        places[below, :, 2] = line.at
+    sine, cosine = lattice.turn(across.at(lines[1].at))
+    shape = volume.shape
+    spread = (np.broadcast_to(one[:, None], shape).ravel() for one in (sine, cosine))
+    return IntegrationPoints(lines, places.reshape(-1, 3), volume.ravel(), *spread)
+
+
+def thickness_volumes(lattice: Lattice, line: LinePoints) -> FloatArray:
+    """Return what the volume of points through the thickness is, over their part of the surface coordinates."""
+    return line.length * lattice.axes[2].at(line.at) if lattice.bent else line.length

@@ -1,0 +1,138 @@
+"""Elementary functions, a Fourier transform and a spline by + - x / and sqrt alone: the same bits on every machine.
+
+numpy and the C library choose among several versions of exp, log, sin and pow by the CPU that they find, and their last bits
+differ. What becomes a constant of an environment uses these. In compiled loops `powers.power` is x^p.
+"""
+
+from __future__ import annotations
+
+import math
+from functools import lru_cache
+from itertools import pairwise
+
+import numpy as np
+import numpy.typing as npt
+
+from .float_arrays import FloatArray
+
+# ln 2 in two parts: the first has so few bits that its product with a small whole number is exact.
+_LN2_HIGH, _LN2_LOW = 0.693147180369123816490, 1.90821492927058770002e-10
+_NEWTON_STEPS = 60
+
+
+def exponential(x: npt.ArrayLike) -> FloatArray:
+    """Return e^x for |x| <= 700, to some ulp."""
+    given = np.asarray(x, dtype=np.float64)
+    twos = np.rint(given / (_LN2_HIGH + _LN2_LOW))
+    rest = (given - twos * _LN2_HIGH) - twos * _LN2_LOW
+    return np.ldexp(_series(rest, [1.0 / math.factorial(k) for k in range(15)]), twos.astype(np.int32))
+
+
+def logarithm(x: npt.ArrayLike) -> FloatArray:
+    """Return ln x for x > 0, to some ulp."""
+    fraction, twos = np.frexp(np.asarray(x, dtype=np.float64))
+    small = fraction < math.sqrt(0.5)
+    fraction, twos = np.where(small, 2.0 * fraction, fraction), np.where(small, twos - 1, twos)
+    s = (fraction - 1.0) / (fraction + 1.0)
+    tail = 2.0 * s * _series(s * s, [1.0 / (2 * k + 1) for k in range(12)])
+    return twos * _LN2_HIGH + (twos * _LN2_LOW + tail)
+
+
+def root(x: npt.ArrayLike, degree: int) -> FloatArray:
+    """Return x^(1/degree) for x > 0, to some ulp."""
+    fraction, twos = np.frexp(np.asarray(x, dtype=np.float64))
+    whole, left = np.divmod(twos, degree)
+    inside = np.ldexp(fraction, left)
+    found = np.full(inside.shape, 2.0)
+    for _ in range(_NEWTON_STEPS):  # from above, so that it falls until rounding ends it
+        found = found - (found - inside / _power(found, degree - 1)) / degree
+    return np.ldexp(found, whole)
+
+
+def sine_of_pi(x: npt.ArrayLike) -> FloatArray:
+    """Return sin(pi x), to some ulp of 1."""
+    given = np.asarray(x, dtype=np.float64)
+    nearest = np.rint(2.0 * given)
+    angle = math.pi * (given - 0.5 * nearest)  # within an eighth of a turn
+    square = angle * angle
+    sine = angle * _series(square, [(-1) ** k / math.factorial(2 * k + 1) for k in range(10)])
+    cosine = _series(square, [(-1) ** k / math.factorial(2 * k) for k in range(11)])
+    quarter = nearest.astype(np.int64) % 4
+    return np.choose(quarter, [sine, cosine, -sine, -cosine])
+
+
+def fourier(real: FloatArray, imaginary: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return the discrete Fourier transform sum_j z_j exp(-2 pi i j k / n) of n numbers, n a power of 2, as two arrays.
+
+    The transform of a real even sequence is real and even: two of them fit into one call, as real and imaginary part.
+    """
+    re, im = real.reshape(-1, 1).copy(), imaginary.reshape(-1, 1).copy()
+    for cosine, sine in _twiddles(len(real)):
+        # Stockham's order: no bit reversal, and every sum has two terms.
+        half = len(re) // 2
+        first_re, first_im, second_re, second_im = re[:half], im[:half], re[half:], im[half:]
+        less_re, less_im = first_re - second_re, first_im - second_im
+        turned_re, turned_im = less_re * cosine - less_im * sine, less_re * sine + less_im * cosine
+        re = np.concatenate((first_re + second_re, turned_re), axis=1)
+        im = np.concatenate((first_im + second_im, turned_im), axis=1)
+    return re.reshape(-1), im.reshape(-1)
+
+
+@lru_cache(maxsize=8)
+def _twiddles(count: int) -> list[tuple[FloatArray, FloatArray]]:
+    """Return cosine and sine of -2 pi k / length of each stage, shape (length / 2, 1)."""
+    stages, length = [], count
+    while length > 1:
+        turns = np.arange(length // 2)[:, None] / length
+        stages.append((sine_of_pi(0.5 - 2.0 * turns), sine_of_pi(-2.0 * turns)))
+        length //= 2
+    return stages
+
+
+def spline_through(values: FloatArray, finer: int) -> FloatArray:
+    """Return the natural cubic spline through equidistant values, at every 1/finer of their distance.
+
+    Args:
+        values: shape (n,).
+        finer: points for one.
+
+    Returns:
+        Shape ((n - 1) finer + 1,).
+    """
+    curvature = _curvatures(values.tolist())
+    t = np.arange(finer) / finer
+    pieces = []
+    for (a, b), (p, q) in zip(pairwise(values.tolist()), pairwise(curvature), strict=True):
+        s = 1.0 - t
+        pieces.append(s * a + t * b + ((s * s * s - s) * p + (t * t * t - t) * q) / 6.0)
+    return np.concatenate([*pieces, values[-1:]])
+
+
+def _curvatures(values: list[float]) -> list[float]:
+    """Second derivatives of that spline: p_(k-1) + 4 p_k + p_(k+1) = 6 (v_(k-1) - 2 v_k + v_(k+1)), 0 at the ends."""
+    pivots, sides = [], []
+    for before, here, after in zip(values, values[1:], values[2:], strict=False):
+        pivot, side = 4.0, 6.0 * (before - 2.0 * here + after)
+        if pivots:
+            pivot, side = 4.0 - 1.0 / pivots[-1], side - sides[-1] / pivots[-1]
+        pivots.append(pivot)
+        sides.append(side)
+    found = [0.0]
+    for pivot, side in zip(reversed(pivots), reversed(sides), strict=True):
+        found.append((side - found[-1]) / pivot)
+    return [0.0, *reversed(found)]
+
+
+def _series(x: FloatArray, coefficients: list[float]) -> FloatArray:
+    """Return c_0 + c_1 x + ..., from the inside."""
+    result = np.full(x.shape, coefficients[-1])
+    for coefficient in reversed(coefficients[:-1]):
+        result = result * x + coefficient
+    return result
+
+
+def _power(x: FloatArray, exponent: int) -> FloatArray:
+    result = np.ones(x.shape)
+    for _ in range(exponent):
+        result = result * x
+    return result

@@ -1,0 +1,71 @@
+"""Overlaps of the cells of the gas with the stations of the shell.
+
+A station is a plane of nodes of the shell, and the part of the length that belongs to it. Each overlap of a station with a
+cell of the gas has a length; that of all overlaps of a cell is the part of the cell that the shell covers.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from ..support.float_arrays import FloatArray
+
+IntArray = npt.NDArray[np.int64]
+# Overlaps shorter than this part of a cell come from rounding.
+_ROUNDING = 1e-9
+
+
+class Interface(NamedTuple):
+    """The overlaps, station by station, and the inner surface of the shell.
+
+    Attributes:
+        begin: where the overlaps of each station begin, and the end of the last, shape (stations + 1,).
+        cell: of each overlap, shape (overlaps,).
+        length: of each overlap, shape (overlaps,) [m].
+        offset: from the middle of the cell to that of the overlap, over the length of the cell, shape (overlaps,).
+        width: of each station, shape (stations,) [m].
+        nodes: of the inner surface, station by station, shape (s,).
+        station: of each of these, shape (s,).
+        share: of each of these in the mean over its station, shape (s,).
+        reference: positions of these, shape (s, 3) [m].
+        rest: distance of these from the axis, shape (s,) [m].
+        area: cross-section of each cell of the gas before anything moves, shape (cells,) [m^2].
+    """
+
+    begin: IntArray
+    cell: IntArray
+    length: FloatArray
+    offset: FloatArray
+    width: FloatArray
+    nodes: IntArray
+    station: IntArray
+    share: FloatArray
+    reference: FloatArray
+    rest: FloatArray
+    area: FloatArray
+
+
+def find_overlaps(bounds: FloatArray, cell_size: float, cells: int) -> tuple[IntArray, IntArray, FloatArray, FloatArray]:
+    """Return begin, cell, length and offset of the overlaps; see `Interface`.
+
+    Args:
+        bounds: ends of the stations in the coordinate of the gas, ascending, shape (stations + 1,) [m].
+        cell_size: length of the cells of the gas, which begin at 0 [m].
+        cells: number of cells.
+    """
+    begin, cell, length, offset = [0], [], [], []
+    for low, high in zip(bounds[:-1].tolist(), bounds[1:].tolist(), strict=True):
+        for number in range(max(int(low / cell_size) - 1, 0), min(int(high / cell_size) + 2, cells)):
+            first, last = max(low, number * cell_size), min(high, (number + 1) * cell_size)
+            if last - first > _ROUNDING * cell_size:
+                cell.append(number)
+                length.append(last - first)
+                offset.append((0.5 * (first + last) - (number + 0.5) * cell_size) / cell_size)
+        begin.append(len(cell))
+    return (
+        np.array(begin, dtype=np.int64), np.array(cell, dtype=np.int64), np.array(length, dtype=np.float64),
+        np.array(offset, dtype=np.float64),
+    )  # fmt: skip

@@ -1,0 +1,174 @@
+"""The check of an objective: its `pullback` against its `note`, and the slopes of its `value`, entry by entry."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+
+from granular_env.components.chain import Chain, layout
+from granular_env.components.chain.adjoint import check_functions, value_and_slopes
+from granular_env.components.chain.objective import Objective
+from granular_env.components.errors import Fault, ParameterError
+from granular_env.components.support.float_arrays import FloatArray
+from granular_env.components.support.jit import current
+
+_ROWS = {
+    name: getattr(layout, name) for name in ("STIFFNESS", "REST_OVERLAP", "INVERSE_MASS", "MASS", "LAW_CONSTANTS", "U", "V")
+}
+_STEP = 1e-5
+_SEED = 20
+# Derivatives so much smaller than the value, in units of their entry, are lost in its differences.
+_SMALL_PART = 1e-3
+
+
+def check_objective(objective: Objective, chain: Chain, *, steps: int = 8, tolerance: float = 1e-6) -> float:
+    """Compare an objective's derivatives with differences, in a random state of a chain with pressed contacts.
+
+    Args:
+        objective: what to check.
+        chain: a chain of the size and law that it is for; it stays as it is.
+        steps: control steps of the imagined run; its first, second and last are looked at.
+        tolerance: the largest error, as a part of the derivative.
+
+    Returns:
+        The largest error that there was.
+
+    Raises:
+        ParameterError: a derivative is wrong, or `note` reads what no derivative goes through; names the entry.
+    """
+    objective.fit(chain.parameters.grains, steps)
+    check_functions(objective, type(chain.parameters.law))
+    objective = replace(
+        objective,
+        note=chain.specialise(objective.note),
+        value=current(objective.value),
+        pullback=chain.specialise(objective.pullback),
+    )
+    rng = np.random.default_rng(_SEED)
+    a, inputs = _state(chain, rng), rng.normal(size=2)
+    sums = _feature_sums(objective, a, 0, steps, inputs)
+    for step in range(1, steps):
+        sums += _feature_sums(objective, a, step, steps, inputs)
+    worst = _check_value(objective, sums, tolerance)
+    looked_at = sorted({0, min(1, steps - 1), steps - 1})
+    for step in looked_at:
+        _refuse_peaks(objective, a, step, steps, inputs)
+    for step in looked_at:
+        worst = max(worst, _check_pullback(objective, a, step, steps, inputs, rng.normal(size=objective.count), tolerance))
+    return worst
+
+
+def _state(chain: Chain, rng: np.random.Generator) -> FloatArray:
+    """Every contact pressed by some hundredth of the smallest radius; velocities of some m/s."""
+    a, n = chain.detached_table(), chain.parameters.grains
+    overlap = 1e-2 * float(chain.geometry.radius.min()) * (1.0 + rng.random(n + 1))
+    a[layout.U, 1 : n + 1] = -np.cumsum(overlap[:n])
+    a[layout.REST_OVERLAP, : n + 1] = overlap + a[layout.U, 1 : n + 2] - a[layout.U, : n + 1]
+    a[layout.REST_OVERLAP, : n + 1] *= a[layout.STIFFNESS, : n + 1] > 0.0
+    a[layout.V, 1 : n + 1] = rng.normal(size=n)
+    return a
+
+
+def _feature_sums(objective: Objective, a: FloatArray, step: int, steps: int, inputs: FloatArray) -> FloatArray:
+    sums = np.zeros(objective.count)
+    objective.note(a, step, steps, inputs, objective.constants, sums)
+    if not np.isfinite(sums).all():
+        k = int(np.argmin(np.isfinite(sums)))
+        raise ParameterError(f"sums[{k}] is {sums[k]} at control step {step} in a state of finite numbers", at="objective.note")
+    return sums
+
+
+def _quotient(function: Callable[[], FloatArray], memory: FloatArray, place: tuple[int, ...], h: float) -> FloatArray:
+    """Return a central difference of fourth order."""
+    before, found = memory[place], []
+    for way in (1.0, -1.0, 2.0, -2.0):
+        memory[place] = before + way * h
+        found.append(function())
+    memory[place] = before
+    return (8.0 * (found[0] - found[1]) - (found[2] - found[3])) / (12.0 * h)
+
+
+def _check_value(objective: Objective, sums: FloatArray, tolerance: float) -> float:
+    _, slopes = value_and_slopes(objective, sums)
+    spare = np.zeros(objective.count)
+    trial = sums.copy()
+
+    def value() -> FloatArray:
+        return np.array(objective.value(trial, objective.constants, spare))
+
+    scales = np.where(sums == 0.0, 1.0, np.abs(sums))
+    quotients = np.array([float(_quotient(value, trial, (k,), _STEP * scales[k])) for k in range(objective.count)])
+    errors = np.abs(slopes - quotients) * scales
+    sizes = np.maximum(np.abs(slopes), np.abs(quotients)) * scales
+    return _largest_error(
+        errors, sizes, abs(float(value())), tolerance,
+        lambda k: Fault(("objective", "value"), f"slopes[{k}] is {slopes[k]:.9g}", f"{quotients[k]:.9g} as its differences"),
+    )  # fmt: skip
+
+
+def _check_pullback(
+    objective: Objective, a: FloatArray, step: int, steps: int, inputs: FloatArray, slopes: FloatArray, tolerance: float
+) -> float:
+    adjoint, input_adjoint, before = np.zeros_like(a), np.zeros(2), a.copy()
+    objective.pullback(a, adjoint, step, steps, inputs, input_adjoint, objective.constants, slopes)
+    if not np.array_equal(a, before):
+        raise ParameterError(
+            "it changes `a`", expected="it to add to `adjoint` and `input_adjoint` only", at="objective.pullback"
+        )
+
+    def feature() -> FloatArray:
+        return np.array(slopes @ _feature_sums(objective, a, step, steps, inputs))
+
+    names, given, quotients, scales = [], [], [], []
+    for name, row in _ROWS.items():
+        scale = float(np.abs(a[row]).max()) or 1.0
+        for column in range(int(a[layout.SCALARS, layout.GRAINS]) + 2):
+            names.append(f"adjoint[{name}, {column}]")
+            given.append(adjoint[row, column])
+            quotients.append(float(_quotient(feature, a, (row, column), _STEP * scale)))
+            scales.append(scale)
+    for side in range(2):
+        names.append(f"input_adjoint[{side}]")
+        given.append(input_adjoint[side])
+        quotients.append(float(_quotient(feature, inputs, (side,), _STEP)))
+        scales.append(1.0)
+    found, wanted, weights = np.array(given), np.array(quotients), np.array(scales)
+    sizes = np.maximum(np.abs(found), np.abs(wanted)) * weights
+    return _largest_error(
+        np.abs(found - wanted) * weights, sizes, abs(float(feature())), tolerance,
+        lambda k: Fault(
+            ("objective", "pullback"), f"{names[k]} is {found[k]:.9g} at step {step}", f"{wanted[k]:.9g} as differences of note"
+        ),
+    )  # fmt: skip
+
+
+def _refuse_peaks(objective: Objective, a: FloatArray, step: int, steps: int, inputs: FloatArray) -> None:
+    before = _feature_sums(objective, a, step, steps, inputs)
+    for name in ("PEAK", "DISSIPATED", "TALLY", "LIMIT"):
+        row = getattr(layout, name)
+        kept = a[row].copy()
+        a[row] = 1.0 + np.where(np.isfinite(kept), kept, 0.0)
+        after = _feature_sums(objective, a, step, steps, inputs)
+        a[row] = kept
+        if not np.array_equal(before, after):
+            raise ParameterError(
+                f"it reads the row {name}, which no derivative goes through",
+                hint=(
+                    "use displacements, velocities, inputs and the table's constants (for a peak over time the p-norm of "
+                    "`differentiable_quantities.peak_value`)"
+                ),
+                at="objective.note",
+            )
+
+
+def _largest_error(
+    errors: FloatArray, sizes: FloatArray, value: float, tolerance: float, fault_at: Callable[[int], Fault]
+) -> float:
+    """Return the largest error relative to its derivative, or to the rounding error in differences of a value of that size."""
+    relative = errors / np.maximum(sizes + _SMALL_PART * value, np.finfo(np.float64).tiny)
+    wrong = int(np.argmax(relative))
+    if not relative[wrong] <= tolerance:
+        raise ParameterError(fault_at(wrong))
+    return float(relative[wrong])

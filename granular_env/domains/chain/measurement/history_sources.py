@@ -1,0 +1,110 @@
+"""Histories from their sources: a chain and frames of its motion, or a log."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from granular_env.components.component import Component
+from granular_env.components.errors import LogError, ParameterError, one_line
+from granular_env.components.support.float_arrays import FloatArray
+from granular_env.components.support.validation import whole_number
+
+from .chain_history import History
+
+if TYPE_CHECKING:
+    from granular_env.recording import Log
+    from granular_env.recording.format.message_index import Segment
+
+
+def of_chain(
+    component: Component,
+    time: FloatArray,
+    velocity: FloatArray,
+    displacement: FloatArray | None = None,
+    overlap: FloatArray | None = None,
+    contact_force: FloatArray | None = None,
+) -> History:
+    """Return a history of a chain from frames; masses, contacts and positions are the chain's.
+
+    Args:
+        component: the chain.
+        time: shape (T,) [s].
+        velocity: shape (T, n) [m/s].
+        displacement: shape (T, n) [m].
+        overlap: as the chain's variable, shape (T, n + 1) [m].
+        contact_force: the same [N].
+    """
+    chain = chain_geometry(component)
+    parameters: Any = component.parameters
+    piston = np.zeros(parameters.grains, dtype=bool)
+    piston[0], piston[-1] = piston[0] or parameters.left == "piston", piston[-1] or parameters.right == "piston"
+
+    return History(
+        time, velocity, chain.mass, chain.stiffness, chain.rest_overlap, chain.position, displacement, piston,
+        overlap, contact_force, parameters.law, chain.law_constants,
+    )  # fmt: skip
+
+
+def chain_geometry(component: Component) -> Any:
+    """Return the `Geometry` of a chain; `ParameterError` for any other component."""
+    if component.name != "chain":
+        raise ParameterError(f"got a {component.name!r}", expected="a chain", hint="only chains are measured", at="component")
+    return component.geometry  # type: ignore[attr-defined]
+
+
+def history(log: Log, segment: int | None = None) -> History:
+    """Return the history in a log of a chain: its frames, and the geometry that follows from its parameters.
+
+    Args:
+        log: what `ge.open_log` gave.
+        segment: which unbroken run, counted from 0, where the chain was reset or restored while it was recorded.
+
+    Raises:
+        ParameterError: it is no log at all.
+        LogError: it is no log of a chain, the velocity was not recorded, or it holds several runs and none was named.
+    """
+    if isinstance(log, Component):
+        raise ParameterError("got a running chain", expected="a log", hint="watch a chain with measurement.observe", at="log")
+    if not hasattr(log, "rebuilt"):
+        raise ParameterError(f"got {one_line(log)}", expected="what granular_env.open_log gives", at="log")
+    component = log.rebuilt() if log.metadata["component"] == "chain" else None
+    if component is None:
+        raise LogError(
+            f"log {str(log.path)!r} is of a {log.metadata['component']!r}", expected="a chain", hint="only chains are measured"
+        )
+    if "velocity" not in log.variables:
+        raise LogError(
+            f"velocity was not recorded, recorded are {', '.join(log.variables) or 'none'}",
+            hint="record with variables=['velocity', 'displacement']",
+            source=f"log {str(log.path)!r}",
+        )
+    own = _segment(log, segment)
+    time, velocity = log.series("velocity", own)
+    if not len(time):
+        raise LogError(f"log {str(log.path)!r} holds no frame of the velocity", hint="record with every= and step")
+    frames = {}
+    for name in ("displacement" if "displacement" in log.variables else "overlap", "contact_force"):
+        if name in log.variables:
+            times, frames[name] = log.series(name, own)
+            if not np.array_equal(times, time):
+                raise LogError(
+                    "recorded at other times than velocity",
+                    hint="record both at the same times",
+                    at=("frames", name),
+                    source=f"log {str(log.path)!r}",
+                )
+    return of_chain(component, time, velocity, **frames)
+
+
+def _segment(log: Log, number: int | None) -> Segment | None:
+    segments = log.segments
+    if number is not None:
+        return segments[whole_number("segment", number, 0, len(segments) - 1)]
+    if len(segments) > 1:
+        raise LogError(
+            f"log {str(log.path)!r} holds {len(segments)} runs, a reset or restore between them",
+            hint=f"name one: segment = 0 to {len(segments) - 1}",
+        )
+    return segments[0] if segments else None

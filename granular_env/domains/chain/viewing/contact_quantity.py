@@ -1,0 +1,33 @@
+"""The quantity shown at contacts in the frames of a run: forces where they are known, else overlaps."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from granular_env.components.drawables import Points
+from granular_env.components.support.float_arrays import FloatArray
+
+
+def contacts_of(
+    points: Points, displacement: FloatArray | None, read: Callable[[str], FloatArray | None]
+) -> tuple[FloatArray | None, str, str]:
+    """Return the forces in the contacts between grains where they are known, else the overlaps, with name and unit.
+
+    Args:
+        points: the grains.
+        displacement: shape (frames, n, 3) [m]; None where it is not known.
+        read: gives an output in these frames by its name; None where it is not known.
+    """
+    if len(points.radius) < 2:
+        return None, "", ""
+    force = read("contact_force")
+    if force is not None:
+        return force[:, 1:-1], "force", "N"
+    if displacement is None:
+        return None, "", ""
+    gap = np.diff(points.reference[:, 0]) - points.radius[1:] - points.radius[:-1]
+    overlap = -(gap + np.diff(displacement[..., 0], axis=1))
+    # What is closer than rounding is a touch.
+    return np.where(overlap > 1e-12 * points.radius.min(), overlap * 1e6, 0.0), "overlap", "\u00b5m"

@@ -1,0 +1,88 @@
+"""A Gymnasium wrapper that writes every episode of a component into a log."""
+
+from __future__ import annotations
+
+from contextlib import AbstractContextManager
+from os import PathLike
+from pathlib import Path
+from typing import Any, NoReturn
+
+import gymnasium
+
+from ..components.errors import ParameterError, one_line
+from .environment import ComponentEnv
+
+
+class RecordEnv(gymnasium.Wrapper, gymnasium.utils.RecordConstructorArgs):
+    """Record every episode of a `ComponentEnv` in one log, from the next reset to `close`.
+
+    Each reset and each `restore` begins a new segment of the log. The log holds every input exactly, so it replays bit for bit,
+    can be branched and looked at, like the log of a script. The observations and rewards are unchanged.
+
+    Where `randomise` draws a component for each episode, each episode has a log of its own, because a log holds those of one
+    component: ``episode.mcap``, then ``episode-2.mcap`` and so on; `paths` names them.
+
+    Args:
+        env: a `ComponentEnv`, however deeply wrapped.
+        path: file to write.
+        **options: as for `granular_env.record`, e.g. ``every=1e-5``, ``variables=["velocity"]``.
+
+    Attributes:
+        paths: the logs written so far.
+
+    Raises:
+        ParameterError: there is no component inside `env`, or an option is not valid.
+        LogError: the file cannot be written.
+    """
+
+    def __init__(self, env: gymnasium.Env[Any, Any], path: str | PathLike[str], **options: Any) -> None:
+        inner = env.unwrapped
+        if not isinstance(inner, ComponentEnv):
+            raise ParameterError(
+                f"got {one_line(env)}", expected="a ComponentEnv", hint="only a component can be recorded", at="env"
+            )
+        gymnasium.utils.RecordConstructorArgs.__init__(self, path=path, **options)
+        gymnasium.Wrapper.__init__(self, env)
+        self._component_env, self._path, self._options = inner, path, options
+        self._each_episode = inner.draws_component
+        self._recording: AbstractContextManager[Any] | None = None
+        self.paths: list[Path] = []
+        if not self._each_episode:
+            self._begin()
+
+    def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Any, dict[str, Any]]:
+        """Start an episode; with a component of its own it begins a log of its own."""
+        if not self._each_episode:
+            return super().reset(seed=seed, options=options)
+        self._end()
+        begun = super().reset(seed=seed, options=options)
+        self._begin()
+        return begun
+
+    def close(self) -> None:
+        """Complete the log, then close the environment; a second call does nothing more."""
+        try:
+            self._end()
+        finally:
+            super().close()
+
+    def __reduce__(self) -> NoReturn:
+        """Refuse copies: two recorders cannot write one log."""
+        raise ParameterError(
+            "it cannot be copied or pickled, its log is written once", hint="copy env.unwrapped instead", at="RecordEnv"
+        )
+
+    def _begin(self) -> None:
+        from ..recording import record
+
+        path = Path(self._path)
+        if self.paths:
+            path = path.with_name(f"{path.stem}-{len(self.paths) + 1}{path.suffix}")
+        self._recording = record(self._component_env.component, path, **self._options)
+        self.recorder = self._recording.__enter__()
+        self.paths.append(path)
+
+    def _end(self) -> None:
+        recording, self._recording = self._recording, None
+        if recording is not None:
+            recording.__exit__(None, None, None)

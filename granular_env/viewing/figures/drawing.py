@@ -1,0 +1,258 @@
+"""Drawing that all figures share: style, x-t diagrams and curves on axes, and PNG and SVG from a figure."""
+
+from __future__ import annotations
+
+import functools
+import io
+import re
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, Any, ParamSpec, TypeVar
+
+import numpy as np
+import numpy.typing as npt
+
+from granular_env.colours import DIVERGING, PALETTE, symmetric_limit
+from granular_env.components.support.float_arrays import FloatArray
+from granular_env.optional_packages import import_optional
+
+from ..recorded_fields import Field
+from ..scene_data import Curve
+from ..unit_labels import label_with_unit
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+Arguments = ParamSpec("Arguments")
+Result = TypeVar("Result")
+
+_LINE_STYLES = ("-", "--", "-.", ":")
+_ROWS, _FEW_ROWS = 800, 240
+# A frame stands for instants up to so many usual times between frames: one frame may be missing, as in thinned runs, not two.
+_REACH_OF_FRAME = 1.05
+# Half as many frames, evenly spaced, fill a diagram.
+_FEWEST_FRAMES = 40
+# Curves that change by less than this part of themselves are flat.
+_FLAT = 1e-3
+# Ground of an x-t diagram: what was not sampled.
+NOT_SAMPLED = "#8b9096"
+_STYLE = {
+    "font.size": 11.0, "axes.spines.top": False, "axes.spines.right": False, "axes.grid": True, "grid.alpha": 0.25,
+    "axes.titlelocation": "left", "legend.frameon": False, "lines.linewidth": 1.7,
+}  # fmt: skip
+# What a paper states, beside what we compute.
+PAPER = "#c2185b"
+# Colours of a figure as a file -> those of the page's style sheet.
+_PAGE_COLOURS = {
+    "#ffffff": "none", "#000000": "currentColor", "#b0b0b0": "var(--grid)", "#737373": "var(--dim)", "#595959": "var(--dim)",
+    PAPER: "var(--paper)", **{colour: f"var(--c{place})" for place, colour in enumerate(PALETTE)},
+}  # fmt: skip
+DARK = {
+    "figure.facecolor": "#0d1011", "axes.facecolor": "#0d1011", "text.color": "#e0e0e0", "axes.labelcolor": "#e0e0e0",
+    "xtick.color": "#c0c0c0", "ytick.color": "#c0c0c0", "axes.edgecolor": "#707070", "font.size": 12.0,
+}  # fmt: skip
+
+
+def with_style(draw: Callable[Arguments, Result]) -> Callable[Arguments, Result]:
+    """Wrap a drawing function: it runs in our style and leaves matplotlib's settings alone."""
+
+    @functools.wraps(draw)
+    def inside(*args: Arguments.args, **kwargs: Arguments.kwargs) -> Result:
+        with import_optional("matplotlib", "figures").rc_context(_STYLE):
+            return draw(*args, **kwargs)
+
+    return inside
+
+
+def new_figure(width: float, height: float) -> Figure:
+    """Return an empty figure [inch], outside pyplot."""
+    return import_optional("matplotlib.figure", "figures").Figure(figsize=(width, height), layout="constrained")
+
+
+def canvas(figure: Figure, dots_per_inch: int) -> FigureCanvasAgg:
+    """Draw the figure into pixels."""
+    figure.set_dpi(dots_per_inch)
+    drawn = import_optional("matplotlib.backends.backend_agg", "figures").FigureCanvasAgg(figure)
+    drawn.draw()
+    return drawn
+
+
+def png(figure: Figure, dots_per_inch: int = 130) -> bytes:
+    """Return a figure as the bytes of a PNG file; the same figure gives the same bytes."""
+    buffer = io.BytesIO()
+    figure.set_dpi(dots_per_inch)
+    import_optional("matplotlib.backends.backend_agg", "figures").FigureCanvasAgg(figure).print_png(
+        buffer, metadata={"Software": None}
+    )
+    # The places are worked out; drawn once more, the figure need not do it again.
+    figure.set_layout_engine("none")
+    return buffer.getvalue()
+
+
+def svg(figure: Figure, name: str, dots_per_inch: int = 150) -> str:
+    """Return a figure as SVG to stand in an HTML page, whose style sheet (`page`) gives it the colours of the page.
+
+    Args:
+        figure: what to draw.
+        name: of the figure, one of its own in the page.
+        dots_per_inch: of the pictures in it.
+    """
+    buffer = io.StringIO()
+    figure.set_dpi(dots_per_inch)
+    with import_optional("matplotlib", "figures").rc_context({"svg.fonttype": "none", "svg.hashsalt": name}):
+        canvas_class = import_optional("matplotlib.backends.backend_svg", "figures").FigureCanvasSVG
+        canvas_class(figure).print_svg(buffer, metadata={"Date": None, "Creator": None})
+    drawn = buffer.getvalue()
+    return page_svg(drawn[drawn.index("<svg") :])
+
+
+def page_svg(drawn: str) -> str:
+    """Return an SVG of matplotlib's without what belongs to a file of its own, with colours that a style sheet gives."""
+    drawn = re.sub(r"<metadata>.*?</metadata>|<style[^>]*>.*?</style>|<!--.*?-->|<!DOCTYPE[^>]*>", "", drawn, flags=re.DOTALL)
+    drawn = re.sub(r' (?:width|height)="[0-9.]+pt"| xmlns(?::xlink)?="[^"]*"| version="[^"]*"', "", drawn)
+    # Hundredths of a point are finer than any screen.
+    drawn = re.sub(r' d="[^"]*"', lambda path: re.sub(r"(\.\d\d)\d+", r"\1", path[0]), drawn)
+    used = set(re.findall(r'(?:url\(#|href="#)([^)"]+)', drawn))
+    drawn = re.sub(r' id="([^"]*)"', lambda found: found[0] if found[1] in used else "", drawn)
+    drawn = re.sub(r"(font(?:-family)?: (?:[0-9.]+px )?)'[^;\"]*", r"\1system-ui, sans-serif", drawn)
+    for colour, name in _PAGE_COLOURS.items():
+        drawn = drawn.replace(f": {colour}", f": {name}")
+    return drawn
+
+
+def draw_space_time(
+    figure: Figure, axes: Axes, shown: Field, limit: float | None, ends: tuple[float, float] | None = None
+) -> None:
+    """Draw the colouring quantity of every particle (across) at every instant (up), with its colour bar.
+
+    Instants that are far from any frame are left in a grey that the colour map does not hold.
+
+    Args:
+        figure: it gets the colour bar.
+        axes: where to draw.
+        shown: what to draw.
+        limit: the value at the ends of the colour map; None for the largest magnitude.
+        ends: first and last instant of the diagram [s]; None for those of the field.
+    """
+    colors = import_optional("matplotlib.colors", "figures")
+    limit = limit or symmetric_limit(shown.values)
+    first, last = ends or (float(shown.times[0]), float(shown.times[-1]))
+    scale, unit = time_unit(last)
+    start, end = first * scale, last * scale
+    axes.set_facecolor(NOT_SAMPLED)
+    image = axes.imshow(
+        _evenly_timed(shown.times, shown.values, first, last),
+        origin="lower", aspect="auto", interpolation="nearest", vmin=-limit, vmax=limit,
+        cmap=colors.LinearSegmentedColormap.from_list("granular", DIVERGING),
+        extent=(*shown.ends, start, end if end > start else start + 1.0),
+    )  # fmt: skip
+    axes.grid(False)
+    if shown.coordinate is None:
+        axes.xaxis.set_major_locator(import_optional("matplotlib.ticker", "figures").MaxNLocator(integer=True))
+    axes.set(xlabel=place_axis(shown), ylabel=f"time [{unit}]")
+    bar = figure.colorbar(image, ax=axes, label=quantity(shown), pad=0.02)
+    if shown.values.size and float(np.nanmin(shown.values, initial=0.0)) >= 0.0 and ends is None:
+        # Nothing is negative: the blue half of the bar would say nothing.
+        bar.ax.set_ylim(0.0, limit)
+
+
+def _evenly_timed(times: FloatArray, values: FloatArray, first: float, last: float) -> FloatArray:
+    """Return rows at even instants, each of the nearest frame, NaN where none is near."""
+    if len(times) < 2:
+        return values
+    instants = np.linspace(first, last, min(_ROWS, max(_FEW_ROWS, 4 * len(times))))
+    frames = nearest_frames(times, instants)
+    return np.where((frames >= 0)[:, None], values[frames], np.nan)
+
+
+def nearest_frames(times: FloatArray, instants: FloatArray) -> npt.NDArray[np.int64]:
+    """Return the index of the frame nearest to each instant, -1 where it is too far away to stand for it.
+
+    A frame stands for the instants around it, up to the usual time between frames and never for more than a 20th of all
+    instants: a few frames of a long run are stripes, and not a run that stands still in between.
+
+    Args:
+        times: of the frames, ascending, shape (frames,) [s].
+        instants: ascending, shape (n,) [s].
+    """
+    frames = np.searchsorted(0.5 * (times[1:] + times[:-1]), instants, side="right")
+    gaps = np.diff(times)
+    usual = float(np.median(gaps[gaps > 0.0])) if np.any(gaps > 0.0) else np.inf
+    reach = min(_REACH_OF_FRAME * usual, (instants[-1] - instants[0]) / _FEWEST_FRAMES)
+    near = np.abs(times[frames] - instants) <= reach * (1.0 + 1e-9)
+    return np.where(near, frames, -1)
+
+
+def draw_curves(axes: Axes, curves: Sequence[Curve], label: str) -> None:
+    """Scalars in time, with a legend."""
+    scale, unit = time_unit(max(float(curve.times[-1]) for curve in curves if len(curve.times)))
+    for place, curve in enumerate(curves):
+        axes.plot(
+            *insert_gaps(curve.times * scale, curve.values, curve.cuts), label=curve.name.replace("_", " "), **line(place)
+        )
+    axes.set(xlabel=f"time [{unit}]", ylabel=label)
+    axes.margins(x=0.0)
+    _show_zero_of_flat_curves(axes, curves)
+    if len(curves) > 1:
+        legend(axes)
+
+
+def _show_zero_of_flat_curves(axes: Axes, curves: Sequence[Curve]) -> None:
+    """Let the axis of what hardly changes begin at zero: a range of its own would magnify nothing."""
+    values = np.concatenate([curve.values for curve in curves])
+    values = values[np.isfinite(values)]
+    if not values.size or float(np.ptp(values)) > _FLAT * float(np.abs(values).max()):
+        return
+    largest = float(values[np.abs(values).argmax()])
+    if largest != 0.0:
+        axes.set_ylim(*sorted((0.0, 1.25 * largest)))
+
+
+def insert_gaps(times: FloatArray, values: FloatArray, cuts: npt.NDArray[np.int64]) -> tuple[FloatArray, FloatArray]:
+    """Return times and values with NaN before each cut, so that no line is drawn across it."""
+    return np.insert(times, cuts, times[cuts]), np.insert(values, cuts, np.nan)
+
+
+def line(place: int) -> dict[str, Any]:
+    """Colour and dashes of the n-th line: no two lines are told apart by colour alone."""
+    return {"color": PALETTE[place % len(PALETTE)], "linestyle": _LINE_STYLES[place % len(_LINE_STYLES)]}
+
+
+def legend(axes: Axes) -> None:
+    """Add a legend beside the axes, where it hides nothing."""
+    axes.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), borderaxespad=0.2)
+
+
+def markers(shown: Field) -> dict[str, Any]:
+    """Draw a dot on each place, while the dots are distinguishable."""
+    return {"marker": "o", "markersize": 3} if shown.values.shape[1] <= 60 else {}
+
+
+def quantity(shown: Field) -> str:
+    """Label of the quantity."""
+    return label_with_unit(shown.variable.name, shown.variable.unit)
+
+
+def place_axis(shown: Field) -> str:
+    """Label of the axis along the places."""
+    return shown.axis if shown.every == 1 else f"{shown.axis}; each {shown.every}th is shown"
+
+
+def name_of_place(shown: Field, column: int) -> str:
+    """Return what a place is called in a legend: its number, and where it lies if that is not the same."""
+    name = f"{shown.place} {column * shown.every}"
+    return name if shown.coordinate is None else f"{name}, x = {shown.coordinate[column]:.4g} m"
+
+
+def span(shown: Field) -> float:
+    """Return the last instant [s]."""
+    return float(shown.times[-1])
+
+
+def time_unit(duration: float) -> tuple[float, str]:
+    """Factor and name of the unit in which a duration [s] reads well."""
+    for factor, unit, least in ((1.0, "s", 1.0), (1e3, "ms", 1e-3), (1e6, "\u00b5s", 1e-6)):
+        if duration >= least:
+            return factor, unit
+    return 1e9, "ns"

@@ -1,0 +1,163 @@
+"""A film for an HTML page: pictures of the plane at several instants, and a time axis with what happened when.
+
+The page runs no script: the instants are radio buttons, which a mouse and the arrow keys choose from, and the style sheet shows
+the picture of the one that is chosen; "play" lets it show them in turn.
+"""
+
+from __future__ import annotations
+
+import base64
+import io
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from granular_env.components.support.float_arrays import FloatArray
+from granular_env.optional_packages import import_optional
+
+from ..scene_data import SceneData, evenly_picked
+from .colour_bar import add_bar
+from .drawing import canvas, new_figure, svg, time_unit, with_style
+from .plane import Plane, draw_instant, events_in_sight, load_plane, stretch_words
+
+# Frames, and things drawn in all of them together: fewer frames of many things, and none where few would be left.
+_MOST_FRAMES, _FEWEST_FRAMES, _MOST_DRAWN = 25, 5, 200_000
+# The largest picture [inch] and its fineness.
+_LARGEST, _DOTS_PER_INCH = (7.2, 6.4), 110
+# A picture of more bytes gets a palette: a third of the size, and where so much is drawn its steps are not seen.
+_MOST_BYTES, _COLOURS = 40_000, 64
+
+
+@dataclass(frozen=True)
+class Instant:
+    """One picture of a film: its time in words, and its address (data:)."""
+
+    words: str
+    address: str
+
+
+@dataclass(frozen=True)
+class Film:
+    """A film.
+
+    Attributes:
+        instants: its pictures, in the order of time.
+        ratio: width over height of each.
+        events: height of a bar for each picture but the first, 0 to 1: what happened since the one before; empty where nothing
+            happened.
+        words: what happened when.
+        bars: what the colours mean, as SVG; empty where there are none.
+        stretch: how displacements are drawn, in words; empty where they are true to scale.
+    """
+
+    instants: tuple[Instant, ...]
+    ratio: float
+    events: tuple[float, ...]
+    words: str
+    bars: str
+    stretch: str = ""
+
+
+def film_of(log: Any, scene_data: SceneData, progress: Callable[[float], None]) -> Film | None:
+    """Draw the film of a log; None where nothing lies or moves in a plane, nothing moves at all, or too much would be drawn.
+
+    Args:
+        log: an open log.
+        scene_data: what it holds.
+        progress: told the part that is done.
+    """
+    clocks = [shape.times for shape in scene_data.shapes if len(shape.times) > 1]
+    if not scene_data.is_plane or not clocks:
+        return None
+    count = sum(len(one.radius) for one in scene_data.motions) + sum(len(one.connectivity) for one in scene_data.meshes)
+    frames = min(_MOST_FRAMES, _MOST_DRAWN // count)
+    if frames < _FEWEST_FRAMES:
+        return None
+    plane = load_plane(log, scene_data, _instants(log, clocks[0], frames))
+    if plane is None or len(plane.times) < 2:
+        return None
+    scale, unit = time_unit(float(plane.times[-1]))
+    instants = []
+    for frame, time in enumerate(plane.times):
+        picture = base64.b64encode(_picture(plane, frame)).decode()
+        instants.append(Instant(f"{time * scale:.4g} {unit}", f"data:image/png;base64,{picture}"))
+        progress((frame + 1) / len(plane.times))
+    events, words = _events(log, plane.times)
+    width, height = _size(plane)
+    bars = _bars(plane) if plane.scales else ""
+    return Film(tuple(instants), width / height, events, words, bars, stretch_words(plane))
+
+
+def _instants(log: Any, clock: FloatArray, frames: int) -> list[float]:
+    """Return as many instants [s]: half of them evenly spaced, the others closer where more happens; all where nothing does."""
+    events = events_in_sight(log)
+    if not events or len(clock) <= frames:
+        return clock[evenly_picked(len(clock), frames)].tolist()
+    even = clock[evenly_picked(len(clock), frames - frames // 2)]
+    times = np.clip(_times(log, events), clock[0], clock[-1])
+    return np.concatenate([even, np.quantile(times, np.linspace(0.0, 1.0, frames // 2))]).tolist()
+
+
+def _size(plane: Plane) -> tuple[float, float]:
+    """Return width and height of the pictures [inch]."""
+    low, high = plane.box
+    width, height = (high - low).tolist()
+    inches = min(_LARGEST[0] / width, _LARGEST[1] / height)
+    return inches * width, inches * height
+
+
+@with_style
+def _picture(plane: Plane, frame: int) -> bytes:
+    """Return the picture of one frame, on no ground, as the bytes of a PNG file."""
+    figure = new_figure(*_size(plane))
+    figure.set_layout_engine("none")
+    figure.patch.set_alpha(0.0)
+    axes = figure.add_axes((0.0, 0.0, 1.0, 1.0))
+    axes.patch.set_alpha(0.0)
+    draw_instant(axes, plane, frame)
+    pixels = np.asarray(canvas(figure, _DOTS_PER_INCH).buffer_rgba())
+    image = import_optional("PIL.Image", "figures")
+    picture = image.fromarray(pixels)
+    data = _png(picture)
+    if len(data) > _MOST_BYTES:
+        data = _png(picture.quantize(_COLOURS, method=image.Quantize.FASTOCTREE, dither=image.Dither.NONE))
+    return data
+
+
+def _png(picture: Any) -> bytes:
+    buffer = io.BytesIO()
+    picture.save(buffer, "PNG")
+    return buffer.getvalue()
+
+
+@with_style
+def _bars(plane: Plane) -> str:
+    figure = new_figure(_LARGEST[0], 0.7 * len(plane.scales))
+    panels = figure.subplots(len(plane.scales), 1, squeeze=False)[:, 0]
+    for axes, scale in zip(panels, plane.scales, strict=True):
+        add_bar(figure, scale, cax=axes)
+    return svg(figure, "film-bars")
+
+
+def _events(log: Any, instants: FloatArray) -> tuple[tuple[float, ...], str]:
+    """Return the heights of the bars of events, and in words how many there are and when the first one was."""
+    found = log.events()
+    if not found:
+        return (), ""
+    times = _times(log, found)
+    counts = np.bincount(np.searchsorted(instants[1:-1], times), minlength=len(instants) - 1)
+    # A single event beside thousands is still seen.
+    heights = np.where(counts > 0, np.maximum(counts / counts.max(), 0.08), 0.0)
+    scale, unit = time_unit(float(instants[-1]))
+    return tuple(heights.tolist()), f"{_count_words(found)}, the first at {times[0] * scale:.4g} {unit}"
+
+
+def _times(log: Any, events: Sequence[Any]) -> FloatArray:
+    return log.step_size * np.array([event.tick for event in events], dtype=np.float64)
+
+
+def _count_words(events: Sequence[Any]) -> str:
+    kinds = [event.kind for event in events]
+    return ", ".join(f"{kinds.count(kind)} x {kind.replace('_', ' ')}" for kind in dict.fromkeys(kinds))

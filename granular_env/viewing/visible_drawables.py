@@ -1,0 +1,206 @@
+"""Points and cells as viewers show them: which are drawn, which lie in a plane, how far displacements are stretched."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from granular_env.components.contract import Variable
+from granular_env.components.drawables import Cells, Drawable, Links, Points, drawn_outputs
+from granular_env.components.errors import ParameterError
+from granular_env.components.support.float_arrays import FloatArray
+from granular_env.components.support.round_numbers import round_down_to_125
+from granular_env.recording.preview.displacement_scale import choose_exaggeration
+
+# Nodes of cells are drawn so far from where they began, at most, in lengths of the picture.
+_DRAWN_TRAVEL = 0.1
+# Of the surface of a whole tube no part more faces one way than another, of half a tube 2 / pi.
+_FACING = 0.2
+
+
+def is_hidden(drawable: Drawable, others: Sequence[Drawable]) -> bool:
+    """Return whether a drawable is not drawn, because others show it, or it would hide them.
+
+    These are points that are the nodes of cells, or lie below a surface in space, links between such points, and cells in a
+    plane beside the surface of a body.
+    """
+    match drawable:
+        case Points():
+            return any(isinstance(one, Cells) and _covers(one, drawable) for one in others) or any(
+                isinstance(one, Cells)
+                and one.displacement == drawable.displacement
+                and np.array_equal(one.nodes, drawable.reference)
+                for one in others
+            )
+        case Links():
+            return any(isinstance(one, Points) and one.name == drawable.points and is_hidden(one, others) for one in others)
+        case Cells():
+            return not is_solid(drawable.nodes) and any(isinstance(one, Cells) and is_solid(one.nodes) for one in others)
+        case _:
+            return False
+
+
+def is_solid(places: FloatArray) -> bool:
+    """Return whether places, shape (n, d), fill three dimensions."""
+    return places.ndim == 2 and places.shape[1] == 3 and bool(np.ptp(places, axis=0).all())
+
+
+def faces_back(surfaces: Iterable[Cells | Any]) -> bool:
+    """Return whether surfaces turn their outside to y > 0, as half a tube may do: from before, its dark inside would be all.
+
+    Args:
+        surfaces: of bodies in space: all that has nodes in three coordinates, and connectivity.
+    """
+    towards, size = 0.0, 0.0
+    for one in surfaces:
+        corners = one.nodes[one.connectivity]
+        areas = np.cross(corners[:, 2] - corners[:, 0], corners[:, -1] - corners[:, 1])
+        towards += float(areas[:, 1].sum())
+        size += float(np.sqrt((areas * areas).sum(axis=1)).sum())
+    return towards > _FACING * size
+
+
+def recolour(drawables: Sequence[Drawable], variables: Mapping[str, Variable], name: str) -> tuple[Drawable, ...]:
+    """Return drawables of which those that an output can colour are coloured by it.
+
+    Args:
+        drawables: what a log or a component has.
+        variables: those that can be had, by name.
+        name: of the output.
+
+    Raises:
+        ParameterError: there is no such output, or nothing that is drawn has one value of it for each of its nodes, cells or
+            points.
+    """
+    known = colouring_outputs([one for one in drawables if not is_hidden(one, drawables)], variables)
+    if name not in known:
+        raise ParameterError(
+            f"{name!r} was not recorded, or nothing that is drawn has one value of it for each of its parts",
+            hint=f"this log can be coloured by {', '.join(known) or 'nothing'}", at="colour",
+        )  # fmt: skip
+    return tuple(
+        one
+        if not _can_colour(one, variables, name)
+        else dataclasses.replace(one, **{"field" if isinstance(one, Cells) else "colour": name})
+        for one in drawables
+    )
+
+
+def colouring_outputs(drawables: Sequence[Drawable], variables: Mapping[str, Variable]) -> list[str]:
+    """Return the names of the outputs that can colour any of the drawables."""
+    return [name for name in variables if any(_can_colour(one, variables, name) for one in drawables)]
+
+
+def _can_colour(drawable: Drawable, variables: Mapping[str, Variable], name: str) -> bool:
+    """Return whether an output has a value for each node or cell, or each point, in the same order as what colours them now."""
+    if isinstance(drawable, Cells):
+        counts, now = (len(drawable.nodes), len(drawable.connectivity)), variables.get(drawable.field)
+    elif isinstance(drawable, Points):
+        counts, now = (len(drawable.radius),), variables.get(drawable.colour)
+    else:
+        return False
+    one = variables[name]
+    if one.causality != "output" or len(one.shape) != 1 or one.shape[0] not in counts:
+        return False
+    return now is None or one.axes == now.axes or one.shape != now.shape
+
+
+def _covers(surface: Cells, points: Points) -> bool:
+    """Return whether points lie in the box around a surface in space, or below it."""
+    places = points.reference
+    if surface.nodes.shape[1] != 3 or places.ndim != 2 or places.shape[1] != 3:
+        return False
+    low, high = surface.nodes.min(axis=0), surface.nodes.max(axis=0)
+    slack = 1e-9 * float((high - low).max())
+    low[2] = -np.inf
+    return bool(((places >= low - slack) & (places <= high + slack)).all())
+
+
+def visible_points(drawables: Sequence[Drawable]) -> list[Points]:
+    """Return the points that are drawn."""
+    return [one for one in drawables if isinstance(one, Points) and not is_hidden(one, drawables)]
+
+
+def visible_cells(drawables: Sequence[Drawable]) -> list[Cells]:
+    """Return the cells that are drawn."""
+    return [one for one in drawables if isinstance(one, Cells) and not is_hidden(one, drawables)]
+
+
+def is_plane(reference: FloatArray, displacement: Variable | None) -> bool:
+    """Return whether places lie in two dimensions or more, or can move in them; otherwise they are a row along x.
+
+    Args:
+        reference: before anything moves, shape (n, d) [m].
+        displacement: the output that moves them; None where there is none.
+    """
+    moves = displacement is not None and len(displacement.shape) == 2 and displacement.shape[1] > 1
+    return moves or bool(np.ptp(reference[:, 1:], axis=0).any())
+
+
+@dataclass(frozen=True)
+class Place:
+    """The things that an output that is drawn belongs to.
+
+    Attributes:
+        name: of points and links, a plural such as "discs"; empty for cells, whose name is that of all of them together.
+        fills_plane: whether the things lie side by side in a plane, so that their numbers say little about where they are.
+    """
+
+    name: str
+    fills_plane: bool
+
+
+def places_of_outputs(drawables: Sequence[Drawable]) -> dict[str, Place]:
+    """Return what each output that is drawn belongs to, by the output's name."""
+    points = {one.name: one for one in drawables if isinstance(one, Points)}
+    found: dict[str, Place] = {}
+    for one in drawables:
+        if isinstance(one, Cells):
+            found |= dict.fromkeys(drawn_outputs([one]), Place("", fills_plane(one.nodes[one.connectivity].mean(axis=1))))
+        elif isinstance(one, Points | Links) and not is_hidden(one, drawables):
+            reference = (one if isinstance(one, Points) else points[one.points]).reference
+            found |= dict.fromkeys(drawn_outputs([one]), Place(one.name, fills_plane(reference)))
+    return found
+
+
+def places_by_count(drawables: Sequence[Drawable]) -> dict[int, Place]:
+    """Return what an output belongs to that nothing is drawn by, by how many values it has: points, links, nodes or cells.
+
+    Only of drawables that fill a plane.
+    """
+    points = {one.name: one for one in drawables if isinstance(one, Points)}
+    found: dict[int, Place] = {}
+    for one in drawables:
+        if isinstance(one, Cells) and fills_plane(one.nodes):
+            found |= dict.fromkeys((len(one.nodes), len(one.connectivity)), Place("", fills_plane=True))
+        elif isinstance(one, Points) and fills_plane(one.reference):
+            found[len(one.reference)] = Place(one.name, fills_plane=True)
+        elif isinstance(one, Links) and fills_plane(points[one.points].reference):
+            found[len(one.pairs)] = Place(one.name, fills_plane=True)
+    return found
+
+
+def fills_plane(places: FloatArray) -> bool:
+    """Return whether places, shape (n, d), lie side by side and not in one row along x; rounding apart."""
+    across = np.ptp(places[:, 1:], axis=0)
+    return bool((across > 1e-9 * np.ptp(places[:, 0])).any())
+
+
+def common_exaggeration(
+    points: Iterable[tuple[FloatArray, FloatArray, FloatArray]], cells: Iterable[tuple[FloatArray, FloatArray]]
+) -> float:
+    """Return one factor for all displacements: no particles pass one another, and nodes stay near.
+
+    Args:
+        points: reference (n, 3), radius (n,) and displacement (frames, n, 3) of points [m].
+        cells: reference (n, d) and displacement (frames, n, d) of the nodes of cells [m].
+    """
+    factors = [choose_exaggeration(*one) for one in points]
+    for nodes, displacement in cells:
+        if (travel := float(np.abs(displacement).max(initial=0.0))) > 0.0:
+            factors.append(max(1.0, round_down_to_125(_DRAWN_TRAVEL * float(np.ptp(nodes, axis=0).max()) / travel)))
+    return min(factors, default=1.0)
