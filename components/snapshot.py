@@ -38,7 +38,7 @@ class Snapshot:
         return np.frombuffer(self.data)
 
     def to_bytes(self) -> bytes:
-        """Return a versioned header and plain arrays; see `packing`. The order in which inputs were given leaves no trace."""
+        """Return a versioned header and plain arrays; see `serialization`. The order of inputs leaves no trace."""
         return b"".join(self.to_parts())
 
     def to_parts(self) -> list[bytes | memoryview]:

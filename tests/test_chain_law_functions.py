@@ -13,7 +13,8 @@ import numpy as np
 import pytest
 
 import granular_env as ge
-from granular_env.components.chain import differentiable_quantities, kernels
+from granular_env.components.chain import differentiable_quantities
+from granular_env.components.chain import equations_of_motion as equations
 from granular_env.components.chain.adjoint import evaluate, parameter_gradient, value_and_adjoint
 from granular_env.components.chain.adjoint.gradient import has_gradient
 from granular_env.components.chain.laws import LAWS, Dissipative, Hertz, Law, Power, placeholders
@@ -254,15 +255,15 @@ def test_gradients_are_the_differences_of_runs(name: str, integrator: str) -> No
 
 
 def test_a_law_has_loops_of_its_own_and_others_are_shared() -> None:
-    assert specialise(kernels.energies, Hertz) is specialise(kernels.energies, Hertz)
-    assert specialise(kernels.energies, Hertz) is not specialise(kernels.energies, Power)
-    assert specialise(kernels.add, Hertz) is kernels.add
+    assert specialise(equations.energies, Hertz) is specialise(equations.energies, Hertz)
+    assert specialise(equations.energies, Hertz) is not specialise(equations.energies, Power)
+    assert specialise(equations.add, Hertz) is equations.add
 
 
 def test_loops_without_a_law_do_not_run() -> None:
     chain = ge.Chain(grains=3)
     with pytest.raises(Exception, match="force|no contact law"):
-        kernels.contact_forces(chain.table.copy(), U, V, np.zeros(4))
+        equations.contact_forces(chain.table.copy(), U, V, np.zeros(4))
 
 
 # -- what is refused ----------------------------------------------------------------------------------------------------

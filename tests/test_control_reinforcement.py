@@ -139,21 +139,21 @@ def test_weights_and_optimisers_come_back_from_arrays(place):
 def test_a_study_trains_counts_every_control_step_and_goes_on(tmp_path):
     result = run_study(STUDY, tmp_path)
     for trial in result.trials:
-        assert trial.track.finished and trial.score is not None and verify(trial.log).identical
+        assert trial.record.finished and trial.score is not None and verify(trial.log).identical
         training = 4 * 5 * 12
-        assert 3000 - training - 2 * 60 < trial.track.spent <= 3000
+        assert 3000 - training - 2 * 60 < trial.record.spent <= 3000
     before = json.loads((tmp_path / "results.json").read_text())
     longer = run_study({**STUDY, "budget": 4000}, tmp_path)
     for trial, old in zip(longer.trials, before["trials"], strict=True):
-        assert old["control_steps"] < trial.track.spent <= 4000
-        assert trial.track.best_return >= old["search_return"]
+        assert old["control_steps"] < trial.record.spent <= 4000
+        assert trial.record.best_return >= old["search_return"]
 
 
 def test_a_trained_policy_acts_alike_alone_and_in_a_batch(tmp_path):
     result = run_study({**STUDY, "method": STUDY["method"][:1]}, tmp_path)
     problem = TaskProblem(STUDY["task"]["name"], {key: value for key, value in STUDY["task"].items() if key != "name"})
     method = load_study(STUDY).method[0]
-    actor = method.actor(result.trials[0].track.best, None, problem)
+    actor = method.actor(result.trials[0].record.best, None, problem)
     batched, _ = problem.policy_returns(lambda episodes: actor._policies, 1, [3, 4, 5])
     alone = [problem.play(actor, seed).value for seed in (3, 4, 5)]
     assert batched[0] == np.mean(alone)

@@ -204,9 +204,9 @@ def test_every_method_gets_the_same_budget_and_none_exceeds_it(tmp_path):
     assert [trial.name for trial in result.trials] == [f"{one['type']}-{seed}" for one in methods for seed in (1, 2)]
     for trial in result.trials:
         # What is left holds no further evaluation: a drive, or an objective with its slopes.
-        assert 4000 - 4 * Bowl.steps < trial.track.spent <= 4000
-        assert trial.track.finished and trial.score is not None
-        assert trial.score.value == pytest.approx(trial.track.best_return, abs=1e-15)
+        assert 4000 - 4 * Bowl.steps < trial.record.spent <= 4000
+        assert trial.record.finished and trial.score is not None
+        assert trial.score.value == pytest.approx(trial.record.best_return, abs=1e-15)
     found = {label: result.of(label)[0].score.value for label in result.labels()}
     # The best drive is a straight line, which knots and a linear policy can be; evenly drawn knots are not.
     assert found["gradient"] > -1e-15
@@ -219,23 +219,23 @@ def test_slopes_count_as_forward_runs_and_so_does_judging(tmp_path):
     result = run_study(
         bowl_study({"type": "gradient", "starts": 1, "trial": 1, "iterations": 1, "rounds": 1}), tmp_path, problem=problem
     )
-    track = result.trials[0].track
-    returns, slopes = track.count(RETURN), len(track) - track.count(RETURN)
+    record = result.trials[0].record
+    returns, slopes = record.count(RETURN), len(record) - record.count(RETURN)
     assert returns >= 1 and slopes >= 2
-    assert track.spent == Bowl.steps * (returns + 4 * slopes) < 4000
+    assert record.spent == Bowl.steps * (returns + 4 * slopes) < 4000
     assert problem.asked == returns + slopes
 
 
 @pytest.mark.parametrize("method", ["gradient", "cma"])
 def test_a_search_may_begin_at_a_baseline(method, tmp_path):
     study = bowl_study({"type": method, "begin": "theory"}, budget=20 * Bowl.steps)
-    track = run_study(study, tmp_path / "a", problem=Bowl()).trials[0].track
+    record = run_study(study, tmp_path / "a", problem=Bowl()).trials[0].record
     # Looking at the baseline costs an episode; the first drive of the gradient is the baseline's, the best is better.
-    assert track.count(PLAYED) == 1 and track.spent <= 400
+    assert record.count(PLAYED) == 1 and record.spent <= 400
     theory = -float(np.mean((0.25 - Bowl().target) ** 2))
     if method == "gradient":
-        assert track._values[2] == pytest.approx(theory, rel=1e-12)
-        assert track.best_return > theory
+        assert record._values[2] == pytest.approx(theory, rel=1e-12)
+        assert record.best_return > theory
     with pytest.raises(ExperimentError, match="begin: got 'theroy', expected a baseline of this task; did you mean 'theory'"):
         run_study(bowl_study({"type": method, "begin": "theroy"}), tmp_path / "b", problem=Bowl())
 
@@ -247,8 +247,8 @@ def test_the_same_seed_finds_the_same_and_another_seed_another(tmp_path):
     second = run_study(bowl_study(*methods), tmp_path / "b", problem=Bowl())
     other = run_study(bowl_study(*methods, seeds=[2]), tmp_path / "c", problem=Bowl())
     for one, same, different in zip(first.trials, second.trials, other.trials, strict=True):
-        assert np.array_equal(one.track.best["point"], same.track.best["point"])
-        assert not np.array_equal(one.track.best["point"], different.track.best["point"])
+        assert np.array_equal(one.record.best["point"], same.record.best["point"])
+        assert not np.array_equal(one.record.best["point"], different.record.best["point"])
     assert (tmp_path / "a" / "results.json").read_bytes() == (tmp_path / "b" / "results.json").read_bytes()
 
 
@@ -330,8 +330,8 @@ def test_ctrl_c_keeps_what_was_found_and_the_same_command_goes_on(tmp_path):
     result = run_study(bowl_study(*methods), tmp_path / "a", problem=Interrupting())
     assert result.interrupted and results_of(tmp_path / "a")["interrupted"]
     first, second = result.trials
-    assert first.score is not None and 0 < first.track.spent < 4000 and not first.track.finished
-    assert second.score is None and not len(second.track)
+    assert first.score is not None and 0 < first.record.spent < 4000 and not first.record.finished
+    assert second.score is None and not len(second.record)
     assert "interrupted" in (tmp_path / "a" / "report.html").read_text()
     run_study(bowl_study(*methods), tmp_path / "a", problem=Bowl())
     run_study(bowl_study(*methods), tmp_path / "b", problem=Bowl())
@@ -374,9 +374,9 @@ def test_records_that_are_damaged_or_of_another_path_are_named(tmp_path):
     path.write_bytes(whole[:-20])
     with pytest.raises(ExperimentError, match=r"random-1.trial: cannot be read: .*; pass overwrite=True to start anew"):
         run_study(bowl_study(), tmp_path, problem=Bowl())
-    track = TrialRecord()
-    track.add(RETURN, np.zeros(4), -1.0, 20)
-    track.save(path, _owner([{"type": "random"}], "random"))
+    record = TrialRecord()
+    record.add(RETURN, np.zeros(4), -1.0, 20)
+    record.save(path, _owner([{"type": "random"}], "random"))
     with pytest.raises(ExperimentError, match="evaluation 1 of the record is of another point"):
         run_study(bowl_study(), tmp_path, problem=Bowl())
 
@@ -384,9 +384,9 @@ def test_records_that_are_damaged_or_of_another_path_are_named(tmp_path):
 def test_a_best_point_of_another_length_is_named(tmp_path):
     run_study(bowl_study(), tmp_path, problem=Bowl())
     path, owner = tmp_path / "checkpoints" / "random-1.trial", _owner([{"type": "random"}], "random")
-    track = TrialRecord.load(path, owner)
-    track.best = {"point": np.zeros(7)}
-    track.save(path, owner)
+    record = TrialRecord.load(path, owner)
+    record.best = {"point": np.zeros(7)}
+    record.save(path, owner)
     with pytest.raises(ExperimentError, match=r"random-1.trial: the best that it holds does not fit.*pass overwrite=True"):
         run_study(bowl_study(), tmp_path, problem=Bowl())
 
@@ -434,16 +434,16 @@ def test_an_end_that_flew_off_does_not_flatten_the_picture():
 
 
 def test_a_record_is_the_same_after_saving_and_loading(tmp_path):
-    track = TrialRecord()
-    track.add(0, np.array([0.1, 0.2]), 1.5, 20)
-    track.add(1, np.array([0.1, 0.3]), -2.0, 80, np.array([3.0, 4.0]))
-    track.add(2, None, 0.0, 640)
-    track.agent, track.notes, track.finished = {"a|b": np.ones((2, 3), np.float32)}, {"budget": 9}, True
-    track.save(tmp_path / "one.trial", {"study": "x"})
+    record = TrialRecord()
+    record.add(0, np.array([0.1, 0.2]), 1.5, 20)
+    record.add(1, np.array([0.1, 0.3]), -2.0, 80, np.array([3.0, 4.0]))
+    record.add(2, None, 0.0, 640)
+    record.agent, record.notes, record.finished = {"a|b": np.ones((2, 3), np.float32)}, {"budget": 9}, True
+    record.save(tmp_path / "one.trial", {"study": "x"})
     again = TrialRecord.load(tmp_path / "one.trial", {"study": "x"})
     assert (len(again), again.spent, again.best_return, again.notes, again.finished) == (3, 740, 1.5, {"budget": 9}, True)
     assert again.value(1, 1, np.array([0.1, 0.3])) == -2.0 and again.slopes(1).tolist() == [3.0, 4.0]
-    assert again.best["point"].tolist() == [0.1, 0.2] and np.array_equal(again.agent["a|b"], track.agent["a|b"])
+    assert again.best["point"].tolist() == [0.1, 0.2] and np.array_equal(again.agent["a|b"], record.agent["a|b"])
     with pytest.raises(ExperimentError, match="belongs to another study"):
         TrialRecord.load(tmp_path / "one.trial", {"study": "y"})
 
@@ -465,7 +465,7 @@ def test_a_study_of_an_environment_leaves_results_figures_and_logs_that_replay(t
     assert page.count("<svg") == 4 and "<img" not in page and "var(--c0)" in page
     for trial in result.trials:
         # The batch of the search and the single environment that judges give the same bits.
-        assert trial.score.value == trial.track.best_return
+        assert trial.score.value == trial.record.best_return
         assert verify(trial.log).identical
     assert result.baselines["nothing"].value == 0.0
     told = results_of(tmp_path)

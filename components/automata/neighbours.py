@@ -118,7 +118,7 @@ def slots_of_links(neighbours, weight, pairs, slot_out):
     """Write in which slot of the first automaton each pair is or was linked, -1 for none, -2 for one that holds.
 
     Args:
-        neighbours: see `layout.Body`, shape (n, slots).
+        neighbours: see `kernel_arrays.Body`, shape (n, slots).
         weight: see `bonds.Bonds`, shape (n, slots).
         pairs: shape (m, 2).
         slot_out: shape (m,).

@@ -18,7 +18,8 @@ from ..state_block import Block
 from ..support.addresses import location
 from ..support.float_arrays import FloatArray
 from ..support.jit import entry_point
-from . import kernels, layout
+from . import equations_of_motion as equations
+from . import layout
 from .geometry import Geometry, geometry, smoothness, step_times_frequency, suggested_step_size
 from .integrator_call import HELD_SIGNATURE, advance_held, held_call
 from .integrators import SCHEMES, SIGNATURE, dop853
@@ -250,9 +251,9 @@ class Chain(Component):
             self._table[layout.U, self._grains] = displacement
         self._refuse_start()
         if self.parameters.law.has_history:
-            self.specialise(kernels.begin_histories)(self._table)
+            self.specialise(equations.begin_histories)(self._table)
             # Contacts that start beyond yield got there before the clock began.
-            self.specialise(kernels.remember)(self._table, layout.U)
+            self.specialise(equations.remember)(self._table, layout.U)
             self._table[layout.DISSIPATED] = 0.0
         kinetic, potential, momentum = self._sums()
         self._table[layout.TALLY, layout.START_ENERGY], self._table[layout.TALLY, layout.START_MOMENTUM] = (
@@ -319,11 +320,11 @@ class Chain(Component):
 
     def _limit_passed(self, done: int, ticks: int) -> int:
         """Raise an error for a limit passed in the last of `done` ticks, or warn (once) and go on with the rest."""
-        if done >= kernels.EXHAUSTED:
-            self._failed_tick = self._tick + done - kernels.EXHAUSTED
+        if done >= equations.EXHAUSTED:
+            self._failed_tick = self._tick + done - equations.EXHAUSTED
             return _EXHAUSTED
-        unsound = done >= kernels.UNSOUND
-        done -= kernels.UNSOUND if unsound else 0
+        unsound = done >= equations.UNSOUND
+        done -= equations.UNSOUND if unsound else 0
         self._failed_tick = self._tick + done
         if unsound or self._worst()[2] > 1.0:
             return 1
@@ -440,7 +441,7 @@ class Chain(Component):
 
     def _sums(self) -> tuple[float, float, float]:
         """Kinetic energy, potential energy (elastic, and of the weight), momentum."""
-        kinetic, elastic, momentum = self.specialise(kernels.energies)(self._table, self.geometry.mass)
+        kinetic, elastic, momentum = self.specialise(equations.energies)(self._table, self.geometry.mass)
         if self.parameters.gravity != 0.0:
             elastic -= float((self._weight * self._table[layout.U, self._grains]).sum())
         return kinetic, elastic, momentum
@@ -459,11 +460,11 @@ class Chain(Component):
 
     def _contact_force(self) -> FloatArray:
         forces = np.empty(self.parameters.grains + 1)
-        self.specialise(kernels.contact_forces)(self._table, layout.U, layout.V, forces)
+        self.specialise(equations.contact_forces)(self._table, layout.U, layout.V, forces)
         return forces
 
     def _force_in(self, contact: int) -> float:
-        return float(self.specialise(kernels.contact_force)(self._table, layout.U, layout.V, contact))
+        return float(self.specialise(equations.contact_force)(self._table, layout.U, layout.V, contact))
 
     def drawables(self) -> tuple[Points, ...]:
         """Return the grains, along x."""

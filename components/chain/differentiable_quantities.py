@@ -21,7 +21,7 @@ from __future__ import annotations
 
 from ..support.jit import inlined, jit
 from ..support.powers import power
-from . import kernels
+from . import equations_of_motion as equations
 from .laws import placeholders as law
 from .laws.placeholders import DISSIPATES
 from .layout import GRAINS, MASS, REST_OVERLAP, SCALARS, STIFFNESS, TALLY, WORK_LEFT, WORK_RIGHT, U, V
@@ -32,12 +32,12 @@ from .layout import GRAINS, MASS, REST_OVERLAP, SCALARS, STIFFNESS, TALLY, WORK_
 @jit
 def contact_force(a, j):
     """Return the compressive force in contact j, dissipation included, never a pull; 0 where there is no contact [N]."""
-    return kernels.contact_force(a, U, V, j)
+    return equations.contact_force(a, U, V, j)
 
 
 @inlined
 def _pressed_overlap(a, j):
-    return kernels.pressed(a[U, j] - a[U, j + 1] + a[REST_OVERLAP, j])
+    return equations.pressed(a[U, j] - a[U, j + 1] + a[REST_OVERLAP, j])
 
 
 @inlined

@@ -49,7 +49,7 @@ from .side_contacts import Sides, are_sound, find_near, free_sides, include_node
 from .step_sizes import choose_steps
 from .strays import describe_strays, find_strays
 from .ticks import BREAK, DONE, INVERTED, MICRO, PROGRESS, ROW, SEARCH, TOO_FAST, advance
-from .zigzag import find_ties
+from .tied_faces import find_ties
 
 # No automaton may cross this part of its diameter in one of its steps.
 _LARGEST_MOVE = 0.1

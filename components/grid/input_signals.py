@@ -14,7 +14,7 @@ from .kernel_setup import Assembly
 
 
 def make_drive(assembly: Assembly, held: Mapping[str, Held]) -> tuple[list[CompiledProfile], FloatArray]:
-    """Return the profiles among the held inputs, and the drive: see `layout.Conditions`.
+    """Return the profiles among the held inputs, and the drive: see `kernel_arrays.Conditions`.
 
     The first signal is 1 and holds all that does not change; the others are the profiles.
     """

@@ -35,7 +35,7 @@ def yield_cell(law, moduli, hardened, area, old, trial):
     """Return the stresses xx, yy, zz, xy of a cell that may yield, the plastic strain and work of the step, q and its limit.
 
     Args:
-        law: code and constants of its law, shape (5,); see `layout.Grid`.
+        law: code and constants of its law, shape (5,); see `kernel_arrays.Grid`.
         moduli: Lame's constants, shape (2,) [Pa].
         hardened: equivalent plastic strain before the step.
         area: in the middle of the step [m2].
@@ -234,9 +234,9 @@ def forces(grid, state, groups, corner, step, tick, events, counts):
     """Advance all stresses by a step after the nodes have drifted, and write the forces on all nodes.
 
     Args:
-        grid: see `layout.Grid`.
+        grid: see `kernel_arrays.Grid`.
         state: `stress`, `hourglass_force`, `energy` and the plastic ones are updated, `force` is written.
-        groups: nodes that move as one; see `layout.Conditions`.
+        groups: nodes that move as one; see `kernel_arrays.Conditions`.
         corner: scratch, shape (rows of the schedule, 2); the last row is 0.
         step: length of the drift [s].
         tick: at the end of the step, for events.
@@ -289,9 +289,9 @@ def begin_conditions(grid, state, conditions, factors, row, step):
     Dashpots are implicit in the velocity of the middle of the step, so that no damping is unstable.
 
     Args:
-        grid: see `layout.Grid`.
+        grid: see `kernel_arrays.Grid`.
         state: `velocity` and `displacement` of these nodes are updated.
-        conditions: see `layout.Conditions`; `begin` is written.
+        conditions: see `kernel_arrays.Conditions`; `begin` is written.
         factors: of the signals in the middle of each tick, shape (ticks, signals).
         row: of this tick.
         step: [s].
@@ -370,8 +370,8 @@ def advance_part(grid, state, corner, part, step, tick, again, events, counts):
     So nothing is read from memory twice in a tick. Two threads can advance two parts of one grid.
 
     Args:
-        grid: see `layout.Grid`.
-        state: see `layout.State`; updated.
+        grid: see `kernel_arrays.Grid`.
+        state: see `kernel_arrays.State`; updated.
         corner: scratch, shape (rows of the schedule, 2); the last row is 0.
         part: its number.
         step: internal step [s].
@@ -415,9 +415,9 @@ def advance(grid, state, conditions, factors, corner, tally, step, tick, events,
     """Advance the grid by whole ticks.
 
     Args:
-        grid: see `layout.Grid`.
-        state: see `layout.State`; updated.
-        conditions: see `layout.Conditions`; its `begin` is scratch.
+        grid: see `kernel_arrays.Grid`.
+        state: see `kernel_arrays.State`; updated.
+        conditions: see `kernel_arrays.Conditions`; its `begin` is scratch.
         factors: of the signals in the middle of each tick, shape (ticks, signals); how many rows, so many ticks.
         corner: scratch, shape (rows of the schedule, 2); the last row is 0.
         tally: work and impulses since the reset, updated, shape (layout.TALLY,).
@@ -446,8 +446,8 @@ def energies(grid, state, own_mass, sums_out):
     """Write kinetic energy, hourglass energy, sum of force^2 / mass of nodes without conditions, momentum, angular momentum.
 
     Args:
-        grid: see `layout.Grid`.
-        state: see `layout.State`.
+        grid: see `kernel_arrays.Grid`.
+        state: see `kernel_arrays.State`.
         own_mass: of each node, without those that it is joined to, shape (n,) [kg].
         sums_out: written, shape (6,).
     """

@@ -24,7 +24,7 @@ def highest_frequency(grid: Grid, conditions: Conditions, corner: FloatArray) ->
     """Return the highest angular frequency of the grid at rest [rad/s], by power iteration: up to half a percent too low.
 
     Args:
-        grid: see `layout.Grid`.
+        grid: see `kernel_arrays.Grid`.
         conditions: what is prescribed, and what moves as one.
         corner: scratch of the kernels; its last row is 0.
     """

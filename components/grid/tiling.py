@@ -18,7 +18,7 @@ TILE_CELLS = 2048
 
 
 class Schedule(NamedTuple):
-    """The places of corner forces and the order of nodes; see `layout.Grid`, and how many rows of scratch that takes."""
+    """The places of corner forces and the order of nodes; see `kernel_arrays.Grid`, and how many rows of scratch that takes."""
 
     slots: IndexArray
     node_slots: IndexArray

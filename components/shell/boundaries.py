@@ -13,7 +13,7 @@ from .kernel_arrays import IntArray
 
 EdgeName = Literal["start", "end", "left", "right", "bottom", "top"]
 BoundaryName = Literal["clamped", "symmetry", "moved", "platen", "wall"]
-# Of `layout.Body.prescribed`: at rest; smaller numbers are columns of the signals.
+# Of `kernel_arrays.Body.prescribed`: at rest; smaller numbers are columns of the signals.
 AT_REST = 255
 
 
@@ -21,10 +21,10 @@ class Conditions(NamedTuple):
     """The velocities that are prescribed.
 
     Attributes:
-        prescribed: see `layout.Body`, shape (n, 3).
+        prescribed: see `kernel_arrays.Body`, shape (n, 3).
         moved: edges whose velocity is an input, in the order of their columns of the signals, three each from column 1 on;
             with the axis of a platen, which moves along that alone, and -1 for such as move in all directions.
-        wall: see `layout.Solid`, shape (2,).
+        wall: see `kernel_arrays.Solid`, shape (2,).
     """
 
     prescribed: npt.NDArray[np.uint8]

@@ -40,9 +40,9 @@ def advance(solid, state, scratch, signals, pressures, tally, first_tick, failed
     """Advance by as many ticks as `signals` has rows; return 0 or a status of `kernel_arrays`.
 
     Args:
-        solid: `layout.Solid`.
-        state: `layout.State`.
-        scratch: `layout.Scratch`.
+        solid: `kernel_arrays.Solid`.
+        state: `kernel_arrays.State`.
+        scratch: `kernel_arrays.Scratch`.
         signals: in the middle of each tick the factor of the pressure, then velocities of edges, shape (ticks, k).
         pressures: what the factor is multiplied by at each station of the inner surface, shape (stations,) [Pa].
         tally: shape (TALLY,).
@@ -348,7 +348,7 @@ def spread_to_nodes(body, values, weights, out):
     It is 0 where no point does.
 
     Args:
-        body: `layout.Body`.
+        body: `kernel_arrays.Body`.
         values: shape functions, shape (rows,).
         weights: the field at the points, shape (m,).
         out: shape (n,).

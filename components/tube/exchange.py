@@ -98,7 +98,7 @@ def add_work(interface, solid, state, velocity, area, pressures, room_pressure, 
 
     Args:
         interface: an `Interface`.
-        solid: `shell.layout.Solid` as it was before the step, when nothing had parted in it.
+        solid: `shell.kernel_arrays.Solid` as it was before the step, when nothing had parted in it.
         state: of the shell, after the step.
         velocity: of the inner surface before the step, shape (s, 3) [m/s].
         area: of the same, shape (s, 3) [m^2].
@@ -126,8 +126,8 @@ def move_wall(medium, gas, interface, pressures, widening, works, growth, taken,
     Mass and momentum of each cell stay what they are. Overlaps share the work of their station by pressure and length.
 
     Args:
-        medium: `detonation.layout.Medium`.
-        gas: `detonation.layout.State`.
+        medium: `detonation.kernel_arrays.Medium`.
+        gas: `detonation.kernel_arrays.State`.
         interface: an `Interface`.
         pressures: of the gas at the stations now, shape (stations,) [Pa].
         widening: of the stations now, see `write_widening`, shape (stations,).
@@ -199,8 +199,8 @@ def leak(medium, gas, openings, discharge, room_pressure, step, tally):
     What stays behind expands without heat, its pressure going with density^gamma, at most down to the pressure of the room.
 
     Args:
-        medium: `detonation.layout.Medium`.
-        gas: `detonation.layout.State`.
+        medium: `detonation.kernel_arrays.Medium`.
+        gas: `detonation.kernel_arrays.State`.
         openings: area of the openings of each cell, shape (cells,) [m^2].
         discharge: mass flow over that of the ideal nozzle.
         room_pressure: outside [Pa].

@@ -134,8 +134,8 @@ def summary(found: list[Event]) -> str:
 
 
 def _cells(row: list[Any]) -> tuple[str, ...]:
-    """Return a row of the table of events as text: the time to the tick, other numbers to six digits."""
-    words = [f"{one:.6g}" if isinstance(one, float) else printable(str(one)) for one in row[1:]]
+    """Return a row of the table of events as text: the time to the tick, other numbers to six digits, and no -0."""
+    words = [f"{one + 0.0:.6g}" if isinstance(one, float) else printable(str(one)) for one in row[1:]]
     return f"{row[0]:.9g}", *words
 
 

@@ -2,14 +2,14 @@
 
 A kind of document is a pydantic model on `Document` (`document.py`), made of `Table`s (`table.py`). `load` takes a shipped
 name, a file, or a mapping, and keys to override (`overrides.py`); whatever is wrong comes out as faults, all in one error, each
-with its location and the file or the override that holds it. `files.py` finds and reads files, `toml.py` writes TOML.
+with its location and the file or the override that holds it. `files.py` finds and reads files, `toml_writing.py` writes TOML.
 """
 
 from .document import Document, load
 from .files import begins_as_log, find, read
 from .overrides import Overrides, parse_assignments
 from .table import ByKey, Table
-from .toml import edit, to_toml, toml_value
+from .toml_writing import edit, to_toml, toml_value
 
 __all__ = [
     "ByKey",

@@ -14,7 +14,7 @@ from typing import Any
 from granular_env.components.errors import ExperimentError, Fault, Override, ParameterError, Phrase, one_line
 from granular_env.components.indexing import index_text, parse_element
 
-from .toml import toml_value
+from .toml_writing import toml_value
 
 Overrides = Mapping[str, Any] | Iterable[Override]
 

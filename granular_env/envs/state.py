@@ -67,7 +67,7 @@ class EnvState:
         return f"EnvState({task!r}, tick={self.snapshot.tick}, component={self.snapshot.identity[:12]}...{end})"
 
     def to_bytes(self) -> bytes:
-        """Return a versioned header and plain arrays; see `packing`."""
+        """Return a versioned header and plain arrays; see `support.serialization`."""
         header: dict[str, Any] = {"kind": _KIND, "task": self.origin.task, "random": _plain(self.origin.random)}
         if self.origin.drawn:
             header["drawn"] = _plain(self.origin.drawn)

@@ -1,4 +1,4 @@
-"""The base of breaking criteria: a table of strengths, and the causes that it knows."""
+"""The base of breaking criteria: their constants, and the causes that they know."""
 
 from __future__ import annotations
 

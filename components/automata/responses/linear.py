@@ -1,4 +1,4 @@
-"""Linear and elastic: figure 3, a."""
+"""The linear and elastic response: figure 3, a. No constants, no history."""
 
 from __future__ import annotations
 

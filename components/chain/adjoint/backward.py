@@ -11,7 +11,7 @@ from __future__ import annotations
 import numpy as np
 
 from ...support.jit import jit
-from .. import kernels
+from .. import equations_of_motion as equations
 from ..laws import placeholders as law
 from ..laws.placeholders import DISSIPATES
 from ..layout import (
@@ -56,7 +56,7 @@ def _reverse_forces(a, adjoint, row):
     """Carry adjoints from the forces on the grains to the contacts: constants, overlap."""
     for j in range(np.uint64(0), np.uint64(int(a[SCALARS, GRAINS]) + 1)):
         force_adjoint = adjoint[FORCE_ADJOINT, j + _ONE] - adjoint[FORCE_ADJOINT, j]
-        d = kernels.pressed(a[row, j] - a[row, j + _ONE] + a[REST_OVERLAP, j])
+        d = equations.pressed(a[row, j] - a[row, j + _ONE] + a[REST_OVERLAP, j])
         force, by_overlap, by_stiffness = law.force_slopes(a, j, d)
         g = by_overlap * force_adjoint
         adjoint[OVERLAP_ADJOINT, j] = g
@@ -77,11 +77,11 @@ def _reverse_ends(a, adjoint, e, input_adjoint):
     """Replace the forces of the missing contacts at free ends by the forces on those ends."""
     n = int(a[SCALARS, GRAINS])
     if a[SCALARS, LEFT_KIND] == FREE:
-        adjoint[FORCE, 0] = a[SCALARS, LEFT_STATIC] + kernels.value(a, LEFT_DRIVE, 1, e)
+        adjoint[FORCE, 0] = a[SCALARS, LEFT_STATIC] + equations.value(a, LEFT_DRIVE, 1, e)
         input_adjoint[0] += adjoint[FORCE_ADJOINT, 1]
         adjoint[SCALARS, LEFT_STATIC] += adjoint[FORCE_ADJOINT, 1]
     if a[SCALARS, RIGHT_KIND] == FREE:
-        adjoint[FORCE, n] = a[SCALARS, RIGHT_STATIC] - kernels.value(a, RIGHT_DRIVE, 1, e)
+        adjoint[FORCE, n] = a[SCALARS, RIGHT_STATIC] - equations.value(a, RIGHT_DRIVE, 1, e)
         input_adjoint[1] += adjoint[FORCE_ADJOINT, n]
         adjoint[SCALARS, RIGHT_STATIC] -= adjoint[FORCE_ADJOINT, n]
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ...support.jit import inlined, jit
-from .. import kernels
+from .. import equations_of_motion as equations
 from ..integrators.dissipative_step import closed_time, is_closing, prepare
 from ..laws import placeholders as law
 from ..laws.placeholders import JUMPS
@@ -78,7 +78,7 @@ def _reverse_half_sweep(a, adjoint, approach, odd):
 def _reverse_preparation(a, adjoint, u, h):
     for j in range(np.uint64(0), np.uint64(int(a[SCALARS, GRAINS]) + 1)):
         middle, w = a[u, j] - a[u, j + _ONE] + a[REST_OVERLAP, j], adjoint[_APPROACHES[0], j]
-        d = kernels.pressed(middle)
+        d = equations.pressed(middle)
         share = 0.5 + 0.5 * np.float64(np.int64(j & _ONE))
         time = (closed_time(middle, w, h) if JUMPS else h) * share
         masses = a[INVERSE_MASS, j] + a[INVERSE_MASS, j + _ONE]

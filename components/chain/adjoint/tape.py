@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from ...support.jit import jit
-from .. import kernels
+from .. import equations_of_motion as equations
 from ..integrators.compositions import kick_and_drift, stage_loop
 from ..integrators.dissipative_step import half_sweep, prepare
 from ..laws.placeholders import DISSIPATES
@@ -55,34 +55,34 @@ def _place_pistons(a, row, left_base, right_base, e):
     """Put prescribed grains where they are a part e of a step after the tick."""
     h = a[SCALARS, STEP]
     if a[SCALARS, LEFT_KIND] == PISTON:
-        a[row, 1] = left_base + h * kernels.integral(a, LEFT_DRIVE, 1, e)
+        a[row, 1] = left_base + h * equations.integral(a, LEFT_DRIVE, 1, e)
     if a[SCALARS, RIGHT_KIND] == PISTON:
         n = int(a[SCALARS, GRAINS])
-        a[row, n] = right_base + h * kernels.integral(a, RIGHT_DRIVE, 1, e)
+        a[row, n] = right_base + h * equations.integral(a, RIGHT_DRIVE, 1, e)
 
 
 @jit
 def _set_piston_speeds(a, e):
     if a[SCALARS, LEFT_KIND] == PISTON:
-        a[V, 1] = kernels.value(a, LEFT_DRIVE, 1, e)
+        a[V, 1] = equations.value(a, LEFT_DRIVE, 1, e)
     if a[SCALARS, RIGHT_KIND] == PISTON:
-        a[V, int(a[SCALARS, GRAINS])] = kernels.value(a, RIGHT_DRIVE, 1, e)
+        a[V, int(a[SCALARS, GRAINS])] = equations.value(a, RIGHT_DRIVE, 1, e)
 
 
 @jit
 def _kick(a, here, there, kick, drift, e):
     n, gravity = int(a[SCALARS, GRAINS]), a[SCALARS, GRAVITY]
-    f, pull, first, last = kernels.contact(a, here, 0), 0.0, a[V, 1], a[V, n]
+    f, pull, first, last = equations.contact(a, here, 0), 0.0, a[V, 1], a[V, n]
     if a[SCALARS, LEFT_KIND] == FREE:
-        f = a[SCALARS, LEFT_STATIC] + kernels.value(a, LEFT_DRIVE, 1, e)
+        f = a[SCALARS, LEFT_STATIC] + equations.value(a, LEFT_DRIVE, 1, e)
     if gravity == 0.0:
         f, _ = kick_and_drift(False, False, a, here, there, kick, drift, f, 1, n)
     else:
         f, _ = stage_loop(True, False, a, here, there, kick, drift, f, 1, n)
     if a[SCALARS, RIGHT_KIND] == FREE:
-        pull = kernels.value(a, RIGHT_DRIVE, 1, e) - a[SCALARS, RIGHT_STATIC]
+        pull = equations.value(a, RIGHT_DRIVE, 1, e) - a[SCALARS, RIGHT_STATIC]
     fall = 0.0 if a[SCALARS, RIGHT_KIND] == PISTON else kick * gravity
-    a[V, n] = (last + (kick * a[INVERSE_MASS, n]) * (f - (kernels.contact(a, here, n) - pull))) + fall
+    a[V, n] = (last + (kick * a[INVERSE_MASS, n]) * (f - (equations.contact(a, here, n) - pull))) + fall
     a[there, n] = a[here, n] + drift * a[V, n]
     if a[SCALARS, LEFT_KIND] == PISTON:
         a[V, 1] = first  # gravity does not move it

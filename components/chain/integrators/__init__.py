@@ -1,7 +1,7 @@
 """Integrators of the chain: name -> kernel, its force evaluations, and the rows of history and scratch it wants.
 
-Every kernel has the signature advance(a, drive, left_pieces, left, right, tick, ticks) and returns what `kernels.ended` says;
-`specialise` makes one for a contact law of it.
+Every kernel has the signature advance(a, drive, left_pieces, left, right, tick, ticks) and returns what
+`equations_of_motion.outcome` says; `specialise` makes one for a contact law of it.
 """
 
 from __future__ import annotations

@@ -18,7 +18,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ...support.jit import internal, internal_inlined, jit
-from .. import kernels
+from .. import equations_of_motion as equations
 from ..laws import placeholders as law
 from ..laws.placeholders import DISSIPATES, LONG_FORMULA, REMEMBERS
 from ..layout import (
@@ -111,9 +111,9 @@ def kick_and_drift(falling, watched, a, here, there, kick, drift, f, low, high):
         # Long formulas become vectors only where no force is carried from contact to contact.
         for i in range(np.uint64(low), np.uint64(high)):
             d = a[here, i] - a[here, i + _ONE] + a[REST_OVERLAP, i]
-            a[IMPULSE_PER_SPEED, i] = law.force(a, i, kernels.pressed(d))
+            a[IMPULSE_PER_SPEED, i] = law.force(a, i, equations.pressed(d))
     for i in range(np.uint64(low), np.uint64(high)):
-        d = kernels.pressed(a[here, i] - a[here, i + _ONE] + a[REST_OVERLAP, i])
+        d = equations.pressed(a[here, i] - a[here, i + _ONE] + a[REST_OVERLAP, i])
         g = a[IMPULSE_PER_SPEED, i] if LONG_FORMULA else law.force(a, i, d)
         v = a[V, i] + (kick * a[INVERSE_MASS, i]) * (f - g)
         if falling:
@@ -169,21 +169,21 @@ def _sweep(a, drive, left_pieces, left, right, tick, ticks, left_edge, right_edg
     left_piston, left_free = a[SCALARS, LEFT_KIND] == PISTON, a[SCALARS, LEFT_KIND] == FREE
     right_piston, right_free = a[SCALARS, RIGHT_KIND] == PISTON, a[SCALARS, RIGHT_KIND] == FREE
     here, there = U, _OTHER_U
-    left_piece = kernels.piece_at(drive, 0, left_pieces, tick)
-    right_piece = kernels.piece_at(drive, left_pieces, drive.shape[0], tick)
-    work_left, work_right = kernels.tally(a, WORK_LEFT), kernels.tally(a, WORK_RIGHT)
-    impulse_left, impulse_right = kernels.tally(a, IMPULSE_LEFT), kernels.tally(a, IMPULSE_RIGHT)
+    left_piece = equations.piece_at(drive, 0, left_pieces, tick)
+    right_piece = equations.piece_at(drive, left_pieces, drive.shape[0], tick)
+    work_left, work_right = equations.tally(a, WORK_LEFT), equations.tally(a, WORK_RIGHT)
+    impulse_left, impulse_right = equations.tally(a, IMPULSE_LEFT), equations.tally(a, IMPULSE_RIGHT)
     # The tile before may have handed the last grain over in mid-tick.
     left_base, right_base = 0.0, a[SCALARS, RIGHT_BASE]
     fastest = a[SCALARS, SPEED_LIMIT]
     bad, unsound, done, stage = False, False, 0, 0
     for t in range(tick, tick + ticks):
-        left_piece = kernels.next_piece(drive, left_piece, left_pieces, t)
-        right_piece = kernels.next_piece(drive, right_piece, drive.shape[0], t)
+        left_piece = equations.next_piece(drive, left_piece, left_pieces, t)
+        right_piece = equations.next_piece(drive, right_piece, drive.shape[0], t)
         low, high = max(left_edge - shift * stage, 1), min(right_edge - shift * stage, n + 1)
         has_first, has_last = low == 1, right_edge > n
-        n_left = kernels.recentre(a, LEFT_DRIVE, drive, left_piece, 0, left, t) if has_first else 1
-        n_right = kernels.recentre(a, RIGHT_DRIVE, drive, right_piece, left_pieces, right, t) if has_last else 1
+        n_left = equations.recentre(a, LEFT_DRIVE, drive, left_piece, 0, left, t) if has_first else 1
+        n_right = equations.recentre(a, RIGHT_DRIVE, drive, right_piece, left_pieces, right, t) if has_last else 1
         if has_first:
             left_base = a[here, 1]
         if high == n + 1 and low <= n:
@@ -191,39 +191,39 @@ def _sweep(a, drive, left_pieces, left, right, tick, ticks, left_edge, right_edg
             a[SCALARS, RIGHT_BASE] = right_base
         _drift(a, here, drifts[0] * h, low, max(low, high))
         if has_first and left_piston:
-            a[here, 1] = left_base + h * kernels.integral(a, LEFT_DRIVE, n_left, drifts[0])
+            a[here, 1] = left_base + h * equations.integral(a, LEFT_DRIVE, n_left, drifts[0])
         if high == n + 1 and low <= n and right_piston:
-            a[here, n] = right_base + h * kernels.integral(a, RIGHT_DRIVE, n_right, drifts[0])
+            a[here, n] = right_base + h * equations.integral(a, RIGHT_DRIVE, n_right, drifts[0])
         stage += 1
         for s in range(stages):
             if DISSIPATES and s == stages // 2:
                 # A damped chain is one tile. Prescribed grains move at the speed of the middle meanwhile.
                 first, last = a[V, 1], a[V, n]
                 if left_piston:
-                    a[V, 1] = kernels.value(a, LEFT_DRIVE, n_left, 0.5)
+                    a[V, 1] = equations.value(a, LEFT_DRIVE, n_left, 0.5)
                 if right_piston:
-                    a[V, n] = kernels.value(a, RIGHT_DRIVE, n_right, 0.5)
+                    a[V, n] = equations.value(a, RIGHT_DRIVE, n_right, 0.5)
                 given = dissipate_and_drift(a, here, h, drifts[s + 1] * h)
-                impulse_left, impulse_right = kernels.add(impulse_left, given[0]), kernels.add(impulse_right, given[1])
-                work_left, work_right = kernels.add(work_left, given[2]), kernels.add(work_right, given[3])
+                impulse_left, impulse_right = equations.add(impulse_left, given[0]), equations.add(impulse_right, given[1])
+                work_left, work_right = equations.add(work_left, given[2]), equations.add(work_right, given[3])
                 e = 0.5 + drifts[s + 1]
                 if left_piston:
                     a[V, 1] = first
-                    a[here, 1] = left_base + h * kernels.integral(a, LEFT_DRIVE, n_left, e)
+                    a[here, 1] = left_base + h * equations.integral(a, LEFT_DRIVE, n_left, e)
                 if right_piston:
                     a[V, n] = last
-                    a[here, n] = right_base + h * kernels.integral(a, RIGHT_DRIVE, n_right, e)
+                    a[here, n] = right_base + h * equations.integral(a, RIGHT_DRIVE, n_right, e)
                 continue
             low, high = max(left_edge - shift * stage, 1), min(right_edge - shift * stage, n + 1)
             stage += 1
             if low < high:
                 e, kick, drift = passed[s], kicks[s] * h, drifts[s + 1] * h
-                f, push, first = kernels.contact(a, here, low - 1), 0.0, a[V, 1]
+                f, push, first = equations.contact(a, here, low - 1), 0.0, a[V, 1]
                 if has_first:
                     if left_free:
-                        push = a[SCALARS, LEFT_STATIC] + kernels.value(a, LEFT_DRIVE, n_left, e)
+                        push = a[SCALARS, LEFT_STATIC] + equations.value(a, LEFT_DRIVE, n_left, e)
                         f = push
-                    impulse_left = kernels.add(impulse_left, kick * f)
+                    impulse_left = equations.add(impulse_left, kick * f)
                     bad |= s == 0 and _watch(a, here, 0)
                 if gravity != 0.0 or high - low >= _LONG:
                     f, over = stage_loop(gravity != 0.0, s == 0, a, here, there, kick, drift, f, low, min(high, n))
@@ -234,53 +234,53 @@ def _sweep(a, drive, left_pieces, left, right, tick, ticks, left_edge, right_edg
                 else:
                     f, _ = kick_and_drift(False, False, a, here, there, kick, drift, f, low, min(high, n))
                 if high == n + 1:
-                    g, pull, last = kernels.contact(a, here, n), 0.0, a[V, n]
+                    g, pull, last = equations.contact(a, here, n), 0.0, a[V, n]
                     if right_free:
-                        pull = kernels.value(a, RIGHT_DRIVE, n_right, e) - a[SCALARS, RIGHT_STATIC]
+                        pull = equations.value(a, RIGHT_DRIVE, n_right, e) - a[SCALARS, RIGHT_STATIC]
                     a[V, n] = (last + (kick * a[INVERSE_MASS, n]) * (f - (g - pull))) + (
                         0.0 if right_piston else kick * gravity
                     )
                     a[there, n] = a[here, n] + drift * a[V, n]
                     bad |= s == 0 and _watch(a, here, n)
                     if right_piston:
-                        impulse_right = kernels.add(impulse_right, -kick * f)
-                        work_right = kernels.add(work_right, -kick * f * kernels.value(a, RIGHT_DRIVE, n_right, e))
-                        a[there, n] = right_base + h * kernels.integral(a, RIGHT_DRIVE, n_right, e + drifts[s + 1])
+                        impulse_right = equations.add(impulse_right, -kick * f)
+                        work_right = equations.add(work_right, -kick * f * equations.value(a, RIGHT_DRIVE, n_right, e))
+                        a[there, n] = right_base + h * equations.integral(a, RIGHT_DRIVE, n_right, e + drifts[s + 1])
                     else:
-                        impulse_right = kernels.add(impulse_right, kick * (pull - g))
-                        work_right = kernels.add(work_right, kick * pull * (0.5 * (last + a[V, n])))
+                        impulse_right = equations.add(impulse_right, kick * (pull - g))
+                        work_right = equations.add(work_right, kick * pull * (0.5 * (last + a[V, n])))
                 if has_first:
                     if left_piston:
                         a[V, 1] = first  # gravity does not move it
-                        g = kernels.contact(a, here, 1)
-                        impulse_left = kernels.add(impulse_left, kick * g)
-                        work_left = kernels.add(work_left, kick * g * kernels.value(a, LEFT_DRIVE, n_left, e))
-                        a[there, 1] = left_base + h * kernels.integral(a, LEFT_DRIVE, n_left, e + drifts[s + 1])
+                        g = equations.contact(a, here, 1)
+                        impulse_left = equations.add(impulse_left, kick * g)
+                        work_left = equations.add(work_left, kick * g * equations.value(a, LEFT_DRIVE, n_left, e))
+                        a[there, 1] = left_base + h * equations.integral(a, LEFT_DRIVE, n_left, e + drifts[s + 1])
                     else:
-                        work_left = kernels.add(work_left, kick * push * (0.5 * (first + a[V, 1])))
+                        work_left = equations.add(work_left, kick * push * (0.5 * (first + a[V, 1])))
             here, there = there, here
         # A prescribed grain's velocity is that at the end of the step; its change is work and impulse of the piston.
         if has_first and left_piston:
-            first, last = a[V, 1], kernels.value(a, LEFT_DRIVE, n_left, 1.0)
-            work_left = kernels.add(work_left, 0.5 * a[SCALARS, LEFT_MASS] * (last - first) * (last + first))
-            impulse_left = kernels.add(impulse_left, a[SCALARS, LEFT_MASS] * (last - first))
+            first, last = a[V, 1], equations.value(a, LEFT_DRIVE, n_left, 1.0)
+            work_left = equations.add(work_left, 0.5 * a[SCALARS, LEFT_MASS] * (last - first) * (last + first))
+            impulse_left = equations.add(impulse_left, a[SCALARS, LEFT_MASS] * (last - first))
             a[V, 1] = last
         if high == n + 1 and low <= n and right_piston:
-            first, last = a[V, n], kernels.value(a, RIGHT_DRIVE, n_right, 1.0)
-            work_right = kernels.add(work_right, 0.5 * a[SCALARS, RIGHT_MASS] * (last - first) * (last + first))
-            impulse_right = kernels.add(impulse_right, a[SCALARS, RIGHT_MASS] * (last - first))
+            first, last = a[V, n], equations.value(a, RIGHT_DRIVE, n_right, 1.0)
+            work_right = equations.add(work_right, 0.5 * a[SCALARS, RIGHT_MASS] * (last - first) * (last + first))
+            impulse_right = equations.add(impulse_right, a[SCALARS, RIGHT_MASS] * (last - first))
             a[V, n] = last
         if REMEMBERS:
-            kernels.remember(a, here)
+            equations.remember(a, here)
         # Velocities count as they are at the end of every step, however many steps a call makes.
         unsound |= _too_fast(a, fastest, low, max(low, high))
         done += 1
         if (bad or unsound) and shift == 0:
             break
-    kernels.keep(a, WORK_LEFT, work_left)
-    kernels.keep(a, WORK_RIGHT, work_right)
-    kernels.keep(a, IMPULSE_LEFT, impulse_left)
-    kernels.keep(a, IMPULSE_RIGHT, impulse_right)
+    equations.keep(a, WORK_LEFT, work_left)
+    equations.keep(a, WORK_RIGHT, work_right)
+    equations.keep(a, IMPULSE_LEFT, impulse_left)
+    equations.keep(a, IMPULSE_RIGHT, impulse_right)
     return done, bad, unsound
 
 
@@ -308,12 +308,12 @@ def _advance(a, drive, left_pieces, left, right, tick, ticks, drifts, kicks, pas
             for i in range(np.uint64(n + 2)):
                 a[U, i] = a[_OTHER_U, i]
         done += advanced
-    return kernels.outcome(done, bad, unsound)
+    return equations.outcome(done, bad, unsound)
 
 
 @jit
 def advance_pefrl(a, drive, left_pieces, left, right, tick, ticks):
-    """Advance by `ticks`, or until a limit is passed; see `kernels.ended` for what it returns."""
+    """Advance by `ticks`, or until a limit is passed; see `equations.outcome` for what it returns."""
     if DISSIPATES:
         parts = DAMPED_PEFRL
     else:
@@ -323,7 +323,7 @@ def advance_pefrl(a, drive, left_pieces, left, right, tick, ticks):
 
 @jit
 def advance_leapfrog(a, drive, left_pieces, left, right, tick, ticks):
-    """Advance by `ticks`, or until a limit is passed; see `kernels.ended` for what it returns."""
+    """Advance by `ticks`, or until a limit is passed; see `equations.outcome` for what it returns."""
     if DISSIPATES:
         parts = DAMPED_LEAPFROG
     else:

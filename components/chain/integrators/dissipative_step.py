@@ -13,7 +13,7 @@ from __future__ import annotations
 import numpy as np
 
 from ...support.jit import inlined, jit
-from .. import kernels
+from .. import equations_of_motion as equations
 from ..laws import placeholders as law
 from ..laws.placeholders import JUMPS
 from ..layout import (
@@ -61,7 +61,7 @@ def closed_time(d, w, h):
 @inlined
 def _prepare_contact(a, j, d, closed):
     """Prepare contact j with overlap d, closed for a time `closed` of the step."""
-    d = kernels.pressed(d)
+    d = equations.pressed(d)
     time = closed * (0.5 + 0.5 * np.float64(np.int64(j & _ONE)))
     damping = law.coefficient(a, j, d) * time
     half = 0.5 * damping * (a[INVERSE_MASS, j] + a[INVERSE_MASS, j + _ONE])

@@ -13,7 +13,7 @@ from math import sqrt
 import numpy as np
 
 from ...support.jit import jit
-from .. import kernels
+from .. import equations_of_motion as equations
 from ..layout import (
     BESIDE_GRAINS,
     EXPONENT,
@@ -215,10 +215,10 @@ def _stages(a, n, n_left, n_right, left_base, right_base, e, part):
                 for i in range(1, n + BESIDE_GRAINS):
                     a[_SW, i] += weight * a[_SA + q, i]
         at = e + _C[s] * part
-        kernels.place_pistons(a, _SU, _SW, n_left, n_right, left_base, right_base, at)
+        equations.place_pistons(a, _SU, _SW, n_left, n_right, left_base, right_base, at)
         for i in range(1, n + 1):
             a[_SV + s, i] = a[_SW, i]
-        kernels.derivative(a, _SU, _SW, n_left, n_right, at, _SA + s)
+        equations.derivative(a, _SU, _SW, n_left, n_right, at, _SA + s)
 
 
 @jit
@@ -287,7 +287,7 @@ def _is_rounding(a, n, h, error):
         d = a[U, j] - a[U, j + 1] + a[REST_OVERLAP, j]
         if d > 0.0:
             rounded = _ROUNDING * (abs(a[U, j]) + abs(a[U, j + 1]) + abs(a[REST_OVERLAP, j]))
-            slope = a[SCALARS, EXPONENT] * kernels.contact(a, U, j) / d
+            slope = a[SCALARS, EXPONENT] * equations.contact(a, U, j) / d
             noise = max(noise, slope * rounded * (a[INVERSE_MASS, j] + a[INVERSE_MASS, j + 1]))
     return error * a[SCALARS, TOLERANCE] * fastest <= noise * h
 
@@ -303,7 +303,7 @@ def _one_tick(a, n, n_left, n_right, most):
     """One tick in as many accepted steps as the tolerance asks for; the number of trials, more than `most` if unfinished."""
     step = a[SCALARS, STEP]
     left_base, right_base = a[U, 1], a[U, n]
-    kernels.place_pistons(a, U, V, n_left, n_right, left_base, right_base, 0.0)
+    equations.place_pistons(a, U, V, n_left, n_right, left_base, right_base, 0.0)
     e, trial, trials = 0.0, 1.0, 0
     while e < 1.0:
         trials += 1
@@ -327,7 +327,7 @@ def _one_tick(a, n, n_left, n_right, most):
             for i in range(1, n + BESIDE_GRAINS):
                 a[V, i] += weight * a[_SA + s, i]
         e = 1.0 if last else e + part
-        kernels.place_pistons(a, U, V, n_left, n_right, left_base, right_base, e)
+        equations.place_pistons(a, U, V, n_left, n_right, left_base, right_base, e)
         grow = _SAFETY / sqrt(sqrt(sqrt(error))) if error > 1e-12 else _LARGEST_FACTOR
         trial = part * min(_LARGEST_FACTOR, max(_SMALLEST_FACTOR, grow))
     return trials
@@ -335,25 +335,25 @@ def _one_tick(a, n, n_left, n_right, most):
 
 @jit
 def advance_dop853(a, drive, left_pieces, left, right, tick, ticks):
-    """Advance by `ticks`, or until a limit is passed; see `kernels.ended` for what it returns.
+    """Advance by `ticks`, or until a limit is passed; see `equations.outcome` for what it returns.
 
     Also comes back, with the ticks done, after as many trials as one tick may take: a caller in Python hears Ctrl-C then.
     """
     n = int(a[SCALARS, GRAINS])
     trials, most = 0, most_trials(n)
-    left_piece = kernels.piece_at(drive, 0, left_pieces, tick)
-    right_piece = kernels.piece_at(drive, left_pieces, drive.shape[0], tick)
+    left_piece = equations.piece_at(drive, 0, left_pieces, tick)
+    right_piece = equations.piece_at(drive, left_pieces, drive.shape[0], tick)
     for t in range(tick, tick + ticks):
-        left_piece, right_piece, n_left, n_right, _ = kernels.turn(
+        left_piece, right_piece, n_left, n_right, _ = equations.turn(
             a, drive, left_pieces, left_piece, right_piece, left, right, t
         )
         left_before, right_before = a[V, 1], a[V, n]
         taken = _one_tick(a, n, n_left, n_right, most)
         if taken > most:
-            return -(t + 1 - tick) - kernels.EXHAUSTED
-        passed, unsound = kernels.finish(a, left_before, right_before)
+            return -(t + 1 - tick) - equations.EXHAUSTED
+        passed, unsound = equations.finish(a, left_before, right_before)
         if passed or unsound:
-            return kernels.outcome(t + 1 - tick, passed, unsound)
+            return equations.outcome(t + 1 - tick, passed, unsound)
         trials += taken
         if trials > most:
             return t + 1 - tick

@@ -9,7 +9,7 @@ state.
 from __future__ import annotations
 
 from ...support.jit import jit
-from .. import kernels
+from .. import equations_of_motion as equations
 from ..layout import BESIDE_GRAINS, FREE_ROW, GRAINS, HISTORY_DRIVE, HISTORY_LENGTH, SCALARS, STEP, TALLY, U, V
 from . import runge_kutta
 from .runge_kutta import runge_kutta_step
@@ -45,8 +45,8 @@ def _start(a, n, n_left, n_right, mark):
     a[TALLY, HISTORY_LENGTH], a[TALLY, HISTORY_DRIVE], a[TALLY, HISTORY_DRIVE + 1] = 0.0, mark[0], mark[1]
     for i in range(n + BESIDE_GRAINS):
         a[_GAP_U, i], a[_GAP_V, i] = 0.0, 0.0
-    kernels.place_pistons(a, U, V, n_left, n_right, a[U, 1], a[U, n], 0.0)
-    kernels.derivative(a, U, V, n_left, n_right, 0.0, _A0)
+    equations.place_pistons(a, U, V, n_left, n_right, a[U, 1], a[U, n], 0.0)
+    equations.derivative(a, U, V, n_left, n_right, 0.0, _A0)
 
 
 @jit
@@ -59,8 +59,8 @@ def _predict_and_correct(a, n, n_left, n_right):
     for i in range(1, n + BESIDE_GRAINS):
         a[_PV, i] = a[_V3, i] + 4.0 * h / 3.0 * (2.0 * a[_A0, i] - a[_A1, i] + 2.0 * a[_A2, i])
         a[_MV, i] = a[_PV, i] - 112.0 / 121.0 * a[_GAP_V, i]
-    kernels.place_pistons(a, _MU, _MV, n_left, n_right, left_base, right_base, 1.0)
-    kernels.derivative(a, _MU, _MV, n_left, n_right, 1.0, _MA)
+    equations.place_pistons(a, _MU, _MV, n_left, n_right, left_base, right_base, 1.0)
+    equations.derivative(a, _MU, _MV, n_left, n_right, 1.0, _MA)
     for i in range(1, n + 1):
         c = (9.0 * a[U, i] - a[_U2, i]) / 8.0 + 3.0 * h / 8.0 * (a[_MV, i] + 2.0 * a[V, i] - a[_V1, i])
         a[_GAP_U, i] = a[_PU, i] - c
@@ -74,17 +74,17 @@ def _predict_and_correct(a, n, n_left, n_right):
         a[U, i] = a[_MU, i]
     for i in range(1, n + BESIDE_GRAINS):
         a[V, i] = a[_MV, i]
-    kernels.place_pistons(a, U, V, n_left, n_right, left_base, right_base, 1.0)
+    equations.place_pistons(a, U, V, n_left, n_right, left_base, right_base, 1.0)
 
 
 @jit
 def advance_hamming(a, drive, left_pieces, left, right, tick, ticks):
-    """Advance by `ticks`, or until a limit is passed; see `kernels.ended` for what it returns."""
+    """Advance by `ticks`, or until a limit is passed; see `equations.outcome` for what it returns."""
     n = int(a[SCALARS, GRAINS])
-    left_piece = kernels.piece_at(drive, 0, left_pieces, tick)
-    right_piece = kernels.piece_at(drive, left_pieces, drive.shape[0], tick)
+    left_piece = equations.piece_at(drive, 0, left_pieces, tick)
+    right_piece = equations.piece_at(drive, left_pieces, drive.shape[0], tick)
     for t in range(tick, tick + ticks):
-        left_piece, right_piece, n_left, n_right, mark = kernels.turn(
+        left_piece, right_piece, n_left, n_right, mark = equations.turn(
             a, drive, left_pieces, left_piece, right_piece, left, right, t
         )
         left_before, right_before = a[V, 1], a[V, n]
@@ -97,8 +97,8 @@ def advance_hamming(a, drive, left_pieces, left, right, tick, ticks):
         else:
             _predict_and_correct(a, n, n_left, n_right)
         _shift_accelerations(a, n)
-        kernels.derivative(a, U, V, n_left, n_right, 1.0, _A0)
-        passed, unsound = kernels.finish(a, left_before, right_before)
+        equations.derivative(a, U, V, n_left, n_right, 1.0, _A0)
+        passed, unsound = equations.finish(a, left_before, right_before)
         if passed or unsound:
-            return kernels.outcome(t + 1 - tick, passed, unsound)
+            return equations.outcome(t + 1 - tick, passed, unsound)
     return ticks

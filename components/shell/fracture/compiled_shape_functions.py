@@ -117,7 +117,7 @@ def write_hold(body, kind, first, values, nodes, out):
     """Write how much points see some nodes: the sum of shape functions times volumes [m^3].
 
     Args:
-        body: `layout.Body`, of which volumes and the points that see each node are read.
+        body: `kernel_arrays.Body`, of which volumes and the points that see each node are read.
         kind: number of each point's rows, shape (m,).
         first: where those begin, shape (kinds,).
         values: shape functions, shape (rows,).

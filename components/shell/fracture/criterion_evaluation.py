@@ -59,7 +59,7 @@ def find_parting(solid, state, judged, found, nearest, tick):
     A point that has parted passes it where its stress has another direction, or where it has had time to unload.
 
     Args:
-        solid: `layout.Solid`.
+        solid: `kernel_arrays.Solid`.
         state: after a tick.
         judged: `Judgement`.
         found: written, shape (m,).

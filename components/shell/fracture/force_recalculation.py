@@ -90,7 +90,7 @@ def refresh_forces(solid, state, scratch, points, columns, nodes):
     """Write the forces on some nodes from the stresses and gradients as they are.
 
     Args:
-        solid: `layout.Solid`.
+        solid: `kernel_arrays.Solid`.
         state: of the tick that has just been made.
         scratch: of the same tick.
         points: those whose pull changes.

@@ -31,7 +31,7 @@ class BudgetedEvaluator:
     """A trial in the eyes of its method.
 
     A method that depends only on its seed and on these answers walks the same path every time. So nothing of a method itself
-    is kept: after a kill it runs again from its beginning, gets the answers that the track holds, in their order, at no cost,
+    is kept: after a kill it runs again from its beginning, gets the answers that the record holds, in their order, at no cost,
     and walks on from where it was.
 
     Args:
@@ -40,7 +40,7 @@ class BudgetedEvaluator:
         seed: of the method's random numbers.
         seeds: of the episodes that a point is tried in.
         budget: control steps that may be simulated.
-        track: what was kept so far.
+        record: what was kept so far.
         watch: called after each evaluation; it saves, shows, and raises `InterruptedByUserError`.
     """
 
@@ -51,11 +51,11 @@ class BudgetedEvaluator:
         seed: int,
         seeds: Sequence[int],
         budget: int,
-        track: TrialRecord,
+        record: TrialRecord,
         watch: Callable[[TrialRecord], None],
     ) -> None:
         self.problem, self.shape, self.seed, self.seeds = problem, shape, seed, list(seeds)
-        self.budget, self.track, self.watch = budget, track, watch
+        self.budget, self.record, self.watch = budget, record, watch
         self._place = 0
 
     def random(self, stream: int = 0) -> np.random.Generator:
@@ -72,17 +72,17 @@ class BudgetedEvaluator:
         known = self.problem.baselines()
         if name not in known:
             raise ExperimentError(f"got {name!r}", expected="a baseline of this task", hint=nearest(name, known), at="begin")
-        if self._place == len(self.track):
+        if self._place == len(self.record):
             if self.remaining_steps < self.problem.steps:
                 raise BudgetSpentError
-            self.track.add(PLAYED, None, 0.0, self.problem.steps)
+            self.record.add(PLAYED, None, 0.0, self.problem.steps)
         self._place += 1
         return self.shape.fit(self.problem.play(known[name], self.seeds[0]).actions)
 
     @property
     def remaining_steps(self) -> int:
         """Control steps that the budget still holds."""
-        return self.budget - self.track.spent
+        return self.budget - self.record.spent
 
     def returns(self, points: FloatArray) -> FloatArray:
         """Return the returns of some drives, averaged over the episodes.
@@ -104,26 +104,26 @@ class BudgetedEvaluator:
         return self._returns(points, lambda chosen: self.problem.policy_returns(policies(chosen), len(chosen), self.seeds))
 
     def _returns(self, points: FloatArray, ask: Callable[[FloatArray], tuple[FloatArray, npt.NDArray[np.int64]]]) -> FloatArray:
-        known = min(len(points), len(self.track) - self._place)
-        values = [self.track.value(self._place + one, RETURN, points[one]) for one in range(known)]
+        known = min(len(points), len(self.record) - self._place)
+        values = [self.record.value(self._place + one, RETURN, points[one]) for one in range(known)]
         while len(values) < len(points) and (affordable := self.remaining_steps // (self.problem.steps * len(self.seeds))) > 0:
             chosen = points[len(values) : len(values) + affordable]
             found, steps = ask(chosen)
             for point, value, spent in zip(chosen, found.tolist(), steps.tolist(), strict=True):
-                refuse_unless_finite("return", value, self.track)
-                self.track.add(RETURN, point, value, spent)
+                refuse_unless_finite("return", value, self.record)
+                self.record.add(RETURN, point, value, spent)
                 values.append(value)
         self._place += len(values)
         if len(values) > known:
-            self.watch(self.track)
+            self.watch(self.record)
         if len(values) < len(points):
             raise BudgetSpentError
         return np.array(values)
 
     def value_and_slopes(self, point: FloatArray) -> tuple[float, FloatArray]:
         """Return a drive's smooth objective, averaged over the episodes, and its slopes, shape (size,); errors of `returns`."""
-        if self._place < len(self.track):
-            value, slopes = self.track.value(self._place, SLOPES, point), self.track.slopes(self._place)
+        if self._place < len(self.record):
+            value, slopes = self.record.value(self._place, SLOPES, point), self.record.slopes(self._place)
             self._place += 1
             return value, slopes
         cost = math.ceil(self.problem.gradient_runs * self.problem.steps * len(self.seeds))
@@ -134,19 +134,19 @@ class BudgetedEvaluator:
         except StepError:
             value, adjoints = _BROKEN, np.zeros((self.shape.steps, self.shape.entries))
         slopes = self.shape.pullback(point, adjoints)
-        refuse_unless_finite("objective", value, self.track)
-        refuse_unless_finite("largest slope of the objective", float(np.abs(slopes).max()), self.track)
-        self.track.add(SLOPES, point, value, cost, slopes)
+        refuse_unless_finite("objective", value, self.record)
+        refuse_unless_finite("largest slope of the objective", float(np.abs(slopes).max()), self.record)
+        self.record.add(SLOPES, point, value, cost, slopes)
         self._place += 1
-        self.watch(self.track)
+        self.watch(self.record)
         return value, slopes
 
 
-def refuse_unless_finite(what: str, value: float, track: TrialRecord) -> None:
+def refuse_unless_finite(what: str, value: float, record: TrialRecord) -> None:
     """`ExperimentError` for a number that nothing can be compared with."""
     if not math.isfinite(value):
         raise ExperimentError(
-            f"evaluation {len(track) + 1}: the {what} is {value}",
+            f"evaluation {len(record) + 1}: the {what} is {value}",
             expected="a finite number",
             hint="look at the task's parameters",
         )

@@ -35,7 +35,7 @@ class Picture:
 def pictures(result: StudyResult) -> dict[str, Picture]:
     """File name -> figure, in the order of the page."""
     drawn: dict[str, tuple[Figure, str]] = {}
-    if any(len(trial.track.curve()[0]) for trial in result.trials):
+    if any(len(trial.record.curve()[0]) for trial in result.trials):
         drawn["convergence"] = (
             _convergence(result),
             "Best return so far against the control steps that were simulated for it, every seed of a method in one colour; "
@@ -64,9 +64,9 @@ def _convergence(result: StudyResult) -> Figure:
     for place, label in enumerate(result.labels()):
         name: str | None = label
         for trial in result.trials:
-            spent, best = trial.track.curve()
+            spent, best = trial.record.curve()
             if trial.label == label and len(spent):
-                ends = np.append(spent, max(trial.track.spent, int(spent[-1])))
+                ends = np.append(spent, max(trial.record.spent, int(spent[-1])))
                 values = np.append(best, best[-1])
                 axes.step(ends, values, where="post", label=name, **line(place))
                 below.step(ends, np.where(values < top, top - values, np.nan), where="post", **line(place))
@@ -85,7 +85,7 @@ def _convergence(result: StudyResult) -> Figure:
 
 def _ends(result: StudyResult) -> list[float]:
     """Return what every trial and every baseline came to."""
-    found = [float(best[-1]) for trial in result.trials if len(best := trial.track.curve()[1])]
+    found = [float(best[-1]) for trial in result.trials if len(best := trial.record.curve()[1])]
     return [score.value for score in result.baselines.values()] + found
 
 

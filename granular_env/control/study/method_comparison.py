@@ -21,7 +21,7 @@ def verdicts(result: StudyResult) -> list[list[object]]:
         values = [trial.score.value for trial in trials if trial.score is not None]
         middle = statistics.median_low(values)
         beaten = ["yes" if middle > score.value else "no" for score in result.baselines.values()]
-        rows.append([label, middle, min(values), max(values), max(trial.track.spent for trial in trials), *beaten])
+        rows.append([label, middle, min(values), max(values), max(trial.record.spent for trial in trials), *beaten])
     return rows
 
 

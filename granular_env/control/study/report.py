@@ -60,7 +60,7 @@ def _trials(result: StudyResult) -> Markup:
         value: object = "none" if trial.score is None else trial.score.value
         counters = {} if trial.score is None else trial.score.episode.counters
         counts = ", ".join(f"{name} = {number:.4g}" for name, number in counters.items())
-        rows.append([trial.label, str(trial.seed), value, trial.track.spent, "yes" if trial.track.finished else "no", counts])
+        rows.append([trial.label, str(trial.seed), value, trial.record.spent, "yes" if trial.record.finished else "no", counts])
     head = ["method", "seed", "return", "control steps", "finished", "the task's numbers at the end of the first test episode"]
     commands = [f"granular-env replay {shlex.quote(str(trial.log))} --verify" for trial in result.trials if trial.log]
     return (

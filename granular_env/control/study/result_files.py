@@ -48,10 +48,10 @@ def _trial(trial: Trial, result: StudyResult) -> dict[str, Any]:
         "seed": trial.seed,
         "return": None if score is None else score.value,
         "spread": None if score is None else score.spread,
-        "search_return": trial.track.best_return if trial.track.best else None,
-        "control_steps": trial.track.spent,
-        "evaluations": len(trial.track),
-        "finished": trial.track.finished,
+        "search_return": trial.record.best_return if trial.record.best else None,
+        "control_steps": trial.record.spent,
+        "evaluations": len(trial.record),
+        "finished": trial.record.finished,
         "failure": trial.failure,
         "beats": {} if score is None else {name: score.value > other.value for name, other in result.baselines.items()},
         "counters": {} if score is None else dict(score.episode.counters),
@@ -65,7 +65,7 @@ def curves(result: StudyResult) -> str:
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(["method", "seed", "control_steps", "best_return"])
     for trial in result.trials:
-        spent, best = trial.track.curve()
+        spent, best = trial.record.curve()
         for place in range(len(best)):
             if place == 0 or place == len(best) - 1 or best[place] > best[place - 1]:
                 writer.writerow([trial.label, trial.seed, int(spent[place]), repr(float(best[place]))])

@@ -35,7 +35,7 @@ class Trial:
     Attributes:
         label: the method's name.
         seed: its seed.
-        track: everything that it evaluated.
+        record: everything that it evaluated.
         score: of its best; None where it found none.
         log: the recorded episode of its best, or None.
         faults: why it ended early; none where it did not.
@@ -43,7 +43,7 @@ class Trial:
 
     label: str
     seed: int
-    track: TrialRecord
+    record: TrialRecord
     score: Score | None
     log: Path | None
     faults: tuple[Fault, ...] = ()

@@ -198,27 +198,27 @@ class _Attempt:
         self._path = folder / "checkpoints" / f"{self._name}.trial"
         self._owner = {"study": study.identity, "method": method.label, "seed": seed}
         shape = dataclasses.replace(shape, knots=method.knots or shape.knots)
-        self._track = load_or_start(self._path, self._owner)
-        if self._track.spent > study.budget:
-            spent = f"got {study.budget}, but {self._name} has simulated {self._track.spent} control steps already"
+        self._record = load_or_start(self._path, self._owner)
+        if self._record.spent > study.budget:
+            spent = f"got {study.budget}, but {self._name} has simulated {self._record.spent} control steps already"
             hint = ("give at least that, or pass ", Option("overwrite"), " to start anew")
             raise ExperimentError(study.locate_fault(Fault(("budget",), spent, hint=hint)))
-        self._search = BudgetedEvaluator(problem, shape, seed, study.search_seeds, study.budget, self._track, self._watch)
+        self._search = BudgetedEvaluator(problem, shape, seed, study.search_seeds, study.budget, self._record, self._watch)
         self._saved = self._logged = perf_counter()
         self._wait, self._logged_best = _SAVED_EVERY, -np.inf
 
     def run(self) -> Trial:
         """Search, unless that has been done."""
-        track = self._track
-        if track.finished and track.notes.get("budget") == self._study.budget:
-            self._notify(self._name, self._study.budget, track.best_return)
+        record = self._record
+        if record.finished and record.notes.get("budget") == self._study.budget:
+            self._notify(self._name, self._study.budget, record.best_return)
             return self.finish()
-        track.finished = False
-        self._notify(self._name, track.spent, track.best_return)
+        record.finished = False
+        self._notify(self._name, record.spent, record.best_return)
         try:
             with contextlib.suppress(BudgetSpentError):
                 self._method.run(self._search)
-            track.finished, track.notes = True, {**track.notes, "budget": self._study.budget}
+            record.finished, record.notes = True, {**record.notes, "budget": self._study.budget}
         except (InterruptedByUserError, KeyboardInterrupt):
             self.interrupted = True
         except GranularError as error:
@@ -228,16 +228,16 @@ class _Attempt:
 
     def finish(self) -> Trial:
         """Judge the best so far, and record it."""
-        score = self._record() if self._track.best else None
+        score = self._log_best() if self._record.best else None
         log = self._log if score is not None and self._log.exists() else None
-        return Trial(self._method.label, self._seed, self._track, score, log, self._faults)
+        return Trial(self._method.label, self._seed, self._record, score, log, self._faults)
 
     @property
     def _log(self) -> Path:
         return self._folder / "logs" / f"{self._name}.mcap"
 
-    def _watch(self, track: TrialRecord) -> None:
-        self._notify(self._name, track.spent, track.best_return)
+    def _watch(self, record: TrialRecord) -> None:
+        self._notify(self._name, record.spent, record.best_return)
         if self._interrupt.pressed:
             raise InterruptedByUserError
         now = perf_counter()
@@ -246,17 +246,17 @@ class _Attempt:
             # A long record is written less often: at most a fiftieth of the time goes into it.
             self._saved = perf_counter()
             self._wait = max(_SAVED_EVERY, 50.0 * (self._saved - now))
-        if now - self._logged > _LOGGED_EVERY and track.best_return > self._logged_best:
-            self._record()
-            self._logged, self._logged_best = perf_counter(), track.best_return
+        if now - self._logged > _LOGGED_EVERY and record.best_return > self._logged_best:
+            self._log_best()
+            self._logged, self._logged_best = perf_counter(), record.best_return
 
     def _save(self) -> None:
-        self._track.save(self._path, self._owner)
+        self._record.save(self._path, self._owner)
 
-    def _record(self) -> Score:
+    def _log_best(self) -> Score:
         self._log.parent.mkdir(parents=True, exist_ok=True)
         try:
-            actor = self._method.actor(self._track.best, self._search, self._problem)
+            actor = self._method.actor(self._record.best, self._search, self._problem)
             return evaluate_actor(actor, self._problem, self._study, self._log)
         except (IndexError, KeyError, TypeError, ValueError) as error:
             if isinstance(error, GranularError):

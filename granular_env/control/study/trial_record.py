@@ -148,19 +148,19 @@ class TrialRecord:
 
     @classmethod
     def _from_arrays(cls, header: Mapping[str, Any], arrays: Mapping[str, npt.NDArray[Any]]) -> TrialRecord:
-        track = cls()
-        track._kinds, track._points = arrays["kinds"].tolist(), arrays["points"].tolist()
-        track._values, track._steps = arrays["values"].tolist(), arrays["steps"].tolist()
-        if len({len(track._kinds), len(track._points), len(track._values), len(track._steps)}) > 1:
+        record = cls()
+        record._kinds, record._points = arrays["kinds"].tolist(), arrays["points"].tolist()
+        record._values, record._steps = arrays["values"].tolist(), arrays["steps"].tolist()
+        if len({len(record._kinds), len(record._points), len(record._values), len(record._steps)}) > 1:
             raise ValueError("its columns have different lengths")
-        track._slopes = list(arrays["slopes"])
-        track.spent, track.finished, track.notes = sum(track._steps), bool(header["finished"]), dict(header["notes"])
-        track.best_return = -math.inf if header["best_return"] is None else float(header["best_return"])
+        record._slopes = list(arrays["slopes"])
+        record.spent, record.finished, record.notes = sum(record._steps), bool(header["finished"]), dict(header["notes"])
+        record.best_return = -math.inf if header["best_return"] is None else float(header["best_return"])
         for name, array in arrays.items():
             what, _, rest = name.partition("/")
             if what in ("best", "agent"):
-                getattr(track, what)[rest] = array
-        return track
+                getattr(record, what)[rest] = array
+        return record
 
 
 def load_or_start(path: Path, owner: Mapping[str, Any]) -> TrialRecord:

@@ -1,9 +1,9 @@
 """The records of a log: the names of its topics, and the self-checking block that is the content of each message.
 
-A log is an MCAP file. Its exact content is in the topics ``granular/...``: each message is one `packing` block that knows
-which log, which kind, which segment, which ticks and which number in its kind's sequence it is, so that a message that is
-missing, doubled, moved or from another log is noticed. A *segment* is an unbroken history: it begins with a reset or a
-restore, and with a snapshot.
+A log is an MCAP file. Its exact content is in the topics ``granular/...``: each message is one block of
+`support.serialization` that knows which log, which kind, which segment, which ticks and which number in its kind's sequence
+it is, so that a message that is missing, doubled, moved or from another log is noticed. A *segment* is an unbroken history: it
+begins with a reset or a restore, and with a snapshot.
 
 ===========  ==========================================================================================================
 header       the first message: component, parameters, experiment, versions, machine, what is recorded

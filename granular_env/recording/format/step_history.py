@@ -110,7 +110,7 @@ def steps_of(
 def raw_sets(
     record: Record, inputs: Sequence[str], profile_words: Mapping[int, int]
 ) -> dict[str, tuple[np.ndarray, np.ndarray]]:
-    """Return the arguments of `batch.step_digests` from a record that `steps_of` has validated."""
+    """Return the arguments of `digests.step_digests` from a record that `steps_of` has validated."""
     found = {}
     for label, name in enumerate(inputs):
         if f"{label}.steps" in record.arrays:

@@ -90,7 +90,7 @@ class Recorder:
         self._backlog = 0  # bytes being written
         self._error: GranularError | None = None
         self._continuation, self._preview_facts = continuation, {}
-        self._track = PreviewFrames(facts_of(component, title_of({"experiment": experiment, "component": component.name})))
+        self._preview = PreviewFrames(facts_of(component, title_of({"experiment": experiment, "component": component.name})))
         self._profiles = Profiles()
         self._batch = RecordBatch(-1, 0, 0)  # what the writing thread goes on with
         self._pool = BufferPool()
@@ -243,7 +243,7 @@ class Recorder:
         """Forget what was seen inside the step that failed, unless its parts were handed over; keep the reason."""
         with self._lock:
             last, self._samples, self._part_until = self._last, Samples(), -1
-            self._track.forget_from(last.frames)
+            self._preview.forget_from(last.frames)
             undone = max(last.tick - component.tick, 0)
             kind = "interrupted" if isinstance(error, KeyboardInterrupt) else "failed"
             self._note({"incident": kind, "kind": type(error).__name__, "message": str(error)[:4000], "undone_ticks": undone})
@@ -289,7 +289,7 @@ class Recorder:
             last = self._last
             if not isinstance(last, End) and not (self._items and isinstance(last, Start)):
                 self._items.append(End(last.place, last.tick, last.frames, last.events, component.save()))
-            preview = {**self._preview_facts, "stride": self._track.stride}
+            preview = {**self._preview_facts, "stride": self._preview.stride}
             self._closing_event = {"incident": "closed", "preview": preview, **closing_facts(component)}
 
     # -- inside the stepping thread ---------------------------------------------------------------------------------
@@ -304,7 +304,7 @@ class Recorder:
             place = Place(last.place.segment + 1, tick, last.place.age(last.tick))
         frames = last.frames - len(last.samples.frames) if isinstance(last, Start) and is_anew else last.frames
         # What was seen inside a step that is not recorded is forgotten.
-        self._track.forget_from(frames)
+        self._preview.forget_from(frames)
         samples.snapshots.append((tick, START, component.save()))
         samples.size += component.state_bytes
         samples.hashes.append((tick, hash_row(component, self._state, self._inputs)))
@@ -336,7 +336,7 @@ class Recorder:
         self._written_item = Start(place, tick, kept.frames, component.event_count, Samples())
         self._batch = empty_batch(place, tick)
         # What the preview shows beside the recorded variables is lost with the process that recorded them.
-        self._track, self._preview_facts = kept.preview(), FROM_FRAMES
+        self._preview, self._preview_facts = kept.preview(), FROM_FRAMES
         self._profiles.count, self._digests = kept.profiles, {}
         self._agenda.key = self._schedule.key_after(kept.key, place.age(kept.key))
         self.next_tick = self._agenda.after(tick, place.age(tick))
@@ -355,9 +355,9 @@ class Recorder:
     def _take_frame(self, component: Component, into: Samples, number: int, place: Place) -> None:
         balances = component.balance_values()
         values = [balances[name] if name in balances else self._pool.copy(component.peek(name)) for name in self._names]
-        if self._track.wants(number):
+        if self._preview.wants(number):
             time = nanoseconds(place.age(component.tick), component.step_size)
-            self._track.take(number, time, component, balances)
+            self._preview.take(number, time, component, balances)
         into.size += 100 + sum(8 * np.size(value) + 100 for value in values)
         into.frames.append((component.tick, values))
 
@@ -443,7 +443,7 @@ class Recorder:
         self._sink.add(record, nanoseconds(place.age(tick), self._component.step_size))
 
     def _write_end(self) -> None:
-        self._sink.add_preview(self._track.messages())
+        self._sink.add_preview(self._preview.messages())
         place, tick = self._written_item.place, self._written_item.tick
         row = (place.segment, tick, tick, 1, self._sink.number(INCIDENTS))
         time = nanoseconds(place.age(tick), self._component.step_size)

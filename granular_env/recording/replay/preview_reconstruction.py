@@ -33,17 +33,17 @@ class PreviewBuilder:
         stride = facts.get("stride") if isinstance(facts, dict) else None
         self._stride = stride if type(stride) is int and 1 <= stride < 2**53 else 0
         self._from_frames = isinstance(facts, dict) and facts.items() >= FROM_FRAMES.items()
-        self._track: PreviewFrames | None = None
+        self._preview: PreviewFrames | None = None
         self.missing = "" if log.records.closing is not None else "the preview"
         if self._stride and not self._from_frames:
-            self._track = PreviewFrames(facts_of(component, title_of(log.records.header)), self._stride)
+            self._preview = PreviewFrames(facts_of(component, title_of(log.records.header)), self._stride)
         elif not self._from_frames and not self.missing:
             raise damage("its end does not say how its preview was made", "incidents", log.path)
 
     def take(self, component: Component, balances: Mapping[str, Any], tick: int) -> None:
         """Show it a frame of the re-run, at a tick of the log's time."""
-        if self._track is not None and self._track.wants(self._number):
-            self._track.take(self._number, self._log.records.nanoseconds(tick), component, balances)
+        if self._preview is not None and self._preview.wants(self._number):
+            self._preview.take(self._number, self._log.records.nanoseconds(tick), component, balances)
         self._number += 1
 
     def difference(self) -> str:
@@ -52,10 +52,10 @@ class PreviewBuilder:
         Raises:
             LogError: the file holds records that its index does not name, or at other times.
         """
-        track = self._preview_of_frames() if self._from_frames else self._track
+        preview = self._preview_of_frames() if self._from_frames else self._preview
         messages = _preview_messages(self._log)
         try:
-            for mine in track.messages() if track is not None else ():
+            for mine in preview.messages() if preview is not None else ():
                 _compare(mine, next(messages, None))
             left = next(messages, None)
         except _PreviewDiffers as found:
@@ -88,13 +88,13 @@ def preview_of_frames(log: Log) -> PreviewFrames | None:
     units, wanted = facts.units, list(dict.fromkeys([*facts.units, *facts.sizes]))
     if not wanted or not log.segments:
         return None
-    track = PreviewFrames(facts)
+    preview = PreviewFrames(facts)
     ticks = _common_ticks(log, wanted)
     for number, tick in enumerate(ticks[:: max(1, -(-len(ticks) // _PICTURES))].tolist()):
         time = tick * log.step_size
         values = [log.get(name, time) for name in units]
-        track.add(number, log.records.nanoseconds(tick), values, {name: log.get(name, time) for name in facts.sizes})
-    return track
+        preview.add(number, log.records.nanoseconds(tick), values, {name: log.get(name, time) for name in facts.sizes})
+    return preview
 
 
 def preview_of_every(log: Log, count: int, stride: int = 1) -> PreviewFrames:
@@ -109,14 +109,14 @@ def preview_of_every(log: Log, count: int, stride: int = 1) -> PreviewFrames:
     capacity = PreviewFrames(facts).capacity
     while -(-count // stride) > capacity:
         stride *= 2
-    track, numbers = PreviewFrames(facts, stride), range(0, count, stride)
+    preview, numbers = PreviewFrames(facts, stride), range(0, count, stride)
     names = list(dict.fromkeys([*facts.units, *facts.sizes]))
     shown = zip(*(_frames_at(log, name, numbers) for name in names), strict=True)
     for number, frames in zip(numbers, shown, strict=True):
         values = {name: value for name, (_, value) in zip(names, frames, strict=True)}
         scalars = [float(values[name]) for name in facts.units]
-        track.add(number, log.records.nanoseconds(frames[0][0]), scalars, {name: values[name] for name in facts.sizes})
-    return track
+        preview.add(number, log.records.nanoseconds(frames[0][0]), scalars, {name: values[name] for name in facts.sizes})
+    return preview
 
 
 def _frames_at(log: Log, name: str, numbers: range) -> Iterator[tuple[int, np.ndarray]]:

@@ -1,4 +1,4 @@
-"""Pictures of a plane at some instants: points, links and cells where they are then, coloured by what colours them."""
+"""Pictures of bodies in a plane, or obliquely in space, at some instants: points, links and cells, coloured by an output."""
 
 from __future__ import annotations
 

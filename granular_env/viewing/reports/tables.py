@@ -200,7 +200,7 @@ def _short(value: Any) -> str:
         return ", ".join(_short(entry) for entry in value)
     if isinstance(value, dict):
         return ", ".join(f"{key} = {_short(entry)}" for key, entry in value.items())
-    return f"{value:.6g}" if isinstance(value, float) else "" if value is None else str(value)
+    return f"{value + 0.0:.6g}" if isinstance(value, float) else "" if value is None else str(value)  # no -0
 
 
 def experiment(log: Any) -> Markup:

@@ -51,13 +51,13 @@ class Reinforcement(MethodTable):
         from ..evaluator import BudgetSpentError
         from ..trial_record import TRAINING
 
-        rounds = search.track.count(TRAINING)
+        rounds = search.record.count(TRAINING)
         with one_thread():
             env = self._batch(search.problem, self.environments)
             # After a kill the noise is not that of the first rounds once more.
             model = self.algorithm(env, search.seed + 1000 * rounds)
-            if search.track.agent:
-                put_arrays(model, search.track.agent)
+            if search.record.agent:
+                put_arrays(model, search.record.agent)
                 model.num_timesteps = rounds * self.rollout * self.environments
             while True:
                 if rounds % self.evaluate_every == 0:
@@ -67,10 +67,10 @@ class Reinforcement(MethodTable):
                     raise BudgetSpentError
                 model.learn(self.rollout * self.environments, reset_num_timesteps=False, log_interval=None)
                 # An action that the end of an episode cuts short counts in full.
-                search.track.add(TRAINING, None, 0.0, self.rollout * self.environments * self.hold)
-                search.track.agent = arrays_of(model)
+                search.record.add(TRAINING, None, 0.0, self.rollout * self.environments * self.hold)
+                search.record.agent = arrays_of(model)
                 rounds += 1
-                search.watch(search.track)
+                search.watch(search.record)
 
     def _evaluate(self, model: Any, search: BudgetedEvaluator) -> None:
         from ..evaluator import refuse_unless_finite
@@ -80,10 +80,10 @@ class Reinforcement(MethodTable):
             return
         policies = self._policy(model, search.problem)
         values, steps = search.problem.policy_returns(lambda episodes: policies, 1, search.seeds)
-        refuse_unless_finite("return", float(values[0]), search.track)
-        search.track.add(RETURN, None, float(values[0]), int(steps[0]))
-        if values[0] > search.track.best_return:
-            search.track.keep(module_arrays(model.policy), float(values[0]))
+        refuse_unless_finite("return", float(values[0]), search.record)
+        search.record.add(RETURN, None, float(values[0]), int(steps[0]))
+        if values[0] > search.record.best_return:
+            search.record.keep(module_arrays(model.policy), float(values[0]))
 
     def actor(self, best: Arrays, search: BudgetedEvaluator, problem: Problem) -> Any:
         """Return the best policy as an agent."""

@@ -1,6 +1,6 @@
+from .derivative_check import check_objective
 from .finite_differences import Difference, central_differences
 from .gradient import value_and_grad
-from .objective_check import check_objective
 from .objective_terms import (
     Objective,
     Quantity,

@@ -1,4 +1,4 @@
-"""The check of a task of one's own: an episode with its kernels on arrays that notice a slip."""
+"""The check of a task of one's own: a random episode, its kernels uncompiled on arrays that notice a wrong index or write."""
 
 from __future__ import annotations
 

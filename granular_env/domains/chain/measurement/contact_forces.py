@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from granular_env.components.chain import kernels, layout
+from granular_env.components.chain import equations_of_motion as equations
+from granular_env.components.chain import layout
 from granular_env.components.chain.laws import Law
 from granular_env.components.chain.laws import placeholders as law_functions
 from granular_env.components.chain.specialisation import specialise
@@ -40,7 +41,7 @@ def _chain(law: Law, stiffness: FloatArray, constants: FloatArray) -> FloatArray
     a[layout.LAW_CONSTANTS : layout.LAW_CONSTANTS + constants.shape[1], places] = constants.T
     a[layout.SCALARS, layout.GRAINS], a[layout.SCALARS, layout.EXPONENT] = len(stiffness) - 1, law.exponent
     if law.has_history:
-        specialise(kernels.begin_histories, type(law))(a)
+        specialise(equations.begin_histories, type(law))(a)
     return a
 
 
@@ -51,6 +52,6 @@ def _fill(a, overlap, velocity, force, energy):
     for t in range(len(overlap)):
         a[layout.REST_OVERLAP, : grains + 1] = overlap[t]
         a[layout.V, 1 : grains + 1] = velocity[t]
-        kernels.contact_forces(a, layout.U, layout.V, force[t])
+        equations.contact_forces(a, layout.U, layout.V, force[t])
         for j in range(grains + 1):
-            energy[t, j] = law_functions.energy(a, j, kernels.pressed(overlap[t, j]))
+            energy[t, j] = law_functions.energy(a, j, equations.pressed(overlap[t, j]))

@@ -1,4 +1,4 @@
-"""Zigzags of a hexagonal packing that meet the grid: which faces of automata its nodes carry; see `automata.tied_faces`."""
+"""Faces of automata that the grid carries along, where a hexagonal packing meets it in a zigzag; see `automata.tied_faces`."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Values and whole documents as TOML, and changes of single keys in a file that people wrote.
+"""Writing of TOML: values, whole documents, and one key changed in a file that keeps its comments.
 
 Files keep their comments when a key changes: tomlkit edits their text. Whole documents are written by the functions here, since
 the time that tomlkit takes to build a list grows with the square of its length (11 s for 8000 numbers).

@@ -1,4 +1,4 @@
-"""Kernels that all integrators of the chain share: forces in the contacts, the ends, the tallies.
+"""Equations of motion, as all integrators of the chain share them: forces in the contacts, the ends, the tallies.
 
 A chain is one `table` of numbers. One table instead of many arrays keeps a call from Python cheap, and row numbers instead
 of row views keep short chains fast (each view costs as much as several grains). Columns in the long loops are unsigned:

@@ -1,4 +1,4 @@
-"""The check of an objective: its `pullback` against its `note`, and the slopes of its `value`, entry by entry."""
+"""The check of an objective's hand-written derivatives, entry by entry, against difference quotients."""
 
 from __future__ import annotations
 
