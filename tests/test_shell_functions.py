@@ -12,6 +12,7 @@ import granular_env as ge
 from granular_env.components.shell.geometry.bodies import Plate, Rod, Tube
 from granular_env.components.shell.geometry.lattice import Lattice
 from granular_env.components.shell.geometry.lattice_axis import closed_axis, even_axis
+from granular_env.components.shell.neighbour_lists import lengthen, shorten
 from granular_env.components.shell.quadrature import gauss_points, integration_points
 from granular_env.components.shell.shape_functions import UnspannedBasisError, decompose, quartic_spline, solve
 from granular_env.components.shell.stencils import make_stencils
@@ -23,6 +24,16 @@ BODIES = {
     "half-tube": Tube(along=4, around=13, half=True),
     "rod": Rod(along=5, across=4),
 }
+
+
+@pytest.mark.parametrize(("spread", "kind"), [(255, np.uint8), (256, np.uint16), (65_535, np.uint16), (65_536, np.uint32)])
+def test_lists_of_neighbours_are_kept_in_the_fewest_bytes_that_hold_them(spread: int, kind: type) -> None:
+    begin = np.array([0, 2, 2, 5], dtype=np.uint32)
+    numbers = np.array([3_000_000_000, 3_000_000_000 + spread, 7, 9, 8], dtype=np.uint32)
+    lowest, steps = shorten(begin, numbers)
+    assert lowest.tolist() == [3_000_000_000, 0, 7]
+    assert steps.dtype == kind
+    assert np.array_equal(lengthen(begin, lowest, steps), numbers)
 
 
 def value_matrix(nodes: int, stencils: Any) -> np.ndarray:

@@ -30,9 +30,9 @@ from .stability import CRACKED, WALL_STIFFNESS, highest_frequency
 
 _STATE = ("displacement", "velocity", "force", "gradient", "stress", "plastic_strain", "temperature", "plastic_work", "area")
 # What a node, and an integration point, take: tables, state, its copy, scratch, and the stencils by which fields are read.
-_BYTES_OF_NODE, _BYTES_OF_POINT = 510, 540
+_BYTES_OF_NODE, _BYTES_OF_POINT = 395, 540
 # What a node takes besides where the body can break: its points, pairs and surfaces, whole and as they are.
-_BYTES_OF_BREAKING = 165
+_BYTES_OF_BREAKING = 135
 _POINTS_OF_CELL: dict[RuleName, int] = {"column": 1, "cell": 4}
 # Status -> what happened, and to which output.
 _FAILURES = {
@@ -235,7 +235,7 @@ class Shell(Component):
         if self._breaking is not None:
             return self._breaking.node_field(self._block, parameters)
         some, out = self.assembly.node_stencils, np.zeros_like(parameters)
-        kernels.interpolate(some.begin, some.nodes, some.kind, some.first, some.values, parameters, out)
+        kernels.interpolate(some.begin, some.lowest, some.steps, some.kind, some.first, some.values, parameters, out)
         return out
 
     def _at_nodes(self, values: FloatArray) -> FloatArray:
@@ -290,7 +290,7 @@ class Shell(Component):
         for row, column in enumerate(self._gauges):
             node = self.surface_nodes[column]
             first = int(some.first[some.kind[node]])
-            u = self._state.displacement[some.nodes[some.begin[node] : some.begin[node + 1]]]
+            u = self._state.displacement[some.neighbours(int(node))]
             gradients = some.gradients[first : first + len(u)]
             sine, cosine = self._turn_of_column(int(column))
             for k, axis in enumerate(([1.0, 0.0, 0.0], [0.0, cosine, -sine])):

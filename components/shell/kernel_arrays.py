@@ -12,11 +12,10 @@ import numpy.typing as npt
 
 from ..materials.thermoviscoplastic import FlowConstants
 from ..support.float_arrays import FloatArray
+from .neighbour_lists import IndexArray as IndexArray
+from .neighbour_lists import SmallArray
 
-IndexArray = npt.NDArray[np.uint32]
 IntArray = npt.NDArray[np.int64]
-# Of a point that would see more nodes than that no stencil could be kept.
-SlotArray = npt.NDArray[np.uint16]
 # Columns, -1 for none.
 ColumnArray = npt.NDArray[np.int32]
 
@@ -26,16 +25,18 @@ class Body(NamedTuple):
 
     Attributes:
         mass: shape (n,) [kg].
-        begin: where the neighbours of each point begin in `nodes`, and the end of the last, shape (m + 1,).
-        nodes: neighbours of the points, shape (entries,).
+        begin: where the neighbours of each point begin in `steps`, and the end of the last, shape (m + 1,).
+        lowest: the neighbour of each point that has the least number, shape (m,).
+        steps: neighbours of the points, counted from the lowest one, shape (entries,).
         kind: number of each point's stencil, shape (m,).
         first: where each stencil begins in `gradients`, shape (stencils + 1,).
         gradients: of the shape functions in the frame of the point, shape (rows, 3) [1/m].
         along: by what the gradients along the body are multiplied at each point, shape (m,).
         volume: of the points, shape (m,) [m^3].
         sine, cosine: of the angle by which the frame of a point is turned, shape (m,).
-        seen_begin: where the points that see each node begin in `seen_point`, and the end of the last, shape (n + 1,).
-        seen_point: points that see the nodes, in ascending order for each, shape (entries,).
+        seen_begin: where the points that see each node begin in `seen_steps`, and the end of the last, shape (n + 1,).
+        seen_lowest: the point with the least number that sees each node, shape (n,).
+        seen_steps: points that see the nodes, counted from that one, in ascending order for each, shape (entries,).
         seen_slot: which neighbour the node is of that point, shape (entries,).
         prescribed: 0 where the velocity of a node is free, otherwise 1 + the first column of its signal, shape (n, 3).
         bounce: stiffness of a rigid wall against each node, shape (n,) [N/m]; (0,) where there is none.
@@ -43,7 +44,8 @@ class Body(NamedTuple):
 
     mass: FloatArray
     begin: IndexArray
-    nodes: IndexArray
+    lowest: IndexArray
+    steps: SmallArray
     kind: IndexArray
     first: IndexArray
     gradients: FloatArray
@@ -52,8 +54,9 @@ class Body(NamedTuple):
     sine: FloatArray
     cosine: FloatArray
     seen_begin: IndexArray
-    seen_point: IndexArray
-    seen_slot: SlotArray
+    seen_lowest: IndexArray
+    seen_steps: SmallArray
+    seen_slot: SmallArray
     prescribed: npt.NDArray[np.uint8]
     bounce: FloatArray
 

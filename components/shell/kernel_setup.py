@@ -12,7 +12,8 @@ from ..support.float_arrays import FloatArray
 from .boundaries import Conditions, edge_nodes, make_conditions
 from .geometry.lattice import Lattice
 from .hourglass import make_hourglass
-from .kernel_arrays import Body, ColumnArray, Hourglass, IndexArray, IntArray, SlotArray, Solid, Surface
+from .kernel_arrays import Body, ColumnArray, Hourglass, IndexArray, IntArray, Solid, Surface
+from .neighbour_lists import SmallArray, in_few_bytes, shorten
 from .parameters import ShellParameters
 from .quadrature import IntegrationPoints, LinePoints, integration_points, points_at_planes
 from .shape_functions import UnspannedBasisError
@@ -71,10 +72,10 @@ def _assemble(p: ShellParameters) -> Assembly:
     node_stencils = spanned_stencils(p, lattice, lines, lattice.places)
     conditions = make_conditions(p.body, lattice, p.boundaries)
     mass = p.material.density * lattice.volumes
-    seen_begin, seen_point, seen_slot = transpose(stencils, lattice.node_count)
     body = Body(
-        mass, stencils.begin, stencils.nodes, stencils.kind, stencils.first, stencils.gradients, stencils.along, points.volume,
-        points.sine, points.cosine, seen_begin, seen_point, seen_slot, conditions.prescribed, np.zeros(0),
+        mass, stencils.begin, stencils.lowest, stencils.steps, stencils.kind, stencils.first, stencils.gradients,
+        stencils.along, points.volume, points.sine, points.cosine, *transpose(stencils, lattice.node_count),
+        conditions.prescribed, np.zeros(0),
     )  # fmt: skip
     solid = Solid(
         body, chosen_hourglass(p, lattice), inner_surface(lattice), p.material.constants(1.0), False, 1.0,
@@ -129,15 +130,14 @@ def refuse_soft_rule(p: ShellParameters) -> None:
         )  # fmt: skip
 
 
-def transpose(stencils: Stencils, nodes: int) -> tuple[IndexArray, IndexArray, SlotArray]:
-    """Return for each node where its list begins, the points that see it in ascending order, and which neighbour it is."""
-    begin = stencils.begin.astype(np.int64)
-    order = np.argsort(stencils.nodes, kind="stable")
-    counts = np.bincount(stencils.nodes, minlength=nodes)
+def transpose(stencils: Stencils, nodes: int) -> tuple[IndexArray, IndexArray, SmallArray, SmallArray]:
+    """Return where the list of each node begins, the points that see it, ascending, and which neighbour it is of them."""
+    begin, seen = stencils.begin.astype(np.int64), stencils.nodes
+    order = np.argsort(seen, kind="stable")
     point = np.repeat(np.arange(len(begin) - 1, dtype=np.uint32), np.diff(begin))[order]
-    slot = (order - begin[point]).astype(np.uint16)
-    ends = np.concatenate([[0], np.cumsum(counts)])
-    return ends.astype(np.uint32), point, slot
+    slot = in_few_bytes(order - begin[point])
+    ends = np.concatenate([[0], np.cumsum(np.bincount(seen, minlength=nodes))]).astype(np.uint32)
+    return ends, *shorten(ends, point), slot
 
 
 def chosen_hourglass(p: ShellParameters, lattice: Lattice) -> Hourglass:

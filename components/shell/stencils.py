@@ -16,6 +16,7 @@ import numpy.typing as npt
 from ..support.float_arrays import FloatArray
 from .geometry.lattice import Lattice
 from .geometry.lattice_axis import Axis, IntArray
+from .neighbour_lists import IndexArray, SmallArray, lengthen, shorten
 from .quadrature import LinePoints
 from .shape_functions import BasisName, UnspannedBasisError, moving_least_squares, quartic_spline
 
@@ -24,8 +25,9 @@ class Stencils(NamedTuple):
     """Neighbours of m points, and their shape functions; s kinds of neighbourhood.
 
     Attributes:
-        begin: where the neighbours of each point begin in `nodes`, and the end of the last, shape (m + 1,).
-        nodes: the neighbours, shape (entries,).
+        begin: where the neighbours of each point begin in `steps`, and the end of the last, shape (m + 1,).
+        lowest: the neighbour of each point that has the least number, shape (m,).
+        steps: the neighbours, counted from the lowest one of their point, shape (entries,).
         kind: number of each point's stencil, shape (m,).
         first: where each stencil begins in the two tables, and the end of the last, shape (s + 1,).
         values: shape functions, shape (rows,).
@@ -34,13 +36,27 @@ class Stencils(NamedTuple):
             was computed over that at the point.
     """
 
-    begin: npt.NDArray[np.uint32]
-    nodes: npt.NDArray[np.uint32]
-    kind: npt.NDArray[np.uint32]
-    first: npt.NDArray[np.uint32]
+    begin: IndexArray
+    lowest: IndexArray
+    steps: SmallArray
+    kind: IndexArray
+    first: IndexArray
     values: FloatArray
     gradients: FloatArray
     along: FloatArray
+
+    @property
+    def nodes(self) -> IndexArray:
+        """The neighbours of all points, shape (entries,)."""
+        return lengthen(self.begin, self.lowest, self.steps)
+
+    def neighbours(self, point: int) -> IndexArray:
+        """Return the neighbours of a point."""
+        return self.lowest[point] + self.steps[self.begin[point] : self.begin[point + 1]]
+
+    def counts(self, points: IntArray) -> IntArray:
+        """Return how many neighbours some points have."""
+        return self.begin[points + 1].astype(np.int64) - self.begin[points]
 
 
 # Spacings that differ by less than this part, which is rounding, are the same.
@@ -138,7 +154,8 @@ def _replace(even: Stencils, picked: IntArray, nodes: IntArray, there: _Marks, r
     first = np.concatenate([even.first[:-1], even.first[-1] + _ends(own)]).astype(np.uint32)
     values, gradients = (np.concatenate(pair) for pair in zip((even.values, even.gradients), rows, strict=True))
     along = np.where(is_own, 1.0, even.along)
-    return Stencils(_ends(counts), mixed, kind, first, values, gradients, along)
+    begin = _ends(counts)
+    return Stencils(begin, *shorten(begin, mixed), kind, first, values, gradients, along)
 
 
 def _stencils_at(
@@ -225,9 +242,12 @@ def _product_stencils(
     ).ravel()
     counts = present.sum(axis=1)
     nodes, there = _neighbours(lattice, rows)
+    begin = _ends(there.sum(axis=1))
+    lowest, steps = shorten(begin, nodes[there])
     return Stencils(
-        begin=_ends(there.sum(axis=1)),
-        nodes=nodes[there].astype(np.uint32),
+        begin=begin,
+        lowest=lowest,
+        steps=steps,
         kind=kind.astype(np.uint32),
         first=_ends(counts),
         values=values.T[present],

@@ -16,7 +16,7 @@ from ...events import EventDetail
 from ...state_block import Block
 from ...support.float_arrays import FloatArray
 from .. import kernels, parallel_steps
-from ..kernel_arrays import IntArray, Scratch, Solid, State
+from ..kernel_arrays import ColumnArray, IntArray, Scratch, Solid, State
 from ..kernel_setup import Assembly, station_means, surface_quads
 from ..parameters import ShellParameters
 from .cracks import Cracks, Parting
@@ -204,7 +204,7 @@ class BreakingBody:
             columns = np.unique(np.concatenate([own, tied.partner[own].ravel()])).astype(np.int64)
             columns = columns[columns >= 0]
             points = (columns[:, None] * tied.points + np.arange(tied.points)).ravel()
-        seen = [some.nodes[some.begin[p] : some.begin[p + 1]] for p in points]
+        seen = [some.neighbours(p) for p in points.tolist()]
         return points, columns, np.unique(np.concatenate([*seen, np.zeros(0, np.uint32)])).astype(np.int64)
 
     def _note(self, block: Block, parting: Parting, tick: int, add_event: AddEvent) -> None:
@@ -253,18 +253,17 @@ class BreakingBody:
         if len(facets) > known:
             changed = np.unique(np.concatenate([seen.hide(facet) for facet in facets[known:]]))
             for node in changed[~seen.rebuild(changed)]:
-                begin, end = (int(one) for one in seen.begin[node : node + 2])
-                row = int(seen.first[seen.kind[node]])
-                seen.values[row : row + end - begin] = seen.nodes[begin:end] == node
+                neighbours, row = self._assembly.node_stencils.neighbours(node), int(seen.first[seen.kind[node]])
+                seen.values[row : row + len(neighbours)] = neighbours == node
         self._seen_facets = facets.copy()
         out = np.zeros_like(parameters)
-        kernels.interpolate(seen.begin, seen.nodes, seen.kind, seen.first, seen.values, parameters, out)
+        kernels.interpolate(seen.begin, seen.lowest, seen.steps, seen.kind, seen.first, seen.values, parameters, out)
         return out
 
     def point_field(self, parameters: FloatArray) -> FloatArray:
         """Return a field at the points; 0 at eroded ones."""
         body, out = self.cracks.solid.body, np.zeros((self.point_count, 3))
-        kernels.interpolate(body.begin, body.nodes, body.kind, body.first, self.values, parameters, out)
+        kernels.interpolate(body.begin, body.lowest, body.steps, body.kind, body.first, self.values, parameters, out)
         return out
 
     @property
@@ -379,23 +378,23 @@ class BreakingBody:
         return {name: following(read) for name, read in readers.items()}
 
     @cached_property
-    def surface_pairs(self) -> IntArray:
+    def surface_pairs(self) -> ColumnArray:
         """Columns that lie next to each other, along and across, shape (links, 2)."""
         around = self._assembly.solid.surface.around.astype(np.int64)
         own = np.arange(len(around))
         ahead = [np.stack([own, around[:, side]], axis=1)[around[:, side] != own] for side in (1, 3)]
-        return np.concatenate(ahead)
+        return np.concatenate(ahead).astype(np.int32)
 
     @cached_property
-    def _cell_links(self) -> IntArray:
+    def _cell_links(self) -> ColumnArray:
         """Links that are the edges of each cell of the surface, shape (cells, 4)."""
-        links = np.sort(self.surface_pairs, axis=1)
+        links = np.sort(self.surface_pairs.astype(np.int64), axis=1)
         cells = surface_quads(self._assembly.lattice)
         edges = np.sort(np.stack([cells, np.roll(cells, -1, axis=1)], axis=2), axis=2)
         columns = len(self._assembly.solid.surface.around)
         keys, wanted = links[:, 0] * columns + links[:, 1], edges[..., 0] * columns + edges[..., 1]
         order = np.argsort(keys)
-        return order[np.searchsorted(keys[order], wanted)]
+        return order[np.searchsorted(keys[order], wanted)].astype(np.int32)
 
     def _surface_links(self) -> FloatArray:
         """Return 1 for each of `surface_pairs` that hold together, 0 with a crack between, or where nothing bears one."""

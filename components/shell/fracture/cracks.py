@@ -11,6 +11,7 @@ import numpy.typing as npt
 from ...support.float_arrays import FloatArray
 from ..geometry.lattice import Lattice
 from ..kernel_arrays import ColumnArray, IndexArray, IntArray, Solid, State
+from ..neighbour_lists import SmallArray, shorten
 from ..quadrature import IntegrationPoints
 from ..stencils import Stencils
 from .compiled_shape_functions import write_hold
@@ -197,7 +198,7 @@ class Cracks:
     def _loosen(self, points: IntArray, loosened: list[int]) -> set[int]:
         """Hide the nodes near some points that hardly any point sees any more; return the points that lose them."""
         seen, body = self.visibility, self._whole.body
-        nodes = np.unique(np.concatenate([seen.nodes[seen.begin[p] : seen.begin[p + 1]] for p in points])).astype(np.int64)
+        nodes = np.unique(np.concatenate([self._stencils.neighbours(p) for p in points])).astype(np.int64)
         hold = np.zeros(len(nodes))
         write_hold(body, seen.kind, seen.first, seen.values, nodes, hold)
         losing = set[int]()
@@ -212,7 +213,7 @@ class Cracks:
         """Hide a node from all points; return those that saw it."""
         body, seen = self._whole.body, self.visibility
         entries = slice(int(body.seen_begin[node]), int(body.seen_begin[node + 1]))
-        points = body.seen_point[entries].astype(np.int64)
+        points = body.seen_lowest[node].astype(np.int64) + body.seen_steps[entries]
         places = seen.begin[points].astype(np.int64) + body.seen_slot[entries]
         saw = ~seen.hidden[places]
         seen.hidden[places] = True
@@ -263,7 +264,7 @@ class Cracks:
     def _open_side(self, p: int, normal: FloatArray) -> int:
         """Return the side on which a point has lost more neighbours; 0 for none."""
         begin, end = (int(one) for one in self._stencils.begin[p : p + 2])
-        lost = self._stencils.nodes[begin:end][self.visibility.hidden[begin:end]].astype(np.int64)
+        lost = self._stencils.neighbours(p)[self.visibility.hidden[begin:end]].astype(np.int64)
         _, m, layers = self._lattice.shape
         offsets = np.stack([lost // (m * layers), lost // layers % m, self._lattice.heights(lost)], axis=-1) - self._places[p]
         if self._lattice.axes[1].closed:
@@ -306,7 +307,7 @@ class Cracks:
     def _stiffness(self, points: IntArray) -> FloatArray:
         """Return V sum |grad N_J|^2 / m_J of points: their share of the squared frequency, over that of sound."""
         some, body = self._stencils, self._whole.body
-        counts = np.diff(some.begin.astype(np.int64))[points]
+        counts = some.counts(points)
         entry = np.repeat(some.begin[points].astype(np.int64) - np.cumsum(counts) + counts, counts) + np.arange(counts.sum())
         row = np.repeat(
             self.visibility.first[self.visibility.kind[points]].astype(np.int64) - np.cumsum(counts) + counts, counts
@@ -314,7 +315,8 @@ class Cracks:
         gradients = self.visibility.gradients[row + np.arange(counts.sum())]
         owner = np.repeat(np.arange(len(points)), counts)
         gradients[:, 0] *= self.visibility.along[points][owner]
-        terms = (gradients * gradients).sum(axis=1) / body.mass[some.nodes[entry]]
+        nodes = np.repeat(some.lowest[points], counts) + some.steps[entry]
+        terms = (gradients * gradients).sum(axis=1) / body.mass[nodes]
         return body.volume[points] * np.bincount(owner, weights=terms, minlength=len(points))
 
     # -- tables -----------------------------------------------------------------------------------------------------
@@ -331,12 +333,13 @@ class Cracks:
             body=body, hourglass=whole.hourglass._replace(partner=self._ties()), surface=whole.surface._replace(around=around)
         )
 
-    def _find_connected(self) -> tuple[IndexArray, IndexArray]:
+    def _find_connected(self) -> tuple[IndexArray, IndexArray, SmallArray]:
         """Return what each point connects before any crack, as `label_columns` takes it."""
         some = self._stencils
-        ends, columns = np.zeros(len(some.kind) + 1, dtype=np.uint32), np.zeros(len(some.nodes), dtype=np.uint32)
-        find_connected(some.begin, some.nodes, some.kind, some.first, some.values, self._lattice.shape[2], ends, columns)
-        return ends, columns[: ends[-1]].copy()
+        ends, columns = np.zeros(len(some.kind) + 1, dtype=np.uint32), np.zeros(len(some.steps), dtype=np.uint32)
+        layers = self._lattice.shape[2]
+        find_connected(some.begin, some.lowest, some.steps, some.kind, some.first, some.values, layers, ends, columns)
+        return ends, *shorten(ends, columns[: ends[-1]])
 
     def _label_pieces(self) -> tuple[IntArray, Marks]:
         """Return the number of the piece of each column, that of its first column, and whether anything bears it."""
@@ -349,8 +352,9 @@ class Cracks:
         seen = self.visibility
         shared, connected = len(self._stencils.first) - 1, self._connected
         label_columns(
-            seen.begin, seen.nodes, seen.kind, seen.first, seen.values, blind, layers, shared, *connected, labels, borne
-        )
+            seen.begin, seen.lowest, seen.steps, seen.kind, seen.first, seen.values, blind, layers, shared, *connected, labels,
+            borne,
+        )  # fmt: skip
         return labels, borne
 
     @property

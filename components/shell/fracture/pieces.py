@@ -17,12 +17,13 @@ _CONNECTS = 0.01
 
 
 @jit
-def find_connected(begin, nodes, kind, first_rows, values, layers, ends, columns):
+def find_connected(begin, lowest, steps, kind, first_rows, values, layers, ends, columns):
     """Write the columns of which points of a body without cracks see a node, one point after the other.
 
     Args:
         begin: where the neighbours of each point begin, shape (m + 1,).
-        nodes: the neighbours, shape (entries,).
+        lowest: the least neighbour of each point, shape (m,).
+        steps: the neighbours, counted from the least one, shape (entries,).
         kind: number of each point's rows, shape (m,).
         first_rows: where those begin, shape (kinds,).
         values: shape functions, shape (rows,).
@@ -34,22 +35,25 @@ def find_connected(begin, nodes, kind, first_rows, values, layers, ends, columns
     for p in range(kind.size):
         last = -1
         for entry in range(begin[p], begin[p + 1]):
-            if abs(values[first_rows[kind[p]] + entry - begin[p]]) > _CONNECTS and nodes[entry] // layers != last:
-                last = nodes[entry] // layers
-                columns[count] = last
+            column = np.int64(lowest[p] + steps[entry]) // layers
+            if abs(values[first_rows[kind[p]] + entry - begin[p]]) > _CONNECTS and column != last:
+                columns[count] = last = column
                 count += 1
         ends[p + 1] = count
 
 
 @jit
-def label_columns(begin, nodes, kind, first_rows, values, blind, layers, shared, ends, columns, labels, borne):
+def label_columns(
+    begin, lowest, steps, kind, first_rows, values, blind, layers, shared, ends, first_column, columns, labels, borne
+):
     """Write for each column of nodes the first column that points connect with it.
 
     A point that bears stress connects all columns of which it sees a node, unless it hardly does.
 
     Args:
         begin: where the neighbours of each point begin, shape (m + 1,).
-        nodes: the neighbours, shape (entries,).
+        lowest: the least neighbour of each point, shape (m,).
+        steps: the neighbours, counted from the least one, shape (entries,).
         kind: number of each point's rows, shape (m,).
         first_rows: where those begin, shape (kinds,).
         values: shape functions, shape (rows,).
@@ -57,7 +61,8 @@ def label_columns(begin, nodes, kind, first_rows, values, blind, layers, shared,
         layers: nodes of a column.
         shared: points of a smaller kind see what they saw before any crack.
         ends: where the columns that each of those connects end, see `find_connected`, shape (m + 1,).
-        columns: these columns.
+        first_column: the least of them of each point, shape (m,).
+        columns: these columns, counted from the least one of their point.
         labels: written, shape (columns,).
         borne: written: whether any point sees each column, shape (columns,).
     """
@@ -73,11 +78,11 @@ def label_columns(begin, nodes, kind, first_rows, values, blind, layers, shared,
             from_entry, to_entry = np.int64(ends[p]), np.int64(ends[p + 1])
         for entry in range(from_entry, to_entry):
             if plain:
-                column = np.int64(columns[entry])
+                column = np.int64(first_column[p] + columns[entry])
             else:
                 if not abs(values[first_rows[kind[p]] + entry - begin[p]]) > _CONNECTS:
                     continue
-                column = np.int64(nodes[entry] // layers)
+                column = np.int64(lowest[p] + steps[entry]) // layers
                 if column == last:
                     continue
                 last = column

@@ -7,7 +7,7 @@ import numpy.typing as npt
 
 from ...support.float_arrays import FloatArray
 from ..geometry.lattice import Lattice
-from ..kernel_arrays import IntArray
+from ..kernel_arrays import IndexArray, IntArray
 from ..shape_functions import BasisName
 from ..stencils import Stencils, weights_at
 from .compiled_shape_functions import least_squares_rows
@@ -25,8 +25,8 @@ class Visibility:
     its own in the tables, at their end.
 
     Attributes:
-        begin, nodes, kind, first, values, gradients, along: as in `Stencils`, with rows of its own for a point that has lost
-            any; `gradients` are without these rows where nobody wants them.
+        begin, lowest, steps, kind, first, values, gradients, along: as in `Stencils`, with rows of its own for a point that
+            has lost any; `gradients` are without these rows where nobody wants them.
     """
 
     def __init__(
@@ -36,8 +36,7 @@ class Visibility:
         """Take the points, at fractional indices `places`, shape (m, 3), and their stencils without any crack."""
         self._lattice, self._places, self._stencils, self._has_gradients = lattice, places, stencils, has_gradients
         self._radius, self._basis = radius, basis
-        self.begin, self.nodes = stencils.begin, stencils.nodes
-        self._counts = np.diff(stencils.begin.astype(np.int64))
+        self.begin, self.lowest, self.steps = stencils.begin, stencils.lowest, stencils.steps
         self._order = _bins(lattice, places)
         ring = lattice.axes[1]
         period = ring.count if ring.closed else 0
@@ -47,7 +46,7 @@ class Visibility:
     def clear(self) -> None:
         """Go back to where nothing is hidden."""
         even = self._stencils
-        self.hidden = np.zeros(len(even.nodes), dtype=bool)
+        self.hidden = np.zeros(len(even.steps), dtype=bool)
         self.kind, self.first = even.kind.copy(), even.first.copy()
         self.values, self.gradients, self.along = even.values, even.gradients, even.along.copy()
         self._kinds, self._rows = len(even.first) - 1, len(even.values)
@@ -61,13 +60,13 @@ class Visibility:
         around = np.unique(around % ring.count) if ring.closed else around[(around >= 0) & (around < ring.count)]
         begin, order = self._order
         cells = (np.arange(first, last + 1)[:, None] * ring.count + around).ravel()
-        return np.concatenate([order[begin[cell] : begin[cell + 1]] for cell in cells])
+        return np.concatenate([order[begin[cell] : begin[cell + 1]] for cell in cells]).astype(np.int64)
 
     def hide(self, facet: FloatArray) -> IntArray:
         """Hide neighbours behind a facet; return the points that lose any, ascending."""
         points = self.near(facet[1:4])
         some = self._stencils
-        count = mark_hidden(facet, self.table, some.begin, some.nodes, self._places, points, self.hidden)
+        count = mark_hidden(facet, self.table, some.begin, some.lowest, some.steps, self._places, points, self.hidden)
         return np.sort(points[:count])
 
     def is_sound_behind(self, facet: FloatArray, point: int) -> bool:
@@ -75,8 +74,9 @@ class Visibility:
         begin, end = (int(one) for one in self._stencils.begin[point : point + 2])
         before = self.hidden[begin:end].copy()
         some = self._stencils
-        mark_hidden(facet, self.table, some.begin, some.nodes, self._places, np.array([point]), self.hidden)
-        _, _, sound = self._compute(np.array([point]))
+        own = np.array([point])
+        mark_hidden(facet, self.table, some.begin, some.lowest, some.steps, self._places, own, self.hidden)
+        _, _, sound = self._compute(own)
         self.hidden[begin:end] = before
         return bool(sound[0])
 
@@ -91,14 +91,14 @@ class Visibility:
 
     def blind(self, points: IntArray) -> None:
         """Let points see nothing."""
-        slots = int(self._counts[points].max(initial=0))
+        slots = int(self._stencils.counts(points).max(initial=0))
         self._write_rows(points, np.zeros((len(points), slots)), np.zeros((len(points), slots, 3)))
 
     def _write_rows(self, points: IntArray, values: FloatArray, gradients: FloatArray) -> None:
         """Give points rows of their own: shape functions (s, k) and their gradients (s, k, 3) of the neighbours."""
         self._claim_rows(points)
         for number, point in enumerate(points):
-            begin, count = int(self.first[self.kind[point]]), int(self._counts[point])
+            begin, count = int(self.first[self.kind[point]]), int(self._stencils.counts(point))
             self.values[begin : begin + count] = values[number, :count]
             if self._has_gradients:
                 self.gradients[begin : begin + count] = gradients[number, :count]
@@ -111,11 +111,11 @@ class Visibility:
             self._make_room()
         for point in fresh:
             self.kind[point], self.first[self._kinds], self.along[point] = self._kinds, self._rows, 1.0
-            self._kinds, self._rows = self._kinds + 1, self._rows + int(self._counts[point])
+            self._kinds, self._rows = self._kinds + 1, self._rows + int(self._stencils.counts(point))
 
     def _make_room(self) -> None:
         """Make room for rows of all points: what is never written takes no memory, and nothing is ever moved."""
-        even, entries = self._stencils, len(self.nodes)
+        even, entries = self._stencils, len(self.steps)
         self.first = _with_room(even.first, len(even.kind))
         self.values = _with_room(even.values, entries)
         if self._has_gradients:
@@ -123,11 +123,11 @@ class Visibility:
 
     def _compute(self, points: IntArray) -> tuple[FloatArray, FloatArray, npt.NDArray[np.bool_]]:
         """Return shape functions (s, k), gradients (s, k, 3) of points as they see now, and whether they span the basis."""
-        some, counts = self._stencils, self._counts[points]
+        some, counts = self._stencils, self._stencils.counts(points)
         slot = np.arange(int(counts.max(initial=1)))
         entry = some.begin[points].astype(np.int64)[:, None] + np.minimum(slot, counts[:, None] - 1)
         there = (slot < counts[:, None]) & ~self.hidden[entry]
-        places, nodes = self._places[points], some.nodes[entry].astype(np.int64)
+        places, nodes = self._places[points], some.lowest[points, None].astype(np.int64) + some.steps[entry]
         _, m, layers = self._lattice.shape
         around = nodes // layers % m
         if self.table.period:
@@ -143,12 +143,13 @@ class Visibility:
         return values, gradients, sound
 
 
-def _bins(lattice: Lattice, places: FloatArray) -> tuple[IntArray, IntArray]:
+def _bins(lattice: Lattice, places: FloatArray) -> tuple[IndexArray, IndexArray]:
     """Return where the points of each column of nodes begin in a list, and that list: each point is of the nearest column."""
     n, m, _ = lattice.shape
     column = lattice.nearest_columns(places)
     order = np.argsort(column, kind="stable")
-    return np.concatenate([[0], np.cumsum(np.bincount(column, minlength=n * m))]), order
+    begin = np.concatenate([[0], np.cumsum(np.bincount(column, minlength=n * m))])
+    return begin.astype(np.uint32), order.astype(np.uint32)
 
 
 def _with_room(array: np.ndarray, rows: int) -> np.ndarray:
