@@ -51,7 +51,7 @@ SMALL = {
     "automata": (lambda: automata.measure(side=8, triad_words=1000, rounds=2, cracking=2.3e-4, smallest=8), 8),
     "coupled": (lambda: coupled.measure(side=6, rounds=2, smallest=6), 4),
     "detonation": (lambda: detonation.measure(cells=60, triad_words=1000, rounds=2), 2),
-    "shell": (lambda: shell.measure(along=26, around=24, triad_words=1000, rounds=2), 10),
+    "shell": (lambda: shell.measure(along=26, around=40, triad_words=1000, rounds=2), 10),
     "environments": (lambda: environments.measure(steps=2, rounds=2), 4),
     "recording": (lambda: recording.measure(steps=20, rounds=2, long_grains=50, long_steps=200, long_rounds=2), 3),
     "mcap": (lambda: mcap_peer.measure(small=20, large=2, large_words=100, rounds=2), 4),
