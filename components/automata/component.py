@@ -28,8 +28,8 @@ from .link_histories import intact_bonds
 from .linked_specimen import LinkedSpecimen
 from .linked_sweep import update_forces
 from .loads_and_grips import Conditions
+from .material_mixture import Mixture, mix, mix_again, one_material
 from .material_tables import chosen_materials, lame_constants, material_numbers
-from .moduli import Mixture, mix, mix_again, one_material
 from .packing import LATTICES, Packing, pack
 from .parameters import AutomataParameters
 from .stability import ALLOWED_PART, DEFAULT_PART, largest_frequency, step_limit

@@ -18,8 +18,8 @@ from .link_formation import count_linkable, link_contacts, raise_weights
 from .link_histories import Bonds
 from .link_weights import LOSSES, NEVER_FOUND, TRAVEL
 from .linked_specimen import LinkedSpecimen
+from .material_mixture import Mixture, mix_again
 from .material_tables import IntArray, chosen_materials, law_rows, law_tables
-from .moduli import Mixture, mix_again
 from .neighbours import SKIN, can_be_found, find_pairs, merge, slots_of_links
 from .packing import Packing
 from .parameters import AutomataParameters

@@ -57,7 +57,7 @@ class Specimen(NamedTuple):
         motion: a `Motion`.
         scratch: a `Scratch`.
         judgement: a `Judgement`.
-        losses: see `release.FRACTURE`.
+        losses: see `link_weights.FRACTURE`.
     """
 
     medium: Medium
@@ -111,7 +111,7 @@ def judge_bonds(medium, motion, scratch, judgement, contacts, count, losses, tim
         judgement: a `Judgement`, overwritten.
         contacts: `Contacts`.
         count: how many contacts there are.
-        losses: see `release.FRACTURE`, updated in place.
+        losses: see `link_weights.FRACTURE`, updated in place.
         time: since the forces were computed last [s].
         tick: number of the step.
 
@@ -143,7 +143,7 @@ def add_forces(medium, motion, scratch, contacts, count, losses, time, tick):
         scratch: a `Scratch`, overwritten.
         contacts: `Contacts`, updated in place.
         count: how many contacts there are.
-        losses: see `release.FRACTURE`, updated in place.
+        losses: see `link_weights.FRACTURE`, updated in place.
         time: since the forces were computed last [s].
         tick: number of the step.
     """

@@ -24,7 +24,7 @@ from ..support.float_arrays import FloatArray
 from ..support.jit import internal, internal_inlined, jit
 from .breaking.dispatch import failure
 from .link_histories import bond_strains, opposite_slot, pair_strains, strain_rates
-from .moduli import both_shear, lame_of, mean_shear, shear_of, volumetric_stress
+from .material_mixture import both_shear, lame_of, mean_shear, shear_of, volumetric_stress
 from .pair import mirrored_slots, orient, turned
 from .responses.return_mapping import respond
 from .strain_division import bond_dilations, division_energy

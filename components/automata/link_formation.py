@@ -103,7 +103,7 @@ def raise_weights(medium, motion, scratch, contacts, count, losses, tick):
         scratch: a `Scratch`; its dilations are updated.
         contacts: `Contacts`.
         count: how many contacts there are.
-        losses: see `release.FRACTURE`, updated in place.
+        losses: see `link_weights.FRACTURE`, updated in place.
         tick: number of the step.
     """
     body, ground, bonds, half = medium.body, medium.ground, medium.bonds, scratch.half

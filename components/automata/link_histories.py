@@ -9,7 +9,7 @@ import numpy as np
 from ..support.float_arrays import FloatArray
 from ..support.jit import internal_inlined
 from .kernel_arrays import Body
-from .moduli import Mixture
+from .material_mixture import Mixture
 from .pair import strains, turned
 from .tied_faces import Ties
 

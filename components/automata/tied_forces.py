@@ -10,7 +10,7 @@ energies of links and volumes. `ties` is None without any, which is known when t
 from __future__ import annotations
 
 from ..support.jit import internal, internal_inlined
-from .moduli import lame_of, shear_of
+from .material_mixture import lame_of, shear_of
 from .pair import turned
 from .responses.return_mapping import respond
 from .stress import equivalent_stress, virial

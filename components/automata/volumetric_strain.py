@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from ..support.jit import internal, internal_inlined
 from .link_histories import bond_strains, free_share
-from .moduli import lame_of, shear_of
+from .material_mixture import lame_of, shear_of
 from .pair import mirrored_slots
 from .tied_strains import add_tied_strains, tied_shares
 

@@ -43,8 +43,8 @@ from .exchange import (
 )
 from .initial_forces import follow_nodes, join_forces, write_forces
 from .interface import Interface, Places, carried_mass, common_sides, find_interface, weigh
+from .kicks_and_drifts import AutomataPart, Cracking, GridPart, Seam, Steps, drive_body
 from .parameters import CoupledParameters
-from .part_kernels import AutomataPart, Cracking, GridPart, Seam, Steps, drive_body
 from .side_contacts import Sides, are_sound, find_near, free_sides, include_nodes, make_sides, side_energy
 from .step_sizes import choose_steps
 from .strays import describe_strays, find_strays

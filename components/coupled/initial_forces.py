@@ -17,7 +17,7 @@ def follow_nodes(interface, exchange, state, motion):
 
 @jit
 def write_forces(cracking, motion, scratch):
-    """Write the forces and torques of links and contacts of automata that may break; arguments as in `part_kernels`."""
+    """Write the forces and torques of links and contacts of automata that may break; arguments as in `kicks_and_drifts`."""
     add_forces(cracking.medium, motion, scratch, cracking.contacts, cracking.contact_count, cracking.losses, 0.0, 0)
 
 

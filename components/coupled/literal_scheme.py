@@ -13,7 +13,7 @@ from ..grid import kernels as grid_kernels
 from ..support.jit import internal
 from .applied_loads import keep_before
 from .exchange import assemble, follow, hang
-from .part_kernels import begin_grid, finish_cells, kick_automata, settle_edges
+from .kicks_and_drifts import begin_grid, finish_cells, kick_automata, settle_edges
 
 
 @internal

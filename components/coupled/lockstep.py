@@ -6,7 +6,7 @@ from ..grid import kernels as grid_kernels
 from ..support.jit import internal
 from .applied_loads import keep_before
 from .exchange import assemble, follow, keep_velocities, settle_kick
-from .part_kernels import begin_automata, begin_grid, finish_automata, settle_edges
+from .kicks_and_drifts import begin_automata, begin_grid, finish_automata, settle_edges
 
 
 @internal

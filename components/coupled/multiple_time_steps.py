@@ -7,7 +7,7 @@ from ..grid.kernel_arrays import BOUNDARY_ANGULAR, BOUNDARY_IMPULSE, WORK
 from ..support.jit import internal
 from .applied_loads import keep_before
 from .exchange import follow, keep_velocities, kicked, settle_kick
-from .part_kernels import begin_automata, begin_grid, finish_automata, settle_edges
+from .kicks_and_drifts import begin_automata, begin_grid, finish_automata, settle_edges
 
 
 @internal

@@ -9,9 +9,9 @@ from ..automata.sweep_order import Part
 from ..support.jit import jit
 from ..support.second_thread import available, call_both
 from .exchange import gather_forces
+from .kicks_and_drifts import AutomataPart, GridPart, Seam, Steps, advance_cells, join_cells
 from .lockstep import finish_together, move_together
 from .multiple_time_steps import act_with_impulses, begin_impulses, finish_impulses, move_with_impulses, use_mean_velocities
-from .part_kernels import AutomataPart, GridPart, Seam, Steps, advance_cells, join_cells
 from .ticks import DONE, INVERTED, TOO_FAST
 
 __all__ = ["advance", "are_worth_it", "available"]

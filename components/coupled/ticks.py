@@ -19,10 +19,10 @@ from ..automata.contact import dashpot_power
 from ..automata.link_weights import DAMPING, TRAVEL
 from ..automata.linked_sweep import DRIFT_HALF_KICK, DRIFT_TWO_HALF_KICKS, STILL
 from ..support.jit import jit
+from .kicks_and_drifts import finish_cells, must_break, note_travel, update_automata_forces
 from .literal_scheme import act_literally, begin_literally, finish_literally, move_literally
 from .lockstep import finish_together, move_together
 from .multiple_time_steps import act_with_impulses, begin_impulses, finish_impulses, move_with_impulses, use_mean_velocities
-from .part_kernels import finish_cells, must_break, note_travel, update_automata_forces
 from .side_contacts import add_side_forces, note_travel_of_sides
 
 # What `advance` returns: all ticks are done, one has failed, or what has to be done before it goes on.

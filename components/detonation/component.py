@@ -15,8 +15,8 @@ from ..errors import ParameterError, StepError
 from ..support.float_arrays import FloatArray
 from ..support.round_numbers import round_down_to_125
 from . import kernel_arrays, kernels, moving_mesh
+from .boundaries import DIAPHRAGM, OPEN, PISTON
 from .chapman_jouguet import Detonation, Flow, chapman_jouguet
-from .ends import DIAPHRAGM, OPEN, PISTON
 from .input_signals import area_pattern, tick_signals
 from .kernel_arrays import Medium, State, Tube
 from .limiters import LIMITERS

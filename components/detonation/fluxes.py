@@ -10,7 +10,7 @@ from math import sqrt
 
 from ..support.jit import internal_inlined
 from ..support.powers import power
-from .ends import ABSORBING
+from .boundaries import ABSORBING
 
 # A room at less than this part of the pressure inside is a vacuum: the flow is choked long before.
 _VACUUM = 1e-6
@@ -106,7 +106,7 @@ def opening_flux(medium, state, side, outside):
 
 @internal_inlined
 def end_flux(medium, state, side, code, is_open, outside):
-    """Return the flux at an end; `code` is that of `ends`, a diaphragm is a wall until `is_open`."""
+    """Return the flux at an end; `code` is that of `boundaries`, a diaphragm is a wall until `is_open`."""
     if code == ABSORBING:
         return flux_of(medium, state[0], state[1], state[2], state[3])
     if is_open:

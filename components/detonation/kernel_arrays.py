@@ -72,7 +72,7 @@ class Tube(NamedTuple):
     """The constant tables.
 
     Attributes:
-        ends: code of the left and the right end, shape (2,); see `ends`.
+        ends: code of the left and the right end, shape (2,); see `boundaries`.
         burst: pressure at which the diaphragm at each end opens, shape (2,) [Pa].
         reaction: constants of the reaction, shape (k,).
         heated: first cell of the ignition zone, and the one behind its last, shape (2,).

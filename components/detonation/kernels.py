@@ -14,7 +14,7 @@ from __future__ import annotations
 from math import sqrt
 
 from ..support.jit import internal, internal_inlined, jit
-from .ends import ABSORBING, DIAPHRAGM
+from .boundaries import ABSORBING, DIAPHRAGM
 from .fluxes import end_flux, hllc_flux
 from .kernel_arrays import (
     AREA,

@@ -16,7 +16,7 @@ from math import sqrt
 
 from ..support.jit import internal, internal_inlined, jit
 from ..support.powers import power
-from .ends import PISTON
+from .boundaries import PISTON
 from .fluxes import hllc_flux
 from .kernel_arrays import LEFT_VELOCITY, NOT_POSITIVE, POWER, RIGHT_VELOCITY, TOO_FAST, Medium
 from .kernels import LARGEST_COURANT, add_heat, compute_end_fluxes, compute_slopes, fill_ghosts, finish, tally_ends

@@ -9,7 +9,7 @@ from pydantic import model_validator
 from ..support.magnitudes import Magnitude, NotNegativeMagnitude, SignedMagnitude, SignedPair
 from ..support.parameter_fields import field
 from ..support.validation import Parameters
-from .ends import ChosenEnd, Closed, Piston
+from .boundaries import ChosenEnd, Closed, Piston
 from .gases import MIXTURES, Gas, GasName, gas_at
 from .limiters import LimiterName
 from .reactions import ChosenReaction, Inert, PressureBurn, Reaction

@@ -16,7 +16,7 @@ from granular_env.components.support.validation import whole_number
 from granular_env.optional_packages import import_optional
 from granular_env.workers import Worker, stop_all
 
-from .constant_values import constant_values
+from .constant_overrides import constant_values
 from .context import Context
 from .drawing import draw
 from .finished_runs import FinishedRuns

@@ -40,7 +40,7 @@ def atlas(paper: str | None, out: str | None, overrides: Overrides, only: tuple[
 def _print_cost(name: str, constants: dict[str, Any], only: tuple[str, ...]) -> None:
     """Print what the page, or these entries of it, takes with these constants, where the paper knows."""
     from granular_env.atlas import chosen, paper
-    from granular_env.atlas.constant_values import constant_values
+    from granular_env.atlas.constant_overrides import constant_values
 
     found = paper(name)
     if found.cost is not None:

@@ -4,7 +4,7 @@ What other kernels alone call is contained in these, and optimized with them. Ot
 for itself and once more in each of its callers, and half of the time of a compilation would go into machine code that nothing
 calls.
 
-More things save time: see `absent_arguments`, `direct_lowering`, `folded_tuples`, `flag_comparison`, `call_type_cache` and
+More things save time: see `dead_branch_pruning`, `direct_lowering`, `folded_tuples`, `flag_comparison`, `call_type_cache` and
 `registry_refresh`.
 
 All of this stands on the inside of numba, which may change with any version of it. Where something is missing, importing this
@@ -28,8 +28,8 @@ from numba.core.typed_passes import IRLegalization, NativeLowering
 from numba.core.types.functions import BaseFunction
 from numba.core.untyped_passes import InlineClosureLikes
 
-from .absent_arguments import DecideTestsForNone
 from .call_type_cache import kept_calls as kept_calls
+from .dead_branch_pruning import DecideTestsForNone
 from .direct_lowering import DirectLowering
 from .flag_comparison import QuickFlags
 from .folded_tuples import FoldingBuilder

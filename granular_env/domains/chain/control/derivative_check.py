@@ -1,4 +1,4 @@
-"""The check of an objective's hand-written derivatives, entry by entry, against difference quotients."""
+"""The check of an objective's hand-written derivatives against difference quotients; of whole runs: `finite_differences`."""
 
 from __future__ import annotations
 

@@ -28,7 +28,7 @@ One's own objective is three jitted functions. The kinetic energy of grain 5, av
     check_objective(J, chain)
 
 `components.chain.differentiable_quantities` has ready-made quantities with their pullbacks;
-`objective_check.check_objective` finds a wrong `pullback`.
+`derivative_check.check_objective` finds a wrong `pullback`.
 The derivatives go through displacements, velocities, inputs and the table's constants, and nothing else: not through PEAK.
 """
 

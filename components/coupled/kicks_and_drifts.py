@@ -1,4 +1,4 @@
-"""Grid and automata as the kernels of a coupled body take them, and the kicks and drifts of each in a tick.
+"""Kicks and drifts of grid and automata in a coupled tick, which all schemes are made of, and the tuples that they take.
 
 Automata whose links all hold are swept: in one pass through memory they drift, their forces are computed, and they are kicked
 (`automata.linked_sweep`). Of those that the interface or an input moves, a sweep notes what they were before the kick, and the
@@ -76,7 +76,7 @@ class Cracking(NamedTuple):
         judgement: scratch.
         contacts: part of the state.
         contact_count: how many contacts there are.
-        losses: see `release.FRACTURE`, part of the state.
+        losses: see `link_weights.FRACTURE`, part of the state.
         most_travel: how far the fastest automaton may move before contacts are found anew [m].
         sides: sides of the grid that automata touch; None without.
     """
@@ -142,7 +142,7 @@ def update_automata_forces(automata, cracking, ties, seam, steps, time, tick, mo
         steps: a `Steps`.
         time: since the forces were computed last [s].
         tick: number of the step of the automata.
-        moves: see `sweep.STILL`; what else a sweep does.
+        moves: see `linked_sweep.STILL`; what else a sweep does.
 
     Returns:
         0, or another number where an automaton is too fast; only a sweep looks at that.

@@ -1,4 +1,4 @@
-"""The values of a paper's constants: its own, or those that a reader gave instead, checked."""
+"""Overrides of a paper's constants (`atlas --set N=50`), checked; the others are as the paper has them."""
 
 from __future__ import annotations
 

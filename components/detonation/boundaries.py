@@ -1,4 +1,4 @@
-"""Ends of the tube, by name: closed, open, absorbing, diaphragm, piston."""
+"""Boundary conditions at the ends of the tube, by name: closed, open, absorbing, diaphragm, piston."""
 
 from __future__ import annotations
 
