@@ -21,7 +21,7 @@ WANTED, LEAST_GAIN = 0.4, 1.3
 # The smallest square for which two threads are used: they must not be slower there than one.
 SMALLEST = math.isqrt(parallel_steps.LEAST_CELLS - 1) + 1
 _SAMPLE_SECONDS = 0.2
-# Arrays that a tick reads, and those that it writes as well, of `layout.Grid` and `layout.State`.
+# Arrays that a tick reads, and those that it writes as well, of `kernel_arrays.Grid` and `kernel_arrays.State`.
 _READ = ("reference", "cells", "half_inverse", "material", "hourglass", "slots", "node_slots", "order", "special")
 _WRITTEN = ("displacement", "velocity", "stress", "hourglass_force", "energy")
 

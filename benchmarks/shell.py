@@ -58,12 +58,12 @@ def loaded_tube(along: int, around: int, material: str, **notch: Any) -> Any:
 def words_moved(tube: Any) -> float:
     """Return the words that a tick has to read and write at least, for each node.
 
-    A point reads its neighbours (and their lists), reads and writes gradient, stress and pull; a node displacement,
-    velocity, force, mass, and the points that see it. Gradients of shape functions stay in the cache.
+    A point reads the list of its neighbours, reads and writes gradient, stress and pull; a node displacement, velocity, force,
+    mass, and the list of the points that see it. Gradients of shape functions stay in the cache.
     """
     solid, state, scratch, _ = tube.tables()
     body = solid.body
-    lists = body.lowest, body.steps, body.kind, body.seen_lowest, body.seen_steps, body.seen_slot
+    lists = body.lowest, body.offsets, body.kind, body.seen_lowest, body.seen_offsets, body.seen_slot
     indices = sum(one.nbytes for one in lists) / 8
     points = (
         2 * (state.gradient.size + state.stress.size + 3 * len(state.plastic_strain))
@@ -103,7 +103,7 @@ def measure(along: int = 101, around: int = 128, triad_words: int = 4_000_000, r
         operation = float(np.median(times["sums"])) / (18 * sums * _CACHED)
         moving = words_moved(tube) * word
         body = tube.tables()[0].body
-        operations = (_OF_NEIGHBOUR * len(body.steps) + _OF_POINT * len(body.kind)) / nodes
+        operations = (_OF_NEIGHBOUR * len(body.offsets) + _OF_POINT * len(body.kind)) / nodes
         computing = operations * operation
         yield Figure(
             f"solid, {name}, nodes and ticks a second", 1e-6 / seconds, "M/s", at_least=WANTED, note=f"{1e9 * seconds:.0f} ns",

@@ -19,7 +19,7 @@ _WIDTH, _GAP, _MARGIN = 960, 8, 16
 # The height of a box whose words take one line, and of each line more; narrow boxes have up to three.
 _ROW, _LINE, _MOST_LINES = 40, 12, 3
 _LETTERS_A_LINE = 31
-# Widths of a bold letter in its size.
+# Width of a bold letter over the size of its font.
 _BOLD_LETTER = 0.68
 # Below the command line: a domain may use every generic room, which reach it through the table of domains alone.
 _DOMAINS_AT = 1

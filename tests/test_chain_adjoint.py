@@ -69,7 +69,7 @@ CASES: dict[str, dict[str, Any]] = {
 # test_chain_law_functions.py.
 SLOW = ("kuwabara_kono", "power", "power at rest, leapfrog", "kuwabara_kono, falling, leapfrog", "viscous, leapfrog",
         "viscous at rest, leapfrog")  # fmt: skip
-cases = [pytest.param(name, marks=[pytest.mark.slow] if name in SLOW else []) for name in CASES]
+MARKED_CASES = [pytest.param(name, marks=[pytest.mark.slow] if name in SLOW else []) for name in CASES]
 
 
 def task(name: str, seed: int, steps: int = 12) -> tuple[Chain, Any, Any]:
@@ -109,7 +109,7 @@ def derivatives(chain: Chain) -> dict[str, Any]:
 
 
 @pytest.mark.parametrize("seed", [1, pytest.param(2, marks=pytest.mark.slow)])
-@pytest.mark.parametrize("name", cases)
+@pytest.mark.parametrize("name", MARKED_CASES)
 def test_gradients_agree_with_central_differences(name: str, seed: int) -> None:
     """Of every parameter along a random direction, wherever no contact changes state between the runs compared."""
     chain, drive, objective = task(name, seed)
@@ -252,7 +252,7 @@ def _stepped(chain: Chain, drive: Any) -> Any:
     return np.concatenate([chain.get("displacement"), chain.get("velocity")])
 
 
-@pytest.mark.parametrize("name", cases)
+@pytest.mark.parametrize("name", MARKED_CASES)
 def test_evaluate_and_the_tape_have_the_bits_of_the_component(name: str) -> None:
     """What is differentiated is the very run that is made: displacements and velocities after every control step."""
     chain, drive, _ = task(name, seed=3)

@@ -739,7 +739,7 @@ def test_ctrl_c_while_a_class_is_being_made_is_one_line(monkeypatch, capsys):
     assert capsys.readouterr().err == "granular-env list: interrupted\n"
 
 
-@pytest.mark.parametrize("module", ["click", "granular_env.cli.program", "granular_env.terminal_text"])
+@pytest.mark.parametrize("module", ["click", *(f"granular_env.{one}" for one in ("cli.program", "cli.views", "terminal_text"))])
 def test_ctrl_c_while_the_program_is_imported_is_one_line(module):
     code = f"""
 import sys

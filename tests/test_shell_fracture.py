@@ -400,7 +400,7 @@ def nodes_that_only_points_beside_cracks_see(plate: Any) -> list[int]:
     body, cracks = plate.tables()[0].body, plate._breaking.cracks
     found = []
     for node in range(len(plate.nodes)):
-        seen = (body.seen_lowest[node] + body.seen_steps[body.seen_begin[node] : body.seen_begin[node + 1]]).tolist()
+        seen = (body.seen_lowest[node] + body.seen_offsets[body.seen_begin[node] : body.seen_begin[node + 1]]).tolist()
         bear = [point for point in seen if point not in cracks.eroded]
         if len(bear) > 2 and all(cracks.is_beside_crack(point) for point in bear):
             found.append(node)

@@ -12,7 +12,7 @@ import granular_env as ge
 from granular_env.components.shell.geometry.bodies import Plate, Rod, Tube
 from granular_env.components.shell.geometry.lattice import Lattice
 from granular_env.components.shell.geometry.lattice_axis import closed_axis, even_axis
-from granular_env.components.shell.neighbour_lists import lengthen, shorten
+from granular_env.components.shell.neighbour_lists import compact, compress, expand
 from granular_env.components.shell.quadrature import gauss_points, integration_points
 from granular_env.components.shell.shape_functions import UnspannedBasisError, decompose, quartic_spline, solve
 from granular_env.components.shell.stencils import make_stencils
@@ -26,14 +26,24 @@ BODIES = {
 }
 
 
-@pytest.mark.parametrize(("spread", "kind"), [(255, np.uint8), (256, np.uint16), (65_535, np.uint16), (65_536, np.uint32)])
+@pytest.mark.parametrize(("spread", "kind"), [(3, np.uint16), (65_535, np.uint16), (65_536, np.uint32)])
 def test_lists_of_neighbours_are_kept_in_the_fewest_bytes_that_hold_them(spread: int, kind: type) -> None:
-    begin = np.array([0, 2, 2, 5], dtype=np.uint32)
+    begin = np.array([0, 0, 2, 2, 5, 5], dtype=np.uint32)
     numbers = np.array([3_000_000_000, 3_000_000_000 + spread, 7, 9, 8], dtype=np.uint32)
-    lowest, steps = shorten(begin, numbers)
-    assert lowest.tolist() == [3_000_000_000, 0, 7]
-    assert steps.dtype == kind
-    assert np.array_equal(lengthen(begin, lowest, steps), numbers)
+    lowest, offsets = compress(begin, numbers)
+    assert lowest.tolist() == [0, 3_000_000_000, 0, 7, 0]
+    assert offsets.dtype == kind
+    assert np.array_equal(expand(begin, lowest, offsets), numbers)
+    assert [compact(np.array([value])).dtype for value in (255, 256, 65_536)] == [np.uint8, np.uint16, np.uint32]
+
+
+def test_bodies_of_any_size_have_lists_of_the_same_types() -> None:
+    """Kernels are compiled for types."""
+    found = set()
+    for around in (24, 96):
+        body = ge.make("shell", body={"name": "tube", "along": 5, "around": around}).tables()[0].body
+        found.add(tuple(one.dtype.name for one in body))
+    assert len(found) == 1
 
 
 def value_matrix(nodes: int, stencils: Any) -> np.ndarray:
@@ -42,7 +52,7 @@ def value_matrix(nodes: int, stencils: Any) -> np.ndarray:
     found = np.zeros((len(begin) - 1, nodes))
     for point, kind in enumerate(stencils.kind):
         rows = slice(stencils.first[kind], stencils.first[kind + 1])
-        found[point, stencils.nodes[begin[point] : begin[point + 1]]] = stencils.values[rows]
+        found[point, stencils.neighbours(point)] = stencils.values[rows]
     return found
 
 
@@ -98,7 +108,7 @@ def test_gradients_are_derivatives_of_the_shape_functions() -> None:
         return value_matrix(lattice.node_count, stencils) @ field, stencils, lines
 
     _, stencils, lines = at((0.0, 0.0, 0.0))
-    local = np.array([stencils.gradients[:, k] @ field[stencils.nodes] for k in range(3)])
+    local = np.array([stencils.gradients[:, k] @ field[stencils.all_neighbours()] for k in range(3)])
     radius = float(lattice.axes[2].at(lines[2].at)[0])
     for k, scale in enumerate((1.0, radius, 1.0)):
         step = 1e-4

@@ -32,7 +32,7 @@ class Judgement(NamedTuple):
 
     Attributes:
         stress: of the automata, shape (n, 3) [Pa].
-        mark: see `bonds.update_bonds`, shape (n, slots / 2).
+        mark: see `inelastic_links.update_bonds`, shape (n, slots / 2).
     """
 
     stress: FloatArray

@@ -25,7 +25,7 @@ class Body(NamedTuple):
         volume: shape (kinds,) [m^3].
         mass: shape (kinds,) [kg].
         inertia: moment of inertia about the centre, m D^2 / 8, shape (kinds,) [kg m^2].
-        shear: G [Pa]; NaN where there are several materials, see `mixture.Mixture`.
+        shear: G [Pa]; NaN where there are several materials, see `material_mixture.Mixture`.
         lame: lambda = K - 2 G / 3 [Pa]; likewise.
     """
 
@@ -84,7 +84,7 @@ def make_body(
         packing: the automata.
         numbers: material of each automaton, shape (n,).
         density: mass density of each material, shape (materials,) [kg/m^3].
-        shear: G [Pa]; NaN of several materials, see `mixture.Mixture`.
+        shear: G [Pa]; NaN of several materials, see `material_mixture.Mixture`.
         lame: lambda [Pa]; likewise.
         thickness: extent along z [m].
     """

@@ -1,4 +1,4 @@
-"""Weights of links: they fall after a break and rise after relinking, over several steps, and what energy that takes.
+"""Weights of links, which fall over several steps after a break and rise after relinking, and the energy that this takes.
 
 What a change of weights takes of the energy of the link, of both volumes and of the contact is counted in the step itself.
 """

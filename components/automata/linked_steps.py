@@ -80,7 +80,7 @@ def advance(
 
     Args:
         body: a `Body`.
-        part: the packing as one `schedule.Part`, its rings overwritten.
+        part: the packing as one `sweep_order.Part`, its rings overwritten.
         reference: as for `settle`, as the next ones.
         motion: see there.
         scratch: a `Scratch`, overwritten.

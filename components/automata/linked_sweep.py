@@ -336,7 +336,7 @@ def sweep(body, part, motion, scratch, marked, kept, time, limit, moves):
 
     Args:
         body: a `Body`.
-        part: a `schedule.Part`, its rings overwritten.
+        part: a `sweep_order.Part`, its rings overwritten.
         motion: a `Motion`, updated in place where automata move.
         scratch: a `Scratch`. Its volumetric strains are written with the forces of all; forces and torques of the links are
             written of marked automata, of all where nothing moves or is kicked for half a step.
@@ -420,7 +420,7 @@ def update_forces(body: Any, part: Any, motion: Any, scratch: Any) -> None:
 
     Args:
         body: a `Body`.
-        part: the packing as one `schedule.Part`, its rings overwritten.
+        part: the packing as one `sweep_order.Part`, its rings overwritten.
         motion: a `Motion`; its velocities are not looked at.
         scratch: a `Scratch`, overwritten.
     """

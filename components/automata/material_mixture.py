@@ -1,4 +1,4 @@
-"""Specimens of several materials: the moduli of each automaton, and what a link between two materials takes of them.
+"""Specimens of several materials: the moduli of each automaton, and of the link between two.
 
 Kernels take the moduli as an argument of their own: whether there are several materials is known from its dimensions when they
 are compiled, and specimens of one material compute as if there were no others.

@@ -119,7 +119,7 @@ def slots_of_links(neighbours, weight, pairs, slot_out):
 
     Args:
         neighbours: see `kernel_arrays.Body`, shape (n, slots).
-        weight: see `bonds.Bonds`, shape (n, slots).
+        weight: see `link_histories.Bonds`, shape (n, slots).
         pairs: shape (m, 2).
         slot_out: shape (m,).
     """

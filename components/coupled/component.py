@@ -57,7 +57,7 @@ _LARGEST_MOVE = 0.1
 _LARGEST_GAIN = 0.08
 # Energies of the parts that are outputs.
 _PART_ENERGIES = ("grid_kinetic_energy", "grid_elastic_energy", "automata_kinetic_energy", "automata_elastic_energy")
-# What `_advance` returns, beside `advance.INVERTED`, where the automata cannot go on: this and their own status.
+# What `_advance` returns, beside `ticks.INVERTED`, where the automata cannot go on: this and their own status.
 _AUTOMATA_FAILED = 16
 
 

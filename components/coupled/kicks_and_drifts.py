@@ -1,4 +1,4 @@
-"""Kicks and drifts of grid and automata in a coupled tick, which all schemes are made of, and the tuples that they take.
+"""Kicks and drifts of grid and automata, of which the ticks of all schemes are made, and the tuples that they take.
 
 Automata whose links all hold are swept: in one pass through memory they drift, their forces are computed, and they are kicked
 (`automata.linked_sweep`). Of those that the interface or an input moves, a sweep notes what they were before the kick, and the

@@ -1,4 +1,4 @@
-"""Detection of slow strong shocks: such as move by much less than a cell while gas runs through one leave waves behind them.
+"""Detection of slow strong shocks, which leave waves behind: they move by much less than a cell while gas runs through one.
 
 The width of a captured shock changes while it crosses a cell. Each time mass and momentum of the zone change with it, and the
 difference runs off behind as sound and entropy. Dissipation takes these waves away: the steeper the limiter, the larger they

@@ -29,7 +29,8 @@ from .quadrature import RuleName
 from .stability import CRACKED, WALL_STIFFNESS, highest_frequency
 
 _STATE = ("displacement", "velocity", "force", "gradient", "stress", "plastic_strain", "temperature", "plastic_work", "area")
-# What a node, and an integration point, take: tables, state, its copy, scratch, and the stencils by which fields are read.
+# What a node, and an integration point, take at least: tables, state, its copy, scratch, and the stencils by which fields are
+# read. A notch adds up to a tenth.
 _BYTES_OF_NODE, _BYTES_OF_POINT = 395, 540
 # What a node takes besides where the body can break: its points, pairs and surfaces, whole and as they are.
 _BYTES_OF_BREAKING = 135
@@ -235,7 +236,7 @@ class Shell(Component):
         if self._breaking is not None:
             return self._breaking.node_field(self._block, parameters)
         some, out = self.assembly.node_stencils, np.zeros_like(parameters)
-        kernels.interpolate(some.begin, some.lowest, some.steps, some.kind, some.first, some.values, parameters, out)
+        kernels.interpolate(some.begin, some.lowest, some.offsets, some.kind, some.first, some.values, parameters, out)
         return out
 
     def _at_nodes(self, values: FloatArray) -> FloatArray:

@@ -12,8 +12,8 @@ import numpy.typing as npt
 
 from ..materials.thermoviscoplastic import FlowConstants
 from ..support.float_arrays import FloatArray
+from .neighbour_lists import CompactArray
 from .neighbour_lists import IndexArray as IndexArray
-from .neighbour_lists import SmallArray
 
 IntArray = npt.NDArray[np.int64]
 # Columns, -1 for none.
@@ -25,18 +25,18 @@ class Body(NamedTuple):
 
     Attributes:
         mass: shape (n,) [kg].
-        begin: where the neighbours of each point begin in `steps`, and the end of the last, shape (m + 1,).
+        begin: where the neighbours of each point begin in `offsets`, and the end of the last, shape (m + 1,).
         lowest: the neighbour of each point that has the least number, shape (m,).
-        steps: neighbours of the points, counted from the lowest one, shape (entries,).
+        offsets: neighbours of the points, counted from the lowest one, shape (entries,).
         kind: number of each point's stencil, shape (m,).
         first: where each stencil begins in `gradients`, shape (stencils + 1,).
         gradients: of the shape functions in the frame of the point, shape (rows, 3) [1/m].
         along: by what the gradients along the body are multiplied at each point, shape (m,).
         volume: of the points, shape (m,) [m^3].
         sine, cosine: of the angle by which the frame of a point is turned, shape (m,).
-        seen_begin: where the points that see each node begin in `seen_steps`, and the end of the last, shape (n + 1,).
+        seen_begin: where the points that see each node begin in `seen_offsets`, and the end of the last, shape (n + 1,).
         seen_lowest: the point with the least number that sees each node, shape (n,).
-        seen_steps: points that see the nodes, counted from that one, in ascending order for each, shape (entries,).
+        seen_offsets: points that see the nodes, counted from that one, in ascending order for each, shape (entries,).
         seen_slot: which neighbour the node is of that point, shape (entries,).
         prescribed: 0 where the velocity of a node is free, otherwise 1 + the first column of its signal, shape (n, 3).
         bounce: stiffness of a rigid wall against each node, shape (n,) [N/m]; (0,) where there is none.
@@ -45,7 +45,7 @@ class Body(NamedTuple):
     mass: FloatArray
     begin: IndexArray
     lowest: IndexArray
-    steps: SmallArray
+    offsets: CompactArray
     kind: IndexArray
     first: IndexArray
     gradients: FloatArray
@@ -55,8 +55,8 @@ class Body(NamedTuple):
     cosine: FloatArray
     seen_begin: IndexArray
     seen_lowest: IndexArray
-    seen_steps: SmallArray
-    seen_slot: SmallArray
+    seen_offsets: CompactArray
+    seen_slot: CompactArray
     prescribed: npt.NDArray[np.uint8]
     bounce: FloatArray
 

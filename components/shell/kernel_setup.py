@@ -12,8 +12,8 @@ from ..support.float_arrays import FloatArray
 from .boundaries import Conditions, edge_nodes, make_conditions
 from .geometry.lattice import Lattice
 from .hourglass import make_hourglass
-from .kernel_arrays import Body, ColumnArray, Hourglass, IndexArray, IntArray, Solid, Surface
-from .neighbour_lists import SmallArray, in_few_bytes, shorten
+from .kernel_arrays import Body, ColumnArray, Hourglass, IntArray, Solid, Surface
+from .neighbour_lists import CompactArray, IndexArray, compact, compress
 from .parameters import ShellParameters
 from .quadrature import IntegrationPoints, LinePoints, integration_points, points_at_planes
 from .shape_functions import UnspannedBasisError
@@ -73,7 +73,7 @@ def _assemble(p: ShellParameters) -> Assembly:
     conditions = make_conditions(p.body, lattice, p.boundaries)
     mass = p.material.density * lattice.volumes
     body = Body(
-        mass, stencils.begin, stencils.lowest, stencils.steps, stencils.kind, stencils.first, stencils.gradients,
+        mass, stencils.begin, stencils.lowest, stencils.offsets, stencils.kind, stencils.first, stencils.gradients,
         stencils.along, points.volume, points.sine, points.cosine, *transpose(stencils, lattice.node_count),
         conditions.prescribed, np.zeros(0),
     )  # fmt: skip
@@ -130,14 +130,14 @@ def refuse_soft_rule(p: ShellParameters) -> None:
         )  # fmt: skip
 
 
-def transpose(stencils: Stencils, nodes: int) -> tuple[IndexArray, IndexArray, SmallArray, SmallArray]:
-    """Return where the list of each node begins, the points that see it, ascending, and which neighbour it is of them."""
-    begin, seen = stencils.begin.astype(np.int64), stencils.nodes
+def transpose(stencils: Stencils, nodes: int) -> tuple[IndexArray, IndexArray, CompactArray, CompactArray]:
+    """Return where the list of each node begins, the points that see it, ascending, and its place in the list of each."""
+    begin, seen = stencils.begin.astype(np.int64), stencils.all_neighbours()
     order = np.argsort(seen, kind="stable")
     point = np.repeat(np.arange(len(begin) - 1, dtype=np.uint32), np.diff(begin))[order]
-    slot = in_few_bytes(order - begin[point])
+    slot = compact(order - begin[point])
     ends = np.concatenate([[0], np.cumsum(np.bincount(seen, minlength=nodes))]).astype(np.uint32)
-    return ends, *shorten(ends, point), slot
+    return ends, *compress(ends, point), slot
 
 
 def chosen_hourglass(p: ShellParameters, lattice: Lattice) -> Hourglass:

@@ -169,7 +169,7 @@ def update_stresses(solid, state, scratch, begin, end, failed):
         0, or a status; then `failed` holds the point, and `scratch.pull` in its row the value that decided and its limit.
     """
     body, law, u = solid.body, solid.law, state.displacement
-    starts, lowest, steps = body.begin, body.lowest, body.steps
+    starts, lowest, offsets = body.begin, body.lowest, body.offsets
     kind, first, gradients = body.kind, body.first, body.gradients
     old, stress, pull = state.gradient, state.stress, scratch.pull
     lame, shear = elastic_moduli(law, law.reference_temperature)
@@ -177,7 +177,7 @@ def update_stresses(solid, state, scratch, begin, end, failed):
         axx, axy, axz, ayx, ayy, ayz, azx, azy, azz = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
         row, low = first[kind[p]], lowest[p]
         for entry in range(starts[p], starts[p + 1]):
-            j = low + steps[entry]
+            j = low + offsets[entry]
             ux, uy, uz = u[j, 0], u[j, 1], u[j, 2]
             gx, gy, gz = gradients[row, 0], gradients[row, 1], gradients[row, 2]
             row += np.uint32(1)
@@ -270,14 +270,14 @@ def dissipation(lame, shear, axx, ayy, azz, axy, ayz, azx, bxx, byy, bzz, bxy, b
 def gather_forces(solid, state, scratch, begin, end):
     """Write the forces on some nodes: of the points that see them, of the hourglass control, of a wall."""
     body, pull, force = solid.body, scratch.pull, state.force
-    starts, lowest, steps, slots = body.seen_begin, body.seen_lowest, body.seen_steps, body.seen_slot
+    starts, lowest, offsets, slots = body.seen_begin, body.seen_lowest, body.seen_offsets, body.seen_slot
     kind, first = body.kind, body.first
     gradients, layers, shares = body.gradients, solid.hourglass.layers, solid.hourglass.shares
     held, has_wall = solid.hourglass.partner.shape[0] > 0, body.bounce.size > 0
     for j in range(begin, end):
         x, y, z, low = 0.0, 0.0, 0.0, lowest[j]
         for entry in range(starts[j], starts[j + 1]):
-            p = low + steps[entry]
+            p = low + offsets[entry]
             row = first[kind[p]] + slots[entry]
             gx, gy, gz = gradients[row, 0], gradients[row, 1], gradients[row, 2]
             x -= gx * pull[p, 0] + gy * pull[p, 3] + gz * pull[p, 6]
@@ -329,13 +329,13 @@ def norm_ratio(image, vector, mass):
 
 
 @jit
-def interpolate(begin, lowest, steps, kind, first, values, field, out):
+def interpolate(begin, lowest, offsets, kind, first, values, field, out):
     """Write a field at points, from its parameters at the nodes, shape (n, 3): u(X_p) = sum_J N_J u_J."""
     for p in range(out.shape[0]):
         x, y, z = 0.0, 0.0, 0.0
         row = first[kind[p]]
         for entry in range(begin[p], begin[p + 1]):
-            j, value = lowest[p] + steps[entry], values[row]
+            j, value = lowest[p] + offsets[entry], values[row]
             row += np.uint32(1)
             x += value * field[j, 0]
             y += value * field[j, 1]
@@ -358,7 +358,7 @@ def spread_to_nodes(body, values, weights, out):
     for j in range(out.size):
         total, field = 0.0, 0.0
         for entry in range(body.seen_begin[j], body.seen_begin[j + 1]):
-            p = body.seen_lowest[j] + body.seen_steps[entry]
+            p = body.seen_lowest[j] + body.seen_offsets[entry]
             share = abs(values[body.first[body.kind[p]] + body.seen_slot[entry]]) * body.volume[p]
             total += share
             field += share * weights[p]

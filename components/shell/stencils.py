@@ -16,7 +16,7 @@ import numpy.typing as npt
 from ..support.float_arrays import FloatArray
 from .geometry.lattice import Lattice
 from .geometry.lattice_axis import Axis, IntArray
-from .neighbour_lists import IndexArray, SmallArray, lengthen, shorten
+from .neighbour_lists import CompactArray, IndexArray, compress, expand
 from .quadrature import LinePoints
 from .shape_functions import BasisName, UnspannedBasisError, moving_least_squares, quartic_spline
 
@@ -25,9 +25,9 @@ class Stencils(NamedTuple):
     """Neighbours of m points, and their shape functions; s kinds of neighbourhood.
 
     Attributes:
-        begin: where the neighbours of each point begin in `steps`, and the end of the last, shape (m + 1,).
+        begin: where the neighbours of each point begin in `offsets`, and the end of the last, shape (m + 1,).
         lowest: the neighbour of each point that has the least number, shape (m,).
-        steps: the neighbours, counted from the lowest one of their point, shape (entries,).
+        offsets: the neighbours, counted from the lowest one of their point, shape (entries,).
         kind: number of each point's stencil, shape (m,).
         first: where each stencil begins in the two tables, and the end of the last, shape (s + 1,).
         values: shape functions, shape (rows,).
@@ -38,21 +38,20 @@ class Stencils(NamedTuple):
 
     begin: IndexArray
     lowest: IndexArray
-    steps: SmallArray
+    offsets: CompactArray
     kind: IndexArray
     first: IndexArray
     values: FloatArray
     gradients: FloatArray
     along: FloatArray
 
-    @property
-    def nodes(self) -> IndexArray:
-        """The neighbours of all points, shape (entries,)."""
-        return lengthen(self.begin, self.lowest, self.steps)
+    def all_neighbours(self) -> IndexArray:
+        """Return the neighbours of all points, shape (entries,)."""
+        return expand(self.begin, self.lowest, self.offsets)
 
     def neighbours(self, point: int) -> IndexArray:
         """Return the neighbours of a point."""
-        return self.lowest[point] + self.steps[self.begin[point] : self.begin[point + 1]]
+        return self.lowest[point] + self.offsets[self.begin[point] : self.begin[point + 1]]
 
     def counts(self, points: IntArray) -> IntArray:
         """Return how many neighbours some points have."""
@@ -134,7 +133,8 @@ def make_stencils(
     if index is None:
         index = places
     below = np.repeat(lattice.hollow.columns.ravel(), lattice.shape[2])
-    near = np.logical_or.reduceat(below[even.nodes], even.begin[:-1])
+    seen = even.all_neighbours()
+    near = np.logical_or.reduceat(below[seen], even.begin[:-1])
     picked = np.flatnonzero(near | (index != places).any(axis=1))
     return _replace(even, picked, *_stencils_at(lattice, index[picked], radii, basis))
 
@@ -144,7 +144,7 @@ def _replace(even: Stencils, picked: IntArray, nodes: IntArray, there: _Marks, r
     counts, own = np.diff(even.begin.astype(np.int64)), there.sum(axis=1)
     is_own = np.zeros(len(counts), dtype=bool)
     is_own[picked] = True
-    kept = even.nodes[np.repeat(~is_own, counts)]
+    kept = even.all_neighbours()[np.repeat(~is_own, counts)]
     counts[picked] = own
     mixed = np.empty(counts.sum(), dtype=np.uint32)
     entries = np.repeat(is_own, counts)
@@ -155,7 +155,7 @@ def _replace(even: Stencils, picked: IntArray, nodes: IntArray, there: _Marks, r
     values, gradients = (np.concatenate(pair) for pair in zip((even.values, even.gradients), rows, strict=True))
     along = np.where(is_own, 1.0, even.along)
     begin = _ends(counts)
-    return Stencils(begin, *shorten(begin, mixed), kind, first, values, gradients, along)
+    return Stencils(begin, *compress(begin, mixed), kind, first, values, gradients, along)
 
 
 def _stencils_at(
@@ -243,11 +243,11 @@ def _product_stencils(
     counts = present.sum(axis=1)
     nodes, there = _neighbours(lattice, rows)
     begin = _ends(there.sum(axis=1))
-    lowest, steps = shorten(begin, nodes[there])
+    lowest, offsets = compress(begin, nodes[there])
     return Stencils(
         begin=begin,
         lowest=lowest,
-        steps=steps,
+        offsets=offsets,
         kind=kind.astype(np.uint32),
         first=_ends(counts),
         values=values.T[present],

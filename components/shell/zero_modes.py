@@ -50,10 +50,10 @@ def gradient_matrices(nodes: int, points: IntegrationPoints, stencils: Stencils)
         cosine * local[:, 1] + sine * local[:, 2],
         cosine * local[:, 2] - sine * local[:, 1],
     )
-    found = []
+    found, nodes_seen = [], stencils.all_neighbours()
     for column in columns:
         matrix = np.zeros((len(counts), nodes))
-        matrix[rows, stencils.nodes] = column
+        matrix[rows, nodes_seen] = column
         found.append(matrix)
     return found
 

@@ -1,4 +1,4 @@
-"""Overrides of a paper's constants (`atlas --set N=50`), checked; the others are as the paper has them."""
+"""Overrides of a paper's constants (`atlas --set N=50`), checked, and the paper's own values of the rest."""
 
 from __future__ import annotations
 

@@ -43,7 +43,7 @@ class Domain:
         watch: a class of observers with a `history`, made with the time between two frames [s].
         columns: a module with what a sweep can take of such a history: `MEASUREMENTS` (measurement -> what is taken of it ->
             taken(history, which, arguments)), `UNITS` of what is taken, and `function`, which gives a measurement by name.
-        views: a subclass of `viewing.views.Views`: what a scene shows beside the generic parts.
+        views: a subclass of `viewing.domain_views.Views`: what a scene shows beside the generic parts.
         remark: remark(parameters), what pictures of such a component have to say beside what they show; "" for nothing.
         papers: name of a paper -> its atlas.
     """

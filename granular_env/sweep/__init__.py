@@ -4,6 +4,10 @@ A plan is a TOML file (`plan.py`): an experiment, a grid or samples of its keys 
 each run (`measures.py`). `planned_runs.py` makes tasks of it, each with a hash of everything that decides its result;
 `worker.py` runs one; `engines/` say where; `store.py` keeps what is known on disk from moment to moment, `table.py` makes a
 table of it.
+
+    sweep = ge.run_sweep("solitary-wave-speed", "sweeps/speed")
+    sweep.table                     # pandas
+    sweep.dataset                   # xarray, a dimension for each key of the grid
 """
 
 from .plan import load_plan, shipped_plans

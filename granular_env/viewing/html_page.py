@@ -81,7 +81,7 @@ def picture(svg: str, description: str) -> Markup:
 
 
 def film(shown: Any, description: str) -> Markup:
-    """Return a `film.Film` with a time axis to choose its instants on."""
+    """Return a `html_film.Film` with a time axis to choose its instants on."""
     return _parts().film(shown, Markup(shown.bars), description)
 
 

@@ -313,7 +313,7 @@ def _advance(a, drive, left_pieces, left, right, tick, ticks, drifts, kicks, pas
 
 @jit
 def advance_pefrl(a, drive, left_pieces, left, right, tick, ticks):
-    """Advance by `ticks`, or until a limit is passed; see `equations.outcome` for what it returns."""
+    """Advance by `ticks`, or until a limit is passed; see `equations_of_motion.outcome` for what it returns."""
     if DISSIPATES:
         parts = DAMPED_PEFRL
     else:
@@ -323,7 +323,7 @@ def advance_pefrl(a, drive, left_pieces, left, right, tick, ticks):
 
 @jit
 def advance_leapfrog(a, drive, left_pieces, left, right, tick, ticks):
-    """Advance by `ticks`, or until a limit is passed; see `equations.outcome` for what it returns."""
+    """Advance by `ticks`, or until a limit is passed; see `equations_of_motion.outcome` for what it returns."""
     if DISSIPATES:
         parts = DAMPED_LEAPFROG
     else:

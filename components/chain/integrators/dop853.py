@@ -335,7 +335,7 @@ def _one_tick(a, n, n_left, n_right, most):
 
 @jit
 def advance_dop853(a, drive, left_pieces, left, right, tick, ticks):
-    """Advance by `ticks`, or until a limit is passed; see `equations.outcome` for what it returns.
+    """Advance by `ticks`, or until a limit is passed; see `equations_of_motion.outcome` for what it returns.
 
     Also comes back, with the ticks done, after as many trials as one tick may take: a caller in Python hears Ctrl-C then.
     """

@@ -79,7 +79,7 @@ def _predict_and_correct(a, n, n_left, n_right):
 
 @jit
 def advance_hamming(a, drive, left_pieces, left, right, tick, ticks):
-    """Advance by `ticks`, or until a limit is passed; see `equations.outcome` for what it returns."""
+    """Advance by `ticks`, or until a limit is passed; see `equations_of_motion.outcome` for what it returns."""
     n = int(a[SCALARS, GRAINS])
     left_piece = equations.piece_at(drive, 0, left_pieces, tick)
     right_piece = equations.piece_at(drive, left_pieces, drive.shape[0], tick)

@@ -257,13 +257,13 @@ class BreakingBody:
                 seen.values[row : row + len(neighbours)] = neighbours == node
         self._seen_facets = facets.copy()
         out = np.zeros_like(parameters)
-        kernels.interpolate(seen.begin, seen.lowest, seen.steps, seen.kind, seen.first, seen.values, parameters, out)
+        kernels.interpolate(seen.begin, seen.lowest, seen.offsets, seen.kind, seen.first, seen.values, parameters, out)
         return out
 
     def point_field(self, parameters: FloatArray) -> FloatArray:
         """Return a field at the points; 0 at eroded ones."""
         body, out = self.cracks.solid.body, np.zeros((self.point_count, 3))
-        kernels.interpolate(body.begin, body.lowest, body.steps, body.kind, body.first, self.values, parameters, out)
+        kernels.interpolate(body.begin, body.lowest, body.offsets, body.kind, body.first, self.values, parameters, out)
         return out
 
     @property

@@ -128,6 +128,6 @@ def write_hold(body, kind, first, values, nodes, out):
         j = nodes[number]
         total = 0.0
         for entry in range(body.seen_begin[j], body.seen_begin[j + 1]):
-            p = body.seen_lowest[j] + body.seen_steps[entry]
+            p = body.seen_lowest[j] + body.seen_offsets[entry]
             total += abs(values[first[kind[p]] + body.seen_slot[entry]]) * body.volume[p]
         out[number] = total

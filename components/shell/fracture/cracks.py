@@ -10,8 +10,8 @@ import numpy.typing as npt
 
 from ...support.float_arrays import FloatArray
 from ..geometry.lattice import Lattice
-from ..kernel_arrays import ColumnArray, IndexArray, IntArray, Solid, State
-from ..neighbour_lists import SmallArray, shorten
+from ..kernel_arrays import ColumnArray, IntArray, Solid, State
+from ..neighbour_lists import CompactArray, IndexArray, compress
 from ..quadrature import IntegrationPoints
 from ..stencils import Stencils
 from .compiled_shape_functions import write_hold
@@ -213,7 +213,7 @@ class Cracks:
         """Hide a node from all points; return those that saw it."""
         body, seen = self._whole.body, self.visibility
         entries = slice(int(body.seen_begin[node]), int(body.seen_begin[node + 1]))
-        points = body.seen_lowest[node].astype(np.int64) + body.seen_steps[entries]
+        points = body.seen_lowest[node].astype(np.int64) + body.seen_offsets[entries]
         places = seen.begin[points].astype(np.int64) + body.seen_slot[entries]
         saw = ~seen.hidden[places]
         seen.hidden[places] = True
@@ -274,7 +274,7 @@ class Cracks:
     def _loaded_side(self, state: State, p: int, normal: FloatArray) -> int:
         """Return the side on which the points next to one are nearer to their limits; 0 where both are alike."""
         sums = [0.0, 0.0]
-        for q in self._neighbours(p):
+        for q in self._points_around(p):
             offset = self._places[q] - self._places[p]
             if self._lattice.axes[1].closed:
                 m = self._lattice.shape[1]
@@ -285,7 +285,7 @@ class Cracks:
         difference = sums[1] - sums[0]
         return 0 if abs(difference) <= _EQUAL * (abs(sums[0]) + abs(sums[1])) else (1 if difference > 0.0 else -1)
 
-    def _neighbours(self, p: int) -> list[int]:
+    def _points_around(self, p: int) -> list[int]:
         """Return the points of the same layer in the columns of points around that of a point."""
         across, k = len(self.judged.across), self._through
         along = len(self.judged.along)
@@ -315,7 +315,7 @@ class Cracks:
         gradients = self.visibility.gradients[row + np.arange(counts.sum())]
         owner = np.repeat(np.arange(len(points)), counts)
         gradients[:, 0] *= self.visibility.along[points][owner]
-        nodes = np.repeat(some.lowest[points], counts) + some.steps[entry]
+        nodes = np.repeat(some.lowest[points], counts) + some.offsets[entry]
         terms = (gradients * gradients).sum(axis=1) / body.mass[nodes]
         return body.volume[points] * np.bincount(owner, weights=terms, minlength=len(points))
 
@@ -333,13 +333,13 @@ class Cracks:
             body=body, hourglass=whole.hourglass._replace(partner=self._ties()), surface=whole.surface._replace(around=around)
         )
 
-    def _find_connected(self) -> tuple[IndexArray, IndexArray, SmallArray]:
+    def _find_connected(self) -> tuple[IndexArray, IndexArray, CompactArray]:
         """Return what each point connects before any crack, as `label_columns` takes it."""
         some = self._stencils
-        ends, columns = np.zeros(len(some.kind) + 1, dtype=np.uint32), np.zeros(len(some.steps), dtype=np.uint32)
+        ends, columns = np.zeros(len(some.kind) + 1, dtype=np.uint32), np.zeros(len(some.offsets), dtype=np.uint32)
         layers = self._lattice.shape[2]
-        find_connected(some.begin, some.lowest, some.steps, some.kind, some.first, some.values, layers, ends, columns)
-        return ends, *shorten(ends, columns[: ends[-1]])
+        find_connected(some.begin, some.lowest, some.offsets, some.kind, some.first, some.values, layers, ends, columns)
+        return ends, *compress(ends, columns[: ends[-1]])
 
     def _label_pieces(self) -> tuple[IntArray, Marks]:
         """Return the number of the piece of each column, that of its first column, and whether anything bears it."""
@@ -352,8 +352,8 @@ class Cracks:
         seen = self.visibility
         shared, connected = len(self._stencils.first) - 1, self._connected
         label_columns(
-            seen.begin, seen.lowest, seen.steps, seen.kind, seen.first, seen.values, blind, layers, shared, *connected, labels,
-            borne,
+            seen.begin, seen.lowest, seen.offsets, seen.kind, seen.first, seen.values, blind, layers, shared, *connected,
+            labels, borne,
         )  # fmt: skip
         return labels, borne
 

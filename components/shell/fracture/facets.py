@@ -60,15 +60,15 @@ def round_to_period(distance, period):
 
 
 @jit
-def mark_hidden(facet, table, begin, lowest, steps, places, points, hidden):
+def mark_hidden(facet, table, begin, lowest, offsets, places, points, hidden):
     """Mark the neighbours that some points lose to a facet, and return how many points lose one; those come first then.
 
     Args:
         facet: a row of `FACET_ROWS`.
         table: `LatticeTable`.
         begin: where the neighbours of each point begin, shape (m + 1,).
-        lowest: the least neighbour of each point, shape (m,).
-        steps: the neighbours, counted from the least one, shape (entries,).
+        lowest: the neighbour of each point that has the least number, shape (m,).
+        offsets: the neighbours, counted from the lowest one, shape (entries,).
         places: of the points, shape (m, 3).
         points: which of them are near, shape (k,); sorted anew, in place.
         hidden: marks of all entries, updated in place, shape (entries,).
@@ -79,7 +79,7 @@ def mark_hidden(facet, table, begin, lowest, steps, places, points, hidden):
         lost = False
         for entry in range(begin[p], begin[p + 1]):
             if not hidden[entry]:
-                j = np.int64(lowest[p] + steps[entry])
+                j = np.int64(lowest[p] + offsets[entry])
                 x, y = j // (table.across * table.layers), j // table.layers % table.across
                 z = float(j % table.layers) * table.steps[j // table.layers]
                 around = float(y)

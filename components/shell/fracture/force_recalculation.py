@@ -60,7 +60,7 @@ def write_gradients(solid, state, points, out):
         for i in range(3):
             x, y, z = 0.0, 0.0, 0.0
             for slot in range(body.begin[p + 1] - body.begin[p]):
-                value = u[body.lowest[p] + body.steps[body.begin[p] + slot], i]
+                value = u[body.lowest[p] + body.offsets[body.begin[p] + slot], i]
                 x += value * body.gradients[row + slot, 0]
                 y += value * body.gradients[row + slot, 1]
                 z += value * body.gradients[row + slot, 2]

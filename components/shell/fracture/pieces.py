@@ -17,13 +17,13 @@ _CONNECTS = 0.01
 
 
 @jit
-def find_connected(begin, lowest, steps, kind, first_rows, values, layers, ends, columns):
+def find_connected(begin, lowest, offsets, kind, first_rows, values, layers, ends, columns):
     """Write the columns of which points of a body without cracks see a node, one point after the other.
 
     Args:
         begin: where the neighbours of each point begin, shape (m + 1,).
-        lowest: the least neighbour of each point, shape (m,).
-        steps: the neighbours, counted from the least one, shape (entries,).
+        lowest: the neighbour of each point that has the least number, shape (m,).
+        offsets: the neighbours, counted from the lowest one, shape (entries,).
         kind: number of each point's rows, shape (m,).
         first_rows: where those begin, shape (kinds,).
         values: shape functions, shape (rows,).
@@ -35,7 +35,7 @@ def find_connected(begin, lowest, steps, kind, first_rows, values, layers, ends,
     for p in range(kind.size):
         last = -1
         for entry in range(begin[p], begin[p + 1]):
-            column = np.int64(lowest[p] + steps[entry]) // layers
+            column = np.int64(lowest[p] + offsets[entry]) // layers
             if abs(values[first_rows[kind[p]] + entry - begin[p]]) > _CONNECTS and column != last:
                 columns[count] = last = column
                 count += 1
@@ -44,7 +44,7 @@ def find_connected(begin, lowest, steps, kind, first_rows, values, layers, ends,
 
 @jit
 def label_columns(
-    begin, lowest, steps, kind, first_rows, values, blind, layers, shared, ends, first_column, columns, labels, borne
+    begin, lowest, offsets, kind, first_rows, values, blind, layers, shared, ends, lowest_column, column_offsets, labels, borne
 ):
     """Write for each column of nodes the first column that points connect with it.
 
@@ -52,8 +52,8 @@ def label_columns(
 
     Args:
         begin: where the neighbours of each point begin, shape (m + 1,).
-        lowest: the least neighbour of each point, shape (m,).
-        steps: the neighbours, counted from the least one, shape (entries,).
+        lowest: the neighbour of each point that has the least number, shape (m,).
+        offsets: the neighbours, counted from the lowest one, shape (entries,).
         kind: number of each point's rows, shape (m,).
         first_rows: where those begin, shape (kinds,).
         values: shape functions, shape (rows,).
@@ -61,8 +61,8 @@ def label_columns(
         layers: nodes of a column.
         shared: points of a smaller kind see what they saw before any crack.
         ends: where the columns that each of those connects end, see `find_connected`, shape (m + 1,).
-        first_column: the least of them of each point, shape (m,).
-        columns: these columns, counted from the least one of their point.
+        lowest_column: the one of each point that has the least number, shape (m,).
+        column_offsets: these columns, counted from the lowest one.
         labels: written, shape (columns,).
         borne: written: whether any point sees each column, shape (columns,).
     """
@@ -78,11 +78,11 @@ def label_columns(
             from_entry, to_entry = np.int64(ends[p]), np.int64(ends[p + 1])
         for entry in range(from_entry, to_entry):
             if plain:
-                column = np.int64(first_column[p] + columns[entry])
+                column = np.int64(lowest_column[p] + column_offsets[entry])
             else:
                 if not abs(values[first_rows[kind[p]] + entry - begin[p]]) > _CONNECTS:
                     continue
-                column = np.int64(lowest[p] + steps[entry]) // layers
+                column = np.int64(lowest[p] + offsets[entry]) // layers
                 if column == last:
                     continue
                 last = column

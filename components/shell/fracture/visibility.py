@@ -7,7 +7,8 @@ import numpy.typing as npt
 
 from ...support.float_arrays import FloatArray
 from ..geometry.lattice import Lattice
-from ..kernel_arrays import IndexArray, IntArray
+from ..kernel_arrays import IntArray
+from ..neighbour_lists import IndexArray
 from ..shape_functions import BasisName
 from ..stencils import Stencils, weights_at
 from .compiled_shape_functions import least_squares_rows
@@ -25,7 +26,7 @@ class Visibility:
     its own in the tables, at their end.
 
     Attributes:
-        begin, lowest, steps, kind, first, values, gradients, along: as in `Stencils`, with rows of its own for a point that
+        begin, lowest, offsets, kind, first, values, gradients, along: as in `Stencils`, with rows of its own for a point that
             has lost any; `gradients` are without these rows where nobody wants them.
     """
 
@@ -36,7 +37,7 @@ class Visibility:
         """Take the points, at fractional indices `places`, shape (m, 3), and their stencils without any crack."""
         self._lattice, self._places, self._stencils, self._has_gradients = lattice, places, stencils, has_gradients
         self._radius, self._basis = radius, basis
-        self.begin, self.lowest, self.steps = stencils.begin, stencils.lowest, stencils.steps
+        self.begin, self.lowest, self.offsets = stencils.begin, stencils.lowest, stencils.offsets
         self._order = _bins(lattice, places)
         ring = lattice.axes[1]
         period = ring.count if ring.closed else 0
@@ -46,7 +47,7 @@ class Visibility:
     def clear(self) -> None:
         """Go back to where nothing is hidden."""
         even = self._stencils
-        self.hidden = np.zeros(len(even.steps), dtype=bool)
+        self.hidden = np.zeros(len(even.offsets), dtype=bool)
         self.kind, self.first = even.kind.copy(), even.first.copy()
         self.values, self.gradients, self.along = even.values, even.gradients, even.along.copy()
         self._kinds, self._rows = len(even.first) - 1, len(even.values)
@@ -66,7 +67,7 @@ class Visibility:
         """Hide neighbours behind a facet; return the points that lose any, ascending."""
         points = self.near(facet[1:4])
         some = self._stencils
-        count = mark_hidden(facet, self.table, some.begin, some.lowest, some.steps, self._places, points, self.hidden)
+        count = mark_hidden(facet, self.table, some.begin, some.lowest, some.offsets, self._places, points, self.hidden)
         return np.sort(points[:count])
 
     def is_sound_behind(self, facet: FloatArray, point: int) -> bool:
@@ -75,7 +76,7 @@ class Visibility:
         before = self.hidden[begin:end].copy()
         some = self._stencils
         own = np.array([point])
-        mark_hidden(facet, self.table, some.begin, some.lowest, some.steps, self._places, own, self.hidden)
+        mark_hidden(facet, self.table, some.begin, some.lowest, some.offsets, self._places, own, self.hidden)
         _, _, sound = self._compute(own)
         self.hidden[begin:end] = before
         return bool(sound[0])
@@ -115,7 +116,7 @@ class Visibility:
 
     def _make_room(self) -> None:
         """Make room for rows of all points: what is never written takes no memory, and nothing is ever moved."""
-        even, entries = self._stencils, len(self.steps)
+        even, entries = self._stencils, len(self.offsets)
         self.first = _with_room(even.first, len(even.kind))
         self.values = _with_room(even.values, entries)
         if self._has_gradients:
@@ -127,7 +128,7 @@ class Visibility:
         slot = np.arange(int(counts.max(initial=1)))
         entry = some.begin[points].astype(np.int64)[:, None] + np.minimum(slot, counts[:, None] - 1)
         there = (slot < counts[:, None]) & ~self.hidden[entry]
-        places, nodes = self._places[points], some.lowest[points, None].astype(np.int64) + some.steps[entry]
+        places, nodes = self._places[points], some.lowest[points, None].astype(np.int64) + some.offsets[entry]
         _, m, layers = self._lattice.shape
         around = nodes // layers % m
         if self.table.period:

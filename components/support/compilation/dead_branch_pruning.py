@@ -1,4 +1,4 @@
-"""Pruning of branches that test an argument for None, before types are inferred: what is never taken is not compiled.
+"""Pruning of branches for arguments that are None, before types are inferred: what is never taken is not compiled.
 
 Numba does so where an argument is None, but not where it is not: then both branches are compiled, with all that they call.
 """

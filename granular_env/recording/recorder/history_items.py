@@ -1,4 +1,4 @@
-"""The items of a recorder's history: starts, steps and ends, each one object that is added by one operation.
+"""The items of a recorder's history: starts, steps and ends, each a single object that is added by one operation.
 
 An interrupt (Ctrl-C, a signal's handler that raises) can fall between any two operations of the stepping thread.
 What is noted is therefore whole or not there: all that follows from a step is in one object, and the last one tells where the

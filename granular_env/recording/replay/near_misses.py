@@ -1,4 +1,4 @@
-"""The nearest that a run came to events that did not happen, found by running its log again."""
+"""Near misses: how near a run came to events that did not happen, found by running its log again."""
 
 from __future__ import annotations
 

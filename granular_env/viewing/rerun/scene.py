@@ -6,7 +6,7 @@ scene/links_..., scene/cracks_...   links that hold, and those that are broken
 scene/cells_..., scene/edges_...    meshes, coloured by a variable
 legend                  what the colours mean
 profiles/...            fields along a line
-scene/..., closeup/...  what the component's domain adds (`views.Views`)
+scene/..., closeup/...  what the component's domain adds (`domain_views.Views`)
 energy, inputs, ...     scalar plots
 caption                 what is seen, in words: units, factors, limits
 """

@@ -150,8 +150,8 @@ def make_absorption(
 
     ## Baselines
     `env.unwrapped.task.baselines()`: "nothing"; "theory", a matched end: a virtual chain goes on where the real one ends, is
-    driven by what the sensors read, and says how the end would move (`impedance_matching.MatchedPiston`) or be pushed
-    (`impedance_matching.MatchedForce`). They return 0 and, over 240 seeds, 0.9914 to 0.9935 with a piston (0.9924 in the mean),
+    driven by what the sensors read, and says how the end would move (`matched_end.MatchedPiston`) or be pushed
+    (`matched_end.MatchedForce`). They return 0 and, over 240 seeds, 0.9914 to 0.9935 with a piston (0.9924 in the mean),
     0.9918 to 0.9937 with a force (0.9927): all but the rebound and some 1e-4. No better policy that sees the sensors alone is
     known: "best" is missing.
 

@@ -1,4 +1,4 @@
-"""The outcomes of the three tubes beside the paper's words, and the growth of their cracks over the paper's time."""
+"""The three lengths of notch: what became of each tube beside the paper's words, and the growth of their cracks over time."""
 
 from __future__ import annotations
 
