@@ -22,7 +22,7 @@ from support.coupled_tools import (
     start_noise,
 )
 
-from granular_env.components.automata.tied_faces import Ties
+from granular_env.components.automata.zigzag_faces import Ties
 from granular_env.components.coupled import Coupled
 from granular_env.components.errors import ParameterError
 

@@ -34,7 +34,7 @@ from .packing import LATTICES, Packing, pack
 from .parameters import AutomataParameters
 from .stability import ALLOWED_PART, DEFAULT_PART, largest_frequency, step_limit
 from .sweep_order import make_parts
-from .tied_faces import Ties, add_ties, make_ties, tie_faces
+from .zigzag_faces import Ties, add_ties, make_ties, tie_faces
 
 # No automaton may cross this part of its diameter in one internal step.
 _LARGEST_MOVE = 0.1

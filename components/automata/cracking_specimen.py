@@ -25,7 +25,7 @@ from .packing import Packing
 from .parameters import AutomataParameters
 from .rupture import break_bonds
 from .stability import ALLOWED_PART, damping_limit
-from .tied_faces import Ties
+from .zigzag_faces import Ties
 
 # Statuses of `advance` beside that of an automaton that is too fast.
 TOO_FAR, UNSOUND = 2, 3

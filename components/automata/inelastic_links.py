@@ -23,13 +23,13 @@ import numpy.typing as npt
 from ..support.float_arrays import FloatArray
 from ..support.jit import internal, internal_inlined, jit
 from .breaking.dispatch import failure
+from .inelastic_zigzag_faces import add_face_stresses, add_tied_forces, faces_energy, update_faces
 from .link_histories import bond_strains, opposite_slot, pair_strains, strain_rates
 from .material_mixture import both_shear, lame_of, mean_shear, shear_of, volumetric_stress
 from .pair import mirrored_slots, orient, turned
 from .responses.return_mapping import respond
 from .strain_division import bond_dilations, division_energy
 from .stress import equivalent_stress, virial
-from .tied_forces import add_face_stresses, add_tied_forces, faces_energy, update_faces
 from .volumetric_strain import bond_dilation, condensation
 
 

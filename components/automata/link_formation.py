@@ -21,8 +21,8 @@ from .contact import (
 from .link_histories import opposite_slot, pair_strains
 from .link_weights import LINKING, pair_and_volumes, put_weight, scheduled_weight
 from .pair import turned
-from .tied_relinking import face_load, strain_face
 from .volumetric_strain import bond_dilation, condensation
+from .zigzag_relinking import face_load, strain_face
 
 
 @internal_inlined

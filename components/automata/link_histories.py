@@ -11,7 +11,7 @@ from ..support.jit import internal_inlined
 from .kernel_arrays import Body
 from .material_mixture import Mixture
 from .pair import strains, turned
-from .tied_faces import Ties
+from .zigzag_faces import Ties
 
 
 class Bonds(NamedTuple):
@@ -25,7 +25,7 @@ class Bonds(NamedTuple):
         origin: strains along and across from which those of a link count, shape (n, slots, 2); where no pair is linked again
             they are all 0, and this has shape (0, slots).
         mixture: moduli of automata of several materials; no part of the state.
-        ties: faces that a parent carries along, see `tied_faces`; None without. No part of the state.
+        ties: faces that a parent carries along, see `zigzag_faces`; None without. No part of the state.
     """
 
     weight: FloatArray

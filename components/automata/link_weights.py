@@ -8,9 +8,9 @@ from __future__ import annotations
 from ..support.jit import internal, internal_inlined
 from .contact import FIRST, SECOND, SLOT, START, contact_energy
 from .inelastic_links import pair_energy, volume_energy
+from .inelastic_zigzag_faces import faces_energy_of
 from .link_histories import opposite_slot
 from .strain_division import divisions_around
-from .tied_forces import faces_energy_of
 
 # Places in a tally of losses, and what stands for "contacts have to be found anew" in the last one.
 FRACTURE, FRICTION, INELASTIC, DAMPING, LINKING, TRAVEL, LOSSES = 0, 1, 2, 3, 4, 5, 6

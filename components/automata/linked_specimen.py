@@ -20,7 +20,7 @@ from .packing import Packing
 from .pair import orient
 from .stress import stresses
 from .sweep_order import Part, make_parts
-from .tied_faces import Ties, add_tie_stresses, add_ties, tie_energy, tie_faces
+from .zigzag_faces import Ties, add_tie_stresses, add_ties, tie_energy, tie_faces
 
 
 class LinkedSpecimen:
@@ -60,7 +60,7 @@ class LinkedSpecimen:
         self._kept = np.zeros((len(self.conditions.marked), KEPT))
 
     def tie(self, ties: Ties) -> None:
-        """Let these faces be carried along, and no others; a parent that advances the specimen calls `tied_faces.add_ties`."""
+        """Let these faces be carried along, and no others; a parent that advances it calls `zigzag_faces.add_ties`."""
         self.ties, self.body = ties, tie_faces(self._untied, ties)
         self._prepare_sweeps()
 

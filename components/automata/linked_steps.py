@@ -5,7 +5,7 @@ from __future__ import annotations
 from ..support.jit import internal, jit
 from .linked_sweep import DRIFT_KICK_DRIFT, STILL, sweep
 from .motion import add_loads, drift, held_speed, hold, keep_velocities, kick, settle_loads
-from .tied_faces import add_ties
+from .zigzag_faces import add_ties
 
 # What `advance` returns.
 DONE, TOO_FAST = 0, 1
@@ -118,7 +118,7 @@ def advance_tied(
     """Advance a packing with tied faces: a sweep that moves nothing, what the ties add, then the kick.
 
     Args:
-        body: as `tied_faces.tie_faces` gives it.
+        body: as `zigzag_faces.tie_faces` gives it.
         part: see `advance`.
         ties: `Ties`.
         reference: as for `advance`, as the next ones.

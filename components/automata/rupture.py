@@ -10,8 +10,8 @@ from .inelastic_links import bond_failure, bond_tractions, pair_energy, volume_e
 from .link_histories import opposite_slot
 from .link_weights import lower_weight
 from .strain_division import bond_dilations, division_energy
-from .tied_strains import tied_shares
 from .volumetric_strain import bond_dilation
+from .zigzag_strains import tied_shares
 
 
 @jit

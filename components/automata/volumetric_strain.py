@@ -6,7 +6,7 @@ from ..support.jit import internal, internal_inlined
 from .link_histories import bond_strains, free_share
 from .material_mixture import lame_of, shear_of
 from .pair import mirrored_slots
-from .tied_strains import add_tied_strains, tied_shares
+from .zigzag_strains import add_tied_strains, tied_shares
 
 
 @internal_inlined

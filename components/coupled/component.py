@@ -17,7 +17,7 @@ from ..automata.linked_sweep import KEPT, update_forces
 from ..automata.motion import TALLY_ROWS, WORK
 from ..automata.neighbours import SKIN
 from ..automata.sweep_order import make_parts
-from ..automata.tied_faces import Ties, add_ties, tie_faces
+from ..automata.zigzag_faces import Ties, add_ties, tie_faces
 from ..balances import Balance
 from ..component import Component
 from ..contract import Variable
@@ -49,7 +49,7 @@ from .side_contacts import Sides, are_sound, find_near, free_sides, include_node
 from .step_sizes import choose_steps
 from .strays import describe_strays, find_strays
 from .ticks import BREAK, DONE, INVERTED, MICRO, PROGRESS, ROW, SEARCH, TOO_FAST, advance
-from .tied_faces import find_ties
+from .zigzag_interface import find_ties
 
 # No automaton may cross this part of its diameter in one of its steps.
 _LARGEST_MOVE = 0.1

@@ -2,7 +2,7 @@
 
 Sides of cells that lie on the outline of the automata belong to it. A side is n diameters long: automata stand on its ends,
 which are nodes of the grid, and n - 1 between them, where the displacement is that of the linear field along the side. Along
-y automata of a hexagonal packing stand every second row, sqrt(3) diameters apart; of the rows between them see `tied_faces`.
+y automata of a hexagonal packing stand every second row, sqrt(3) diameters apart; see `zigzag_interface` for the others.
 """
 
 from __future__ import annotations

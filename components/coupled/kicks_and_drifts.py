@@ -18,7 +18,7 @@ from ..automata.kernel_arrays import Body, Motion, Scratch
 from ..automata.link_weights import TRAVEL
 from ..automata.linked_sweep import sweep
 from ..automata.sweep_order import Part
-from ..automata.tied_faces import add_ties
+from ..automata.zigzag_faces import add_ties
 from ..grid import kernels as grid_kernels
 from ..grid.kernel_arrays import Conditions, Grid, State
 from ..grid.mesh import IntArray

@@ -41,7 +41,7 @@ def advance(grid, automata, cracking, ties, seam, factors, steps, impulses, lite
         grid: a `GridPart`.
         automata: an `AutomataPart`.
         cracking: a `Cracking`; None for automata that stay linked and elastic.
-        ties: `Ties`, see `automata.tied_faces`; None without.
+        ties: `Ties`, see `automata.zigzag_faces`; None without.
         seam: a `Seam`.
         factors: of the signals of the grid in the middle of each tick, shape (ticks, signals); how many rows, so many ticks.
         steps: a `Steps`.

@@ -12,7 +12,7 @@ from granular_env.components.chain import theory
 from .. import measurement
 from ..measurement import History
 from .cases import SPEED, UNCHANGED, case, longer
-from .section_34 import piston
+from .section_34_piston import piston
 from .velocity_curves import MICRO, TIME
 from .wave_count import CLEAR, FAINT
 

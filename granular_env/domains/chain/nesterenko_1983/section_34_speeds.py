@@ -14,7 +14,7 @@ from granular_env.components.chain import theory
 from .. import measurement
 from ..measurement import History
 from .cases import DENSITY, DIAMETER, ERROR, ERROR_SOURCE, RADIUS, SPEED, UNCHANGED, case, chain_document, grain
-from .section_34 import piston
+from .section_34_piston import piston
 
 _FRONT = 0.5 * SPEED
 _RADII = (1e-3, 3e-3, 5e-3)

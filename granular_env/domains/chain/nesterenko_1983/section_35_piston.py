@@ -14,7 +14,7 @@ from granular_env.atlas.verdicts import Value
 from .. import measurement
 from .cases import SPEED, grain
 from .random_chains import OUTSIDE, UNEVEN, UNEVEN_REASON, energy_while, histories, is_uneven, last_velocities, strip
-from .section_34 import piston
+from .section_34_piston import piston
 
 _LAST = {0.5: "2.969", 2.0: "2.366", 3.0: None}
 _RATIO = {0.5: "1.178", 2.0: "1.236", 3.0: "1.232"}

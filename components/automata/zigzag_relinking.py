@@ -1,4 +1,4 @@
-"""Tied faces beside links that are made anew; see `tied_strains`.
+"""Tied faces beside links that are made anew; see `zigzag_strains`.
 
 A tied face has the mean weight of the two links beside it, so that it is linked again as they are. As the weight rises from w
 to v, the strain from which that of the face counts is set anew, so that the face carries what it carried, nothing at first:
@@ -11,9 +11,9 @@ with the elastic strains e and gamma_e. theta has its part in that: with share c
 from __future__ import annotations
 
 from ..support.jit import internal, internal_inlined
-from .tied_faces import face_strains, whole_face
-from .tied_strains import face_weight, tied_strains
 from .volumetric_strain import bond_dilation, condensation
+from .zigzag_faces import face_strains, whole_face
+from .zigzag_strains import face_weight, tied_strains
 
 
 @internal_inlined

@@ -1,9 +1,9 @@
-"""Volumetric strains by tied faces, and by rows beside a zigzag, whose links may yield and break; see `tied_faces`.
+"""Volumetric strains by tied faces, and by rows beside a zigzag, whose links may yield and break; see `zigzag_faces`.
 
 A tied face has the histories of its slot, which has no neighbour. It goes with the links of its automaton to the two that carry
 it: with each of them half of it is released, so its weight is the mean of theirs. It carries no event of its own.
 
-A pair of a row at a corner strains the volumes of both by its shear too, as in `tied_faces`; with its weight w, of the left one
+A pair of a row at a corner strains the volumes of both by its shear, as in `zigzag_faces`; with its weight w, of the left one
 
     V_i theta_i  gets  -s (D^2 / 4) (w gamma + (1 - w) gamma_p).
 
@@ -15,7 +15,7 @@ from __future__ import annotations
 
 from ..support.jit import internal_inlined
 from .link_histories import free_share, origin_of
-from .tied_faces import face_strains, row_moment, row_strains, whole_face
+from .zigzag_faces import face_strains, row_moment, row_strains, whole_face
 
 # What the shear of a released pair of a row adds to the shares of free faces, in shares of its face.
 _SHEAR_SHARE = 3.0

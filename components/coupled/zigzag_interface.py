@@ -1,4 +1,4 @@
-"""Faces of automata that the grid carries along, where a hexagonal packing meets it in a zigzag; see `automata.tied_faces`."""
+"""Faces of automata that the grid carries along, where a hexagonal packing meets it; see `automata.zigzag_faces`."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from ..automata.kernel_arrays import Body
 from ..automata.loads_and_grips import Conditions
 from ..automata.packing import Packing
 from ..automata.shapes import ON_THE_OUTLINE
-from ..automata.tied_faces import Ties, make_ties
+from ..automata.zigzag_faces import Ties, make_ties
 from ..errors import ParameterError
 from ..grid.mesh import IntArray, Mesh
 from .interface import Places, is_upright, spacing

@@ -1,4 +1,4 @@
-"""Forces, energies and flow of tied faces and of rows beside a zigzag whose links may yield and break; see `tied_strains`.
+"""Forces, energies and flow of tied faces and of rows beside a zigzag whose links may yield and break; see `zigzag_strains`.
 
     f_n = w S (2 G g (eps - eps_p) + lambda theta_i),      f_t = w S 2 G g (gamma - gamma_p)
     U = w S (D / 2) G g ((eps - eps_p)^2 + (gamma - gamma_p)^2)
@@ -14,8 +14,8 @@ from .material_mixture import lame_of, shear_of
 from .pair import turned
 from .responses.return_mapping import respond
 from .stress import equivalent_stress, virial
-from .tied_faces import face_strain_rates, face_strains, push, row_moment, row_strains, whole_face
-from .tied_strains import face_weight, tied_strains
+from .zigzag_faces import face_strain_rates, face_strains, push, row_moment, row_strains, whole_face
+from .zigzag_strains import face_weight, tied_strains
 
 
 @internal_inlined
