@@ -23,7 +23,7 @@ from granular_env.components.errors import GranularError, LogError, ParameterErr
 from granular_env.components.snapshot import Snapshot
 from granular_env.recording import open_log, record, recover, verify
 from granular_env.recording.container import PROFILE
-from granular_env.recording.format.message_index import CHUNK
+from granular_env.recording.format.record_index import CHUNK
 from granular_env.recording.format.records import HEADER, STEPS, Record
 from granular_env.recording.recorder import log_file
 from granular_env.recording.recorder.recorder import Recorder

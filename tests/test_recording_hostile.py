@@ -21,7 +21,7 @@ import granular_env.components.catalogue as catalogue
 from granular_env.components.errors import LogError
 from granular_env.recording import open_log, record, recover, verify
 from granular_env.recording.container import PROFILE
-from granular_env.recording.format.message_index import CHUNK, COUNT, FIRST, KIND, LAST, SEGMENT
+from granular_env.recording.format.record_index import CHUNK, COUNT, FIRST, KIND, LAST, SEGMENT
 from granular_env.recording.format.records import CLOSED, FRAMES, HEADER, INCIDENTS, STEPS, Record
 
 # -- sizes -------------------------------------------------------------------------------------------------------------

@@ -16,7 +16,7 @@ from .inelastic_links import Law, bond_energy, criterion_ratios, measure_bonds, 
 from .kernel_arrays import Body
 from .link_formation import count_linkable, link_contacts, raise_weights
 from .link_histories import Bonds
-from .link_weights import LOSSES, NEVER_FOUND, TRAVEL
+from .link_release import LOSSES, NEVER_FOUND, TRAVEL
 from .linked_specimen import LinkedSpecimen
 from .material_mixture import Mixture, mix_again
 from .material_tables import IntArray, chosen_materials, law_rows, law_tables

@@ -18,7 +18,7 @@ from .contact import Ground, add_contacts, dashpot_power
 from .inelastic_links import Law, bond_forces, bond_stresses, update_bonds
 from .kernel_arrays import Body, Motion, Scratch
 from .link_histories import Bonds
-from .link_weights import DAMPING, FRICTION, INELASTIC, TRAVEL, lower_weights, settle_weights
+from .link_release import DAMPING, FRICTION, INELASTIC, TRAVEL, lower_weights, settle_weights
 from .motion import Grip, Load, add_loads, drift, held_speed, hold, keep_velocities, kick, settle_loads
 from .pair import orient
 from .strain_division import bond_dilations
@@ -57,7 +57,7 @@ class Specimen(NamedTuple):
         motion: a `Motion`.
         scratch: a `Scratch`.
         judgement: a `Judgement`.
-        losses: see `link_weights.FRACTURE`.
+        losses: see `link_release.FRACTURE`.
     """
 
     medium: Medium
@@ -111,7 +111,7 @@ def judge_bonds(medium, motion, scratch, judgement, contacts, count, losses, tim
         judgement: a `Judgement`, overwritten.
         contacts: `Contacts`.
         count: how many contacts there are.
-        losses: see `link_weights.FRACTURE`, updated in place.
+        losses: see `link_release.FRACTURE`, updated in place.
         time: since the forces were computed last [s].
         tick: number of the step.
 
@@ -143,7 +143,7 @@ def add_forces(medium, motion, scratch, contacts, count, losses, time, tick):
         scratch: a `Scratch`, overwritten.
         contacts: `Contacts`, updated in place.
         count: how many contacts there are.
-        losses: see `link_weights.FRACTURE`, updated in place.
+        losses: see `link_release.FRACTURE`, updated in place.
         time: since the forces were computed last [s].
         tick: number of the step.
     """

@@ -19,7 +19,7 @@ from .contact import (
     sliding_speed,
 )
 from .link_histories import opposite_slot, pair_strains
-from .link_weights import LINKING, pair_and_volumes, put_weight, scheduled_weight
+from .link_release import LINKING, pair_and_volumes, put_weight, scheduled_weight
 from .pair import turned
 from .volumetric_strain import bond_dilation, condensation
 from .zigzag_relinking import face_load, strain_face
@@ -103,7 +103,7 @@ def raise_weights(medium, motion, scratch, contacts, count, losses, tick):
         scratch: a `Scratch`; its dilations are updated.
         contacts: `Contacts`.
         count: how many contacts there are.
-        losses: see `link_weights.FRACTURE`, updated in place.
+        losses: see `link_release.FRACTURE`, updated in place.
         tick: number of the step.
     """
     body, ground, bonds, half = medium.body, medium.ground, medium.bonds, scratch.half

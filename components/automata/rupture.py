@@ -8,7 +8,7 @@ from ..support.jit import internal, internal_inlined, jit
 from .contact import FIRST, SECOND, SLOT, START, contact_part, contact_stiffness, separation
 from .inelastic_links import bond_failure, bond_tractions, pair_energy, volume_energy
 from .link_histories import opposite_slot
-from .link_weights import lower_weight
+from .link_release import lower_weight
 from .strain_division import bond_dilations, division_energy
 from .volumetric_strain import bond_dilation
 from .zigzag_strains import tied_shares

@@ -15,7 +15,7 @@ from ..automata import motion as automata_motion
 from ..automata.contact import Contacts
 from ..automata.cracking_steps import Judgement, Medium, add_forces, judge_bonds
 from ..automata.kernel_arrays import Body, Motion, Scratch
-from ..automata.link_weights import TRAVEL
+from ..automata.link_release import TRAVEL
 from ..automata.linked_sweep import sweep
 from ..automata.sweep_order import Part
 from ..automata.zigzag_faces import add_ties
@@ -76,7 +76,7 @@ class Cracking(NamedTuple):
         judgement: scratch.
         contacts: part of the state.
         contact_count: how many contacts there are.
-        losses: see `link_weights.FRACTURE`, part of the state.
+        losses: see `link_release.FRACTURE`, part of the state.
         most_travel: how far the fastest automaton may move before contacts are found anew [m].
         sides: sides of the grid that automata touch; None without.
     """

@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..automata.link_weights import TRAVEL
+from ..automata.link_release import TRAVEL
 from ..grid.mesh import IntArray, Mesh
 from ..support.float_arrays import FloatArray, norms
 from ..support.jit import internal, internal_inlined, jit

@@ -16,7 +16,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..automata.contact import dashpot_power
-from ..automata.link_weights import DAMPING, TRAVEL
+from ..automata.link_release import DAMPING, TRAVEL
 from ..automata.linked_sweep import DRIFT_HALF_KICK, DRIFT_TWO_HALF_KICKS, STILL
 from ..support.jit import jit
 from .kicks_and_drifts import finish_cells, must_break, note_travel, update_automata_forces

@@ -21,7 +21,7 @@ from ..container.limits import Limits
 from ..format import step_history
 from ..format.drawables import drawables_from
 from ..format.header import BalanceNames, balance_names_from, event_kinds_from, table_of
-from ..format.message_index import COUNT, DETAIL, FIRST, SEGMENT, Segment
+from ..format.record_index import COUNT, DETAIL, FIRST, SEGMENT, Segment
 from ..format.records import EVENTS, INCIDENTS, SNAPSHOTS, STEPS, damage
 from ..format.step_history import StepHistory, Stretch
 from .record_reader import RecordReader

@@ -16,7 +16,7 @@ from ..container import PROFILE
 from ..container.limits import Limits
 from ..container.reader import NOT_A_LOG, McapReader
 from ..format.header import event_kinds_from, variable_from
-from ..format.message_index import CHUNK, DETAIL, FIRST, SEGMENT, find_index
+from ..format.record_index import CHUNK, DETAIL, FIRST, SEGMENT, find_index
 from ..format.records import (
     FORMAT,
     FRAMES,

@@ -12,7 +12,7 @@ from ...components.component import Component
 from ...components.errors import ParameterError, nearest
 from ...components.inputs import Held
 from ...components.profiles import Profile
-from ..format.message_index import Segment
+from ..format.record_index import Segment
 from ..recorder.arguments import make_schedule, names_to_record
 from ..recorder.log_file import create
 from ..recorder.log_writer import as_path

@@ -21,8 +21,8 @@ from ...components.errors import LogError
 from ...components.inputs import Held
 from ..format.digests import hash_row
 from ..format.header import versions
-from ..format.message_index import COUNT, DETAIL, FIRST, KIND, LAST
 from ..format.metadata import metadata_of_log
+from ..format.record_index import COUNT, DETAIL, FIRST, KIND, LAST
 from ..format.records import END, EVENTS, FRAMES, HASHES, HEADER, INCIDENTS, SNAPSHOTS, STEPS, TOPICS, Record, decode, words
 from ..preview.frame_selection import PreviewFrames
 from ..recorder.log_file import create

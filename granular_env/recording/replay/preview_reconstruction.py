@@ -9,8 +9,8 @@ import numpy as np
 
 from ...components.component import Component
 from ..container.reader import RawMessage
-from ..format.message_index import CHUNK, COUNT, KIND, LAST, SEGMENT
 from ..format.metadata import title_of
+from ..format.record_index import CHUNK, COUNT, KIND, LAST, SEGMENT
 from ..format.records import HEADER, TOPICS, damage
 from ..preview.frame_selection import FROM_FRAMES, PreviewFrames, facts_of, preview_facts
 from ..preview.messages import PreviewFacts, PreviewMessage

@@ -5,7 +5,7 @@ from __future__ import annotations
 from ...components.component import Component
 from ...components.errors import LogError
 from ..format.digests import header_digests, held_word, parameter_digests, step_digests
-from ..format.message_index import DETAIL, SEGMENT
+from ..format.record_index import DETAIL, SEGMENT
 from ..format.records import HASHES, STEPS
 from ..format.step_history import raw_sets
 from ..replay.log import Log

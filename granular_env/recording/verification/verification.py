@@ -16,7 +16,7 @@ from ...components.snapshot import Snapshot
 from ...output_files import count_of
 from ...progress import Bar, Progress, progress_bar
 from ..format.digests import hash_row, held_word
-from ..format.message_index import DETAIL, FIRST, LAST, Segment
+from ..format.record_index import DETAIL, FIRST, LAST, Segment
 from ..format.records import EVENTS, FRAMES, HASHES, SNAPSHOTS, damage, words
 from ..replay.log import Log, open_log
 from ..replay.preview_reconstruction import PreviewBuilder

@@ -1,4 +1,4 @@
-"""Weights of links, which fall over several steps after a break and rise after relinking, and the energy that this takes.
+"""The release of broken links: their weights fall over several steps, and rise after relinking; and the energy that this takes.
 
 What a change of weights takes of the energy of the link, of both volumes and of the contact is counted in the step itself.
 """
