@@ -22,7 +22,7 @@ from numba.core.registry import CPUDispatcher
 
 from .compilation import compilation_notice
 from .compilation.fingerprint import is_of_package
-from .compilation.garbage_collection import quick_compilation
+from .compilation.garbage_collection import without_collection
 from .compilation.kernel_cache import KernelCache, compilers
 
 _settings: Any = numba_config
@@ -71,7 +71,7 @@ class _Kernel(CPUDispatcher):
 
     def compile(self, sig: Any) -> Any:
         """Compile for a signature, or load what was compiled."""
-        with quick_compilation(), nullcontext() if compilers is None else compilers.kept_calls():
+        with without_collection(), nullcontext() if compilers is None else compilers.kept_calls():
             return super().compile(sig)
 
 
@@ -101,8 +101,8 @@ def _compile(function: F, **options: Any) -> F:
         return _keep_on_disk(_Kernel(function, targetoptions=_without_internal(options)))
     if options.get("no_cpython_wrapper"):
         return _keep_on_disk(_Internal(function, targetoptions=options, pipeline_class=compilers.IntermediateCompiler))
-    compiler = compilers.EntryCompiler if is_of_package(function) else compilers.UserEntryCompiler
-    return _keep_on_disk(_Kernel(function, targetoptions=options, pipeline_class=compiler))
+    pipeline = compilers.EntryCompiler if is_of_package(function) else compilers.UserEntryCompiler
+    return _keep_on_disk(_Kernel(function, targetoptions=options, pipeline_class=pipeline))
 
 
 def _without_internal(options: dict[str, Any]) -> dict[str, Any]:

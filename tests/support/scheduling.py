@@ -19,7 +19,6 @@ BODIES = re.compile(r"test_(automata_|coupled|grid|shell|tube|detonation|thermo|
 LONG = [
     "test_docs.py",
     "test_chain_adjoint.py",
-    "test_coupled_zigzag_cracking.py",
     "test_atlas_psakhie.py",
     "test_conformance.py",
     "test_atlas_processes.py",
@@ -36,6 +35,7 @@ LONG = [
     "test_control_studies.py",
     "test_coupled_zigzag.py",
     "test_automata_contacts.py",
+    "test_coupled_zigzag_cracking.py",
     "test_chain_bits.py",
     "test_automata_materials.py",
     "test_viewing_processes.py",

@@ -98,8 +98,8 @@ class Visibility:
     def _write_rows(self, points: IntArray, values: FloatArray, gradients: FloatArray) -> None:
         """Give points rows of their own: shape functions (s, k) and their gradients (s, k, 3) of the neighbours."""
         self._claim_rows(points)
-        for number, point in enumerate(points):
-            begin, count = int(self.first[self.kind[point]]), int(self._stencils.counts(point))
+        begins = self.first[self.kind[points]].tolist()
+        for number, (begin, count) in enumerate(zip(begins, self._stencils.counts(points).tolist(), strict=True)):
             self.values[begin : begin + count] = values[number, :count]
             if self._has_gradients:
                 self.gradients[begin : begin + count] = gradients[number, :count]
@@ -110,9 +110,9 @@ class Visibility:
         fresh = points[self.kind[points] < shared]
         if self.values is self._stencils.values:
             self._make_room()
-        for point in fresh:
+        for point, count in zip(fresh, self._stencils.counts(fresh).tolist(), strict=True):
             self.kind[point], self.first[self._kinds], self.along[point] = self._kinds, self._rows, 1.0
-            self._kinds, self._rows = self._kinds + 1, self._rows + int(self._stencils.counts(point))
+            self._kinds, self._rows = self._kinds + 1, self._rows + count
 
     def _make_room(self) -> None:
         """Make room for rows of all points: what is never written takes no memory, and nothing is ever moved."""

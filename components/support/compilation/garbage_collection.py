@@ -10,7 +10,7 @@ from numba.core.compiler_lock import global_compiler_lock
 
 
 @contextmanager
-def quick_compilation() -> Iterator[None]:
+def without_collection() -> Iterator[None]:
     """Collect no garbage until the end of the block, a sixth of the time; other threads compile before it or after it."""
     with global_compiler_lock:
         collected = gc.isenabled()
