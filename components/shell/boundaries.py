@@ -37,7 +37,7 @@ def edge_nodes(lattice: Lattice, edge: str) -> IntArray:
     axis, end = EDGES[edge]
     numbers = np.arange(lattice.node_count).reshape(lattice.shape)
     nodes = np.take(numbers, end, axis=axis).ravel()
-    return nodes[lattice.places[nodes, axis] == end % lattice.shape[axis]]
+    return nodes[lattice.places(nodes)[:, axis] == end % lattice.shape[axis]]
 
 
 def make_conditions(body: object, lattice: Lattice, boundaries: dict[EdgeName, BoundaryName]) -> Conditions:

@@ -23,17 +23,17 @@ from .fracture.principal_stress import PrincipalStress
 from .geometry.lattice import Lattice
 from .input_signals import pattern_of, tick_signals
 from .kernel_arrays import IntArray, Solid, State
-from .kernel_setup import Assembly, assemble, gauge_columns, station_means, surface_quads
+from .kernel_setup import Assembly, assemble, station_means, surface_quads
 from .parameters import ShellParameters
 from .quadrature import RuleName
 from .stability import CRACKED, WALL_STIFFNESS, highest_frequency
 
 _STATE = ("displacement", "velocity", "force", "gradient", "stress", "plastic_strain", "temperature", "plastic_work", "area")
 # What a node, and an integration point, take at least: tables, state, its copy, scratch, and the stencils by which fields are
-# read. A notch adds up to a tenth.
-_BYTES_OF_NODE, _BYTES_OF_POINT = 395, 540
+# read. A notch adds up to a twentieth.
+_BYTES_OF_NODE, _BYTES_OF_POINT = 350, 540
 # What a node takes besides where the body can break: its points, pairs and surfaces, whole and as they are.
-_BYTES_OF_BREAKING = 135
+_BYTES_OF_BREAKING = 125
 _POINTS_OF_CELL: dict[RuleName, int] = {"column": 1, "cell": 4}
 # Status -> what happened, and to which output.
 _FAILURES = {
@@ -86,7 +86,6 @@ class Shell(Component):
         self._breaking = BreakingBody(p, law, self.assembly, self._whole) if isinstance(law, FractureLaw) else None
         if self._breaking is not None:
             self._declare_events(KINDS, self._breaking.details)
-        self._gauges: IntArray = gauge_columns(p, self.lattice)
         self._lay_out_state()
 
     def _finish_solid(self) -> Solid:
@@ -127,7 +126,7 @@ class Shell(Component):
     # -- the contract -----------------------------------------------------------------------------------------------
 
     def _declare(self) -> Iterable[Variable]:
-        n, m, k, s = len(self.nodes), self.point_count, len(self._gauges), len(self._whole.surface.nodes)
+        n, m, k, s = len(self.nodes), self.point_count, len(self.assembly.gauges), len(self._whole.surface.nodes)
         stations, nodes, points = self.lattice.shape[0], ("node", "direction"), ("point",)
         yield Variable(
             "pressure", "input", "Pa", (stations,), "pressure on the inner surface (of a plate the lower one) at each plane of "
@@ -287,24 +286,13 @@ class Shell(Component):
 
     def _gauge_strain(self) -> FloatArray:
         """Return E = (F^T F - 1) / 2 along the first two directions of the surface, shape (gauges, 2)."""
-        some, found = self.assembly.node_stencils, np.zeros((len(self._gauges), 2))
-        for row, column in enumerate(self._gauges):
-            node = self.surface_nodes[column]
-            first = int(some.first[some.kind[node]])
-            u = self._state.displacement[some.neighbours(int(node))]
-            gradients = some.gradients[first : first + len(u)]
-            sine, cosine = self._turn_of_column(int(column))
-            for k, axis in enumerate(([1.0, 0.0, 0.0], [0.0, cosine, -sine])):
-                change = (u * gradients[:, k : k + 1]).sum(axis=0) * (some.along[node] if k == 0 else 1.0)
-                along = change[0] * axis[0] + change[1] * axis[1] + change[2] * axis[2]
-                found[row, k] = along + 0.5 * (change * change).sum()
+        found = np.zeros((len(self.assembly.gauges), 2))
+        for row, gauge in enumerate(self.assembly.gauges):
+            u = self._state.displacement[gauge.neighbours]
+            for k, (x, y, z) in enumerate(gauge.directions):
+                change = (u * gauge.gradients[:, k : k + 1]).sum(axis=0) * (gauge.along if k == 0 else 1.0)
+                found[row, k] = change[0] * x + change[1] * y + change[2] * z + 0.5 * (change * change).sum()
         return found
-
-    def _turn_of_column(self, column: int) -> tuple[float, float]:
-        lattice = self.lattice
-        place = column % lattice.shape[1]
-        sine, cosine = lattice.turn(lattice.axes[1].positions[place : place + 1])
-        return float(sine[0]), float(cosine[0])
 
     def _start(self, seed: int | None, values: Mapping[str, FloatArray]) -> Mapping[str, Any]:
         state = self._state

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 from weakref import WeakValueDictionary
 
 import numpy as np
@@ -24,6 +25,22 @@ from .zero_modes import RIGID_MOTIONS, zero_mode_count
 _KNOWN = (3, "column", 2, "linear", 1.7)
 
 
+class Gauge(NamedTuple):
+    """A strain gauge at a node of the outer surface.
+
+    Attributes:
+        neighbours: of the node, shape (k,).
+        gradients: of their shape functions in the frame of the node, shape (k, 3) [1/m].
+        along: by what those along the body are multiplied, see `Stencils`.
+        directions: unit vectors along the body, and across or around it, shape (2, 3).
+    """
+
+    neighbours: IndexArray
+    gradients: FloatArray
+    along: float
+    directions: FloatArray
+
+
 @dataclass(frozen=True, eq=False)
 class Assembly:
     """The tables that the component builds once, and that components of alike bodies share; nobody writes to them.
@@ -32,7 +49,8 @@ class Assembly:
         lattice: the nodes.
         points: the integration points.
         stencils: of the points.
-        node_stencils: of the nodes themselves, at which fields are read.
+        node_stencils: of the nodes themselves, at which fields are read; without gradients.
+        gauges: at which strains are read.
         solid: the tables of the kernels, without step and wall.
         conditions: what is prescribed.
     """
@@ -41,12 +59,13 @@ class Assembly:
     points: IntegrationPoints
     stencils: Stencils
     node_stencils: Stencils
+    gauges: list[Gauge]
     solid: Solid
     conditions: Conditions
 
 
 # What the tables follow from, and the assemblies that are in use.
-_SOURCES = ("body", "material", "boundaries", "basis", "radius", "integration", "hourglass")
+_SOURCES = ("body", "material", "boundaries", "basis", "radius", "integration", "hourglass", "gauges")
 _in_use: WeakValueDictionary[str, Assembly] = WeakValueDictionary()
 
 
@@ -68,8 +87,8 @@ def _assemble(p: ShellParameters) -> Assembly:
     lattice, rule = p.body.lattice(), p.rule
     points = integration_points(lattice, rule.surface, rule.through)
     lines = tuple(points_at_planes(axis) for axis in lattice.axes)
-    stencils = spanned_stencils(p, lattice, points.lines, points.places)
-    node_stencils = spanned_stencils(p, lattice, lines, lattice.places)
+    stencils = spanned_stencils(p, lattice, points.lines, points.all_places())
+    node_stencils = spanned_stencils(p, lattice, lines, lattice.places(np.arange(lattice.node_count)))
     conditions = make_conditions(p.body, lattice, p.boundaries)
     mass = p.material.density * lattice.volumes
     body = Body(
@@ -81,7 +100,8 @@ def _assemble(p: ShellParameters) -> Assembly:
         body, chosen_hourglass(p, lattice), inner_surface(lattice), p.material.constants(1.0), False, 1.0,
         np.zeros(2), lattice.nodes,
     )  # fmt: skip
-    return Assembly(lattice, points, stencils, node_stencils, solid, conditions)
+    gauges = [_gauge(lattice, node_stencils, column) for column in gauge_columns(p, lattice)]
+    return Assembly(lattice, points, stencils, node_stencils.without_gradients(), gauges, solid, conditions)
 
 
 def spanned_stencils(p: ShellParameters, lattice: Lattice, lines: tuple[LinePoints, ...], places: FloatArray) -> Stencils:
@@ -187,7 +207,7 @@ def station_means(assembly: Assembly, values: FloatArray) -> FloatArray:
     return np.asarray((values.reshape(volume.shape) * volume).sum(axis=1) / volume.sum(axis=1), dtype=np.float64)
 
 
-def gauge_columns(p: ShellParameters, lattice: Lattice) -> IntArray:
+def gauge_columns(p: ShellParameters, lattice: Lattice) -> list[int]:
     """Return the column nearest to each gauge.
 
     Raises:
@@ -207,4 +227,12 @@ def gauge_columns(p: ShellParameters, lattice: Lattice) -> IntArray:
                 distance = np.minimum(distance, axis.period - distance)
             indices.append(int(distance.argmin()))
         found.append(indices[0] * lattice.shape[1] + indices[1])
-    return np.array(found, dtype=np.int64)
+    return found
+
+
+def _gauge(lattice: Lattice, stencils: Stencils, column: int) -> Gauge:
+    node = int(lattice.top_nodes[column])
+    place = column % lattice.shape[1]
+    (sine,), (cosine,) = lattice.turn(lattice.axes[1].positions[place : place + 1])
+    directions = np.array([[1.0, 0.0, 0.0], [0.0, cosine, -sine]])
+    return Gauge(stencils.neighbours(node), stencils.gradients_at(node).copy(), float(stencils.along[node]), directions)

@@ -14,7 +14,7 @@ import numpy as np
 from ..support.elementary_functions import sine_of_pi
 from ..support.float_arrays import FloatArray
 from .geometry.lattice import Lattice
-from .geometry.lattice_axis import Axis
+from .geometry.lattice_axis import Axis, IntArray
 
 RuleName = Literal["column", "cell"]
 _NEWTON_STEPS = 10
@@ -37,16 +37,25 @@ class IntegrationPoints(NamedTuple):
 
     Attributes:
         lines: the points along each axis, whose product they are; below a notch they lie elsewhere through the thickness.
-        places: fractional indices of the axes of each point, shape (m, 3).
+        heights: fractional index of each through the thickness, shape (m,).
         volume: shape (m,) [m^3].
         sine, cosine: of the angle by which the frame of each is turned, shape (m,).
     """
 
     lines: tuple[LinePoints, LinePoints, LinePoints]
-    places: FloatArray
+    heights: FloatArray
     volume: FloatArray
     sine: FloatArray
     cosine: FloatArray
+
+    def places(self, points: IntArray) -> FloatArray:
+        """Return fractional indices of the axes at which points are, shape (len(points), 3)."""
+        along, across, _ = np.unravel_index(points, [len(line.at) for line in self.lines])
+        return np.stack([self.lines[0].at[along], self.lines[1].at[across], self.heights[points]], axis=-1)
+
+    def all_places(self) -> FloatArray:
+        """Return those of all points, shape (m, 3)."""
+        return self.places(np.arange(len(self.volume)))
 
 
 def points_at_planes(axis: Axis) -> LinePoints:
@@ -96,18 +105,19 @@ def integration_points(lattice: Lattice, rule: RuleName, through: int) -> Integr
     third = thickness_volumes(lattice, lines[2])
     section = lines[0].length[:, None, None] * lines[1].length[:, None]
     volume = section * third
-    places: FloatArray = np.stack(np.meshgrid(*(line.at for line in lines), indexing="ij"), axis=-1)
+    heights = np.broadcast_to(lines[2].at, volume.shape)
     if lattice.hollow is not None:
         # A point is below the notch where the nearest column is.
-        nearest = lattice.nearest_columns(places[:, :, 0].reshape(-1, 3))
+        places = np.stack(np.meshgrid(lines[0].at, lines[1].at, indexing="ij"), axis=-1)
+        nearest = lattice.nearest_columns(places.reshape(-1, 2))
         below = lattice.hollow.columns.ravel()[nearest].reshape(volume.shape[:2])
         line = points_through(thickness, through, lattice.hollow.bottom)
         volume = np.where(below[..., None], section * thickness_volumes(lattice, line), volume)
-        places[below, :, 2] = line.at
+        heights = np.where(below[..., None], line.at, heights)
     sine, cosine = lattice.turn(across.at(lines[1].at))
     shape = volume.shape
     spread = (np.broadcast_to(one[:, None], shape).ravel() for one in (sine, cosine))
-    return IntegrationPoints(lines, places.reshape(-1, 3), volume.ravel(), *spread)
+    return IntegrationPoints(lines, heights.ravel(), volume.ravel(), *spread)
 
 
 def thickness_volumes(lattice: Lattice, line: LinePoints) -> FloatArray:

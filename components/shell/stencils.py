@@ -57,6 +57,15 @@ class Stencils(NamedTuple):
         """Return how many neighbours some points have."""
         return self.begin[points + 1].astype(np.int64) - self.begin[points]
 
+    def gradients_at(self, point: int) -> FloatArray:
+        """Return the rows of a point in `gradients`, shape (neighbours, 3)."""
+        first, end = self.first[self.kind[point] :][:2]
+        return self.gradients[first:end]
+
+    def without_gradients(self) -> Stencils:
+        """Return these without their gradients, which take most of the memory of shape functions."""
+        return self._replace(gradients=np.zeros((0, 3)))
+
 
 # Spacings that differ by less than this part, which is rounding, are the same.
 _SAME = 1e-12

@@ -293,9 +293,7 @@ class BreakingBody:
         }  # fmt: skip
         if ratio > 0.0:
             lattice = self._assembly.lattice
-            along, across = (
-                float(axis.at(self._assembly.points.places[int(point), k])) for k, axis in enumerate(lattice.axes[:2])
-            )
+            along, across = self._surface_place(int(point))
             found |= {
                 "largest fracture ratio so far, above 0.5": ratio, "at, s": tick * step_size, "along the body, m": along,
                 ("angle around, rad" if lattice.bent else "across the body, m"): across,
@@ -305,8 +303,9 @@ class BreakingBody:
     def drawables(self, nodes: FloatArray, size: float) -> tuple[Drawable, ...]:
         """Return the points, coloured by how near they are to parting, and the links of the surface that cracks have left."""
         lattice = self._assembly.lattice
-        along, across, through = (axis.at(one) for axis, one in zip(lattice.axes, self._assembly.points.places.T, strict=True))
-        places, top = lattice.place(along, across, through), lattice.top_nodes
+        indices = self._assembly.points.all_places().T
+        places = lattice.place(*(axis.at(one) for axis, one in zip(lattice.axes, indices, strict=True)))
+        top = lattice.top_nodes
         return (
             Points("points", places, np.full(len(places), size), "point_displacement", "fracture_ratio"),
             Links("surface links", "nodes", top[self.surface_pairs], "surface_links"),
@@ -452,7 +451,7 @@ class BreakingBody:
     def place_words(self, point: int) -> str:
         """Return where a point lies in the body, in words."""
         lattice = self._assembly.lattice
-        along, across = (float(axis.at(self._assembly.points.places[point, k])) for k, axis in enumerate(lattice.axes[:2]))
+        along, across = self._surface_place(point)
         if not lattice.bent:
             return f"{1e3 * along:.4g} mm along the body and {1e3 * across:.4g} mm across it"
         angle = math.degrees(math.remainder(across, math.tau))
@@ -482,3 +481,9 @@ class BreakingBody:
     def _eroded_mass(self) -> float:
         volume = self._assembly.points.volume[self.cracks.eroded.astype(np.int64)]
         return float(self._parameters.material.density * volume.sum())
+
+    def _surface_place(self, point: int) -> tuple[float, float]:
+        """Return the coordinates of a point along the body and across, or around, it."""
+        (place,) = self._assembly.points.places(np.array([point]))
+        along, across, _ = self._assembly.lattice.axes
+        return float(along.at(place[0])), float(across.at(place[1]))

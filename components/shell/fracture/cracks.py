@@ -80,9 +80,8 @@ class Cracks:
         basis: object,
     ) -> None:  # fmt: skip
         """Take a body without cracks."""
-        self._lattice, self._places, self._stencils, self._whole = lattice, points.places, stencils, solid
+        self._lattice, self._points, self._stencils, self._whole = lattice, points, stencils, solid
         self._through = len(points.lines[2].at)
-        self._extents = _thickness_cells(lattice, points, self._through)
         at_nodes = len(points.lines[0].at) == lattice.shape[0]
         self._shift = _BESIDE_NODES if at_nodes else _BESIDE_POINTS
         self.visibility = Visibility(lattice, points.places, stencils, radius, basis)  # type: ignore[arg-type]
@@ -256,26 +255,39 @@ class Cracks:
 
     def _facet(self, p: int, normal: FloatArray, side: int) -> FloatArray:
         beside = self._shift * max(abs(normal[0]), abs(normal[1])) if normal[2] == 0.0 else _BESIDE_POINTS
-        middle = self._places[p].copy()
-        half = self._extents[p]
-        middle[2] = half[0] if normal[2] == 0.0 else middle[2]
-        return np.concatenate([[p], middle + side * beside * normal, normal, [half[1]]])
+        middle, cell = self._place(p), self._thickness_cell(p)
+        middle[2] = cell[0] if normal[2] == 0.0 else middle[2]
+        return np.concatenate([[p], middle + side * beside * normal, normal, [cell[1]]])
+
+    def _place(self, p: int) -> FloatArray:
+        """Return the fractional indices of a point."""
+        return self._points.places(np.array([p]))[0]
+
+    def _thickness_cell(self, p: int) -> tuple[float, float]:
+        """Return the middle and half the extent of a point's part of the thickness, in index space.
+
+        The outermost parts reach beyond the surface, below a notch through all that it leaves out.
+        """
+        column, layer = divmod(p, self._through)
+        heights = self._points.heights[column * self._through : (column + 1) * self._through]
+        bounds = [-0.5, *(0.5 * (heights[1:] + heights[:-1])), self._lattice.shape[2] - 0.5]
+        low, high = bounds[layer : layer + 2]
+        return 0.5 * (high + low), 0.5 * (high - low)
 
     def _open_side(self, p: int, normal: FloatArray) -> int:
         """Return the side on which a point has lost more neighbours; 0 for none."""
         begin, end = (int(one) for one in self._stencils.begin[p : p + 2])
         lost = self._stencils.neighbours(p)[self.visibility.hidden[begin:end]].astype(np.int64)
         _, m, layers = self._lattice.shape
-        offsets = np.stack([lost // (m * layers), lost // layers % m, self._lattice.heights(lost)], axis=-1) - self._places[p]
+        offsets = np.stack([lost // (m * layers), lost // layers % m, self._lattice.heights(lost)], axis=-1) - self._place(p)
         if self._lattice.axes[1].closed:
             offsets[:, 1] -= m * np.floor(offsets[:, 1] / m + 0.5)
         return int(np.sign(np.sign(offsets @ normal).sum()))
 
     def _loaded_side(self, state: State, p: int, normal: FloatArray) -> int:
         """Return the side on which the points next to one are nearer to their limits; 0 where both are alike."""
-        sums = [0.0, 0.0]
-        for q in self._points_around(p):
-            offset = self._places[q] - self._places[p]
+        sums, around = [0.0, 0.0], self._points_around(p)
+        for q, offset in zip(around, self._points.places(np.array(around, dtype=np.int64)) - self._place(p), strict=True):
             if self._lattice.axes[1].closed:
                 m = self._lattice.shape[1]
                 offset[1] -= m * np.floor(offset[1] / m + 0.5)
@@ -299,7 +311,7 @@ class Cracks:
 
     def _largest_stiffness(self) -> float:
         """Return the largest one of all points, some at a time: all at once would double the memory of the body."""
-        every = np.arange(len(self._places))
+        every = np.arange(len(self._points.volume))
         return max(
             float(self._stiffness(every[begin : begin + _AT_A_TIME]).max()) for begin in range(0, len(every), _AT_A_TIME)
         )
@@ -347,7 +359,7 @@ class Cracks:
         labels, borne = np.zeros(n * m, dtype=np.int64), np.zeros(n * m, dtype=bool)
         if not len(self.facets):
             return labels, ~borne
-        blind = np.zeros(len(self._places), dtype=bool)
+        blind = np.zeros(len(self._points.volume), dtype=bool)
         blind[self.eroded.astype(np.int64)] = True
         seen = self.visibility
         shared, connected = len(self._stencils.first) - 1, self._connected
@@ -396,14 +408,3 @@ class Cracks:
         layers = self._lattice.shape[2]
         found[loosened[loosened % layers == 0] // layers] = True
         return found
-
-
-def _thickness_cells(lattice: Lattice, points: IntegrationPoints, through: int) -> FloatArray:
-    """Return the middle and half the extent of each point's part of the thickness, in index space, shape (m, 2).
-
-    The outermost parts reach beyond the surface, below a notch through all that it leaves out.
-    """
-    at = points.places[:, 2].reshape(-1, through)
-    top = np.full((len(at), 1), lattice.shape[2] - 0.5)
-    bounds = np.concatenate([np.full((len(at), 1), -0.5), 0.5 * (at[:, 1:] + at[:, :-1]), top], axis=1)
-    return np.stack([0.5 * (bounds[:, 1:] + bounds[:, :-1]), 0.5 * np.diff(bounds, axis=1)], axis=-1).reshape(-1, 2)

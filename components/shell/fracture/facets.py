@@ -69,8 +69,8 @@ def mark_hidden(facet, table, begin, lowest, offsets, places, points, hidden):
         begin: where the neighbours of each point begin, shape (m + 1,).
         lowest: the neighbour of each point that has the least number, shape (m,).
         offsets: the neighbours, counted from the lowest one, shape (entries,).
-        places: of the points, shape (m, 3).
-        points: which of them are near, shape (k,); sorted anew, in place.
+        places: of the points that are near, shape (k, 3).
+        points: their numbers, shape (k,); sorted anew, in place.
         hidden: marks of all entries, updated in place, shape (entries,).
     """
     count = 0
@@ -84,8 +84,8 @@ def mark_hidden(facet, table, begin, lowest, offsets, places, points, hidden):
                 z = float(j % table.layers) * table.steps[j // table.layers]
                 around = float(y)
                 if table.period > 0:
-                    around += round_to_period(places[p, 1] - y, table.period)
-                if crosses(facet, table.period, places[p, 0], places[p, 1], places[p, 2], float(x), around, z):
+                    around += round_to_period(places[number, 1] - y, table.period)
+                if crosses(facet, table.period, places[number, 0], places[number, 1], places[number, 2], float(x), around, z):
                     hidden[entry] = lost = True
         if lost:
             points[count] = p

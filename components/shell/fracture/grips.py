@@ -20,7 +20,7 @@ def points_in_grips(p: ShellParameters, assembly: Assembly, length: float) -> Ma
     Raises:
         ParameterError: there is no such edge, or they are all points.
     """
-    places: FloatArray = assembly.points.places
+    places: FloatArray = assembly.points.all_places()
     found: Marks = places[:, 0] < -1.0
     for edge, kind in p.boundaries.items():
         if kind in _GRIPPED and length > 0.0:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 import numpy.typing as npt
 
@@ -31,14 +33,14 @@ class Visibility:
     """
 
     def __init__(
-        self, lattice: Lattice, places: FloatArray, stencils: Stencils, radius: float, basis: BasisName,
+        self, lattice: Lattice, places: Callable[[IntArray], FloatArray], stencils: Stencils, radius: float, basis: BasisName,
         has_gradients: bool = True,
     ) -> None:  # fmt: skip
-        """Take the points, at fractional indices `places`, shape (m, 3), and their stencils without any crack."""
+        """Take what returns fractional indices of points, shape (k, 3), and their stencils without any crack."""
         self._lattice, self._places, self._stencils, self._has_gradients = lattice, places, stencils, has_gradients
         self._radius, self._basis = radius, basis
         self.begin, self.lowest, self.offsets = stencils.begin, stencils.lowest, stencils.offsets
-        self._order = _bins(lattice, places)
+        self._order = _bins(lattice, places(np.arange(len(stencils.kind))))
         ring = lattice.axes[1]
         period = ring.count if ring.closed else 0
         self.table = LatticeTable(ring.count, lattice.axes[2].count, period, lattice.layer_steps)
@@ -66,20 +68,22 @@ class Visibility:
     def hide(self, facet: FloatArray) -> IntArray:
         """Hide neighbours behind a facet; return the points that lose any, ascending."""
         points = self.near(facet[1:4])
-        some = self._stencils
-        count = mark_hidden(facet, self.table, some.begin, some.lowest, some.offsets, self._places, points, self.hidden)
-        return np.sort(points[:count])
+        return np.sort(points[: self._mark_hidden(facet, points)])
 
     def is_sound_behind(self, facet: FloatArray, point: int) -> bool:
         """Return whether what one point would see beside one more facet spans the basis."""
         begin, end = (int(one) for one in self._stencils.begin[point : point + 2])
         before = self.hidden[begin:end].copy()
-        some = self._stencils
         own = np.array([point])
-        mark_hidden(facet, self.table, some.begin, some.lowest, some.offsets, self._places, own, self.hidden)
+        self._mark_hidden(facet, own)
         _, _, sound = self._compute(own)
         self.hidden[begin:end] = before
         return bool(sound[0])
+
+    def _mark_hidden(self, facet: FloatArray, points: IntArray) -> int:
+        """Hide what points lose to a facet, and return how many lose a neighbour; those come first in `points` then."""
+        some, places = self._stencils, self._places(points)
+        return int(mark_hidden(facet, self.table, some.begin, some.lowest, some.offsets, places, points, self.hidden))
 
     def rebuild(self, points: IntArray) -> npt.NDArray[np.bool_]:
         """Give points rows of their own, of what they see; return which of them span the basis."""
@@ -128,7 +132,7 @@ class Visibility:
         slot = np.arange(int(counts.max(initial=1)))
         entry = some.begin[points].astype(np.int64)[:, None] + np.minimum(slot, counts[:, None] - 1)
         there = (slot < counts[:, None]) & ~self.hidden[entry]
-        places, nodes = self._places[points], some.lowest[points, None].astype(np.int64) + some.offsets[entry]
+        places, nodes = self._places(points), some.lowest[points, None].astype(np.int64) + some.offsets[entry]
         _, m, layers = self._lattice.shape
         around = nodes // layers % m
         if self.table.period:

@@ -45,10 +45,10 @@ class Lattice:
         """Positions of the nodes, shape (n, 3) [m]."""
         along, across, through = np.meshgrid(*(axis.positions for axis in self.axes), indexing="ij")
         if self.hollow is not None:
-            through = self.axes[2].at(self.places[:, 2])
+            through = self.axes[2].at(self.heights(np.arange(self.node_count)))
         return self.place(along.ravel(), across.ravel(), through.ravel())
 
-    @cached_property
+    @property
     def volumes(self) -> FloatArray:
         """Volume that belongs to each node, shape (n,) [m^3]."""
         along, across, _ = (axis.widths for axis in self.axes)
@@ -71,10 +71,8 @@ class Lattice:
             steps[self.hollow.columns] = self.hollow.step(self.shape[2])
         return steps.ravel()
 
-    @cached_property
-    def places(self) -> FloatArray:
-        """Fractional indices of the axes at which the nodes are, shape (n, 3); whole ones but below a notch."""
-        nodes = np.arange(self.node_count)
+    def places(self, nodes: IntArray) -> FloatArray:
+        """Return fractional indices of the axes at which nodes are, shape (len(nodes), 3); whole ones but below a notch."""
         places = np.stack(np.unravel_index(nodes, self.shape), axis=-1).astype(np.float64)
         places[:, 2] = self.heights(nodes)
         return places
