@@ -41,6 +41,13 @@ FREE, PISTON, WALL = range(3)
 SMALLEST_OVERLAP = 1e-150
 
 
+# A core tells a store from a load by the last twelve bits of their addresses: rows a multiple of 4096 bytes (512 columns)
+# apart, or nearly, make it wait. They are at least 80 columns longer than such a multiple, or 32 shorter.
+_PAGE, _BEYOND, _BELOW = 512, 80, 32
+
+
 def row_width(grains: int) -> int:
     """Columns of the table: the grains, two walls, five tallies; at least what the drive's polynomials need."""
-    return max(40, -(-(grains + BESIDE_GRAINS) // 8) * 8)
+    width = max(40, -(-(grains + BESIDE_GRAINS) // 8) * 8)
+    beyond = (width + _BELOW) % _PAGE - _BELOW
+    return width + _BEYOND - beyond if width + _BELOW >= _PAGE and beyond < _BEYOND else width
