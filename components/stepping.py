@@ -107,7 +107,8 @@ class Stepping(Physics):
         Raises:
             ParameterError: an input or the duration is not valid; nothing has changed.
             StepError: the physics would break down; the state is that from before the step.
-            GranularError: another thread, or an observer, steps it while it steps.
+            GranularError: memory ran out, and the state is that from before the step too; or another thread, or an observer,
+                steps it while it steps.
         """
         # This is the hot path of step-wise control: what is usual is looked up, everything else goes to a slower function.
         # `own` goes past `__setattr__`, which would cost a third of a short step.
@@ -401,6 +402,11 @@ class Stepping(Physics):
         if untold is None:
             self._put_back(start, held)
             _call_all([observer.on_failure for observer in self._observers], self, error)
+            if isinstance(error, MemoryError):
+                raise GranularError(
+                    f"component {self.name!r} needed more memory than there is; its state is that from before the step",
+                    hint="make it smaller", at="step",
+                ) from error  # fmt: skip
         else:  # whoever was not told of it, or was interrupted while it was, is told now
             _call_all([observer.on_step for observer in reversed(untold)], self, ticks, inputs)
 

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import contextlib
 import errno
 import fcntl
 import os
 import re
 import secrets
 from collections.abc import Iterator, Mapping
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 from typing import IO, Any
 
@@ -47,7 +46,7 @@ def replacing(path: str | os.PathLike[str], kind: type[GranularError] = Granular
         raise _unwritable(path, error, kind) from error
     finally:
         if part is not None:
-            with contextlib.suppress(OSError):
+            with suppress(OSError):
                 part.unlink(missing_ok=True)
 
 
@@ -82,6 +81,16 @@ def lock(file: IO[Any], refusal: GranularError) -> None:
         fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
     except BlockingIOError:
         raise refusal from None
+
+
+@contextmanager
+def one_at_a_time(path: Path) -> Iterator[None]:
+    """Hold a lock on a file, made if need be, waiting for other processes that hold it; without one where there can be none."""
+    with ExitStack() as held:
+        # A full disk, a folder that can only be read, a file system that knows no locks.
+        with suppress(OSError):
+            fcntl.flock(held.enter_context(path.open("ab")), fcntl.LOCK_EX)
+        yield
 
 
 def resolve_file(path: str | os.PathLike[str]) -> Path:

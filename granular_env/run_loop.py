@@ -23,6 +23,7 @@ from granular_env.components.errors import (
     LogError,
     Option,
     ParameterError,
+    StepError,
     caution,
     one_line,
 )
@@ -256,13 +257,27 @@ def _loop(
         looked = stops.next_tick(tick) if stops is not None else None
         turn = next((turn for turn in turns if turn > tick), None)
         stop = min(stop, *(other for other in (looked, turn) if other is not None), stop)
-        component.step((stop - tick) * component.step_size, **changes.get(tick, {}))
+        _step_up_to(component, stop, changes.get(tick, {}))
         if show is not None:
             show(component)
         if stop == looked and stops is not None and (met := stops.stop_reason(component)) is not None:
             return met
         piece = _next_piece(piece, stop - tick, perf_counter() - begin)
     return None
+
+
+def _step_up_to(component: Component, stop: int, inputs: Inputs) -> None:
+    """Step to a tick; where that fails, to the last one before the failure, so that observers and the log have it."""
+    tick, step = component.tick, component.step_size
+    try:
+        component.step((stop - tick) * step, **inputs)
+    except StepError as error:
+        good = round(error.time / step) - 1 - tick
+        if 0 < good < stop - tick:
+            component.step(good * step, **inputs)
+            while component.tick < stop:
+                component.step(step)
+        raise
 
 
 def _next_piece(piece: int, done: int, seconds: float) -> int:

@@ -267,3 +267,36 @@ def test_the_bar_goes_by_the_work_and_names_what_is_computed_at_80_columns(tmp_p
     # Which of the two is being computed at a look depends on the machine; each look names it with its own share.
     assert any(re.search(r"3\.4-(energy|piston) [1-9]\d? %", line) for line in lines), lines
     assert "left" in lines[-1]
+
+
+TWINS = """
+import sys
+sys.path[:0] = [{tests!r}]
+from pathlib import Path
+from support.atlas_toys import experiment
+from granular_env.atlas.context import Context
+from granular_env.atlas.finished_runs import FinishedRuns
+
+folder, runs = Path(sys.argv[1]), []
+context = Context(folder / "logs", {{}}, finished=FinishedRuns(folder))
+record = context._record_run
+context._record_run = lambda *arguments: runs.append(1) or record(*arguments)
+print("ready", flush=True)
+sys.stdin.readline()
+long = experiment(64, 5e9) | {{"duration": 1.0, "record": {{"every": 0.1, "variables": ["velocity"]}}}}
+print(context.run(long).end_tick, len(runs), flush=True)
+"""
+
+
+def test_a_run_that_two_processes_want_is_done_once(tmp_path, compiled):
+    script = TWINS.format(tests=str(Path(__file__).parent))
+    with open_folder(tmp_path):
+        command = [sys.executable, "-c", script, str(tmp_path)]
+        twins = [subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True) for _ in range(2)]
+        assert [one.stdout.readline() for one in twins] == ["ready\n"] * 2
+        for one in twins:
+            one.stdin.write("go\n")
+            one.stdin.flush()
+        said = sorted(one.communicate(timeout=120)[0].split()[-1] for one in twins)
+    assert said == ["0", "1"]
+    assert len(list((tmp_path / "logs").iterdir())) == 1

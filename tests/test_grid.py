@@ -306,6 +306,21 @@ def mesh_of(cells: list[list[int]], nodes: list | None = None, **edges: list[int
     return {"name": "quadrilaterals", "nodes": NODES if nodes is None else nodes, "cells": cells, "edges": edges}
 
 
+def test_inputs_of_an_edge_have_its_nodes_as_they_were_given() -> None:
+    mesh = mesh_of([[0, 1, 2, 3], [1, 4, 5, 2]], rim=[5, 2, 3], whole=[3, 0, 1, 4, 5, 2, 3])
+    velocities = np.array([[5.0, 0.0], [2.0, 0.0], [3.0, 0.0]])
+    driven = ge.make("grid", mesh=mesh, boundaries={"rim": {"name": "velocity", "along": "nodes"}})
+    driven.step(driven.step_size, rim_velocity=velocities)
+    np.testing.assert_array_equal(driven.get("velocity")[[5, 2, 3]], velocities)
+    assert "`mesh.edges.rim`" in driven.variables["rim_velocity"].description
+    loaded = ge.make("grid", mesh=mesh, boundaries={"whole": {"name": "traction", "along": "nodes"}})
+    assert loaded.mesh.edge_nodes("whole").tolist() == [3, 0, 1, 4, 5, 2]
+    traction = np.zeros((6, 2))
+    traction[3] = 1.0, 0.0
+    loaded.step(loaded.step_size, whole_traction=traction)
+    assert loaded.get("velocity")[:, 0].argmax() == 4
+
+
 @pytest.mark.parametrize(
     ("parameters", "words"),
     [

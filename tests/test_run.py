@@ -14,6 +14,7 @@ from granular_env.components import catalogue
 from granular_env.components.errors import ExperimentError, GranularError, GranularWarning, StepError
 from granular_env.components.profiles import Profile
 from granular_env.experiments import load_experiment, shipped_experiments
+from granular_env.experiments.preparation import prepare
 from granular_env.recording import open_log, verify
 from granular_env.run_loop import replay, run
 
@@ -171,8 +172,48 @@ def test_a_run_that_breaks_down_leaves_a_complete_log(tmp_path):
         run(broken, log=tmp_path / "x.mcap")
     with open_log(tmp_path / "x.mcap") as log:
         assert log.complete
-        assert [incident["incident"] for incident in log.incidents] == ["failed"]
+        assert {incident["incident"] for incident in log.incidents} == {"failed"}
     assert verify(tmp_path / "x.mcap").identical
+
+
+def test_a_run_that_breaks_down_is_recorded_up_to_its_last_good_tick(tmp_path):
+    crushed = {
+        "name": "crushed", "duration": 2e-4,
+        "component": {
+            "type": "grid", "mesh": {"name": "rectangle", "columns": 4, "rows": 4, "cell_size": 1e-3},
+            "boundaries": {"bottom": "fixed", "top": "velocity"},
+        },
+        "input": {"top_velocity": [0.0, -100.0]}, "record": {"every": 1e-6, "variables": ["displacement"]},
+    }  # fmt: skip
+    with pytest.raises(StepError) as caught:
+        run(crushed, log=tmp_path / "x.mcap")
+    alone = prepare(load_experiment(crushed)).component
+    with pytest.raises(StepError) as expected:
+        alone.step(alone.step_size, top_velocity=[0.0, -100.0])
+        while True:
+            alone.step(alone.step_size)
+    assert str(caught.value) == str(expected.value)
+    with open_log(tmp_path / "x.mcap") as log:
+        assert log.complete and log.end_tick == alone.tick > 100
+        assert log.incidents[-1]["undone_ticks"] == 0
+    assert verify(tmp_path / "x.mcap").identical
+
+
+def test_memory_that_runs_out_in_a_step_is_an_error_of_the_family(monkeypatch):
+    swing = prepare(load_experiment(OSCILLATOR)).component
+    swing.step(0.5)
+    before = state(swing)
+
+    def fail(ticks):
+        raise MemoryError
+
+    with monkeypatch.context() as patch:
+        patch.setattr(swing, "_advance", fail)
+        for duration in (swing.step_size, 5000 * swing.step_size):
+            with pytest.raises(GranularError, match="more memory than there is; its state is that from before the step"):
+                swing.step(duration, force=1.0)
+            assert state(swing) == before
+    swing.step(0.5)
 
 
 def test_warnings_are_in_the_result_and_warned_of():

@@ -28,12 +28,14 @@ class Mesh:
         cells: the nodes of each cell, counterclockwise, shape (m, 4).
         edges: name -> sides of cells on that part of the boundary, shape (k, 2): their two nodes, the body on the left.
         counts: cells along x and y where it is a full rectangle; () otherwise.
+        orders: name -> nodes of an edge, shape (k,), of edges whose nodes were given one after the other.
     """
 
     nodes: FloatArray
     cells: IntArray
     edges: Mapping[str, IntArray] = field(default_factory=dict)
     counts: tuple[int, ...] = ()
+    orders: Mapping[str, IntArray] = field(default_factory=dict)
 
     @cached_property
     def areas(self) -> FloatArray:
@@ -55,7 +57,11 @@ class Mesh:
         return sides[np.sort(places[counts == 1])]
 
     def edge_nodes(self, name: str) -> IntArray:
-        """Return the nodes of an edge in the order of its coordinates, first x, then y, shape (k,)."""
+        """Return the nodes of an edge, as they were given or else in the order of x, then y, shape (k,)."""
+        return self.orders[name] if name in self.orders else self.sorted_edge_nodes(name)
+
+    def sorted_edge_nodes(self, name: str) -> IntArray:
+        """Return the nodes of an edge in the order of their coordinates, first x, then y, shape (k,)."""
         nodes = np.unique(self.edges[name])
         return nodes[np.lexsort((self.nodes[nodes, 1], self.nodes[nodes, 0]))]
 

@@ -105,7 +105,7 @@ class Quadrilaterals(Shape):
     nodes: list[Pair] = field(..., "x and y of each node", "m", min_length=4)
     cells: list[_Corners] = field(..., "the four nodes of each cell, counterclockwise", "1", min_length=1)
     edges: dict[EdgeName, Annotated[list[Index], Field(min_length=2)]] = field(
-        {}, "parts of the boundary by name: their nodes, one after the other along the boundary", "1"
+        {}, "parts of the boundary by name: their nodes, one after the other along the boundary, as in inputs of the edge", "1"
     )
 
     @model_validator(mode="after")
@@ -148,7 +148,8 @@ class Quadrilaterals(Shape):
                     )
                 sides[side] = None
             edges[name] = np.array(list(sides), dtype=np.int64)
-        return Mesh(mesh.nodes, mesh.cells, edges)
+        orders = {name: np.array(list(dict.fromkeys(chain)), dtype=np.int64) for name, chain in self.edges.items()}
+        return Mesh(mesh.nodes, mesh.cells, edges, orders=orders)
 
 
 SHAPES: dict[str, type[Shape]] = {"rectangle": Rectangle, "quadrilaterals": Quadrilaterals}

@@ -95,7 +95,7 @@ def joined_nodes(mesh: Mesh, boundaries: Mapping[str, Boundary]) -> IntArray:
 
 def _opposite_nodes(mesh: Mesh, first: str, second: str) -> IntArray:
     """Return pairs of nodes of two edges that differ by one vector, shape (k, 2)."""
-    one, two = mesh.edge_nodes(first), mesh.edge_nodes(second)
+    one, two = mesh.sorted_edge_nodes(first), mesh.sorted_edge_nodes(second)
     if len(one) != len(two):
         raise ParameterError(
             f"has {len(one)} nodes, and {second} has {len(two)}", hint="periodic edges need as many", at=("boundaries", first)
@@ -140,7 +140,8 @@ def _edge_variable(mesh: Mesh, name: str, boundary: Traction | PrescribedVelocit
     if boundary.along == "edge":
         return variable
     shape, axes = (len(mesh.edge_nodes(name)), 2), (f"{name}_node", "direction")
-    text = f"{variable.description}, for each of its nodes in the order of x, then y"
+    order = f"of `mesh.edges.{name}`" if name in mesh.orders else "of x, then y"
+    text = f"{variable.description}, for each of its nodes in the order {order}"
     return replace(variable, shape=shape, description=text, axes=axes)
 
 

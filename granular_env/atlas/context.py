@@ -7,7 +7,7 @@ import json
 import os
 import warnings
 from collections.abc import Callable, Mapping, Sequence
-from contextlib import suppress
+from contextlib import nullcontext, suppress
 from pathlib import Path
 from time import perf_counter
 from typing import Any
@@ -19,7 +19,7 @@ from granular_env.components.observer import Observer
 from granular_env.domains import domain_of
 from granular_env.experiments import Experiment
 from granular_env.experiments.experiment import Source, load_experiment
-from granular_env.output_files import file_name
+from granular_env.output_files import file_name, one_at_a_time
 from granular_env.recording import open_log
 from granular_env.recording.replay.log import Log
 from granular_env.run_loop import run
@@ -72,7 +72,7 @@ class Context:
         loaded = load_experiment(experiment, overrides)
         content = json.dumps(loaded.to_dict(), sort_keys=True)
         if content not in self._paths:
-            self._paths[content] = self._find_run(loaded, content) or self._record_run(loaded, content)
+            self._paths[content] = self._find_run(loaded, content) or self._record_alone(loaded, content)
         path = self._paths[content]
         if path.name not in self._used:
             self._used.append(path.name)
@@ -130,8 +130,14 @@ class Context:
         short = file_name(experiment.name.rpartition("/")[2], "run")
         return self._logs / f"{short}-{hashlib.sha256(content.encode()).hexdigest()[:6]}.mcap"
 
+    def _record_alone(self, experiment: Experiment, content: str) -> Path:
+        """Run it, or wait for the process that is at the same run."""
+        path = self._path(experiment, content)
+        with nullcontext() if self._finished is None else one_at_a_time(path.with_name(f".{path.name}{PART}")):
+            return self._find_run(experiment, content) or self._record_run(experiment, content)
+
     def _record_run(self, experiment: Experiment, content: str, observers: Sequence[Observer] = ()) -> Path:
-        """Run it. Another process may be at the same: each writes its own file, and the last one, which is equal, stays."""
+        """Run it. Where two processes do, each writes its own file, and the last one, which is equal, stays."""
         path = self._path(experiment, content)
         own = path.with_name(f".{path.name}.{os.getpid()}{PART}")
         try:

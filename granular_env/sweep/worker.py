@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import hashlib
 import warnings
-from collections.abc import Iterator, Mapping
-from contextlib import ExitStack, contextmanager, suppress
+from collections.abc import Mapping
+from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass, field
 from functools import cache
 from importlib.metadata import PackageNotFoundError, version
@@ -17,6 +17,7 @@ from granular_env.components.support.compilation.cache_folder import cache_folde
 from granular_env.components.support.jit import source_hash
 from granular_env.experiments import load_experiment
 from granular_env.experiments.preparation import Prepared, prepare
+from granular_env.output_files import one_at_a_time
 
 from .csv_files import write_files
 from .measures import Measure
@@ -106,7 +107,7 @@ class Computer:
 
     def warm(self, order: Order) -> None:
         """Compile, or load, every kernel that such a task needs; one process of a machine compiles, the others wait for it."""
-        with _one_at_a_time():
+        with _one_compiles():
             try:
                 with warnings.catch_warnings(action="ignore", category=GranularWarning):
                     self._briefly(order)
@@ -168,18 +169,10 @@ class Computer:
         return RunObserver(self._job.measures, self._job.every or recorded, duration)
 
 
-@contextmanager
-def _one_at_a_time() -> Iterator[None]:
+def _one_compiles() -> AbstractContextManager[None]:
     """Hold a lock that the processes of one user on one machine share, while kernels are compiled."""
-    with ExitStack() as held:
-        folder = cache_folder()
-        # Without a lock (a full disk, a folder that can only be read) several processes compile the same.
-        with suppress(OSError, ImportError):
-            import fcntl
-
-            if folder is not None:
-                fcntl.flock(held.enter_context((folder / "warming.lock").open("w")), fcntl.LOCK_EX)
-        yield
+    folder = cache_folder()
+    return nullcontext() if folder is None else one_at_a_time(folder / "warming.lock")
 
 
 @cache
