@@ -26,6 +26,8 @@ from .slow_shock_detection import find_slow_shock
 
 # The Courant number of the default step, for the fastest wave that is expected.
 _SUGGESTED_COURANT = 0.5
+# That of the step which is advised where one was too long.
+_ADVISED_COURANT = 0.7
 # Behind a detonation and its reflection waves run at up to so many times its speed; in an inert gas, at so many times the
 # speed of sound of its hottest region.
 _DETONATION_WAVES, _SOUND_WAVES = 1.3, 2.5
@@ -177,7 +179,8 @@ class DetonationTube(Component):
             "front_speed", "output", "m/s", (), f"speed of the front over its last {_SPEED_CELLS} cells; 0 where unknown"
         )
         yield Variable("cj_ratio", "output", "1", (), "front_speed over that of the Chapman-Jouguet detonation")
-        yield Variable("courant_number", "output", "1", (), "largest (|u| + c) dt / dx", minimum=0.0)
+        seen = ", u as seen from its cell, which moves as the ends are told to" if p.has_pistons else ""
+        yield Variable("courant_number", "output", "1", (), f"largest (|u| + c) dt / dx{seen}", minimum=0.0)
         yield Variable("gauge_pressure", "output", "Pa", (len(p.gauges),), "pressure at the `gauges`", axes=gauges)
         yield Variable("gauge_velocity", "output", "m/s", (len(p.gauges),), "velocity at the `gauges`", axes=gauges)
 
@@ -226,22 +229,31 @@ class DetonationTube(Component):
             "right_front": lambda: self._fronts()[1],
             "front_speed": self._front_speed,
             "cj_ratio": lambda: self._front_speed() / self.front.speed,
-            "courant_number": lambda: float(self._wave_speeds().max()) * self.step_size / self.cell_size,
+            "courant_number": lambda: self._courant_number(float(self._wave_speeds(self._cell_velocities(self._tick)).max())),
             "gauge_pressure": lambda: state.pressure[gauges],
             "gauge_velocity": lambda: state.velocity[gauges],
         }
 
     @np.errstate(all="ignore")
-    def _wave_speeds(self) -> FloatArray:
+    def _wave_speeds(self, cell_velocities: FloatArray | float = 0.0) -> FloatArray:
+        """Return |u| + c as seen from cells of these velocities, shape (n,) [m/s]."""
         state = self._state
-        return np.abs(state.velocity - self._cell_velocities()) + np.sqrt(self.gas.gamma * state.pressure / state.density)
+        return np.abs(state.velocity - cell_velocities) + np.sqrt(self.gas.gamma * state.pressure / state.density)
 
-    def _cell_velocities(self) -> FloatArray | float:
-        """Return how fast the middles of the cells move, 0 where no end does, shape (n,) [m/s]."""
+    def _courant_number(self, speed: float) -> float:
+        return speed * self.step_size / self.cell_size
+
+    def _end_velocities(self, tick: int) -> tuple[float, float]:
+        """Return how fast the two ends move in the tick that begins at `tick`, 0 where they do not [m/s]."""
+        left, right = tick_signals(self._held, tick, 1)[0, kernel_arrays.LEFT_VELOCITY : kernel_arrays.RIGHT_VELOCITY + 1]
+        return float(left), float(right)
+
+    def _cell_velocities(self, tick: int) -> FloatArray | float:
+        """Return how fast the middles of the cells move in that tick, 0 where no end does, shape (n,) [m/s]."""
         p = self.parameters
         if not p.has_pistons:
             return 0.0
-        left, right = tick_signals(self._held, self._tick, 1)[0, kernel_arrays.LEFT_VELOCITY : kernel_arrays.RIGHT_VELOCITY + 1]
+        left, right = self._end_velocities(tick)
         return np.asarray(left + (right - left) * (np.arange(p.cells) + 0.5) / p.cells)
 
     def _fronts(self) -> tuple[float, float]:
@@ -366,14 +378,10 @@ class DetonationTube(Component):
         cell, tick = (int(number) for number in self._failed)
         time, state = tick * self.step_size, self._state
         where = f"cell {cell}, x = {self.centres[cell]:.6g} m, at {time:.9g} s"
-        if status == kernel_arrays.TOO_FAST:
-            courant = float(self._wave_speeds()[cell]) * self.step_size / self.cell_size
-            return StepError(
-                f"reached {courant:.4g} in {where}, expected at most {kernels.LARGEST_COURANT:g}; take a "
-                f"step_size of {0.7 * self.step_size / courant:.2g} s or less, now {self.step_size:g} s",
-                time=time, at="courant_number", variable="courant_number", index=None, value=courant,
-                limit=kernels.LARGEST_COURANT,
-            )  # fmt: skip
+        if status in (kernel_arrays.TOO_FAST, kernel_arrays.TOO_FAST_AHEAD):
+            return self._explain_fast_waves(status, cell, tick)
+        if status == kernel_arrays.ENDS_TOO_FAST:
+            return self._explain_fast_ends(tick)
         if status == kernel_arrays.BAD_AREA:
             area = float(tick_signals(self._held, tick - 1, 1)[0, kernel_arrays.AREA] * area_pattern(self._held)[cell])
             now = float(state.area[cell])
@@ -389,6 +397,44 @@ class DetonationTube(Component):
             f"fell to {value:g} {self.variables[name].unit} in {where}, expected more than 0; take a smaller "
             "step_size, or the limiter minmod",
             time=time, at=name, variable=name, index=cell, value=value, limit=0.0,
+        )  # fmt: skip
+
+    def _explain_fast_waves(self, status: int, cell: int, tick: int) -> StepError:
+        """Return the error with the Courant number that the kernel has judged by, and the step that suits it."""
+        speed, time = float(self._wave_speeds(self._cell_velocities(tick - 1))[cell]), (tick - 1) * self.step_size
+        if status == kernel_arrays.TOO_FAST:  # at the end of the tick, see `kernels.finish`
+            speed, time = min(speed, float(self._wave_speeds()[cell])), tick * self.step_size
+        courant = self._courant_number(speed)
+        return StepError(
+            f"reached {courant:.4g} in cell {cell}, x = {self.centres[cell]:.6g} m, at {time:.9g} s, expected at most "
+            f"{kernels.LARGEST_COURANT:g}; take a step_size of {_ADVISED_COURANT * self.step_size / courant:.2g} s or less, now "
+            f"{self.step_size:g} s{self._describe_shrinking(tick - 1)}",
+            time=time, at="courant_number", variable="courant_number", index=None, value=courant, limit=kernels.LARGEST_COURANT,
+        )  # fmt: skip
+
+    def _describe_shrinking(self, tick: int) -> str:
+        """Return a part of a message where cells shrink in the tick that begins at `tick`: a smaller step helps for a while."""
+        left, right = self._end_velocities(tick)
+        if not right < left:
+            return ""
+        return (
+            f"; that suits the {self.parameters.cells * self.cell_size:.4g} m that the tube has left: as it goes on becoming "
+            "shorter the step has to fall in proportion, so that no fixed one lasts until the ends meet"
+        )
+
+    def _explain_fast_ends(self, tick: int) -> StepError:
+        """Return the error for ends that would leave less than half of the tube in one tick, named by the faster one."""
+        left, right = self._end_velocities(tick - 1)
+        length, closing, time = self.parameters.cells * self.cell_size, left - right, (tick - 1) * self.step_size
+        largest = 0.5 * length / self.step_size
+        name, value, limit = (
+            ("left_velocity", left, right + largest) if left > -right else ("right_velocity", right, left - largest)
+        )
+        return StepError(
+            f"got {value:g} m/s: the ends, {length:.4g} m apart at {time:.9g} s, would come {closing * self.step_size:.4g} m closer "
+            f"in one step, expected less than half of their distance; take a step_size of {0.25 * length / closing:.2g} s or "
+            f"less, now {self.step_size:g} s, or slower pistons",
+            time=time, at=name, variable=name, index=None, value=value, limit=limit,
         )  # fmt: skip
 
     # -- reading ----------------------------------------------------------------------------------------------------

@@ -48,6 +48,8 @@ LARGEST_COURANT = 0.9
 # Kinds of events, in the order of `DetonationTube.event_kinds`, and the progress at which gas counts as burnt.
 _OPENED, _END_REACHED, _FRONT_PASSED, _IGNITED = 0, 1, 2, 3
 BURNT = 0.5
+# Cells that do not move: velocity of the left end, and by how much a cell is faster than the one before it [m/s].
+AT_REST = (0.0, 0.0)
 
 
 @jit
@@ -77,7 +79,7 @@ def advance(medium, tube, state, scratch, signals, areas, tally, first_tick, eve
         if status != 0:
             return status
         add_heat(medium, tube, state, signals[row, POWER], tally)
-        status = finish(medium, tube, state, tally, tick, events, counts, failed)
+        status = finish(medium, tube, state, AT_REST, tally, tick, events, counts, failed)
         if status != 0:
             return status
     return 0
@@ -316,8 +318,12 @@ def react(medium, tube, density, pressure, fraction):
 
 
 @internal
-def finish(medium, tube, state, tally, tick, events, counts, failed):
-    """Let the gas react, compute velocity, pressure and progress, note what happened; return 0 or a status."""
+def finish(medium, tube, state, motion, tally, tick, events, counts, failed):
+    """Let the gas react, compute velocity, pressure and progress, note what happened; return 0 or a status.
+
+    Where cells move, as `motion` says, waves are too fast if they are for a cell at rest and for the cell as it moved: how it
+    moves next is known at the next tick alone, which begins with a check of its own (`moving_mesh.refuse_long_tick`).
+    """
     gamma, heat = medium.gamma, medium.heat
     allowed = LARGEST_COURANT * medium.cell_size / medium.step_size
     overwritten = 0.0
@@ -344,8 +350,10 @@ def finish(medium, tube, state, tally, tick, events, counts, failed):
         progress = 0.0 if progress < 0.0 else (1.0 if progress > 1.0 else progress)
         old, state.progress[i] = state.progress[i], progress
         state.velocity[i], state.pressure[i] = velocity, pressure
-        if not abs(velocity) + sqrt(gamma * pressure / density) <= allowed:
-            return TOO_FAST
+        sound = sqrt(gamma * pressure / density)
+        if not abs(velocity) + sound <= allowed:
+            if not abs(velocity - (motion[0] + (i + 0.5) * motion[1])) + sound <= allowed:
+                return TOO_FAST
         if progress >= BURNT and state.arrival[i] < 0.0:
             part = (BURNT - old) / (progress - old) if progress > old else 0.0
             state.arrival[i] = (tick - 1 + part) * medium.step_size

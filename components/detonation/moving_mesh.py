@@ -18,7 +18,7 @@ from ..support.jit import internal, internal_inlined, jit
 from ..support.powers import power
 from .boundaries import PISTON
 from .fluxes import hllc_flux
-from .kernel_arrays import LEFT_VELOCITY, NOT_POSITIVE, POWER, RIGHT_VELOCITY, TOO_FAST, Medium
+from .kernel_arrays import ENDS_TOO_FAST, LEFT_VELOCITY, NOT_POSITIVE, POWER, RIGHT_VELOCITY, TOO_FAST_AHEAD, Medium
 from .kernels import LARGEST_COURANT, add_heat, compute_end_fluxes, compute_slopes, fill_ghosts, finish, tally_ends
 
 # Columns of the walls: where the ends are, and the mean pressure on them over the last tick.
@@ -51,7 +51,8 @@ def advance(medium, tube, state, walls, places, scratch, signals, tally, first_t
         failed[1] = tick
         velocities = (signals[row, LEFT_VELOCITY], signals[row, RIGHT_VELOCITY])
         before = (walls[RIGHT] - walls[LEFT]) / n
-        status = refuse_long_tick(medium, state, velocities, before, failed)
+        motion = (velocities[0], (velocities[1] - velocities[0]) / n)
+        status = refuse_long_tick(medium, state, motion, before, failed)
         if status != 0:
             return status
         walls[LEFT] += step * velocities[0]
@@ -66,7 +67,7 @@ def advance(medium, tube, state, walls, places, scratch, signals, tally, first_t
             medium.gamma, medium.gas_constant, medium.heat, after, step, medium.limiter, medium.law, medium.outside_temperature
         )
         add_heat(now, tube, state, signals[row, POWER], tally)
-        status = finish(now, tube, state, tally, tick, events, counts, failed)
+        status = finish(now, tube, state, motion, tally, tick, events, counts, failed)
         if status != 0:
             return status
         for i in range(n):
@@ -76,17 +77,23 @@ def advance(medium, tube, state, walls, places, scratch, signals, tally, first_t
 
 
 @internal
-def refuse_long_tick(medium, state, velocities, size, failed):
-    """Return a status where waves cross a cell too fast, as seen from the cell, or the ends would meet; otherwise 0."""
-    n, step = state.density.size, medium.step_size
-    left, change = velocities[0], (velocities[1] - velocities[0]) / state.density.size
+def refuse_long_tick(medium, state, motion, size, failed):
+    """Return a status where waves cross a cell too fast, as seen from the cell, or the ends would meet; otherwise 0.
+
+    The cell that failed is then the one whose waves are the fastest, so that a step that suits it suits all.
+    """
+    step, fastest, fits = medium.step_size, 0.0, True
     allowed = LARGEST_COURANT * size / step
-    for i in range(n):
-        failed[0] = i
-        relative = state.velocity[i] - (left + (i + 0.5) * change)
-        if not abs(relative) + sqrt(medium.gamma * state.pressure[i] / state.density[i]) <= allowed:
-            return TOO_FAST
-    return 0 if size + step * change > 0.5 * size else TOO_FAST
+    for i in range(state.density.size):
+        relative = state.velocity[i] - (motion[0] + (i + 0.5) * motion[1])
+        speed = abs(relative) + sqrt(medium.gamma * state.pressure[i] / state.density[i])
+        if not speed <= fastest:
+            fastest, failed[0] = speed, i
+        if not speed <= allowed:
+            fits = False
+    if not fits:
+        return TOO_FAST_AHEAD
+    return 0 if size + step * motion[1] > 0.5 * size else ENDS_TOO_FAST
 
 
 @internal
