@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 import math
-from typing import Any
+from collections.abc import Iterator, Mapping
+from typing import Annotated, Any, get_args, get_origin
 
 import numpy as np
 from pydantic import BaseModel
+from pydantic.fields import FieldInfo
 
 from granular_env.components import catalogue
+from granular_env.components.component import Component
 from granular_env.components.contract import Variable
-from granular_env.components.support.validation import Parameters, tables
+from granular_env.components.support.validation import Choices, Parameters, tables
 from granular_env.domains import domain_of
 from granular_env.experiments.templates import default_of, example_of, example_values, parts_of, unit_of, value_text
 from granular_env.package_contents import first_sentence
@@ -24,12 +27,14 @@ def describe_component(name: str, parameters: dict[str, Any]) -> str:
     kind = catalogue.component_class(name)
     parts = [wrap_text(f"component {name}, version {kind.version}: {first_sentence(kind.__doc__ or '')}"), "", "parameters"]
     parts.append(columns(_rows(kind.Parameters)))
-    for parameter, choices in tables(kind.Parameters).items():
-        for choice, model in choices.items():
-            parts += ["", wrap_text(f'{parameter} = {{ name = "{choice}", ... }}: {first_sentence(model.__doc__ or "")}')]
-            parts += [columns(rows)] if (rows := [row for row in _rows(model) if row[0] != "name"]) else []
+    for parameter, choice, model in _chosen_tables(kind.Parameters):
+        parts += ["", wrap_text(f'{parameter} = {{ name = "{choice}", ... }}: {first_sentence(model.__doc__ or "")}')]
+        parts += [columns(rows)] if (rows := [row for row in _rows(model) if row[0] != "name"]) else []
     for parameter, model in parts_of(kind.Parameters).items():
-        parts += ["", wrap_text(f"{parameter} = {{ ... }}: {_where_described(model)}")]
+        if component := _component_of(model):
+            parts += ["", wrap_text(f"{parameter} = {{ ... }}: the keys that `granular-env describe {component}` names")]
+    if any("[]" in part or ".*" in part for part in parts):
+        parts += ["", wrap_text("NAME[] is each element of the list NAME; NAME.* each table in NAME, whatever its key.")]
     component = example_of(name, parameters)
     variables = [v for v in component.variables.values() if v.causality != "parameter"]
     for causality in ("input", "output"):
@@ -47,18 +52,17 @@ def describe_component(name: str, parameters: dict[str, Any]) -> str:
     return "\n".join(parts)
 
 
-def _where_described(model: type[BaseModel]) -> str:
-    """Return where the keys of a part are described: with the component that has them, or here, by name."""
-    for name in catalogue.names():
-        if catalogue.component_class(name).Parameters is model:
-            return f"the keys that `granular-env describe {name}` names"
-    return ", ".join(model.model_fields)
+def _component_of(model: type[BaseModel]) -> str:
+    """Return the component that has these parameters, as the part of another one has them; "" where there is none.
+
+    A component has imported those that it is made of: all others would take seconds to import.
+    """
+    return next((kind.name for kind in Component.__subclasses__() if kind.Parameters is model), "")
 
 
 def component_facts(name: str, parameters: dict[str, Any]) -> dict[str, Any]:
     """Return the same as JSON values, for programs."""
     kind = catalogue.component_class(name)
-    keys = ("name", "unit", "default", "description")
     variables = [v for v in example_of(name, parameters).variables.values() if v.causality != "parameter"]
     facts: dict[str, Any] = {"name": name, "version": kind.version, "description": first_sentence(kind.__doc__ or "")}
     offered = domain_of(name).load("environments") or {}
@@ -66,7 +70,7 @@ def component_facts(name: str, parameters: dict[str, Any]) -> dict[str, Any]:
     facts["environments"] = [
         {"name": registered, "native_batch": one.vector_entry_point is not None} for registered, one in offered.items()
     ]
-    facts["parameters"] = [dict(zip(keys, row, strict=True)) for row in _rows(kind.Parameters)]
+    facts["parameters"] = _facts_of_parameters(kind.Parameters)
     for causality in ("input", "output"):
         facts[f"{causality}s"] = [_facts_of_variable(v) for v in variables if v.causality == causality]
     return facts
@@ -98,6 +102,85 @@ def _environments(name: str) -> list[tuple[str, str]]:
     return [(registered, "native batch" if one.vector_entry_point else _NO_BATCH) for registered, one in offered.items()]
 
 
-def _rows(model: type[Parameters]) -> list[tuple[str, str, str, str]]:
-    """Name, unit, default and meaning of each field."""
-    return [(key, unit_of(field), default_of(field), field.description or "") for key, field in model.model_fields.items()]
+def _rows(model: type[BaseModel], prefix: str = "") -> list[tuple[str, str, str, str]]:
+    """Return name, unit, default and meaning of each field; below one that holds tables those of their keys, `notch.depth`."""
+    rows = []
+    for key, field in model.model_fields.items():
+        name = prefix + key
+        rows.append((name, unit_of(field), _short_default(field), field.description or ""))
+        for place, table in _tables_in(field):
+            rows += _rows(table, f"{name}{place}.")
+    return rows
+
+
+def _short_default(field: FieldInfo) -> str:
+    """Return a default as TOML; of a table only what differs from the defaults of its keys, which have lines of their own."""
+    value = field.default
+    if not isinstance(value, BaseModel | Mapping):
+        return default_of(field)
+    if isinstance(value, BaseModel):
+        value = value.model_dump(exclude_defaults=True, exclude_none=True)
+    text = value_text(value if value.keys() != {"name"} else value["name"])
+    return text if value else "{}"
+
+
+def _chosen_tables(model: type[BaseModel], prefix: str = "") -> Iterator[tuple[str, str, type[Parameters]]]:
+    """Yield the tables that are chosen by name: parameter, name, and the model of the table; also those within tables."""
+    for key, field in model.model_fields.items():
+        for place, choices in _choices_in(model, key):
+            for choice, table in choices.items():
+                yield f"{prefix}{key}{place}", choice, table
+                yield from _chosen_tables(table, f"{prefix}{key}{place}.")
+        for place, table in _tables_in(field):
+            yield from _chosen_tables(table, f"{prefix}{key}{place}.")
+
+
+def _choices_in(model: type[BaseModel], key: str) -> list[tuple[str, Mapping[str, type[Parameters]]]]:
+    """Return the tables that a field chooses by name, for itself or for each of its elements; see `_parts_of_type`."""
+    if key in (own := tables(model)):
+        return [("", own[key])]
+    found = _parts_of_type(model.model_fields[key].annotation)
+    return [(place, part.choices) for place, part in found if isinstance(part, Choices)]
+
+
+def _tables_in(field: FieldInfo) -> list[tuple[str, type[Parameters]]]:
+    """Return the tables that a field holds and no name chooses, but for parts that are components; see `_parts_of_type`."""
+    if any(isinstance(mark, Choices) for mark in field.metadata):
+        return []
+    found = _parts_of_type(field.annotation)
+    return [(place, part) for place, part in found if not isinstance(part, Choices) and not _component_of(part)]
+
+
+def _parts_of_type(annotation: Any, place: str = "") -> Iterator[tuple[str, type[Parameters] | Choices]]:
+    """Yield the tables that a type holds, each with its place: "" for itself, "[]" in a list, ".*" in a table of any keys."""
+    if isinstance(annotation, type) and issubclass(annotation, Parameters):
+        yield place, annotation
+        return
+    kind, parts = get_origin(annotation), get_args(annotation)
+    if kind is Annotated and (chosen := [mark for mark in parts[1:] if isinstance(mark, Choices)]):
+        yield place, chosen[0]
+        return
+    if kind is dict:
+        place, parts = f"{place}.*", parts[1:]
+    elif kind in (list, tuple):
+        place = f"{place}[]"
+    for part in parts[:1] if kind is Annotated else parts:
+        yield from _parts_of_type(part, place)
+
+
+def _facts_of_parameters(model: type[BaseModel]) -> list[dict[str, Any]]:
+    """Return the parameters of a model as JSON values, those of tables in them with `parameters` and `choices` of their own."""
+    found = []
+    for key, field in model.model_fields.items():
+        facts: dict[str, Any] = {
+            "name": key, "unit": unit_of(field), "default": default_of(field), "description": field.description or "",
+        }  # fmt: skip
+        if further := [one for _, table in _tables_in(field) for one in _facts_of_parameters(table)]:
+            facts["parameters"] = further
+        if choices := {choice: table for _, some in _choices_in(model, key) for choice, table in some.items()}:
+            facts["choices"] = {
+                choice: {"description": first_sentence(table.__doc__ or ""), "parameters": _facts_of_parameters(table)}
+                for choice, table in choices.items()
+            }
+        found.append(facts)
+    return found

@@ -130,6 +130,42 @@ def test_describe_a_component(capsys):
     assert re.search(r"grains +1 +required +number of grains", text)
 
 
+@pytest.mark.parametrize("arguments", [[], ["--set", 'body={name="tube",notch={length=0.004}}']])
+def test_describe_has_a_row_for_each_key_of_a_table_within_a_table(arguments, capsys):
+    assert main(["describe", "shell", *arguments]) == 0
+    text = capsys.readouterr().out
+    assert len(re.findall(r"^  notch +1 +none +a slot", text, flags=re.MULTILINE)) == 2  # of a plate, and of a tube
+    for row in (
+        r"notch.depth +m +0.0006 +from",
+        r"notch.columns +1 +\d+ +columns",
+        r"notch.position +m +automatic",
+        r"stress +Pa +none",
+    ):
+        assert re.search(f"^  {row}", text, flags=re.MULTILINE), row
+    assert re.search(r'^  integration.surface +1 +"column" .*column.*cell', text, flags=re.MULTILINE)
+    assert main(["describe", "shell", *arguments, "--json"]) == 0
+    body = next(one for one in json.loads(capsys.readouterr().out)["parameters"] if one["name"] == "body")
+    notch = next(one for one in body["choices"]["tube"]["parameters"] if one["name"] == "notch")
+    assert notch["default"] == "none"
+    assert {"name": "width", "unit": "m", "default": "0.0005", "description": "of the slot"} in notch["parameters"]
+
+
+def test_describe_names_the_tables_in_lists_and_the_choices_in_them(capsys):
+    assert main(["describe", "grid"]) == 0
+    text = capsys.readouterr().out
+    assert re.search(r"^  regions\[\].material +1 +required", text, flags=re.MULTILINE)
+    assert 'plasticity[] = { name = "von_mises"' in text and 'boundaries.* = { name = "fixed"' in text
+    assert "NAME[] is each element" in text
+
+
+def test_describe_shortens_defaults_whose_keys_have_rows(capsys):
+    """A column as wide as a whole table of defaults leaves no room for what the parameters mean."""
+    assert main(["describe", "tube"]) == 0
+    rows = capsys.readouterr().out.partition("coupling = ")[0].splitlines()
+    assert re.search(r"^  gas +1 +\{\} +the gas", "\n".join(rows), flags=re.MULTILINE)
+    assert max(map(len, rows)) < 230
+
+
 def test_describe_and_new_compile_nothing(tmp_path):
     """The kernels of both parts and of what couples them take half a minute."""
     for command in ("describe", "new"):

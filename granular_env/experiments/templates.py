@@ -172,8 +172,8 @@ def _parameter_lines(model: type[BaseModel], example: Mapping[str, Any], table: 
     for key, field in model.model_fields.items():
         if key not in parts:
             # A value that is computed has no default that could stand here.
-            automatic = not field.is_required() and field.default is None
-            value = f"# {key}: automatic" if automatic else f"# {key} = {default_of(field)}"
+            has_no_value = not field.is_required() and field.default is None
+            value = f"# {key}{':' if has_no_value else ' ='} {default_of(field)}"
             value = f"{key} = {toml_value(example[key])}" if key in example else value
             meaning = ", ".join(filter(None, (unit_of(field).removesuffix("1"), field.description)))
             is_other = key in example and not field.is_required() and field.default is not None
@@ -237,10 +237,13 @@ def unit_of(field: FieldInfo) -> str:
 
 
 def default_of(field: FieldInfo) -> str:
-    """Return a parameter's default as TOML writes it."""
+    """Return a parameter's default as TOML writes it; what has none is computed, or there is none of it where it says so."""
     if field.is_required():
         return "required"
-    return "automatic" if field.default is None else value_text(field.default)
+    if field.default is not None:
+        return value_text(field.default)
+    extra = field.json_schema_extra
+    return str(extra.get("left_out", "automatic")) if isinstance(extra, dict) else "automatic"
 
 
 def value_text(value: Any) -> str:
