@@ -407,8 +407,8 @@ class DetonationTube(Component):
         courant = self._courant_number(speed)
         return StepError(
             f"reached {courant:.4g} in cell {cell}, x = {self.centres[cell]:.6g} m, at {time:.9g} s, expected at most "
-            f"{kernels.LARGEST_COURANT:g}; take a step_size of {_ADVISED_COURANT * self.step_size / courant:.2g} s or less, now "
-            f"{self.step_size:g} s{self._describe_shrinking(tick - 1)}",
+            f"{kernels.LARGEST_COURANT:g}; take a step_size of {_ADVISED_COURANT * self.step_size / courant:.2g} s or less, "
+            f"now {self.step_size:g} s{self._describe_shrinking(tick - 1)}",
             time=time, at="courant_number", variable="courant_number", index=None, value=courant, limit=kernels.LARGEST_COURANT,
         )  # fmt: skip
 
@@ -431,9 +431,9 @@ class DetonationTube(Component):
             ("left_velocity", left, right + largest) if left > -right else ("right_velocity", right, left - largest)
         )
         return StepError(
-            f"got {value:g} m/s: the ends, {length:.4g} m apart at {time:.9g} s, would come {closing * self.step_size:.4g} m closer "
-            f"in one step, expected less than half of their distance; take a step_size of {0.25 * length / closing:.2g} s or "
-            f"less, now {self.step_size:g} s, or slower pistons",
+            f"got {value:g} m/s: the ends, {length:.4g} m apart at {time:.9g} s, would come {closing * self.step_size:.4g} m "
+            f"closer in one step, expected less than half of their distance; take a step_size of {0.25 * length / closing:.2g} "
+            f"s or less, now {self.step_size:g} s, or slower pistons",
             time=time, at=name, variable=name, index=None, value=value, limit=limit,
         )  # fmt: skip
 

@@ -112,8 +112,8 @@ LEFT_OPEN, RIGHT_OPEN, IGNITED, LEFT_REACHED, RIGHT_REACHED, FLAGS = 0, 1, 2, 3,
 MASS, IMPULSE, ENERGY, WALL_IMPULSE, WALL_WORK, IGNITION, OVERWRITTEN, TALLY = 0, 2, 4, 6, 7, 8, 9, 10
 # Columns of the signals that a tick reads, each in its middle: W, Pa, Pa, the factor of the area, m/s, m/s.
 POWER, LEFT_PRESSURE, RIGHT_PRESSURE, AREA, LEFT_VELOCITY, RIGHT_VELOCITY, SIGNALS = 0, 1, 2, 3, 4, 5, 6
-# Statuses of a tick. Two are those of a moving mesh, whose state is then that from before the tick: waves too fast for its cells
-# at the velocities that the ends have in this tick, and ends that would leave less than half of the tube.
+# Statuses of a tick. The last two are those of a moving mesh, whose state is then that from before the tick: waves too fast for
+# its cells at the velocities that the ends have in this tick, and ends that would leave less than half of the tube.
 NOT_POSITIVE, TOO_FAST, BAD_AREA, TOO_FAST_AHEAD, ENDS_TOO_FAST = 1, 2, 3, 4, 5
 # By so much a cross-section may grow or shrink in a tick: the pressure of the gas in it is then right within 4 %.
 LARGEST_RATIO = 2.0
