@@ -361,13 +361,32 @@ def test_wrong_parameters_are_named(parameters: dict[str, Any], said: str) -> No
     assert said in str(caught.value)
 
 
+def test_a_start_too_fast_for_the_default_step_is_told_with_the_one_to_give() -> None:
+    """The default knows of regions, and of no start values. The step that is named suits the shock of this start as well."""
+    start = {"pressure": np.where(np.arange(301) < 100, 1e7, 1e5), "density": 1.2}
+    with pytest.raises(ge.ParameterError) as caught:
+        DetonationTube(length=1.0, cells=301, gas="air").reset(**start)
+    assert "step_size: the default is 1e-06 s, expected at most 8.754e-07 s" in str(caught.value)
+    assert str(caught.value).endswith("; give step_size = 2e-07 when it is made")
+    tube = DetonationTube(length=1.0, cells=301, gas="air", step_size=2e-7)
+    tube.reset(**start)
+    run_for(tube, 2e-4)
+    assert tube.get("pressure")[160] > 2e5, "the shock is on its way"
+    with pytest.raises(
+        ge.ParameterError, match="step_size: got 2e-05 s.*give step_size = 2e-06 when it is made, or leave it out$"
+    ):
+        DetonationTube(length=1.0, cells=301, gas="air", step_size=2e-5)
+
+
 @pytest.mark.parametrize(
     ("start", "said"),
     [
         ({"pressure": -1.0}, "start.pressure[0]: got -1, expected more than 0"),
         ({"density": {3: 1.0}}, "start.density[0]: got 0, expected more than 0 everywhere; give an array, or use"),
         ({"progress": {4: 1.5}}, "start.progress[4]: got 1.5, expected 0 to 1"),
-        ({"velocity": 1e3}, "step_size: got"),
+        ({"velocity": 1e3}, "step_size: got 0.0192308 s, expected at most 8.989e-05 s"),
+        ({"velocity": 1e3}, "; give step_size = 2e-05 when it is made"),
+        ({"velocity": 1e308, "density": 1e-300, "pressure": 1e200}, "take a less extreme start"),
     ],
 )
 def test_wrong_starts_are_named(start: dict[str, Any], said: str) -> None:

@@ -342,15 +342,26 @@ class DetonationTube(Component):
         speeds = self._wave_speeds()
         cell, allowed = int(speeds.argmax()), kernels.LARGEST_COURANT * self.cell_size
         if not speeds[cell] * self.step_size <= allowed:
+            is_default = self.parameters.step_size is None
             raise ParameterError(
-                f"got {self.step_size:g} s",
+                f"the default is {self.step_size:g} s" if is_default else f"got {self.step_size:g} s",
                 expected=(
                     f"at most {allowed / speeds[cell]:.4g} s: waves in cell {cell} run at {speeds[cell]:g} m/s at the "
                     f"start and may cross at most {kernels.LARGEST_COURANT:g} cells a step"
                 ),
-                hint="take a smaller step_size, or leave it out",
+                hint=self._advise_step(float(speeds[cell])),
                 at="step_size",
             )
+
+    def _advise_step(self, speed: float) -> str:
+        """Return what to do about a start whose waves are that fast [m/s]: a longer step is an argument, or was the default."""
+        fits = _SUGGESTED_COURANT * self.cell_size / speed
+        if not fits > 0.0:
+            return "take a less extreme start"
+        leaves_out = (
+            self.parameters.step_size is not None and self._suggest_step() * speed <= kernels.LARGEST_COURANT * self.cell_size
+        )
+        return f"give step_size = {round_down_to_125(fits):g} when it is made{', or leave it out' if leaves_out else ''}"
 
     def tables(self) -> tuple[Medium, Tube, State, kernel_arrays.Scratch, FloatArray]:
         """Return what the kernels work on, for a parent that calls them itself; the last one is the tally."""
