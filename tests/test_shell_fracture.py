@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import hashlib
+import json
 import re
 from functools import cache
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -12,8 +14,10 @@ import pytest
 from support.solid_tools import ALUMINIUM
 
 import granular_env as ge
+from granular_env.cli.program import main
 from granular_env.components.shell import parallel_steps
 from granular_env.components.shell.fracture import force_recalculation, visibility
+from granular_env.components.shell.fracture.breaking_body import LOST_KINDS
 from granular_env.components.shell.fracture.outcome import (
     OUTCOMES,
     CutSides,
@@ -92,6 +96,27 @@ def test_a_plate_breaks_in_two_at_its_notch() -> None:
     assert report["pieces"] == 2.0
     assert report["along the body, m"] == pytest.approx(0.006, abs=0.0025)
     assert report["largest fracture ratio so far, above 0.5"] > 1.0
+    whole = plate.get("cracks") == 0.0
+    lost = [event.index for event in plate.events() if event.kind in LOST_KINDS]
+    whole[lost] = False
+    largest = report["largest fracture ratio now, of points that have not parted"]
+    assert largest == plate.get("fracture_ratio")[whole].max() <= 1.0
+
+
+def test_the_nearest_point_is_told_with_what_else_happened_to_it(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """A point that was eroded before it parted has no event of a limit that it passed, and was not near to one for long."""
+    path = tmp_path / "plate.mcap"
+    plate = pulled_plate()
+    with ge.record(plate, path, variables=["fracture_ratio"]):
+        plate.step(TICKS * plate.step_size, end_velocity=SPEED)
+    parted = {event.index for event in plate.events("point_parted")}
+    lost = next(event for event in plate.events() if event.kind in LOST_KINDS and event.index not in parted)
+    assert main(["events", str(path), "--nearest", "--index", str(lost.index)]) == 0
+    said = capsys.readouterr().out
+    assert f"others passed it; {lost.kind} happened there at {lost.tick * plate.step_size:.9g} s; " in " ".join(said.split())
+    assert main(["events", str(path), "--nearest", "--index", str(lost.index), "--json"]) == 0
+    (found,) = json.loads(capsys.readouterr().out)
+    assert found["other_events"] == [{"kind": lost.kind, "time": lost.tick * plate.step_size}]
 
 
 def test_what_has_become_of_a_body_is_told_with_the_reason() -> None:

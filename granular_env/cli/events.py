@@ -111,19 +111,38 @@ def _words_for(log: Log, found: EventRatio, index: int | None) -> str:
     known = place_of(found.index, log.event_details.get(found.kinds[0]), log.drawables)
     place = f", {printable(known.elements)} at {position_words(known.position)} m," if known is not None else ""
     happened = [one for kind in found.kinds for one in log.events(kind, index)] if index is not None else []
+    others = "".join(
+        f"; {printable(one.kind)} happened there at {one.tick * log.step_size:.9g} s" for one in _other_events(log, found)
+    )
     rest = (
         f"it happened there at {happened[0].tick * log.step_size:.9g} s" if happened
         else f"{count_of(found.passed, 'other')} passed it" if found.passed else "nothing passed it"
     )  # fmt: skip
     return (
         f"nearest: {printable(found.variable)}[{found.index}]{place} reached {found.ratio:.6g} of its limit at "
-        f"{found.time:.9g} s (1 is {printable(found.nearest or ' or '.join(found.kinds))}; {rest}; "
+        f"{found.time:.9g} s (1 is {printable(found.nearest or ' or '.join(found.kinds))}; {rest}{others}; "
         f"{found.instants} of {count_of(found.all_instants, 'instant')} looked at)"
     )
 
 
+def _other_events(log: Log, found: EventRatio) -> list[Event]:
+    """Return what else happened to the link, point, ... that came nearest, such as a point that was torn before it parted."""
+    details = log.event_details
+    own = details.get(found.kinds[0])
+    if own is None or not own.counts:
+        return []
+    alike = {kind for kind, detail in details.items() if detail.counts == own.counts and kind not in found.kinds}
+    return [event for event in log.events(None, found.index) if event.kind in alike]
+
+
 def _for_programs(log: Log, ratios: list[EventRatio]) -> str:
-    facts = [_facts(one.index, log.event_details.get(one.kinds[0]), log.drawables) for one in ratios]
+    facts = [
+        {
+            **_facts(one.index, log.event_details.get(one.kinds[0]), log.drawables),
+            "other_events": [{"kind": event.kind, "time": event.tick * log.step_size} for event in _other_events(log, one)],
+        }
+        for one in ratios
+    ]
     return json.dumps([{**dataclasses.asdict(one), **place} for one, place in zip(ratios, facts, strict=True)], indent=2)
 
 
