@@ -143,8 +143,9 @@ def test_a_ligament_that_flows_bears_no_more_than_its_flow_stress(along: int, wi
     ("notch", "message"),
     [
         ({"length": 0.05}, r"body.notch.length: got 0.05 m, expected at most 0.02 m, all of the body"),
-        ({"position": 0.019}, r"body.notch.position: got a notch from 0.016 to 0.022"),
-        ({"around": 7.0}, r"body.notch.around: got a notch from"),
+        ({"position": 0.019}, r"body.notch.position: got a notch from 0.016 to 0.022 m, expected one within 0 to 0.02 m"),
+        ({"position": 5.0}, r"body.notch.position: got 5 m for its middle, outside of the body, expected 0 to 0.02 m$"),
+        ({"around": 7.0}, r"body.notch.around: got 7 rad for its middle, outside of the body, expected 0 to 6.283185 rad"),
         ({"position": 0.02}, r"body.notch.position: got 0.02 m, where half of the notch lies beyond the edge 'end'"),
         ({"depth": 0.00089}, r"body.notch.depth: got 0.00089 m, expected less than the wall, 0.00089 m"),
         ({"length": 0.002}, r"body.notch.length: got a length of 0.002 m with nodes 0.001429 m apart, expected at least 3"),

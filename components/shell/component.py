@@ -384,10 +384,7 @@ class Shell(Component):
 
     def _describe_place(self, point: int) -> str:
         """Return where an integration point is, in words."""
-        x, y, z = self.place_of_point(point)
-        if self.lattice.bent:
-            return f"x = {x:.4g} m, angle {y:.3g} rad, radius {z:.4g} m"
-        return f"x, y, z = {x:.4g}, {y:.4g}, {z:.4g} m"
+        return self.lattice.describe(self.place_of_point(point))
 
     # -- reading ----------------------------------------------------------------------------------------------------
 

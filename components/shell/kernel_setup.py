@@ -121,13 +121,20 @@ def spanned_stencils(p: ShellParameters, lattice: Lattice, lines: tuple[LinePoin
     try:
         return make_stencils(lattice, (along, across, through), (radius, radius, radius), p.basis, places)
     except UnspannedBasisError as error:
-        raise unspanned(p, error) from None
+        raise unspanned(p, error, lattice.describe(error.place) if error.place else "") from None
 
 
-def unspanned(p: ShellParameters, error: UnspannedBasisError) -> ParameterError:
-    """Return the error for a body that has too few nodes within the radius: of the radius where it was given."""
+def unspanned(p: ShellParameters, error: UnspannedBasisError, where: str) -> ParameterError:
+    """Return the error for a body that has too few nodes within the radius: of the radius where it was given.
+
+    Args:
+        p: of the body.
+        error: at a point.
+        where: that is, in words; "" where it is not known.
+    """
+    why = f"the point at {where} sees too few nodes for the basis {p.basis!r}" if where else str(error)
     return ParameterError(
-        f"got {p.chosen_radius:g} spacings: {error}", expected="a radius within which there are enough nodes",
+        f"got {p.chosen_radius:g} spacings: {why}", expected="a radius within which there are enough nodes",
         hint="give a larger radius, or more nodes", at="body" if p.radius is None else "radius",
     )  # fmt: skip
 
@@ -140,7 +147,9 @@ def refuse_soft_rule(p: ShellParameters) -> None:
     try:
         modes = zero_mode_count(*chosen)
     except UnspannedBasisError as error:
-        raise unspanned(p, error) from None
+        where = ", ".join(f"{one:.4g}" for one in error.place)
+        where = f"{where} (in spacings, along, across and through a free patch)" if where else ""
+        raise unspanned(p, error, where) from None
     if modes != RIGID_MOTIONS:
         raise ParameterError(
             f"got {p.rule.surface!r} with {p.rule.through} points through {p.body.counts[2]} layers, basis {p.basis!r}, radius "

@@ -10,7 +10,7 @@ from ..support.validation import Parameters
 from .boundaries import BoundaryName, EdgeName
 from .fracture.law_catalogue import ChosenFracture, NoFracture
 from .geometry.bodies import ChosenBody, Plate, Rod, Tube
-from .geometry.notch import edge_at
+from .geometry.notch import edge_at, is_beyond
 from .materials import ChosenMaterial, LinearElastic
 from .quadrature import RuleName
 from .shape_functions import BasisName
@@ -99,6 +99,10 @@ class ShellParameters(Parameters):
         if isinstance(body, Plate):
             places.append(("around", body.notch.around, body.width, ("left", "right")))
         for name, middle, length, edges in places:
+            if middle is not None and is_beyond(middle, length):
+                raise ValueError(
+                    f"body.notch.{name}: got {middle:g} m for its middle, outside of the body, expected 0 to {length:g} m"
+                )
             edge = edge_at(middle, length, *edges)
             if edge and kinds.get(edge) != "symmetry":
                 raise ValueError(

@@ -27,11 +27,12 @@ class UnspannedBasisError(ValueError):
 
     Attributes:
         point: its number among those that were asked for.
+        place: its coordinates along the axes of the lattice, () where they are not known.
     """
 
-    def __init__(self, point: int, message: str = "") -> None:
+    def __init__(self, point: int, message: str = "", place: tuple[float, ...] = ()) -> None:
         super().__init__(message or f"the neighbours of point {point} do not span the basis")
-        self.point = point
+        self.point, self.place = point, place
 
 
 def quartic_spline(s: FloatArray) -> tuple[FloatArray, FloatArray]:

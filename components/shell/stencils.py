@@ -225,8 +225,8 @@ def shape_functions_at(
     try:
         values, gradients = moving_least_squares(offsets.swapaxes(0, 1), weights.T, slopes.swapaxes(0, 1), basis)
     except UnspannedBasisError as error:
-        place = ", ".join(f"{float(axis.at(one)):.4g}" for axis, one in zip(lattice.axes, index[error.point], strict=True))
-        raise UnspannedBasisError(error.point, f"the point at {place} sees too few nodes for the basis {basis!r}") from None
+        place = tuple(float(axis.at(one)) for axis, one in zip(lattice.axes, index[error.point], strict=True))
+        raise UnspannedBasisError(error.point, str(error), place) from None
     return values.T, gradients.swapaxes(0, 1)
 
 
@@ -244,8 +244,8 @@ def _product_stencils(
     except UnspannedBasisError as error:
         along, across, through = np.unravel_index(error.point, [len(row.kept) for row in rows])
         numbers = zip(lattice.axes, rows, (along, across, through), strict=True)
-        place = ", ".join(f"{float(axis.at(row.at[row.kept[number]])):.4g}" for axis, row, number in numbers)
-        raise UnspannedBasisError(error.point, f"the point at {place} sees too few nodes for the basis {basis!r}") from None
+        place = tuple(float(axis.at(row.at[row.kept[number]])) for axis, row, number in numbers)
+        raise UnspannedBasisError(error.point, str(error), place) from None
     kind = np.ravel_multi_index(
         np.meshgrid(*(row.kinds for row in rows), indexing="ij"), [len(row.kept) for row in rows]
     ).ravel()

@@ -29,7 +29,7 @@ def covers(axis: Axis, middle: float, extent: float) -> bool:
     return middle - 0.5 * extent <= _ROUNDING * length and middle + 0.5 * extent >= (1.0 - _ROUNDING) * length
 
 
-def graded_axis(even: Axis, middle: float, extent: float, spacing: float, name: str) -> Axis:
+def graded_axis(even: Axis, middle: float, extent: float, spacing: float, name: str, unit: str) -> Axis:
     """Return an axis of as many planes as an even one, closer together in an interval.
 
     Each plane stands for the part of the axis nearest to it: those of the interval together for just the interval. Its middle
@@ -41,11 +41,12 @@ def graded_axis(even: Axis, middle: float, extent: float, spacing: float, name: 
         extent: of the interval.
         spacing: largest distance of planes there.
         name: of the number of planes, for messages.
+        unit: of the coordinate, m or rad, for messages.
 
     Raises:
         ParameterError: the interval lies outside, or so many planes do not resolve it.
     """
-    refuse_outside(even, middle, extent, name)
+    refuse_outside(even, middle, extent, name, unit)
     if covers(even, middle, extent):
         return even
     if not extent / spacing < even.count:
@@ -74,7 +75,7 @@ def graded_axis(even: Axis, middle: float, extent: float, spacing: float, name: 
     return Axis(places)
 
 
-def refuse_outside(even: Axis, middle: float, extent: float, name: str) -> None:
+def refuse_outside(even: Axis, middle: float, extent: float, name: str, unit: str) -> None:
     """Raise `ParameterError` where an interval does not lie on an axis, but for one whose middle is an end."""
     length = whole_length(even)
     small = _ROUNDING * length
@@ -82,11 +83,14 @@ def refuse_outside(even: Axis, middle: float, extent: float, name: str) -> None:
     inside = middle - 0.5 * extent >= -small and middle + 0.5 * extent <= length + small
     if 0.0 <= middle <= length + small and (at_end or even.closed or inside):
         return
+    at = ("body", "notch", "position" if name == "along" else "around")
+    if not 0.0 <= middle <= length + small:
+        got = f"got {middle:g} {unit} for its middle, outside of the body"
+        raise ParameterError(got, expected=f"0 to {length:.7g} {unit}", at=at)
     raise ParameterError(
-        f"got a notch from {middle - 0.5 * extent:.4g} to {middle + 0.5 * extent:.4g}",
-        expected=f"one within 0 to {length:.4g}, or with its middle at an end that is a plane of symmetry",
-        at=("body", "notch", "position" if name == "along" else "around"),
-    )
+        f"got a notch from {middle - 0.5 * extent:.6g} to {middle + 0.5 * extent:.6g} {unit}",
+        expected=f"one within 0 to {length:.6g} {unit}, or with its middle at an end that is a plane of symmetry", at=at,
+    )  # fmt: skip
 
 
 def divided_cells(below: float, above: float, cells: int, step: float, name: str) -> tuple[int, int]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -29,6 +30,13 @@ class Lattice:
     axes: tuple[Axis, Axis, Axis]
     bent: bool
     hollow: Hollow | None = None
+
+    def describe(self, place: Sequence[float]) -> str:
+        """Return coordinates along the axes in words, with their names and units."""
+        x, y, z = place
+        if self.bent:
+            return f"x = {x:.4g} m, angle {y:.3g} rad, radius {z:.4g} m"
+        return f"x, y, z = {x:.4g}, {y:.4g}, {z:.4g} m"
 
     @property
     def shape(self) -> tuple[int, int, int]:

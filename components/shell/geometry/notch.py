@@ -30,7 +30,12 @@ class Notch(Parameters):
     direction: Literal["axial", "hoop"] = field("axial", "along the body (axial), or around or across it (hoop)", "1")
     spacing: Magnitude | None = field(None, "largest distance of nodes along its length; default: as elsewhere", "m")
     columns: int = field(
-        3, "columns of nodes across its width, at least; with 1 it is too strong where it flows", "1", ge=1, le=_MOST_COLUMNS
+        3,
+        "columns of nodes across its width, at least; one lies in its middle, so that 2 makes 3 and 4 makes 5; with 1 it is "
+        "too strong where it flows",
+        "1",
+        ge=1,
+        le=_MOST_COLUMNS,
     )
 
 
@@ -69,11 +74,17 @@ def graded_axes(notch: Notch, along: Axis, across: Axis, radius: float, name: st
     refuse_longer(notch, along, across, radius)
     length, width = extents(notch, radius)
     position = 0.5 * along.positions[-1] if notch.position is None else notch.position
-    first = graded_axis(along, position, length, notch_spacing(notch, "hoop", along, 1.0), "along")
-    second = graded_axis(across, notch.around, width, notch_spacing(notch, "axial", across, radius), name)
+    first = graded_axis(along, position, length, notch_spacing(notch, "hoop", along, 1.0), "along", "m")
+    unit = "rad" if name == "around" else "m"
+    second = graded_axis(across, notch.around, width, notch_spacing(notch, "axial", across, radius), name, unit)
     for axis, (measure, given) in zip((first, second), measures(notch), strict=True):
         refuse_coinciding(axis, given, "notch", measure)
     return first, second
+
+
+def is_beyond(middle: float, length: float) -> bool:
+    """Return whether the middle of a notch lies outside of a body of that length, not only by rounding."""
+    return middle > (1.0 + _ROUNDING) * length
 
 
 def edge_at(middle: float | None, length: float, start: str, end: str) -> str | None:
