@@ -288,3 +288,14 @@ def test_a_parent_makes_the_ticks_of_a_step_itself() -> None:
     for tick in range(50):
         assert kernels.advance(solid, state, scratch, np.ones((1, 1)), pressures, tally, tick, failed) == 0
     assert bytes(driven.state_view()) == bytes(alone.state_view())
+
+
+def test_a_step_that_is_too_long_for_a_compressed_body_is_cautioned() -> None:
+    """A bar of 0.85 of its length has 1 / 0.85 times the frequency."""
+    body = {"name": "plate", "along": 5, "across": 5}
+    free: Any = ge.make("shell", body=body)
+    step = 0.89 * 2.0 / free.highest_frequency
+    plate: Any = ge.make("shell", body=body, step_size=step)
+    plate.reset(nodal_displacement=plate.nodes * [-0.15, 0.0, 0.0])
+    (said,) = [one for one in plate.cautions() if "compressed" in one]
+    assert f"the step (now {step:g} s) is {0.89 / 0.85:.2f} times the largest stable one" in said

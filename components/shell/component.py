@@ -473,8 +473,8 @@ class Shell(Component):
             )
         if step > 1.0:
             found.append(
-                f"where the body is compressed most, the step (now {self.step_size:g} s) is {step:.2g} of the largest stable "
-                "one; take a smaller step_size"
+                f"where the body is compressed most, the step (now {self.step_size:g} s) is {step:.2f} times the "
+                "largest stable one; take a smaller step_size"
             )
         found += self._caution_of_melting()
         return found if self._breaking is None else [*found, *self._caution_of_eroded_mass(self._breaking)]
