@@ -61,7 +61,12 @@ class ShellParameters(Parameters):
         NoFracture(), "when a point parts: principal_stress {factor or stress}, plastic_strain {strain}, or none", "1"
     )
     initial_temperature: Magnitude = field(293.0, "temperature at the start", "K")
-    step_size: Magnitude | None = field(None, "internal step; default: 0.8 of the largest stable one, rounded down", "s")
+    step_size: Magnitude | None = field(
+        None,
+        "internal step; default: 0.8 of the largest stable one (two thirds of that with a fracture law), rounded down to 1, 2 "
+        "or 5 times a power of ten; up to 0.9 of it (0.6) is accepted",
+        "s",
+    )
 
     @property
     def chosen_radius(self) -> float:
