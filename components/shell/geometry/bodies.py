@@ -17,6 +17,7 @@ from .notch import Notch, graded_axes, hollow_of, planes_through
 
 # Planes of nodes along a body, and through one, which has a Gauss point for each layer but one.
 MOST_PLANES, MOST_LAYERS = 1_000_000, 9
+_AT_MOST = f"at most {MOST_LAYERS}, as there are up to {MOST_LAYERS - 1} Gauss points"
 # The ends of the three axes of a lattice, by name.
 EDGES = {"start": (0, 0), "end": (0, -1), "left": (1, 0), "right": (1, -1), "bottom": (2, 0), "top": (2, -1)}
 
@@ -48,7 +49,7 @@ class Plate(BodyShape):
     thickness: Magnitude = field(0.00089, "along z", "m")
     along: int = field(21, "planes of nodes along x", "1", ge=3, le=MOST_PLANES)
     across: int = field(11, "planes of nodes along y", "1", ge=3, le=MOST_PLANES)
-    layers: int = field(3, "planes of nodes along z, the two surfaces among them", "1", ge=2, le=MOST_LAYERS)
+    layers: int = field(3, f"planes of nodes along z, the two surfaces among them, {_AT_MOST}", "1", ge=2, le=MOST_LAYERS)
     notch: Notch | None = Field(
         default=None, description="a slot in the upper surface", json_schema_extra={"unit": "1", "left_out": "none"}
     )
@@ -75,7 +76,7 @@ class Rod(BodyShape):
     length: Magnitude = field(0.03, "along x", "m")
     side: Magnitude = field(0.006, "along y and z", "m")
     along: int = field(31, "planes of nodes along x", "1", ge=3, le=MOST_PLANES)
-    across: int = field(7, "planes of nodes along y and along z", "1", ge=3, le=MOST_LAYERS)
+    across: int = field(7, f"planes of nodes along y and along z, {_AT_MOST}", "1", ge=3, le=MOST_LAYERS)
 
     def lattice(self) -> Lattice:
         """Return its nodes."""
@@ -99,7 +100,7 @@ class Tube(BodyShape):
     around: int = field(
         96, "planes of nodes around; of a half tube from one plane of symmetry to the other", "1", ge=4, le=MOST_PLANES
     )
-    layers: int = field(3, "nodes through the wall, on both surfaces and between", "1", ge=2, le=MOST_LAYERS)
+    layers: int = field(3, f"nodes through the wall, on both surfaces and between, {_AT_MOST}", "1", ge=2, le=MOST_LAYERS)
     half: bool = field(False, "only y >= 0; y = 0 is a plane of symmetry", "1")
     notch: Notch | None = Field(
         default=None, description="a slot in the outer surface", json_schema_extra={"unit": "1", "left_out": "none"}
