@@ -208,6 +208,23 @@ def test_a_vent_lowers_the_pressure_behind_it() -> None:
     assert abs(energy.residual) < 1e-5 * energy.lost["leaked_energy"]
 
 
+def test_outside_may_be_a_vacuum() -> None:
+    """The wall then feels the whole pressure from the first tick on, no work is done on the room, and more gas leaves."""
+    tube, filled = small_tube(vent=0.014, outside_pressure=0.0), small_tube(vent=0.014)
+    for one in (tube, filled):
+        run(one, 1)
+    assert tube.get("shell_kinetic_energy") > 0.0 and filled.get("shell_kinetic_energy") == 0.0
+    for one in (tube, filled):
+        run(one, 240, vent_area=2e-5)
+    assert tube.get("work_on_room") == 0.0
+    assert tube.get("leaked_mass") > filled.get("leaked_mass") > 0.0
+    energy, _, mass = tube.balances()
+    assert abs(mass.residual) < 1e-15
+    assert abs(energy.residual) < 1e-5 * energy.lost["leaked_energy"]
+    with pytest.raises(ge.ParameterError, match="outside_pressure: got -1.0, expected greater than or equal to 0"):
+        small_tube(outside_pressure=-1.0)
+
+
 def test_gas_leaks_through_cracks() -> None:
     """And pays for the work on a wall that breaks, to rounding; what a piece is not pressed on any more it does not pay for."""
     tube, tight = cracking_tube(), cracking_tube(coupling={"name": "two_way", "leakage": False})

@@ -203,7 +203,7 @@ def leak(medium, gas, openings, discharge, room_pressure, step, tally):
         gas: `detonation.kernel_arrays.State`.
         openings: area of the openings of each cell, shape (cells,) [m^2].
         discharge: mass flow over that of the ideal nozzle.
-        room_pressure: outside [Pa].
+        room_pressure: outside, 0 in a vacuum [Pa].
         step: length of the tick [s].
         tally: shape (TALLY,).
     """
@@ -213,7 +213,8 @@ def leak(medium, gas, openings, discharge, room_pressure, step, tally):
             volume, density = gas.area[i] * medium.cell_size, gas.density[i]
             flow = nozzle_flow(gamma, density, gas.pressure[i], room_pressure)
             rate = discharge * openings[i] * flow * step / (density * volume)
-            left, least = 1.0 / (1.0 + rate), power(room_pressure / gas.pressure[i], 1.0 / gamma)
+            left = 1.0 / (1.0 + rate)
+            least = power(room_pressure / gas.pressure[i], 1.0 / gamma) if room_pressure > 0.0 else 0.0
             left = left if left > least else least
             kinetic, chemical = 0.5 * gas.momentum[i] * gas.velocity[i], gas.fuel[i] * medium.heat
             energy = (gas.energy[i] - kinetic - chemical) * power(left, gamma) + (kinetic + chemical) * left

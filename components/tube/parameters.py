@@ -41,9 +41,10 @@ class TubeParameters(Parameters):
     coupling: ChosenCoupling = field(
         OneWay(), "one_way: the gas flows as in a rigid tube; two_way: it feels that the wall moves {motion}", "1"
     )
-    outside_pressure: Magnitude | None = field(
+    outside_pressure: NotNegativeMagnitude | None = field(
         None,
-        "pressure outside, taken off that on the inner surface, as for a thin wall; default: the initial pressure of the gas",
+        "pressure outside, taken off that on the inner surface, as for a thin wall; 0 is a vacuum; default: the initial "
+        "pressure of the gas",
         "Pa",
     )
     vent: NotNegativeMagnitude | None = Field(
