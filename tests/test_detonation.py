@@ -349,6 +349,11 @@ def test_walls_cannot_jump_within_a_tick(area: float) -> None:
         ({"cross_section": [1.0, 2.0]}, "cross_section: got 2 numbers, expected one, or 760"),
         ({"ignition_zone": [0.1, 0.1]}, "ignition_zone: got 0.1 to 0.1 m, expected a begin below its end"),
         ({"regions": [{"x": [2.0, 3.0]}]}, "regions[0].x: got 2 to 3 m, outside the tube of 0 to 1.52 m"),
+        (
+            {"regions": [{"x": [0.0, 0.1]}, {"x": [1.0, 9.0]}]},
+            "regions[1].x: got 1 to 9 m, which reaches beyond the tube of 0 to 1.52 m; give the part that lies in it",
+        ),
+        ({"regions": [{"x": [-0.1, 0.1]}]}, "regions[0].x: got -0.1 to 0.1 m, which reaches beyond"),
         ({"gauges": [0.5, 1.6]}, "gauges[1]: got 1.6 m, expected 0 to 1.52 m"),
         ({"gauges": [0.5001, 0.5002]}, "gauges[1]: lies in one cell with gauges[0]"),
         ({"cells": 2}, "cells"),
@@ -359,6 +364,14 @@ def test_wrong_parameters_are_named(parameters: dict[str, Any], said: str) -> No
     with pytest.raises(ge.ParameterError) as caught:
         DetonationTube(**parameters)
     assert said in str(caught.value)
+
+
+def test_a_region_may_end_where_the_tube_does_up_to_rounding() -> None:
+    length = 0.1 + 0.2
+    assert length > 0.3
+    tube = DetonationTube(length=0.3, cells=30, regions=[{"x": [-1e-17, length], "pressure": 2e5}])
+    assert (tube.get("pressure") == 2e5).all()
+    assert DetonationTube(length=0.01, cells=10).get("ignition_power") == 0.0, "the default ignition zone is 0.02 m long"
 
 
 def test_a_start_too_fast_for_the_default_step_is_told_with_the_one_to_give() -> None:

@@ -354,7 +354,7 @@ class DetonationTube(Component):
             )
 
     def _advise_step(self, speed: float) -> str:
-        """Return what to do about a start whose waves are that fast [m/s]: a longer step is an argument, or was the default."""
+        """Return the hint for a start whose waves are too fast for the step: the step to give, at a speed [m/s]."""
         fits = _SUGGESTED_COURANT * self.cell_size / speed
         if not fits > 0.0:
             return "take a less extreme start"

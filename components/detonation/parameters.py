@@ -14,11 +14,14 @@ from .gases import MIXTURES, Gas, GasName, gas_at
 from .limiters import LimiterName
 from .reactions import ChosenReaction, Inert, PressureBurn, Reaction
 
+# Of the length, by so much a place may lie beyond an end: it is computed, as is the length.
+_ROUNDING = 1e-9
+
 
 class StartRegion(Parameters):
     """A part of the tube that starts in another state."""
 
-    x: SignedPair = field(..., "where it begins and ends; it holds the cells whose middle lies between", "m")
+    x: SignedPair = field(..., "where it begins and ends in the tube; it holds the cells whose middle lies between", "m")
     pressure: Magnitude | None = field(None, "pressure at the start; default: that of the tube", "Pa")
     temperature: Magnitude | None = field(None, "temperature at the start; default: that of the tube", "K")
     velocity: SignedMagnitude = field(0.0, "velocity at the start", "m/s")
@@ -109,6 +112,12 @@ class DetonationParameters(Parameters):
                 raise ValueError(f"{name}: got {begin:g} to {end:g} m, expected a begin below its end")
             if end <= 0.0 or begin >= self.length:
                 raise ValueError(f"{name}: got {begin:g} to {end:g} m, outside the tube of 0 to {self.length:g} m")
+            # The default ignition zone may reach beyond a short tube.
+            if name != "ignition_zone" and max(-begin, end - self.length) > _ROUNDING * self.length:
+                raise ValueError(
+                    f"{name}: got {begin:g} to {end:g} m, which reaches beyond the tube of 0 to {self.length:g} m; give the "
+                    "part that lies in it"
+                )
         for place, x in enumerate(self.gauges):
             if x > self.length:
                 raise ValueError(f"gauges[{place}]: got {x:g} m, expected 0 to {self.length:g} m")
