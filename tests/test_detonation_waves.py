@@ -154,16 +154,21 @@ def steady_wave(cells_in_half: int) -> tuple[DetonationTube, float]:
     return tube, start
 
 
-def test_the_steady_wave_of_theory_stays_as_it_is() -> None:
-    """20 cells in the half-reaction length: the speed, and the von Neumann peak, which the mesh clips."""
-    tube, start = steady_wave(20)
+@pytest.mark.parametrize(("cells", "of_speed", "of_peak"), [(5, 7e-3, 0.05), (10, 2e-3, 0.03), (20, 1e-3, 0.02)])
+def test_the_steady_wave_of_theory_stays_as_it_is(cells: int, of_speed: float, of_peak: float) -> None:
+    """By the cells in the half-reaction length: the speed, and the von Neumann peak, which the mesh clips.
+
+    The caution and the documentation name these numbers.
+    """
+    tube, start = steady_wave(cells)
+    assert len(tube.cautions()) == (cells < 10)
     run_for(tube, 0.05 / tube.front.speed)
     peaks = []
     for _ in range(10):
         run_for(tube, 0.015 / tube.front.speed)
         peaks.append(float(tube.get("pressure").max()) / tube.front.shocked.pressure)
-    assert front_ratio(tube, start + 0.05, start + 0.19) == pytest.approx(1.0, abs=2e-3)
-    assert -0.04 <= min(peaks) - 1.0 and max(peaks) - 1.0 <= 0.0
+    assert front_ratio(tube, start + 0.05, start + 0.19) == pytest.approx(1.0, abs=of_speed)
+    assert -of_peak <= min(peaks) - 1.0 and max(peaks) - 1.0 <= 0.0
 
 
 @pytest.mark.slow
