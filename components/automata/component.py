@@ -50,6 +50,7 @@ class Automata(Component):
     """
 
     name = "automata"
+    version = 2
     Parameters = AutomataParameters
     parameters: AutomataParameters
 

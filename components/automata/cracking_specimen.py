@@ -12,6 +12,7 @@ from ..support.float_arrays import FloatArray, norms
 from . import cracking_steps
 from .contact import FIRST, SECOND, SLOT, Contacts, Ground, add_contact_forces, all_contact_energy, count_touching
 from .cracking_steps import Inputs, Judgement, Medium, Pace, Specimen
+from .drift_work import make_neighbourhood
 from .inelastic_links import Law, bond_energy, criterion_ratios, measure_bonds, update_bond_forces
 from .kernel_arrays import Body
 from .link_formation import count_linkable, link_contacts, raise_weights
@@ -59,6 +60,7 @@ class CrackingSpecimen(LinkedSpecimen):
         }  # fmt: skip
         self.growing = {"contacts": ("i8", (4,)), "slid": ("f8", ()), "rest": ("f8", ())}
         self._dashpot = np.zeros((0, 2))
+        self._near, self._origins = make_neighbourhood(slots), np.zeros((2, slots, 2))
         half = slots // 2
         spread = p.strength_scatter * (2.0 * uniform(p.strength_seed, 1, n * half).reshape(n, half) - 1.0)
         response, strength, rows = _make_laws(p, numbers, self.packing)
@@ -158,7 +160,10 @@ class CrackingSpecimen(LinkedSpecimen):
             if tick % self._law.linking_ticks == 0:
                 self._link_contacts(tick)
             contacts, count = self.contacts(), self.count_contacts()
-            raise_weights(self.medium, self.motion, self.scratch, contacts, count, self.losses, tick)
+            raise_weights(
+                self.medium, self.motion, self.scratch, contacts, count, self.losses, tick, self.step_size, self._near,
+                self._origins,
+            )  # fmt: skip
 
     def _break_links(self, marked: int, tick: int) -> None:
         contacts, events = self.contacts(marked), self._block.room("events", marked)

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..support.jit import internal_inlined, jit
+from ..support.jit import internal, internal_inlined, jit
 from .contact import (
     FIRST,
     SECOND,
@@ -18,11 +18,15 @@ from .contact import (
     separation,
     sliding_speed,
 )
+from .drift_work import drift_work, gather_members
 from .link_histories import opposite_slot, pair_strains
 from .link_release import LINKING, pair_and_volumes, put_weight, scheduled_weight
 from .pair import turned
 from .volumetric_strain import bond_dilation, condensation
 from .zigzag_relinking import face_load, strain_face
+
+# Part of the energy that is rounding.
+_ROUNDING = 1e-9
 
 
 @internal_inlined
@@ -90,42 +94,123 @@ def link_contacts(medium, motion, half, numbers, contacts, count, kind, events, 
     return known
 
 
-@jit
-def raise_weights(medium, motion, scratch, contacts, count, losses, tick):
-    """Raise the weights of links that are made anew, and count the energy that this takes.
+@internal_inlined
+def _copy(source, from_row, target, to_row):
+    for slot in range(source.shape[1]):
+        target[to_row, slot, 0], target[to_row, slot, 1] = source[from_row, slot, 0], source[from_row, slot, 1]
 
-    In each step such a link gets the strains at which it carries what its contact carries: no motion in the meantime strains
-    it, so that linking makes no energy.
+
+@internal_inlined
+def _neutral_strain(before, at, after, unit):
+    """Return the strain nearest to 0 at which a parabola is 0, from its values at -unit, 0 and unit; NaN beyond these."""
+    slope, curvature = 0.5 * (after - before) / unit, (0.5 * (after + before) - at) / (unit * unit)
+    under = slope * slope - 4.0 * curvature * at
+    if not (under >= 0.0 and slope != 0.0):
+        return np.nan
+    root = np.sqrt(under)
+    strain = -2.0 * at / (slope + (root if slope > 0.0 else -root))
+    return strain if abs(strain) <= unit else np.nan
+
+
+@internal
+def _raise_weight(medium, motion, half, contacts, row, before, after, part, more, near, count, time, energy, work):
+    """Raise the weight of a link, strain it as `strain_link` does, and return the energy that this takes [J].
+
+    The strains of the drift before are let go, so that the kick does not feel them: what the forces would have done in it more
+    than they do is no loss.
 
     Args:
         medium: a `Medium`; its bonds are updated in place.
-        motion: a `Motion`.
-        scratch: a `Scratch`; its dilations are updated.
+        motion: a `Motion`; its velocities are those of the drift before.
+        half: see `pair.orient`, shape (n, 2).
         contacts: `Contacts`.
+        row: of the contact.
+        before: weight before this step.
+        after: weight after it; the kick is made with the mean of both.
+        part: see `strain_link`.
+        more: see there.
+        near: the `drift_work.Neighbourhood` of the pair.
+        count: how many automata are in it.
+        time: of the drift [s].
+        energy: `pair_and_volumes` before [J].
+        work: `drift_work` before [J].
+    """
+    body, ground, bonds = medium.body, medium.ground, medium.bonds
+    strain_link(body, ground, bonds, motion, half, contacts, row, after, part, more)
+    taken = energy - pair_and_volumes(body, ground, bonds, motion, half, contacts, row)
+    taken += 0.5 * (work + drift_work(medium, motion, half, contacts, row, near, count, time))
+    put_weight(body, bonds, contacts.pairs, row, 0.5 * (before + after))
+    return taken - drift_work(medium, motion, half, contacts, row, near, count, time)
+
+
+@jit
+def raise_weights(medium, motion, scratch, contacts, count, losses, tick, time, near, origins):
+    """Raise the weights of links that are made anew, and count the energy that this takes.
+
+    In each step such a link gets the strains at which it carries what its contact carries, and is pressed a little more or
+    less, so that this takes no energy: as links are made, the volumes of both automata become stiffer. Where no such strain is
+    near, it may take energy; it never makes any, but waits for the next step.
+
+    Args:
+        medium: a `Medium`; its bonds are updated in place.
+        motion: a `Motion`; its velocities are those since the forces were computed last.
+        scratch: a `Scratch`; its dilations are updated.
+        contacts: `Contacts`, updated in place.
         count: how many contacts there are.
         losses: see `link_release.FRACTURE`, updated in place.
         tick: number of the step.
+        time: since the forces were computed last [s].
+        near: a `drift_work.Neighbourhood`, overwritten.
+        origins: scratch, shape (2, slots, 2).
     """
-    body, ground, bonds, half = medium.body, medium.ground, medium.bonds, scratch.half
+    body, bonds, half = medium.body, medium.bonds, scratch.half
     for row in range(count):
         i, j, slot = contacts.pairs[row, FIRST], contacts.pairs[row, SECOND], contacts.pairs[row, SLOT]
         if slot < 0 or contacts.pairs[row, START] >= 0 or bonds.weight[i, slot] == 1.0:
             continue
         before, after = bonds.weight[i, slot], scheduled_weight(contacts.pairs, row, tick, medium.law.release)
-        losses[LINKING] += pair_and_volumes(body, ground, bonds, motion, half, contacts, row)
-        strain_link(body, ground, bonds, motion, half, contacts, row, after)
-        losses[LINKING] -= pair_and_volumes(body, ground, bonds, motion, half, contacts, row)
-        put_weight(body, bonds, contacts.pairs, row, 0.5 * (before + after))
+        members = gather_members(body, motion, half, contacts, row, near)
+        energy = pair_and_volumes(body, medium.ground, bonds, motion, half, contacts, row)
+        work = drift_work(medium, motion, half, contacts, row, near, members, time)
+        _copy(bonds.origin, i, origins, 0)
+        _copy(bonds.origin, j, origins, 1)
+        _, _, r = separation(medium.ground, motion.displacement, i, j)
+        unit = max(contacts.rest[row] - r, 0.0) / body.diameter
+        part, more, at, less_taken = 1.0, 0.0, 0.0, 0.0
+        # As its contact; with less strain and with more, which tell with how much it takes nothing; and with that.
+        for attempt in range(4):
+            taken = _raise_weight(
+                medium, motion, half, contacts, row, before, after, part, more, near, members, time, energy, work
+            )
+            if attempt == 3 or (attempt == 0 and abs(taken) <= _ROUNDING * energy):
+                break
+            _copy(origins, 0, bonds.origin, i)
+            _copy(origins, 1, bonds.origin, j)
+            put_weight(body, bonds, contacts.pairs, row, before)
+            if attempt == 0:
+                at, more = taken, -unit
+            elif attempt == 1:
+                less_taken, more = taken, unit
+            else:
+                more = _neutral_strain(less_taken, at, taken, unit)
+                if more != more:
+                    more = 0.0
+                    if at < 0.0 < before:
+                        contacts.pairs[row, START] -= 1
+                        taken = 0.0
+                        break
+                    # One that has not begun cannot wait: it begins without strains.
+                    part = 0.0 if at < 0.0 else 1.0
+        losses[LINKING] += taken
         for one in (i, j):
             scratch.dilation[one] = bond_dilation(body, bonds, motion.displacement, half, one)
 
 
 @internal_inlined
-def strain_link(body, ground, bonds, motion, half, contacts, row, weight):
-    """Give a link a weight, and the strains at which it carries what its contact would carry alone.
+def strain_link(body, ground, bonds, motion, half, contacts, row, weight, part, more):
+    """Give a link a weight, and part of the strains at which it carries what its contact would carry alone, and one more.
 
-    Its history goes on: what is left of its stiffness, and the strains that have flowed, which its free faces kept. Where the
-    link is softer than the contact it carries less, so that it has no more energy than the contact.
+    Its history goes on: what is left of its stiffness, and the strains that have flowed, which its free faces kept.
 
     Args:
         body: a `Body`.
@@ -136,6 +221,8 @@ def strain_link(body, ground, bonds, motion, half, contacts, row, weight):
         contacts: `Contacts`.
         row: of the contact.
         weight: of the link.
+        part: of these strains.
+        more: strain along the link beyond that.
     """
     i, j, slot = contacts.pairs[row, FIRST], contacts.pairs[row, SECOND], contacts.pairs[row, SLOT]
     back = opposite_slot(body.directions.shape[0], slot)
@@ -165,9 +252,6 @@ def strain_link(body, ground, bonds, motion, half, contacts, row, weight):
     for one, own in ((i, slot), (j, back)):
         others += 0.5 * body.lame * bond_dilation(body, bonds, motion.displacement, half, one)
         slope += 0.5 * body.lame * weight * body.share[body.kind[one], own] / condensation(body, bonds, one)
-    has = push * overlap + drag * slid
-    needs = body.diameter * (along * along / (area * (twice + slope)) + across * across / (area * twice))
-    factor = np.sqrt(has / needs) if needs > has else 1.0
     for one, own in ((i, slot), (j, back)):
-        bonds.origin[one, own, 0] -= (factor * along / area - others) / (twice + slope)
-        bonds.origin[one, own, 1] -= factor * across / (area * twice)
+        bonds.origin[one, own, 0] -= part * (along / area - others) / (twice + slope) + more
+        bonds.origin[one, own, 1] -= part * across / (area * twice)

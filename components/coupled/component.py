@@ -68,7 +68,7 @@ class Coupled(Component):
     """
 
     name = "coupled"
-    version = 2
+    version = 3
     Parameters = CoupledParameters
     parameters: CoupledParameters
 
