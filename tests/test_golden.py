@@ -31,7 +31,7 @@ FINAL = {
     "grid-edges": "9853c4e40d8306ddbb0d00a532f1da73",
     "grid-yielding": "9279b8c98056286681e30b4c7cede4e9",
     "automata-linked": "7994301f9223d555ef41ed91db47e679",
-    "automata-cracking": "240980fd92a841b01c29af566514d543",
+    "automata-cracking": "8e712a829406d3e9ba3b7b3c9fa3eb01",
     "coupled-inclusion": "c55bc3f16e71390e4976eee83402110d",
     "coupled-layers": "0cbf99528e5eda1e8c7b9ad1bcc1751f",
     "coupled-cracking": "d83ed52fb46061673a6f259b16d707fd",
