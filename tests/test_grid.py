@@ -345,6 +345,7 @@ def test_inputs_of_an_edge_have_its_nodes_as_they_were_given() -> None:
         ({"material": {"density": 1.0, "young": 1.0, "poisson": 0.5}}, ["poisson", "0.5"]),
         ({"boundaries": {"rihgt": "fixed"}}, ["boundaries.rihgt", "right"]),
         ({"boundaries": {"left": "periodic"}}, ["boundaries.left", "partner"]),
+        ({"boundaries": {"left": {"name": "absorbing", "sponge_width": 9.0}}}, ["left.sponge_width", "all of the mesh"]),
         ({"boundaries": {"left": "fixed", "right": "fixed"}, "mesh": {**SQUARE, "columns": 1}}, ["no node can move"]),
         ({"cell_material": [0, 0]}, ["cell_material", "got 2 numbers, expected 16"]),
         ({"cell_material": [1] * 16}, ["cell_material[0]", "expected 0 to 0"]),

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import math
+from pathlib import Path
 
 import numpy as np
 import pytest
 from support.grid_tools import MEDIUM, bar, block
 
+import granular_env as ge
 from granular_env.components.grid import Grid
 from granular_env.components.materials.elastic import Material
+from granular_env.recording.replay.near_misses import nearest_to_events
 
 YIELD = 1e-4
 SHEAR, BULK = MEDIUM.shear_modulus, MEDIUM.young / (3.0 * (1.0 - 2.0 * MEDIUM.poisson))
@@ -131,3 +134,18 @@ def test_an_elastic_precursor_runs_ahead_of_a_plastic_wave() -> None:
     yielded = {event.index for event in grid.events()}
     assert all(cell in yielded for cell in range(150))
     assert abs(grid.get("energy_residual")) <= 1e-3 * grid.get("input_work")
+
+
+def test_a_cell_that_cannot_yield_is_never_the_nearest(tmp_path: Path) -> None:
+    soft = {"name": "von_mises", "yield_stress": 1e-3}
+    right = {"area": {"name": "box", "x": [0.0, 1.0], "y": [-1.0, 1.0]}, "material": 1}
+    grid = block(
+        2, 1, material=[MEDIUM, MEDIUM], plasticity=[soft, "elastic"], regions=[right],
+        boundaries={"left": "fixed", "right": "velocity"}, step_size=0.01,
+    )  # fmt: skip
+    with ge.record(grid, tmp_path / "a.mcap", every=0.1):
+        grid.step(1.0, right_velocity=[0.02, 0.0])
+    with ge.open_log(tmp_path / "a.mcap") as log:
+        assert [event.index for event in log.events()] == [0]
+        assert nearest_to_events(log) == []
+        assert [one.ratio for one in nearest_to_events(log, 1)] == [0.0]

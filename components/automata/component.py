@@ -66,6 +66,7 @@ class Automata(Component):
     def _build(self) -> None:
         p = self.parameters
         self.packing: Packing = pack(p.packing, p.shape, p.diameter, p.periodic)
+        self.reference: FloatArray = self.packing.reference
         self.count = len(self.packing.kind)
         self._make_body()
         self.scratch: Scratch = make_scratch(self.count)

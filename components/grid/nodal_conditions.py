@@ -224,7 +224,14 @@ def _add_sponge(
     for corner in range(4):
         np.maximum.at(speed, mesh.cells[:, corner], longitudinal)
     width = boundary.sponge_width
-    for node, distance in _nodes_near(mesh, name, width):
+    near = _nodes_near(mesh, name, width)
+    if len(near) == len(mesh.nodes):
+        raise ParameterError(
+            f"got {width:g} m, and all of the mesh lies in it",
+            hint="give a narrower one",
+            at=("boundaries", name, "sponge_width"),
+        )
+    for node, distance in near:
         part = 1.0 - distance / width
         rate = boundary.sponge_strength * float(speed[node]) / width * part * part * float(mass[node])
         found[node] = found.get(node, np.zeros(3)) + np.array([rate, rate, 0.0])

@@ -90,6 +90,8 @@ def nearest_to_events(log: Log, index: int | None = None) -> list[EventRatio]:
     return [
         EventRatio(s.kinds, s.variable, s.index, s.tick * log.step_size, s.ratio, s.passed, instants, there, s.nearest)
         for s in searches
+        # What has no limit, such as a cell that cannot yield, is at 0 always.
+        if s.ratio > 0.0 or index is not None
     ]
 
 
