@@ -14,7 +14,9 @@ from granular_env.domains.chain.viewing.space_time_diagram import space_time_pic
 from granular_env.recording import open_log, record
 from granular_env.recording.preview.displacement_scale import choose_exaggeration
 from granular_env.viewing import report
+from granular_env.viewing.colour_scales import ColourScale
 from granular_env.viewing.figures import drawing, run_figures
+from granular_env.viewing.figures.colour_bar import add_bar
 from granular_env.viewing.reports.run_incidents import incident_sentences
 from granular_env.viewing.scene_data import from_component, from_log
 
@@ -300,3 +302,26 @@ def test_a_motion_without_colour_is_refused_by_name(chain_log):
     motion = replace(from_log(chain_log).motion, colour=None)
     with pytest.raises(ParameterError, match="'velocity' was not recorded"):
         run_figures.space_time(motion)
+
+
+def test_the_legend_of_a_vectors_residual_names_its_directions_and_lies_within_the_figure():
+    golden = Path(__file__).resolve().parent.parent / "logs" / "golden" / "shell-cracking.mcap"
+    with open_log(golden) as log:
+        figure = run_figures.balance(from_log(log), "momentum")
+    renderer = drawing.canvas(figure, 100).get_renderer()
+    below = figure.axes[1].get_legend()
+    assert [text.get_text() for text in below.get_texts()] == ["x", "y", "z"]
+    for axes in figure.axes[:2]:
+        assert axes.get_legend().get_window_extent(renderer).x1 <= figure.bbox.x1
+
+
+@pytest.mark.parametrize("limit", [4.3e8, 350e6, 9999.0, 0.0047, 3e-7])
+@pytest.mark.parametrize("has_sign", [False, True])
+def test_the_numbers_of_a_colour_bar_stand_apart(limit, has_sign):
+    figure = drawing.new_figure(8.0, 4.0)
+    add_bar(figure, ColourScale(("stress",), "Pa", limit, has_sign), ax=figure.subplots(), shrink=0.5, aspect=40)
+    renderer = drawing.canvas(figure, 100).get_renderer()
+    labels = [label for label in figure.axes[1].get_xticklabels() if label.get_text()]
+    boxes = [label.get_window_extent(renderer) for label in labels]
+    assert len(boxes) >= 3
+    assert all(before.x1 + 3.0 < after.x0 for before, after in zip(boxes[:-1], boxes[1:], strict=True))

@@ -15,6 +15,8 @@ if TYPE_CHECKING:
 
 # Limits of a scale between which its numbers are written as they are; others with the prefixes of units, such as 400 M.
 _PLAIN = 1e-3, 1e4
+# Steps of the numbers at most: more of them, as long as "-100 M", would run together in a bar as wide as half a page.
+_MOST_STEPS = 6
 
 
 def add_bar(figure: Figure, scale: ColourScale, **where: Any) -> None:
@@ -35,6 +37,8 @@ def add_bar(figure: Figure, scale: ColourScale, **where: Any) -> None:
     )
     beyond = "both" if scale.has_sign else "max"
     extend = beyond if scale.is_exceeded else "neither"
+    ticker = import_optional("matplotlib.ticker", "figures")
     if not _PLAIN[0] <= scale.limit <= _PLAIN[1]:
-        where["format"] = import_optional("matplotlib.ticker", "figures").EngFormatter()
+        where["format"] = ticker.EngFormatter()
+    where["ticks"] = ticker.MaxNLocator(_MOST_STEPS, steps=[1, 2, 2.5, 5, 10])
     figure.colorbar(shades, orientation="horizontal", label=scale.label, extend=extend, **where)

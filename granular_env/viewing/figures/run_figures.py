@@ -8,6 +8,7 @@ colour-blind. `drawing.png` turns a figure into a file's bytes, `drawing.svg` in
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -55,8 +56,9 @@ __all__ = [
 
 # Frames that figures use: more than a viewer, they are only drawn once.
 FRAMES = 2000
-# Where a legend stands beside a second axis, in widths of the axes.
-_BEYOND_AXIS = 1.26
+# Where a legend stands beside a second axis, from the axes [inch]. In widths of the axes, which the layout makes narrower for
+# the legend, it would end outside of the figure.
+_BEYOND_AXIS = 0.95
 # Parts of a run in which events are counted.
 EVENT_BINS = 100
 # The wave has reached a particle that changed by this part of the largest change.
@@ -149,7 +151,11 @@ def balance(scene_data: SceneData, quantity: str = "energy") -> Figure | None:
     names = next((balance for balance in scene_data.balances if balance.quantity == quantity), None)
     if names is None or not (amounts := scene_data.group(names.entries)):
         return None
-    residuals = scene_data.group(name for name in scene_data.curves if name.startswith(names.residual))
+    residuals = [
+        # The axis says that they are residuals: of a vector the legend names the direction alone.
+        replace(curve, name=curve.name.removeprefix(f"{names.residual}_"))
+        for curve in scene_data.group(name for name in scene_data.curves if name.startswith(names.residual))
+    ]
     words = quantity.replace("_", " ")
     figure = new_figure(8.0, 5.6 if residuals else 4.0)
     ratios = [3, 1] if residuals else [1]
@@ -163,8 +169,9 @@ def balance(scene_data: SceneData, quantity: str = "energy") -> Figure | None:
         relative.set_ylabel(f"of the largest\n{words}")
         relative.ticklabel_format(axis="y", scilimits=(-2, 3), useMathText=True)
         if (names_of_residuals := panels[1].get_legend()) is not None:
-            # Beyond the second axis.
-            names_of_residuals.set_bbox_to_anchor((_BEYOND_AXIS, 1.0))
+            transforms = import_optional("matplotlib.transforms", "figures")
+            beyond = transforms.ScaledTranslation(_BEYOND_AXIS, 0.0, figure.dpi_scale_trans)
+            names_of_residuals.set_bbox_to_anchor((1.0, 1.0), panels[1].transAxes + beyond)
     return figure
 
 
