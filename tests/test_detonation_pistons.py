@@ -160,7 +160,7 @@ def piston_tube(step_size: float, right: float | None, **parameters: object) -> 
 def test_the_courant_number_that_is_reported_is_the_one_that_is_judged(left: float, right: float | None, ends: bool) -> None:
     """It exceeds 0.9 exactly where a step is refused, in the output before that step where it did so already."""
     inputs = {"left_velocity": left} | ({} if right is None else {"right_velocity": right})
-    tube, refused = piston_tube(0.012, right), None
+    tube, refused, number = piston_tube(0.012, right), None, 0.0
     while refused is None and tube.tick < 300:
         number = tube.get("courant_number")
         try:
