@@ -445,8 +445,8 @@ class Shell(Component):
                 "largest fracture ratio now": float(ratio[nearest]),
                 "where along the body, m": float(self.lattice.axes[0].at(along)),
             }
-            if self._breaking is not None:
-                found |= self._breaking.report(self._block, ratio, self.step_size)
+        if self._breaking is not None:
+            found |= self._breaking.report(self._block, self.step_size)
         return found
 
     def conclusions(self) -> list[str]:

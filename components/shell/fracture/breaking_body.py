@@ -282,20 +282,14 @@ class BreakingBody:
         """Return the energies that cracks have taken [J]: of ties that were cut, and of eroded points."""
         return {"fracture_energy": float(block["losses"][_FRACTURE]), "eroded_energy": float(block["losses"][_ERODED])}
 
-    def report(self, block: Block, ratios: FloatArray, step_size: float) -> dict[str, float]:
+    def report(self, block: Block, step_size: float) -> dict[str, float]:
         """Return how near the body came to parting, where and when, and what cracks have done.
 
-        Args:
-            block: the state.
-            ratios: what decides at each point over its limit, shape (m,).
-            step_size: of a tick [s].
+        The largest ratio so far counts points that have parted too, at which it goes on beyond 1.
         """
         self.solid(block)
         ratio, point, tick = (float(one) for one in block["nearest"])
-        whole = self.cracks.judged.cracks == 0
-        whole[self.cracks.eroded.astype(np.int64)] = False
         found = {
-            "largest fracture ratio now, of points that have not parted": float(ratios[whole].max(initial=0.0)),
             "points that have parted": float(np.count_nonzero(self.cracks.judged.cracks)),
             "eroded points": float(len(self.cracks.eroded)), "pieces": float(self.cracks.piece_count),
             "crack length, m": crack_length(self._assembly, self.cracks),
