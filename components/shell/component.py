@@ -56,7 +56,7 @@ class Shell(Component):
     """
 
     name = "shell"
-    version = 2
+    version = 3
     Parameters = ShellParameters
     parameters: ShellParameters
 

@@ -43,7 +43,7 @@ class Tube(Component):
     """
 
     name = "tube"
-    version = 2
+    version = 3
     Parameters = TubeParameters
     parameters: TubeParameters
 

@@ -283,10 +283,7 @@ class BreakingBody:
         return {"fracture_energy": float(block["losses"][_FRACTURE]), "eroded_energy": float(block["losses"][_ERODED])}
 
     def report(self, block: Block, step_size: float) -> dict[str, float]:
-        """Return how near the body came to parting, where and when, and what cracks have done.
-
-        The largest ratio so far counts points that have parted too, at which it goes on beyond 1.
-        """
+        """Return how near the body came to parting, where and when, and what cracks have done."""
         self.solid(block)
         ratio, point, tick = (float(one) for one in block["nearest"])
         found = {

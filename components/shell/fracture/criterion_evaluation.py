@@ -63,7 +63,8 @@ def find_parting(solid, state, judged, found, nearest, tick):
         state: after a tick.
         judged: `Judgement`.
         found: written, shape (m,).
-        nearest: the largest ratio to the limit so far, from a half on, its point and its tick, updated, shape (3,).
+        nearest: the largest ratio to the limit so far of points that had not parted, from a half on, its point and its tick,
+            updated, shape (3,).
         tick: its number.
     """
     count = 0
@@ -81,7 +82,7 @@ def find_parting(solid, state, judged, found, nearest, tick):
             if left > 0.0 and 0.5 * (a * a + b * b + c * c) + 3.0 * (xy * xy + yz * yz + zx * zx) < left * left:
                 continue
         value, nx, ny, nz = decisive_value(state, judged, p)
-        if value > nearest[0] * judged.limit[p] and value > _NOTED * judged.limit[p]:
+        if judged.cracks[p] == 0 and value > nearest[0] * judged.limit[p] and value > _NOTED * judged.limit[p]:
             nearest[0], nearest[1], nearest[2] = value / judged.limit[p], p, tick
         if value > judged.limit[p]:
             if judged.cracks[p] > 0 and tick < judged.since[p] + judged.wait:
