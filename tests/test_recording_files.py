@@ -9,7 +9,7 @@ import subprocess
 import sys
 import threading
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -20,13 +20,25 @@ from support.work import count_calls
 
 import granular_env.components.catalogue as catalogue
 from granular_env.cli import main
+from granular_env.components.balances import Balance
+from granular_env.components.component import Component
+from granular_env.components.contract import Variable
 from granular_env.components.errors import LogError, ParameterError, StepError
+from granular_env.components.oscillator import Oscillator
+from granular_env.components.support.validation import Parameters
 from granular_env.experiments import load_experiment
 from granular_env.experiments.cost import recorded_bytes
 from granular_env.experiments.preparation import prepare
-from granular_env.recording import open_log, record, recover, verify
+from granular_env.recording import Log, open_log, record, recover, verify
 from granular_env.recording.container.reader import McapReader
-from granular_env.recording.recorder.sampling import doubling_for, frames_for
+from granular_env.recording.recorder.arguments import make_schedule
+from granular_env.recording.recorder.sampling import (
+    Schedule,
+    doubling_for,
+    frames_for,
+    least_snapshot_interval,
+    schedule_from,
+)
 from granular_env.recording.recorder.size_estimate import estimated_bytes
 from granular_env.run_loop import run
 
@@ -144,6 +156,128 @@ def test_the_size_is_right_for_every_medium(experiment: str, overrides: dict[str
     size = sum(len(message.data) for chunk in range(container.chunk_count) for message in container.messages(chunk))
     assert recorded_bytes(ready) == pytest.approx(size, rel=0.05)
     assert (tmp_path / "a.mcap").stat().st_size < size
+
+
+class Costly(Component):
+    """A body on a spring whose part should make millions of steps in a tick; it makes one, so that the test is quick."""
+
+    name = "costly"
+    Parameters = Parameters
+    steps = 4_166_667  # of the six words of the part: 25 million in a tick
+
+    def _build(self) -> None:
+        self.step_size = 0.01
+        alone = Oscillator(step_size=self.step_size / self.steps)
+        self._lay_out(part=("f8", alone.memory.shape))
+        self.part = alone.clone(self._block["part"])
+        self._include(self.part, "part", self.steps)
+
+    def _declare(self) -> Iterator[Variable]:
+        yield Variable("place", "output", "m", (), "position of the body")
+
+    def _outputs(self) -> dict[str, Callable[[], Any]]:
+        return {"place": lambda: self.part.peek("position")}
+
+    def _start(self, seed: int | None, values: Mapping[str, Any]) -> Mapping[str, Any]:
+        self.part.begin(None, {"position": np.float64(1.0)})
+        return {}
+
+    def _advance(self, ticks: int) -> int:
+        self.part.adopt(self._tick, {})
+        return self.part.advance(ticks)
+
+    def _explain(self, status: int) -> StepError:
+        return self.part.explain(status)
+
+    def balances(self) -> tuple[Balance, ...]:
+        return self.part.balances()
+
+
+@pytest.fixture
+def costly_log(tmp_path: Path) -> Log:
+    """A run of 2000 ticks, as long as one of three minutes where such ticks were real."""
+    component = Costly()
+    with record(component, tmp_path / "a.mcap", every=1.0, variables=["place"]):
+        component.reset()
+        for _ in range(40):
+            component.step(0.5)
+    return open_log(tmp_path / "a.mcap", components={"costly": Costly})
+
+
+def test_costly_ticks_have_many_snapshots(costly_log: Log) -> None:
+    """500 million words are 20 ticks here, and a 32nd of the run is longer from tick 672 on."""
+    found = [tick for _, tick in costly_log.snapshots]
+    assert found[:34] == list(range(0, 680, 20)) and found[-1] == 2000
+    assert np.diff(found).max() <= 2000 // 32
+    assert found == [0, *_key_ticks(Schedule(100, 64, 4096, 0, 20), 2000), 2000]
+    assert costly_log.records.header["options"]["least_snapshot_interval"] == 20
+    assert verify(costly_log, components={"costly": Costly}).identical
+
+
+def test_the_size_of_a_log_counts_the_snapshots_of_costly_ticks(costly_log: Log) -> None:
+    component, path = Costly(), costly_log.path
+    sizes = {
+        every: estimated_bytes(component, 2000, every=1.0, variables=["place"], snapshot_every=every)
+        for every in (None, 20.0)
+    }  # fmt: skip
+    # The start and the end are counted with any interval, and that of 20 s adds one more.
+    assert sizes[None] - sizes[20.0] == (len(costly_log.snapshots) - 3) * component.state_bytes
+    assert path.stat().st_size < sizes[None]
+
+
+def test_an_interval_that_is_given_counts(tmp_path: Path) -> None:
+    component = Costly()
+    with record(component, tmp_path / "a.mcap", every=1.0, snapshot_every=5.0):
+        component.step(20.0)
+    with open_log(tmp_path / "a.mcap", components={"costly": Costly}) as log:
+        assert [tick for _, tick in log.snapshots][:-1] == [0, 500, 1000, 1500, 2000]
+
+
+def test_a_branch_of_a_log_has_snapshots_as_its_parent(costly_log: Log, tmp_path: Path) -> None:
+    with costly_log.branch(15.0).run(tmp_path / "b.mcap") as child:
+        ticks = [tick for _, tick in child.snapshots]
+    assert ticks[0] == 1500 and ticks[-1] == 2000 and set(np.diff(ticks[:-1])) <= set(range(1500 // 32, 2000 // 32 + 1))
+
+
+@pytest.mark.parametrize(
+    ("words", "work", "interval"),
+    [
+        (100_000, 100_000, 4096),  # a grid of 40 x 40 nodes: 4096 ticks take a second
+        (110_000, 2_170_000, 230),  # a tube of 1600 nodes with 20 steps in a tick
+        (1_550_000, 17_000_000, 68),  # of 70,000 nodes with 11: 750 steps, 12 s
+        (13_000_000, 13_000_000, 750),  # a grid of a million nodes: 30 s
+        (10, 10**12, 1),
+    ],
+)
+def test_snapshots_are_some_seconds_apart_and_cost_little(words: int, work: int, interval: int) -> None:
+    assert least_snapshot_interval(words, work) == interval
+
+
+def test_snapshots_of_cheap_ticks_are_where_they_were() -> None:
+    """4096 ticks apart, from 69,632 on a sixteenth of the run; and the header says no more than it did."""
+    component = catalogue.make("chain", grains=300, radius=3e-3, material="steel")
+    schedule = make_schedule(component, 1e-6, None, None, None, ["velocity"])
+    assert schedule.options().keys() == {"frame_every", "doubling", "hash_every", "snapshot_every"}
+    ticks = _key_ticks(schedule, 10**6)
+    assert ticks[:17] == list(range(4096, 18 * 4096, 4096)) and ticks[17] == 17 * 4096 + (17 * 4096) // 16
+    assert all(after == tick + max(4096, tick // 16) for tick, after in zip(ticks, ticks[1:], strict=False))
+
+
+@pytest.mark.parametrize("interval", [None, 20])
+def test_a_header_gives_the_schedule_back(interval: int | None) -> None:
+    schedule = Schedule(3, 16, 64, 0) if interval is None else Schedule(3, 16, 64, 0, interval)
+    assert schedule_from(schedule.options()) == schedule
+    for wrong in (0, -1, 2.0, True, "20", None):
+        with pytest.raises(LogError, match="when frames were taken"):
+            schedule_from({**schedule.options(), "least_snapshot_interval": wrong})
+
+
+def _key_ticks(schedule: Schedule, end: int) -> list[int]:
+    """Return the ticks of snapshots between the start and the end of a run."""
+    found, tick = [], 0
+    while (tick := schedule.key_after(tick, tick)) < end:
+        found.append(tick)
+    return found
 
 
 def test_frames_of_large_media_are_fewer() -> None:

@@ -22,7 +22,8 @@ from granular_env.components.errors import GranularError, LogError, ParameterErr
 from granular_env.experiments import load_experiment
 from granular_env.recording import Log, open_log, recover, verify
 from granular_env.recording.format.records import HEADER, Record
-from granular_env.recording.recorder import recorder
+from granular_env.recording.recorder import recorder, sampling
+from granular_env.recording.replay.continuation import continuation_of
 from granular_env.resumption import resume
 from granular_env.run_loop import RunResult, run
 
@@ -235,6 +236,22 @@ def test_of_a_run_that_came_to_its_end_only_the_file_is_mended(whole: dict[str, 
     ):
         resume(path)
     assert_made_whole(path, whole["discs"])
+
+
+def test_a_run_of_costly_ticks_goes_on_from_nearby(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """As if a tick of this body were as much work as one of a large shell: snapshots are 20 ticks apart, then a 32nd."""
+    monkeypatch.setattr(sampling, "_SNAPSHOT_WORK", 120)
+    monkeypatch.setattr(sampling, "_SNAPSHOT_STEPS", 20)
+    experiment = {**SWING, "record": {"every": 0.1, "variables": ["position"]}}
+    run(experiment, log=tmp_path / "whole.mcap", observers=[Slow(PAUSE)])
+    data, path = (tmp_path / "whole.mcap").read_bytes(), tmp_path / "killed.mcap"
+    path.write_bytes(data[: 2 * len(data) // 3])
+    with open_log(path) as log:
+        found = continuation_of(log)
+        repeated = found.component.tick - found.key
+        assert found.component.tick > 100 and 0 <= repeated <= 1000 // 32
+    resume(path)
+    assert_same(path, tmp_path / "whole.mcap")
 
 
 def test_damage_in_the_middle_is_run_anew(tmp_path: Path) -> None:

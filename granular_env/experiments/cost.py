@@ -47,7 +47,8 @@ def size_note(ready: Prepared, least: int) -> str:
     note = f"the log takes up to {readable_bytes(size)} before compression, and on the disk a fifth to two thirds of that"
     if size < LARGE_LOG:
         return note
-    return f"{note}; record less often (record.every) or fewer variables (record.variables) for a smaller one"
+    less = "record less often (record.every), fewer variables (record.variables) or fewer snapshots (record.snapshot_every)"
+    return f"{note}; {less} for a smaller one"
 
 
 def recorded_bytes(ready: Prepared) -> int:

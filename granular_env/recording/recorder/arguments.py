@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -11,7 +12,7 @@ import numpy as np
 from ...components.component import Component
 from ...components.drawables import drawn_outputs
 from ...components.errors import ParameterError, nearest, one_line
-from .sampling import HASH_EVERY, Schedule, doubling_for, frames_for
+from .sampling import HASH_EVERY, Schedule, doubling_for, frames_for, least_snapshot_interval
 
 
 def names_to_record(component: Component, variables: Sequence[str] | None) -> list[str]:
@@ -62,6 +63,26 @@ def make_schedule(
     if every is not None:
         frame_every = component.ticks_in(every, "every")
     elif isinstance(duration, (int, float)) and duration > 0.0:
-        frame_every = frames_for(round(duration / component.step_size), values, component.state_bytes // 8)
-    snapshot_ticks = 0 if snapshot_every is None else component.ticks_in(snapshot_every, "snapshot_every")
-    return Schedule(frame_every, doubling_for(values), int(hash_every or HASH_EVERY), snapshot_ticks)
+        frame_every = frames_for(round(duration / component.step_size), values, _words(component))
+    schedule = Schedule(frame_every, doubling_for(values), int(hash_every or HASH_EVERY), 0)
+    if snapshot_every is not None:
+        return replace(schedule, snapshot_every=component.ticks_in(snapshot_every, "snapshot_every"))
+    least = least_snapshot_interval(_words(component), _work_in_tick(component))
+    return replace(schedule, least_snapshot_interval=least)
+
+
+def _words(component: Component) -> int:
+    return component.state_bytes // 8
+
+
+def _work_in_tick(component: Component) -> int:
+    """Return how many words of state a tick advances; those of a part that makes several steps in it count at each.
+
+    Parts are components in public attributes. Shorter steps tell them from what else a component may refer to, such as its
+    owner; parts that make one step in a tick are counted with the whole.
+    """
+    work, step = _words(component), component.step_size
+    for name, part in vars(component).items():
+        if not name.startswith("_") and isinstance(part, Component) and part.step_size < step:
+            work += round(step / part.step_size) * _work_in_tick(part) - _words(part)
+    return work

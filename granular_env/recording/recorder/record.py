@@ -44,7 +44,8 @@ def record(
         variables: names of outputs or inputs to keep in each frame, beside the balances. Default: the
             state variables and the outputs that viewers draw.
         hash_every: ticks between hashes of the state; 1 lets a verification name the very step. Default: 4096.
-        snapshot_every: time between snapshots [s]. Default: each time the run has become a sixteenth longer.
+        snapshot_every: time between snapshots [s]. Default: each time the run has become a sixteenth longer, at least 4096
+            ticks apart; fewer where a tick of a large state, or of many steps of a part, takes long.
         experiment: JSON values to keep with the log.
         parent: which log and tick this one branched off.
         overwrite: whether an existing log may be replaced; it stays until the new one holds its first step.

@@ -7,7 +7,6 @@ while the script sits idle: so a killed process loses at most the last tenth of 
 from __future__ import annotations
 
 import atexit
-import dataclasses
 import json
 import threading
 import warnings
@@ -387,7 +386,7 @@ class Recorder:
     # -- the writing thread -----------------------------------------------------------------------------------------
 
     def _write_header(self, experiment: Any, parent: Any) -> None:
-        options = dataclasses.asdict(self._schedule)
+        options = self._schedule.options()
         header, arrays = header_of(self._component, self._names, options, experiment, parent, self._elapsed)
         self._digests = {"parameters": parameter_digests(self._component), "header": header_digests(header, arrays)}
         self._sink.add(Record(HEADER, 0, 0, 0, 0, 1, 0, header, arrays), 0)

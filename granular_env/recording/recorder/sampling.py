@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from typing import Any
 
 from ...components.support.round_numbers import round_down_to_125, round_up_to_125
@@ -10,7 +10,15 @@ from ..format.records import damage
 
 # Default distance of hashes; at this distance they cost less than a hundredth of any component seen so far [ticks].
 HASH_EVERY = 4096
-_SNAPSHOT_EVERY = 4096
+# A run that was killed goes on from its last snapshot. There is one each time the run has become a sixteenth longer, so many
+# ticks apart at least.
+_SNAPSHOT_TICKS, _SNAPSHOT_SHIFT = 4096, 4
+# Where ticks are costly 4096 of them may be a whole run. Work is counted in words of state advanced by a step, which take 3 to
+# 12 ns (grids, shells), and not in seconds: the same run has to have the same snapshots on any machine, and when it is resumed.
+# Snapshots are this much work apart, two to six seconds, or so many steps of the whole state where that is more: to write one
+# takes as long as 5 to 16 steps of a grid (26 and 104 MB, 2 cores). Later there is one each time the run is a 32nd longer, so
+# that the log of a long run does not become many times larger.
+_SNAPSHOT_WORK, _SNAPSHOT_STEPS, _COSTLY_SNAPSHOT_SHIFT = 500_000_000, 750, 5
 # Frames of an experiment whose duration is known: at most so many.
 _FRAMES = 400
 # Without a known duration: frames between one doubling of the interval and the next; fewer where a frame is large.
@@ -31,14 +39,16 @@ class Schedule:
             run has become twice as long.
         doubling: frames per doubling.
         hash_every: ticks between hashes.
-        snapshot_every: ticks between snapshots; 0 for one each time the run has become a sixteenth longer, but not more
-            often than every 4096 ticks.
+        snapshot_every: ticks between snapshots; 0 for one each time the run has become a sixteenth longer, or a 32nd where
+            ticks are costly.
+        least_snapshot_interval: ticks between these at least; fewer than 4096 say that ticks are costly.
     """
 
     frame_every: int
     doubling: int
     hash_every: int
     snapshot_every: int
+    least_snapshot_interval: int = _SNAPSHOT_TICKS
 
     def frame_after(self, tick: int, elapsed: int) -> int:
         """Return the next tick for a frame; `elapsed` counts the ticks of the whole log."""
@@ -55,15 +65,25 @@ class Schedule:
 
     def key_after(self, tick: int, elapsed: int) -> int:
         """Return the next tick for a snapshot."""
-        interval = self.snapshot_every or max(_SNAPSHOT_EVERY, elapsed >> 4)
-        return tick + interval
+        is_costly = self.least_snapshot_interval < _SNAPSHOT_TICKS
+        longer = elapsed >> (_COSTLY_SNAPSHOT_SHIFT if is_costly else _SNAPSHOT_SHIFT)
+        return tick + (self.snapshot_every or max(self.least_snapshot_interval, longer))
+
+    def options(self) -> dict[str, int]:
+        """Return what a log's header holds of it: `schedule_from` gives it back."""
+        options = asdict(self)
+        # Logs of cheap ticks are as they were before there was another interval.
+        if self.least_snapshot_interval == _SNAPSHOT_TICKS:
+            del options["least_snapshot_interval"]
+        return options
 
 
 def schedule_from(options: Any) -> Schedule:
     """Return the schedule that a log's header holds; `LogError` where it holds none."""
     lowest = {"frame_every": 0, "doubling": 1, "hash_every": 1, "snapshot_every": 0}
-    if not isinstance(options, dict) or options.keys() != lowest.keys() or not all(
-        type(options[name]) is int and options[name] >= low for name, low in lowest.items()
+    optional = {"least_snapshot_interval": 1}
+    if not isinstance(options, dict) or options.keys() - optional.keys() != lowest.keys() or not all(
+        type(options[name]) is int and options[name] >= low for name, low in (lowest | optional).items() if name in options
     ):  # fmt: skip
         raise damage("it does not say when frames were taken", "header.options")
     return Schedule(**options)
@@ -111,6 +131,17 @@ def frames_for(ticks: int, values: int, state: int) -> int:
         wanted = min(_TICKS_A_FRAME * values / state, ticks / _FEWEST_FRAMES)
         interval = max(interval, round_down_to_125(max(wanted, 1.0)))
     return int(interval)
+
+
+def least_snapshot_interval(words: int, work: int) -> int:
+    """Return how many ticks snapshots are apart at least: 4096, or fewer where a tick does much work.
+
+    Args:
+        words: of the state.
+        work: words that are advanced in a tick, counted again at every step of a part.
+    """
+    wanted = max(_SNAPSHOT_WORK, _SNAPSHOT_STEPS * words)
+    return min(_SNAPSHOT_TICKS, max(1, round(wanted / max(work, 1))))
 
 
 def doubling_for(values: int) -> int:
