@@ -71,6 +71,11 @@ class Chain(Component):
         rows = first + 2 * state_rows + scheme.scratch_rows + _GEOMETRY_ROWS
         return 8 * rows * layout.row_width(parameters.grains)
 
+    @property
+    def work_in_tick(self) -> int:
+        """Words of state that a tick advances, over eight: those of a chain take less than a nanosecond."""
+        return super().work_in_tick // 8
+
     def _build(self) -> None:
         p = self.parameters
         self.geometry: Geometry = geometry(p)

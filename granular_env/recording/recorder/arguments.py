@@ -67,22 +67,9 @@ def make_schedule(
     schedule = Schedule(frame_every, doubling_for(values), int(hash_every or HASH_EVERY), 0)
     if snapshot_every is not None:
         return replace(schedule, snapshot_every=component.ticks_in(snapshot_every, "snapshot_every"))
-    least = least_snapshot_interval(_words(component), _work_in_tick(component))
+    least = least_snapshot_interval(_words(component), component.work_in_tick)
     return replace(schedule, least_snapshot_interval=least)
 
 
 def _words(component: Component) -> int:
     return component.state_bytes // 8
-
-
-def _work_in_tick(component: Component) -> int:
-    """Return how many words of state a tick advances; those of a part that makes several steps in it count at each.
-
-    Parts are components in public attributes. Shorter steps tell them from what else a component may refer to, such as its
-    owner; parts that make one step in a tick are counted with the whole.
-    """
-    work, step = _words(component), component.step_size
-    for name, part in vars(component).items():
-        if not name.startswith("_") and isinstance(part, Component) and part.step_size < step:
-            work += round(step / part.step_size) * _work_in_tick(part) - _words(part)
-    return work

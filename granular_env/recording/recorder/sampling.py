@@ -18,7 +18,7 @@ _SNAPSHOT_TICKS, _SNAPSHOT_SHIFT = 4096, 4
 # Snapshots are this much work apart, two to six seconds, or so many steps of the whole state where that is more: to write one
 # takes as long as 5 to 16 steps of a grid (26 and 104 MB, 2 cores). Later there is one each time the run is a 32nd longer, so
 # that the log of a long run does not become many times larger.
-_SNAPSHOT_WORK, _SNAPSHOT_STEPS, _COSTLY_SNAPSHOT_SHIFT = 500_000_000, 750, 5
+_SNAPSHOT_WORK, _SNAPSHOT_STEPS, _COSTLY_SNAPSHOT_SHIFT = 500_000_000, 1500, 5
 # Frames of an experiment whose duration is known: at most so many.
 _FRAMES = 400
 # Without a known duration: frames between one doubling of the interval and the next; fewer where a frame is large.
