@@ -24,6 +24,8 @@ ARRIVAL = 7.7e-4
 EARLY, LATE = 1.5e-4, 4e-4
 DURATION = ARRIVAL + LATE
 _EVERY = 5e-6
+# The runs are short beside the page, and nobody resumes one.
+_SNAPSHOT_EVERY = 5e-4
 _LAYERS = 3
 # A cheaper mesh: its nodes over the page's.
 COARSER = 0.64
@@ -112,5 +114,5 @@ def notched_tube(context: Context, inches: int, factor: float, **changes: Unpack
         },
         "input": {"gas_ignition_power": {"profile": "half_sine", "peak": _SPARK * pressure / 1e5, "duration": 1e-5}},
         "stop": [{"variable": "shell_plastic_strain", "reduce": "max", "above": DRAWN_OUT}] if as_printed else [],
-        "record": {"every": _EVERY, "variables": list(RECORDED)},
+        "record": {"every": _EVERY, "snapshot_every": _SNAPSHOT_EVERY, "variables": list(RECORDED)},
     }  # fmt: skip
