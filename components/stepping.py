@@ -405,7 +405,7 @@ class Stepping(Physics):
             if isinstance(error, MemoryError):
                 raise GranularError(
                     f"component {self.name!r} needed more memory than there is; its state is that from before the step",
-                    hint="make it smaller", at="step",
+                    hint="make it smaller, or record less often", at="step",
                 ) from error  # fmt: skip
         else:  # whoever was not told of it, or was interrupted while it was, is told now
             _call_all([observer.on_step for observer in reversed(untold)], self, ticks, inputs)

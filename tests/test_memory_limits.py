@@ -46,7 +46,7 @@ def test_the_copies_that_a_recorder_holds_are_counted_too(tmp_path, monkeypatch)
     small = {**CHAIN, "component": {"type": "chain", "grains": 1000}}
     monkeypatch.setattr(memory_limits, "available", lambda: 100_000)
     monkeypatch.setattr(catalogue.component_class("chain"), "memory_needed", classmethod(lambda kind, parameters: 0))
-    with pytest.raises(ExperimentError, match=r"recording component 'chain' needs at least 0\.000129 GB"):
+    with pytest.raises(ExperimentError, match=r"recording component 'chain' needs at least 0\.000141 GB"):
         run(small, log=tmp_path / "x.mcap")
     assert [*tmp_path.iterdir()] == []
 
@@ -138,7 +138,7 @@ class Greedy:
 
 
 def test_memory_that_runs_out_in_a_run_is_an_error_of_the_family(tmp_path: Path):
-    with pytest.raises(GranularError, match=r"experiment: it asks for more memory than there is"):
+    with pytest.raises(GranularError, match="more memory than there is; its state is that from before the step"):
         run({**CHAIN, "component": {"type": "chain", "grains": 100}}, log=tmp_path / "x.mcap", observers=[Greedy()])
 
 

@@ -103,6 +103,8 @@ def _copy(source, from_row, target, to_row):
 @internal_inlined
 def _neutral_strain(before, at, after, unit):
     """Return the strain nearest to 0 at which a parabola is 0, from its values at -unit, 0 and unit; NaN beyond these."""
+    if unit == 0.0:
+        return np.nan
     slope, curvature = 0.5 * (after - before) / unit, (0.5 * (after + before) - at) / (unit * unit)
     under = slope * slope - 4.0 * curvature * at
     if not (under >= 0.0 and slope != 0.0):
