@@ -41,11 +41,13 @@ if __name__ == "__main__":
     sys.exit(main(["atlas", "toy-2000", "--out", sys.argv[1], "--processes", sys.argv[2], "--quiet"]))
 """
 ENDLESS = """
+import os
 from support.atlas_toys import experiment
 from granular_env.atlas.model import Findings
 
 def endless(context):
-    context.run(experiment(64, 5e9) | {"duration": 6000.0, "record": {"every": 1.0, "variables": ["velocity"]}})
+    # Another run in each process: they would wait for each other's.
+    context.run(experiment(64, 5e9 + os.getpid()) | {"duration": 6000.0, "record": {"every": 1.0, "variables": ["velocity"]}})
     return Findings()
 """
 

@@ -178,7 +178,7 @@ def raise_weights(medium, motion, scratch, contacts, count, losses, tick, time, 
         _copy(bonds.origin, j, origins, 1)
         _, _, r = separation(medium.ground, motion.displacement, i, j)
         unit = max(contacts.rest[row] - r, 0.0) / body.diameter
-        part, more, at, less_taken = 1.0, 0.0, 0.0, 0.0
+        part, more, at, less_taken, taken = 1.0, 0.0, 0.0, 0.0, 0.0
         # As its contact; with less strain and with more, which tell with how much it takes nothing; and with that.
         for attempt in range(4):
             taken = _raise_weight(

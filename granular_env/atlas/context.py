@@ -25,7 +25,7 @@ from granular_env.recording.replay.log import Log
 from granular_env.run_loop import run
 
 from .finished_runs import FinishedRuns
-from .folder import PART
+from .folder import LOCK, PART
 
 # Of a run that goes on, so often is told how far it is [s].
 _TELL_SECONDS = 2.0
@@ -133,7 +133,7 @@ class Context:
     def _record_alone(self, experiment: Experiment, content: str) -> Path:
         """Run it, or wait for the process that is at the same run."""
         path = self._path(experiment, content)
-        with nullcontext() if self._finished is None else one_at_a_time(path.with_name(f".{path.name}{PART}")):
+        with nullcontext() if self._finished is None else one_at_a_time(path.with_name(f".{path.name}{LOCK}")):
             return self._find_run(experiment, content) or self._record_run(experiment, content)
 
     def _record_run(self, experiment: Experiment, content: str, observers: Sequence[Observer] = ()) -> Path:

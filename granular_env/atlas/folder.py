@@ -14,7 +14,8 @@ from granular_env.output_files import lock
 PAGE, DATA, LOGS = "index.html", "atlas.json", "logs"
 # Ends the name of a log that is still being written.
 PART = ".part"
-_LOCK = ".lock"
+# The name of the file that a process holds while it computes here; ends those of runs, which are beside their logs.
+LOCK = ".lock"
 
 
 @contextmanager
@@ -31,7 +32,7 @@ def open_folder(folder: str | os.PathLike[str]) -> Iterator[Path]:
     with ExitStack() as stack:
         try:
             logs.mkdir(parents=True, exist_ok=True)
-            held = stack.enter_context((place / _LOCK).open("ab"))
+            held = stack.enter_context((place / LOCK).open("ab"))
             hint = "wait for it, or choose another folder"
             lock(held, GranularError("another process computes an atlas there", hint=hint, source=f"{str(place)!r}"))
         except OSError as error:
@@ -52,8 +53,9 @@ def remove_logs(folder: Path, names: Iterable[str]) -> None:
 
 
 def _remove_parts(logs: Path) -> None:
-    for part in logs.glob(f".*{PART}"):
-        part.unlink(missing_ok=True)
+    for ending in (PART, LOCK):
+        for path in logs.glob(f".*{ending}"):
+            path.unlink(missing_ok=True)
 
 
 def logs_of_data(path: Path) -> set[str]:
