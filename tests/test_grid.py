@@ -306,7 +306,7 @@ def mesh_of(cells: list[list[int]], nodes: list | None = None, **edges: list[int
     return {"name": "quadrilaterals", "nodes": NODES if nodes is None else nodes, "cells": cells, "edges": edges}
 
 
-def test_inputs_of_an_edge_have_its_nodes_as_they_were_given() -> None:
+def test_inputs_of_an_edge_keep_the_order_of_its_nodes() -> None:
     mesh = mesh_of([[0, 1, 2, 3], [1, 4, 5, 2]], rim=[5, 2, 3], whole=[3, 0, 1, 4, 5, 2, 3])
     velocities = np.array([[5.0, 0.0], [2.0, 0.0], [3.0, 0.0]])
     driven = ge.make("grid", mesh=mesh, boundaries={"rim": {"name": "velocity", "along": "nodes"}})

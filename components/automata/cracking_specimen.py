@@ -60,7 +60,7 @@ class CrackingSpecimen(LinkedSpecimen):
         }  # fmt: skip
         self.growing = {"contacts": ("i8", (4,)), "slid": ("f8", ()), "rest": ("f8", ())}
         self._dashpot = np.zeros((0, 2))
-        self._near, self._origins = make_neighbourhood(slots), np.zeros((2, slots, 2))
+        self._near = make_neighbourhood(slots)
         half = slots // 2
         spread = p.strength_scatter * (2.0 * uniform(p.strength_seed, 1, n * half).reshape(n, half) - 1.0)
         response, strength, rows = _make_laws(p, numbers, self.packing)
@@ -161,9 +161,8 @@ class CrackingSpecimen(LinkedSpecimen):
                 self._link_contacts(tick)
             contacts, count = self.contacts(), self.count_contacts()
             raise_weights(
-                self.medium, self.motion, self.scratch, contacts, count, self.losses, tick, self.step_size, self._near,
-                self._origins,
-            )  # fmt: skip
+                self.medium, self.motion, self.scratch, contacts, count, self.losses, tick, self.step_size, self._near
+            )
 
     def _break_links(self, marked: int, tick: int) -> None:
         contacts, events = self.contacts(marked), self._block.room("events", marked)

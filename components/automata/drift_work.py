@@ -24,16 +24,18 @@ class Neighbourhood(NamedTuple):
     Attributes:
         members: their numbers, shape (m,).
         places: of each the displacement along x and y [m], and what `pair.orient` gives, shape (m, 4).
+        origins: of the links of both, see `link_histories.Bonds`, shape (2, slots, 2).
     """
 
     members: npt.NDArray[np.int64]
     places: FloatArray
+    origins: FloatArray
 
 
 def make_neighbourhood(slots: int) -> Neighbourhood:
     """Return room for the neighbourhood of a pair whose automata have so many neighbours each."""
     room = 2 * (slots + 1)
-    return Neighbourhood(np.zeros(room, dtype=np.int64), np.zeros((room, 4)))
+    return Neighbourhood(np.zeros(room, dtype=np.int64), np.zeros((room, 4)), np.zeros((2, slots, 2)))
 
 
 @internal

@@ -5,6 +5,8 @@ Specimens have one material here: see `parameters`.
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
 from ..support.jit import internal, internal_inlined, jit
@@ -18,7 +20,7 @@ from .contact import (
     separation,
     sliding_speed,
 )
-from .drift_work import drift_work, gather_members
+from .drift_work import Neighbourhood, drift_work, gather_members
 from .link_histories import opposite_slot, pair_strains
 from .link_release import LINKING, pair_and_volumes, put_weight, scheduled_weight
 from .pair import turned
@@ -103,8 +105,6 @@ def _copy(source, from_row, target, to_row):
 @internal_inlined
 def _neutral_strain(before, at, after, unit):
     """Return the strain nearest to 0 at which a parabola is 0, from its values at -unit, 0 and unit; NaN beyond these."""
-    if unit == 0.0:
-        return np.nan
     slope, curvature = 0.5 * (after - before) / unit, (0.5 * (after + before) - at) / (unit * unit)
     under = slope * slope - 4.0 * curvature * at
     if not (under >= 0.0 and slope != 0.0):
@@ -114,8 +114,32 @@ def _neutral_strain(before, at, after, unit):
     return strain if abs(strain) <= unit else np.nan
 
 
+class _Pair(NamedTuple):
+    """A pair whose link is being made, and what it was before the step.
+
+    Attributes:
+        row: of its contact.
+        before: weight of the link before the step.
+        after: weight after it; the kick is made with the mean of both.
+        near: its `drift_work.Neighbourhood`.
+        members: how many automata are in that.
+        time: of the drift before the step [s].
+        energy: `pair_and_volumes` before [J].
+        work: `drift_work` before [J].
+    """
+
+    row: int
+    before: float
+    after: float
+    near: Neighbourhood
+    members: int
+    time: float
+    energy: float
+    work: float
+
+
 @internal
-def _raise_weight(medium, motion, half, contacts, row, before, after, part, more, near, count, time, energy, work):
+def _raise_weight(medium, motion, half, contacts, pair, part, more):
     """Raise the weight of a link, strain it as `strain_link` does, and return the energy that this takes [J].
 
     The strains of the drift before are let go, so that the kick does not feel them: what the forces would have done in it more
@@ -126,27 +150,59 @@ def _raise_weight(medium, motion, half, contacts, row, before, after, part, more
         motion: a `Motion`; its velocities are those of the drift before.
         half: see `pair.orient`, shape (n, 2).
         contacts: `Contacts`.
-        row: of the contact.
-        before: weight before this step.
-        after: weight after it; the kick is made with the mean of both.
+        pair: a `_Pair`.
         part: see `strain_link`.
         more: see there.
-        near: the `drift_work.Neighbourhood` of the pair.
-        count: how many automata are in it.
-        time: of the drift [s].
-        energy: `pair_and_volumes` before [J].
-        work: `drift_work` before [J].
     """
-    body, ground, bonds = medium.body, medium.ground, medium.bonds
-    strain_link(body, ground, bonds, motion, half, contacts, row, after, part, more)
-    taken = energy - pair_and_volumes(body, ground, bonds, motion, half, contacts, row)
-    taken += 0.5 * (work + drift_work(medium, motion, half, contacts, row, near, count, time))
-    put_weight(body, bonds, contacts.pairs, row, 0.5 * (before + after))
-    return taken - drift_work(medium, motion, half, contacts, row, near, count, time)
+    body, ground, bonds, row = medium.body, medium.ground, medium.bonds, pair.row
+    strain_link(body, ground, bonds, motion, half, contacts, row, pair.after, part, more)
+    taken = pair.energy - pair_and_volumes(body, ground, bonds, motion, half, contacts, row)
+    taken += 0.5 * (pair.work + drift_work(medium, motion, half, contacts, row, pair.near, pair.members, pair.time))
+    put_weight(body, bonds, contacts.pairs, row, 0.5 * (pair.before + pair.after))
+    return taken - drift_work(medium, motion, half, contacts, row, pair.near, pair.members, pair.time)
+
+
+@internal
+def _put_back(medium, contacts, pair):
+    """Give the link of a pair the weight and the strains that it had before the step."""
+    origin, origins = medium.bonds.origin, pair.near.origins
+    _copy(origins, 0, origin, contacts.pairs[pair.row, FIRST])
+    _copy(origins, 1, origin, contacts.pairs[pair.row, SECOND])
+    put_weight(medium.body, medium.bonds, contacts.pairs, pair.row, pair.before)
+
+
+@internal
+def _raise_neutrally(medium, motion, half, contacts, pair, taken):
+    """Raise the weight of a link so that this takes no energy, or else as little as there is; return what it takes [J].
+
+    Args:
+        medium: see `_raise_weight`, as the next ones.
+        motion: see there.
+        half: see there.
+        contacts: see there.
+        pair: see there.
+        taken: what it would take with the strains of the contact [J].
+    """
+    _, _, r = separation(medium.ground, motion.displacement, contacts.pairs[pair.row, FIRST], contacts.pairs[pair.row, SECOND])
+    unit, more = max(contacts.rest[pair.row] - r, 0.0) / medium.body.diameter, np.nan
+    if unit > 0.0:
+        # Less strain and more tell with how much it takes nothing.
+        pressed_more = _raise_weight(medium, motion, half, contacts, pair, 1.0, -unit)
+        _put_back(medium, contacts, pair)
+        pressed_less = _raise_weight(medium, motion, half, contacts, pair, 1.0, unit)
+        _put_back(medium, contacts, pair)
+        more = _neutral_strain(pressed_more, taken, pressed_less, unit)
+    if more == more:
+        return _raise_weight(medium, motion, half, contacts, pair, 1.0, more)
+    if taken < 0.0 < pair.before:
+        contacts.pairs[pair.row, START] -= 1
+        return 0.0
+    # One that has not begun cannot wait: where it would make energy it begins without strains.
+    return _raise_weight(medium, motion, half, contacts, pair, 0.0 if taken < 0.0 else 1.0, 0.0)
 
 
 @jit
-def raise_weights(medium, motion, scratch, contacts, count, losses, tick, time, near, origins):
+def raise_weights(medium, motion, scratch, contacts, count, losses, tick, time, near):
     """Raise the weights of links that are made anew, and count the energy that this takes.
 
     In each step such a link gets the strains at which it carries what its contact carries, and is pressed a little more or
@@ -163,7 +219,6 @@ def raise_weights(medium, motion, scratch, contacts, count, losses, tick, time, 
         tick: number of the step.
         time: since the forces were computed last [s].
         near: a `drift_work.Neighbourhood`, overwritten.
-        origins: scratch, shape (2, slots, 2).
     """
     body, bonds, half = medium.body, medium.bonds, scratch.half
     for row in range(count):
@@ -174,35 +229,13 @@ def raise_weights(medium, motion, scratch, contacts, count, losses, tick, time, 
         members = gather_members(body, motion, half, contacts, row, near)
         energy = pair_and_volumes(body, medium.ground, bonds, motion, half, contacts, row)
         work = drift_work(medium, motion, half, contacts, row, near, members, time)
-        _copy(bonds.origin, i, origins, 0)
-        _copy(bonds.origin, j, origins, 1)
-        _, _, r = separation(medium.ground, motion.displacement, i, j)
-        unit = max(contacts.rest[row] - r, 0.0) / body.diameter
-        part, more, at, less_taken, taken = 1.0, 0.0, 0.0, 0.0, 0.0
-        # As its contact; with less strain and with more, which tell with how much it takes nothing; and with that.
-        for attempt in range(4):
-            taken = _raise_weight(
-                medium, motion, half, contacts, row, before, after, part, more, near, members, time, energy, work
-            )
-            if attempt == 3 or (attempt == 0 and abs(taken) <= _ROUNDING * energy):
-                break
-            _copy(origins, 0, bonds.origin, i)
-            _copy(origins, 1, bonds.origin, j)
-            put_weight(body, bonds, contacts.pairs, row, before)
-            if attempt == 0:
-                at, more = taken, -unit
-            elif attempt == 1:
-                less_taken, more = taken, unit
-            else:
-                more = _neutral_strain(less_taken, at, taken, unit)
-                if more != more:
-                    more = 0.0
-                    if at < 0.0 < before:
-                        contacts.pairs[row, START] -= 1
-                        taken = 0.0
-                        break
-                    # One that has not begun cannot wait: it begins without strains.
-                    part = 0.0 if at < 0.0 else 1.0
+        _copy(bonds.origin, i, near.origins, 0)
+        _copy(bonds.origin, j, near.origins, 1)
+        pair = _Pair(row, before, after, near, members, time, energy, work)
+        taken = _raise_weight(medium, motion, half, contacts, pair, 1.0, 0.0)
+        if abs(taken) > _ROUNDING * energy:
+            _put_back(medium, contacts, pair)
+            taken = _raise_neutrally(medium, motion, half, contacts, pair, taken)
         losses[LINKING] += taken
         for one in (i, j):
             scratch.dilation[one] = bond_dilation(body, bonds, motion.displacement, half, one)

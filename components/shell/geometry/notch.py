@@ -159,7 +159,7 @@ def planes_through(notch: Notch, inner: float, wall: float, layers: int) -> tupl
 
 
 def hollow_of(notch: Notch, along: Axis, across: Axis, radius: float, bottom: int) -> Hollow:
-    """Return which columns of the graded lattice the notch compresss."""
+    """Return which columns of the graded lattice the notch shortens."""
     position = 0.5 * along.positions[-1] if notch.position is None else notch.position
     length, width = extents(notch, radius)
     inside = (planes_inside(along, position, length), planes_inside(across, notch.around, width))
