@@ -22,8 +22,9 @@ from typing import Any
 import numpy as np
 
 from ..support.jit import internal_inlined, jit
+from ..support.prefetch import prefetch
 from .pair import half_turn, small_turn
-from .sweep_order import LANES, LINK_ROWS, POINT_ROWS, PULL_ROWS, SHIFT, STRIDE
+from .sweep_order import LANES, LINK_ROWS, POINT_ROWS, PULL_ROWS, SHIFT, STRIDE, VECTOR
 
 # Indices are of one unsigned kind: others would be checked for signs, and the loops be no vectors.
 _S, _NONE, _ONE = np.uint64(STRIDE), np.uint64(0), np.uint64(1)
@@ -32,6 +33,8 @@ _THETA = np.uint64(4 * STRIDE)
 _SMALL = 1.5
 # Columns of what is kept of automata with inputs; see `sweep`.
 KEPT = 6
+# How far ahead of the tile that is moved another one is asked for.
+AHEAD = 2 * LANES
 # How a sweep moves the automata: not at all; half a drift, a kick, half a drift; a drift and half a kick; a drift, half a kick
 # that ends a step, and half of one that begins the next.
 STILL, DRIFT_KICK_DRIFT, DRIFT_HALF_KICK, DRIFT_TWO_HALF_KICKS = 0, 1, 2, 3
@@ -49,6 +52,12 @@ def _place(i, last, rows):
 def _room(i, most):
     """Return how many automata from one on lie in one tile, at most so many."""
     return min(most, LANES - (i & (LANES - 1)))
+
+
+@internal_inlined
+def _vectors(count):
+    """Return a number of automata or pairs rounded up to whole vectors; what these overwrite in a ring is computed later."""
+    return np.uint64((count + VECTOR - 1) // VECTOR * VECTOR)
 
 
 @internal_inlined
@@ -238,7 +247,7 @@ def _strain_run(body, part, run, low, high):
             count = _room(i + way, _room(i, high - i))
             own, other = _place(i, last, POINT_ROWS), _place(i + way, last, POINT_ROWS)
             _strain(
-                part.points, own, other, part.links, _pair_place(last, slots, LINK_ROWS, way, i, slot), np.uint64(count), nx, ny
+                part.points, own, other, part.links, _pair_place(last, slots, LINK_ROWS, way, i, slot), _vectors(count), nx, ny
             )
             i += count
 
@@ -257,10 +266,10 @@ def _dilate_run(body, part, run, low, high):
         a, b = _pair_place(last, slots, LINK_ROWS, way[0], i, 0), _pair_place(last, slots, LINK_ROWS, way[1], i, 1)
         c, d = _pair_place(last, slots, LINK_ROWS, way[2], i, 2), _pair_place(last, slots, LINK_ROWS, way[3], i, 3)
         if slots == 4:
-            _dilate_square(part.links, a, b, c, d, share, part.points, at, np.uint64(count), factor)
+            _dilate_square(part.links, a, b, c, d, share, part.points, at, _vectors(count), factor)
         else:
             e, f = _pair_place(last, slots, LINK_ROWS, way[4], i, 4), _pair_place(last, slots, LINK_ROWS, way[5], i, 5)
-            _dilate_hexagonal(part.links, a, b, c, d, e, f, share, part.points, at, np.uint64(count), factor)
+            _dilate_hexagonal(part.links, a, b, c, d, e, f, share, part.points, at, _vectors(count), factor)
         i += count
 
 
@@ -275,7 +284,7 @@ def _pull_run(body, part, run, low, high):
             count = _room(i + way, _room(i, high - i))
             own, other = _place(i, last, POINT_ROWS) + _THETA, _place(i + way, last, POINT_ROWS) + _THETA
             at, to = _pair_place(last, slots, LINK_ROWS, way, i, slot), _pair_place(last, slots, PULL_ROWS, way, i, slot)
-            _pull(part.points, own, other, part.links, at, part.pulls, to, np.uint64(count), stiffness, volumetric)
+            _pull(part.points, own, other, part.links, at, part.pulls, to, _vectors(count), stiffness, volumetric)
             i += count
 
 
@@ -297,10 +306,10 @@ def _gather(part, slots, run, i, high):
         sign = -1.0 if row < 2 else 1.0
         of_c, of_d = sign * (way[2] != 0), sign * (way[3] != 0)
         if slots == 4:
-            _gather_square(part.pulls, a, b, c, d, of_c, of_d, part.sums, to, np.uint64(count))
+            _gather_square(part.pulls, a, b, c, d, of_c, of_d, part.sums, to, _vectors(count))
         else:
             of_e, of_f = sign * (way[4] != 0), sign * (way[5] != 0)
-            _gather_hexagonal(part.pulls, a, b, c, d, e, f, of_d, of_e, of_f, part.sums, to, np.uint64(count))
+            _gather_hexagonal(part.pulls, a, b, c, d, e, f, of_d, of_e, of_f, part.sums, to, _vectors(count))
         a, b, c, d, e, f, to = a + _S, b + _S, c + _S, d + _S, e + _S, f + _S, to + _S
     return count
 
@@ -328,6 +337,20 @@ def _count_fast(body, part, marked, kept, force, time, limit):
             vx, vy = kept[row, 2] + by * force[2 * i], kept[row, 3] + by * force[2 * i + 1]
             fast += 0 if vx * vx + vy * vy <= limit else 1
     return fast
+
+
+@internal_inlined
+def _prefetch_for(stage, displacement, velocity, rotation, spin, first, end):
+    """Ask for a quarter of the motion of a tile that is moved soon; all at once, they would wait for each other."""
+    if first + LANES <= end:
+        if stage == 1:
+            prefetch(displacement, 2 * first, 2 * (first + LANES))
+        elif stage == 2:
+            prefetch(velocity, 2 * first, 2 * (first + LANES))
+        elif stage == 3:
+            prefetch(rotation, first, first + LANES)
+        else:
+            prefetch(spin, first, first + LANES)
 
 
 @jit
@@ -365,6 +388,7 @@ def sweep(body, part, motion, scratch, marked, kept, time, limit, moves):
         low, high = max(base, part.ranges[0, 0]), min(base + LANES, part.ranges[0, 1])
         _move_tile(body, part, displacement, velocity, rotation, spin, low, high, before)
         for stage in range(1, 5):
+            _prefetch_for(stage, displacement, velocity, rotation, spin, base + AHEAD, part.end)
             low = max(base - part.lags[stage], part.ranges[stage, 0])
             high = min(base - part.lags[stage] + LANES, part.ranges[stage, 1])
             while low < high:

@@ -10,9 +10,12 @@ import numpy.typing as npt
 from ..support.float_arrays import FloatArray
 from .kernel_arrays import Body
 
-# Automata of a tile, and the distance of its rows: not a power of two, whose rows would compete for places in the cache.
+# Numbers of the longest vectors that loops are made of: what is kept in tiles is computed in whole ones.
+VECTOR = 8
+# Automata of a tile, and the distance of its rows: a vector may reach beyond a tile's end; and not a power of two, whose rows
+# would compete for places in the cache.
 SHIFT = 8
-LANES, STRIDE = 1 << SHIFT, 264
+LANES, STRIDE = 1 << SHIFT, (1 << SHIFT) + VECTOR
 # Rows of a tile: of automata (displacement x and y in diameters, cos - 1 and sin of half the rotation, volumetric strain); of
 # each pair (strains along and across, direction x and y); of what each pair does (force x and y, torque).
 POINT_ROWS, LINK_ROWS, PULL_ROWS = 5, 4, 3
@@ -90,7 +93,8 @@ def _make_part(
     ahead, behind = (_whole_tiles(int(slots.max(initial=0))) for slots in (offsets[:, :half], offsets[:, half:]))
     lags = np.cumsum([0, ahead, behind, ahead, behind]).astype(np.int64)
     ranges = np.array([[max(begin - depth * reach, 0), min(end + depth * reach, count)] for depth in (*_DEPTHS, 0)], np.int64)
-    tiles = 1 << ((int(lags[-1]) + _whole_tiles(reach)) // LANES + 1).bit_length()
+    # What a stage leaves in a ring is needed for the last time when that stage is so far ahead.
+    tiles = 1 << ((ahead + behind) // LANES).bit_length()
     ghosts, row = int(begin - ranges[0, 0] + ranges[0, 1] - end), tiles * STRIDE
     return Part(
         begin, end, runs, kinds, offsets, lags, ranges, tiles - 1, np.zeros(5, np.int64),
