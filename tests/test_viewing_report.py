@@ -168,6 +168,7 @@ def test_tables_among_the_parameters_have_rows_of_their_own():
     assert "<td>pressure</td><td>1.2e+06</td><td>Pa</td>" in region and "<td>x</td><td>0, 0.004</td><td>m</td>" in region
     body = html.partition("shell.body")[2].partition('class="part"')[0]
     assert "<td>notch</td><td>none</td>" in body and "wall" in body
+    assert "<td>vent</td><td>none</td>" in html and "<td>gas_steps</td><td>automatic" in html
 
 
 def test_lists_of_tables_are_cut_where_they_are_long():

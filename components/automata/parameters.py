@@ -60,7 +60,9 @@ class AutomataParameters(Parameters):
         "steel", f"material, or the name of a preset ({preset_list()}); several for `regions` or `automaton_material`", "1"
     )
     regions: list[Region] = field([], "where materials lie; later ones cover earlier ones, material 0 is everywhere else", "1")
-    automaton_material: list[Index] | None = field(None, "number of the material of each automaton, instead of `regions`", "1")
+    automaton_material: list[Index] | None = field(
+        None, "number of the material of each automaton, instead of `regions`", "1", without="none"
+    )
     thickness: float = field(1.0, "extent along z", "m", gt=0.0)
     response: ChosenResponses = field(
         Linear(),

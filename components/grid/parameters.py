@@ -40,7 +40,9 @@ class GridParameters(Parameters):
         [Elastic()], "plastic law: elastic, von_mises, drucker_prager, or a table; one for all materials, or one each", "1"
     )
     regions: list[Region] = field([], "where materials lie; later ones cover earlier ones, material 0 is everywhere else", "1")
-    cell_material: list[Index] | None = field(None, "number of the material of each cell, instead of `regions`", "1")
+    cell_material: list[Index] | None = field(
+        None, "number of the material of each cell, instead of `regions`", "1", without="none"
+    )
     boundaries: dict[str, ChosenBoundary] = field(
         {}, "what each edge does: free (the default), fixed, symmetry, periodic, velocity, traction, absorbing", "1",
         examples=[{"left": "velocity"}],

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from pydantic import Field, model_validator
+from pydantic import model_validator
 
 from ..detonation.parameters import DetonationParameters
 from ..shell.geometry.bodies import Tube
@@ -47,10 +47,9 @@ class TubeParameters(Parameters):
         "pressure of the gas",
         "Pa",
     )
-    vent: NotNegativeMagnitude | None = Field(
-        default=None, description="place x of a vent, whose opening is the input `vent_area`",
-        json_schema_extra={"unit": "m", "left_out": "none"},
-    )  # fmt: skip
+    vent: NotNegativeMagnitude | None = field(
+        None, "place x of a vent, whose opening is the input `vent_area`", "m", without="none"
+    )
     discharge: Magnitude = field(
         0.8, "mass flow through an opening over that of the ideal nozzle; 0.6 to 0.85 with sharp edges", "1", le=1.0
     )

@@ -15,6 +15,7 @@ from granular_env.components import catalogue
 from granular_env.components.component import Component
 from granular_env.components.contract import Variable
 from granular_env.components.errors import ExperimentError, Fault, Option
+from granular_env.components.support.parameter_fields import left_out, unit_of
 from granular_env.components.support.validation import Parameters, tables
 from granular_env.documents import begins_as_log, edit, find, to_toml, toml_value
 from granular_env.documents.files import nearest_names, read_data
@@ -230,20 +231,13 @@ def _tidy(number: float) -> str:
     return f"{number:.12g}"
 
 
-def unit_of(field: FieldInfo) -> str:
-    """Return the unit that a parameter declares."""
-    extra = field.json_schema_extra
-    return str(extra.get("unit", "")) if isinstance(extra, dict) else ""
-
-
 def default_of(field: FieldInfo) -> str:
     """Return a parameter's default as TOML writes it; what has none is computed, or there is none of it where it says so."""
     if field.is_required():
         return "required"
     if field.default is not None:
         return value_text(field.default)
-    extra = field.json_schema_extra
-    return str(extra.get("left_out", "automatic")) if isinstance(extra, dict) else "automatic"
+    return left_out(field)
 
 
 def value_text(value: Any) -> str:

@@ -8,8 +8,6 @@ from __future__ import annotations
 
 from typing import ClassVar, Literal
 
-from pydantic import Field
-
 from ...materials.thermoviscoplastic import FlowConstants
 from ...support.magnitudes import Magnitude
 from ...support.parameter_fields import field
@@ -24,11 +22,7 @@ class PrincipalStress(FractureLaw):
     quantity: ClassVar[str] = "the largest principal stress"
     name: Literal["principal_stress"] = field("principal_stress", "the largest principal stress decides", "1")
     factor: Magnitude = field(3.0, "largest principal stress over the yield stress at which a point parts", "1")
-    stress: Magnitude | None = Field(
-        default=None,
-        description="that stress itself, in place of the factor",
-        json_schema_extra={"unit": "Pa", "left_out": "none"},
-    )
+    stress: Magnitude | None = field(None, "that stress itself, in place of the factor", "Pa", without="none")
 
     @property
     def needs_flow(self) -> bool:

@@ -6,7 +6,7 @@ import math
 from typing import Annotated, Literal
 
 import numpy as np
-from pydantic import Field, SerializeAsAny
+from pydantic import SerializeAsAny
 
 from ...support.magnitudes import Magnitude
 from ...support.parameter_fields import field
@@ -50,9 +50,7 @@ class Plate(BodyShape):
     along: int = field(21, "planes of nodes along x", "1", ge=3, le=MOST_PLANES)
     across: int = field(11, "planes of nodes along y", "1", ge=3, le=MOST_PLANES)
     layers: int = field(3, f"planes of nodes along z, the two surfaces among them, {_AT_MOST}", "1", ge=2, le=MOST_LAYERS)
-    notch: Notch | None = Field(
-        default=None, description="a slot in the upper surface", json_schema_extra={"unit": "1", "left_out": "none"}
-    )
+    notch: Notch | None = field(None, "a slot in the upper surface", "1", without="none")
 
     def lattice(self) -> Lattice:
         """Return its nodes."""
@@ -102,9 +100,7 @@ class Tube(BodyShape):
     )
     layers: int = field(3, f"nodes through the wall, on both surfaces and between, {_AT_MOST}", "1", ge=2, le=MOST_LAYERS)
     half: bool = field(False, "only y >= 0; y = 0 is a plane of symmetry", "1")
-    notch: Notch | None = Field(
-        default=None, description="a slot in the outer surface", json_schema_extra={"unit": "1", "left_out": "none"}
-    )
+    notch: Notch | None = field(None, "a slot in the outer surface", "1", without="none")
 
     def lattice(self) -> Lattice:
         """Return its nodes."""

@@ -15,6 +15,7 @@ from markupsafe import Markup
 from pydantic.fields import FieldInfo
 
 from granular_env.components.errors import GranularError, LogError
+from granular_env.components.support.parameter_fields import left_out, unit_of
 from granular_env.documents import to_toml
 from granular_env.recording.format.header import BalanceNames
 from granular_env.recording.reader.event_places import event_table
@@ -138,12 +139,12 @@ def _parameter_rows(
         tables += inner
         if inner:
             continue
-        extra = fields[name].json_schema_extra if name in fields else None
-        unit = str(extra.get("unit", "")) if isinstance(extra, dict) else ""
-        meaning = fields[name].description or "" if name in fields else ""
-        shown = "none" if value is None else _short(value)
-        if value is None and not path:
-            shown = f"automatic: {_short(worked_out[name])}" if name in worked_out else "automatic"
+        unit, meaning, without = "", "", "none"
+        if name in fields:
+            unit, meaning, without = unit_of(fields[name]), fields[name].description or "", left_out(fields[name])
+        shown = without if value is None else _short(value)
+        if value is None and name in worked_out:
+            shown = f"{without}: {_short(worked_out[name])}"
         yield [name, shown, typeset(unit), meaning]
     for place, table, inner in tables:
         yield [place]
