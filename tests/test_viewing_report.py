@@ -11,7 +11,7 @@ import pytest
 from support import browser
 
 from granular_env.cli import main
-from granular_env.components.catalogue import make
+from granular_env.components.catalogue import component_class, make
 from granular_env.components.discs import Discs
 from granular_env.components.errors import ParameterError
 from granular_env.documents import find, to_toml
@@ -168,7 +168,12 @@ def test_tables_among_the_parameters_have_rows_of_their_own():
     assert "<td>pressure</td><td>1.2e+06</td><td>Pa</td>" in region and "<td>x</td><td>0, 0.004</td><td>m</td>" in region
     body = html.partition("shell.body")[2].partition('class="part"')[0]
     assert "<td>notch</td><td>none</td>" in body and "wall" in body
-    assert "<td>vent</td><td>none</td>" in html and "<td>gas_steps</td><td>automatic" in html
+
+
+def test_what_has_no_value_is_worked_out_or_absent():
+    fields, values = component_class("tube").Parameters.model_fields, dict.fromkeys(["vent", "gas_steps", "step_size"])
+    rows = tables._parameter_rows("", values, fields, None, {"step_size": 5e-8})
+    assert [row[1] for row in rows] == ["none", "automatic", "automatic: 5e-08"]
 
 
 def test_lists_of_tables_are_cut_where_they_are_long():
