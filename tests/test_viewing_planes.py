@@ -118,6 +118,16 @@ def test_cells_without_lines_are_pixels_where_a_browser_would_leave_gaps() -> No
         assert axes.collections[0].get_rasterized() == is_pixels
 
 
+@pytest.mark.parametrize(("width", "label"), [(0.05, "10 mm"), (4.0, "1 m"), (3e-4, "50 µm")])
+def test_a_picture_says_how_large_its_bodies_are(width: float, label: str) -> None:
+    artists = pytest.importorskip("mpl_toolkits.axes_grid1.anchored_artists")
+    nodes = width * np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
+    plane = Plane((Cells("cells", nodes, np.array([[0, 1, 2, 3]]), "speed"),), np.zeros(1), {}, 1.0, ())
+    [axes] = draw_plane(plane).axes
+    [bar] = [one for one in axes.artists if isinstance(one, artists.AnchoredSizeBar)]
+    assert bar.txt_label.get_text() == label
+
+
 def test_a_field_of_cells_colours_whole_cells(tmp_path):
     connectivity = np.array([[0, 1, 4, 3], [1, 2, 5, 4]])
     assert triangles_of(connectivity).tolist() == [[0, 1, 4], [0, 4, 3], [1, 2, 5], [1, 5, 4]]

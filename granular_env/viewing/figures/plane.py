@@ -12,6 +12,7 @@ import numpy as np
 from granular_env.colours import DIVERGING, diverging
 from granular_env.components.drawables import Cells, Drawable, Links, Points, drawn_outputs, spatial
 from granular_env.components.support.float_arrays import FloatArray
+from granular_env.components.support.round_numbers import round_down_to_125
 from granular_env.optional_packages import import_optional
 
 from ..colour_scales import ColourScale, colour_scales, scale_of
@@ -30,6 +31,8 @@ if TYPE_CHECKING:
 # Beyond so many things a picture holds pixels, not shapes: a page with a path for each of them would be slow.
 _MOST_SHAPES = 400
 _WIDTH, _TWO_ABREAST, _LARGEST_HEIGHT = 8.0, 2.5, 4.5  # inch, width over height, inch
+# The bar that says how large things are, of the width of the picture, at most.
+_LENGTH_PART, _LENGTH_HEIGHT = 0.3, 0.4  # and its room, inch
 # The edges are grey on any page, and narrower than a twelfth of a thing; links and cracks are seen on white, on red and on the
 # pages' grounds.
 _EDGE, _LINK, _CRACK, _SPOKE = "#737373", "#218a52", "#101214", "#808080"
@@ -189,7 +192,7 @@ def draw_plane(plane: Plane) -> Figure:
     columns = 2 if width < _TWO_ABREAST * height and len(plane.times) > 1 else 1
     rows = -(-len(plane.times) // columns)
     tall = min(_WIDTH / columns * height / width + 0.35, _LARGEST_HEIGHT)
-    figure = new_figure(_WIDTH, rows * tall + 0.7 * len(plane.scales))
+    figure = new_figure(_WIDTH, rows * tall + 0.7 * len(plane.scales) + _LENGTH_HEIGHT)
     panels = np.atleast_1d(figure.subplots(rows, columns)).ravel()
     scale, unit = time_unit(float(plane.times[-1]))
     for frame, (axes, time) in enumerate(zip(panels, plane.times, strict=False)):
@@ -197,9 +200,24 @@ def draw_plane(plane: Plane) -> Figure:
         axes.set_title(f"t = {time * scale:.4g} {unit}", fontsize=11)
     for axes in panels[len(plane.times) :]:
         axes.set_visible(False)
+    _add_length(panels[0], plane)
     for one in plane.scales:
         add_bar(figure, one, ax=panels, shrink=0.5, aspect=40, pad=0.02)
     return figure
+
+
+def _add_length(axes: Axes, plane: Plane) -> None:
+    """Draw a bar of a round length below a picture: of bodies, not of displacements, which may be drawn larger."""
+    low, high = plane.box
+    length = round_down_to_125(_LENGTH_PART * float(high[0] - low[0]))
+    label = import_optional("matplotlib.ticker", "figures").EngFormatter("m")(length)
+    artists = import_optional("mpl_toolkits.axes_grid1.anchored_artists", "figures")
+    axes.add_artist(
+        artists.AnchoredSizeBar(
+            axes.transData, length, label, "upper left", bbox_to_anchor=(0.0, 0.0), bbox_transform=axes.transAxes,
+            borderpad=0.0, pad=0.3, sep=3.0, frameon=False,
+        )
+    )  # fmt: skip
 
 
 def draw_instant(axes: Axes, plane: Plane, frame: int) -> None:
