@@ -151,7 +151,14 @@ class Block:
         """Return the state: the fixed part, then the rows in use of each list."""
         if not self._tables:
             return self.memory.tobytes()
-        return b"".join([self.memory.data, *(block[name].data for block, name in self._tables)])
+        return b"".join([self.memory.data, *self._rows()])
+
+    def rows_to_bytes(self) -> bytes:
+        """Return the rows in use of each list, which `to_bytes` puts behind the fixed part."""
+        return b"".join(self._rows())
+
+    def _rows(self) -> list[memoryview]:
+        return [block[name].data for block, name in self._tables]
 
     def sizes_in(self, data: bytes) -> list[int] | None:
         """Return the bytes of each list in a state that `to_bytes` gave; None where it is no such state."""
@@ -167,14 +174,18 @@ class Block:
 
     def load(self, data: bytes) -> None:
         """Go back to a state that `to_bytes` gave; `ValueError` where it is none of this layout."""
-        sizes = self.sizes_in(data)
-        if sizes is None:
+        if self.sizes_in(data) is None:
             raise ValueError(f"a state of {len(data)} bytes")
-        offset = self.memory.nbytes
-        for (block, name), size in zip(self._tables, sizes, strict=True):
-            array = block._lists[name]
-            rows = np.frombuffer(data, array.dtype, size // 8, offset).reshape(-1, *array.shape[1:])
+        whole, fixed = memoryview(data), self.memory.nbytes
+        self.load_parts(whole[:fixed], whole[fixed:])
+
+    def load_parts(self, fixed: memoryview, rows: bytes | memoryview) -> None:
+        """Go back to a state: `memory_bytes` as they were, and what `rows_to_bytes` gave then."""
+        words, offset = np.frombuffer(fixed, np.int64), 0
+        for block, name in self._tables:
+            array, count = block._lists[name], int(words[self._word_of(block) + block._count_word(name)])
+            kept = np.frombuffer(rows, array.dtype, count * array[:1].size, offset).reshape(count, *array.shape[1:])
             block.set_count(name, 0)
-            block.room(name, len(rows))[: len(rows)] = rows
-            offset += size
-        self.memory[:] = np.frombuffer(data, np.float64, len(self.memory))
+            block.room(name, count)[:count] = kept
+            offset += kept.nbytes
+        self.memory[:] = words.view(np.float64)

@@ -32,7 +32,8 @@ class Undo:
 
     Attributes:
         memory: the state, as bytes; of one that grows, what has a fixed size.
-        buffer: where a state that does not grow is copied to.
+        buffer: where that is copied to, always into the same place: copies that come and go would leave holes in the heap. Of a
+            large state it is empty until there is a copy; a part of a parent never needs one.
         is_small: whether the state is copied into `buffer` at every step, by whoever steps.
         tick: of the copy.
         steps: (ticks, inputs held) of each step since the copy.
@@ -45,13 +46,13 @@ class Undo:
         """Take the state's block; `is_shared` where others write to its memory too, so that each step needs a fresh copy."""
         self._block = block
         self.memory = block.memory_bytes
-        self.buffer = memoryview(bytearray(0 if block.grows else self.memory.nbytes))
-        # The copy: in the buffer, or bytes of its own.
-        self._data: bytes | memoryview = self.buffer
+        # The copy: in the buffer, and the rows of lists beside it; or bytes that the state was restored from.
+        self._rows, self._restored = b"", b""
         self.tick, self.steps = -1, list[tuple[int, Mapping[str, Held]]]()
         self.until, self.limit, self.counts_arrays = -1, 0, counts_arrays
         self._is_shared = is_shared
         self.is_small = not block.grows and self.memory.nbytes < _SMALL_STATE
+        self.buffer = self._make_buffer() if self.is_small else memoryview(b"")
         self._taken = self._seconds = 0.0
         self._array_bytes = 0
 
@@ -84,25 +85,26 @@ class Undo:
 
     def load(self) -> None:
         """Put the copy into the component's memory."""
-        if self._block.grows:
-            self._block.load(bytes(self._data))
+        if self._restored:
+            self._block.load(self._restored)
         else:
-            self.memory[:] = self._data
+            self._block.load_parts(self.buffer, self._rows)
 
     def keep(self, tick: int, data: bytes) -> None:
         """Use what the state was just restored from as the copy, where nobody can change it: the next step takes none."""
         if data.__class__ is bytes and not self._is_shared:
-            self._data, self.tick, self.steps, self._array_bytes = data, tick, [], 0
+            self._restored, self.tick, self.steps, self._array_bytes = data, tick, [], 0
             self._taken = perf_counter()
             self.until = tick
 
+    def _make_buffer(self) -> memoryview:
+        return memoryview(bytearray(self.memory.nbytes))
+
     def _copy(self) -> None:
-        if self._block.grows:
-            self._data = self.buffer  # the older copy goes first: nothing needs both
-            self._data = self._block.to_bytes()
-        else:
-            self.buffer[:] = self.memory
-            self._data = self.buffer
+        self._rows = self._restored = b""  # the older copy goes first: nothing needs both
+        self.buffer = self.buffer or self._make_buffer()
+        self.buffer[:] = self.memory
+        self._rows = self._block.rows_to_bytes()
 
     def _is_due(self) -> bool:
         """Return whether a copy is due; set the number of steps at which to ask again, from what a step has taken so far."""

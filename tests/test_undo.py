@@ -283,8 +283,23 @@ def test_of_a_large_state_that_grows_there_is_one_copy_at_a_time() -> None:
     tracemalloc.start()
     try:
         kept.prepare(0)
+        buffer = kept.buffer
         kept.prepare(1)
         peak = tracemalloc.get_traced_memory()[1]
     finally:
         tracemalloc.stop()
-    assert kept.until == 1 and peak < 1.1 * block.nbytes
+    assert kept.until == 1 and kept.buffer is buffer and peak < 1.1 * block.nbytes
+
+
+def test_a_state_that_grows_is_put_back_with_its_rows() -> None:
+    block = Block(growing={"rows": ("f8", (2,)), "none": ("f8", ())}, fixed=("f8", (1000,)))
+    block["fixed"] = 3.0
+    block.append("rows", [1.0, 2.0])
+    kept, before = undo.Undo(block, is_shared=False), block.to_bytes()
+    kept.prepare(0)
+    block["fixed"] = 4.0
+    for _ in range(40):
+        block.append("rows", [5.0, 6.0])
+        block.append("none", 7.0)
+    kept.load()
+    assert block.to_bytes() == before and block.count("rows") == 1 and block.count("none") == 0
