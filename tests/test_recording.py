@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import dataclasses
+import gc
 from pathlib import Path
+from time import perf_counter, sleep
 
 import numpy as np
 import pytest
@@ -456,6 +458,21 @@ def test_recording_changes_no_bit(tmp_path: Path) -> None:
     for number in range(40):
         alone.step(3 * alone.step_size, left_force=5.0 + number)
     assert alone.save().memory.tobytes() == seen.save().memory.tobytes()
+
+
+def test_a_snapshot_that_has_been_written_is_not_held_in_memory(tmp_path: Path) -> None:
+    component = catalogue.component_class("discs")(rows=3, columns=7)
+
+    def held() -> int:
+        return sum(isinstance(one, Snapshot) and one.identity == component.identity for one in gc.get_objects())
+
+    with record(component, tmp_path / "a.mcap", snapshot_every=component.step_size):
+        component.step(3 * component.step_size)
+        end = perf_counter() + 20.0
+        while held() and perf_counter() < end:
+            sleep(0.01)
+        assert not held()
+    assert not held()
 
 
 def test_a_recovered_log_has_everything(tmp_path: Path) -> None:

@@ -91,22 +91,25 @@ class PlainSteps:
         """Return the tick after the last of them."""
         return self.flat[-2]
 
-    def last(self) -> Step:
-        """Return where they end: a step to which nothing can be added."""
-        return Step(self.place, self.tick, self.frames, self.events, {}, None, None)
-
 
 class End(NamedTuple):
-    """The end of a history; see `Step`."""
+    """The end of a history; see `Step`. Once it has been written it has no snapshot any more."""
 
     place: Place
     tick: int
     frames: int
     events: int
-    snapshot: Snapshot
+    snapshot: Snapshot | None
 
 
 Item = Start | Step | PlainSteps | End
+
+
+def written(item: Item) -> Item:
+    """Return what stays of an item that has been written: where the history stands, without the copy of the state."""
+    if isinstance(item, End):
+        return item._replace(snapshot=None)
+    return Step(item.place, item.tick, item.frames, item.events, {}, None, None)
 
 
 def empty_batch(place: Place, tick: int) -> RecordBatch:
@@ -132,6 +135,6 @@ def batches_of(items: Iterable[Item], batch: RecordBatch) -> list[RecordBatch]:
             batch = empty_batch(item.place, item.tick)
             batches.append(batch)
             batch.take(item.samples)
-        else:
+        elif item.snapshot is not None:
             batch.snapshots.append((item.tick, END, item.snapshot))
     return batches

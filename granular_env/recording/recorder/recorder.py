@@ -29,7 +29,7 @@ from ..format.metadata import metadata_of, title_of
 from ..format.records import CLOSED, HEADER, INCIDENTS, KEY, START, Record, nanoseconds
 from ..preview.frame_selection import FROM_FRAMES, PreviewFrames, facts_of
 from .buffer_pool import BufferPool
-from .history_items import End, Item, Place, PlainSteps, Start, Step, batches_of, empty_batch
+from .history_items import End, Item, Place, PlainSteps, Start, Step, batches_of, empty_batch, written
 from .log_file import LogFile
 from .log_writer import LogWriter
 from .pending_data import Profiles, RecordBatch, Samples, write_batch
@@ -285,11 +285,13 @@ class Recorder:
             component = self._component
             if component.tick != self._last.tick:
                 self._begin_after_gap(component)
+            # Before the state is copied once more: to draw them up takes as much memory.
+            facts = closing_facts(component)
             last = self._last
             if not isinstance(last, End) and not (self._items and isinstance(last, Start)):
                 self._items.append(End(last.place, last.tick, last.frames, last.events, component.save()))
             preview = {**self._preview_facts, "stride": self._preview.stride}
-            self._closing_event = {"incident": "closed", "preview": preview, **closing_facts(component)}
+            self._closing_event = {"incident": "closed", "preview": preview, **facts}
 
     # -- inside the stepping thread ---------------------------------------------------------------------------------
 
@@ -419,8 +421,7 @@ class Recorder:
     def _write_gathered(self) -> None:
         with self._lock:
             items, incidents, gathered = self._items, self._incidents, perf_counter()
-            last = self._last
-            self._written_item = last.last() if isinstance(last, PlainSteps) else last
+            self._written_item = written(self._last)
             self._items, self._incidents = [], []
             self._backlog, self._size = self._size, 0
         batches = batches_of(items, self._batch)
