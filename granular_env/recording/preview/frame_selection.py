@@ -11,7 +11,7 @@ import numpy as np
 from ...components.component import Component
 from ...components.contract import Variable
 from ...components.drawables import Drawable, Links, Points, drawn_outputs
-from .messages import PreviewFacts, PreviewFrame, PreviewMessage, pictured_outputs, preview_messages
+from .messages import PreviewFacts, PreviewFrame, PreviewMessage, pictured, preview_messages
 
 _MOST_FRAMES = 400
 # Memory that the frames may take while the run goes on [bytes].
@@ -36,7 +36,7 @@ class PreviewFrames:
         self.frames: list[PreviewFrame] = []
         size = 8 * len(facts.units) + sum(4 * count for count in facts.sizes.values())
         self.capacity = max(8, min(_MOST_FRAMES, _MOST_BYTES // max(size, 1)))
-        self._stride, self._pictured = stride, pictured_outputs(facts.drawables)
+        self._stride, self._pictured = stride, drawn_outputs(pictured(facts.drawables))
 
     @property
     def names(self) -> list[str]:
@@ -99,7 +99,9 @@ def preview_facts(
     shown = tuple(drawable for drawable in whole if not isinstance(drawable, Links) or drawable.points in points)
     outputs = {name: variables[name] for name in drawn_outputs(shown)}
     sizes = {name: math.prod(variable.shape) for name, variable in outputs.items()}
-    return PreviewFacts(title, shown, {name: variable.unit for name, variable in outputs.items()}, sizes, units)
+    drawn_units = {name: variable.unit for name, variable in outputs.items()}
+    # The others are not held on to: those of a large body take as much memory as three frames.
+    return PreviewFacts(title, pictured(shown), drawn_units, sizes, units)
 
 
 def scalar_names(component: Component) -> list[str]:

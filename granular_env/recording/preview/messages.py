@@ -33,7 +33,7 @@ from functools import cache
 import numpy as np
 
 from ...colours import diverging
-from ...components.drawables import Cells, Curve, Drawable, Links, Points, drawn_outputs, main_points, spatial
+from ...components.drawables import Cells, Curve, Drawable, Links, Points, main_points, spatial
 from ..format import protobuf
 from . import cdr
 from .displacement_scale import choose_exaggeration
@@ -72,8 +72,8 @@ class PreviewFacts:
 
     Attributes:
         title: name of the experiment, else of the component.
-        drawables: what is drawn.
-        drawn_units: unit of each output that they show, by name.
+        drawables: what the messages are made of.
+        drawn_units: unit of each output that the component's drawables show, by name.
         sizes: how many numbers each of these outputs holds.
         units: unit of each scalar, by name, in the order of `PreviewFrame.scalars`.
     """
@@ -431,12 +431,12 @@ def topics_of_others(drawables: Sequence[Drawable]) -> list[tuple[Drawable, str]
     return [(one, f"/{_FOLDERS[type(one)]}/{one.name}") for one in others if _is_small(one)]
 
 
-def pictured_outputs(drawables: Sequence[Drawable]) -> list[str]:
-    """Return the names of the outputs that the messages are made of: further points, and what is too large, need none."""
+def pictured(drawables: Sequence[Drawable]) -> tuple[Drawable, ...]:
+    """Return the drawables that the messages are made of: not further points, unless links join them, nor what is too large."""
     others = [one for one, _ in topics_of_others(drawables)]
     points = [one for one in drawables if isinstance(one, Points)]
     joined = {one.points for one in others if isinstance(one, Links)}
-    return drawn_outputs([*points[:1], *(one for one in points[1:] if one.name in joined), *others])
+    return (*points[:1], *(one for one in points[1:] if one.name in joined), *others)
 
 
 def picture_box(drawables: Sequence[Drawable]) -> tuple[np.ndarray, np.ndarray]:
