@@ -252,6 +252,21 @@ def test_rows_of_points_that_see_cracks_are_not_moved() -> None:
     assert after.gradients is before.gradients and after.first is before.first
 
 
+def test_points_that_see_nothing_leave_their_rows_to_others() -> None:
+    plate, early, _ = broken_plate()
+    other = pulled_plate()
+    other.restore(ge.Snapshot.from_bytes(early))
+    other.step((plate.tick - other.tick) * other.step_size)
+    body = other.tables()[0].body
+    lost = np.unique([event.index for event in other.events() if event.kind in LOST_KINDS])
+    (shared,) = np.unique(body.kind[lost])
+    most = int(np.diff(body.begin.astype(np.int64)).max())
+    assert not body.gradients[body.first[shared] : body.first[shared] + most].any()
+    own = body.kind[body.kind > shared]
+    assert len(np.unique(own)) == len(own)
+    assert own.max() - shared < len(own) + len(lost)
+
+
 def test_a_step_that_fails_takes_its_cracks_back() -> None:
     _, early, end = broken_plate()
     other = pulled_plate()

@@ -63,8 +63,8 @@ class Stencils(NamedTuple):
         return self.gradients[first:end]
 
     def without_gradients(self) -> Stencils:
-        """Return these without their gradients, which take most of the memory of shape functions."""
-        return self._replace(gradients=np.zeros((0, 3)))
+        """Return these without their gradients, which take most of the memory of shape functions, and what multiplies them."""
+        return self._replace(gradients=np.zeros((0, 3)), along=np.zeros(0))
 
 
 # Spacings that differ by less than this part, which is rounding, are the same.

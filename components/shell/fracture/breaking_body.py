@@ -255,7 +255,7 @@ class BreakingBody:
             for node in changed[~seen.rebuild(changed)]:
                 neighbours, row = self._assembly.node_stencils.neighbours(node), int(seen.first[seen.kind[node]])
                 seen.values[row : row + len(neighbours)] = neighbours == node
-        self._seen_facets = facets.copy()
+        self._seen_facets = facets
         out = np.zeros_like(parameters)
         kernels.interpolate(seen.begin, seen.lowest, seen.offsets, seen.kind, seen.first, seen.values, parameters, out)
         return out

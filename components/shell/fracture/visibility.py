@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import defaultdict
 from collections.abc import Callable
 
 import numpy as np
@@ -18,18 +19,18 @@ from .facets import LatticeTable, mark_hidden
 
 _BASIS_SIZES = {"linear": 4, "quadratic": 10}
 # Points whose functions are computed at a time: many at once would take more memory on the way than their functions.
-_AT_A_TIME = 1024
+_AT_A_TIME = 256
 
 
 class Visibility:
     """Stencils of points that may lose neighbours.
 
     The lists of neighbours stay as they are: a hidden neighbour has the shape function 0. A point that loses one gets rows of
-    its own in the tables, at their end.
+    its own in the tables, at their end. Points that see nothing share rows of zeros, and leave their own ones to others.
 
     Attributes:
         begin, lowest, offsets, kind, first, values, gradients, along: as in `Stencils`, with rows of its own for a point that
-            has lost any; `gradients` are without these rows where nobody wants them.
+            has lost any; `gradients` and `along` are those of the stencils where nobody wants them.
     """
 
     def __init__(
@@ -44,6 +45,7 @@ class Visibility:
         ring = lattice.axes[1]
         period = ring.count if ring.closed else 0
         self.table = LatticeTable(ring.count, lattice.axes[2].count, period, lattice.layer_steps)
+        self._slots = int(np.diff(stencils.begin.astype(np.int64)).max())
         self.clear()
 
     def clear(self) -> None:
@@ -52,7 +54,11 @@ class Visibility:
         self.hidden = np.zeros(len(even.offsets), dtype=bool)
         self.kind, self.first = even.kind.copy(), even.first.copy()
         self.values, self.gradients, self.along = even.values, even.gradients, even.along.copy()
-        self._kinds, self._rows = len(even.first) - 1, len(even.values)
+        # The kind of points that see nothing is the first one after those of the stencils; the next kinds belong to one point.
+        self._blind = len(even.first) - 1
+        self._kinds, self._rows = self._blind + 1, len(even.values) + self._slots
+        # Kinds that no point has any more, by the number of their rows.
+        self._left = defaultdict[int, list[int]](list)
 
     def near(self, place: FloatArray) -> IntArray:
         """Return the points whose neighbours a facet at a place may hide."""
@@ -96,8 +102,11 @@ class Visibility:
 
     def blind(self, points: IntArray) -> None:
         """Let points see nothing."""
-        slots = int(self._stencils.counts(points).max(initial=0))
-        self._write_rows(points, np.zeros((len(points), slots)), np.zeros((len(points), slots, 3)))
+        self._make_room()
+        owners = np.unique(points[self.kind[points] > self._blind])
+        for kind, count in zip(self.kind[owners].tolist(), self._stencils.counts(owners).tolist(), strict=True):
+            self._left[count].append(kind)
+        self.kind[points], self.along[points] = self._blind, 1.0
 
     def _write_rows(self, points: IntArray, values: FloatArray, gradients: FloatArray) -> None:
         """Give points rows of their own: shape functions (s, k) and their gradients (s, k, 3) of the neighbours."""
@@ -110,17 +119,25 @@ class Visibility:
 
     def _claim_rows(self, points: IntArray) -> None:
         """Give points rows of their own that have none."""
-        shared = len(self._stencils.first) - 1
-        fresh = points[self.kind[points] < shared]
-        if self.values is self._stencils.values:
-            self._make_room()
-        for point, count in zip(fresh, self._stencils.counts(fresh).tolist(), strict=True):
-            self.kind[point], self.first[self._kinds], self.along[point] = self._kinds, self._rows, 1.0
-            self._kinds, self._rows = self._kinds + 1, self._rows + count
+        self._make_room()
+        fresh = points[self.kind[points] <= self._blind]
+        self.kind[fresh] = [self._claim_kind(count) for count in self._stencils.counts(fresh).tolist()]
+        if self._has_gradients:
+            self.along[fresh] = 1.0
+
+    def _claim_kind(self, count: int) -> int:
+        """Return a kind that no point has, with so many rows."""
+        if self._left[count]:
+            return self._left[count].pop()
+        kind, self.first[self._kinds] = self._kinds, self._rows
+        self._kinds, self._rows = self._kinds + 1, self._rows + count
+        return kind
 
     def _make_room(self) -> None:
-        """Make room for rows of all points: what is never written takes no memory, and nothing is ever moved."""
-        even, entries = self._stencils, len(self.offsets)
+        """Make room for rows of all points, once: what is never written takes no memory, and nothing is ever moved."""
+        if self.values is not self._stencils.values:
+            return
+        even, entries = self._stencils, self._slots + len(self.offsets)
         self.first = _with_room(even.first, len(even.kind))
         self.values = _with_room(even.values, entries)
         if self._has_gradients:
