@@ -26,7 +26,7 @@ from granular_env.cli.run_summary import print_result, silence_own_warnings
 # Options of `mallopt`, and their values [bytes]: the size from which arrays are memory of their own, which goes back to the
 # system with them, and the free end of the heap that stays.
 _MMAP_THRESHOLD, _TRIM_THRESHOLD = -3, -1
-_LARGE_ARRAY, _SPARE_HEAP = 4 << 20, 8 << 20
+_LARGE_ARRAY, _SPARE_HEAP = 1 << 18, 1 << 20
 
 
 @command("run")

@@ -35,7 +35,8 @@ _MESSAGE_HEAD = struct.Struct("<BQHIQQ")
 _CHUNK_HEAD = struct.Struct("<BQQQQII")
 _LENGTH = struct.Struct("<Q")
 _COMPRESSION = b"lz4"
-_SMALL, _SLICE = 1 << 16, 1 << 22
+# Parts up to this size are joined, chunks from that size on compressed twice, and parts given to the compressor in such slices.
+_SMALL, _LARGE, _SLICE = 1 << 16, 1 << 22, 1 << 20
 
 
 class Sink(Protocol):
@@ -153,7 +154,7 @@ class McapWriter:
         for part in parts:
             crc = zlib.crc32(part, crc)
         pieces: Iterable[bytes]
-        if self._size < _SLICE:
+        if self._size < _LARGE:
             pieces = [b"".join(_compress(parts))]
             size = len(pieces[0])
         else:  # the size comes first in the file; a large state is compressed twice, as the pieces would take its memory again
