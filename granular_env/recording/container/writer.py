@@ -36,7 +36,7 @@ _CHUNK_HEAD = struct.Struct("<BQQQQII")
 _LENGTH = struct.Struct("<Q")
 _COMPRESSION = b"lz4"
 # Parts up to this size are joined, chunks from that size on compressed twice, and parts given to the compressor in such slices.
-_SMALL, _LARGE, _SLICE = 1 << 16, 1 << 22, 1 << 20
+_SMALL, _LARGE, _SLICE = 1 << 16, 1 << 22, 1 << 19
 
 
 class Sink(Protocol):
