@@ -22,14 +22,14 @@ def field(default: Any, description: str, unit: str, *, without: str | None = No
 
 def unit_of(field: FieldInfo) -> str:
     """Return the unit that a parameter declares."""
-    return _told(field, "unit", "")
+    return _extra(field, "unit", "")
 
 
 def left_out(field: FieldInfo) -> str:
     """Return what it means that a parameter has no value: that it is worked out, or that there is nothing of it."""
-    return _told(field, "left_out", "automatic")
+    return _extra(field, "left_out", "automatic")
 
 
-def _told(field: FieldInfo, what: str, otherwise: str) -> str:
+def _extra(field: FieldInfo, what: str, otherwise: str) -> str:
     extra = field.json_schema_extra
     return str(extra.get(what, otherwise)) if isinstance(extra, dict) else otherwise

@@ -106,7 +106,7 @@ class Visibility:
         owners = np.unique(points[self.kind[points] > self._blind])
         for kind, count in zip(self.kind[owners].tolist(), self._stencils.counts(owners).tolist(), strict=True):
             self._left[count].append(kind)
-        self.kind[points], self.along[points] = self._blind, 1.0
+        self._give_kinds(points, self._blind)
 
     def _write_rows(self, points: IntArray, values: FloatArray, gradients: FloatArray) -> None:
         """Give points rows of their own: shape functions (s, k) and their gradients (s, k, 3) of the neighbours."""
@@ -121,9 +121,12 @@ class Visibility:
         """Give points rows of their own that have none."""
         self._make_room()
         fresh = points[self.kind[points] <= self._blind]
-        self.kind[fresh] = [self._claim_kind(count) for count in self._stencils.counts(fresh).tolist()]
+        self._give_kinds(fresh, [self._claim_kind(count) for count in self._stencils.counts(fresh).tolist()])
+
+    def _give_kinds(self, points: IntArray, kinds: int | list[int]) -> None:
+        self.kind[points] = kinds
         if self._has_gradients:
-            self.along[fresh] = 1.0
+            self.along[points] = 1.0
 
     def _claim_kind(self, count: int) -> int:
         """Return a kind that no point has, with so many rows."""

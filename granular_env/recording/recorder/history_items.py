@@ -105,7 +105,7 @@ class End(NamedTuple):
 Item = Start | Step | PlainSteps | End
 
 
-def written(item: Item) -> Item:
+def without_snapshot(item: Item) -> Item:
     """Return what stays of an item that has been written: where the history stands, without the copy of the state."""
     if isinstance(item, End):
         return item._replace(snapshot=None)

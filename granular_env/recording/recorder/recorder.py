@@ -29,7 +29,7 @@ from ..format.metadata import metadata_of, title_of
 from ..format.records import CLOSED, HEADER, INCIDENTS, KEY, START, Record, nanoseconds
 from ..preview.frame_selection import FROM_FRAMES, PreviewFrames, facts_of
 from .buffer_pool import BufferPool
-from .history_items import End, Item, Place, PlainSteps, Start, Step, batches_of, empty_batch, written
+from .history_items import End, Item, Place, PlainSteps, Start, Step, batches_of, empty_batch, without_snapshot
 from .log_file import LogFile
 from .log_writer import LogWriter
 from .pending_data import Profiles, RecordBatch, Samples, write_batch
@@ -421,7 +421,7 @@ class Recorder:
     def _write_gathered(self) -> None:
         with self._lock:
             items, incidents, gathered = self._items, self._incidents, perf_counter()
-            self._written_item = written(self._last)
+            self._written_item = without_snapshot(self._last)
             self._items, self._incidents = [], []
             self._backlog, self._size = self._size, 0
         batches = batches_of(items, self._batch)
