@@ -120,7 +120,7 @@ def test_what_has_become_of_a_body_is_told_with_the_reason() -> None:
     plate.restore(ge.Snapshot.from_bytes(late))
     assert OUTCOMES[int(plate.get("outcome"))] == "severed"
     said, first = plate.conclusions()
-    assert said.startswith("outcome: severed: cracks reach") and said.endswith("2 pieces")
+    assert said.startswith("outcome: severed: cracks reach") and "; 2 pieces, and 9 columns" in said
     assert "points that parted did so at 1.66" in first and "6 mm along the body" in first
     # A crack is not faster than sound in a bar.
     assert all(float(speed) < 5100.0 for speed in re.findall(r"at ([0-9.e+]+) m/s", first))
@@ -132,6 +132,33 @@ def test_what_has_become_of_a_body_is_told_with_the_reason() -> None:
     outcome, reason = whole.conclusions()
     ratio = float(re.findall(r"reached ([0-9.]+) of its limit at", reason)[0])
     assert outcome == "outcome: whole" and 0.5 < ratio < 1.0 and ratio >= whole.get("fracture_ratio").max() * 0.999
+
+
+def test_a_crack_that_has_not_come_through_the_wall_is_no_whole_body() -> None:
+    """The clamps of a plate that a pressure bends open first at its lower side."""
+    body = {"name": "plate", "length": 0.012, "width": 0.012, "along": 17, "across": 13}
+    law, clamped = {"name": "principal_stress", "factor": 1.1}, {"start": "clamped", "end": "clamped"}
+    plate = ge.make("shell", body=body, material="thermoviscoplastic", boundaries=clamped, fracture=law)
+    plate.step(700 * plate.step_size, pressure=3.5e6)
+    lower, upper = plate.get("cracks").reshape(-1, 2).T
+    assert lower.sum() == 26 and not upper.any() and plate.get("surface_cells").all()
+    assert (plate.get("crack_along"), plate.get("crack_around")) == (0.0, pytest.approx(1.0))
+    assert OUTCOMES[int(plate.get("outcome"))] == "hoop crack"
+    assert plate.conclusions()[0] == (
+        "outcome: hoop crack: cracks reach 0 mm along the body and take up to 100 % of the width, none of them through the wall; "
+        "1 piece"
+    )
+
+
+def test_what_belongs_to_no_piece_is_told() -> None:
+    """Two layers of a plate that fly apart: it spalls, and columns at its corners lose all that bears them."""
+    body = {"name": "plate", "length": 0.012, "width": 0.012, "thickness": 0.004, "along": 9, "across": 9, "layers": 5}
+    plate = ge.make("shell", body=body, material="thermoviscoplastic", fracture={"name": "principal_stress", "factor": 1.1})
+    velocity = np.zeros_like(plate.nodes)
+    velocity[:, 2] = 60.0 * np.sign(np.round(plate.nodes[:, 2] - 0.002, 9))
+    plate.reset(nodal_velocity=velocity)
+    plate.step(80 * plate.step_size)
+    assert re.search(r"; 1 piece, and \d+ columns of nodes that nothing bears any more$", plate.conclusions()[0])
 
 
 def test_outcomes_have_the_words_of_what_is_cut() -> None:
@@ -155,6 +182,13 @@ def test_outcomes_have_the_words_of_what_is_cut() -> None:
     along[4, ::2], across[:5, 1::2], across[5:, ::2] = True, True, True
     assert crack_around(lattice, CutSides(along, none)) == pytest.approx(1 / 24)
     assert word(along, across) == "axial crack"
+    # Two columns of a coarse tube are a step aside, however large a part of the circumference they are.
+    aside = none.copy()
+    aside[4, :2] = True
+    assert crack_around(lattice, CutSides(aside, none)) == pytest.approx(2 / 24)
+    assert word(aside, straight) == "axial crack"
+    # Nothing runs along the body here.
+    assert word(aside, none) == "hoop crack"
     split = half.copy()
     split[4, 5] = False
     assert crack_around(lattice, CutSides(split, none)) == pytest.approx(6 / 24)

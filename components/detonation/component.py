@@ -84,13 +84,18 @@ class DetonationTube(Component):
         self._lay_out_state()
 
     def _suggest_step(self) -> float:
+        return round_down_to_125(self.longest_suggested_step)
+
+    @property
+    def longest_suggested_step(self) -> float:
+        """Step that is suggested for what is expected of this gas, not rounded [s]."""
         p = self.parameters
         hottest = max([p.initial_temperature, *(one.temperature or p.initial_temperature for one in p.regions)])
         fastest = max(abs(one.velocity) for one in p.regions) if p.regions else 0.0
         waves = _SOUND_WAVES * float(np.sqrt(self.gas.gamma * self.gas.gas_constant * hottest)) + fastest
         if self.gas.heat_release > 0.0:
             waves = max(waves, _DETONATION_WAVES * self.front.speed)
-        return round_down_to_125(_SUGGESTED_COURANT * self.cell_size / waves)
+        return _SUGGESTED_COURANT * self.cell_size / waves
 
     def _make_tube(self) -> Tube:
         p, n = self.parameters, self.parameters.cells

@@ -13,7 +13,7 @@ from ..contract import Variable
 from ..drawables import Cells, Drawable, Points
 from ..errors import ParameterError, StepError
 from ..support.float_arrays import FloatArray
-from ..support.stable_step import refuse_large_step, suggest_step
+from ..support.stable_step import longest_suggested_step, refuse_large_step, suggest_step
 from . import energies, kernel_arrays, kernels, parallel_steps
 from .fracture.breaking_body import KINDS, LOST_KINDS, BreakingBody
 from .fracture.criterion_evaluation import write_triaxiality
@@ -56,7 +56,7 @@ class Shell(Component):
     """
 
     name = "shell"
-    version = 3
+    version = 4
     Parameters = ShellParameters
     parameters: ShellParameters
 
@@ -80,6 +80,7 @@ class Shell(Component):
         law = p.fracture
         bounding = self.highest_frequency * (CRACKED if isinstance(law, FractureLaw) else 1.0)
         suggested = suggest_step(bounding, "leave an edge free, or give more nodes")
+        self.longest_suggested_step: float = longest_suggested_step(bounding)
         self.step_size = p.step_size or suggested
         refuse_large_step(self.step_size, bounding, "leave it out, or give fewer nodes")
         self._whole: Solid = self._finish_solid()

@@ -60,7 +60,12 @@ def suggest_step(frequency: float, hint: str) -> float:
     """Return a stable step [s], rounded down to 1, 2 or 5 x 10^k; `ParameterError` with the hint where nothing can move."""
     if frequency == 0.0:
         raise ParameterError("no node can move", hint=hint, at="boundaries")
-    return round_down_to_125(SUGGESTED * 2.0 / frequency)
+    return round_down_to_125(longest_suggested_step(frequency))
+
+
+def longest_suggested_step(frequency: float) -> float:
+    """Return the suggested part of the largest stable step [s], not rounded."""
+    return SUGGESTED * 2.0 / frequency
 
 
 def refuse_large_step(step: float, frequency: float, hint: str) -> None:

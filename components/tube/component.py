@@ -43,7 +43,7 @@ class Tube(Component):
     """
 
     name = "tube"
-    version = 3
+    version = 4
     Parameters = TubeParameters
     parameters: TubeParameters
 
@@ -57,7 +57,7 @@ class Tube(Component):
     def _build(self) -> None:
         # Built by themselves first: they know their steps and how large their states are.
         gas, shell = make_part(DetonationTube, self, "gas"), make_part(Shell, self, "shell")
-        self._choose_steps(gas.step_size, shell.step_size)
+        self._choose_steps(gas, shell)
         stations, words = shell.parameters.body.counts[0], shell.memory.size
         self._lay_out(
             gas=("f8", (gas.memory.size,)), shell=("f8", (words,)), peak_pressure=("f8", (stations,)),
@@ -79,12 +79,15 @@ class Tube(Component):
         self._rest_radii: FloatArray = self.shell.get("mean_inner_radius")
         self._make_scratch(stations)
 
-    def _choose_steps(self, gas_step: float, shell_step: float) -> None:
-        """Set the internal step, and how many steps each part makes in it, from those that they suggest."""
+    def _choose_steps(self, gas: DetonationTube, shell: Shell) -> None:
+        """Set the internal step, and how many steps each part makes in it, from those that they suggest.
+
+        The internal step is rounded down; what the parts make in it need not be.
+        """
         p = self.parameters
-        self.step_size = max(gas_step, shell_step) if p.step_size is None else p.step_size
-        self.gas_steps: int = p.gas_steps or self._steps_in("gas", gas_step)
-        self.shell_steps: int = p.shell_steps or self._steps_in("shell", shell_step)
+        self.step_size = max(gas.step_size, shell.step_size) if p.step_size is None else p.step_size
+        self.gas_steps: int = p.gas_steps or self._steps_in("gas", gas.longest_suggested_step)
+        self.shell_steps: int = p.shell_steps or self._steps_in("shell", shell.longest_suggested_step)
 
     def _make_stepped(self, kind: type[Part], part: str, step: float) -> Part:
         """Return a part in the memory of this one; a step that is too large for it is a fault of the number of its steps."""

@@ -54,10 +54,10 @@ class TubeParameters(Parameters):
         0.8, "mass flow through an opening over that of the ideal nozzle; 0.6 to 0.85 with sharp edges", "1", le=1.0
     )
     gas_steps: int | None = field(
-        None, "steps of the gas in an internal step; default: as many as it needs", "1", ge=1, le=MOST_STEPS
+        None, "steps of the gas in an internal step; default: as few as are suggested", "1", ge=1, le=MOST_STEPS
     )
     shell_steps: int | None = field(
-        None, "steps of the shell in an internal step; default: as many as it needs", "1", ge=1, le=MOST_STEPS
+        None, "steps of the shell in an internal step; default: as few as are suggested", "1", ge=1, le=MOST_STEPS
     )
     step_size: Magnitude | None = field(None, "internal step; default: the larger one of those of the gas and the shell", "s")
 

@@ -36,6 +36,7 @@ from .grips import UNBREAKABLE, points_in_grips
 from .law import FractureLaw
 from .open_area import crack_length, open_areas
 from .outcome import AXIAL, OUTCOMES, CutSides, connects_ends, crack_along, crack_around, outcome
+from .pieces import ACROSS, ALONG, Marks
 from .tips import growth, tip_speed
 from .visibility import Visibility
 
@@ -336,12 +337,12 @@ class BreakingBody:
             "it), 4 severed: no piece reaches from one end to the other", minimum=0.0, maximum=4.0,
         )  # fmt: skip
         yield Variable(
-            "crack_along", "output", "m", (), "how far cracks reach along the body at the outer surface, from the first place "
-            "to the last", minimum=0.0,
+            "crack_along", "output", "m", (), "how far cracks reach along the body, at whatever depth of the wall, from the "
+            "first place to the last", minimum=0.0,
         )  # fmt: skip
         yield Variable(
-            "crack_around", "output", "1", (), "largest part of the circumference, or of the width, that cracks take at one "
-            "place along the body", minimum=0.0, maximum=1.0,
+            "crack_around", "output", "1", (), "largest part of the circumference, or of the width, that one crack takes at "
+            "one place along the body, at whatever depth of the wall", minimum=0.0, maximum=1.0,
         )  # fmt: skip
         yield Variable("crack_length", "output", "m", (), "length of all cracks in the surface", minimum=0.0)
         yield Variable(
@@ -397,24 +398,24 @@ class BreakingBody:
 
     def _surface_links(self) -> FloatArray:
         """Return 1 for each of `surface_pairs` that hold together, 0 with a crack between, or where nothing bears one."""
-        cut, (first, second) = np.concatenate([sides.ravel() for sides in self._cut_sides()]), self.surface_pairs.T
+        at_surface = self._sides_of(self.cracks.links[:, :, -1] > 0)
+        cut, (first, second) = np.concatenate([sides.ravel() for sides in at_surface]), self.surface_pairs.T
         around, borne = self._assembly.solid.surface.around, self.cracks.borne
         there = np.concatenate([around[:, side] != np.arange(len(around)) for side in (1, 3)])
         return np.asarray(~cut[there] & borne[first] & borne[second], np.float64)
 
     def _cut_sides(self) -> CutSides:
-        """Return where a crack lies between neighbouring columns at the outer surface.
+        """Return where a crack lies between neighbouring columns, at whatever depth of the wall.
 
         Columns that nothing bears any more say nothing of which way it runs.
         """
-        around, cracks, (n, m, _) = self._assembly.solid.surface.around, self.cracks, self._assembly.lattice.shape
+        return self._sides_of(np.any(self.cracks.links > 0, axis=2))
+
+    def _sides_of(self, cut: Marks) -> CutSides:
+        """Return which of the links that are cut, shape (columns, 4), lie between neighbouring columns."""
+        around, (n, m, _) = self._assembly.solid.surface.around, self._assembly.lattice.shape
         own = np.arange(len(around))
-        cut = []
-        for way, side in ((0, 1), (1, 3)):
-            after = around[:, side]
-            marked = cracks.links[:, way, -1] > 0
-            cut.append((marked & (after != own)).reshape(n, m))
-        return CutSides(*cut)
+        return CutSides(*((cut[:, way] & (around[:, side] != own)).reshape(n, m) for way, side in ((ALONG, 1), (ACROSS, 3))))
 
     def outcome(self, state: State) -> int:
         """Return the number of the outcome in `OUTCOMES`."""
@@ -426,16 +427,13 @@ class BreakingBody:
     def conclusions(self, block: Block, state: State, step_size: float) -> list[str]:
         """Return sentences on what has become of the body, and why it did or did not break."""
         self.solid(block)
-        lattice, cut, facets = self._assembly.lattice, self._cut_sides(), self.cracks.facets
+        cut, facets = self._cut_sides(), self.cracks.facets
         number = self.outcome(state)
         found = [f"outcome: {OUTCOMES[number]}"]
         if number >= AXIAL:
-            part = "of the circumference" if lattice.bent else "of the width"
-            pieces = self.cracks.piece_count
-            found[0] += (
-                f": cracks reach {1e3 * crack_along(lattice, cut):.3g} mm along the body and take up to "
-                f"{100.0 * crack_around(lattice, cut):.3g} % {part}; {pieces} {'piece' if pieces == 1 else 'pieces'}"
-            )
+            found[0] += f": {self._crack_words(cut)}; {self._piece_words()}"
+        elif len(facets):
+            found[0] += ": no crack lies between columns of nodes, some lie within the wall or at its edges"
         if len(facets):
             first, speeds = facets[0], self._crack_speeds(step_size)
             found.append(
@@ -447,6 +445,22 @@ class BreakingBody:
         ratio, point, tick = (float(one) for one in block["nearest"])
         near = f"reached {ratio:.3g} of its limit at {1e6 * tick * step_size:.4g} us, {self.place_words(int(point))}"
         return [*found, f"{self.law.quantity} {near if ratio > 0.0 else 'stayed below half of its limit everywhere'}"]
+
+    def _crack_words(self, cut: CutSides) -> str:
+        """Return in words how far cracks reach, and whether any goes through the wall."""
+        lattice = self._assembly.lattice
+        part = "of the circumference" if lattice.bent else "of the width"
+        through = "" if self.cracks.severed[:, :2].any() else ", none of them through the wall"
+        return (
+            f"cracks reach {1e3 * crack_along(lattice, cut):.3g} mm along the body and take up to "
+            f"{100.0 * crack_around(lattice, cut):.3g} % {part}{through}"
+        )
+
+    def _piece_words(self) -> str:
+        """Return in words how many pieces there are, and what belongs to none."""
+        pieces, lost = self.cracks.piece_count, np.count_nonzero(~self.cracks.borne)
+        words = f"{pieces} {'piece' if pieces == 1 else 'pieces'}"
+        return f"{words}, and {lost} columns of nodes that nothing bears any more" if lost else words
 
     def place_words(self, point: int) -> str:
         """Return where a point lies in the body, in words."""

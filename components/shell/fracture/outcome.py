@@ -17,8 +17,9 @@ OUTCOMES = ("whole", "bulged", "axial crack", "hoop crack", "severed")
 WHOLE, BULGED, AXIAL, HOOP, SEVERED = range(5)
 # A wall has bulged where the plastic strain is so large in the mean over a station: its circumference has grown for good.
 BULGED_STRAIN = 0.002
-# Cracks that take less than this part of the circumference at one place have not turned around the body.
-_TURNED = 0.05
+# Cracks that take less than this part of the circumference at one place, or fewer sides of columns, have not turned around
+# the body: one that runs along it steps aside by a column or two.
+_TURNED, _TURNED_SIDES = 0.05, 3
 
 
 class CutSides(NamedTuple):
@@ -41,13 +42,18 @@ def crack_along(lattice: Lattice, cut: CutSides) -> float:
 
 def crack_around(lattice: Lattice, cut: CutSides) -> float:
     """Return the largest part of the circumference, or of the width of a plate, that one crack takes at one place along."""
+    return float(_turns(lattice, cut)[0].max(initial=0.0))
+
+
+def _turns(lattice: Lattice, cut: CutSides) -> tuple[FloatArray, IntArray]:
+    """Return what each crack takes at each place along that it crosses: part of the circumference, and number of sides."""
     widths = lattice.axes[1].widths
     station, column = np.nonzero(cut.along)
     if not len(station):
-        return 0.0
+        return np.zeros(0), np.zeros(0, np.int64)
     # A table of all stations and cracks would take more memory than the state.
     _, part = np.unique(_cracks(lattice, cut) * len(cut.along) + station, return_inverse=True)
-    return float(np.bincount(part, widths[column]).max() / widths.sum())
+    return np.bincount(part, widths[column]) / widths.sum(), np.bincount(part)
 
 
 def _cracks(lattice: Lattice, cut: CutSides) -> IntArray:
@@ -62,6 +68,13 @@ def _cracks(lattice: Lattice, cut: CutSides) -> IntArray:
     met = coo_array((np.ones(len(one)), (one, other)), shape=2 * ((n + 1) * corners,))
     _, labels = connected_components(met, directed=False)
     return labels[ends[0][0]].astype(np.int64)
+
+
+def _has_turned(lattice: Lattice, cut: CutSides) -> bool:
+    """Return whether a crack runs around the body, or none runs along it."""
+    parts, sides = _turns(lattice, cut)
+    fewest = min(_TURNED_SIDES, lattice.shape[1] / 2)
+    return not cut.across.any() or bool(((parts >= _TURNED) & (sides >= fewest)).any())
 
 
 def connects_ends(labels: IntArray, borne: Marks, shape: tuple[int, int]) -> bool:
@@ -81,12 +94,12 @@ def outcome(lattice: Lattice, cut: CutSides, is_severed: bool, plastic_strain: F
 
     Args:
         lattice: of the nodes.
-        cut: sides of the columns at the outer surface that cracks cut.
+        cut: sides of the columns that cracks cut.
         is_severed: whether nothing joins both ends any more.
         plastic_strain: mean of each station, or row of points, shape (stations,).
     """
     if is_severed:
         return SEVERED
     if cut.along.any() or cut.across.any():
-        return HOOP if crack_around(lattice, cut) >= _TURNED else AXIAL
+        return HOOP if _has_turned(lattice, cut) else AXIAL
     return BULGED if float(plastic_strain.max(initial=0.0)) > BULGED_STRAIN else WHOLE
