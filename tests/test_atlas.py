@@ -88,6 +88,7 @@ def test_the_verdict_of_several_values():
     assert combine([yes, near]).words == "reproduced to 0.06 %"
     assert combine([near, no]).kind == "in part"
     assert combine([near, no]).words == "in part: b: yes to 0.06 %; c: no, 1 off"
+    assert combine([near] * 3 + [no] * 5).words == "in part: of 8 values 5 not reproduced, 3 reproduced"
     assert combine([no, silent]).words == "not reproduced: 1 off"
     assert combine([no, no]).words == "not reproduced: c: 1 off"
     assert combine([drawn, drawn]).words == "as bands: the paper’s draw at percentile 50, 50"

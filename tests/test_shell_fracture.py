@@ -145,8 +145,8 @@ def test_a_crack_that_has_not_come_through_the_wall_is_no_whole_body() -> None:
     assert (plate.get("crack_along"), plate.get("crack_around")) == (0.0, pytest.approx(1.0))
     assert OUTCOMES[int(plate.get("outcome"))] == "hoop crack"
     assert plate.conclusions()[0] == (
-        "outcome: hoop crack: cracks reach 0 mm along the body and take up to 100 % of the width, none of them through the wall; "
-        "1 piece"
+        "outcome: hoop crack: cracks reach 0 mm along the body and take up to 100 % of the width, none of them through the "
+        "wall; 1 piece"
     )
 
 

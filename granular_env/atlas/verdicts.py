@@ -9,6 +9,7 @@ from __future__ import annotations
 import dataclasses
 import math
 import re
+from collections import Counter
 from collections.abc import Sequence
 from typing import Literal
 
@@ -17,6 +18,8 @@ from .seed_statistics import Band
 Kind = Literal["reproduced", "bound kept", "in part", "as bands", "not reproduced", "no figure"]
 
 _NOT_WORTH_SAYING = 1e-3
+# The verdicts of more values than so many are counted, not listed: the table beside has each of them.
+_LISTED = 7
 # "2.708", "5.6e12", "about 10"
 _DECIMAL = re.compile(r"(?:about )?([-+]?\d*\.?\d+(?:e[-+]?\d+)?)")
 
@@ -221,6 +224,9 @@ def combine(values: Sequence[Value]) -> Verdict:
     if len(judged) == 1 or kinds == {"in part"}:
         return Verdict("in part", max(judged, key=lambda pair: _relative(pair[0]))[1].words)
     parts = "; ".join(f"{value.label}: {verdict.words_in_list}" for value, verdict in judged)
+    if len(judged) > _LISTED:
+        counted = Counter(verdict.kind for _, verdict in judged)
+        parts = f"of {len(judged)} values {', '.join(f'{count} {kind}' for kind, count in counted.most_common())}"
     bands = "as bands" in kinds and "not reproduced" not in kinds
     return Verdict("as bands" if bands else "in part", f"in part: {parts}")
 

@@ -32,8 +32,8 @@ def as_printed(context: Context, inches: int, printed: str) -> Item:
             Value("largest plastic strain", None, one.strain, digits=2),
             Value("the run ends, after the front", None, 1e3 * one.end, "ms", digits=2),
         ],
-        remark="A tube is whole where no two neighbouring columns of nodes are parted, at whatever depth of the wall. The run ends "
-        f"where a point has flowed by {DRAWN_OUT:g}.",
+        remark="A tube is whole where no two neighbouring columns of nodes are parted, at whatever depth of the wall. The run "
+        f"ends where a point has flowed by {DRAWN_OUT:g}.",
         reason=f"With the material that the paper prints the flow stress is {saturation():.2f} times the yield stress at a "
         f"plastic strain of 1; the largest principal stress was {PAPER_FACTOR * one.ratio:.1f} times it, "
         f"{'in the notch' if in_notch(inches, one.nearest) else 'outside the notch'}. "
