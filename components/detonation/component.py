@@ -46,6 +46,7 @@ class DetonationTube(Component):
     """
 
     name = "detonation"
+    version = 2
     Parameters = DetonationParameters
     parameters: DetonationParameters
     # In the order of their numbers in `kernels`.

@@ -43,7 +43,7 @@ class Tube(Component):
     """
 
     name = "tube"
-    version = 3
+    version = 4
     Parameters = TubeParameters
     parameters: TubeParameters
 
