@@ -205,10 +205,10 @@ def inflow_into_gas_at_rest(room: float) -> tuple[float, float]:
     """Return pressure and speed at an opening, where gas of the room has the state behind the shock that it drives."""
     low, high = 1.0, room
     for _ in range(100):
-        pressure = 0.5 * (low + high)
-        behind = (pressure - 1.0) * np.sqrt(2.0 / ((AIR.gamma + 1.0) * pressure + AIR.gamma - 1.0))
-        low, high = (pressure, high) if behind < speed_from_rest(room, pressure) else (low, pressure)
-    return pressure, speed_from_rest(room, pressure)
+        middle = 0.5 * (low + high)
+        behind = (middle - 1.0) * np.sqrt(2.0 / ((AIR.gamma + 1.0) * middle + AIR.gamma - 1.0))
+        low, high = (middle, high) if behind < speed_from_rest(room, middle) else (low, middle)
+    return high, speed_from_rest(room, high)
 
 
 def test_a_room_of_higher_pressure_drives_a_shock_into_the_tube() -> None:
@@ -401,6 +401,36 @@ def test_a_step_too_large_is_told_with_the_one_to_take() -> None:
         air_tube(50, step_size=0.05)
 
 
+def test_the_step_that_is_advised_suits_the_detonation_that_is_to_come() -> None:
+    with pytest.raises(ge.ParameterError, match="give step_size = 2e-07 when it is made, or leave it out$"):
+        DetonationTube(step_size=1e-3)
+    with pytest.raises(ge.StepError, match=r"courant_number: reached 1\.468 .*; take a step_size of 2e-07 s or less"):
+        DetonationTube(step_size=2e-6).step(1e-4, ignition_power=2e7)
+    tube = DetonationTube(step_size=2e-7, length=0.4, cells=200)
+    run_for(tube, 1.2e-4, ignition_power=ge.Profile.half_sine(2e7, 1e-5))
+    assert tube.get("right_front") > 0.2
+
+
+@pytest.mark.parametrize(
+    ("heat", "said"),
+    [
+        (2e5, "expected more than 0.4288, at most 0.5; take a larger trigger, or the reaction arrhenius"),
+        (1e5, "expected a stronger detonation; give more gas.heat_release, or take the reaction arrhenius"),
+    ],
+)
+def test_a_weak_mixture_is_told_what_is_possible(heat: float, said: str) -> None:
+    gas = {"gamma": 1.2, "gas_constant": 287.0, "heat_release": heat}
+    with pytest.raises(ge.ParameterError, match=r"reaction\.trigger: got 0\.2 of the Chapman-Jouguet pressure") as caught:
+        DetonationTube(gas=gas)
+    assert said in str(caught.value)
+    DetonationTube(gas=gas, reaction="arrhenius")
+
+
+def test_a_diaphragm_that_would_burst_at_once_is_refused() -> None:
+    with pytest.raises(ge.ParameterError, match=r"start.pressure\[9\]: got 3 Pa at a diaphragm, .* burst_pressure of 2 Pa"):
+        air_tube(10, right={"name": "diaphragm", "burst_pressure": 2.0}).reset(pressure=3.0)
+
+
 def test_ignition_takes_no_heat_away() -> None:
     tube = DetonationTube()
     with pytest.raises(ge.ParameterError, match=r"input.ignition_power: got -1e\+09 W, expected 0 to"):
@@ -438,6 +468,14 @@ def test_walls_cannot_jump_within_a_tick(area: float) -> None:
         ({"reaction": {"name": "pressure_burn", "trigger": 0.9}}, "trigger"),
         ({"right": "opened"}, "did you mean 'open'"),
         ({"right": {"name": "diaphragm", "burst_pressure": 0.0}}, "burst_pressure"),
+        (
+            {"right": {"name": "diaphragm", "burst_pressure": 9e4}},
+            "right.burst_pressure: got 90000 Pa, expected more than the 100000 Pa of the gas there at the start: the",
+        ),
+        (
+            {"left": {"name": "diaphragm"}, "regions": [{"x": [0.0, 0.1], "pressure": 3e5}]},
+            "left.burst_pressure: got 200000 Pa, expected more than the 300000 Pa",
+        ),
         ({"cross_section": [1.0, 2.0]}, "cross_section: got 2 numbers, expected one, or 760"),
         ({"ignition_zone": [0.1, 0.1]}, "ignition_zone: got 0.1 to 0.1 m, expected a begin below its end"),
         ({"regions": [{"x": [2.0, 3.0]}]}, "regions[0].x: got 2 to 3 m, outside the tube of 0 to 1.52 m"),
