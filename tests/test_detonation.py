@@ -16,7 +16,7 @@ from support.conformance_tools import bits, drive
 from support.gas_tools import AIR, air_tube, cell_means, run_for, sod_tube
 
 import granular_env as ge
-from granular_env.components.detonation import DetonationTube, kernel_arrays, kernels
+from granular_env.components.detonation import DetonationTube, fluxes, kernel_arrays, kernels
 from granular_env.components.detonation.theory import Flow, reflected_pressure, riemann_problem
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -191,16 +191,108 @@ def test_gas_leaves_into_a_vacuum_at_the_speed_of_sound() -> None:
     assert tube.get("right_mass") == pytest.approx(-choked * tube.time, rel=5e-3)
 
 
+ENTHALPY = AIR.gamma / (AIR.gamma - 1.0)
+# Mass flow of air from a room of pressure and temperature 1 at the speed of sound.
+CHOKED_INFLOW = SOUND * (2.0 / (AIR.gamma + 1.0)) ** (0.5 * (AIR.gamma + 1.0) / (AIR.gamma - 1.0))
+
+
+def speed_from_rest(room: float, pressure: float) -> float:
+    """Return how fast gas of a room of temperature 1 becomes while it expands to a pressure without a change of entropy."""
+    return float(np.sqrt(2.0 * ENTHALPY * (1.0 - (pressure / room) ** (1.0 / ENTHALPY))))
+
+
+def inflow_into_gas_at_rest(room: float) -> tuple[float, float]:
+    """Return pressure and speed at an opening, where gas of the room has the state behind the shock that it drives."""
+    low, high = 1.0, room
+    for _ in range(100):
+        middle = 0.5 * (low + high)
+        behind = (middle - 1.0) * np.sqrt(2.0 / ((AIR.gamma + 1.0) * middle + AIR.gamma - 1.0))
+        low, high = (middle, high) if behind < speed_from_rest(room, middle) else (low, middle)
+    return high, speed_from_rest(room, high)
+
+
 def test_a_room_of_higher_pressure_drives_a_shock_into_the_tube() -> None:
-    """The gas gets the pressure of the room, the speed of that shock, and the temperature of the room."""
-    tube, room = air_tube(100, left="closed", right="open"), 1.5
-    run_for(tube, 0.4, right_pressure=room)
-    speed = (room - 1.0) * np.sqrt(2.0 / ((AIR.gamma + 1.0) * room + AIR.gamma - 1.0))
-    np.testing.assert_allclose(tube.get("pressure")[-30:], room, rtol=3e-3)
+    """What comes in has entropy and total enthalpy of the room, and pressure and speed of the gas behind the shock."""
+    tube, room = air_tube(100, left="closed", right="open"), 3.0
+    run_for(tube, 0.35, right_pressure=room)
+    pressure, speed = inflow_into_gas_at_rest(room)
+    # At a shock that starts at the first face the density is less exact than pressure and speed.
+    np.testing.assert_allclose(tube.get("pressure")[-30:], pressure, rtol=3e-3)
     np.testing.assert_allclose(tube.get("velocity")[-30:], -speed, rtol=5e-3)
-    assert tube.get("right_mass") == pytest.approx(room * speed * tube.time, rel=0.01)
-    enthalpy = AIR.gamma / (AIR.gamma - 1.0) + 0.5 * speed**2
-    assert tube.get("right_energy") / tube.get("right_mass") == pytest.approx(enthalpy, rel=1e-3)
+    density = room * (pressure / room) ** (1.0 / AIR.gamma)
+    assert tube.get("right_mass") == pytest.approx(density * speed * tube.time, rel=2e-3)
+    assert tube.get("right_energy") == pytest.approx(ENTHALPY * tube.get("right_mass"), rel=1e-12)
+
+
+def test_gas_between_two_rooms_flows_as_fast_as_bernoulli_says() -> None:
+    """A loss at neither end: it leaves as fast as it becomes from rest while its pressure falls to that of the other room."""
+    tube = air_tube(50, left="open", right="open")
+    run_for(tube, 80.0, left_pressure=1.02, right_pressure=1.0)
+    np.testing.assert_allclose(tube.get("velocity"), speed_from_rest(1.02, 1.0), rtol=1e-4)
+    np.testing.assert_allclose(tube.get("pressure"), 1.0, rtol=1e-5)
+    assert tube.get("left_energy") == pytest.approx(ENTHALPY * tube.get("left_mass"), rel=1e-12)
+
+
+@pytest.mark.parametrize("initial", [0.1, 1e-3])
+def test_no_more_than_sonic_flow_comes_in(initial: float) -> None:
+    tube = air_tube(100, right="open", initial_pressure=initial, step_size=1e-3)
+    run_for(tube, 0.15, right_pressure=1.0)
+    assert tube.get("right_mass") == pytest.approx(CHOKED_INFLOW * tube.time, rel=1e-12)
+    assert tube.get("right_energy") == pytest.approx(ENTHALPY * tube.get("right_mass"), rel=1e-12)
+
+
+def test_an_empty_vessel_that_fills_becomes_hotter_than_the_room_by_gamma() -> None:
+    """The work of the room on what comes in stays in it: m e = m h0, so T = gamma T0, less what was there before.
+
+    The neck is so narrow that the gas does not swing, and cells of first order damp what waves there are.
+    """
+    initial, x = 1e-3, (np.arange(20) + 0.5) / 20
+    area = np.clip(1.0 - 1.94 * (x - 0.5), 0.03, 1.0)
+    tube = air_tube(
+        20, right="open", cross_section=area.tolist(), initial_pressure=initial, step_size=2e-3, limiter="first_order"
+    )
+    means = []
+    for _ in range(40):
+        run_for(tube, 1.0, right_pressure=1.0)
+        means.append(float((tube.get("pressure") * area).sum() / area.sum()))
+    assert max(means) < 1.0 + 1e-9 and means[-1] == pytest.approx(1.0, abs=1e-6)
+    temperature = means[-1] * area.sum() / (tube.get("density") * area).sum()
+    assert temperature == pytest.approx(AIR.gamma / (1.0 + initial * (AIR.gamma - 1.0)), rel=1e-5)
+
+
+def opening(out: float, room: float, density: float = 1.0) -> np.ndarray:
+    """Return the flux through a right end, of gas of pressure 1 that runs out, into a room of temperature 1."""
+    medium = kernel_arrays.Medium(AIR.gamma, 1.0, 0.0, 1.0, 1.0, 2.0, 0, 1.0)
+    return np.array(fluxes.opening_flux(medium, (density, out, 1.0, 1.0), 1.0, room))
+
+
+@pytest.mark.parametrize("density", [0.05, 1.0, 20.0])
+@pytest.mark.parametrize("mach", [-0.9, -0.3, 0.0, 0.3, 0.9])
+def test_flow_through_an_opening_turns_without_a_jump(mach: float, density: float) -> None:
+    """On both sides of the room that stops the gas there is its pressure, and less flow the nearer it is."""
+    out = mach * np.sqrt(AIR.gamma / density)
+    still = (1.0 + 0.5 * (AIR.gamma - 1.0) * mach) ** (2.0 * AIR.gamma / (AIR.gamma - 1.0))
+    for distance in (1e-3, 1e-6, 1e-9):
+        leaving, entering = (opening(out, still * (1.0 + sign * distance), density) for sign in (-1.0, 1.0))
+        assert leaving[0] > 0.0 > entering[0] and entering[3] == 0.0
+        # Sound: the change of velocity is that of pressure over density and speed of sound.
+        for flux in (leaving, entering):
+            assert abs(flux[0]) < 2.0 * still * distance * max(1.0, 1.0 / density, density)
+            assert flux[1] == pytest.approx(still, rel=2.0 * distance)
+
+
+@pytest.mark.parametrize("room", [0.0, 1e-12, 1e-3, 1.0, 1e3, 1e9])
+@pytest.mark.parametrize("density", [1e-6, 1.0, 1e6])
+@pytest.mark.parametrize("mach", [-50.0, -1.0, 0.0, 0.999])
+def test_what_comes_in_is_gas_of_the_room_whatever_is_inside(mach: float, density: float, room: float) -> None:
+    mass, impulse, energy, fuel = opening(mach * np.sqrt(AIR.gamma / density), room, density)
+    if mass <= 0.0:
+        assert fuel == 0.0 and -mass <= CHOKED_INFLOW * room * (1.0 + 1e-12)
+        assert energy == pytest.approx(ENTHALPY * mass, rel=1e-12)
+        # Pressure and momentum of subsonic flow: least at rest, most at the speed of sound.
+        assert room * (1.0 - 1e-12) <= impulse <= 1.27 * room
+    else:
+        assert 0.0 <= impulse < np.inf and 0.0 < energy < np.inf
 
 
 def test_a_diaphragm_holds_until_it_bursts() -> None:
@@ -309,6 +401,36 @@ def test_a_step_too_large_is_told_with_the_one_to_take() -> None:
         air_tube(50, step_size=0.05)
 
 
+def test_the_step_that_is_advised_suits_the_detonation_that_is_to_come() -> None:
+    with pytest.raises(ge.ParameterError, match="give step_size = 2e-07 when it is made, or leave it out$"):
+        DetonationTube(step_size=1e-3)
+    with pytest.raises(ge.StepError, match=r"courant_number: reached 1\.468 .*; take a step_size of 2e-07 s or less"):
+        DetonationTube(step_size=2e-6).step(1e-4, ignition_power=2e7)
+    tube = DetonationTube(step_size=2e-7, length=0.4, cells=200)
+    run_for(tube, 1.2e-4, ignition_power=ge.Profile.half_sine(2e7, 1e-5))
+    assert tube.get("right_front") > 0.2
+
+
+@pytest.mark.parametrize(
+    ("heat", "said"),
+    [
+        (2e5, "expected more than 0.4288, at most 0.5; take a larger trigger, or the reaction arrhenius"),
+        (1e5, "expected a stronger detonation; give more gas.heat_release, or take the reaction arrhenius"),
+    ],
+)
+def test_a_weak_mixture_is_told_what_is_possible(heat: float, said: str) -> None:
+    gas = {"gamma": 1.2, "gas_constant": 287.0, "heat_release": heat}
+    with pytest.raises(ge.ParameterError, match=r"reaction\.trigger: got 0\.2 of the Chapman-Jouguet pressure") as caught:
+        DetonationTube(gas=gas)
+    assert said in str(caught.value)
+    DetonationTube(gas=gas, reaction="arrhenius")
+
+
+def test_a_diaphragm_that_would_burst_at_once_is_refused() -> None:
+    with pytest.raises(ge.ParameterError, match=r"start.pressure\[9\]: got 3 Pa at a diaphragm, .* burst_pressure of 2 Pa"):
+        air_tube(10, right={"name": "diaphragm", "burst_pressure": 2.0}).reset(pressure=3.0)
+
+
 def test_ignition_takes_no_heat_away() -> None:
     tube = DetonationTube()
     with pytest.raises(ge.ParameterError, match=r"input.ignition_power: got -1e\+09 W, expected 0 to"):
@@ -346,6 +468,14 @@ def test_walls_cannot_jump_within_a_tick(area: float) -> None:
         ({"reaction": {"name": "pressure_burn", "trigger": 0.9}}, "trigger"),
         ({"right": "opened"}, "did you mean 'open'"),
         ({"right": {"name": "diaphragm", "burst_pressure": 0.0}}, "burst_pressure"),
+        (
+            {"right": {"name": "diaphragm", "burst_pressure": 9e4}},
+            "right.burst_pressure: got 90000 Pa, expected more than the 100000 Pa of the gas there at the start: the",
+        ),
+        (
+            {"left": {"name": "diaphragm"}, "regions": [{"x": [0.0, 0.1], "pressure": 3e5}]},
+            "left.burst_pressure: got 200000 Pa, expected more than the 300000 Pa",
+        ),
         ({"cross_section": [1.0, 2.0]}, "cross_section: got 2 numbers, expected one, or 760"),
         ({"ignition_zone": [0.1, 0.1]}, "ignition_zone: got 0.1 to 0.1 m, expected a begin below its end"),
         ({"regions": [{"x": [2.0, 3.0]}]}, "regions[0].x: got 2 to 3 m, outside the tube of 0 to 1.52 m"),

@@ -28,7 +28,10 @@ class Closed(End):
 
 
 class Open(End):
-    """An opening into a room at the pressure of the input `<end>_pressure`; at most the speed of sound is reached there."""
+    """An opening into a room at rest with the pressure of the input `<end>_pressure` and the initial temperature of the tube.
+
+    Gas passes it either way, at most at the speed of sound; what enters keeps entropy and total enthalpy of the room.
+    """
 
     code: ClassVar[int] = OPEN
     name: Literal["open"] = field("open", "an opening into a room whose pressure is an input", "1")

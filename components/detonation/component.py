@@ -15,7 +15,7 @@ from ..errors import ParameterError, StepError
 from ..support.float_arrays import FloatArray
 from ..support.round_numbers import round_down_to_125
 from . import kernel_arrays, kernels, moving_mesh
-from .boundaries import DIAPHRAGM, OPEN, PISTON
+from .boundaries import DIAPHRAGM, OPEN, PISTON, Diaphragm
 from .chapman_jouguet import Detonation, Flow, chapman_jouguet
 from .input_signals import area_pattern, tick_signals
 from .kernel_arrays import Medium, State, Tube
@@ -46,6 +46,7 @@ class DetonationTube(Component):
     """
 
     name = "detonation"
+    version = 2
     Parameters = DetonationParameters
     parameters: DetonationParameters
     # In the order of their numbers in `kernels`.
@@ -344,6 +345,7 @@ class DetonationTube(Component):
         if not ((state.progress >= 0.0) & (state.progress <= 1.0)).all():
             cell = int(np.argmin((state.progress >= 0.0) & (state.progress <= 1.0)))
             raise ParameterError(f"got {state.progress[cell]:g}", expected="0 to 1", at=f"start.progress[{cell}]")
+        self._refuse_burst_diaphragms()
         speeds = self._wave_speeds()
         cell, allowed = int(speeds.argmax()), kernels.LARGEST_COURANT * self.cell_size
         if not speeds[cell] * self.step_size <= allowed:
@@ -358,15 +360,31 @@ class DetonationTube(Component):
                 at="step_size",
             )
 
+    def _refuse_burst_diaphragms(self) -> None:
+        """Refuse start values with which a diaphragm would open at the first tick; `DetonationParameters` refuses its own."""
+        p, pressure = self.parameters, self._state.pressure
+        for end, cell in ((p.left, 0), (p.right, p.cells - 1)):
+            if isinstance(end, Diaphragm) and pressure[cell] >= end.burst_pressure:
+                raise ParameterError(
+                    f"got {pressure[cell]:g} Pa at a diaphragm, which would burst at once",
+                    expected=f"less than its burst_pressure of {end.burst_pressure:g} Pa",
+                    hint="give it a higher one, or make the tube with an open end",
+                    at=f"start.pressure[{cell}]",
+                )
+
     def _advise_step(self, speed: float) -> str:
         """Return the hint for a start whose waves are too fast for the step: the step to give, at a speed [m/s]."""
-        fits = _SUGGESTED_COURANT * self.cell_size / speed
+        fits = min(_SUGGESTED_COURANT * self.cell_size / speed, self._largest_advised_step())
         if not fits > 0.0:
             return "take a less extreme start"
         leaves_out = (
             self.parameters.step_size is not None and self._suggest_step() * speed <= kernels.LARGEST_COURANT * self.cell_size
         )
         return f"give step_size = {round_down_to_125(fits):g} when it is made{', or leave it out' if leaves_out else ''}"
+
+    def _largest_advised_step(self) -> float:
+        """Return the default step, for a detonation that is still to come; infinity where the gas is inert [s]."""
+        return self._suggest_step() if self.gas.heat_release > 0.0 else np.inf
 
     def tables(self) -> tuple[Medium, Tube, State, kernel_arrays.Scratch, FloatArray]:
         """Return what the kernels work on, for a parent that calls them itself; the last one is the tally."""
@@ -421,9 +439,10 @@ class DetonationTube(Component):
         if status == kernel_arrays.TOO_FAST:  # at the end of the tick, see `kernels.finish`
             speed, time = min(speed, float(self._wave_speeds()[cell])), tick * self.step_size
         courant = self._courant_number(speed)
+        advised = min(_ADVISED_COURANT * self.step_size / courant, self._largest_advised_step())
         return StepError(
             f"reached {courant:.4g} in cell {cell}, x = {self.centres[cell]:.6g} m, at {time:.9g} s, expected at most "
-            f"{kernels.LARGEST_COURANT:g}; take a step_size of {_ADVISED_COURANT * self.step_size / courant:.2g} s or less, "
+            f"{kernels.LARGEST_COURANT:g}; take a step_size of {advised:.2g} s or less, "
             f"now {self.step_size:g} s{self._describe_shrinking(tick - 1)}",
             time=time, at="courant_number", variable="courant_number", index=None, value=courant, limit=kernels.LARGEST_COURANT,
         )  # fmt: skip

@@ -14,10 +14,9 @@ from __future__ import annotations
 
 from math import sqrt
 
-from ..support.jit import internal, internal_inlined, jit
-from ..support.powers import power
+from ..support.jit import internal, jit
 from .boundaries import PISTON
-from .fluxes import hllc_flux
+from .fluxes import hllc_flux, piston_pressure
 from .kernel_arrays import ENDS_TOO_FAST, LEFT_VELOCITY, NOT_POSITIVE, POWER, RIGHT_VELOCITY, TOO_FAST_AHEAD, Medium
 from .kernels import LARGEST_COURANT, add_heat, compute_end_fluxes, compute_slopes, fill_ghosts, finish, tally_ends
 
@@ -181,14 +180,3 @@ def compute_fluxes(medium, tube, state, walls, scratch, signals, velocities, tic
             p = piston_pressure(medium.gamma, density[i] + sign * dr[i], out, pressure[i] + sign * dp[i])
             mass[face], impulse[face], energy[face], fuel[face] = 0.0, p, p * w, 0.0
             walls[LEFT_WALL_PRESSURE + side] += 0.5 * p
-
-
-@internal_inlined
-def piston_pressure(gamma, density, speed, pressure):
-    """Return the pressure on a wall that gas runs into with a speed, or, where that is negative, leaves [Pa]."""
-    sound = sqrt(gamma * pressure / density)
-    if speed > 0.0:
-        half = 0.25 * (gamma + 1.0) * speed
-        return pressure + density * speed * (half + sqrt(half * half + sound * sound))
-    left = 1.0 + 0.5 * (gamma - 1.0) * speed / sound
-    return pressure * power(left, 2.0 * gamma / (gamma - 1.0)) if left > 0.0 else 0.0

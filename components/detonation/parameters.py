@@ -9,7 +9,7 @@ from pydantic import model_validator
 from ..support.magnitudes import Magnitude, NotNegativeMagnitude, SignedMagnitude, SignedPair
 from ..support.parameter_fields import field
 from ..support.validation import Parameters
-from .boundaries import ChosenEnd, Closed, Piston
+from .boundaries import ChosenEnd, Closed, Diaphragm, Piston
 from .gases import MIXTURES, Gas, GasName, gas_at
 from .limiters import LimiterName
 from .reactions import ChosenReaction, Inert, PressureBurn, Reaction
@@ -126,3 +126,23 @@ class DetonationParameters(Parameters):
             if cell in cells[:place]:
                 raise ValueError(f"gauges[{place}]: lies in one cell with gauges[{cells.index(cell)}]; give each cell one")
         return self
+
+    @model_validator(mode="after")
+    def _validate_diaphragms(self) -> DetonationParameters:
+        for name, end, x in (
+            ("left", self.left, 0.5 * self.cell_size),
+            ("right", self.right, self.length - 0.5 * self.cell_size),
+        ):
+            pressure = self._pressure_at(x)
+            if isinstance(end, Diaphragm) and pressure >= end.burst_pressure:
+                raise ValueError(
+                    f"{name}.burst_pressure: got {end.burst_pressure:g} Pa, expected more than the {pressure:g} Pa of the gas "
+                    f"there at the start: the diaphragm would burst at once; give more, or take {name} = 'open'"
+                )
+        return self
+
+    def _pressure_at(self, x: float) -> float:
+        """Return the pressure at a place at the start [Pa]."""
+        inside = [one for one in self.regions if one.x[0] <= x < one.x[1]]
+        pressure = inside[-1].pressure if inside else None
+        return self.initial_pressure if pressure is None else pressure

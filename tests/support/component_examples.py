@@ -622,7 +622,7 @@ GASES = [
             "step_size": 1e-7,
         },
         {"pressure": np.linspace(1e6, 2e5, 24), "density": 3.0},
-        {"left_pressure": 5e5, "ignition_power": 1e5},
+        {"left_pressure": 1.5e6, "ignition_power": 1e5},
         lambda h: {"left_pressure": Profile.constant(1e5) + Profile.half_sine(2e5, 60 * h)},
         energy_tolerance=_ROUNDING_OF_GAS,
         breaks=({}, {}, {"ignition_power": 1e12}),

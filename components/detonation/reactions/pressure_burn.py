@@ -20,6 +20,7 @@ from .reaction import PRESSURE_BURN, Reaction
 
 # Measured at triggers of 0.1 to 0.3: from here on the speed is that of Chapman and Jouguet within 0.4 %.
 _LEAST_PRODUCT = 0.3
+LARGEST_TRIGGER = 0.5
 
 
 class PressureBurn(Reaction):
@@ -28,7 +29,7 @@ class PressureBurn(Reaction):
     code: ClassVar[int] = PRESSURE_BURN
     name: Literal["pressure_burn"] = field("pressure_burn", "burn over a few cells, triggered by pressure", "1")
     trigger: float = field(
-        0.2, "pressure that starts the burn, as a part of the Chapman-Jouguet pressure", "1", ge=0.05, le=0.5
+        0.2, "pressure that starts the burn, as a part of the Chapman-Jouguet pressure", "1", ge=0.05, le=LARGEST_TRIGGER
     )
     width: float = field(2.0, "cells that the front crosses while the gas burns", "1", ge=1.0, le=20.0)
 
@@ -45,11 +46,13 @@ class PressureBurn(Reaction):
         """Return the trigger [Pa] and the rate [1/s]; `ParameterError` where the gas ahead of the front would burn at once."""
         if ahead[0] >= self.trigger * front.burnt.pressure:
             part = ahead[0] / front.burnt.pressure
+            weak = "the reaction arrhenius: so weak a detonation hardly differs from its gas"
+            possible = part < LARGEST_TRIGGER
             raise ParameterError(
                 f"got {self.trigger:g} of the Chapman-Jouguet pressure, {front.burnt.pressure:.4g} Pa, and the gas has "
                 f"{part:.4g} of it at rest, so that all of it would burn at once",
-                expected=f"more than {part:.4g}",
-                hint="take a larger trigger, or the reaction arrhenius: so weak a detonation hardly differs from its gas",
+                expected=f"more than {part:.4g}, at most {LARGEST_TRIGGER:g}" if possible else "a stronger detonation",
+                hint=f"take a larger trigger, or {weak}" if possible else f"give more gas.heat_release, or take {weak}",
                 at=("reaction", "trigger"),
             )
         return self.trigger * front.burnt.pressure, front.speed / (self.width * cell_size)
