@@ -416,6 +416,10 @@ def test_a_smooth_plate_lets_its_automata_slide() -> None:
 
 # -- refusals ---------------------------------------------------------------------------------------------------------------
 
+# Polygons that touch themselves: in a slit, and where two squares meet.
+SLIT = [[0, 0], [4, 0], [4, 4], [2, 4], [2, 1], [2, 4], [0, 4]]
+TWO_SQUARES = [[0, 0], [2, 0], [2, 2], [4, 2], [4, 4], [2, 4], [2, 2], [0, 2]]
+
 
 @pytest.mark.parametrize(
     ("parameters", "words"),
@@ -428,6 +432,12 @@ def test_a_smooth_plate_lets_its_automata_slide() -> None:
         ({"shape": {"name": "disc", "radius": 0.4}}, "holds no two automata of diameter 1 m"),
         ({"shape": {"name": "polygon", "corners": [[0, 0], [4, 0], [4, 4.5], [0, 4.5]]}}, r"corners\[2\].*4\.5 m is 4\.5 rows"),
         ({"shape": {"name": "polygon", "corners": [[0, 0], [4, 0], [1, 3], [3, 3.5]]}}, "side 1 crosses side 3"),
+        (
+            {"shape": {"name": "polygon", "corners": SLIT}},
+            r"corner 3 at \(2, 4\) m lies on corner 5, .*slits and notches as boxes",
+        ),
+        ({"shape": {"name": "polygon", "corners": TWO_SQUARES}}, r"corner 2 at \(2, 2\) m lies on corner 6"),
+        ({"shape": {"name": "polygon", "corners": [[0, 0], [4, 0], [4, 4], [2, 0], [0, 4]]}}, "corner 3 at .* lies on side 0"),
         ({"shape": {"name": "polygon", "corners": [[0, 0], [4, 0], [4, 0], [0, 4]]}}, "corner 1 is followed by itself"),
         ({"shape": {"name": "polygon", "corners": [[0, 0], [1, 1], [2, 2]]}}, "expected a polygon with an area"),
         ({"material": {"density": 1.0, "young": 1.0, "poisson": 0.5}}, r"poisson.*0\.5"),

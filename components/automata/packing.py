@@ -17,7 +17,7 @@ import numpy.typing as npt
 
 from ..errors import Fault, ParameterError
 from ..support.float_arrays import FloatArray
-from .shapes import ON_THE_OUTLINE, Shape
+from .shapes import ON_THE_OUTLINE, Shape, StraightSide
 
 # cos and sin of 60 degrees: one number each, so that mirrored directions are exactly mirrored.
 _HALF, _SINE = 0.5, 0.5 * math.sqrt(3.0)
@@ -49,6 +49,16 @@ class Lattice:
     def slots(self) -> int:
         """Number of neighbours of an automaton inside."""
         return len(self.steps)
+
+    @property
+    def sectors(self) -> FloatArray:
+        """The triangles that make up a cell, in diameters from its centre, counter-clockwise, shape (2 slots, 3, 2)."""
+        onward = np.roll(self.directions, -1, axis=0)
+        # A corner of the cell lies half a diameter along both directions beside it.
+        corners = 0.5 * (self.directions + onward) / (1.0 + (self.directions * onward).sum(axis=1, keepdims=True))
+        centre = np.zeros_like(corners)
+        left, right = [centre, 0.5 * self.directions, corners], [centre, corners, 0.5 * onward]
+        return np.stack([np.stack(left, axis=1), np.stack(right, axis=1)], axis=1).reshape(-1, 3, 2)
 
 
 LATTICES = {
@@ -99,6 +109,7 @@ class Packing:
         neighbours: of each automaton in each slot; itself where there is none, shape (n, slots), int32.
         kind: row of each automaton in the classes, shape (n,), int32.
         classes: the ways in which automata are cut.
+        sectors: which of `lattice.sectors` each automaton has, shape (n, 2 slots).
     """
 
     lattice: Lattice
@@ -108,6 +119,7 @@ class Packing:
     neighbours: npt.NDArray[np.int32]
     kind: npt.NDArray[np.int32]
     classes: Classes
+    sectors: npt.NDArray[np.bool_]
 
     def pairs(self) -> npt.NDArray[np.int64]:
         """Return the pairs of neighbours, ordered by slot and automaton, shape (m, 3): automaton, the other one, slot."""
@@ -165,13 +177,27 @@ def pack(name: str, shape: Shape, diameter: float, periodic: tuple[bool, bool] =
     neighbours = np.where(face > 0.0, neighbours, np.arange(len(places))[:, np.newaxis])
     kind, classes = _classes(lattice, diameter, sectors.mean(axis=1), face)
     reference = np.array(shape.anchor) + diameter * lattice.unit * places
-    return Packing(lattice, diameter, places.astype(np.int32), reference, neighbours.astype(np.int32), kind, classes)
+    return Packing(lattice, diameter, places.astype(np.int32), reference, neighbours.astype(np.int32), kind, classes, sectors)
 
 
 def _refuse_misfit(lattice: Lattice, shape: Shape, diameter: float, periodic: tuple[bool, bool]) -> None:
-    """Refuse straight sides that pass between the rows of the lattice, with the two nearest places that fit."""
+    """Refuse straight sides that pass between the rows of the lattice."""
+    faults = _misfits(lattice, shape, shape.straight_sides(), diameter, periodic)
+    if faults:
+        raise ParameterError(*faults)
+
+
+def hole_misfits(packing: Packing, shape: Shape, x: float, y: float) -> list[Fault]:
+    """Return the edges of box-shaped holes beside a point [m] that pass between rows; automata beside them stay whole."""
+    return _misfits(packing.lattice, shape, shape.hole_sides(x, y, packing.diameter), packing.diameter, (False, False))
+
+
+def _misfits(
+    lattice: Lattice, shape: Shape, sides: list[StraightSide], diameter: float, periodic: tuple[bool, bool]
+) -> list[Fault]:
+    """Return which sides pass between the rows of the lattice, with the two nearest places that fit."""
     faults = []
-    for name, axis, place, rows in shape.straight_sides():
+    for name, axis, place, rows in sides:
         unit = diameter * lattice.unit[axis] * rows
         # A hexagonal packing that is closed on itself has a whole number of diameters along x, two of rows along y.
         step = unit * (2 if periodic[axis] and lattice.name == "hexagonal" else 1)
@@ -186,8 +212,7 @@ def _refuse_misfit(lattice: Lattice, shape: Shape, diameter: float, periodic: tu
                     f"{'a whole' if rows == 1 else 'an even'} number; use {fitting}",
                 )
             )
-    if faults:
-        raise ParameterError(*faults)
+    return faults
 
 
 def _refuse_idle_holes(lattice: Lattice, shape: Shape, diameter: float) -> None:

@@ -10,7 +10,7 @@ import numpy as np
 from pydantic import SerializeAsAny, model_validator
 
 from ..errors import one_line
-from ..regions import ChosenArea
+from ..regions import Box, ChosenArea
 from ..support.float_arrays import FloatArray
 from ..support.magnitudes import SignedPair
 from ..support.parameter_fields import field
@@ -19,6 +19,8 @@ from ..support.validation import refusal
 
 # Points this close to the outline are on it, in diameters of an automaton.
 ON_THE_OUTLINE = 1e-6
+# A corner of a polygon this close to another of its sides lies on it, in parts of the polygon's extent.
+_TOUCHING = 1e-9
 
 
 class StraightSide(NamedTuple):
@@ -59,6 +61,21 @@ class Shape(Named):
     def straight_sides(self) -> list[StraightSide]:
         """Return the sides along x or y that have to lie on rows of centres."""
         return []
+
+    def hole_sides(self, x: float, y: float, margin: float) -> list[StraightSide]:
+        """Return those edges of box-shaped holes that lie inside the shape, of the holes within a margin of a point [m]."""
+        left, right, low, high = self.bounds
+        sides = []
+        for number, hole in enumerate(self.holes):
+            west, east, south, north = hole.bounds
+            beside = west - margin <= x <= east + margin and south - margin <= y <= north + margin
+            if not (isinstance(hole, Box) and beside):
+                continue
+            for axis, (name, ends, limits) in enumerate((("x", hole.x, (left, right)), ("y", hole.y, (low, high)))):
+                for end, place in enumerate(ends):
+                    if limits[0] < place < limits[1]:
+                        sides.append(StraightSide(f"holes[{number}].{name}[{end}]", axis, place))
+        return sides
 
 
 class Rectangle(Shape):
@@ -129,7 +146,7 @@ class Disc(Shape):
 
 
 class Polygon(Shape):
-    """A polygon that does not cross itself; the first corner is the centre of an automaton, oblique sides are staircases."""
+    """A polygon that nowhere meets itself; the first corner is the centre of an automaton, oblique sides are staircases."""
 
     name: Literal["polygon"] = field("polygon", "which shape", "1")
     corners: list[SignedPair] = field(..., "corners in order around it, each x and y", "m", min_length=3, max_length=10_000)
@@ -145,6 +162,14 @@ class Polygon(Shape):
         crossing = _first_crossing(corners)
         if crossing is not None:
             raise refusal(f"side {crossing[0]} crosses side {crossing[1]}", "a polygon that does not", at=("corners",))
+        touching = _first_touch(corners)
+        if touching is not None:
+            raise refusal(
+                touching,
+                "a polygon that touches itself nowhere",
+                hint="give slits and notches as boxes in `holes`, and leave a gap between parts that would meet in a point",
+                at=("corners",),
+            )
         return self
 
     @property
@@ -198,6 +223,29 @@ def _first_crossing(corners: FloatArray) -> tuple[int, int] | None:
         if len(found):
             return first, first + 1 + int(found[0])
     return None
+
+
+def _first_touch(corners: FloatArray) -> str | None:
+    """Return which corner lies on which other corner, or on which side that does not end there; None where none does."""
+    limit = _TOUCHING * float(np.ptp(corners, axis=0).max())
+    ends = np.roll(corners, -1, axis=0)
+    (left, low), (right, high) = (np.minimum(corners, ends) - limit).T, (np.maximum(corners, ends) + limit).T
+    for number, (x, y) in enumerate(corners.tolist()):
+        for side in np.flatnonzero((left <= x) & (x <= right) & (low <= y) & (y <= high)).tolist():
+            both = (side, (side + 1) % len(corners))
+            if number in both or _distance((x, y), *corners[list(both)].tolist()) > limit:
+                continue
+            met = [f"corner {other}" for other in both if math.dist(corners[other], (x, y)) <= limit] or [f"side {side}"]
+            return f"corner {number} at ({x:.9g}, {y:.9g}) m lies on {met[0]}"
+    return None
+
+
+def _distance(point: tuple[float, float], start: list[float], end: list[float]) -> float:
+    """Return how far a point lies off a side [m]."""
+    (x, y), (ax, ay), (bx, by) = point, start, end
+    along = ((x - ax) * (bx - ax) + (y - ay) * (by - ay)) / ((bx - ax) ** 2 + (by - ay) ** 2)
+    part = min(max(along, 0.0), 1.0)
+    return math.hypot(x - ax - part * (bx - ax), y - ay - part * (by - ay))
 
 
 def _turn(a: FloatArray, b: FloatArray, c: FloatArray) -> Any:

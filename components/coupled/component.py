@@ -42,9 +42,10 @@ from .exchange import (
     Exchange,
 )
 from .initial_forces import follow_nodes, join_forces, write_forces
-from .interface import Interface, Places, carried_mass, common_sides, find_interface, weigh
+from .interface import Interface, carried_mass, find_interface, weigh
 from .kicks_and_drifts import AutomataPart, Cracking, GridPart, Seam, Steps, drive_body
 from .parameters import CoupledParameters
+from .places import Places, common_sides
 from .side_contacts import Sides, are_sound, find_near, free_sides, include_nodes, make_sides, side_energy
 from .step_sizes import choose_steps
 from .strays import describe_strays, find_strays

@@ -20,9 +20,8 @@ from ..boundaries import Boundary, Free, Traction
 from ..errors import ParameterError
 from ..grid.mesh import IntArray, Mesh
 from ..support.float_arrays import FloatArray
-
-# How far beside the middle of a side it is looked for automata, in lengths of the side.
-_PROBE = 0.01
+from .overlaps import refuse_overlaps
+from .places import Places, common_sides
 
 
 class Interface(NamedTuple):
@@ -51,32 +50,6 @@ class Interface(NamedTuple):
     free: npt.NDArray[np.uint8]
 
 
-class Places:
-    """Automata by their place, across the sides where a packing is closed on itself."""
-
-    def __init__(self, packing: Packing, shape: Shape, origin: FloatArray, periodic: tuple[bool, bool]) -> None:
-        """Take the automata, what they fill, where its origin lies [m], and along which axes it is closed on itself."""
-        from scipy.spatial import cKDTree  # type: ignore[attr-defined]
-
-        self._tree: Any = cKDTree(packing.reference)
-        self._origin, self._reach = origin, ON_THE_OUTLINE * packing.diameter
-        left, right, low, high = shape.bounds
-        self._begin, self._extent = np.array([left, low]), np.array([right - left, high - low])
-        self._periodic = np.array(periodic)
-
-    def find(self, points: FloatArray) -> tuple[IntArray, FloatArray]:
-        """Return the automata nearest to points, shape (k, 2) [m], and how far off they are, shape (k,) [m]."""
-        inside = points - self._origin - self._begin
-        turns = np.floor((inside + self._reach) / self._extent)
-        inside = np.where(self._periodic, inside - turns * self._extent, inside)
-        distance, automaton = self._tree.query(inside + self._begin)
-        return automaton.astype(np.int64), distance
-
-    def is_at(self, distance: npt.NDArray[Any]) -> npt.NDArray[np.bool_]:
-        """Return whether automata so far off a point [m] stand on it."""
-        return distance <= self._reach
-
-
 def find_interface(
     mesh: Mesh,
     boundaries: Mapping[str, Boundary],
@@ -102,15 +75,17 @@ def find_interface(
     Raises:
         ParameterError: the two parts overlap, do not touch, or do not match there; or an edge there is held or damped.
     """
-    _refuse_overlap(mesh, shape, origin)
     sides = common_sides(mesh, shape, origin)
+    # First, since the staircase of the automata along such a side overlaps cells too.
+    for side in sides.tolist():
+        _refuse_oblique_sides(mesh, packing, side)
+    refuse_overlaps(mesh, packing, places, shape, origin)
     if not len(sides):
         _refuse_gap(mesh, packing, origin)
     _refuse_conditions(mesh, boundaries, sides)
     leader = _leaders(len(mesh.nodes), joined)
     hanging: dict[int, tuple[int, int, float]] = {}
     for side in sides.tolist():
-        _refuse_oblique_sides(mesh, packing, side)
         for automaton, part in _automata_of(mesh, packing, places, side):
             first, second = side if 0.0 < part < 1.0 else (side[round(part)],) * 2
             known = hanging.setdefault(automaton, (first, second, part if 0.0 < part < 1.0 else 0.0))
@@ -123,17 +98,6 @@ def find_interface(
     _refuse_shared_nodes(hanging, leader)
     _refuse_touching(mesh, places, hanging)
     return _make_interface(hanging, joined, mass)
-
-
-def _refuse_overlap(mesh: Mesh, shape: Shape, origin: FloatArray) -> None:
-    inside = np.flatnonzero(shape.contains(mesh.centres - origin, 0.0))
-    if len(inside):
-        x, y = mesh.centres[inside[0]]
-        raise ParameterError(
-            f"cell {inside[0]} of the grid, about ({x:.9g}, {y:.9g}) m, lies among the automata",
-            hint="leave a hole in the mesh there, or move `origin`",
-            at="automata",
-        )
 
 
 def _refuse_gap(mesh: Mesh, packing: Packing, origin: FloatArray) -> None:
@@ -156,15 +120,6 @@ def _refuse_gap(mesh: Mesh, packing: Packing, origin: FloatArray) -> None:
         ),
         at="automata",
     )
-
-
-def common_sides(mesh: Mesh, shape: Shape, origin: FloatArray) -> IntArray:
-    """Return the sides of the boundary of the grid that have automata on their other side, shape (k, 2): the nodes of each."""
-    start, end = mesh.nodes[mesh.sides[:, 0]], mesh.nodes[mesh.sides[:, 1]]
-    way = end - start
-    # The body is on the left.
-    beside = 0.5 * (start + end) + _PROBE * np.stack([way[:, 1], -way[:, 0]], axis=1)
-    return mesh.sides[shape.contains(beside - origin, 0.0)]
 
 
 def _refuse_conditions(mesh: Mesh, boundaries: Mapping[str, Boundary], common: IntArray) -> None:

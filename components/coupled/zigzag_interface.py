@@ -11,7 +11,8 @@ from ..automata.shapes import ON_THE_OUTLINE
 from ..automata.zigzag_faces import Ties, make_ties
 from ..errors import ParameterError
 from ..grid.mesh import IntArray, Mesh
-from .interface import Places, is_upright, spacing
+from .interface import is_upright, spacing
+from .places import Places
 
 
 def find_ties(mesh: Mesh, sides: IntArray, packing: Packing, body: Body, places: Places, conditions: Conditions) -> Ties | None:
