@@ -14,11 +14,11 @@ import granular_env as ge
 from granular_env.components.drawables import Cells, Links, Points
 from granular_env.components.errors import ParameterError
 from granular_env.viewing import report, save_rrd
-from granular_env.viewing.figures.plane import Plane, load_plane, words
+from granular_env.viewing.figures.plane import load_plane, words
 from granular_env.viewing.rerun.caption import caption, plain
 from granular_env.viewing.scene_data import from_component, from_log
 from granular_env.viewing.scene_scales import scales_of
-from granular_env.viewing.visible_drawables import faces_back, recolour, visible_cells, visible_points
+from granular_env.viewing.visible_drawables import recolour, visible_cells, visible_points
 
 RECORDED = ["surface_displacement", "surface_stress", "surface_plastic_strain", "surface_cells"]
 ALONG, AROUND = 9, 24
@@ -120,26 +120,6 @@ def test_a_surface_hides_what_lies_below_it_and_what_lies_flat_beside_it() -> No
     assert visible_points([*drawn, balls]) == [balls]
     [mesh] = from_component(tube).meshes
     assert mesh.whole is not None and mesh.whole.all()
-
-
-def test_half_a_tube_is_looked_at_from_its_outside() -> None:
-    angle = np.linspace(0.0, np.pi, 9)
-    x, turned = (part.ravel() for part in np.meshgrid([0.0, 1.0], angle, indexing="ij"))
-    first = np.arange(8)
-    # Counter-clockwise as seen from outside; half a tube from z around y > 0 to -z, and its mirror image.
-    outwards = np.stack([first, first + 9, first + 10, first + 1], axis=1)
-    for sign, corners in ((1.0, outwards), (-1.0, outwards[:, ::-1])):
-        nodes = np.stack([x, sign * np.sin(turned), np.cos(turned)], axis=1)
-        surface = Cells("surface", nodes, corners, "stress")
-        middle = nodes[corners].mean(axis=1)
-        normal = np.cross(nodes[corners[:, 2]] - nodes[corners[:, 0]], nodes[corners[:, 3]] - nodes[corners[:, 1]])
-        assert ((normal * middle)[:, 1:].sum(axis=1) > 0.0).all()
-        plane = Plane((surface,), np.zeros(1), {}, 1.0, ())
-        assert plane.is_from_behind == (sign > 0.0) and plane.eye[1, 2] * sign > 0.0
-        assert np.linalg.det(plane.eye) == pytest.approx(1.0)
-        assert f"x to the {'left' if sign > 0.0 else 'right'}" in words(plane)
-    whole = [one for one in burst_tube().drawables() if isinstance(one, Cells)]
-    assert not faces_back(whole)
 
 
 def test_pictures_of_half_a_tube_say_that_the_other_half_is_its_mirror_image(tmp_path: Any) -> None:

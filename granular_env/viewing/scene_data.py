@@ -21,6 +21,7 @@ from granular_env.recording.format.header import BalanceNames, balance_facts, ba
 from .curves import MAXIMUM_CURVE_POINTS, Curve, pick_with_extremes
 from .domain_views import views_class
 from .input_curves import load_input, present_input
+from .viewpoint import focus_normal, viewpoint
 from .visible_drawables import colouring_outputs, is_hidden, is_plane, is_solid, recolour, visible_cells, visible_points
 
 # Bounds of what is shown: viewers die of more.
@@ -168,6 +169,7 @@ class SceneData:
         profiles: fields along a line; of a log only, whose ranges are known.
         remark: what pictures have to say beside what they show; "" for nothing.
         conclusions: what has become of the system at the end of the run, in sentences.
+        focus_normal: the outward direction of a body in space where most happens; None where nothing tells, as while it runs.
     """
 
     title: str
@@ -182,6 +184,7 @@ class SceneData:
     profiles: tuple[ProfileFrames, ...] = ()
     remark: str = ""
     conclusions: tuple[str, ...] = ()
+    focus_normal: FloatArray | None = None
 
     @property
     def motions(self) -> tuple[Motion, ...]:
@@ -202,6 +205,11 @@ class SceneData:
     def is_solid(self) -> bool:
         """True where a body in space is drawn."""
         return any(mesh.is_solid for mesh in self.meshes)
+
+    @property
+    def viewpoint(self) -> FloatArray:
+        """The direction towards the eye that sees the bodies in space, shape (3,)."""
+        return viewpoint((mesh for mesh in self.meshes if mesh.is_solid), self.focus_normal)
 
     @property
     def can_move(self) -> bool:
@@ -256,7 +264,8 @@ def from_log(
     remark = remark_of(log.metadata.get("component"), log.metadata.get("parameters"))
     concluded = tuple(log.metadata["conclusions"])
     return SceneData(
-        title_of(log), motion, curves, inputs, notes, balances, tuple(found[1:]), meshes, profiles, remark, concluded
+        title_of(log), motion, curves, inputs, notes, balances, tuple(found[1:]), meshes, profiles, remark, concluded,
+        focus_normal(log, drawn),
     )  # fmt: skip
 
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
@@ -18,8 +17,6 @@ from granular_env.recording.preview.displacement_scale import choose_exaggeratio
 
 # Nodes of cells are drawn so far from where they began, at most, in lengths of the picture.
 _DRAWN_TRAVEL = 0.1
-# Of the surface of a whole tube no part more faces one way than another, of half a tube 2 / pi.
-_FACING = 0.2
 
 
 def is_hidden(drawable: Drawable, others: Sequence[Drawable]) -> bool:
@@ -47,21 +44,6 @@ def is_hidden(drawable: Drawable, others: Sequence[Drawable]) -> bool:
 def is_solid(places: FloatArray) -> bool:
     """Return whether places, shape (n, d), fill three dimensions."""
     return places.ndim == 2 and places.shape[1] == 3 and bool(np.ptp(places, axis=0).all())
-
-
-def faces_back(surfaces: Iterable[Cells | Any]) -> bool:
-    """Return whether surfaces turn their outside to y > 0, as half a tube may do: from before, its dark inside would be all.
-
-    Args:
-        surfaces: of bodies in space: all that has nodes in three coordinates, and connectivity.
-    """
-    towards, size = 0.0, 0.0
-    for one in surfaces:
-        corners = one.nodes[one.connectivity]
-        areas = np.cross(corners[:, 2] - corners[:, 0], corners[:, -1] - corners[:, 1])
-        towards += float(areas[:, 1].sum())
-        size += float(np.sqrt((areas * areas).sum(axis=1)).sum())
-    return towards > _FACING * size
 
 
 def recolour(drawables: Sequence[Drawable], variables: Mapping[str, Variable], name: str) -> tuple[Drawable, ...]:

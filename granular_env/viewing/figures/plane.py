@@ -19,7 +19,8 @@ from ..colour_scales import ColourScale, colour_scales, scale_of
 from ..cracks import MOST_LINES, crack_lines
 from ..scene_data import MAXIMUM_SHOWN_LINKS, SceneData, coloured_drawables, sample_frames
 from ..scene_scales import scales_of
-from ..visible_drawables import common_exaggeration, faces_back, is_hidden, is_plane, is_solid
+from ..viewpoint import focus_normal, viewpoint, viewpoint_words
+from ..visible_drawables import common_exaggeration, is_hidden, is_plane, is_solid
 from .colour_bar import add_bar
 from .drawing import new_figure, time_unit, with_style
 from .run_figures import frame_at
@@ -39,11 +40,7 @@ _EDGE, _LINK, _CRACK, _SPOKE = "#737373", "#218a52", "#101214", "#808080"
 _WIDEST_EDGE, _EDGE_PART, _LEAST_EDGED = 0.6, 1.0 / 16.0, 3.0  # point, of a thing, point
 # Cells touch, so that lines between small ones would be most of what is seen [point].
 _LEAST_EDGED_CELL = 8.0
-# A body in space is seen from before, above, and a little from the left; what turns away from the light is so much darker.
-_TOWARDS = np.array([-0.25, -0.6, 0.76]) / np.sqrt(0.0625 + 0.36 + 0.5776)
-_RIGHT = np.cross([0.0, 0.0, 1.0], _TOWARDS) / np.hypot(_TOWARDS[0], _TOWARDS[1])
-_OBLIQUE = np.stack([_RIGHT, np.cross(_TOWARDS, _RIGHT), _TOWARDS], axis=1)
-_FROM_BEHIND = _OBLIQUE * np.array([[-1.0], [-1.0], [1.0]])
+# What turns away from the light, which comes from the eye, is so much darker.
 _SHADE, _INSIDE, _UNKNOWN = 0.35, np.array([0.23, 0.24, 0.26, 1.0]), (0.855, 0.855, 0.855)
 # An event that is so near to the start or the end, in lengths of the run, has no picture of its own.
 _MARGIN = 0.05
@@ -59,6 +56,7 @@ class Plane:
         values: the outputs that the drawables name, as far as they were recorded, name -> (frames, *shape).
         exaggeration: factor of the displacements.
         scales: of the colours.
+        focus_normal: the outward direction of a body in space where most happens; None where nothing tells.
     """
 
     drawables: tuple[Drawable, ...]
@@ -66,6 +64,7 @@ class Plane:
     values: Mapping[str, FloatArray]
     exaggeration: float
     scales: tuple[ColourScale, ...]
+    focus_normal: FloatArray | None = None
 
     def places(self, drawable: Points | Cells, frame: int | slice) -> FloatArray:
         """Return where in the picture points, or the nodes of cells, are drawn, shape (..., n, 2) [m]."""
@@ -89,12 +88,10 @@ class Plane:
         """The directions right and up in the picture, and towards the eye, as columns."""
         if not self.is_solid:
             return np.eye(3)
-        return _FROM_BEHIND if self.is_from_behind else _OBLIQUE
-
-    @cached_property
-    def is_from_behind(self) -> bool:
-        """True where a body in space is seen from y > 0, as its outside faces that way."""
-        return faces_back(one for one in self.drawables if isinstance(one, Cells) and is_solid(one.nodes))
+        surfaces = (one for one in self.drawables if isinstance(one, Cells) and is_solid(one.nodes))
+        x, y, z = viewpoint(surfaces, self.focus_normal).tolist()
+        level = float(np.hypot(x, y))
+        return np.array([[-y / level, x / level, 0.0], [-x * z / level, -y * z / level, level], [x, y, z]]).T
 
     @cached_property
     def box(self) -> tuple[FloatArray, FloatArray]:
@@ -146,7 +143,8 @@ def load_plane(
         now = scales_of(scene_data)
         factor, scales = (1.0, ()) if now is None else (now.exaggeration, now.colours)
     shown = tuple(scale for scale in scales if set(scale.names) & set(coloured) & set(values))
-    return Plane(drawables, clock[picked], values, factor, shown)
+    focus = focus_normal(log, everything) if scene_data is None else scene_data.focus_normal
+    return Plane(drawables, clock[picked], values, factor, shown, focus)
 
 
 def _exaggeration(drawables: Sequence[Drawable], values: Mapping[str, FloatArray]) -> float:
@@ -367,8 +365,7 @@ def words(plane: Plane) -> str:
     """Return what the pictures show, in words."""
     kinds = [one.name.replace("_", " ") for one in plane.drawables]
     shown = ", ".join(kinds[:-1]) + (f" and {kinds[-1]}" if len(kinds) > 1 else kinds[-1])
-    side = "left" if plane.is_solid and plane.is_from_behind else "right"
-    where = f"obliquely from above, x to the {side}; dark is the inside" if plane.is_solid else "x to the right, y up"
+    where = f"{viewpoint_words(plane.eye[:, 2])}; dark is the inside" if plane.is_solid else "x to the right, y up"
     parts = [f"{shown.capitalize()} at chosen instants, {where}"]
     parts += [stretched] if (stretched := stretch_words(plane)) else []
     if any(isinstance(one, Points) and one.rotation in plane.values for one in plane.drawables):

@@ -6,13 +6,13 @@ from typing import Any
 
 import numpy as np
 
+from granular_env.components.support.float_arrays import FloatArray
 from granular_env.optional_packages import import_optional
 
 from ..domain_views import Views
 from ..plot_groups import Plot, select_plots
 from ..scene_data import SceneData
 from ..scene_scales import Scales
-from ..visible_drawables import faces_back
 from .legend import LEGEND
 from .profiles import profile_pane
 from .scene import TIMELINE, whole_camera
@@ -24,8 +24,8 @@ _SHOWN_PLOTS, _SHOWN_PLOTS_ALONE = 3, 4
 # Of fields along a line.
 _SHOWN_PROFILES = 4
 
-# Where a body in space is seen from, and how far from it, in lengths of its diagonal.
-_TOWARDS_EYE, _EYE_DISTANCE = (-0.25, -0.66, 0.71), 0.85
+# How far from a body in space the eye is at least, in lengths of its diagonal, and the tangent of half the angle that it sees.
+_EYE_DISTANCE, _HALF_VIEW = 0.85, 0.52
 
 # A plane less wide than so many heights stands beside the plots, not above them.
 _WIDE = 2.0
@@ -123,12 +123,23 @@ def _whole(rrb: Any, scene_data: SceneData, scales: Scales, views: Views | None)
 
 
 def _oblique(rrb: Any, scene_data: SceneData, scales: Scales) -> Any:
-    """Return an eye that sees everything obliquely from above: a row or a plane from near, a body in space as a whole."""
+    """Return an eye that sees everything obliquely: a row or a plane from near, a body in space as a whole."""
     low, high = scales.magnification * np.array(scales.low), scales.magnification * np.array(scales.high)
     middle = 0.5 * (low + high)
     away = np.array([-0.35, -0.55, 0.3]) * float((high - low).max())
     if scene_data.is_solid:
-        turned = [-1.0, -1.0, 1.0] if faces_back(mesh for mesh in scene_data.meshes if mesh.is_solid) else [1.0, 1.0, 1.0]
-        away = np.array(_TOWARDS_EYE) * turned * _EYE_DISTANCE * float(np.sqrt(((high - low) ** 2).sum()))
+        near = _EYE_DISTANCE * float(np.sqrt(((high - low) ** 2).sum()))
+        away = scene_data.viewpoint * max(near, _whole_distance(scene_data, scales, middle))
     position = (middle + away).tolist()
     return rrb.EyeControls3D(kind="Orbital", position=position, look_target=middle.tolist(), eye_up=[0.0, 0.0, 1.0])
+
+
+def _whole_distance(scene_data: SceneData, scales: Scales, middle: FloatArray) -> float:
+    """Return how far from the middle the eye sees all nodes of the bodies in space, as they are at the end."""
+    found, towards = [0.0], scene_data.viewpoint
+    for mesh in scene_data.meshes:
+        drawn = scales.magnification * (mesh.nodes + scales.exaggeration * mesh.displacement[-1]) - middle
+        along = drawn @ towards
+        aside = np.sqrt(((drawn - along[:, None] * towards) ** 2).sum(axis=1))
+        found.append(float((along + aside / _HALF_VIEW).max()))
+    return max(found)

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 from ..colour_scales import ColourScale
 from ..cracks import MOST_LINES
 from ..scene_data import MeshFrames, Motion, SceneData
+from ..viewpoint import viewpoint_words
 
 if TYPE_CHECKING:
     from ..domain_views import Views
@@ -31,7 +32,7 @@ def caption(scene_data: SceneData, scales: Scales | None, views: Views | None) -
         lines += [words for shape in scene_data.shapes for words in (_shape_words(shape), "")]
         lines += [f"**{plain(scene_data.remark)}**", ""] if scene_data.remark else []
         lines += [words for scale in scales.colours for words in (_colour_words(scale), "")]
-        lines += [_stretch_words(scene_data, scales), ""]
+        lines += [f"{_stretch_words(scene_data, scales)} {_viewpoint_sentence(scene_data)}".strip(), ""]
         lines += [words for one in scene_data.motions for text in _detail_words(one) for words in (text, "")]
         if motion is not None and views is not None:
             for words in views.words(motion, scales):
@@ -74,6 +75,10 @@ def _stretch_words(scene_data: SceneData, scales: Scales) -> str:
     if scene_data.motions:
         words += " The overlaps you see are stretched by the same factor."
     return words + ("" if scales.settled else " Factor and limits are adjusted while the run goes on.")
+
+
+def _viewpoint_sentence(scene_data: SceneData) -> str:
+    return f"At first you look {viewpoint_words(scene_data.viewpoint)}." if scene_data.is_solid else ""
 
 
 def _colour_words(scale: ColourScale) -> str:
