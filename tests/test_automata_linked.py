@@ -320,6 +320,18 @@ def test_a_step_above_the_limit_is_refused_and_one_far_above_would_blow_up(packi
     assert automata.get("kinetic_energy") < 1e-6
 
 
+@pytest.mark.parametrize("parameters", [{}, {"criterion": {"name": "strain", "tensile": 1.0}}], ids=["linked", "breakable"])
+@BOTH
+def test_a_report_says_how_large_the_step_and_the_strains_are(packing: str, parameters: dict[str, Any]) -> None:
+    largest = 2.0 / block(packing).largest_frequency
+    automata = block(packing, step_size=0.6 * largest, **parameters)
+    assert automata.report()["step over the largest stable one, at rest"] == pytest.approx(0.6, rel=1e-5)
+    assert automata.report()["largest strain of a link now"] == 0.0
+    # Along x, in which rows of both packings lie; across oblique pairs it is less.
+    automata.reset(displacement=automata.packing.reference * [-0.02, 0.0])
+    assert automata.report()["largest strain of a link now"] == pytest.approx(0.02, rel=1e-12)
+
+
 def test_a_rotating_lattice_without_surfaces_has_the_closed_form() -> None:
     edges = dict.fromkeys(("left", "right", "bottom", "top"), "periodic")
     for packing in ("square", "hexagonal"):

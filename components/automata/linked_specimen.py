@@ -17,7 +17,7 @@ from .linked_steps import advance, advance_tied
 from .linked_sweep import KEPT, update_forces
 from .loads_and_grips import Conditions
 from .packing import Packing
-from .pair import orient
+from .pair import largest_strain, orient
 from .stress import stresses
 from .sweep_order import Part, make_parts
 from .zigzag_faces import Ties, add_tie_stresses, add_ties, tie_energy, tie_faces
@@ -135,6 +135,14 @@ class LinkedSpecimen:
         if self.ties is not None:
             found += tie_energy(self.body, self.ties, u, half)
         return {"elastic_energy": found}
+
+    def report(self) -> dict[str, float]:
+        """Return how far links are strained."""
+        return {"largest strain of a link now": self._largest_strain()}
+
+    def _largest_strain(self) -> float:
+        orient(self.motion.rotation, self.scratch.half, 0, self.count)
+        return float(largest_strain(self.body, self.motion.displacement, self.scratch.half))
 
     def lost(self) -> dict[str, float]:
         """Return the energies that were lost [J]."""
