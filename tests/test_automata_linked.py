@@ -264,6 +264,28 @@ def test_a_plane_wave_keeps_the_discrete_energy_and_the_momentum(packing: str) -
 
 
 @BOTH
+@pytest.mark.parametrize(
+    "parameters",
+    [{}, {"boundaries": {"left": "fixed", "top": "velocity"}}, {"criterion": {"name": "strain", "tensile": 1.0}}],
+    ids=["free", "held", "breakable"],
+)
+def test_noise_keeps_the_discrete_energy(packing: str, parameters: dict[str, Any]) -> None:
+    """A thousand steps; strains are some 1e-12, so that what is not linear in them is below the bound."""
+    automata = block(packing, **parameters)
+    random = np.random.default_rng(1)
+    automata.reset(
+        velocity=1e-12 * random.standard_normal((automata.count, 2)),
+        angular_velocity=1e-12 * random.standard_normal(automata.count),
+    )
+    begin = automata.balances()[0]
+    # Of noise it is no small part.
+    assert -begin.stored["leapfrog_energy"] > 0.05 * begin.initial
+    for _ in range(50):
+        automata.step(20 * automata.step_size)
+        assert abs(automata.get("energy_residual")) <= 1e-12 * begin.initial
+
+
+@BOTH
 @pytest.mark.parametrize("number", [(1, 0), (0, 2), (3, 1), (8, 3)])
 def test_waves_in_a_closed_packing_have_the_frequencies_of_the_lattice(packing: str, number: tuple[int, int]) -> None:
     edges = dict.fromkeys(("left", "right", "bottom", "top"), "periodic")
@@ -318,6 +340,18 @@ def test_a_step_above_the_limit_is_refused_and_one_far_above_would_blow_up(packi
     automata.reset(velocity={3: (1e-3, 0.0)}, angular_velocity={7: 1e-3})
     automata.step(2000 * automata.step_size)
     assert automata.get("kinetic_energy") < 1e-6
+
+
+@pytest.mark.parametrize("parameters", [{}, {"criterion": {"name": "strain", "tensile": 1.0}}], ids=["linked", "breakable"])
+@BOTH
+def test_a_report_says_how_large_the_step_and_the_strains_are(packing: str, parameters: dict[str, Any]) -> None:
+    largest = 2.0 / block(packing).largest_frequency
+    automata = block(packing, step_size=0.6 * largest, **parameters)
+    assert automata.report()["step over the largest stable one, at rest"] == pytest.approx(0.6, rel=1e-5)
+    assert automata.report()["largest strain of a link now"] == 0.0
+    # Along x, in which rows of both packings lie; across oblique pairs it is less.
+    automata.reset(displacement=automata.packing.reference * [-0.02, 0.0])
+    assert automata.report()["largest strain of a link now"] == pytest.approx(0.02, rel=1e-12)
 
 
 def test_a_rotating_lattice_without_surfaces_has_the_closed_form() -> None:

@@ -28,9 +28,9 @@ def burst(wavelength: float) -> Callable[[FloatArray], FloatArray]:
     return shape
 
 
-def reflection(packing: str, wavelength: int, shear: bool) -> float:
+def reflection(packing: str, wavelength: int, shear: bool, n: int = 1) -> float:
     """Return the largest velocity that comes back, in parts of that of the wave: the difference to the grid alone."""
-    medium, axis = strip(packing, 6 * wavelength, 6 * wavelength)
+    medium, axis = strip(packing, 6 * wavelength, 6 * wavelength, 0.2 / n, n)
     edges = dict.fromkeys(("bottom", "top") if axis == 0 else ("left", "right"), "periodic")
     size = TALL if packing == "zigzag" else 1.0
     shape = mesh(12 * wavelength, 2, cell_size=size) if axis == 0 else mesh(4, 12 * wavelength)
@@ -61,6 +61,16 @@ def test_the_interface_sends_little_back(packing: str, shear: bool, bound: float
     long, short = reflection(packing, 20, shear), reflection(packing, 10, shear)
     assert 0.0 < long <= bound
     assert 3.0 <= short / long <= 6.0
+
+
+@pytest.mark.parametrize(("packing", "shear", "bound"), [
+    ("square", False, 6.1e-3), ("square", True, 5.7e-3), ("zigzag", False, 6.1e-3), ("zigzag", True, 5.8e-3),
+])  # fmt: skip
+def test_it_sends_a_little_more_back_where_automata_are_smaller(packing: str, shear: bool, bound: float) -> None:
+    """Four automata on a side: they have hardly any dispersion, and cells have theirs."""
+    long, short = reflection(packing, 20, shear, 4), reflection(packing, 10, shear, 4)
+    assert reflection(packing, 20, shear) < long <= bound
+    assert 4.0 <= short / long <= 4.2
 
 
 def go_there_and_back(packing: str, length: int, step: float = 0.2) -> dict[str, float]:

@@ -22,6 +22,7 @@ from support.coupled_tools import (
     start_noise,
 )
 
+from granular_env.components.automata import Automata
 from granular_env.components.automata.zigzag_faces import Ties
 from granular_env.components.coupled import Coupled
 from granular_env.components.errors import ParameterError
@@ -115,10 +116,12 @@ def test_impulses_keep_the_energy_within_bounds() -> None:
 def test_ties_count_in_the_largest_frequency() -> None:
     """Half a pair is twice as stiff as a pair: the automata beside the interface move faster than others."""
     medium = beside_zigzag()
-    ties = ties_of(medium)
-    alone, tied = medium.automata.largest_frequency, medium.automata.tied_frequency(ties)
-    assert tied > 1.001 * alone
-    assert medium.get("automata_step_part") == pytest.approx(medium.step_size * tied / 2.0, rel=1e-12)
+    tied = medium.automata.largest_frequency
+    assert tied == medium.automata.tied_frequency(ties_of(medium))
+    assert tied > 1.001 * Automata(**medium.automata.parameters.model_dump()).largest_frequency
+    part = medium.get("automata_step_part")
+    assert part == pytest.approx(medium.step_size * tied / 2.0, rel=1e-12)
+    assert medium.report()["automata: step over the largest stable one, at rest"] == pytest.approx(part, rel=1e-12)
 
 
 @pytest.mark.parametrize(

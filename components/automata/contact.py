@@ -287,3 +287,14 @@ def count_touching(ground, bonds, motion, contacts, count):
         if r < contacts.rest[row] and contact_weight(bonds, contacts.pairs, row) > 0.0:
             touching += 1
     return touching
+
+
+@jit
+def largest_overlap(ground, bonds, motion, contacts, count):
+    """Return the largest overlap of a contact that presses, 0 where none does [m]."""
+    largest = 0.0
+    for row in range(count):
+        _, _, r = separation(ground, motion.displacement, contacts.pairs[row, FIRST], contacts.pairs[row, SECOND])
+        if contact_weight(bonds, contacts.pairs, row) > 0.0:
+            largest = max(largest, contacts.rest[row] - r)
+    return largest

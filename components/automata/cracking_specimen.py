@@ -10,19 +10,30 @@ from ..state_block import Block
 from ..support.counter_random import uniform
 from ..support.float_arrays import FloatArray, norms
 from . import cracking_steps
-from .contact import FIRST, SECOND, SLOT, Contacts, Ground, add_contact_forces, all_contact_energy, count_touching
+from .contact import (
+    FIRST,
+    SECOND,
+    SLOT,
+    Contacts,
+    Ground,
+    add_contact_forces,
+    all_contact_energy,
+    count_touching,
+    largest_overlap,
+)
 from .cracking_steps import Inputs, Judgement, Medium, Pace, Specimen
 from .drift_work import make_neighbourhood
 from .inelastic_links import Law, bond_energy, criterion_ratios, measure_bonds, update_bond_forces
-from .kernel_arrays import Body
+from .kernel_arrays import Body, Motion
 from .link_formation import count_linkable, link_contacts, raise_weights
-from .link_histories import Bonds
+from .link_histories import Bonds, largest_bond_strain
 from .link_release import LOSSES, NEVER_FOUND, TRAVEL
 from .linked_specimen import LinkedSpecimen
 from .material_mixture import Mixture, mix_again
 from .material_tables import IntArray, chosen_materials, law_rows, law_tables
 from .neighbours import SKIN, can_be_found, find_pairs, merge, slots_of_links
 from .packing import Packing
+from .pair import orient
 from .parameters import AutomataParameters
 from .rupture import break_bonds
 from .stability import ALLOWED_PART, damping_limit
@@ -312,15 +323,34 @@ class CrackingSpecimen(LinkedSpecimen):
         contacts = self.contacts()
         return float(count_touching(self._ground, self.medium.bonds, self.motion, contacts, self.count_contacts()))
 
-    def stored(self, since: float) -> dict[str, float]:
-        """Return the energies that are stored, but those of motion [J]; the forces were computed last so long ago [s]."""
-        self.dilation()
-        elastic = bond_energy(self.body, self.medium.bonds, self.motion.displacement, self.scratch.half)
+    def _energies(self, motion: Motion, since: float) -> dict[str, float]:
+        """Return the energies that a motion stores with the histories as they are [J]; its rotations stay in the scratch."""
+        bonds, half = self.medium.bonds, self.scratch.half
+        orient(motion.rotation, half, 0, self.count)
+        elastic = bond_energy(self.body, bonds, motion.displacement, half)
         # Contacts were let slide when the forces were computed.
-        contact = all_contact_energy(
-            self._ground, self.medium.bonds, self.motion, self.contacts(), self.count_contacts(), since
-        )
+        contact = all_contact_energy(self._ground, bonds, motion, self.contacts(), self.count_contacts(), since)
         return {"elastic_energy": elastic, "contact_energy": contact}
+
+    def report(self) -> dict[str, float]:
+        """Return how far links are strained and have flowed, how much is broken, and how far contacts overlap."""
+        found = {
+            **super().report(),
+            "part of the links that is broken": self.broken_links() / max(self._links, 1),
+            "largest overlap of a contact now over the diameter": self._largest_overlap() / self.packing.diameter,
+        }
+        if self._parameters.yields:
+            found["largest inelastic strain of a link"] = float(self._block["inelastic"].max())
+        return found
+
+    def _largest_strain(self) -> float:
+        u, half = self.motion.displacement, self.scratch.half
+        orient(self.motion.rotation, half, 0, self.count)
+        return float(largest_bond_strain(self.body, self.medium.bonds, u, half))
+
+    def _largest_overlap(self) -> float:
+        contacts, count = self.contacts(), self.count_contacts()
+        return float(largest_overlap(self._ground, self.medium.bonds, self.motion, contacts, count))
 
     def lost(self) -> dict[str, float]:
         """Return the energies that were lost [J]."""

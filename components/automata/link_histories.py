@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..support.float_arrays import FloatArray
-from ..support.jit import internal_inlined
+from ..support.jit import internal_inlined, jit
 from .kernel_arrays import Body
 from .material_mixture import Mixture
 from .pair import strains, turned
@@ -74,6 +74,18 @@ def bond_strains(body, bonds, displacement, half, i, slot):
     eps, gamma, less, sine = pair_strains(body, displacement, half, i, slot)
     along, across = origin_of(bonds.origin, i, slot)
     return eps - along, gamma - across, less, sine
+
+
+@jit
+def largest_bond_strain(body, bonds, displacement, half):
+    """Return the largest strain along or across a link that holds; arguments as for `bond_strains`."""
+    largest = 0.0
+    for i in range(body.kind.size):
+        for slot in range(body.directions.shape[0] // 2):
+            if body.neighbours[i, slot] != i and bonds.weight[i, slot] == 1.0:
+                eps, gamma, _, _ = bond_strains(body, bonds, displacement, half, i, slot)
+                largest = max(largest, abs(eps), abs(gamma))
+    return largest
 
 
 @internal_inlined

@@ -17,7 +17,7 @@ from .linked_steps import advance, advance_tied
 from .linked_sweep import KEPT, update_forces
 from .loads_and_grips import Conditions
 from .packing import Packing
-from .pair import orient
+from .pair import largest_strain, orient
 from .stress import stresses
 from .sweep_order import Part, make_parts
 from .zigzag_faces import Ties, add_tie_stresses, add_ties, tie_energy, tie_faces
@@ -90,7 +90,10 @@ class LinkedSpecimen:
 
     def dilation(self) -> FloatArray:
         """Compute the rotations and volumetric strains of the present state; return the strains, in the scratch."""
-        scratch, motion = self.scratch, self.motion
+        return self._strain(self.motion)
+
+    def _strain(self, motion: Motion) -> FloatArray:
+        scratch = self.scratch
         orient(motion.rotation, scratch.half, 0, self.count)
         update_forces(self.body, self.whole, motion, scratch)
         if self.ties is not None:
@@ -129,12 +132,32 @@ class LinkedSpecimen:
 
     def stored(self, since: float) -> dict[str, float]:
         """Return the energies that are stored, but those of motion [J]; the forces were computed last so long ago [s]."""
-        theta = self.dilation()
-        u, half = self.motion.displacement, self.scratch.half
+        return self._energies(self.motion, since)
+
+    def mean_energy(self, time: float) -> float:
+        """Return the mean of the energies that are stored a time [s] before and after, as the velocities are now [J].
+
+        The forces were computed last at that time before.
+        """
+        u, v, rotation, spin = self.motion
+        before, after = (Motion(u + way * v, v, rotation + way * spin, spin) for way in (-time, time))
+        return 0.5 * (sum(self._energies(before, 0.0).values()) + sum(self._energies(after, 2.0 * time).values()))
+
+    def _energies(self, motion: Motion, since: float) -> dict[str, float]:
+        """Return the energies that a motion stores [J]; its rotations stay in the scratch."""
+        theta, u, half = self._strain(motion), motion.displacement, self.scratch.half
         found = elastic_energy(self.body, u, half, theta, 0, self.count)
         if self.ties is not None:
             found += tie_energy(self.body, self.ties, u, half)
         return {"elastic_energy": found}
+
+    def report(self) -> dict[str, float]:
+        """Return how far links are strained."""
+        return {"largest strain of a link now": self._largest_strain()}
+
+    def _largest_strain(self) -> float:
+        orient(self.motion.rotation, self.scratch.half, 0, self.count)
+        return float(largest_strain(self.body, self.motion.displacement, self.scratch.half))
 
     def lost(self) -> dict[str, float]:
         """Return the energies that were lost [J]."""

@@ -89,6 +89,19 @@ def strains(displacement, half, i, j, nx, ny, length):
     return (x * nx + y * ny) * inverse + less, (y * nx - x * ny) * inverse - sine, less, sine
 
 
+@jit
+def largest_strain(body, displacement, half):
+    """Return the largest strain along or across a pair of neighbours; arguments as for `strains`."""
+    largest = 0.0
+    for i in range(body.kind.size):
+        for slot in range(body.directions.shape[0] // 2):
+            nx, ny = body.directions[slot, 0], body.directions[slot, 1]
+            eps, gamma, _, _ = strains(displacement, half, i, body.neighbours[i, slot], nx, ny, body.diameter)
+            if body.neighbours[i, slot] != i:
+                largest = max(largest, abs(eps), abs(gamma))
+    return largest
+
+
 @internal_inlined
 def mirrored_slots(slots, group):
     """Return two slots that a mirror exchanges or keeps: 0 and 2, 1 and 3; or 0 and 3, 1 and 2, 4 and 5."""

@@ -130,7 +130,7 @@ class Coupled(Component):
         self.grid = make_part(Grid, self, "grid", step_size=self.step_size, memory=self._block["grid"])
         self.automata = make_part(Automata, self, "automata", step_size=micro, memory=self._block["automata"])
         if ties is not None:
-            self.automata.steps.tie(ties)
+            self.automata.tie(ties)
         self._include(self.grid, "grid")
         self._include(self.automata, "automata", self.micro_steps)
 
@@ -228,18 +228,16 @@ class Coupled(Component):
 
     def report(self) -> dict[str, float]:
         """Return how close the steps are to the largest stable ones, how well both sides agree, what has broken and yielded."""
-        grid, tally = self.grid.report(), self._block["exchange"]
+        tally = self._block["exchange"]
         largest = float(np.abs(tally[[WORK_ON_GRID, WORK_ON_AUTOMATA]]).max())
         difference = float(abs(tally[WORK_ON_GRID] + tally[WORK_ON_AUTOMATA]))
-        found = {f"grid: {name}": figure for name, figure in grid.items()}
+        found = {f"grid: {name}": figure for name, figure in self.grid.report().items()}
+        found |= {f"automata: {name}": figure for name, figure in self.automata.report().items()}
         found |= {
-            "automata: micro-step over the largest stable one": self.automata_step_part,
             "micro-steps in a step": float(self.micro_steps),
             "interface: works of both sides, their sum over the larger": difference / largest if largest > 0.0 else 0.0,
         }
         if self._cracking is not None:
-            linked = self._cracking.linked()
-            found["automata: part of the links that is broken"] = float((linked < 1.0).mean())
             found["automata: pieces inside cells of the grid"] = float(len(self._strays()))
         return found
 

@@ -68,7 +68,8 @@ def lattice_reflection(
 
     (c1 - c2) / (c1 + c2) of the phase speeds of grid and automata: the impedances of two continua with these speeds. How the
     first automata stand beside the interface is left out: what was measured is 1.1 (P) and 1.7 (S) times this for the square
-    packing, 3 and 0.6 times for rows of the hexagonal one, 1.2 and 2.3 times for its zigzag.
+    packing, 3 and 0.6 times for rows of the hexagonal one, 1.2 and 2.3 times for its zigzag. Where automata are smaller than
+    cells more comes back, up to (2 pi cell_size / wavelength)^2 / 16: masses h apart have the impedance Z cos(k h / 2).
     """
     one = grid_speed(material, wavelength, cell_size, shear=shear)
     two = automata_speed(material, wavelength, diameter, packing, axis=axis, shear=shear)

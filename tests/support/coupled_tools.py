@@ -160,25 +160,33 @@ def contains_cells(middles: FloatArray, half: FloatArray, points: FloatArray) ->
     return inside
 
 
-def strip(packing: str, cells: int, automata: int, step: float = 0.2) -> tuple[Coupled, int]:
-    """Return a strip that is closed on itself across, cells and then about as many automata up to a rigid end; and its axis."""
+def strip(packing: str, cells: int, automata: int, step: float = 0.2, n: int = 1) -> tuple[Coupled, int]:
+    """Return a strip that is closed on itself across, cells and then automata up to a rigid end; and its axis.
+
+    Args:
+        packing: of the automata; "zigzag" for a hexagonal one that meets the grid along y.
+        cells: how many there are along the strip.
+        automata: about so many lengths of a cell they fill.
+        step: internal step.
+        n: automata on a side of a cell.
+    """
     if packing == "square":
         across = {"bottom": "periodic", "top": "periodic"}
         body = {"shape": rectangle(float(automata), 2.0), "boundaries": {**across, "right": "fixed"}}
         grid = {"mesh": mesh(cells, 2), "boundaries": across}
-        return coupled(grid, body, origin=[float(cells), 0.0], step_size=step), 0
+        return coupled(grid, body, n, origin=[float(cells), 0.0], step_size=step), 0
     if packing == "zigzag":
         across = {"bottom": "periodic", "top": "periodic"}
         body = {
             "shape": rectangle(float(automata), 4 * ROW), "packing": "hexagonal", "boundaries": {**across, "right": "fixed"},
         }  # fmt: skip
         grid = {"mesh": mesh(cells, 2, cell_size=TALL), "boundaries": across}
-        return coupled(grid, body, origin=[float(cells), 0.0], step_size=step), 0
+        return coupled(grid, body, n, origin=[float(cells), 0.0], step_size=step), 0
     across = {"left": "periodic", "right": "periodic"}
-    rows = 2 * round(automata / ROW / 2)
-    body = {"shape": rectangle(4.0, rows * ROW), "packing": packing, "boundaries": {**across, "top": "fixed"}}
+    rows = 2 * round(n * automata / ROW / 2)
+    body = {"shape": rectangle(4.0, rows * ROW / n), "packing": packing, "boundaries": {**across, "top": "fixed"}}
     grid = {"mesh": mesh(4, cells), "boundaries": across}
-    return coupled(grid, body, origin=[0.0, float(cells)], step_size=step), 1
+    return coupled(grid, body, n, origin=[0.0, float(cells)], step_size=step), 1
 
 
 def start_wave(
