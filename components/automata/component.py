@@ -50,7 +50,7 @@ class Automata(Component):
     """
 
     name = "automata"
-    version = 2
+    version = 3
     Parameters = AutomataParameters
     parameters: AutomataParameters
 

@@ -69,7 +69,7 @@ class Coupled(Component):
     """
 
     name = "coupled"
-    version = 3
+    version = 4
     Parameters = CoupledParameters
     parameters: CoupledParameters
 

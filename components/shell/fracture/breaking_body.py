@@ -334,7 +334,8 @@ class BreakingBody:
         )
         yield Variable(
             "outcome", "output", "1", (), "what has become of the body: 0 whole, 1 bulged, 2 axial crack, 3 hoop crack (around "
-            "it), 4 severed: no piece reaches from one end to the other", minimum=0.0, maximum=4.0,
+            "it), by the cracks through the wall where there are any, 4 severed: no piece reaches from one end to the other",
+            minimum=0.0, maximum=4.0,
         )  # fmt: skip
         yield Variable(
             "crack_along", "output", "m", (), "how far cracks reach along the body, at whatever depth of the wall, from the "
@@ -422,7 +423,8 @@ class BreakingBody:
         lattice, cracks = self._assembly.lattice, self.cracks
         is_severed = not connects_ends(cracks.labels, cracks.borne, lattice.shape[:2])
         strain = station_means(self._assembly, state.plastic_strain) if cracks.solid.plastic else np.zeros(1)
-        return outcome(lattice, self._cut_sides(), is_severed, strain)
+        through = self._sides_of(cracks.severed)
+        return outcome(lattice, through if through.is_cut else self._cut_sides(), is_severed, strain)
 
     def conclusions(self, block: Block, state: State, step_size: float) -> list[str]:
         """Return sentences on what has become of the body, and why it did or did not break."""
@@ -447,13 +449,16 @@ class BreakingBody:
         return [*found, f"{self.law.quantity} {near if ratio > 0.0 else 'stayed below half of its limit everywhere'}"]
 
     def _crack_words(self, cut: CutSides) -> str:
-        """Return in words how far cracks reach, and whether any goes through the wall."""
-        lattice = self._assembly.lattice
+        """Return in words how far cracks reach, at any depth and through the wall."""
+        lattice, through = self._assembly.lattice, self._sides_of(self.cracks.severed)
         part = "of the circumference" if lattice.bent else "of the width"
-        through = "" if self.cracks.severed[:, :2].any() else ", none of them through the wall"
+        (along, around), (leaking_along, leaking_around) = (
+            (1e3 * crack_along(lattice, sides), 100.0 * crack_around(lattice, sides)) for sides in (cut, through)
+        )
+        leaks = f"those through the wall {leaking_along:.3g} mm and {leaking_around:.3g} %"
         return (
-            f"cracks reach {1e3 * crack_along(lattice, cut):.3g} mm along the body and take up to "
-            f"{100.0 * crack_around(lattice, cut):.3g} % {part}{through}"
+            f"cracks reach {along:.3g} mm along the body and take up to {around:.3g} % {part}, "
+            f"{leaks if through.is_cut else 'none of them through the wall'}"
         )
 
     def _piece_words(self) -> str:

@@ -33,6 +33,11 @@ class CutSides(NamedTuple):
     along: Marks
     across: Marks
 
+    @property
+    def is_cut(self) -> bool:
+        """Return whether any side is cut."""
+        return bool(self.along.any() or self.across.any())
+
 
 def crack_along(lattice: Lattice, cut: CutSides) -> float:
     """Return how far cracks reach along the body, from the first place to the last [m]; 0 where none runs along it."""
@@ -100,6 +105,6 @@ def outcome(lattice: Lattice, cut: CutSides, is_severed: bool, plastic_strain: F
     """
     if is_severed:
         return SEVERED
-    if cut.along.any() or cut.across.any():
+    if cut.is_cut:
         return HOOP if _has_turned(lattice, cut) else AXIAL
     return BULGED if float(plastic_strain.max(initial=0.0)) > BULGED_STRAIN else WHOLE
