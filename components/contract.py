@@ -135,6 +135,15 @@ class Physics(metaclass=ABCMeta):
         """
         return ""
 
+    def has_limit(self, ratio: str, index: int) -> bool:
+        """Return whether there is a limit at an index that could be passed, unlike in a cell that cannot yield.
+
+        Args:
+            ratio: name of the output that says how near it is, the `EventDetail.ratio` of kinds of events.
+            index: of the link, cell, ...
+        """
+        return True
+
     def conclusions(self) -> list[str]:
         """Return sentences on what has become of the system, such as whether it broke, where, and why or why not."""
         return []

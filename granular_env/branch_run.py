@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import os
 from contextlib import ExitStack
 from pathlib import Path
@@ -42,7 +43,7 @@ def run_branch(
     where, end = f"log {os.fspath(log)!r}", branch.end(until)
     with memory_errors(where, LogError), collect_warnings() as issued, ExitStack() as stack:
         stack.enter_context(branch.recording(log, inputs, overwrite=overwrite))
-        return advance(
+        result = advance(
             branch.component,
             end,
             {},
@@ -53,3 +54,4 @@ def run_branch(
             issued=issued,
             closing=stack,
         )
+        return dataclasses.replace(result, start=branch.tick)

@@ -65,6 +65,7 @@ class RunResult:
         conclusions: sentences on what has become of the component.
         cautions: a sentence for each assumption that was left behind.
         warnings: what the run warned of.
+        start: tick at which the run, or its log, begins: 0, or later for a branch.
     """
 
     component: Component
@@ -77,6 +78,7 @@ class RunResult:
     conclusions: list[str]
     cautions: list[str]
     warnings: list[str]
+    start: int = 0
 
 
 def run(
@@ -174,7 +176,7 @@ def replay(
         if not results:
             raise LogError("it holds none", at="steps", source=f"log {str(log)!r}")
         total, seconds = sum(one.ticks for one in results), sum(one.seconds for one in results)
-        return dataclasses.replace(results[-1], ticks=total, seconds=seconds)
+        return dataclasses.replace(results[-1], ticks=total, seconds=seconds, start=opened.start_tick)
 
 
 def advance(

@@ -478,16 +478,17 @@ def test_a_log_says_how_near_the_run_came_to_breaking(tmp_path: Path, capsys: py
     assert ratios.max() <= found.ratio < 1.01 * ratios.max() and 0.03 < found.ratio < 0.06
     assert other.index == loaded and ratios[:, loaded].max() <= other.ratio < 1.01 * ratios[:, loaded].max()
     assert main(["events", str(path)]) == 0 and "--nearest" in capsys.readouterr().out
-    for option in (["--kind", "stretch_break"], ["--all"]):
-        assert main(["events", str(path), "--nearest", *option]) == 2
-        assert f"--nearest and {option[0]} exclude each other" in capsys.readouterr().err
-    for one, asked in ((found, []), (other, ["--index", str(loaded)])):
+    assert main(["events", str(path), "--nearest", "--all"]) == 2
+    assert "--nearest and --all exclude each other" in capsys.readouterr().err
+    for one, asked in ((found, []), (found, ["--kind", "stretch_break"]), (other, ["--index", str(loaded)])):
         assert main(["events", str(path), "--nearest", *asked]) == 0
         told = " ".join(capsys.readouterr().out.split())
         assert f"criterion_ratio[{one.index}], automata " in told and "nothing passed it" in told
         assert f" m, reached {one.ratio:.6g} of its limit at {one.time:.9g} s" in told
     assert main(["events", str(path), "--index", "99999"]) == 2
     assert "--index: got 99999, expected 0 to" in capsys.readouterr().err
+    assert main(["events", str(path), "--nearest", "--kind", "stretch_brake"]) == 2
+    assert "did you mean 'stretch_break'?" in capsys.readouterr().err
     unbreakable = confined()
     with ge.record(unbreakable, tmp_path / "whole.mcap"):
         unbreakable.step()

@@ -846,6 +846,27 @@ def test_events_say_what_broke_and_which_limit_was_passed(folder, capsys):
     assert "declares no kind of event" in capsys.readouterr().out
 
 
+def test_a_branch_tells_its_own_events_from_those_before_it(folder, capsys):
+    assert main(["run", "discs/broken-row", "--log", "row.mcap", "--quiet"]) == 0
+    with open_log("row.mcap") as log:
+        time = log.events()[0].tick * log.step_size
+    capsys.readouterr()
+    assert main(["branch", "row.mcap", "--at", str(1.1 * time), "--log", "late.mcap"]) == 0
+    told = capsys.readouterr().out
+    summary = re.search(r"no event in this log; 1 before it begins at \S+ s: 1 link_broken", told)[0]
+    assert f"{summary}; granular-env events late.mcap lists them" in told
+    for options in ([], ["--all"], ["--index", "4"]):
+        assert main(["events", "late.mcap", *options]) == 0
+        _, row, count, _ = capsys.readouterr().out.splitlines()
+        assert float(row.split()[0]) == pytest.approx(time) and row.split()[1] == "link_broken" and count == summary
+    assert main(["events", "late.mcap", "--json"]) == 0
+    facts = json.loads(capsys.readouterr().out)
+    assert facts["events"] == [] and [event["index"] for event in facts["earlier_events"]] == [4]
+    assert main(["replay", "late.mcap", "--json"]) == 0
+    facts = json.loads(capsys.readouterr().out)
+    assert facts["events"] == {} and facts["earlier_events"] == {"link_broken": 1}
+
+
 def test_describe_says_which_events_there_can_be(capsys):
     assert main(["describe", "discs"]) == 0
     assert re.search(r"^events\n +link_broken +the strain of a link", capsys.readouterr().out, re.MULTILINE)

@@ -244,6 +244,9 @@ def test_a_log_of_a_run_that_cracks_is_verified_and_branched(tmp_path: Path) -> 
         assert place is not None and place.elements == f"automata {ends[0]} and {ends[1]}"
         assert place.position == pytest.approx(medium.reference[ends].mean(axis=0))
         assert set(nearest) == {"grid_yield_ratio", "automata_criterion_ratio"}
+        assert nearest_to_events(log, kind="grid_cell_yielded") == [nearest["grid_yield_ratio"]]
+        (parted,) = nearest_to_events(log, event.index, event.kind)
+        assert parted.events[0] == event and parted.limited
         for name, one in nearest.items():
             assert one.index not in happened[name] and one.passed == len(happened[name]) > 0 and 0.0 < one.ratio < 1.1
         assert [(e.tick, e.kind, e.index) for e in log.events()] == [(e.tick, e.kind, e.index) for e in medium.events()]

@@ -10,6 +10,7 @@ import pytest
 from support.grid_tools import MEDIUM, bar, block
 
 import granular_env as ge
+from granular_env.cli import main
 from granular_env.components.grid import Grid
 from granular_env.components.materials.elastic import Material
 from granular_env.recording.replay.near_misses import nearest_to_events
@@ -136,7 +137,7 @@ def test_an_elastic_precursor_runs_ahead_of_a_plastic_wave() -> None:
     assert abs(grid.get("energy_residual")) <= 1e-3 * grid.get("input_work")
 
 
-def test_a_cell_that_cannot_yield_is_never_the_nearest(tmp_path: Path) -> None:
+def test_a_cell_that_cannot_yield_is_never_the_nearest(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     soft = {"name": "von_mises", "yield_stress": 1e-3}
     right = {"area": {"name": "box", "x": [0.0, 1.0], "y": [-1.0, 1.0]}, "material": 1}
     grid = block(
@@ -148,4 +149,7 @@ def test_a_cell_that_cannot_yield_is_never_the_nearest(tmp_path: Path) -> None:
     with ge.open_log(tmp_path / "a.mcap") as log:
         assert [event.index for event in log.events()] == [0]
         assert nearest_to_events(log) == []
-        assert [one.ratio for one in nearest_to_events(log, 1)] == [0.0]
+        assert [(one.ratio, one.limited) for one in nearest_to_events(log, 1)] == [(0.0, False)]
+        assert [one.limited for one in nearest_to_events(log, 0)] == [True]
+    assert main(["events", str(tmp_path / "a.mcap"), "--nearest", "--index", "1"]) == 0
+    assert "has no limit: cell_yielded cannot happen there" in " ".join(capsys.readouterr().out.split())

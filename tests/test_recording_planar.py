@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 import random
 import warnings
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Any
 
@@ -88,7 +88,58 @@ def test_a_restored_component_logs_only_what_is_new(tmp_path: Path) -> None:
         component.step(200 * component.step_size, force=3.0 * TEAR)
     log = open_log(tmp_path / "a.mcap")
     assert before and log.events() == component.events()[len(before) :] != []
+    assert log.earlier_events() == before and log.earlier_events("link_broken", before[0].index)[0] == before[0]
+    with pytest.raises(ge.ParameterError, match="link_brokn.*did you mean 'link_broken'"):
+        log.earlier_events("link_brokn")
     assert verify(log).identical
+
+
+def test_a_branch_knows_the_events_before_it_and_so_does_its_branch(tmp_path: Path) -> None:
+    component = torn_log(tmp_path / "a.mcap")
+    whole = open_log(tmp_path / "a.mcap")
+    assert whole.earlier_events() == []
+    middle = 0.5 * (whole.events()[0].tick + whole.events()[-1].tick) * whole.step_size
+    child = whole.branch(middle).run(tmp_path / "b.mcap")
+    last = child.branch(child.duration + child.start_tick * child.step_size).run(tmp_path / "c.mcap")
+    for log in (child, last):
+        earlier = log.earlier_events()
+        assert earlier and [*earlier, *log.events()] == component.events() and verify(log).variable is None
+        assert all(event.tick <= log.start_tick for event in earlier) and all(e.tick > log.start_tick for e in log.events())
+    assert child.events() != [] == last.events()
+
+
+def test_a_branch_that_an_older_version_wrote_does_not_know_the_events_before_it(tmp_path: Path) -> None:
+    torn_log(tmp_path / "a.mcap")
+    whole = open_log(tmp_path / "a.mcap")
+    whole.branch(whole.duration).run(tmp_path / "b.mcap", until=1.1 * whole.duration)
+
+    def change(old: Record) -> Record:
+        if old.kind != SNAPSHOTS or "events" not in old.arrays:
+            return old
+        return dataclasses.replace(old, arrays={"snapshot": old.arrays["snapshot"]})
+
+    rewrite(tmp_path / "b.mcap", tmp_path / "old.mcap", change)
+    assert open_log(tmp_path / "old.mcap").earlier_events() is None and verify(tmp_path / "old.mcap").identical
+
+
+def test_events_before_the_start_that_were_changed_are_noticed(tmp_path: Path) -> None:
+    torn_log(tmp_path / "a.mcap")
+    whole = open_log(tmp_path / "a.mcap")
+    whole.branch(whole.duration).run(tmp_path / "b.mcap", until=1.1 * whole.duration)
+
+    def with_events(change: Callable[[np.ndarray], np.ndarray]) -> Path:
+        def changed_start(old: Record) -> Record:
+            has = old.kind == SNAPSHOTS and "events" in old.arrays
+            return changed(old, events=change(old.arrays["events"])) if has else old
+
+        rewrite(tmp_path / "b.mcap", tmp_path / "c.mcap", changed_start)
+        return tmp_path / "c.mcap"
+
+    result = verify(with_events(lambda rows: flipped(rows, 3)))
+    assert result.variable == "events" and not result.identical
+    for wrong in (lambda rows: rows + [1e9, 0, 0, 0, 0], lambda rows: rows[:, :4], lambda rows: rows * [1, np.nan, 1, 1, 1]):
+        with pytest.raises(LogError, match="the events before a segment have the wrong form"):
+            open_log(with_events(wrong)).earlier_events()
 
 
 @pytest.mark.parametrize("at", [0.0, 2.5e-4, 6.5e-4, 1.25e-3])
@@ -162,6 +213,14 @@ def test_a_report_shows_balances_and_events(tmp_path: Path) -> None:
     for words in ("potential energy", "fracture energy", "momentum x", "momentum residual y", "link broken", "Events"):
         assert words in html
     assert plot(log, "speed").axes
+    last = log.events()[-1].tick * log.step_size
+    child = log.branch(last).run(tmp_path / "b.mcap", until=last + 2 * log.step_size)
+    happened, before = len(child.events()), len(child.earlier_events() or [])
+    html = report(child, tmp_path / "branch").read_text()
+    assert (
+        f"Of these events {happened} are in this log, {before} before it begins at {last:.9g} s: {before} x link broken."
+        in html
+    )
 
 
 def test_xarray_has_the_axes_of_the_plane(tmp_path: Path) -> None:

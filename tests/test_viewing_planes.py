@@ -173,6 +173,14 @@ def test_cracked_automata_have_spokes_and_cracks_and_no_links_over_them(cracking
     spokes = np.array(found["scene/spokes_automata"]["strips"][-1])
     along = spokes[:, 1] - spokes[:, 0]
     np.testing.assert_allclose(np.arctan2(along[:, 1], along[:, 0]), turned, atol=1e-4)
+    # They are in front of the discs, on the rays from the camera to their centres.
+    scene_data = from_log(cracking_log)
+    scales = scales_of(scene_data)
+    eye = np.array(whole_camera(scene_data, scales, None).place) / scales.magnification
+    centres = np.array(found[scales.particles_entity]["positions"][-1])
+    rays, seen = spokes[:, 0] - eye, centres - eye
+    assert (rays[:, 2] - seen[:, 2] >= scene_data.motion.radius).all()
+    np.testing.assert_allclose(rays[:, :2] / rays[:, 2:], seen[:, :2] / seen[:, 2:], atol=1e-6)
 
 
 def test_a_small_scene_is_magnified_for_the_viewer(cracking_log):

@@ -308,6 +308,10 @@ class Automata(Component):
         """Return the kind of event that a link is nearest to."""
         return self.steps.nearest_cause(index) if isinstance(self.steps, CrackingSpecimen) else ""
 
+    def has_limit(self, ratio: str, index: int) -> bool:
+        """Return whether a link can break."""
+        return not isinstance(self.steps, CrackingSpecimen) or self.steps.can_break(index)
+
     def conclusions(self) -> list[str]:
         """Return how many links broke and the first of them, or how near the nearest is; and the pieces that there are."""
         if not isinstance(self.steps, CrackingSpecimen) or not self.parameters.breakable:

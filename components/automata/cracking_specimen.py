@@ -286,6 +286,14 @@ class CrackingSpecimen(LinkedSpecimen):
         """Return the kind of event that a link is nearest to."""
         return list(self.event_kinds)[self._judge_links()[1][link]]
 
+    def can_break(self, link: int) -> bool:
+        """Return whether one of the two laws of a link has a strength: that of what cannot break has no end."""
+        strength, rows = self._law.strength, self._law.rows
+        if strength.ndim == 1:
+            return True
+        automaton, _, slot = self._pairs[link]
+        return bool(np.isfinite(strength[rows[automaton, slot], 0]).any())
+
     def _judge_links(self) -> tuple[FloatArray, IntArray]:
         """Return what decides on each link over its limit, and the number of the cause, both of shape (links,)."""
         stress, found, cause = self.stress(), np.empty(len(self._pairs)), np.empty(len(self._pairs), np.int64)

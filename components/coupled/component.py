@@ -290,6 +290,11 @@ class Coupled(Component):
                 return f"{prefix}_{kind}"
         return ""
 
+    def has_limit(self, ratio: str, index: int) -> bool:
+        """Return whether a cell can yield or a link break."""
+        part = self.grid if ratio.startswith("grid_") else self.automata
+        return part.has_limit(ratio.partition("_")[2], index)
+
     def conclusions(self) -> list[str]:
         """Return what has become of links that can break, and of how many pieces grid and automata together are."""
         if self._cracking is None or not self.automata.parameters.breakable:

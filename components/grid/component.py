@@ -238,6 +238,10 @@ class Grid(Component):
         ratio = np.where(at_tip, 1.0, self._equivalent_stress() / np.where(at_tip, 1.0, limit))
         return np.where(code > 0.0, ratio, 0.0)
 
+    def has_limit(self, ratio: str, index: int) -> bool:
+        """Return whether the material of a cell can yield."""
+        return bool(self._grid.laws[self.cell_material[index], 0] > 0.0)
+
     def _start(self, seed: int | None, values: Mapping[str, FloatArray]) -> Mapping[str, Any]:
         state = self._state
         for name in ("displacement", "velocity"):

@@ -17,7 +17,7 @@ from granular_env.output_files import count_of
 from granular_env.terminal_text import columns, printable, wrap_text
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Mapping, Sequence
 
     from granular_env.components.drawables import Drawable
     from granular_env.components.events import Event, EventDetail
@@ -31,12 +31,16 @@ _MOST = 40
 @click.argument("log", shell_complete=files)
 @click.option("--kind", metavar="KIND", help="Only events of this kind.")
 @click.option("--index", metavar="N", type=int, help="Only those of this link, cell, ...")
-@click.option("--nearest", "near", is_flag=True, help="Run it again, and say how near it came where nothing happened.")
-@click.option("--all", "every", is_flag=True, help=f"List all of them, not the first {_MOST}.")
+@click.option(
+    "--nearest",
+    "near",
+    is_flag=True,
+    help="Run it again, and say how near it came where nothing happened; to this KIND alone, or at this N.",
+)
+@click.option("--all", "every", is_flag=True, help=f"List all of them, not only {_MOST}.")
 @json_option()
 @large_option()
 @component_option()
-@exclusive("near", "kind")
 @exclusive("near", "every")
 def events(
     log: str,
@@ -50,106 +54,131 @@ def events(
 ) -> int:
     """Say what happened in a run, when, and which limit was passed; or how near it came."""
     from granular_env.recording import open_log
-    from granular_env.recording.reader.event_places import event_table, refuse_unknown_place
+    from granular_env.recording.reader.event_places import event_table, listed_events, refuse_unknown_place
     from granular_env.recording.replay.near_misses import kinds_by_ratio, nearest_to_events
 
     with open_log(log, allow_large=allow_large, components=components) as opened:
         found, kinds, step_size = opened.events(kind, index), opened.event_kinds, opened.step_size
-        known, end = opened.events_end_tick, opened.end_tick
+        known, end, start = opened.events_end_tick, opened.end_tick, opened.start_tick * step_size
+        earlier = opened.earlier_events(kind, index)
         details, drawables, conclusions = opened.event_details, opened.drawables, opened.metadata["conclusions"]
         refuse_unknown_place(index, [details.get(one) for one in kinds if kind in (None, one)], drawables)
         if near:
-            ratios = nearest_to_events(opened, index)
-            print(_for_programs(opened, ratios) if for_programs else _nearest(opened, ratios, index))
+            ratios = nearest_to_events(opened, index, kind)
+            print(_for_programs(opened, ratios) if for_programs else _nearest(opened, ratios, kind))
             return Status.DONE
     if for_programs:
-        rows = [
-            {
-                **dataclasses.asdict(event),
-                "time": event.tick * step_size,
-                **_facts(event.index, details.get(event.kind), drawables),
-            }
-            for event in found
-        ]
-        print(json.dumps({"kinds": kinds, "events": rows, "conclusions": conclusions}, indent=2))
+        rows, rows_before = ([_row(event, step_size, details, drawables) for event in some] for some in (found, earlier or []))
+        before = {"earlier_events": None if earlier is None else rows_before}
+        print(json.dumps({"kinds": kinds, "events": rows, **before, "conclusions": conclusions}, indent=2))
         return Status.DONE
+    every_event = [*(earlier or []), *found]
     for text in conclusions:
         print(wrap_text(printable(str(text))))
     if not kinds:
         print("events: none; the component of this log declares no kind of event")
-    elif not found:
+    elif not every_event:
         asked = "" if kind is None and index is None else " of that kind or index"
         further = ["--nearest says how near the run came"] if kinds_by_ratio(details) else []
         print("\n".join([f"events: none{asked}; it would be one when", *_meanings(kinds), *further]))
     else:
-        shown = found if every else found[:_MOST]
+        shown = every_event if every else listed_events(found, earlier or [], _MOST)
         heads, rows = event_table(shown, step_size, details, drawables)
         print(columns([tuple(heads), *(_cells(row) for row in rows)], ""))
-        rest = "" if len(shown) == len(found) else f"; the first {len(shown)} are listed, --all lists the others too"
-        print("\n".join([f"{summary(found)}{rest}", *_meanings({event.kind: kinds[event.kind] for event in found})]))
+        which = f"{len(shown)} of this log" if earlier and found else str(len(shown))
+        rest = "" if len(shown) == len(every_event) else f"; the first {which} are listed, --all lists the others too"
+        told = summary(found, earlier or [], start)
+        print("\n".join([f"{told}{rest}", *_meanings({event.kind: kinds[event.kind] for event in every_event})]))
+    if kinds and earlier is None:
+        print(f"this log begins at {start:.9g} s, and does not say what happened before")
     if kinds and known < end:
         print(f"the end of this log was lost: events after {known * step_size:.9g} s may be missing")
     return Status.DONE
 
 
-def _nearest(log: Log, ratios: list[EventRatio], index: int | None) -> str:
+def _nearest(log: Log, ratios: list[EventRatio], kind: str | None) -> str:
     """Return the lines of `--nearest` for people."""
     from granular_env.recording.replay.near_misses import kinds_by_ratio
 
     if not log.event_kinds:
         return "nearest: none; with the parameters of this log nothing has a limit that it could come near to"
     if ratios:
-        return "\n".join(wrap_text(_words_for(log, one, index)) for one in ratios)
-    if kinds_by_ratio(log.event_details):
+        return "\n".join(wrap_text(_words_for(log, one)) for one in ratios)
+    details = {name: detail for name, detail in log.event_details.items() if kind in (None, name)}
+    if kinds_by_ratio(details):
         return "nearest: none; whatever has a limit passed it"
-    return "nearest: not known; the component of this log has no output that says how near an event is"
+    what = "an event" if kind is None else printable(kind)
+    return f"nearest: not known; the component of this log has no output that says how near {what} is"
 
 
-def _words_for(log: Log, found: EventRatio, index: int | None) -> str:
+def _words_for(log: Log, found: EventRatio) -> str:
     from granular_env.recording.reader.event_places import place_of, position_words
 
     known = place_of(found.index, log.event_details.get(found.kinds[0]), log.drawables)
     place = f", {printable(known.elements)} at {position_words(known.position)} m," if known is not None else ""
-    happened = [one for kind in found.kinds for one in log.events(kind, index)] if index is not None else []
-    others = "".join(
-        f"; {printable(one.kind)} happened there at {one.tick * log.step_size:.9g} s" for one in _other_events(log, found)
-    )
+    what, kinds = f"nearest: {printable(found.variable)}[{found.index}]{place}", printable(" or ".join(found.kinds))
+    if not found.limited:
+        return f"{what} has no limit: {kinds} cannot happen there"
+    own, others = _own_and_others(found)
+    besides = "".join(f"; {printable(one.kind)} happened there {_when(log, one)}" for one in others)
+    if own and found.ratio <= 0.0:
+        return f"{what} passed its limit {_when(log, own[0])} ({printable(own[0].kind)}{besides})"
     rest = (
-        f"it happened there at {happened[0].tick * log.step_size:.9g} s" if happened
+        f"it happened there {_when(log, own[0])}" if own
         else f"{count_of(found.passed, 'other')} passed it" if found.passed else "nothing passed it"
     )  # fmt: skip
+    # So it may be above 1 a step before the event.
+    judged = "; the ratio is that at the end of a step, events are judged within one" if found.ratio >= 1.0 else ""
     return (
-        f"nearest: {printable(found.variable)}[{found.index}]{place} reached {found.ratio:.6g} of its limit at "
-        f"{found.time:.9g} s (1 is {printable(found.nearest or ' or '.join(found.kinds))}; {rest}{others}; "
-        f"{found.instants} of {count_of(found.all_instants, 'instant')} looked at)"
+        f"{what} reached {found.ratio:.6g} of its limit at {found.time:.9g} s (1 is {printable(found.nearest) or kinds}; "
+        f"{rest}{besides}{judged}; {found.instants} of {count_of(found.all_instants, 'instant')} looked at)"
     )
 
 
-def _other_events(log: Log, found: EventRatio) -> list[Event]:
-    """Return what else happened to the link, point, ... that came nearest, such as a point that was torn before it parted."""
-    details = log.event_details
-    own = details.get(found.kinds[0])
-    if own is None or not own.counts:
-        return []
-    alike = {kind for kind, detail in details.items() if detail.counts == own.counts and kind not in found.kinds}
-    return [event for event in log.events(None, found.index) if event.kind in alike]
+def _own_and_others(found: EventRatio) -> tuple[list[Event], list[Event]]:
+    """Return the events that the ratio decides on, and what else happened there: a point may be torn before it would part."""
+    own = [event for event in found.events if event.kind in found.kinds]
+    return own, [event for event in found.events if event.kind not in found.kinds]
+
+
+def _when(log: Log, event: Event) -> str:
+    before = f", before this log begins at {log.start_tick * log.step_size:.9g} s" if event.tick <= log.start_tick else ""
+    return f"at {event.tick * log.step_size:.9g} s{before}"
 
 
 def _for_programs(log: Log, ratios: list[EventRatio]) -> str:
-    facts = [
-        {
-            **_facts(one.index, log.event_details.get(one.kinds[0]), log.drawables),
-            "other_events": [{"kind": event.kind, "time": event.tick * log.step_size} for event in _other_events(log, one)],
-        }
-        for one in ratios
-    ]
-    return json.dumps([{**dataclasses.asdict(one), **place} for one, place in zip(ratios, facts, strict=True)], indent=2)
+    rows = []
+    for one in ratios:
+        own, others = (
+            [{"kind": event.kind, "time": event.tick * log.step_size} for event in some] for some in _own_and_others(one)
+        )
+        place = _facts(one.index, log.event_details.get(one.kinds[0]), log.drawables)
+        rows.append({**dataclasses.asdict(one), **place, "events": own, "other_events": others})
+    return json.dumps(rows, indent=2)
 
 
-def summary(found: list[Event]) -> str:
-    """Return how many events there were of each kind."""
-    kinds = ", ".join(f"{count} {printable(kind)}" for kind, count in Counter(event.kind for event in found).most_common())
-    return f"{count_of(len(found), 'event')}: {kinds}"
+def _row(event: Event, step_size: float, details: Mapping[str, EventDetail], drawables: Sequence[Drawable]) -> dict[str, Any]:
+    """Return an event for programs."""
+    place = _facts(event.index, details.get(event.kind), drawables)
+    return {**dataclasses.asdict(event), "time": event.tick * step_size, **place}
+
+
+def summary(found: Sequence[Event], earlier: Sequence[Event], start: float) -> str:
+    """Return how many events there were of each kind.
+
+    Args:
+        found: those of a log, or of a run.
+        earlier: those before it.
+        start: where it begins [s].
+    """
+    if not earlier:
+        return f"{count_of(len(found), 'event')}: {_kinds_in(found)}"
+    here = f"{count_of(len(found), 'event')} in this log: {_kinds_in(found)}" if found else "no event in this log"
+    return f"{here}; {len(earlier)} before it begins at {start:.9g} s: {_kinds_in(earlier)}"
+
+
+def _kinds_in(found: Sequence[Event]) -> str:
+    return ", ".join(f"{count} {printable(kind)}" for kind, count in Counter(event.kind for event in found).most_common())
 
 
 def _cells(row: list[Any]) -> tuple[str, ...]:

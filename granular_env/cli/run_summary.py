@@ -18,6 +18,7 @@ from granular_env.output_files import count_of, readable_bytes
 from granular_env.terminal_text import printable, wrap_text
 
 if TYPE_CHECKING:
+    from granular_env.components.events import Event
     from granular_env.run_loop import RunResult
 
 
@@ -40,6 +41,7 @@ def silence_own_warnings() -> warnings.catch_warnings:
 def _facts(result: RunResult) -> dict[str, Any]:
     """Return it as JSON values; figures that nothing gave rise to are null."""
     component = result.component
+    found, earlier = _events(result)
     return {
         "log": None if result.log is None else str(result.log),
         "log_bytes": None if result.log is None else result.log.stat().st_size,
@@ -51,9 +53,16 @@ def _facts(result: RunResult) -> dict[str, Any]:
         "notes": [*result.warnings, *result.cautions],
         "conclusions": result.conclusions,
         "report": _finite(result.report),
-        "events": dict(Counter(event.kind for event in component.events())),
+        "events": dict(Counter(event.kind for event in found)),
+        "earlier_events": dict(Counter(event.kind for event in earlier)),
         "balances": {b.quantity: _finite(b.entries) for b in component.balances()},
     }
+
+
+def _events(result: RunResult) -> tuple[list[Event], list[Event]]:
+    """Return the events of the run, and those that its component had before, such as before a branch."""
+    found = result.component.events()
+    return [event for event in found if event.tick > result.start], [event for event in found if event.tick <= result.start]
 
 
 def _finite(values: Mapping[str, Any]) -> dict[str, Any]:
@@ -77,8 +86,10 @@ def _print_for_people(result: RunResult) -> None:
         print(f"stopped: {result.stopped_by}")
     if result.interrupted:
         print("interrupted: the log is complete up to there" if result.log else "interrupted")
-    if component.event_kinds and (found := component.events()):
-        print(f"{summary(found)}" + (f"; granular-env events {shlex.quote(str(result.log))} lists them" if result.log else ""))
+    found, earlier = _events(result)
+    if found or earlier:
+        lists = f"; granular-env events {shlex.quote(str(result.log))} lists them" if result.log else ""
+        print(f"{summary(found, earlier, result.start * component.step_size)}{lists}")
     for text in result.conclusions:
         print(wrap_text(printable(text)))
     for text in (*result.warnings, *result.cautions):

@@ -7,7 +7,7 @@ begins with a reset or a restore, and with a snapshot.
 
 ===========  ==========================================================================================================
 header       the first message: component, parameters, experiment, versions, machine, what is recorded
-snapshots    the state at the start of each segment, at key ticks and at the end
+snapshots    the state at the start of each segment, there with the events before it, at key ticks and at the end
 steps        for many calls of `step`: their lengths in ticks and the inputs that were set
 frames       for one variable: ticks (m,) and values (m, ...)
 hashes       at key ticks: a digest of each state variable and of the whole state, and the inputs then held

@@ -51,6 +51,18 @@ def place_of(index: int | None, detail: EventDetail | None, drawables: Sequence[
             return None
 
 
+def listed_events(found: Sequence[Event], earlier: Sequence[Event], most: int) -> Sequence[Event]:
+    """Return the events that a table shows: where there are too many, the first of those in the log, if there are any.
+
+    Args:
+        found: the events in a log.
+        earlier: those before it begins.
+        most: how many may be shown.
+    """
+    every = [*earlier, *found]
+    return every if len(every) <= most else (found or every)[:most]
+
+
 def event_table(
     events: Sequence[Event], step_size: float, details: Mapping[str, EventDetail], drawables: Sequence[Drawable]
 ) -> tuple[list[str], list[list[Any]]]:

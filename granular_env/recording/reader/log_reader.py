@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from functools import cached_property
 from typing import Any, Self
 
@@ -22,7 +22,7 @@ from ..format import step_history
 from ..format.drawables import drawables_from
 from ..format.header import BalanceNames, balance_names_from, event_kinds_from, table_of
 from ..format.record_index import COUNT, DETAIL, FIRST, SEGMENT, Segment
-from ..format.records import EVENTS, INCIDENTS, SNAPSHOTS, STEPS, damage
+from ..format.records import EVENTS, INCIDENTS, SNAPSHOTS, START, STEPS, damage
 from ..format.step_history import StepHistory, Stretch
 from .record_reader import RecordReader
 
@@ -137,7 +137,7 @@ class LogReader:
             return balance_names_from(self.records.header.get("balances"))
 
     def events(self, kind: str | None = None, index: int | None = None) -> list[Event]:
-        """Return what happened to the component in the run, in the log's ticks and the order of time.
+        """Return what happened to the component in this log, in its ticks and the order of time; see `earlier_events`.
 
         Args:
             kind: only of this kind; see `event_kinds`.
@@ -146,16 +146,32 @@ class LogReader:
         Raises:
             ParameterError: there is no such kind, or the index is none.
         """
-        kinds = list(self.event_kinds)
-        refuse_unknown_events(kinds, kind, index, "")
-        found = []
+        refuse_unknown_events(self.event_kinds, kind, index, "")
+        found: list[Event] = []
         for row in self.records.rows(EVENTS):
-            for tick, number, place, value, limit in self.records.event_rows(row).tolist():
-                event = Event(int(self.records.log_tick(row[SEGMENT], int(tick))), kinds[int(number)],
-                              None if place < 0 else int(place), value, limit)  # fmt: skip
-                if kind in (None, event.kind) and index in (None, event.index):
-                    found.append(event)
-        return found
+            found += self._events_from(self.records.event_rows(row), row[SEGMENT])
+        return _select(found, kind, index)
+
+    def earlier_events(self, kind: str | None = None, index: int | None = None) -> list[Event] | None:
+        """Return what had happened to the component before this log begins, such as before a branch; see `events`.
+
+        Returns:
+            None where the log does not say: it begins later than at tick 0, and an older version of the program wrote it.
+        """
+        refuse_unknown_events(self.event_kinds, kind, index, "")
+        if not self.segments:
+            return []
+        number = self.segments[0].number
+        rows = self.records.earlier_event_rows(self.records.index.select(SNAPSHOTS, START, number)[0])
+        return None if rows is None else _select(self._events_from(rows, number), kind, index)
+
+    def _events_from(self, rows: np.ndarray, segment: int) -> list[Event]:
+        """Return events of a segment, in the log's ticks."""
+        kinds = list(self.event_kinds)
+        return [
+            Event(int(self.records.log_tick(segment, int(tick))), kinds[int(number)], None if place < 0 else int(place), *rest)
+            for tick, number, place, *rest in rows.tolist()
+        ]
 
     @property
     def events_end_tick(self) -> int:
@@ -342,6 +358,10 @@ def check_size(size: int, limits: Limits) -> None:
     """Refuse to read arrays of so many bytes that a stranger's log says it has."""
     limits.check("the size of what was asked for, in bytes,", size, _MOST_BYTES)
     refuse_beyond(size, f"log {limits.path!r}: what was asked for", LogError)
+
+
+def _select(events: Sequence[Event], kind: str | None, index: int | None) -> list[Event]:
+    return [event for event in events if kind in (None, event.kind) and index in (None, event.index)]
 
 
 def _texts(value: Any) -> list[str]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import OrderedDict
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
-from typing import Any
+from typing import Any, TypeGuard
 
 import numpy as np
 
@@ -193,16 +193,34 @@ class RecordReader:
     def event_rows(self, row: np.ndarray) -> np.ndarray:
         """Return the events of one record, shape (events, 5), as `events.EVENT_ROWS` says."""
         record = self.read(row)
-        rows, sound = record.arrays.get("rows"), False
-        if rows is not None and rows.dtype == np.float64 and rows.shape == (record.count, 5):
-            ticks, numbers = rows[:, 0], rows[:, 1:3]
-            sound = ticks[0] == record.first and ticks[-1] == record.last and bool((np.diff(ticks) >= 0).all())
-            sound = sound and bool((numbers == np.rint(numbers)).all() and (numbers[:, 0] >= 0).all())
-            kinds = len(event_kinds_from(self.header, self.path))
-            sound = sound and bool((numbers[:, 0] < kinds).all() and (np.abs(numbers[:, 1]) < 2**53).all())
-        if not sound:
+        rows = record.arrays.get("rows")
+        if not self._are_events(rows) or len(rows) != record.count or rows[0, 0] != record.first or rows[-1, 0] != record.last:
             raise damage("a record has the wrong form", "events", self.path)
-        return rows  # type: ignore[return-value]
+        return rows
+
+    def earlier_event_rows(self, row: np.ndarray) -> np.ndarray | None:
+        """Return the events before the start of a segment, as `event_rows` does; None where its snapshot does not say them.
+
+        Args:
+            row: of the snapshot at the start of the segment.
+        """
+        record = self.read(row)
+        rows = record.arrays.get("events")
+        if rows is None:
+            # Before tick 0 nothing can have happened.
+            return None if record.first else np.zeros((0, 5))
+        if not self._are_events(rows) or not (rows[:, 0] <= record.first).all():
+            raise damage("the events before a segment have the wrong form", "snapshots", self.path)
+        return rows
+
+    def _are_events(self, rows: Any) -> TypeGuard[np.ndarray]:
+        """Return whether these are rows as `events.EVENT_ROWS` says, in the order of time, of kinds that there are."""
+        if rows is None or rows.dtype != np.float64 or rows.ndim != 2 or rows.shape[1] != 5:
+            return False
+        ticks, kinds, places = rows[:, :3].T
+        known = len(event_kinds_from(self.header, self.path))
+        sound = bool((rows[:, :3] == np.rint(rows[:, :3])).all() and (kinds >= 0).all() and (kinds < known).all())
+        return sound and bool((np.abs(places) < 2**53).all() and (ticks >= 0).all() and (np.diff(ticks) >= 0).all())
 
     def snapshot(self, row: np.ndarray) -> Snapshot:
         """Return the snapshot that a row points at."""

@@ -15,7 +15,7 @@ from ...components.profiles import CompiledProfile
 from ...components.snapshot import Snapshot
 from ...components.support.serialization import Pieces
 from ..format.digests import held_word, set_words, step_digests
-from ..format.records import EVENTS, FRAMES, HASHES, SNAPSHOTS, STEPS, Record, nanoseconds
+from ..format.records import EVENTS, FRAMES, HASHES, SNAPSHOTS, START, STEPS, Record, nanoseconds
 from .log_writer import CHUNK_BYTES, LogWriter
 
 # Compiled profiles that are remembered by object, so that one that is used again is stored once.
@@ -30,12 +30,14 @@ class Samples:
         frames: (tick, one value for each recorded variable).
         hashes: (tick, one row).
         snapshots: (tick, START or KEY, snapshot).
+        earlier_events: at the start of a segment after tick 0, the events that the component has had; else None.
         size: bytes, about; 0 where nothing was seen.
     """
 
     frames: list[tuple[int, list[Any]]] = field(default_factory=list)
     hashes: list[tuple[int, np.ndarray]] = field(default_factory=list)
     snapshots: list[tuple[int, int, Snapshot]] = field(default_factory=list)
+    earlier_events: np.ndarray | None = None
     size: int = 0
 
     def __bool__(self) -> bool:
@@ -56,6 +58,7 @@ class RecordBatch:
         hashes: (tick, one row).
         events: rows of events, shape (events, 5) each.
         snapshots: (tick, START, KEY or END, snapshot).
+        earlier_events: see `Samples`.
     """
 
     segment: int
@@ -67,6 +70,7 @@ class RecordBatch:
     hashes: list[tuple[int, np.ndarray]] = field(default_factory=list)
     events: list[np.ndarray] = field(default_factory=list)
     snapshots: list[tuple[int, int, Snapshot]] = field(default_factory=list)
+    earlier_events: np.ndarray | None = None
 
     @property
     def last(self) -> int:
@@ -78,6 +82,8 @@ class RecordBatch:
         self.frames += samples.frames
         self.hashes += samples.hashes
         self.snapshots += samples.snapshots
+        if samples.earlier_events is not None:
+            self.earlier_events = samples.earlier_events
 
 
 class Profiles:
@@ -133,7 +139,7 @@ def _records(
     inputs: Mapping[str, tuple[int, ...]],
     digests: Mapping[str, Any],
 ) -> Iterator[Record]:
-    starts = [item for item in batch.snapshots if item[1] == 0]
+    starts = [item for item in batch.snapshots if item[1] == START]
     yield from _snapshots(batch, sink, starts)
     if batch.ends:
         yield from _steps(batch, sink, profiles, inputs)
@@ -148,12 +154,15 @@ def _records(
         arrays = {"ticks": ticks, "rows": np.stack([row for _, row in batch.hashes])}
         place = (batch.segment, int(ticks[0]), int(ticks[-1]), len(ticks))
         yield Record(HASHES, 0, *place, sink.number(HASHES), dict(digests) if starts else {}, arrays)
-    yield from _snapshots(batch, sink, [item for item in batch.snapshots if item[1] != 0])
+    yield from _snapshots(batch, sink, [item for item in batch.snapshots if item[1] != START])
 
 
 def _snapshots(batch: RecordBatch, sink: LogWriter, items: list[tuple[int, int, Snapshot]]) -> Iterator[Record]:
     for tick, why, snapshot in items:
-        arrays = {"snapshot": Pieces(snapshot.to_parts())}
+        arrays: dict[str, Any] = {"snapshot": Pieces(snapshot.to_parts())}
+        if why == START and batch.earlier_events is not None:
+            # The state holds them too, but only its component can find them there.
+            arrays["events"] = batch.earlier_events
         yield Record(SNAPSHOTS, why, batch.segment, tick, tick, 1, sink.number(SNAPSHOTS), {}, arrays)
 
 

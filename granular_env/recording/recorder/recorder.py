@@ -308,6 +308,8 @@ class Recorder:
         self._preview.forget_from(frames)
         samples.snapshots.append((tick, START, component.save()))
         samples.size += component.state_bytes
+        if self._has_events and tick > 0:
+            samples.earlier_events = component.event_rows()
         samples.hashes.append((tick, hash_row(component, self._state, self._inputs)))
         if self._schedule.is_frame(tick, place.before):
             self._take_frame(component, samples, frames, place)

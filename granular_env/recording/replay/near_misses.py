@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from ...components.component import Component
 from ...components.errors import LogError, ParameterError
-from ...components.events import EventDetail
+from ...components.events import Event, EventDetail
 from .log import Log
 from .steps import advance, restore
 
@@ -27,10 +27,12 @@ class EventRatio:
         index: of which link, cell, ...
         time: when [s].
         ratio: what decided over its limit; 1 is an event.
-        passed: at how many places such an event happened in the run.
+        passed: at how many places such an event happened in the run, or before the log begins.
         instants: how many instants were looked at: those of the frames, the ends of segments, and a thousand more.
         all_instants: how many there were: the start, and the end of each internal step.
         nearest: which of `kinds` was near; "" where the component does not say.
+        limited: False where it has no limit there, so that such an event cannot happen.
+        events: what happened there, of `kinds` and others, also before the log begins.
     """
 
     kinds: tuple[str, ...]
@@ -42,6 +44,8 @@ class EventRatio:
     instants: int
     all_instants: int
     nearest: str
+    limited: bool
+    events: tuple[Event, ...]
 
 
 def kinds_by_ratio(details: Mapping[str, EventDetail]) -> dict[str, tuple[str, ...]]:
@@ -50,12 +54,13 @@ def kinds_by_ratio(details: Mapping[str, EventDetail]) -> dict[str, tuple[str, .
     return {name: tuple(kind for kind, detail in details.items() if detail.ratio == name) for name in outputs}
 
 
-def nearest_to_events(log: Log, index: int | None = None) -> list[EventRatio]:
+def nearest_to_events(log: Log, index: int | None = None, kind: str | None = None) -> list[EventRatio]:
     """Return how near the run came to the events that did not happen: for each output that can tell, the nearest place.
 
     Args:
         log: an open log; its run is repeated.
         index: of the link, cell, ... that is asked about; default: the nearest of those to which no such event happened.
+        kind: only of the output that decides on this kind of event.
 
     Returns:
         One for each output that can tell and that has such a place.
@@ -67,11 +72,12 @@ def nearest_to_events(log: Log, index: int | None = None) -> list[EventRatio]:
     component = log.component()
     # A parent need not have all outputs of its parts.
     decided = kinds_by_ratio(component.event_details)
-    kinds = {name: decided[name] for name in decided if name in component.variables}
+    kinds = {name: decided[name] for name in decided if name in component.variables and kind in (None, *decided[name])}
     sizes = {name: int(np.prod(component.variables[name].shape)) for name in kinds}
     if index is not None and sizes and not 0 <= index < max(sizes.values()):
         raise ParameterError(f"got {index}", expected=f"0 to {max(sizes.values()) - 1}", at="index")
-    happened = log.events()
+    # The component is in the state at the log's start, which holds the events before it.
+    happened = [*component.events(), *log.events()]
     searches = []
     for name, names in kinds.items():
         passed = {event.index for event in happened if event.kind in names and event.index is not None}
@@ -88,11 +94,23 @@ def nearest_to_events(log: Log, index: int | None = None) -> list[EventRatio]:
         raise LogError("it holds no step, so nothing can be said", at="steps", source=f"log {str(log.path)!r}")
     there = sum(segment.end - segment.start + 1 for segment in log.segments)
     return [
-        EventRatio(s.kinds, s.variable, s.index, s.tick * log.step_size, s.ratio, s.passed, instants, there, s.nearest)
+        EventRatio(
+            s.kinds, s.variable, s.index, s.tick * log.step_size, s.ratio, s.passed, instants, there, s.nearest,
+            component.has_limit(s.variable, s.index), _events_at(happened, s.index, s.kinds, component.event_details),
+        )
         for s in searches
         # What has no limit, such as a cell that cannot yield, is at 0 always.
         if s.ratio > 0.0 or index is not None
-    ]
+    ]  # fmt: skip
+
+
+def _events_at(
+    events: Sequence[Event], index: int, kinds: tuple[str, ...], details: Mapping[str, EventDetail]
+) -> tuple[Event, ...]:
+    """Return the events at a link, point, ...: of these kinds, and of others that count the same by their indices."""
+    counts = details[kinds[0]].counts
+    alike = {kind for kind, detail in details.items() if counts and detail.counts == counts}
+    return tuple(event for event in events if event.index == index and event.kind in alike.union(kinds))
 
 
 class _Search:

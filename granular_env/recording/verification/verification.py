@@ -17,7 +17,7 @@ from ...output_files import count_of
 from ...progress import Bar, Progress, progress_bar
 from ..format.digests import hash_row, held_word
 from ..format.record_index import DETAIL, FIRST, LAST, Segment
-from ..format.records import EVENTS, FRAMES, HASHES, SNAPSHOTS, damage, words
+from ..format.records import EVENTS, FRAMES, HASHES, SNAPSHOTS, START, damage, words
 from ..replay.log import Log, open_log
 from ..replay.preview_reconstruction import PreviewBuilder
 from ..replay.steps import Changes, advance, check_work, restore
@@ -161,6 +161,7 @@ class _Replay:
         restore(component, self._adopt(start))
         self._agreed, self._balances = {}, (-1, {})
         self._events_before, self._events_seen = component.event_count, 0
+        self._check_earlier_events(segment)
         changes = self.log.steps_of(segment).changes(start.inputs)
         changes.reverse()
         for tick, check, *facts in heapq.merge(*self._marks(segment), key=itemgetter(0)):
@@ -168,6 +169,13 @@ class _Replay:
             check(tick, *facts)
         self._advance(changes, segment.end)
         self._refuse_missing_events(segment)
+
+    def _check_earlier_events(self, segment: Segment) -> None:
+        row = self.log.records.index.select(SNAPSHOTS, START, segment.number)[0]
+        rows = self.log.records.earlier_event_rows(row)
+        if rows is not None and words(rows) != words(self.component.event_rows()):
+            reason = "the events before the start are not those that its snapshot holds"
+            raise Difference("events", segment.start, None, reason)
 
     def _refuse_missing_events(self, segment: Segment) -> None:
         """Tell of the events that the log does not hold: those after what was written last are lost, not different."""

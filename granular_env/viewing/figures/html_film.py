@@ -142,8 +142,8 @@ def _bars(plane: Plane) -> str:
 
 
 def _events(log: Any, instants: FloatArray) -> tuple[tuple[float, ...], str]:
-    """Return the heights of the bars of events, and in words how many there are and when the first one was."""
-    found = log.events()
+    """Return the heights of the bars of events, and in words how many there are, when the first was, and what was before."""
+    found, earlier = log.events(), log.earlier_events()
     if not found:
         return (), ""
     times = _times(log, found)
@@ -151,7 +151,8 @@ def _events(log: Any, instants: FloatArray) -> tuple[tuple[float, ...], str]:
     # A single event beside thousands is still seen.
     heights = np.where(counts > 0, np.maximum(counts / counts.max(), 0.08), 0.0)
     scale, unit = time_unit(float(instants[-1]))
-    return tuple(heights.tolist()), f"{_count_words(found)}, the first at {times[0] * scale:.4g} {unit}"
+    before = f"; before this log begins {_count_words(earlier)}" if earlier else ""
+    return tuple(heights.tolist()), f"{_count_words(found)}, the first at {times[0] * scale:.4g} {unit}{before}"
 
 
 def _times(log: Any, events: Sequence[Any]) -> FloatArray:

@@ -6,7 +6,8 @@ import dataclasses
 import math
 import os
 import shlex
-from collections.abc import Iterator, Mapping
+from collections import Counter
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from typing import Any
 
@@ -15,10 +16,11 @@ from markupsafe import Markup
 from pydantic.fields import FieldInfo
 
 from granular_env.components.errors import GranularError, LogError
+from granular_env.components.events import Event
 from granular_env.components.support.parameter_fields import left_out, unit_of
 from granular_env.documents import to_toml
 from granular_env.recording.format.header import BalanceNames
-from granular_env.recording.reader.event_places import event_table
+from granular_env.recording.reader.event_places import event_table, listed_events
 
 from .. import html_page
 from ..scene_data import SceneData
@@ -72,21 +74,37 @@ def _closure(scene_data: SceneData, balance: BalanceNames) -> str:
 
 
 def events(log: Any) -> Markup:
-    """Return what happened to the component in the run; empty where nothing could."""
+    """Return what happened to the component in the run and, of a branch, before it; empty where nothing could."""
     kinds = log.event_kinds
     if not kinds:
         return Markup()
-    found = log.events()
-    if not found:
-        return html_page.paragraph("Nothing happened of what could: " + ", ".join(kinds) + ".")
-    heads, rows = event_table(found[:_MOST_EVENTS], log.step_size, log.event_details, log.drawables)
+    found, earlier = log.events(), log.earlier_events()
+    told = _earlier_events(log, earlier)
+    if not found and not earlier:
+        nothing = "Nothing happened in this log of what could: " + ", ".join(kinds) + "."
+        return html_page.paragraph(f"{nothing} {told}".strip())
+    shown = listed_events(found, earlier or [], _MOST_EVENTS)
+    heads, rows = event_table(shown, log.step_size, log.event_details, log.drawables)
     for row in rows:
         row[1] = row[1].replace("_", " ")
     more = ""
-    if len(found) > _MOST_EVENTS:
-        more = f"The first {_MOST_EVENTS} of {len(found)} events; `ge.open_log(path).events()` has all of them."
+    if len(shown) < len(found) + len(earlier or []):
+        which = f"first {len(shown)} of {len(found)} events" if len(found) > _MOST_EVENTS else f"table has {len(shown)}"
+        more = f"The {which}; `events()` and `earlier_events()` of `ge.open_log(path)` have all of them."
     words = "; ".join(f"{kind.replace('_', ' ')}: {text}" for kind, text in kinds.items())
-    return html_page.table(heads, rows) + html_page.paragraph(f"{words}. {more}".strip())
+    return html_page.table(heads, rows) + html_page.paragraph(" ".join(filter(None, [f"{words}.", told, more])))
+
+
+def _earlier_events(log: Any, earlier: Sequence[Event] | None) -> str:
+    """Return in words what happened before a log begins; empty where nothing did."""
+    start = f"{log.start_tick * log.step_size:.9g} s"
+    if earlier is None:
+        return f"This log begins at {start}, and does not say what happened before."
+    if not earlier:
+        return ""
+    counts = Counter(event.kind.replace("_", " ") for event in earlier).most_common()
+    kinds = ", ".join(f"{count} x {kind}" for kind, count in counts)
+    return f"Of these events {len(log.events())} are in this log, {len(earlier)} before it begins at {start}: {kinds}."
 
 
 def validity(log: Any) -> Markup:

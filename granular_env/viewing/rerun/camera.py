@@ -47,16 +47,23 @@ class Camera:
     def _image(self) -> tuple[float, float]:
         return _PIXELS, _PIXELS * self.height / self.width
 
+    @property
+    def _distance(self) -> float:
+        return max(_DISTANCE * self.width, _NEAREST)
+
+    @property
+    def place(self) -> tuple[float, float, float]:
+        """Return where it is [m]."""
+        x, other = self.middle
+        return (x, other, self._distance) if self.is_above else (x, -self._distance, other)
+
     def send(self, recording: Any) -> None:
         """Put the camera into the scene."""
         rr = import_optional("rerun", "the viewer")
-        distance = max(_DISTANCE * self.width, _NEAREST)
         width, height = self._image
-        x, other = self.middle
-        spot = [x, other, distance] if self.is_above else [x, -distance, other]
-        place = rr.Transform3D(translation=spot, mat3x3=_ABOVE if self.is_above else _SIDE)
+        place = rr.Transform3D(translation=self.place, mat3x3=_ABOVE if self.is_above else _SIDE)
         lens = rr.Pinhole(
-            focal_length=distance / self.width * width, width=width, height=height, camera_xyz=rr.ViewCoordinates.RDF
+            focal_length=self._distance / self.width * width, width=width, height=height, camera_xyz=rr.ViewCoordinates.RDF
         )
         recording.log(self.path, place, lens, static=True)
 

@@ -93,7 +93,7 @@ def _detail_words(motion: Motion) -> Iterator[str]:
     if motion.rotation is not None and motion.is_plane:
         yield "**Spokes** show how they are turned (true to scale)."
     for links in motion.links:
-        words = f"a broken one ({plain(links.state_name)} is 0) is a short black line across, while its two ends are near"
+        words = f"a broken one ({plain(links.state_name)} is 0) is a short violet line across, while its two ends are near"
         if len(links.pairs) > MOST_LINES:
             yield f"**Cracks:** of {len(links.pairs)} {plain(links.name)} those that hold are not drawn; {words}."
         else:

@@ -100,11 +100,14 @@ def send_frames(recording: Any, scene_data: SceneData, scales: Scales, views: Vi
         count = len(mesh.nodes) if mesh.field is None else mesh.field.shape[1]
         colours = scales.colours_of(mesh.field_variable, mesh.field, len(drawn) * count).reshape(len(drawn), count, 3)
         send_mesh(recording, mesh, drawn, colours, time_columns(mesh.times, mesh.ticks))
+    eye = np.array(whole_camera(scene_data, scales, views).place) / scales.magnification
     for motion in scene_data.motions:
-        _send_particles(recording, scene_data, motion, scales, views if motion is scene_data.motion else None)
+        _send_particles(recording, scene_data, motion, scales, views if motion is scene_data.motion else None, eye)
 
 
-def _send_particles(recording: Any, scene_data: SceneData, motion: Motion, scales: Scales, views: Views | None) -> None:
+def _send_particles(
+    recording: Any, scene_data: SceneData, motion: Motion, scales: Scales, views: Views | None, eye: FloatArray
+) -> None:
     rr = import_optional("rerun", "the viewer")
     frames, count = motion.displacement.shape[:2]
     drawn = (motion.reference + scales.exaggeration * motion.displacement).astype(np.float32)
@@ -113,8 +116,8 @@ def _send_particles(recording: Any, scene_data: SceneData, motion: Motion, scale
     particles = rr.Points3D.columns(positions=drawn.reshape(-1, 3), colors=colours.reshape(-1, 3))
     entity = _particles_entity(scene_data, motion, scales)
     recording.send_columns(entity, when, particles.partition(np.full(frames, count)))
-    send_links(recording, motion, drawn, when)
-    send_spokes(recording, motion, drawn, when)
+    send_links(recording, motion, drawn, eye, when)
+    send_spokes(recording, motion, drawn, eye, when)
     if views is not None:
         views.send_frames(recording, motion, scales, drawn, colours, when)
 
