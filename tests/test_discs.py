@@ -238,6 +238,9 @@ def test_a_plane_has_cells_in_the_colours_of_their_field_or_of_its_mean_over_the
 def test_rerun_gets_the_discs(log, tmp_path: Path) -> None:
     pytest.importorskip("rerun", reason="the extra `view` is not installed")
     from granular_env.viewing import save_rrd
+    from granular_env.viewing.rerun.scene import whole_camera
+    from granular_env.viewing.scene_data import from_log
+    from granular_env.viewing.scene_scales import scales_of
 
     found, _ = columns(save_rrd(log, tmp_path / "a.rrd"))
     lines = [row for row in found["scene/links_links"]["strips"] if row is not None]
@@ -245,8 +248,12 @@ def test_rerun_gets_the_discs(log, tmp_path: Path) -> None:
     # A broken link has no line; the others reach from centre to centre.
     assert [len(row) for row in lines] == np.count_nonzero(linked, axis=1).tolist() and len(lines[0]) == 9 > len(lines[-1])
     discs = next(name for name in found if name.startswith("scene/particles"))
-    centres = np.array(found[discs]["positions"][-1])
-    np.testing.assert_allclose(np.array(lines[-1][-1])[:, :2], centres[[8, 9], :2], atol=1e-7)
+    # Lines lie in front of the discs, on the rays from the camera to their centres.
+    scene_data = from_log(log)
+    scales = scales_of(scene_data)
+    eye = np.array(whole_camera(scene_data, scales, None).place) / scales.magnification
+    rays, seen = (np.array(found[discs]["positions"][-1])[[8, 9]] - eye, np.array(lines[-1][-1]) - eye)
+    np.testing.assert_allclose(rays[:, :2] / rays[:, 2:], seen[:, :2] / seen[:, 2:], atol=1e-6)
     words = next(row for row in found["caption"]["text"] if row is not None)[0]
     assert "Lines: 9 links" in words and "through 0" not in words  # a speed has no sign
 

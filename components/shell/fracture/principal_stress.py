@@ -8,10 +8,15 @@ from __future__ import annotations
 
 from typing import ClassVar, Literal
 
+from pydantic import model_validator
+
+from ...errors import ParameterError
 from ...materials.thermoviscoplastic import FlowConstants
 from ...support.magnitudes import Magnitude
 from ...support.parameter_fields import field
 from .law import FractureLaw
+
+_FACTOR = 3.0
 
 
 class PrincipalStress(FractureLaw):
@@ -21,8 +26,18 @@ class PrincipalStress(FractureLaw):
     unit: ClassVar[str] = "Pa"
     quantity: ClassVar[str] = "the largest principal stress"
     name: Literal["principal_stress"] = field("principal_stress", "the largest principal stress decides", "1")
-    factor: Magnitude = field(3.0, "largest principal stress over the yield stress at which a point parts", "1")
+    factor: Magnitude = field(_FACTOR, "largest principal stress over the yield stress at which a point parts", "1")
     stress: Magnitude | None = field(None, "that stress itself, in place of the factor", "Pa", without="none")
+
+    @model_validator(mode="after")
+    def _validate_one_limit(self) -> PrincipalStress:
+        # As laws are written out with all that they have, the factor of the paper beside a stress is no choice.
+        if self.stress is not None and self.factor != _FACTOR:
+            raise ParameterError(
+                f"got {self.factor:g} beside stress = {self.stress:g} Pa", expected="one of the two",
+                hint="the stress is taken in place of the factor: leave one out", at="factor",
+            )  # fmt: skip
+        return self
 
     @property
     def needs_flow(self) -> bool:
