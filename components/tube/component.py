@@ -33,7 +33,6 @@ _WAKING = 1e-9
 _GAS, _SHELL, _WALL = 16, 32, 48
 # A change of the cross-section that a gas in a rigid tube should have felt.
 _LARGE_CHANGE = 0.02
-# Axes that do not count cells, nodes, points or gauges: both parts have them.
 
 
 class Tube(Component):

@@ -223,10 +223,11 @@ def combine(values: Sequence[Value]) -> Verdict:
         return Verdict("not reproduced", f"not reproduced: {which}{verdict.words}")
     if len(judged) == 1 or kinds == {"in part"}:
         return Verdict("in part", max(judged, key=lambda pair: _relative(pair[0]))[1].words)
-    parts = "; ".join(f"{value.label}: {verdict.words_in_list}" for value, verdict in judged)
     if len(judged) > _LISTED:
         counted = Counter(verdict.kind for _, verdict in judged)
         parts = f"of {len(judged)} values {', '.join(f'{count} {kind}' for kind, count in counted.most_common())}"
+    else:
+        parts = "; ".join(f"{value.label}: {verdict.words_in_list}" for value, verdict in judged)
     bands = "as bands" in kinds and "not reproduced" not in kinds
     return Verdict("as bands" if bands else "in part", f"in part: {parts}")
 

@@ -412,6 +412,10 @@ class BreakingBody:
         """
         return self._sides_of(np.any(self.cracks.links > 0, axis=2))
 
+    def _leaking_sides(self) -> CutSides:
+        """Return where a crack goes through the whole wall."""
+        return self._sides_of(self.cracks.severed)
+
     def _sides_of(self, cut: Marks) -> CutSides:
         """Return which of the links that are cut, shape (columns, 4), lie between neighbouring columns."""
         around, (n, m, _) = self._assembly.solid.surface.around, self._assembly.lattice.shape
@@ -423,7 +427,7 @@ class BreakingBody:
         lattice, cracks = self._assembly.lattice, self.cracks
         is_severed = not connects_ends(cracks.labels, cracks.borne, lattice.shape[:2])
         strain = station_means(self._assembly, state.plastic_strain) if cracks.solid.plastic else np.zeros(1)
-        through = self._sides_of(cracks.severed)
+        through = self._leaking_sides()
         return outcome(lattice, through if through.is_cut else self._cut_sides(), is_severed, strain)
 
     def conclusions(self, block: Block, state: State, step_size: float) -> list[str]:
@@ -450,7 +454,7 @@ class BreakingBody:
 
     def _crack_words(self, cut: CutSides) -> str:
         """Return in words how far cracks reach, at any depth and through the wall."""
-        lattice, through = self._assembly.lattice, self._sides_of(self.cracks.severed)
+        lattice, through = self._assembly.lattice, self._leaking_sides()
         part = "of the circumference" if lattice.bent else "of the width"
         (along, around), (leaking_along, leaking_around) = (
             (1e3 * crack_along(lattice, sides), 100.0 * crack_around(lattice, sides)) for sides in (cut, through)
