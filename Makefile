@@ -49,7 +49,7 @@ test: .venv/.test ## every test but the slow ones
 test-extras: .venv/.extras ## what needs the large optional packages: reinforcement learning, Ray
 	$(BIN)/pytest -n $(WORKERS) -m "extra and not slow"
 
-test-slow: .venv/.test .venv/.extras ## the slow tests: a thousand kills, twenty thousand mutations, a Ray cluster
+test-slow: .venv/.test .venv/.extras ## the slow tests: a thousand kills, twenty thousand mutated files, a Ray cluster
 	$(BIN)/pytest -n $(WORKERS) -m slow
 
 test-lowest: ## the tests of golden logs, sweeps, studies, environments and pages with the lowest versions that are allowed
