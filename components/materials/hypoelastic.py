@@ -9,6 +9,10 @@ equations (6) to (9).
 
 from __future__ import annotations
 
+import numpy as np
+
+from ..support.elementary_functions import logarithm
+from ..support.float_arrays import FloatArray
 from ..support.jit import internal_inlined
 
 
@@ -50,3 +54,27 @@ def energy_density(xx, yy, zz, xy, first_lame, shear):
     sxx, syy, szz = xx + pressure, yy + pressure, zz + pressure
     deviator = sxx * sxx + syy * syy + szz * szz + 2.0 * (xy * xy)
     return pressure * pressure / (2.0 * bulk) + deviator / (4.0 * shear)
+
+
+def logarithmic_strain(
+    xx: FloatArray, xy: FloatArray, yx: FloatArray, yy: FloatArray
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return the entries xx, yy, xy of ln V, V^2 = F F^T, of the displacement gradients H = F - 1, each of shape (m,).
+
+    With F = V R, C : ln V is the stress C : ln U of the unturned body, turned by R: that of a stretch U and a rotation R of any
+    angle, which the rate above has after infinitely many steps where the axes of the stretch turn with the body. det F > 0.
+    """
+    # B = F F^T: mean and deviator of B - 1; its eigenvalues are 1 + mean +- radius.
+    first, second = 2.0 * xx + xx * xx + xy * xy, 2.0 * yy + yx * yx + yy * yy
+    half, off = 0.5 * (first - second), xy + yx + xx * yx + xy * yy
+    mean, radius = 0.5 * (first + second), np.sqrt(half * half + off * off)
+    volume = 0.5 * _logarithm_1p(xx + yy + (xx * yy - xy * yx))
+    some = np.where(radius > 0.0, radius, 1.0)
+    per_deviator = np.where(radius > 0.0, 0.25 * _logarithm_1p(2.0 * radius / (1.0 + mean - radius)) / some, 0.0)
+    return volume + per_deviator * half, volume - per_deviator * half, per_deviator * off
+
+
+def _logarithm_1p(x: FloatArray) -> FloatArray:
+    """Return ln(1 + x), exact to rounding for small x too (W. Kahan)."""
+    above = 1.0 + x
+    return np.where(above == 1.0, x, logarithm(above) * x / np.where(above == 1.0, 1.0, above - 1.0))
