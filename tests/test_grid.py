@@ -187,7 +187,7 @@ def bend_and_turn(plasticity: object, angle: float, steps: int) -> np.ndarray:
 )  # fmt: skip
 @pytest.mark.parametrize("degrees", [30.0, 60.0, 90.0])
 def test_rotation_adds_an_error_of_second_order_to_the_stress_update(plasticity: object, degrees: float) -> None:
-    """Against the same steps without the rotation: a quarter of the error for half of the step, in stress and hourglass force."""
+    """Against the same steps without the rotation, stress and hourglass force: a quarter of the error for half of the step."""
     errors = np.array([
         np.abs(bend_and_turn(plasticity, math.radians(degrees), steps) - bend_and_turn(plasticity, 0.0, steps))
         for steps in (10, 20, 40, 80)
@@ -543,9 +543,7 @@ def test_nothing_moves_far_ahead_of_a_wave_whose_step_is_tiny() -> None:
 
 def test_a_point_away_from_its_node_is_reported() -> None:
     grid = block(4, 4, receivers=[[1.0, 1.0], [0.3, -0.4]], forced_nodes=[[2.0, 0.0]])
-    assert grid.cautions() == [
-        "receivers[1]: node 12 at (0, 0) m, the nearest one, stands for the point [0.3, -0.4] m"
-    ]
+    assert grid.cautions() == ["receivers[1]: node 12 at (0, 0) m, the nearest one, stands for the point [0.3, -0.4] m"]
 
 
 def test_points_lie_in_the_body_and_cells_beside_each_other() -> None:

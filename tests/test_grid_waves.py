@@ -108,7 +108,7 @@ IN_SITU = np.array([-1e-4, -1.6e-4, -0.65e-4, 0.2e-4])
 
 
 def test_absorbing_edges_keep_the_stress_of_the_start() -> None:
-    """A stress that is there at the reset stays: to 1 % ten transits after a push that is twice as strong in the cells there."""
+    """The stress of the reset stays: to 1 % ten transits after a push that is twice as strong in the cells next to it."""
     edges = dict.fromkeys(("left", "right", "bottom", "top"), "absorbing")
     grid = block(24, 24, boundaries=edges, forced_nodes=[[0.0, 0.0]])
     grid.reset(stress=np.tile(IN_SITU, (576, 1)))

@@ -176,7 +176,8 @@ class Grid(Component):
         self._lay_out(
             displacement=("f8", (n, 2)), velocity=("f8", (n, 2)), force=("f8", (n, 2)), stress=("f8", (m, 4)),
             hourglass_force=("f8", (m, 2)), energy=("f8", (m,)), plastic_strain=("f8", (plastic,)),
-            plastic_work=("f8", (plastic,)), static_force=("f8", self._assembly.absorbing_sides.shape), tally=("f8", (kernel_arrays.TALLY,)), start=("f8", (4,)),
+            plastic_work=("f8", (plastic,)), static_force=("f8", self._assembly.absorbing_sides.shape),
+            tally=("f8", (kernel_arrays.TALLY,)), start=("f8", (4,)),
         )  # fmt: skip
         self._state = kernel_arrays.State(*(self._block[name] for name in _STATE))
         self._driven_by: Mapping[str, Held] | None = None
@@ -278,14 +279,14 @@ class Grid(Component):
         return {}
 
     def _static_force(self) -> FloatArray:
-        """Return what the stress exerts on the sides of absorbing edges, shape (k, 2) [N]: they keep that of the reset."""
+        """Return the force sigma n L that holds each side of the absorbing edges against the stress, shape (k, 2) [N]."""
         sides, positions = self._assembly.absorbing_sides, self.mesh.nodes + self._state.displacement
         x, y = (positions[sides[:, 1]] - positions[sides[:, 0]]).T
         xx, yy, _, xy = self._state.stress[cells_of_sides(self.mesh, sides)].T
         return np.stack([xx * y - xy * x, xy * y - yy * x], axis=1)
 
     def _strain_elastically(self) -> None:
-        """Write the stresses and hourglass forces that belong to the displacements, however far cells have turned."""
+        """Write the elastic stresses and hourglass forces of the displacements, for rotations of any angle."""
         state, corners = self._state, self.mesh.nodes[self.mesh.cells]
         moved = state.displacement[self.mesh.cells]
         first, second = corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1]

@@ -30,9 +30,9 @@ _ONE, _TWO, _THREE = np.uint32(1), np.uint32(2), np.uint32(3)
 
 @internal_inlined
 def yield_cell(law, moduli, hardened, area, old, trial):
-    """Return the stresses xx, yy, zz, xy of a cell that may yield, plastic strain and work, what is left of the deviator, q, limit.
+    """Return the stresses xx, yy, zz, xy of a cell that may yield, plastic strain and work of the step, scale, q and its limit.
 
-    What is left is the part of the trial deviator that the return keeps.
+    The scale is that of the return: it multiplies the trial deviator, and is 1 where nothing flows.
 
     Args:
         law: constants of its law, shape (4,); see `PlasticLaw.constants`.
@@ -117,7 +117,7 @@ def advance_cells(grid, state, corner_out, tile, step, tick, events, counts):
         scale = step / twice
         exx, eyx = (my_b * wax - my_a * wbx) * scale, (my_b * way - my_a * wby) * scale
         exy, eyy = (mx_a * wbx - mx_b * wax) * scale, (mx_a * wby - mx_b * way) * scale
-        # What was there turns by the rotation of the step, what the middle of the step adds by the second half of it.
+        # The old stress turns by the rotation of the step, the increment of mid-step by the second half of it.
         turn = 0.25 * (eyx - exy)
         cosine, sine = rotation_of(2.0 * turn)
         half_cosine = sqrt(0.5 + 0.5 * cosine)
@@ -135,7 +135,7 @@ def advance_cells(grid, state, corner_out, tile, step, tick, events, counts):
         dxx, dyy, dzz, dxy = elastic_increment(turned_xx, turned_yy, turned_xy, moduli[number, 0], moduli[number, 1])
         txx, tyy, tzz, txy = sxx + dxx, syy + dyy, szz + dzz, sxy + dxy
         if laws[number, 0] < np.inf:
-            (txx, tyy, tzz, txy), strain, work, left, q, limit = yield_cell(
+            (txx, tyy, tzz, txy), strain, work, kept, q, limit = yield_cell(
                 laws[number], moduli[number], plastic_strains[c], 0.5 * twice, (sxx, syy, szz, sxy), (txx, tyy, tzz, txy)
             )
             if strain > 0.0:
@@ -144,12 +144,13 @@ def advance_cells(grid, state, corner_out, tile, step, tick, events, counts):
                     events[row, 0], events[row, 1], events[row, 2], events[row, 3], events[row, 4] = tick, _YIELDED, c, q, limit
                     counts[0] = row + 1
                 plastic_strains[c] += strain
-                # The hourglass force is a stress too: the same part of it flows, and its mean does this work.
+                # The hourglass force stands for deviators within the cell: it returns with that of the cell. The strain that
+                # flows is (1 - kept) q / rate; the mean of the force before and after the step does its work.
                 if rate > 0.0:
-                    flown = (1.0 - left) * (qx * (hx + left * qx) + qy * (hy + left * qy)) / (2.0 * rate)
-                    qx, qy = left * qx, left * qy
-                    work += flown
-                    energy[c] += flown
+                    flow = (1.0 - kept) * (qx * (hx + kept * qx) + qy * (hy + kept * qy)) / (2.0 * rate)
+                    qx, qy = kept * qx, kept * qy
+                    work += flow
+                    energy[c] += flow
                 plastic_works[c] += work
         twists[c, 0], twists[c, 1] = qx, qy
         # The kick before the drift saw the old stress as it was then, not turned with the cell.

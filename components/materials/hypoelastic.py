@@ -2,8 +2,9 @@
 
 sigma' = lambda tr(D) I + 2 mu D, rotated with the material. Over a step the rotation is the exact one of Hughes and Winget
 (Int. J. Numer. Methods Eng. 15 (1980) 1862), of which Wilkins' first-order formula is the limit: a rigid motion leaves the
-invariants of the stress alone, whatever the step. Valid for small elastic strains; rotations and plastic strains may be large.
-Source: M. L. Wilkins, Methods in Computational Physics 3 (1964) 211; S. G. Psakhie et al., Physical Mesomechanics 6 (2003),
+invariants of the stress alone, whatever the step. The increment C : D of the middle of the step is turned by the second half
+of the rotation, which makes the update of second order. Valid for small elastic strains; rotations and plastic strains may be
+large. Source: M. L. Wilkins, Methods in Computational Physics 3 (1964) 211; S. G. Psakhie et al., Physical Mesomechanics 6 (2003),
 equations (6) to (9).
 """
 
@@ -61,8 +62,8 @@ def logarithmic_strain(
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Return the entries xx, yy, xy of ln V, V^2 = F F^T, of the displacement gradients H = F - 1, each of shape (m,).
 
-    With F = V R, C : ln V is the stress C : ln U of the unturned body, turned by R: that of a stretch U and a rotation R of any
-    angle, which the rate above has after infinitely many steps where the axes of the stretch turn with the body. det F > 0.
+    With F = V R = R U, C : ln V is the stress C : ln U of the unturned body, turned by R. The rate above has it as its limit
+    where the axes of the stretch turn with the body. det F has to be positive; rotations may be of any angle.
     """
     # B = F F^T: mean and deviator of B - 1; its eigenvalues are 1 + mean +- radius.
     first, second = 2.0 * xx + xx * xx + xy * xy, 2.0 * yy + yx * yx + yy * yy
