@@ -145,6 +145,20 @@ def test_absorbing_edges_keep_the_traction_of_a_turned_and_loaded_start() -> Non
     assert grid.get("velocity")[:, 1].mean() == pytest.approx(-0.5 * pressure / P_SPEED, rel=5e-3)
 
 
+@pytest.mark.parametrize("rows", [1, 2, 4, 8])
+@pytest.mark.parametrize("hourglass", [0.5, 1.0])
+def test_a_beam_bends_with_the_stiffness_of_its_cells(rows: int, hourglass: float) -> None:
+    """E' (1 + (hourglass (lambda + 3 mu) / E' - 1) / N^2) N^3 / 12 with E' = E / (1 - nu^2): stress and hourglass energy."""
+    beam = block(10, rows, hourglass=hourglass)
+    x, y = beam.mesh.nodes.T
+    # Pure bending in plane strain: the sides above and below carry nothing.
+    beam.reset(displacement=SMALL * np.stack([x * y, -0.5 * (x * x + y * y / 3.0)], axis=1))
+    modulus = 2.5 / (1.0 - 0.25**2)
+    exact = 0.5 * modulus * SMALL**2 * 10.0 * rows**3 / 12.0
+    found = beam.get("elastic_energy") + beam.get("hourglass_energy")
+    assert found == pytest.approx(exact * (1.0 + (hourglass * 4.0 / modulus - 1.0) / rows**2), rel=1e-9)
+
+
 def sent_back(angle: float, edge: dict, shear: bool) -> float:
     """Return the root of the part of its energy that an edge sends back of a packet of plane waves, 24 cells long each.
 

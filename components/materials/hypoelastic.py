@@ -4,7 +4,8 @@ sigma' = lambda tr(D) I + 2 mu D, rotated with the material. Over a step the rot
 (Int. J. Numer. Methods Eng. 15 (1980) 1862), of which Wilkins' first-order formula is the limit: a rigid motion leaves the
 invariants of the stress alone, whatever the step. The increment C : D of the middle of the step is turned by the second half
 of the rotation, which makes the update of second order. Valid for small elastic strains; rotations and plastic strains may be
-large. Source: M. L. Wilkins, Methods in Computational Physics 3 (1964) 211; S. G. Psakhie et al., Physical Mesomechanics 6 (2003),
+large.
+Source: M. L. Wilkins, Methods in Computational Physics 3 (1964) 211; S. G. Psakhie et al., Physical Mesomechanics 6 (2003),
 equations (6) to (9).
 """
 
