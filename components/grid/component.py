@@ -204,7 +204,7 @@ class Grid(Component):
         if self._plastic:
             text = "equivalent stress over that at which the cell yields: 1 where it yields, 0 where its material cannot"
             yield Variable("yield_ratio", "output", "1", (m,), text, minimum=0.0, axes=cells)
-        yield Variable("internal_energy", "output", "J", (m,), "work that stresses have done on the cells", axes=cells)
+        yield Variable("internal_energy", "output", "J", (m,), "work of stresses on the cells and plastic work", axes=cells)
         for edge in self._assembly.held_edges:
             yield Variable(
                 f"{edge}_reaction", "output", "N", (2,), f"force of the {edge} edge on the cells there, along x and y, where "

@@ -65,7 +65,7 @@ class State(NamedTuple):
         force: of the cells on the nodes, shape (n, 2) [N].
         stress: xx, yy, zz, xy of the cells, tension positive, shape (m, 4) [Pa].
         hourglass_force: shape (m, 2) [N].
-        energy: work that stresses have done on the cells, shape (m,) [J].
+        energy: work that stresses, and hourglass forces as they flow, have done on the cells, shape (m,) [J].
         plastic_strain: equivalent, shape (m,); (0,) where no material can yield.
         plastic_work: shape (m,) [J]; (0,) where no material can yield.
     """

@@ -15,7 +15,7 @@ from math import sqrt
 import numpy as np
 
 from ..materials.drucker_prager import return_to_cone
-from ..materials.hypoelastic import elastic_increment, energy_density, rotate_stress, rotation_of
+from ..materials.hypoelastic import elastic_increment, energy_density, rotate_by_half, rotate_stress, rotation_of
 from ..support.jit import internal, internal_inlined, jit
 from .kernel_arrays import ABSORBED, ANGULAR, BOUNDARY_ANGULAR, BOUNDARY_IMPULSE, IMPULSE, WORK
 
@@ -131,7 +131,7 @@ def advance_cells(grid, state, corner_out, tile, step, tick, events, counts):
         number = material[c]
         sxx, syy, sxy = rotate_stress(stresses[c, 0], stresses[c, 1], stresses[c, 3], cosine, sine)
         szz, shear_strain = stresses[c, 2], 0.5 * (exy + eyx)
-        turned_xx, turned_yy, turned_xy = rotate_stress(exx, eyy, shear_strain, half_cosine, half_sine)
+        turned_xx, turned_yy, turned_xy = rotate_by_half(exx, eyy, shear_strain, cosine, sine)
         dxx, dyy, dzz, dxy = elastic_increment(turned_xx, turned_yy, turned_xy, moduli[number, 0], moduli[number, 1])
         txx, tyy, tzz, txy = sxx + dxx, syy + dyy, szz + dzz, sxy + dxy
         if laws[number, 0] < np.inf:

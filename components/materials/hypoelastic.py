@@ -34,10 +34,15 @@ def rotation_of(spin):
 @internal_inlined
 def rotate_stress(xx, yy, xy, cosine, sine):
     """Return the in-plane stresses [Pa] turned by an angle; what is along z stays."""
+    return rotate_by_half(xx, yy, xy, cosine * cosine - sine * sine, 2.0 * sine * cosine)
+
+
+@internal_inlined
+def rotate_by_half(xx, yy, xy, cosine, sine):
+    """Return the in-plane entries of a symmetric tensor turned by half of an angle."""
     mean, half = 0.5 * (xx + yy), 0.5 * (xx - yy)
-    double_cosine, double_sine = cosine * cosine - sine * sine, 2.0 * sine * cosine
-    turned = half * double_cosine - xy * double_sine
-    return mean + turned, mean - turned, half * double_sine + xy * double_cosine
+    turned = half * cosine - xy * sine
+    return mean + turned, mean - turned, half * sine + xy * cosine
 
 
 @internal_inlined
