@@ -543,7 +543,7 @@ def test_nothing_moves_far_ahead_of_a_wave_whose_step_is_tiny() -> None:
 
 def test_a_point_away_from_its_node_is_reported() -> None:
     grid = block(4, 4, receivers=[[1.0, 1.0], [0.3, -0.4]], forced_nodes=[[2.0, 0.0]])
-    assert grid.cautions() == ["receivers[1]: node 12 at (0, 0) m, the nearest one, stands for the point [0.3, -0.4] m"]
+    assert grid.cautions() == ["receivers[1]: the nearest node, 12, is at (0, 0) m, not at the point [0.3, -0.4] m"]
 
 
 def test_points_lie_in_the_body_and_cells_beside_each_other() -> None:

@@ -132,7 +132,7 @@ class Grid(Component):
         distance = math.hypot(point[0] - x, point[1] - y)
         if distance > _OFF_NODE * math.sqrt(self.mesh.areas.min()):
             self._off_nodes.append(
-                f"{where}: node {node} at ({x:.6g}, {y:.6g}) m, the nearest one, stands for the point {list(point)} m"
+                f"{where}: the nearest node, {node}, is at ({x:.6g}, {y:.6g}) m, not at the point {list(point)} m"
             )
         if not self.mesh.contains(point[0], point[1]):
             raise ParameterError(
@@ -411,7 +411,7 @@ class Grid(Component):
         }
 
     def cautions(self) -> list[str]:
-        """Return which nodes stand for points, and a sentence where cells are so compressed that the step may be too large."""
+        """Return sentences on nodes that are not at their points, and where cells are too compressed for the step."""
         smallest = self.report()["smallest area of a cell over that at rest"]
         if smallest > _COMPRESSED:
             return [*self._off_nodes]
