@@ -137,6 +137,12 @@ def test_a_criterion_breaks_at_its_closed_form(name: str) -> None:
     assert automata.get("linked")[first.index] < 1.0
 
 
+def test_a_criterion_that_no_kernel_judges_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(CRITERIA["strain"], "code", 99)
+    with pytest.raises(ParameterError, match="criterion: no kernel judges 'strain', expected one of none, von_mises"):
+        confined(criterion={"name": "strain", "tensile": 1e-3})
+
+
 def test_every_criterion_agrees_with_its_formula() -> None:
     generator = np.random.default_rng(0)
     tables = {name: CRITERIA[name](**strengths) for name, (strengths, *_) in CASES.items()}

@@ -10,6 +10,8 @@ from ..state_block import Block
 from ..support.counter_random import uniform
 from ..support.float_arrays import FloatArray, norms
 from . import cracking_steps
+from .breaking import CRITERIA
+from .breaking.dispatch import KNOWN
 from .contact import (
     FIRST,
     SECOND,
@@ -61,6 +63,11 @@ class CrackingSpecimen(LinkedSpecimen):
         self._parameters, self._materials = p, numbers
         self._mixture, criterion = mixture, p.leading_criterion
         _refuse_double_links(self.packing)
+        if criterion.code not in KNOWN:
+            raise ParameterError(
+                f"no kernel judges {criterion.name!r}", expected=f"one of {', '.join(CRITERIA)}",
+                hint="a new criterion needs a line in `automata.breaking.dispatch` too", at="criterion",
+            )  # fmt: skip
         self.event_kinds = {**criterion.causes, **p.relinking.kinds}
         broken, linked = EventDetail(criterion.unit, "links", "criterion_ratio"), EventDetail("Pa", "links")
         self.event_details = dict.fromkeys(criterion.causes, broken) | dict.fromkeys(p.relinking.kinds, linked)
