@@ -33,7 +33,7 @@ from .material_mixture import Mixture, mix_again
 from .material_tables import IntArray, chosen_materials, law_rows, law_tables
 from .neighbours import SKIN, can_be_found, find_pairs, merge, slots_of_links
 from .packing import Packing
-from .pair import orient
+from .pair import mark_strained, orient
 from .parameters import AutomataParameters
 from .rupture import break_bonds
 from .stability import ALLOWED_PART, damping_limit
@@ -43,6 +43,8 @@ from .zigzag_faces import Ties
 TOO_FAR, UNSOUND = 2, 3
 # So far may the fastest automaton move before contacts are found anew, in diameters.
 _MOST_TRAVEL = 0.5 * SKIN
+# Automata inside a body are looked at once a link is strained by more: before, only neighbours can be nearer than a diameter.
+_STRAINED = 0.05
 # Parts of the state of each link.
 _HISTORIES = "weight", "plastic", "stiffness", "inelastic", "origin"
 # What `losses` of the state hold, in its order.
@@ -219,8 +221,11 @@ class CrackingSpecimen(LinkedSpecimen):
         return 0
 
     def exposed(self) -> IntArray:
-        """Return the automata that have a free face or a broken link: nothing else can be touched."""
-        return np.flatnonzero(self._surface | (self._block["weight"] < 1.0).any(axis=1))
+        """Return the automata that can touch others than their neighbours: a free face, a broken or a strained link."""
+        near = self._surface | (self._block["weight"] < 1.0).any(axis=1)
+        orient(self.motion.rotation, self.scratch.half, 0, self.count)
+        mark_strained(self.body, self.motion.displacement, self.scratch.half, _STRAINED, near)
+        return np.flatnonzero(near)
 
     def contact_stiffness(self) -> FloatArray:
         """Return the stiffness of a contact of each automaton along the line of centres, shape (n,) [N/m]."""

@@ -69,7 +69,7 @@ class Coupled(Component):
     """
 
     name = "coupled"
-    version = 4
+    version = 5
     Parameters = CoupledParameters
     parameters: CoupledParameters
 
