@@ -38,6 +38,8 @@ from .zigzag_faces import Ties, add_ties, make_ties, tie_faces
 
 # No automaton may cross this part of its diameter in one internal step.
 _LARGEST_MOVE = 0.1
+# Linked automata that come nearer than this part of a diameter are reported.
+_NEAREST = 0.9
 # Bytes of an automaton: its state, a copy of it, the scratch, the packing and what its making takes at a time; its histories.
 _BYTES, _HISTORY_BYTES = 600, 800
 
@@ -303,6 +305,21 @@ class Automata(Component):
         """Return how close the step is to the largest stable one, how far links are strained, and what has broken."""
         part = 0.5 * self.largest_frequency * self.step_size
         return {"step over the largest stable one, at rest": part, **self.steps.report()}
+
+    def cautions(self) -> list[str]:
+        """Return a sentence where links are so short that their automata overlap."""
+        first, second, slots = self._pairs[self.steps.linked() == 1.0].T
+        u, p = self._block["displacement"], self.parameters
+        length = norms(p.diameter * self.packing.lattice.directions[slots] + u[second] - u[first]) / p.diameter
+        short = np.flatnonzero(length < _NEAREST)
+        if not len(short):
+            return []
+        least = short[length[short].argmin()]
+        return [
+            f"{len(short)} links are shorter than {_NEAREST:g} of a diameter, the shortest, of automata {first[least]} and "
+            f"{second[least]}, {length[least]:.2g}: links that flow keep their automata together and let them overlap; choose "
+            "a criterion that breaks links, or load the specimen less"
+        ]
 
     def nearest_kind(self, ratio: str, index: int) -> str:
         """Return the kind of event that a link is nearest to."""
