@@ -164,7 +164,7 @@ def test_a_bar_in_uniaxial_stress_is_at_rest_to_its_corners(packing: str, ratio:
 
 @pytest.mark.parametrize("laws", [{}, {"criterion": {"name": "strain", "tensile": 1.0}}], ids=["linked", "breakable"])
 def test_tractions_on_corners_keep_the_balances(laws: dict) -> None:
-    """A traction acts beside the centre of a quarter cell; work, impulse and moment are those of that point."""
+    """A traction acts off the centre of a quarter cell; work, impulse and moment are those of its point."""
     automata = block("hexagonal", boundaries=dict.fromkeys(("left", "right", "bottom", "top"), "traction"), **laws)
     automata.step(
         400 * automata.step_size, left_traction=[2e-4, -1e-4], right_traction=[1e-4, 3e-4], bottom_traction=[-1e-4, 2e-4],
