@@ -168,6 +168,26 @@ def test_work_and_impulse_of_every_input_are_accounted_for() -> None:
     assert abs(medium.get("interface_work_difference")) <= 1e-12 * work
 
 
+def test_tractions_on_the_corners_of_automata_are_accounted_for() -> None:
+    """Tractions act off the centres of quarter cells, and turn them."""
+    medium = coupled(
+        {"mesh": mesh(6, 4, cell_size=[1.0, 2.0 * ROW]), "boundaries": {"left": "fixed"}},
+        {
+            "shape": rectangle(6.0, 8.0 * ROW),
+            "packing": "hexagonal",
+            "boundaries": {"top": "traction", "right": "traction"},
+        },
+        origin=[6.0, 0.0],
+    )
+    assert np.abs(medium._edge_inputs.edges.load.lever).max() == 0.25
+    small = 1e-3 * SMALL
+    inputs = {"automata_top_traction": [small, 3.0 * small], "automata_right_traction": [2.0 * small, -small]}
+    medium.step(200 * medium.step_size, **inputs)
+    assert abs(medium.get("energy_residual")) <= 1e-12 * medium.get("input_work")
+    turning = abs(medium.get("angular_impulse")) + abs(medium.get("boundary_angular_impulse"))
+    assert abs(medium.get("angular_momentum_residual")) <= 1e-12 * turning
+
+
 def test_nodes_of_an_interface_inside_weigh_as_much_as_others() -> None:
     medium = inclusion()
     nodes, automata = medium.grid.mass, medium.automata.mass
