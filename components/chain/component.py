@@ -132,8 +132,6 @@ class Chain(Component):
         other._given_memory = memory
         memory = other._claim_memory(self._table.shape)
         memory[:] = self._table
-        # Warnings that this chain gave already move its limits.
-        memory[layout.LIMIT, : self.parameters.grains + 1] = np.minimum(self._wanted_overlap, self._refused_overlap)
         other._live_in(memory)
         other._settle()
         other.reset()
@@ -324,14 +322,18 @@ class Chain(Component):
         return super().input_advice(name)
 
     def _limit_passed(self, done: int, ticks: int) -> int:
-        """Raise an error for a limit passed in the last of `done` ticks, or warn (once) and go on with the rest."""
+        """Return a status for a limit passed in the last of `done` ticks, or warn (once) and continue.
+
+        The state alone decides what is refused. LIMIT decides only how soon the kernel returns: after the caution it need not
+        return for contacts that are seen too seldom.
+        """
         if done >= equations.EXHAUSTED:
             self._failed_tick = self._tick + done - equations.EXHAUSTED
             return _EXHAUSTED
         unsound = done >= equations.UNSOUND
         done -= equations.UNSOUND if unsound else 0
         self._failed_tick = self._tick + done
-        if unsound or self._worst()[2] > 1.0:
+        if unsound or self._worst(self._peak)[2] > 1.0:
             return 1
         self._table[layout.LIMIT, : self.parameters.grains + 1] = self._refused_overlap
         self.issued_cautions.issue(self._resolution_sentence())
@@ -343,13 +345,13 @@ class Chain(Component):
         finally:
             self._tick = begin
 
-    def _worst(self) -> tuple[str, int, float]:
-        """Return the variable, index and ratio to its limit of whatever is furthest past it (NaN counts as infinite)."""
+    def _worst(self, overlap: FloatArray) -> tuple[str, int, float]:
+        """Return the variable, index and ratio to its limit of the value furthest past its limit (NaN counts as infinite)."""
         worst = ("velocity", 0, 0.0)
         fastest = self._table[layout.SCALARS, layout.SPEED_LIMIT]
         with np.errstate(all="ignore"):
             for name, ratio in (
-                ("overlap", self._largest_overlap() / self._refused_overlap),
+                ("overlap", overlap / self._refused_overlap),
                 ("velocity", np.abs(self._table[layout.V, self._grains]) / fastest),
                 ("displacement", np.where(np.isfinite(self._table[layout.U, self._grains]), 0.0, np.inf)),
             ):
@@ -362,9 +364,11 @@ class Chain(Component):
         time = (self._failed_tick if status else self._tick) * self.step_size
         if status == _EXHAUSTED:
             return self._exhaustion_error(time)
-        name, index, _ = self._worst()
+        # Before the first tick no peak is known; afterwards the peak is what the kernel judges.
+        overlap = self._peak if status else self._overlap()
+        name, index, _ = self._worst(overlap)
         if name == "overlap":
-            value, limit = float(self._largest_overlap()[index]), float(self._refused_overlap[index])
+            value, limit = float(overlap[index]), float(self._refused_overlap[index])
             radius = float(self.geometry.smaller_radius[index])
             deep = limit >= 0.999 * self.parameters.overlap_limit * radius
             advice = (
@@ -459,9 +463,14 @@ class Chain(Component):
         overlap[: self.geometry.contact_slice.start] = overlap[self.geometry.contact_slice.stop :] = 0.0
         return overlap
 
+    @property
+    def _peak(self) -> FloatArray:
+        """Largest overlap since the reset that the kernel has judged, once a tick, shape (n + 1,)."""
+        return self._table[layout.PEAK, : self.parameters.grains + 1]
+
     def _largest_overlap(self) -> FloatArray:
         """Since the reset, shape (n + 1,)."""
-        return np.maximum(self._overlap(), self._table[layout.PEAK][: self.parameters.grains + 1])
+        return np.maximum(self._overlap(), self._peak)
 
     def _contact_force(self) -> FloatArray:
         forces = np.empty(self.parameters.grains + 1)
@@ -480,7 +489,7 @@ class Chain(Component):
         """Return how well the run kept to the assumptions of Nesterenko's section 1, and how well contacts were resolved."""
         places = self.geometry.contact_slice
         return Validity.of(
-            self.geometry, self.parameters.law, self._table[layout.PEAK][: self.parameters.grains + 1][places],
+            self.geometry, self.parameters.law, self._peak[places],
             self._scheme.evaluations / self.step_size,
             wanted_forces=self._wanted_forces, adaptive=self._scheme.adaptive,
         )  # fmt: skip
