@@ -45,14 +45,14 @@ _GEOMETRY_ROWS = 18
 
 
 class Chain(Component):
-    """A row of grains between two ends: Nesterenko (1983), equations (1.1) and (1.2), and the contact laws in use today.
+    """A row of grains between two ends: Nesterenko (1983), equations (1.1) and (1.2), with a choice of contact laws.
 
     m_i u_i'' = F_i - F_(i+1) + m_i g, F = k d^1.5 for elastic spheres, d the overlap of neighbours, no tension. See
     `ChainParameters` and `laws`.
     """
 
     name = "chain"
-    version = 2
+    version = 3
     Parameters = ChainParameters
     parameters: ChainParameters
 

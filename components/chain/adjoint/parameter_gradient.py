@@ -134,11 +134,8 @@ def _mass(chain: Chain, adjoints: Adjoints) -> float | FloatArray:
 
 
 def _contact_stiffness(chain: Chain, adjoints: Adjoints) -> float | FloatArray:
-    p, g, built = chain.parameters, chain.geometry, _Built(chain, adjoints)
-    if isinstance(p.contact_stiffness, float):
-        # Walls' contacts are multiples of it.
-        return float((built.stiffness * g.stiffness)[g.contact_slice].sum()) / p.contact_stiffness
-    return built.stiffness
+    built = _Built(chain, adjoints)
+    return float(built.stiffness.sum()) if isinstance(chain.parameters.contact_stiffness, float) else built.stiffness
 
 
 def _precompression(chain: Chain, adjoints: Adjoints) -> float:
