@@ -363,6 +363,13 @@ def test_millimetres_and_grams_are_noticed() -> None:
     light = ge.make("chain", grains=2, material=ge.Material(density=7.8, young=2e11, poisson=0.29))
     assert any("weighs 7.8 kg/m^3" in said for said in light.cautions())
     assert ge.make("chain", grains=2, radius=0.1).cautions() == []
+    heavy = ge.make("chain", grains=3, mass=0.88)
+    assert any("7.781e+06 kg/m^3, far more than any solid: mass is in kg" in said for said in heavy.cautions())
+    soft = ge.make("chain", grains=3, material={"density": 7800.0, "young": 2e5, "poisson": 0.29})
+    assert any("5.797 m/s, less than in any solid: young is in Pa" in said for said in soft.cautions())
+    soft.reset(velocity={0: 1.0})
+    with pytest.raises(ge.StepError, match="young is in Pa"):
+        soft.step(2000 * soft.step_size)
 
 
 def test_chains_and_snapshots_say_what_they_are() -> None:

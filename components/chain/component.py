@@ -37,8 +37,8 @@ _KINDS = {"free": layout.FREE, "piston": layout.PISTON} | dict.fromkeys(WALLS, l
 _NO_PIECES = np.zeros((0, 2))
 # A status: a tick takes more work than is allowed.
 _EXHAUSTED = 2
-# Beyond these a unit is likely to be wrong [m, kg/m^3].
-_LARGE_RADIUS, _LIGHT_DENSITY = 0.1, 100.0
+# Beyond these a unit is likely to be wrong [m, kg/m^3, kg/m^3, m/s]; a heavy striker may weigh as much as many grains.
+_LARGE_RADIUS, _LIGHT_DENSITY, _HEAVY_DENSITY, _SLOW_SOUND = 0.1, 100.0, 1e6, 20.0
 _NUMBERING = "place i is left of grain i, the last one right of the last grain; 0 where there is no contact"
 # Arrays as long as the chain that exist at a time while it is built, beside the table and its copy.
 _GEOMETRY_ROWS = 18
@@ -385,7 +385,7 @@ class Chain(Component):
         else:
             value, limit = float(self.get(name)[index]), float(self._table[layout.SCALARS, layout.SPEED_LIMIT])
             advice = "that is above the material's sound speed: load the chain less, or take a smaller step_size"
-        unit = self.variables[name].unit
+        unit, advice = self.variables[name].unit, "; ".join([*self._size_sentences(), advice])
         return StepError(
             f"reached {value:.6g} {unit} at {time:.9g} s, the limit is {limit:.6g} {unit}; {advice}",
             time=time, at=(name, index), variable=name, index=index, value=value, limit=limit,
@@ -509,7 +509,7 @@ class Chain(Component):
         return said
 
     def _size_sentences(self) -> list[str]:
-        """Slips of units run without a fault: millimetres as metres, g/cm^3 as kg/m^3."""
+        """Return what looks like a slip of units: millimetres as metres, g/cm^3 as kg/m^3, grams as kg, MPa as Pa."""
         radius, said = self.geometry.radius, []
         density = self.geometry.mass / (4.0 / 3.0 * np.pi * radius**3)
         if radius.max() > _LARGE_RADIUS:
@@ -520,6 +520,17 @@ class Chain(Component):
             said.append(
                 f"grain {int(np.argmin(density))} weighs {density.min():.4g} kg/m^3, less than any solid grain: density is in "
                 "kg/m^3, 7800 not 7.8"
+            )
+        if density.max() > _HEAVY_DENSITY:
+            said.append(
+                f"grain {int(np.argmax(density))} weighs {density.max():.4g} kg/m^3, far more than any solid: mass is in kg, "
+                "8.8e-4 not 0.88, and density in kg/m^3"
+            )
+        sound = self.geometry.sound_speed
+        if sound.min() < _SLOW_SOUND:
+            said.append(
+                f"the sound speed of grain {int(np.argmin(sound))} is {sound.min():.4g} m/s, less than in any solid: young "
+                "is in Pa, 2e11 not 200e3"
             )
         return said
 
