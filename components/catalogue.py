@@ -24,7 +24,7 @@ _OWN = {
     ),
     "chain": (
         ".chain.component:Chain",
-        "A row of grains between two ends: Nesterenko (1983), equations (1.1) and (1.2), and the contact laws in use today.",
+        "A row of grains between two ends: Nesterenko (1983), equations (1.1) and (1.2), with a choice of contact laws.",
     ),
     "coupled": (
         ".coupled.component:Coupled",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import math
 import warnings
 
@@ -10,6 +11,7 @@ import pytest
 from support.chain_tools import INTEGRATORS, advance, unit_chain
 
 import granular_env as ge
+from granular_env.components.chain import Chain
 from granular_env.components.materials.elastic import PRESETS
 from granular_env.components.profiles import Profile
 
@@ -361,6 +363,13 @@ def test_millimetres_and_grams_are_noticed() -> None:
     light = ge.make("chain", grains=2, material=ge.Material(density=7.8, young=2e11, poisson=0.29))
     assert any("weighs 7.8 kg/m^3" in said for said in light.cautions())
     assert ge.make("chain", grains=2, radius=0.1).cautions() == []
+    heavy = ge.make("chain", grains=3, mass=0.88)
+    assert any("7.781e+06 kg/m^3, far more than any solid: mass is in kg" in said for said in heavy.cautions())
+    soft = ge.make("chain", grains=3, material={"density": 7800.0, "young": 2e5, "poisson": 0.29})
+    assert any("5.797 m/s, less than in any solid: young is in Pa" in said for said in soft.cautions())
+    soft.reset(velocity={0: 1.0})
+    with pytest.raises(ge.StepError, match="young is in Pa"):
+        soft.step(2000 * soft.step_size)
 
 
 def test_chains_and_snapshots_say_what_they_are() -> None:
@@ -373,3 +382,39 @@ def test_the_presets_are_told_with_their_constants() -> None:
     told = ge.make("chain", grains=2).variables["material"].description
     for name, one in PRESETS.items():
         assert f"{name}: {one.density:g} kg/m^3, {one.young / 1e9:g} GPa, nu {one.poisson:g}" in told
+
+
+def accepted_pushes(chain: Chain, force: float, ticks: int) -> tuple[int, str]:
+    """Push the first grain in steps of so many ticks until one is refused; return how many were not, and the message."""
+    chain.reset()
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        for done in range(60 // ticks):
+            try:
+                chain.step(ticks * chain.step_size, left_force=force)
+            except ge.StepError as error:
+                return done, str(error)
+    return 60 // ticks, ""
+
+
+@pytest.mark.parametrize("scheme", ["pefrl", "leapfrog", "rk4", "hamming"])
+def test_what_is_refused_does_not_depend_on_earlier_cautions(scheme: str) -> None:
+    """A used chain, which has issued its caution, refuses what a fresh one and a copy of it refuse, in the same tick."""
+
+    def make() -> Chain:
+        return Chain(grains=16, radius=3e-3, step_size=5e-7, integrator=scheme)
+
+    used = make()
+    accepted_pushes(used, 1e5, 1)
+    refused = 0
+    for force in np.geomspace(8e3, 1e5, 40):
+        fresh = make()
+        found = accepted_pushes(fresh, force, 3)
+        refused += bool(found[1])
+        assert accepted_pushes(used, force, 3) == found
+        assert accepted_pushes(fresh, force, 3) == found
+        assert accepted_pushes(fresh.clone(), force, 3) == found
+        assert accepted_pushes(copy.deepcopy(used), force, 3) == found
+        ticks, message = accepted_pushes(make(), force, 1)
+        assert (ticks // 3, message) == found, "whatever the length of a step"
+    assert refused > 10

@@ -11,6 +11,7 @@ from typing import Any, ClassVar, Literal
 
 import numpy as np
 import pytest
+from support.cubic_law import Cubic, Proportional
 
 import granular_env as ge
 from granular_env.components.chain import differentiable_quantities
@@ -249,6 +250,37 @@ def test_gradients_are_the_differences_of_runs(name: str, integrator: str) -> No
         assert parameter_gradient(chain, found, key) == pytest.approx(slope, rel=1e-6), key
     slope = (value({}, 1.0 + h) - value({}, 1.0 - h)) / (2.0 * h)
     assert float((found.inputs * drive).sum()) == pytest.approx(slope, rel=1e-6)
+
+
+@pytest.mark.parametrize("precompression", [1.0, 100.0, 2e4])
+def test_gradients_by_what_a_pressed_contact_rests_on_are_those_of_the_law(
+    precompression: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The overlap at rest changes with k and the force as the law says, whatever its formula: here k d + k3 d^3."""
+    monkeypatch.setitem(LAWS, "cubic", Cubic)
+    shape = {"grains": 6, "right": "plane", "step_size": 1e-7, "law": "cubic"}
+    given = {"contact_stiffness": 1e7, "precompression": precompression}
+    objective, drive = Objective(_note, _value, _pullback), np.zeros((30, 2))
+    drive[:10, 0] = 60.0 * np.sin(np.pi * np.arange(10) / 10.0)
+
+    def value(name: str, factor: float) -> float:
+        return float(evaluate(ge.Chain(**shape, **given | {name: given[name] * factor}), drive[None], 3, objective)[0])
+
+    found = value_and_adjoint(chain := ge.Chain(**shape, **given), drive, 3, objective)
+    h = 1e-5
+    for name in given:
+        slope = (value(name, 1.0 + h) - value(name, 1.0 - h)) / (2.0 * h * given[name])
+        assert parameter_gradient(chain, found, name) == pytest.approx(slope, rel=1e-6), name
+
+
+def test_a_derivative_that_would_lack_the_part_of_the_constants_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(LAWS, "proportional", Proportional)
+    chain = ge.Chain(grains=4, law="proportional", contact_stiffness=1e7, precompression=10.0)
+    found = value_and_adjoint(chain, np.zeros((3, 2)), 1, Objective(_note, _value, _pullback))
+    for name in ("contact_stiffness", "radius"):
+        with pytest.raises(ParameterError, match=f"'{name}' has no derivative for law 'proportional', whose constants follow"):
+            parameter_gradient(chain, found, name)
+    assert np.isfinite(parameter_gradient(chain, found, "precompression"))
 
 
 # -- specialisation -----------------------------------------------------------------------------------------------------

@@ -177,6 +177,27 @@ def test_plastic_chains_converge_with_second_order_at_least() -> None:
         assert np.polyfit(np.log(steps), np.log(errors), 1)[0] > 1.8
 
 
+@pytest.mark.parametrize("wall", ["fixed_grain", "plane", "rigid_plane"])
+@pytest.mark.parametrize("law", ["viscous", "kuwabara_kono", "linear"])
+def test_a_wall_takes_what_two_grains_of_twice_the_mass_take(law: str, wall: str) -> None:
+    """Reduced mass, stiffness and dissipation are the same, and so is the relative motion, to rounding."""
+    given = {
+        "law": {"name": law, "dissipation": 500.0 if law == "kuwabara_kono" else 2.0},
+        "contact_stiffness": 5e9,
+        "step_size": 1e-8,
+    }
+    if law == "linear":
+        given["contact_stiffness"] = 1e7
+    single = ge.Chain(grains=1, mass=1e-3, right=wall, **given)
+    pair = ge.Chain(grains=2, mass=2e-3, **given)
+    for chain in (single, pair):
+        chain.reset(velocity={0: 1.0})
+        chain.step(1e-4)
+    first, second = pair.get("velocity")
+    assert 0.0 < -single.get("velocity")[0] < 1.0
+    assert -single.get("velocity")[0] == pytest.approx(second - first, rel=1e-9)
+
+
 @pytest.mark.parametrize("law", LAWS)
 @pytest.mark.parametrize("integrator", INTEGRATORS)
 @pytest.mark.parametrize("ends", [("free", "free"), ("piston", "rigid_plane"), ("fixed_grain", "piston")])

@@ -37,6 +37,19 @@ def test_restitution_is_that_of_the_closed_form_at_any_speed(damping_ratio: floa
     assert (right - left) / speed == pytest.approx(restitution_without_tension(damping_ratio), rel=2e-6)
 
 
+@pytest.mark.parametrize("wall", ["fixed_grain", "plane", "rigid_plane"])
+def test_a_grain_at_a_wall_is_a_mass_on_the_given_spring(wall: str) -> None:
+    """It is back where it began after half a period, pi sqrt(m / k), to second order in the step, of 1/4000 of that."""
+    step_size = math.pi * math.sqrt(MASS / STIFFNESS) / 4000.0
+    chain = ge.Chain(grains=1, mass=MASS, contact_stiffness=STIFFNESS, law="linear", right=wall, step_size=step_size)
+    chain.reset(velocity={0: 1.0})
+    chain.step(2000 * step_size)
+    assert chain.get("displacement")[0] == pytest.approx(math.sqrt(MASS / STIFFNESS), rel=1e-6)
+    chain.step(2000 * step_size)
+    assert chain.get("velocity")[0] == pytest.approx(-1.0, rel=1e-6)
+    assert abs(chain.get("displacement")[0]) < 1e-6 * math.sqrt(MASS / STIFFNESS)
+
+
 def test_a_weak_dashpot_has_the_restitution_of_a_contact_that_may_pull() -> None:
     """The end of the contact, where it would pull, takes a part of the order of zeta^3 off."""
     damping_ratio = 0.02

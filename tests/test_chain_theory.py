@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 import pytest
-from support.chain_tools import INTEGRATORS, MASS, RADIUS, STIFFNESS, paper_chain, unit_chain
+from support.chain_tools import INTEGRATORS, MASS, RADIUS, paper_chain, unit_chain
 
 import granular_env as ge
 from granular_env.components.chain import theory
@@ -44,11 +45,17 @@ def test_unlike_spheres() -> None:
     ("wall", "ratio"), [("fixed_grain", 1.0), ("plane", math.sqrt(2.0)), ("rigid_plane", 2.0 * math.sqrt(2.0))]
 )
 @pytest.mark.parametrize("side", ["left", "right"])
-@pytest.mark.parametrize("given", [None, STIFFNESS])
-def test_walls_against_the_grains(wall: str, ratio: float, side: str, given: float | None) -> None:
-    k = stiffness_of(radius=3e-3, contact_stiffness=given, **{side: wall})
+def test_walls_against_the_grains(wall: str, ratio: float, side: str) -> None:
+    k = stiffness_of(radius=3e-3, **{side: wall})
     at_wall, between = (k[0], k[1]) if side == "left" else (k[1], k[0])
     assert at_wall / between == pytest.approx(ratio, rel=1e-12)
+
+
+@pytest.mark.parametrize("wall", ["fixed_grain", "plane", "rigid_plane"])
+@pytest.mark.parametrize("law", ["hertz", "linear", {"name": "power", "exponent": 2.0}])
+def test_a_given_stiffness_is_that_of_every_contact(wall: str, law: Any) -> None:
+    chain = ge.make("chain", grains=2, contact_stiffness=1e7, law=law, left=wall, right=wall)
+    assert chain.geometry.stiffness.tolist() == [1e7, 1e7, 1e7]
 
 
 def test_walls_of_another_material() -> None:

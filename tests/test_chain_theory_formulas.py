@@ -127,6 +127,15 @@ def test_collision_formulas_agree() -> None:
 # -- binary collisions ------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.parametrize("exponent", [1.0, 1.5, 2.0, 3.2])
+def test_the_tangent_is_the_slope_of_the_force(exponent: float) -> None:
+    stiffness, force, part = 3e9, 20.0, 1e-5
+    overlap = (force / stiffness) ** (1.0 / exponent)
+    rise = [stiffness * (overlap * (1.0 + sign * part)) ** exponent for sign in (-1.0, 1.0)]
+    slope = (rise[1] - rise[0]) / (2.0 * part * overlap)
+    assert theory.tangent_stiffness(stiffness, force, exponent) == pytest.approx(slope, rel=1e-9)
+
+
 def test_binary_collisions() -> None:
     masses = 0.9 ** (3.0 * np.arange(6))
     assert theory.binary_velocities(masses, 2.0) == pytest.approx(2.0 * theory.tapered_velocities(0.1, 6), rel=1e-12)

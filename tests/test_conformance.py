@@ -6,6 +6,7 @@ refuse is in test_conformance_refusals.py.
 
 from __future__ import annotations
 
+import copy
 import pickle
 import subprocess
 import sys
@@ -19,15 +20,26 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from support.component_examples import EXAMPLES, Example, of_component
-from support.conformance_tools import Watcher, bits, drive, every_component, every_example, readings
+from support.conformance_tools import (
+    CALL_TICKS,
+    Watcher,
+    bits,
+    drive,
+    every_component,
+    every_example,
+    growing_load,
+    load_until_refused,
+    readings,
+)
 
 from granular_env.components import catalogue
 from granular_env.components.component import Component
 from granular_env.components.drawables import Cells, Curve, Points, drawn_outputs
-from granular_env.components.errors import GranularError, ParameterError
+from granular_env.components.errors import GranularError, ParameterError, StepError
 from granular_env.components.oscillator import Oscillator
 from granular_env.components.snapshot import Snapshot
 from granular_env.components.stepping import LIFE_CYCLE
+from granular_env.recording import record, verify
 from granular_env.recording.format.drawables import drawable_facts, drawables_from
 from granular_env.recording.reader.event_places import element_count
 
@@ -123,19 +135,62 @@ def test_report_and_cautions_can_be_read_at_any_time(example: Example) -> None:
 
 
 @every_example
-def test_reset_leaves_nothing_behind(example: Example) -> None:
-    used = example.started()
+def test_reset_and_restore_leave_nothing_behind(example: Example) -> None:
+    """What a component did before, beyond its limits too, changes neither its bits nor what it says."""
+    fresh, used, restored = example.started(), example.started(), example.started()
     drive(used, example, example.ticks)
-    assert bits(used) != bits(example.started())
+    assert bits(used) != bits(fresh)
+    for component in (used, restored):
+        load_until_refused(component, example)
     used.reset(**example.start)
-    fresh = example.started()
-    assert bits(used) == bits(fresh)
-    assert readings(used) == readings(fresh)
-    assert used.report() == fresh.report()
-    for component in (used, fresh):
+    restored.restore(fresh.save())
+    assert_same([fresh, used, restored])
+    for component in (fresh, used, restored):
         drive(component, example, example.ticks)
-    assert bits(used) == bits(fresh)
-    assert used.report() == fresh.report()
+    assert_same([fresh, used, restored])
+    load_until_refused(restored, example)
+    restored.restore(used.save())
+    assert_same([used, restored])
+
+
+def assert_same(components: list[Component]) -> None:
+    """Compare the bits of components, and all that they say."""
+    first = components[0]
+    for other in components[1:]:
+        assert bits(other) == bits(first)
+        assert readings(other) == readings(first)
+        assert other.report() == first.report()
+        assert (other.cautions(), other.conclusions()) == (first.cautions(), first.conclusions())
+
+
+@pytest.mark.parametrize("example", [e for e in EXAMPLES if e.breaks], ids=lambda example: example.label)
+def test_a_refusal_depends_on_the_state_alone(example: Example, tmp_path: Path) -> None:
+    """Used, fresh, copied, restored and replayed components refuse the same call with the same words, from the same state."""
+    assert example.breaks is not None
+    parameters, start, _ = example.breaks
+    fresh, used, restored = (example.made_of({**example.parameters, **parameters}) for _ in range(3))
+    for component in (fresh, used):
+        component.reset(**start)
+    for component in (used, restored):
+        load_until_refused(component, example)
+    used.reset(**start)
+    restored.restore(fresh.save())
+    with record(used, tmp_path / "used.mcap", every=CALL_TICKS * used.step_size):
+        refused = load_until_refused(used, example)
+    assert refused[1], "the load grows until the component refuses it"
+    assert [load_until_refused(component, example) for component in (fresh, restored)] == [refused, refused]
+    assert_same([used, fresh, restored])
+    assert not refused[0] or verify(tmp_path / "used.mcap").identical
+    # Copies in mid-run, of a component that has been used.
+    used.reset(**start)
+    load_until_refused(used, example, last=refused[0] // 2)
+    copies = [copy.deepcopy(used), pickle.loads(pickle.dumps(used)), used]
+    assert_same(copies)
+    assert [load_until_refused(one, example, first=refused[0] // 2) for one in copies] == [refused] * 3
+    assert_same([fresh, *copies])
+    with pytest.raises(StepError):  # A call is refused where one of its ticks is.
+        for _ in range(CALL_TICKS):
+            used.step(**growing_load(example, refused[0]))
 
 
 @every_example
@@ -191,6 +246,7 @@ sys.path.insert(0, sys.argv[1])
 from support.component_examples import EXAMPLES
 from support.conformance_tools import drive
 from granular_env.components.snapshot import Snapshot
+from granular_env.recording import record, verify
 from granular_env.recording.format.drawables import drawable_facts, drawables_from
 sent, answers = pickle.load(sys.stdin.buffer), {}
 for example in EXAMPLES:

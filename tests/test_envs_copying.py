@@ -202,3 +202,35 @@ def test_a_recorded_environment_is_not_copied_but_what_is_in_it_is(tmp_path: Any
     inner = copy.deepcopy(env.unwrapped)
     env.close()
     same_from_here(env.unwrapped, inner)
+
+
+@pytest.mark.filterwarnings("ignore::granular_env.components.errors.GranularWarning")
+def test_used_fresh_copied_and_batched_environments_refuse_the_same_steps() -> None:
+    """Pushed beyond what the chain allows: what an environment did before changes no reward, time or message."""
+    arguments: dict[str, Any] = {"grains": 12, "action_scale": 1e5}
+    used, batch = make_protection(**arguments), ChainVectorEnv(make_protection, 1, **arguments)
+    refused = 0
+    for seed in range(12):
+        pushes = np.random.default_rng(seed).uniform(-0.5, 1.5, (12, 1)).astype(np.float32) * 10.0 ** (-seed / 12.0)
+        fresh = make_protection(**arguments)
+        played = []
+        for env in (used, fresh, copy.deepcopy(used)):
+            env.reset(seed=seed)
+            played.append(episode(env, pushes))
+        assert played[1:] == [played[0]] * 2
+        batch.reset(seed=seed)
+        steps = [batch.step(push[None]) for push in pushes[: len(played[0])]]
+        assert [(float(step[1][0]), bool(step[2][0])) for step in steps] == [one[:2] for one in played[0]]
+        refused += played[0][-1][3] != ""
+    assert refused > 3
+
+
+def episode(env: Any, pushes: np.ndarray) -> list[tuple[float, bool, float, str]]:
+    """Return reward, end, time and the message of a refusal, for each step until the episode is over."""
+    steps = []
+    for push in pushes:
+        _, reward, over, late, info = env.step(push)
+        steps.append((float(reward), bool(over), info["time"], info.get("step_error", "")))
+        if over or late:
+            break
+    return steps

@@ -365,3 +365,43 @@ def test_watches_that_cannot_watch() -> None:
     with pytest.raises(ParameterError, match="it has seen no chain yet"):
         _ = measurement.Watch(1e-6).history
     assert chain.tick == 0
+
+
+# -- chains of unlike grains ---------------------------------------------------------------------------------------------
+
+
+def struck_cells(*parts: float) -> measurement.History:
+    """Return the motion of a struck chain of equal cells, whose grains have these parts of a steel grain's mass."""
+    kinds = [ge.Material(density=7800.0 * part, young=2e11, poisson=0.29) for part in parts]
+    count = 48
+    chain = ge.make("chain", grains=count, radius=3e-3, material=(kinds * count)[:count], velocity_scale=0.2, step_size=1e-7)
+    chain.reset(velocity={0: 0.1})
+    return measurement.observe(chain, duration=6e-4, every=5e-7)
+
+
+@pytest.mark.parametrize(
+    "parts", [(1.0, 0.59), (1.0, 0.3428), (1.0, 0.24), (1.0, 0.1548), (1.0, 0.1), (1.0, 1.0, 0.24), (1.0, 0.24, 0.24)]
+)
+def test_the_speed_in_a_chain_of_cells_is_that_of_the_wave_or_not_known(parts: tuple[float, ...]) -> None:
+    """Light grains have several crests in one pulse. Arrivals a cell apart give the speed, crests the same to 1 %."""
+    history, cell = struck_cells(*parts), len(parts)
+    arrivals = measurement.arrivals(history, above=0.01)
+    for grain in range(24, 24 + cell):
+        speed = (history.position[grain + cell] - history.position[grain - cell]) / (
+            arrivals[grain + cell] - arrivals[grain - cell]
+        )
+        for separation in (1.0, 0.5):
+            waves = measurement.waves_at(history, grain, 0.03, separation, period=cell)
+            assert waves
+            speeds = np.array([wave.speed for wave in waves])
+            assert np.all(np.isnan(speeds) | (np.abs(speeds / speed - 1.0) < 0.01))
+            assert np.isfinite(speeds).all() or parts[grain % cell] < 1.0 or separation == 1.0
+            # Crests that share a pulse share what it carries: counted for each of them it would be twice the whole.
+            force, velocity = history.contact_force[:, grain], history.velocity[:, grain]
+            work, impulse = (np.trapezoid(force * factor, history.time) for factor in (velocity, 1.0))
+            assert sum(measurement.energy_of(history, wave) for wave in waves) < 1.02 * work
+            assert sum(measurement.momentum_of(history, wave) for wave in waves) < 1.02 * impulse
+            if cell == 2:
+                # Between unlike neighbours too, no wrong speed.
+                nearest = np.array([wave.speed for wave in measurement.waves_at(history, grain, 0.03, separation)])
+                assert np.all(np.isnan(nearest) | (np.abs(nearest / speed - 1.0) < 0.02))

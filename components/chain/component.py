@@ -37,22 +37,22 @@ _KINDS = {"free": layout.FREE, "piston": layout.PISTON} | dict.fromkeys(WALLS, l
 _NO_PIECES = np.zeros((0, 2))
 # A status: a tick takes more work than is allowed.
 _EXHAUSTED = 2
-# Beyond these a unit is likely to be wrong [m, kg/m^3].
-_LARGE_RADIUS, _LIGHT_DENSITY = 0.1, 100.0
+# Beyond these a unit is likely to be wrong [m, kg/m^3, kg/m^3, m/s]; a heavy striker may weigh as much as many grains.
+_LARGE_RADIUS, _LIGHT_DENSITY, _HEAVY_DENSITY, _SLOW_SOUND = 0.1, 100.0, 1e6, 20.0
 _NUMBERING = "place i is left of grain i, the last one right of the last grain; 0 where there is no contact"
 # Arrays as long as the chain that exist at a time while it is built, beside the table and its copy.
 _GEOMETRY_ROWS = 18
 
 
 class Chain(Component):
-    """A row of grains between two ends: Nesterenko (1983), equations (1.1) and (1.2), and the contact laws in use today.
+    """A row of grains between two ends: Nesterenko (1983), equations (1.1) and (1.2), with a choice of contact laws.
 
     m_i u_i'' = F_i - F_(i+1) + m_i g, F = k d^1.5 for elastic spheres, d the overlap of neighbours, no tension. See
     `ChainParameters` and `laws`.
     """
 
     name = "chain"
-    version = 2
+    version = 3
     Parameters = ChainParameters
     parameters: ChainParameters
 
@@ -132,8 +132,6 @@ class Chain(Component):
         other._given_memory = memory
         memory = other._claim_memory(self._table.shape)
         memory[:] = self._table
-        # Warnings that this chain gave already move its limits.
-        memory[layout.LIMIT, : self.parameters.grains + 1] = np.minimum(self._wanted_overlap, self._refused_overlap)
         other._live_in(memory)
         other._settle()
         other.reset()
@@ -324,14 +322,18 @@ class Chain(Component):
         return super().input_advice(name)
 
     def _limit_passed(self, done: int, ticks: int) -> int:
-        """Raise an error for a limit passed in the last of `done` ticks, or warn (once) and go on with the rest."""
+        """Return a status for a limit passed in the last of `done` ticks, or warn (once) and continue.
+
+        The state alone decides what is refused. LIMIT decides only how soon the kernel returns: after the caution it need not
+        return for contacts that are seen too seldom.
+        """
         if done >= equations.EXHAUSTED:
             self._failed_tick = self._tick + done - equations.EXHAUSTED
             return _EXHAUSTED
         unsound = done >= equations.UNSOUND
         done -= equations.UNSOUND if unsound else 0
         self._failed_tick = self._tick + done
-        if unsound or self._worst()[2] > 1.0:
+        if unsound or self._worst(self._peak)[2] > 1.0:
             return 1
         self._table[layout.LIMIT, : self.parameters.grains + 1] = self._refused_overlap
         self.issued_cautions.issue(self._resolution_sentence())
@@ -343,13 +345,13 @@ class Chain(Component):
         finally:
             self._tick = begin
 
-    def _worst(self) -> tuple[str, int, float]:
-        """Return the variable, index and ratio to its limit of whatever is furthest past it (NaN counts as infinite)."""
+    def _worst(self, overlap: FloatArray) -> tuple[str, int, float]:
+        """Return the variable, index and ratio to its limit of the value furthest past its limit (NaN counts as infinite)."""
         worst = ("velocity", 0, 0.0)
         fastest = self._table[layout.SCALARS, layout.SPEED_LIMIT]
         with np.errstate(all="ignore"):
             for name, ratio in (
-                ("overlap", self._largest_overlap() / self._refused_overlap),
+                ("overlap", overlap / self._refused_overlap),
                 ("velocity", np.abs(self._table[layout.V, self._grains]) / fastest),
                 ("displacement", np.where(np.isfinite(self._table[layout.U, self._grains]), 0.0, np.inf)),
             ):
@@ -362,9 +364,11 @@ class Chain(Component):
         time = (self._failed_tick if status else self._tick) * self.step_size
         if status == _EXHAUSTED:
             return self._exhaustion_error(time)
-        name, index, _ = self._worst()
+        # Before the first tick no peak is known; afterwards the peak is what the kernel judges.
+        overlap = self._peak if status else self._overlap()
+        name, index, _ = self._worst(overlap)
         if name == "overlap":
-            value, limit = float(self._largest_overlap()[index]), float(self._refused_overlap[index])
+            value, limit = float(overlap[index]), float(self._refused_overlap[index])
             radius = float(self.geometry.smaller_radius[index])
             deep = limit >= 0.999 * self.parameters.overlap_limit * radius
             advice = (
@@ -381,7 +385,7 @@ class Chain(Component):
         else:
             value, limit = float(self.get(name)[index]), float(self._table[layout.SCALARS, layout.SPEED_LIMIT])
             advice = "that is above the material's sound speed: load the chain less, or take a smaller step_size"
-        unit = self.variables[name].unit
+        unit, advice = self.variables[name].unit, "; ".join([*self._size_sentences(), advice])
         return StepError(
             f"reached {value:.6g} {unit} at {time:.9g} s, the limit is {limit:.6g} {unit}; {advice}",
             time=time, at=(name, index), variable=name, index=index, value=value, limit=limit,
@@ -459,9 +463,14 @@ class Chain(Component):
         overlap[: self.geometry.contact_slice.start] = overlap[self.geometry.contact_slice.stop :] = 0.0
         return overlap
 
+    @property
+    def _peak(self) -> FloatArray:
+        """Largest overlap since the reset that the kernel has judged, once a tick, shape (n + 1,)."""
+        return self._table[layout.PEAK, : self.parameters.grains + 1]
+
     def _largest_overlap(self) -> FloatArray:
         """Since the reset, shape (n + 1,)."""
-        return np.maximum(self._overlap(), self._table[layout.PEAK][: self.parameters.grains + 1])
+        return np.maximum(self._overlap(), self._peak)
 
     def _contact_force(self) -> FloatArray:
         forces = np.empty(self.parameters.grains + 1)
@@ -480,7 +489,7 @@ class Chain(Component):
         """Return how well the run kept to the assumptions of Nesterenko's section 1, and how well contacts were resolved."""
         places = self.geometry.contact_slice
         return Validity.of(
-            self.geometry, self.parameters.law, self._table[layout.PEAK][: self.parameters.grains + 1][places],
+            self.geometry, self.parameters.law, self._peak[places],
             self._scheme.evaluations / self.step_size,
             wanted_forces=self._wanted_forces, adaptive=self._scheme.adaptive,
         )  # fmt: skip
@@ -500,7 +509,7 @@ class Chain(Component):
         return said
 
     def _size_sentences(self) -> list[str]:
-        """Slips of units run without a fault: millimetres as metres, g/cm^3 as kg/m^3."""
+        """Return what looks like a slip of units: millimetres as metres, g/cm^3 as kg/m^3, grams as kg, MPa as Pa."""
         radius, said = self.geometry.radius, []
         density = self.geometry.mass / (4.0 / 3.0 * np.pi * radius**3)
         if radius.max() > _LARGE_RADIUS:
@@ -511,6 +520,17 @@ class Chain(Component):
             said.append(
                 f"grain {int(np.argmin(density))} weighs {density.min():.4g} kg/m^3, less than any solid grain: density is in "
                 "kg/m^3, 7800 not 7.8"
+            )
+        if density.max() > _HEAVY_DENSITY:
+            said.append(
+                f"grain {int(np.argmax(density))} weighs {density.max():.4g} kg/m^3, far more than any solid: mass is in kg, "
+                "8.8e-4 not 0.88, and density in kg/m^3"
+            )
+        sound = self.geometry.sound_speed
+        if sound.min() < _SLOW_SOUND:
+            said.append(
+                f"the sound speed of grain {int(np.argmin(sound))} is {sound.min():.4g} m/s, less than in any solid: young "
+                "is in Pa, 2e11 not 200e3"
             )
         return said
 

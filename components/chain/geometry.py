@@ -41,7 +41,7 @@ class Geometry:
     Attributes:
         radius: shape (n,) [m].
         mass: shape (n,) [kg].
-        stiffness: k of F = k overlap^1.5, shape (n + 1,), 0 where there is no wall [N/m^1.5].
+        stiffness: k of F = k overlap^p, shape (n + 1,), 0 where there is no wall [N/m^p]; p = 1.5 for spheres.
         steepest: the same where the law makes contacts stiffer than in loading: what steps have to resolve, shape (n + 1,).
         rest_overlap: overlap in the reference configuration, negative for a gap, shape (n + 1,) [m].
         reduced_radius: R* of each contact, shape (n + 1,) [m].
@@ -87,7 +87,7 @@ def geometry(parameters: ChainParameters) -> Geometry:
     reduced_radius = _half_harmonic_mean(left_radius, right_radius)
     reduced_mass = _half_harmonic_mean(*_sides(_inertia(parameters, mass), np.inf, np.inf))
     stiffness = np.zeros(count + 1)
-    stiffness[real] = _stiffness(parameters, radius, materials, reduced_radius)[real]
+    stiffness[real] = _stiffness(parameters, materials, reduced_radius)[real]
     yield_strength, static_force = _yield_strength(parameters, materials), static_forces(parameters, mass)
     law, static_overlap, rest_overlap = parameters.law, np.zeros(count + 1), np.zeros(count + 1)
     constants = law.contact_constants(stiffness, reduced_radius, yield_strength, real)
@@ -311,27 +311,16 @@ def _half_harmonic_mean(left: FloatArray, right: FloatArray) -> FloatArray:
         return 1.0 / (1.0 / left + 1.0 / right)
 
 
-def _stiffness(
-    parameters: ChainParameters, radius: FloatArray, materials: list[Material], reduced_radius: FloatArray
-) -> FloatArray:
-    """Return k = (4/3) E* sqrt(R*), 1/E* the sum of both sides' (1 - nu^2)/E; a given scalar is scaled for walls alike."""
-    compliance = _per_grain(materials, "plane_compliance")
+def _stiffness(parameters: ChainParameters, materials: list[Material], reduced_radius: FloatArray) -> FloatArray:
+    """Return what is given, or Hertz's k = (4/3) E* sqrt(R*), 1/E* the sum of both sides' (1 - nu^2)/E, shape (n + 1,)."""
+    if parameters.contact_stiffness is not None:
+        return np.full(len(reduced_radius), parameters.contact_stiffness)
     left, right = _sides(
-        compliance,
+        _per_grain(materials, "plane_compliance"),
         _wall_compliance(parameters.left, parameters.left_wall_material, materials[0]),
         _wall_compliance(parameters.right, parameters.right_wall_material, materials[-1]),
     )
-    spheres = 4.0 / 3.0 / (left + right) * np.sqrt(reduced_radius)
-    given = parameters.contact_stiffness
-    if given is None:
-        return spheres
-    if isinstance(given, list):
-        return np.array(given)
-    stiffness = np.full(len(spheres), given)
-    # A wall against the end grain, relative to two such grains against each other.
-    for place, end in ((0, 0), (-1, -1)):
-        stiffness[place] = given * (spheres[place] / (4.0 / 3.0 / (2.0 * compliance[end]) * math.sqrt(0.5 * radius[end])))
-    return stiffness
+    return 4.0 / 3.0 / (left + right) * np.sqrt(reduced_radius)
 
 
 def _wall_compliance(boundary: str, given: str | Material | None, grain: Material) -> float:

@@ -41,8 +41,8 @@ class ChainParameters(Parameters):
     )
     contact_stiffness: Positive | list[NotNegative] | None = _field(
         None,
-        "k of F = k overlap^1.5 instead of the materials' (law power: of k overlap^p): one for all, or one for each place",
-        "N/m^1.5",
+        "k of F = k overlap^p instead of the materials' (p = 1.5: spheres): one for all contacts, walls too, or one each",
+        "N/m^p",
     )
     law: ChosenLaw = _field(Hertz(), "contact law: its name, or a table of its name and parameters", "1")
     gravity: float = _field(0.0, "acceleration of all grains, positive to the right", "m/s^2", ge=-1e6, le=1e6)

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import warnings
+
 import numpy as np
 import pytest
 
 from granular_env.components.component import Component
+from granular_env.components.errors import GranularWarning, StepError
 from support.component_examples import EXAMPLES, Example
 
 every_example = pytest.mark.parametrize("example", EXAMPLES, ids=lambda example: example.label)
@@ -36,6 +39,29 @@ def drive(component: Component, example: Example, ticks: int, mode: str = "mixed
     changes["mixed"] = {0: example.inputs, ticks // 4: half, ticks // 2: profiles}
     for tick in range(ticks):
         component.step(None, **changes[mode].get(tick, {}))
+
+
+# Ticks of each call of `load_until_refused`, calls in which the load grows to its full size, and calls at most.
+CALL_TICKS, GROWING_CALLS, MOST_CALLS = 3, 20, 60
+
+
+def growing_load(example: Example, call: int) -> dict[str, object]:
+    """Return the inputs that break an example, as a call gets them: they grow by four decades, then stay."""
+    assert example.breaks is not None
+    scale = 10.0 ** min(0.0, 4.0 * call / (GROWING_CALLS - 1) - 4.0)
+    return {name: scale * value for name, value in example.breaks[2].items()}
+
+
+def load_until_refused(component: Component, example: Example, first: int = 0, last: int = MOST_CALLS) -> tuple[int, str]:
+    """Step under a growing load until a call is refused; return its number and the message, or `last` and nothing."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", GranularWarning)
+        for call in range(first, last if example.breaks else first):
+            try:
+                component.step(CALL_TICKS * component.step_size, **growing_load(example, call))
+            except StepError as error:
+                return call, str(error)
+    return last, ""
 
 
 class Watcher:

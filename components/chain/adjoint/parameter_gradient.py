@@ -14,9 +14,11 @@ import numpy.typing as npt
 
 from ...errors import ParameterError, nearest
 from ...support.float_arrays import FloatArray
+from ...support.jit import jit
 from ..arrangements import Uniform
 from ..component import Chain
 from ..laws import LAWS, Dissipative
+from ..laws import placeholders as law
 from ..layout import GRAVITY, INVERSE_MASS, LAW_CONSTANTS, LEFT_STATIC, MASS, REST_OVERLAP, RIGHT_STATIC, SCALARS, STIFFNESS
 from .gradient import Adjoints
 
@@ -41,12 +43,13 @@ class _Built:
         real = np.zeros(n + 1, dtype=bool)
         real[g.contact_slice] = True
         rest = np.where(real, adjoints.table[REST_OVERLAP, : n + 1], 0.0)
-        # The static overlap is (F / k)^(1 / p).
-        overlap = g.static_overlap
-        pressed = overlap > 0.0
+        # The static overlap solves F(d, k) = F0: dd/dF0 = 1 / (dF/dd) and dd/dk = -(dF/dk) / (dF/dd).
+        pressed = g.static_overlap > 0.0
+        slopes = np.zeros((2, n + 1))
+        chain.specialise(_static_slopes)(chain.table, g.static_overlap, slopes)
         by_force, by_stiffness = np.zeros(n + 1), np.zeros(n + 1)
-        by_force[pressed] = overlap[pressed] / (p.law.exponent * g.static_force[pressed])
-        by_stiffness[pressed] = -overlap[pressed] / (p.law.exponent * g.stiffness[pressed])
+        by_force[pressed] = 1.0 / slopes[0, pressed]
+        by_stiffness[pressed] = -slopes[1, pressed] / slopes[0, pressed]
         self.unpressed = real & ~pressed
         self.static = rest * by_force
         self.static[0] += adjoints.table[SCALARS, LEFT_STATIC]
@@ -61,6 +64,13 @@ class _Built:
         self.mass = np.where(self.moved, self.mass + p.gravity * self.weight, 0.0)
 
 
+@jit
+def _static_slopes(a, overlap, out):
+    """Write dF/dd and dF/dk of every contact at an overlap, shape (2, n + 1)."""
+    for j in range(len(overlap)):
+        _, out[0, j], out[1, j] = law.force_slopes(a, j, overlap[j])
+
+
 def _hangs(chain: Chain) -> bool:
     """Return whether contacts carry weight at the start: there is gravity, and no gaps."""
     return chain.parameters.gravity != 0.0 and not np.any(np.asarray(chain.parameters.gap) > 0.0)
@@ -73,6 +83,18 @@ def _weight_adjoint(chain: Chain, static: FloatArray) -> FloatArray:
     total = p.gravity * float(chain.table[MASS, 1 : p.grains + 1].sum())
     from_the_left = p.left != "free" and (p.right == "free" or total < 0.0)
     return carried - static.sum() if from_the_left else carried
+
+
+def _refuse_dependent_constants(chain: Chain, name: str) -> None:
+    """Refuse a law whose constants follow from the stiffness or the radius: the derivative would lack their part."""
+    g, chosen = chain.geometry, chain.parameters.law
+    moved = chosen.contact_constants(1.5 * g.stiffness, 1.5 * g.reduced_radius, g.yield_strength, g.contact_slice)
+    if not np.array_equal(moved, g.law_constants[g.contact_slice]):
+        raise ParameterError(
+            f"{name!r} has no derivative for law {chosen.name!r}, whose constants follow from stiffness or radius",
+            hint=f"leave {name!r} out",
+            at="with_respect_to",
+        )
 
 
 def _refuse_unpressed(chain: Chain, built: _Built, name: str) -> None:
@@ -100,6 +122,7 @@ def _displacement(chain: Chain, adjoints: Adjoints) -> FloatArray:
 
 def _radius(chain: Chain, adjoints: Adjoints) -> float | FloatArray:
     p, g, n, built = chain.parameters, chain.geometry, chain.parameters.grains, _Built(chain, adjoints)
+    _refuse_dependent_constants(chain, "radius")
     if _hangs(chain):
         _refuse_unpressed(chain, built, "radius")
     gradient = np.where(natural_mass(chain), 3.0 * g.mass / g.radius * built.mass, 0.0)
@@ -134,11 +157,9 @@ def _mass(chain: Chain, adjoints: Adjoints) -> float | FloatArray:
 
 
 def _contact_stiffness(chain: Chain, adjoints: Adjoints) -> float | FloatArray:
-    p, g, built = chain.parameters, chain.geometry, _Built(chain, adjoints)
-    if isinstance(p.contact_stiffness, float):
-        # Walls' contacts are multiples of it.
-        return float((built.stiffness * g.stiffness)[g.contact_slice].sum()) / p.contact_stiffness
-    return built.stiffness
+    built = _Built(chain, adjoints)
+    _refuse_dependent_constants(chain, "contact_stiffness")
+    return float(built.stiffness.sum()) if isinstance(chain.parameters.contact_stiffness, float) else built.stiffness
 
 
 def _precompression(chain: Chain, adjoints: Adjoints) -> float:
@@ -165,12 +186,12 @@ def _gravity(chain: Chain, adjoints: Adjoints) -> float:
 
 
 def _dissipation(chain: Chain, adjoints: Adjoints) -> float | FloatArray:
-    law = chain.parameters.law
-    if not isinstance(law, Dissipative):
+    chosen = chain.parameters.law
+    if not isinstance(chosen, Dissipative):
         known = " or ".join(name for name, one in LAWS.items() if issubclass(one, Dissipative))
-        raise ParameterError(f"law {law.name!r} has no dissipation", hint=f"use law {known}", at="with_respect_to")
+        raise ParameterError(f"law {chosen.name!r} has no dissipation", hint=f"use law {known}", at="with_respect_to")
     real = chain.geometry.contact_slice
-    if not isinstance(law.dissipation, list):
+    if not isinstance(chosen.dissipation, list):
         return float(adjoints.table[LAW_CONSTANTS, real].sum())
     gradient = np.zeros(chain.parameters.contact_places)
     gradient[real] = adjoints.table[LAW_CONSTANTS, real]

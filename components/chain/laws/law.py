@@ -58,7 +58,11 @@ class Law(Named):
         raise NotImplementedError
 
     def steepest(self, stiffness: FloatArray, constants: FloatArray) -> FloatArray:
-        """Return the k of F = k d^p where contacts are stiffest, which the step has to resolve, shape (contacts,)."""
+        """Return the k of F = k d^p where contacts are stiffest, which the step has to resolve, shape (contacts,).
+
+        The default step and the caution about its length rest on this k. A law whose force grows faster than
+        `contact_stiffness` d^p has to return a larger one.
+        """
         return stiffness
 
     def yield_pressures(self, stiffness: FloatArray, reduced_radius: FloatArray, constants: FloatArray) -> FloatArray | None:

@@ -23,9 +23,10 @@ class BandEdges(NamedTuple):
     optical_high: float
 
 
-def tangent_stiffness(stiffness: Number, force: Number) -> Number:
-    """Return K = dF/dd = 3/2 k^(2/3) F0^(1/3) of a contact under the static force F0 [N/m]."""
-    return 1.5 * above("stiffness", stiffness, 0.0, "N/m^1.5") ** (2.0 / 3.0) * above("force", force, 0.0, "N") ** (1.0 / 3.0)
+def tangent_stiffness(stiffness: Number, force: Number, exponent: float = 1.5) -> Number:
+    """Return K = dF/dd = p k^(1/p) F0^(1 - 1/p) of a contact F = k d^p under the static force F0 [N/m]; p = 1.5 for spheres."""
+    stiffness, force = above("stiffness", stiffness, 0.0, "N/m^p"), above("force", force, 0.0, "N")
+    return exponent * stiffness ** (1.0 / exponent) * force ** (1.0 - 1.0 / exponent)
 
 
 def monatomic_frequency(wave_number: Number, tangent: float, mass: float, diameter: float) -> Number:

@@ -79,6 +79,10 @@ class History:
         if (np.diff(self.time) <= 0.0).any():
             raise ParameterError("time does not increase", hint="give one run, without a reset within it", at="history")
 
+    def __repr__(self) -> str:
+        begin, end = self.time[[0, -1]]
+        return f"<history of {self.grains} grains, {len(self.time)} frames from {begin:.9g} to {end:.9g} s>"
+
     @property
     def grains(self) -> int:
         """Number of grains."""

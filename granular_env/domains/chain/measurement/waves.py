@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 
 import numpy as np
 
 from granular_env.components.errors import ParameterError
+from granular_env.components.support.validation import whole_number
 from granular_env.crests_and_crossings import Crest, crests
 
 from .chain_history import Direction, History, require_history
@@ -25,8 +27,8 @@ class Wave:
         direction: "right" or "left".
         time: arrival of the crest of the grain's velocity [s].
         amplitude: largest velocity of the grain in the wave's direction, v_m [m/s].
-        speed: between the crests of the two neighbours (at an end, of the one), in the reference configuration [m/s];
-            NaN where no neighbour has such a crest.
+        speed: from the crest of the neighbour behind to that of the neighbour ahead (at an end of the chain: to or from the
+            grain's own crest), in the reference configuration [m/s]; NaN where they do not show the same crest, see `waves_at`.
         duration: how long the velocity is above half the amplitude [s]; NaN where it does not fall so far.
         width: duration x speed, full width at half the amplitude [m].
         begin: time of the minimum of the velocity before the crest, or of its last sample that is not positive [s].
@@ -44,7 +46,9 @@ class Wave:
     end: float
 
 
-def waves_at(history: History, grain: int, above: float, separation: float = 1.0, direction: Direction = "right") -> list[Wave]:
+def waves_at(
+    history: History, grain: int, above: float, separation: float = 1.0, direction: Direction = "right", period: int = 1
+) -> list[Wave]:
     """Return the waves that pass a grain, in the order of their arrival; how many there are is ``len`` of it.
 
     A wave is a maximum of the grain's velocity. The pulses of Nesterenko (1983), sections 3.1 to 3.4, are counted so.
@@ -56,18 +60,25 @@ def waves_at(history: History, grain: int, above: float, separation: float = 1.0
         separation: two waves are told apart where the velocity falls below this part of the lower one's amplitude between
             them; 1 counts every maximum.
         direction: which way they run; grains in a wave of compression move the way that it runs.
+        period: the speed is measured between the grains so many places behind and ahead. In a chain of equal cells give the
+            number of grains in a cell, so that like grains are compared: unlike ones move differently in the same wave.
+
+    The speed is NaN where the two neighbours do not show a crest of the same number, one before and one after that of the
+    grain. A light grain between heavy ones has two crests or more in one pulse; ``separation=0.5`` counts them as one if the
+    velocity does not fall below half of the lower one between them.
 
     Raises:
-        ParameterError: a grain that is not there, a threshold that is not positive, another separation or direction.
+        ParameterError: a grain that is not there, a threshold that is not positive, another separation or direction, a period
+            below 1.
     """
     require_history("history", history)
-    grain, towards = history.grain(grain), sign(direction)
+    grain, towards, period = history.grain(grain), sign(direction), whole_number("period", period, 1)
     found = crests(history.time, towards * history.velocity[:, grain], above, separation)
-    step = int(towards)
+    step = int(towards) * period
     behind, ahead = (_neighbour(history, grain + offset, towards, above, separation) for offset in (-step, step))
     waves = []
     for crest in found:
-        speed = _speed(history, grain, crest, step, behind, ahead)
+        speed = _speed(history, grain, step, crest, (behind, found, ahead))
         waves.append(
             Wave(
                 grain,
@@ -84,22 +95,34 @@ def waves_at(history: History, grain: int, above: float, separation: float = 1.0
     return waves
 
 
-def _neighbour(history: History, grain: int, towards: float, above: float, separation: float) -> list[Crest]:
+def _neighbour(history: History, grain: int, towards: float, above: float, separation: float) -> list[Crest] | None:
+    """Return the crests of a neighbour; None beyond the end of the chain."""
     if not 0 <= grain < history.grains:
-        return []
+        return None
     return crests(history.time, towards * history.velocity[:, grain], _SAME_WAVE * above, separation)
 
 
-def _speed(history: History, grain: int, crest: Crest, step: int, behind: list[Crest], ahead: list[Crest]) -> float:
-    """Return the mean speed from the last crest before it behind, to the first after it ahead."""
-    least = _SAME_WAVE * crest.height
-    before = [c.time for c in behind if c.time < crest.time and c.height >= least]
-    after = [c.time for c in ahead if c.time > crest.time and c.height >= least]
-    first = (grain - step, before[-1]) if before else (grain, crest.time)
-    last = (grain + step, after[0]) if after else (grain, crest.time)
-    if first[0] == last[0]:
-        return float("nan")
-    return float(abs(history.position[last[0]] - history.position[first[0]]) / (last[1] - first[1]))
+def _speed(
+    history: History, grain: int, step: int, crest: Crest, seen: tuple[list[Crest] | None, list[Crest], list[Crest] | None]
+) -> float:
+    """Return the mean speed between the crests of the same number in `seen`: behind, at the grain, and ahead; or NaN."""
+    behind, own, ahead = seen
+
+    def times(found: list[Crest]) -> list[float]:
+        return [one.time for one in found if one.height >= _SAME_WAVE * crest.height]
+
+    def arrival(found: list[Crest], lead: int) -> float:
+        """Return the time of the crest of the same number, if by now `lead` crests more have passed than before here."""
+        others = times(found)
+        passed = sum(time < crest.time for time in others)
+        return others[number] if passed == number + lead and number < len(others) else math.nan
+
+    number = times(own).index(crest.time)
+    first, begin = (grain, crest.time) if behind is None else (grain - step, arrival(behind, 1))
+    last, end = (grain, crest.time) if ahead is None else (grain + step, arrival(ahead, 0))
+    if first == last:
+        return math.nan
+    return float(abs(history.position[last] - history.position[first]) / (end - begin))
 
 
 def overlap_of(history: History, wave: Wave) -> Crest:
@@ -127,9 +150,11 @@ def _pulse(history: History, values: np.ndarray, wave: Wave) -> Crest:
 
 
 def energy_of(history: History, wave: Wave) -> float:
-    """Energy that a wave carries to its grain: the work of the contact behind it, from minimum to minimum of its force [J].
+    """Return the energy that a wave carries to its grain: the work of the contact behind it [J].
 
-    Under precompression only the force above the static one counts.
+    The work is counted from minimum to minimum of the contact's force; where the grain's velocity does not fall to 0 between
+    two crests, up to its minimum between them, so that crests that share a pulse of force share its energy. Under
+    precompression only the force above the static one counts.
 
     Raises:
         LogError: overlaps are not known.
@@ -139,9 +164,9 @@ def energy_of(history: History, wave: Wave) -> float:
 
 
 def momentum_of(history: History, wave: Wave) -> float:
-    """Momentum that a wave carries to its grain, in its direction: the impulse of the contact behind it [kg m/s].
+    """Return the momentum that a wave carries to its grain, in its direction: the impulse of the contact behind it [kg m/s].
 
-    Args and errors as `energy_of`.
+    The interval and the errors are those of `energy_of`.
     """
     return _force_integral(history, wave, np.ones(len(history.time)))
 
@@ -151,7 +176,11 @@ def _force_integral(history: History, wave: Wave, factor: np.ndarray) -> float:
     place = history.contact_behind(wave.grain, wave.direction)
     force = history.contact_force[:, place] - history.rest_force[place]
     pulse = _pulse(history, force, wave)
-    own = slice(*np.searchsorted(history.time, (pulse.begin, pulse.end), side="left") + (0, 1))
+    velocity = sign(wave.direction) * history.velocity[:, wave.grain]
+    # A crest ends at 0, or at the minimum before the next crest.
+    shared = velocity[np.searchsorted(history.time, (wave.begin, wave.end))] > 0.0
+    ends = np.where(shared, (wave.begin, wave.end), (pulse.begin, pulse.end))
+    own = slice(*np.searchsorted(history.time, ends) + (0, 1))
     return float(np.trapezoid(force[own] * factor[own], history.time[own]))
 
 

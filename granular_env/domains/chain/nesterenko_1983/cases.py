@@ -85,6 +85,8 @@ def case_document(context: Context, shipped: str, /, least: float = 0.0, **chang
     component = document["component"]
     if "contact_stiffness" in component:
         component["contact_stiffness"] = context.constants["A"] * MASS
+    elif isinstance(component["material"], dict):  # the material gives A
+        component["material"]["young"] *= context.constants["A"] / A
     component |= {"integrator": "dop853", "step_size": step(context)}
     document["record"] |= {"every": sampling(context), "variables": ["displacement", "velocity"]}
     for key, value in changes.items():
