@@ -13,6 +13,7 @@ import math
 from typing import ClassVar, Literal
 
 from ...support.elementary_functions import exponential
+from ...support.float_arrays import FloatArray
 from ...support.jit import internal_inlined
 from ...support.magnitudes import Magnitude
 from ...support.parameter_fields import field
@@ -21,7 +22,7 @@ from ..chapman_jouguet import Detonation
 from ..gases import Gas
 from .reaction import ARRHENIUS, Reaction
 
-_ONE_OVER_E = 0.36787944117144233
+_ONE_OVER_E, _LN2 = 0.36787944117144233, 0.6931471805599453
 # Beyond this exponent there is no reaction, for `power`.
 _LARGEST_EXPONENT = 100.0
 _INTERVALS = 400
@@ -44,6 +45,20 @@ class Arrhenius(Reaction):
         energy = self.activation * front.shocked.pressure / front.shocked.density
         return half_reaction_integral(gas, front, ahead, energy) / self.half_reaction_length, energy
 
+    def ignition_pressure(self, front: Detonation, ahead: tuple[float, float]) -> float:
+        """Return the pressure at which gas of the initial density is as hot as behind the leading shock [Pa]."""
+        return ahead[1] * front.shocked.pressure / front.shocked.density
+
+    def half_time(self, constants: FloatArray, density: FloatArray, pressure: FloatArray) -> float:
+        """Return ln 2 / (k exp(-E rho / p)) of the hottest gas [s]."""
+        if not len(pressure):
+            return math.inf
+        exponent = min(float(constants[1] * (density / pressure).min()), _LARGEST_EXPONENT)
+        return _LN2 / float(constants[0]) * float(exponential(exponent))
+
+    def describe_ignition(self, constants: FloatArray, peak: float, half_time: float) -> str:
+        """Return how slowly the hottest unburnt gas reacts."""
+        return f"half of it would react in {1e3 * half_time:.3g} ms where it is hottest now"
     def cautions(self, cell_size: float) -> list[str]:
         """Return a sentence where cells do not resolve the reaction zone."""
         cells = self.half_reaction_length / cell_size

@@ -9,9 +9,11 @@ gas burns before its shock has come: the front outruns it, a weak detonation.
 
 from __future__ import annotations
 
+import math
 from typing import ClassVar, Literal
 
 from ...errors import ParameterError
+from ...support.float_arrays import FloatArray
 from ...support.jit import internal_inlined
 from ...support.parameter_fields import field
 from ..chapman_jouguet import Detonation
@@ -56,6 +58,18 @@ class PressureBurn(Reaction):
                 at=("reaction", "trigger"),
             )
         return self.trigger * front.burnt.pressure, front.speed / (self.width * cell_size)
+
+    def ignition_pressure(self, front: Detonation, ahead: tuple[float, float]) -> float:
+        """Return the trigger [Pa]."""
+        return self.trigger * front.burnt.pressure
+
+    def half_time(self, constants: FloatArray, density: FloatArray, pressure: FloatArray) -> float:
+        """Return half of the time of the burn where the pressure is above the trigger [s]."""
+        return float(0.5 / constants[1]) if (pressure > constants[0]).any() else math.inf
+
+    def describe_ignition(self, constants: FloatArray, peak: float, half_time: float) -> str:
+        """Return the largest pressure of unburnt gas compared with the trigger."""
+        return f"its largest pressure was {peak / constants[0]:.2f} of the {1e-3 * constants[0]:.4g} kPa that start pressure_burn"
 
 
 @internal_inlined

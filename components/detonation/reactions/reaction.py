@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import math
 from typing import ClassVar
 
+from ...support.float_arrays import FloatArray
 from ...support.tagged_union import Named
 from ..chapman_jouguet import Detonation
 from ..gases import Gas
@@ -27,6 +29,24 @@ class Reaction(Named):
             cell_size: [m].
         """
         return ()
+
+    def ignition_pressure(self, front: Detonation, ahead: tuple[float, float]) -> float:
+        """Return the pressure to which gas has to be heated at constant volume to ignite [Pa]; NaN where there is none."""
+        return math.nan
+
+    def half_time(self, constants: FloatArray, density: FloatArray, pressure: FloatArray) -> float:
+        """Return the time in which half of the gas reacts where it reacts fastest [s]; infinity where none reacts, 0 if unknown.
+
+        Args:
+            constants: of the kernel.
+            density: of cells with unburnt gas, shape (m,) [kg/m^3].
+            pressure: of the same, shape (m,) [Pa].
+        """
+        return 0.0
+
+    def describe_ignition(self, constants: FloatArray, peak: float, half_time: float) -> str:
+        """Return how near unburnt gas came to ignition, from its largest pressure [Pa] and `half_time` [s]."""
+        return f"its largest pressure was {1e-3 * peak:.4g} kPa"
 
     def cautions(self, cell_size: float) -> list[str]:
         """Return a sentence for each assumption that this law does not meet on such cells."""
