@@ -21,7 +21,7 @@ from .input_signals import area_pattern, tick_signals
 from .kernel_arrays import Medium, State, Tube
 from .limiters import LIMITERS
 from .parameters import DetonationParameters
-from .reactions.reaction import CONSTANTS, INERT
+from .reactions.reaction import CONSTANT_VOLUME, CONSTANTS, INERT
 from .slow_shock_detection import find_slow_shock
 
 # The Courant number of the default step, for the fastest wave that is expected.
@@ -38,8 +38,9 @@ _BYTES_OF_CELL = 8 * (9 + 17) + 8
 _SPEED_CELLS, _LEAST_SPEED_CELLS = 50, 10
 # Heat acts at constant volume within this part of the time in which sound crosses the ignition zone.
 _AT_ONCE = 0.3
-# A cell with less unburnt gas than this part has burnt, and so has a tube; a slower front than this part of D is no detonation.
-_UNBURNT, _SLOW = 0.01, 0.5
+# A tube with a smaller part of unburnt gas has burnt; a front below this part of D is no detonation; and gas that has not burnt
+# for the time in which a detonation crosses so many cells burns no more.
+_UNBURNT, _SLOW, _IDLE_CELLS = 0.01, 0.5, 10.0
 _STATE = ("density", "momentum", "energy", "fuel", "velocity", "pressure", "progress", "area", "arrival", "flags")
 
 
@@ -423,9 +424,8 @@ class DetonationTube(Component):
         if status == kernel_arrays.UNKNOWN_REACTION:
             name = self.parameters.chosen_reaction.name
             return StepError(
-                f"no kernel computes the reaction {name!r} (code {self._medium.law}); add it to `react` in "
-                "components/detonation/kernels.py",
-                time=time, at="reaction", variable="reaction", index=cell,
+                f"got {name!r}, whose code {self._medium.law} no kernel knows; add it to `react` in detonation/kernels.py",
+                time=time, at="reaction", variable="reaction", index=None, value=self._medium.law, limit=CONSTANT_VOLUME,
             )  # fmt: skip
         if status == kernel_arrays.BAD_AREA:
             area = float(tick_signals(self._held, tick - 1, 1)[0, kernel_arrays.AREA] * area_pattern(self._held)[cell])
@@ -539,24 +539,15 @@ class DetonationTube(Component):
     @property
     def dud(self) -> str:
         """Words for gas that could detonate and does not: not ignited, burning no more or slowly; "" for other gas."""
-        if self._medium.law == INERT or self._block["tally"][kernel_arrays.PEAK] == 0.0:  # inert, or before the first tick
+        if self._medium.law == INERT or self._unburnt_part() <= _UNBURNT:
             return ""
-        if not self._state.flags[kernel_arrays.IGNITED]:
-            return "the gas has not ignited"
-        if self._unburnt_part() <= _UNBURNT:
-            return ""
-        if self._half_time() > self.parameters.length / self.front.speed:
-            return "the gas burns no more"
+        if self._block["tally"][kernel_arrays.IDLE] * self.step_size > _IDLE_CELLS * self.cell_size / self.front.speed:
+            return "the gas burns no more" if self._state.flags[kernel_arrays.IGNITED] else "the gas has not ignited"
         return "the gas burns without a detonation" if 0.0 < self.get("cj_ratio") < _SLOW else ""
 
     def _unburnt_part(self) -> float:
         state = self._state
         return float((state.fuel * state.area).sum() / (state.density * state.area).sum())
-
-    def _half_time(self) -> float:
-        state = self._state
-        unburnt = state.progress < 1.0 - _UNBURNT
-        return self.parameters.chosen_reaction.half_time(self._tube.reaction, state.density[unburnt], state.pressure[unburnt])
 
     def conclusions(self) -> list[str]:
         """Return whether the gas has ignited, where and when, and how much of it is unburnt."""
@@ -565,8 +556,10 @@ class DetonationTube(Component):
             return [f"the gas does not react; its pressure is {least:.4g} to {largest:.4g} kPa"]
         if not self._state.flags[kernel_arrays.IGNITED]:
             peak = max(float(self._block["tally"][kernel_arrays.PEAK]), float(self._state.pressure.max()))
-            near = self.parameters.chosen_reaction.describe_ignition(self._tube.reaction, peak, self._half_time())
-            return [f"the gas has not ignited: {near}"]
+            law, state = self.parameters.chosen_reaction, self._state
+            return [
+                f"the gas has not ignited: {law.describe_ignition(self._tube.reaction, peak, state.density, state.pressure)}"
+            ]
         begin, end = self._fronts()
         first, ratio = self.events("ignited"), self.get("cj_ratio")
         time = f"{1e6 * first[0].tick * self.step_size:.4g} us after the start" if first else "before the start"

@@ -20,6 +20,7 @@ from .kernel_arrays import (
     AREA,
     BAD_AREA,
     ENERGY,
+    IDLE,
     IGNITED,
     IGNITION,
     IMPULSE,
@@ -333,7 +334,7 @@ def finish(medium, tube, state, motion, tally, tick, events, counts, failed):
     """
     gamma, heat = medium.gamma, medium.heat
     allowed = LARGEST_COURANT * medium.cell_size / medium.step_size
-    overwritten, peak = 0.0, tally[PEAK]
+    overwritten, peak, idle = 0.0, tally[PEAK], tally[IDLE] + 1.0
     for i in range(state.density.size):
         density, energy = state.density[i], state.energy[i]
         velocity, fraction = state.momentum[i] / density, state.fuel[i] / density
@@ -349,7 +350,8 @@ def finish(medium, tube, state, motion, tally, tick, events, counts, failed):
             if not new >= 0.0:
                 return UNKNOWN_REACTION
             if new != fraction:
-                burns = fraction - new > _LEAST_BURN
+                if fraction - new > _LEAST_BURN:
+                    burns, idle = True, 0.0
                 fraction = new
                 state.fuel[i] = density * new
                 if written != pressure:
@@ -370,7 +372,7 @@ def finish(medium, tube, state, motion, tally, tick, events, counts, failed):
             state.arrival[i] = (tick - 1 + part) * medium.step_size
             note_front(tube, state, i, progress, tick, events, counts)
     tally[OVERWRITTEN] += overwritten * medium.cell_size
-    tally[PEAK] = peak
+    tally[PEAK], tally[IDLE] = peak, idle
     return 0
 
 

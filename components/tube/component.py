@@ -432,13 +432,11 @@ class Tube(Component):
             assert event.index is not None
             place = self.parameters.position + float(self.shell.lattice.axes[0].positions[event.index])
             found.append(
-                f"not valid from {1e6 * event.tick * self.step_size:.4g} us on: the cross-section at {place:.4g} m had grown by "
-                f"{event.value:.0%}, and the gas of a one-way coupling flows as in a rigid tube; take coupling = 'two_way'"
+                f"not valid from {1e6 * event.tick * self.step_size:.4g} us on: the cross-section at {place:.4g} m had grown "
+                f"by {event.value:.0%}, and the gas of a one-way coupling flows as in a rigid tube; take coupling = 'two_way'"
             )
         outcome = f"; {dud}" if dud else ""
-        return found + [
-            f"shell: {text}{outcome if text.startswith('outcome: ') else ''}" for text in self.shell.conclusions()
-        ]
+        return found + [f"shell: {text}{outcome if text.startswith('outcome: ') else ''}" for text in self.shell.conclusions()]
 
     def cautions(self) -> list[str]:
         """Return those of the parts, and a sentence where the gas should have felt the wall."""

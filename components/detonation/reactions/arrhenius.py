@@ -49,16 +49,12 @@ class Arrhenius(Reaction):
         """Return the pressure at which gas of the initial density is as hot as behind the leading shock [Pa]."""
         return ahead[1] * front.shocked.pressure / front.shocked.density
 
-    def half_time(self, constants: FloatArray, density: FloatArray, pressure: FloatArray) -> float:
-        """Return ln 2 / (k exp(-E rho / p)) of the hottest gas [s]."""
-        if not len(pressure):
-            return math.inf
+    def describe_ignition(self, constants: FloatArray, peak: float, density: FloatArray, pressure: FloatArray) -> str:
+        """Return the time ln 2 / (k exp(-E rho / p)) in which half of the hottest gas would react."""
         exponent = min(float(constants[1] * (density / pressure).min()), _LARGEST_EXPONENT)
-        return _LN2 / float(constants[0]) * float(exponential(exponent))
+        half = _LN2 / float(constants[0]) * float(exponential(exponent))
+        return f"half of it would react in {1e3 * half:.3g} ms where it is hottest now"
 
-    def describe_ignition(self, constants: FloatArray, peak: float, half_time: float) -> str:
-        """Return how slowly the hottest unburnt gas reacts."""
-        return f"half of it would react in {1e3 * half_time:.3g} ms where it is hottest now"
     def cautions(self, cell_size: float) -> list[str]:
         """Return a sentence where cells do not resolve the reaction zone."""
         cells = self.half_reaction_length / cell_size

@@ -9,7 +9,6 @@ gas burns before its shock has come: the front outruns it, a weak detonation.
 
 from __future__ import annotations
 
-import math
 from typing import ClassVar, Literal
 
 from ...errors import ParameterError
@@ -63,13 +62,11 @@ class PressureBurn(Reaction):
         """Return the trigger [Pa]."""
         return self.trigger * front.burnt.pressure
 
-    def half_time(self, constants: FloatArray, density: FloatArray, pressure: FloatArray) -> float:
-        """Return half of the time of the burn where the pressure is above the trigger [s]."""
-        return float(0.5 / constants[1]) if (pressure > constants[0]).any() else math.inf
-
-    def describe_ignition(self, constants: FloatArray, peak: float, half_time: float) -> str:
+    def describe_ignition(self, constants: FloatArray, peak: float, density: FloatArray, pressure: FloatArray) -> str:
         """Return the largest pressure of unburnt gas compared with the trigger."""
-        return f"its largest pressure was {peak / constants[0]:.2f} of the {1e-3 * constants[0]:.4g} kPa that start pressure_burn"
+        return (
+            f"its largest pressure was {peak / constants[0]:.2f} of the {1e-3 * constants[0]:.4g} kPa that start pressure_burn"
+        )
 
 
 @internal_inlined

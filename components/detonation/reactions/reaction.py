@@ -34,18 +34,15 @@ class Reaction(Named):
         """Return the pressure to which gas has to be heated at constant volume to ignite [Pa]; NaN where there is none."""
         return math.nan
 
-    def half_time(self, constants: FloatArray, density: FloatArray, pressure: FloatArray) -> float:
-        """Return the time in which half of the gas reacts where it reacts fastest [s]; infinity where none reacts, 0 if unknown.
+    def describe_ignition(self, constants: FloatArray, peak: float, density: FloatArray, pressure: FloatArray) -> str:
+        """Return how near gas that has not ignited came to it.
 
         Args:
             constants: of the kernel.
-            density: of cells with unburnt gas, shape (m,) [kg/m^3].
-            pressure: of the same, shape (m,) [Pa].
+            peak: largest pressure so far [Pa].
+            density: now, shape (n,) [kg/m^3].
+            pressure: now, shape (n,) [Pa].
         """
-        return 0.0
-
-    def describe_ignition(self, constants: FloatArray, peak: float, half_time: float) -> str:
-        """Return how near unburnt gas came to ignition, from its largest pressure [Pa] and `half_time` [s]."""
         return f"its largest pressure was {1e-3 * peak:.4g} kPa"
 
     def cautions(self, cell_size: float) -> list[str]:
