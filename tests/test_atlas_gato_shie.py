@@ -47,7 +47,9 @@ def cheap(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
     return made(tmp_path_factory.mktemp("gato-shie"), only=["recipe", "integration"])
 
 
-def lattice_outcome(cut: list[tuple[int, int, int, int]], along: int = 9, around: int = 11) -> Outcome:
+def lattice_outcome(
+    cut: list[tuple[int, int, int, int]], along: int = 9, around: int = 11, valid_until: float = math.inf
+) -> Outcome:
     """Return an outcome on an even lattice; pairs of (station, column) are cut."""
     x, arc = np.meshgrid(np.linspace(-0.04, 0.04, along), np.linspace(0.0, np.pi, around), indexing="ij")
     pairs = [(i * around + j, (i + 1) * around + j) for i in range(along - 1) for j in range(around)]
@@ -56,7 +58,7 @@ def lattice_outcome(cut: list[tuple[int, int, int, int]], along: int = 9, around
     broken = np.array([pair in wanted for pair in pairs])
     return Outcome(
         x.ravel(), arc.ravel(), np.ones(x.size), np.array(pairs), broken, 1.0, (0.0, 0.0), 1.0, float(broken.sum()), 0.5, 4e-4,
-        "axial crack", 0.02, 0.04, 0.5,
+        "axial crack", 0.02, 0.04, 0.5, 4e-4, valid_until,
     )  # fmt: skip
 
 

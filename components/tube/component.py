@@ -415,6 +415,7 @@ class Tube(Component):
             "work of the gas that it did not pay for, over that on the shell": self._exchange_difference() / work
             if work
             else 0.0,
+            "energy residual over the work on the shell": float(self.balances()[0].residual) / work if work else 0.0,
         }
 
     def _largest_change(self) -> float:
