@@ -55,7 +55,7 @@ def test_brief_heat_ignites_from_its_closed_form_on(trigger: float) -> None:
 
 
 def test_slow_heat_needs_about_the_power_of_the_closed_form() -> None:
-    """Measured: 0.7 to 0.85 of it ignite at triggers of 0.1 to 0.4; the formula is that of steady flow."""
+    """Measured: 0.7 to 0.8 of it ignite at triggers of 0.1 to 0.4; the formula is that of steady flow."""
     slow = heated(0.6 * POWER * LONG, LONG)
     assert 0.6 * POWER * LONG > 4.0 * HEAT and is_dud(slow)
     assert "which is enough but came too slowly; it needs" in slow.cautions()[0]
@@ -68,6 +68,19 @@ def test_the_pressure_that_was_reached_is_said() -> None:
     trigger = 0.2 * tube.front.burnt.pressure
     assert f"its largest pressure was {0.5 * (1e5 + trigger) / trigger:.2f} of the 675.7 kPa" in tube.conclusions()[0]
     assert f"was given {0.5 * HEAT:.3g} J; it needs {HEAT:.3g} J within 20 us" in tube.cautions()[0]
+
+
+@pytest.mark.parametrize(
+    ("where", "words"),
+    [
+        ({"ignition_zone": [0.1, 0.12]}, "within 10 us, or about 8.15 MW for longer"),
+        ({"left": "absorbing"}, "within 10 us, or about 8.15 MW for longer"),
+        ({"right": "open"}, "within 20 us, or about 4.07 MW for longer"),
+        ({"ignition_zone": [0.0, 0.4]}, "it needs 2.03e+03 J (ignition_power)"),
+    ],
+)
+def test_gas_leaves_a_zone_where_there_is_no_wall(where: dict[str, Any], words: str) -> None:
+    assert words in heated(0.0, BRIEF, **where).cautions()[0]
 
 
 @pytest.mark.parametrize("reaction", ["pressure_burn", "arrhenius", "constant_volume"])

@@ -15,7 +15,7 @@ from ..errors import ParameterError, StepError
 from ..support.float_arrays import FloatArray
 from ..support.round_numbers import round_down_to_125
 from . import ignition, kernel_arrays, kernels, moving_mesh
-from .boundaries import DIAPHRAGM, OPEN, PISTON, Diaphragm
+from .boundaries import ABSORBING, DIAPHRAGM, OPEN, PISTON, Diaphragm
 from .chapman_jouguet import Detonation, Flow, chapman_jouguet
 from .input_signals import area_pattern, tick_signals
 from .kernel_arrays import Medium, State, Tube
@@ -36,7 +36,7 @@ _BYTES_OF_CELL = 8 * (9 + 17) + 8
 # Cells over which the speed of the front is measured, where so many have burnt, and the least number: a burn of a few cells
 # makes the arrival in one cell uncertain by a tenth of the time that the front takes to cross it.
 _SPEED_CELLS, _LEAST_SPEED_CELLS = 50, 10
-# Heat acts at constant volume within this part of the time in which sound crosses the ignition zone.
+# Heat acts at constant volume within this part of the time in which sound crosses the zone, or half of it from two exits.
 _AT_ONCE = 0.3
 # A tube with a smaller part of unburnt gas has burnt; a front below this part of D is no detonation; and gas that has not burnt
 # for the time in which a detonation crosses so many cells burns no more.
@@ -584,18 +584,18 @@ class DetonationTube(Component):
         if self._state.flags[kernel_arrays.IGNITED] or np.isnan(needed):
             return [f"{said}; give more ignition_power, or a longer ignition_zone"]
         first, last = (int(cell) for cell in self._tube.heated)
-        areas, n = self._state.area, self.parameters.cells
-        length = (last - first) * self.cell_size
-        exits = float((areas[first] if first > 0 else 0.0) + (areas[last - 1] if last < n else 0.0))
+        p, areas = self.parameters, self._state.area
+        sides = ((first > 0, p.left, areas[first]), (last < p.cells, p.right, areas[last - 1]))
+        # Areas through which gas leaves the zone; none at a wall.
+        exits = [float(area) for inside, end, area in sides if inside or end.code in (OPEN, ABSORBING)]
+        length = (last - first) * self.cell_size / max(len(exits), 1)
         heat = ignition.heat_at_once(self.gas, self.ahead, needed, float(areas[first:last].sum()) * self.cell_size)
-        power = ignition.steady_power(self.gas, self.ahead, needed, exits)
+        power = ignition.steady_power(self.gas, self.ahead, needed, sum(exits))
         sound = float(np.sqrt(self.gas.gamma * self.ahead.pressure / self.ahead.density))
         given = float(self._block["tally"][kernel_arrays.IGNITION])
         enough = ", which is enough but came too slowly" if given >= heat else ""
-        return [
-            f"{said}: the ignition zone was given {given:.3g} J{enough}; it needs {heat:.3g} J within "
-            f"{1e6 * _AT_ONCE * length / sound:.3g} us, or about {1e-6 * power:.3g} MW for longer (ignition_power)"
-        ]
+        slowly = f" within {1e6 * _AT_ONCE * length / sound:.3g} us, or about {1e-6 * power:.3g} MW for longer" if exits else ""
+        return [f"{said}: the ignition zone was given {given:.3g} J{enough}; it needs {heat:.3g} J{slowly} (ignition_power)"]
 
     def _caution_of_slow_shock(self) -> list[str]:
         p, state = self.parameters, self._state
