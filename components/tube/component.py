@@ -427,7 +427,7 @@ class Tube(Component):
         dud, found = self.gas.dud, [f"gas: {text}" for text in self.gas.conclusions()]
         found.append(
             f"wall: the largest pressure on it was {1e-6 * self._block['peak_pressure'].max():.4g} MPa, and the cross-section "
-            f"differs by {self._largest_change():.2g} of that at rest at most"
+            f"has changed by {100.0 * self._largest_change():.3g} % at most"
         )
         for event in self.events(_GROWN):
             assert event.index is not None
