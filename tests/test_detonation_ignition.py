@@ -9,6 +9,7 @@ import pytest
 
 import granular_env as ge
 from granular_env.components.detonation import DetonationTube, ignition, kernel_arrays
+from granular_env.components.detonation.boundaries import ENDS, Closed
 from granular_env.components.detonation.reactions import REACTIONS, PressureBurn
 from granular_env.components.errors import StepError
 from granular_env.components.profiles import Profile
@@ -141,6 +142,16 @@ def test_a_reaction_that_no_kernel_knows_is_refused_by_name(monkeypatch: pytest.
     with pytest.raises(StepError, match="reaction: got 'deflagration', whose code 7 no kernel knows"):
         tube.step(1e-6)
     assert tube.save().data == before
+
+
+def test_an_end_that_no_kernel_knows_is_no_wall(monkeypatch: pytest.MonkeyPatch) -> None:
+    class Valve(Closed):
+        code = 9
+        name: Any = "valve"
+
+    monkeypatch.setitem(ENDS, "valve", Valve)
+    with pytest.raises(StepError, match="fell to nan"):
+        DetonationTube(initial_pressure=1e5, left="valve").step(1e-6)
 
 
 def test_the_words_belong_to_the_state() -> None:
