@@ -527,7 +527,7 @@ def _notes_on_colours(log: Any, drawn: Sequence[Drawable], shown: Container[str]
     """Yield a sentence for each of the drawables shown whose own output was not recorded: what colours it, or what was."""
     recorded = recorded_outputs(log)
     balanced = {name for balance in log.balances for name in (*balance.entries, balance.residual)}
-    arrays = [name for name, one in recorded.items() if one.shape and name not in balanced]
+    arrays = ", ".join(name for name, one in recorded.items() if one.shape and name not in balanced) or "none"
     for own, now in zip(log.drawables, drawn, strict=True):
         missing, colour = colour_name(own), colour_name(now)
         if not missing or missing in recorded or own.name not in shown or is_hidden(own, log.drawables):
@@ -535,7 +535,7 @@ def _notes_on_colours(log: Any, drawn: Sequence[Drawable], shown: Container[str]
         if colour in recorded:
             yield f"{missing} was not recorded: {colour} colours the {own.name}."
         else:
-            yield f"{missing} was not recorded: nothing colours the {own.name}. The recorded arrays are {', '.join(arrays) or 'none'}."
+            yield f"{missing} was not recorded: nothing colours the {own.name}. The recorded arrays are {arrays}."
 
 
 def _notes_on_links(log: Any, motion: Motion) -> Iterator[str]:
