@@ -36,7 +36,7 @@ BRITTLE = {"name": "mohr_coulomb", "cohesion": 2e6, "internal_friction": 0.4, "t
 
 
 def coupled_body(**automata):
-    """A grid beside automata, with a left side that moves."""
+    """Return a grid next to automata, with a left side that moves."""
     part = {"name": "rectangle", "columns": 6, "rows": 4, "cell_size": 5e-3}
     beside = {"name": "rectangle", "width": 0.03, "height": 0.02}
     return ge.make(

@@ -139,7 +139,7 @@ REACH = (
     "Reach along: from the first place of a crack along the tube to the last; reach around: over which part of the "
     "circumference cracks lie, wherever along the tube; at one place: the largest part of the circumference that they take "
     "there. Valid until: when a cross-section of the tube has grown by more than half, after the front; a gas of one-way "
-    "coupling goes on loading the wall as if it had not."
+    "coupling loads the wall as if it had not."
 )
 
 
