@@ -35,8 +35,10 @@ class EventDetail:
         unit: of value and limit; "" where it is not said.
         counts: name of the drawable whose elements its indices count: points, links or cells; "" for none.
         ratio: name of the output that says of each index what decides over its limit, 1 being an event; "" for none.
+        ends_validity: whether an assumption of the model fails at such an event, so that later results are not valid.
     """
 
     unit: str = ""
     counts: str = ""
     ratio: str = ""
+    ends_validity: bool = False

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import json
+import math
 import sys
 from pathlib import Path
 from typing import Any
@@ -16,8 +17,8 @@ from granular_env.atlas import papers
 from granular_env.atlas.context import Context
 from granular_env.cli import main
 from granular_env.components.tube import TubeParameters
-from granular_env.domains.tube.gato_shie_2010 import cases, initial_pressures, sensitivity
-from granular_env.domains.tube.gato_shie_2010.outcome import Outcome, in_notch, reach_history, read_outcome
+from granular_env.domains.tube.gato_shie_2010 import cases, crack_statements, initial_pressures, sensitivity
+from granular_env.domains.tube.gato_shie_2010.outcome import Outcome, compare, in_notch, reach_history, read_outcome, row_of
 from granular_env.domains.tube.gato_shie_2010.pictures import rolled_out
 
 NAMES = [
@@ -47,7 +48,9 @@ def cheap(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
     return made(tmp_path_factory.mktemp("gato-shie"), only=["recipe", "integration"])
 
 
-def lattice_outcome(cut: list[tuple[int, int, int, int]], along: int = 9, around: int = 11) -> Outcome:
+def lattice_outcome(
+    cut: list[tuple[int, int, int, int]], along: int = 9, around: int = 11, valid_until: float = math.inf
+) -> Outcome:
     """Return an outcome on an even lattice; pairs of (station, column) are cut."""
     x, arc = np.meshgrid(np.linspace(-0.04, 0.04, along), np.linspace(0.0, np.pi, around), indexing="ij")
     pairs = [(i * around + j, (i + 1) * around + j) for i in range(along - 1) for j in range(around)]
@@ -56,7 +59,7 @@ def lattice_outcome(cut: list[tuple[int, int, int, int]], along: int = 9, around
     broken = np.array([pair in wanted for pair in pairs])
     return Outcome(
         x.ravel(), arc.ravel(), np.ones(x.size), np.array(pairs), broken, 1.0, (0.0, 0.0), 1.0, float(broken.sum()), 0.5, 4e-4,
-        "axial crack", 0.02, 0.04, 0.5,
+        "axial crack", 0.02, 0.04, 0.5, 4e-4, valid_until,
     )  # fmt: skip
 
 
@@ -101,6 +104,26 @@ def test_a_picture_shows_both_halves_and_each_crack_twice() -> None:
     # A crack between stations runs around the tube, one between columns along it.
     assert np.ptp(x[0, :2]) == pytest.approx(0.0) and np.ptp(y[0, :2]) > 1.0
     assert np.ptp(y[1, :2]) == pytest.approx(0.0) and np.ptp(x[1, :2]) == pytest.approx(10.0)
+
+
+def test_a_picture_of_a_gas_that_no_longer_fits_its_tube_is_marked(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """In its title and caption, in the statements on cracks, and in tables; not at times before that."""
+    monkeypatch.setattr(crack_statements, "run_notched_tube", lambda *given: None)
+    context = Context(tmp_path, {"nodes": cases.NODES, "factor": cases.FACTOR})
+    for after, marked in ((cases.EARLY, False), (cases.LATE, True)):
+        one = dataclasses.replace(lattice_outcome([(5, 2, 6, 2)], valid_until=2e-4), time=after)
+        monkeypatch.setattr(crack_statements, "read_outcome", lambda log, time, one=one: one)
+        monkeypatch.setattr(crack_statements, "outcome", lambda *given, one=one: one)
+        figure = crack_statements.picture(context, 1, "figure-2", "Figure 2", after)
+        assert figure.title.endswith(", not valid") == marked and ("0.2 ms after the front a cross" in figure.caption) == marked
+        until = crack_statements.cracks(context, 1, "figure 2", []).values[-1]
+        assert (until.computed, until.unit) == ((0.2, "ms") if marked else ("the end", ""))
+        assert row_of(one)[-1] == ("0.2 ms" if marked else "the end")
+
+
+def test_outcomes_are_compared_by_word_and_by_number() -> None:
+    one, other = lattice_outcome([]), dataclasses.replace(lattice_outcome([]), reach=0.75, pieces=4.0)
+    assert compare([one, other]) == "axial crack; around 50 to 75 % of the circumference; 1 to 4 pieces"
 
 
 def test_no_point_of_a_figure_hides_another_or_is_cut_by_the_frame(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -16,6 +16,9 @@ from granular_env.components.detonation.kernel_arrays import Medium, State
 from granular_env.components.events import Event
 from granular_env.components.tube import exchange
 from granular_env.components.tube.interface_overlaps import find_overlaps
+from granular_env.viewing.figures.plane import draw_plane, load_plane
+from granular_env.viewing.figures.run_figures import curves
+from granular_env.viewing.scene_data import from_log
 
 SWITCHED_OFF = {"name": "two_way", "motion": False, "leakage": False}
 
@@ -309,3 +312,57 @@ def test_where_the_shell_breaks_down_is_told_in_its_own_x_and_in_that_of_the_gas
 def test_a_piston_in_the_gas_is_refused() -> None:
     with pytest.raises(ge.ParameterError, match="gas: got a piston"):
         ge.make("tube", gas={"right": "piston"})
+
+
+# -- what a one-way coupling does not feel ----------------------------------------------------------------------------------
+
+
+def swelling_ring(coupling: Any) -> Any:
+    """Return a soft ring full of air that is thrown outwards at 20 m/s: its radius grows by a quarter in some 30 us."""
+    tube: Any = ge.make("tube", **{**gas_ring(coupling, 1e6, 1e5).parameters.model_dump(), "step_size": 2e-7})
+    nodes = tube.shell.nodes
+    outward = nodes * [0.0, 1.0, 1.0]
+    velocity = 20.0 * outward / np.linalg.norm(outward, axis=1, keepdims=True)
+    velocity[np.abs(nodes[:, 1]) < 1e-12, 1] = 0.0
+    tube.reset(shell_nodal_velocity=velocity)
+    return tube
+
+
+@pytest.mark.parametrize("coupling", ["one_way", SWITCHED_OFF, "two_way"])
+def test_a_cross_section_that_has_grown_by_half_ends_the_validity_of_a_gas_that_does_not_feel_it(coupling: Any) -> None:
+    tube = swelling_ring(coupling)
+    ratio, first = 1.0, 0
+    while ratio < 1.6:
+        run(tube, 1)
+        ratio = float(((1.0 + tube.get("radial_displacement") / RADIUS) ** 2).max())
+        first = tube.tick if ratio > 1.5 and not first else first
+    found = tube.events("cross_section_grown")
+    said = [text for text in tube.conclusions() if text.startswith("not valid from ")]
+    if coupling == "two_way":
+        assert found == [] and said == []
+        return
+    [event] = found
+    # The output is the mean of the field, the event that of the nodes: a tick apart, in which it grows by 0.003.
+    assert abs(event.tick - first) <= 1 and event.limit == 0.5 and 0.5 < event.value < 0.51
+    assert tube.event_details[event.kind].ends_validity
+    assert said[0].startswith(f"not valid from {1e6 * event.tick * tube.step_size:.4g} us on: the cross-section at ")
+    other = tube.clone()
+    other.restore(tube.save())
+    assert run(other, 5).events() == run(tube, 5).events() and other.conclusions() == tube.conclusions()
+
+
+def test_pictures_and_curves_are_marked_from_there_on(tmp_path: Any) -> None:
+    pytest.importorskip("matplotlib", reason="the extra `view` is not installed")
+    tube = swelling_ring("one_way")
+    with ge.record(tube, tmp_path / "ring.mcap", every=1e-5, variables=["shell_surface_displacement", "work_on_room"]):
+        run(tube, round(4e-5 / tube.step_size))
+    time = tube.events("cross_section_grown")[0].tick * tube.step_size
+    with ge.open_log(tmp_path / "ring.mcap") as log:
+        scene_data = from_log(log)
+        plane = load_plane(log, scene_data, [0.0, 4e-5])
+    assert plane is not None and scene_data.valid_until == plane.valid_until == time
+    assert scene_data.remark.endswith(f"Not valid from {1e6 * time:.4g} \u00b5s on: cross section grown.")
+    assert [axes.get_title("left") for axes in draw_plane(plane).axes][:2] == ["t = 0 \u00b5s", "t = 40 \u00b5s, not valid"]
+    [axes] = curves([scene_data.curves["work_on_room"]], time).axes
+    assert [text.get_text() for text in axes.texts] == [" not valid"]
+    assert axes.lines[1].get_xdata() == pytest.approx([1e6 * time] * 2)

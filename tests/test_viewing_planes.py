@@ -17,29 +17,39 @@ from granular_env.viewing import LiveViewer, report, save_rrd
 from granular_env.viewing.colour_scales import colour_scales
 from granular_env.viewing.cracks import MOST_LINES, crack_lines
 from granular_env.viewing.figures.html_film import _instants
-from granular_env.viewing.figures.plane import Plane, draw_plane
+from granular_env.viewing.figures.plane import Plane, draw_plane, load_plane
 from granular_env.viewing.figures.run_figures import event_counts
 from granular_env.viewing.rerun.meshes import edges_of, triangles_of
 from granular_env.viewing.rerun.scene import whole_camera
 from granular_env.viewing.scene_data import from_component, from_log
 from granular_env.viewing.scene_scales import scales_of
-from granular_env.viewing.visible_drawables import common_exaggeration, places_by_count, places_of_outputs, visible_points
+from granular_env.viewing.visible_drawables import (
+    colouring_outputs,
+    common_exaggeration,
+    places_by_count,
+    places_of_outputs,
+    visible_points,
+)
 
 ROCK = {"density": 2700.0, "young": 6e10, "poisson": 0.25}
 BRITTLE = {"name": "mohr_coulomb", "cohesion": 2e6, "internal_friction": 0.4, "tensile": 1e6}
 
 
-@pytest.fixture(scope="module")
-def coupled_log(tmp_path_factory):
-    """A grid beside automata, pushed from the left."""
-    path = tmp_path_factory.mktemp("coupled") / "coupled.mcap"
+def coupled_body(**automata):
+    """Return a grid next to automata, with a left side that moves."""
     part = {"name": "rectangle", "columns": 6, "rows": 4, "cell_size": 5e-3}
     beside = {"name": "rectangle", "width": 0.03, "height": 0.02}
-    coupled = ge.make(
+    return ge.make(
         "coupled", origin=[0.03, 0.0],
         grid={"mesh": part, "material": ROCK, "boundaries": {"left": {"name": "velocity", "components": "x"}}},
-        automata={"shape": beside, "diameter": 5e-3, "packing": "square", "material": ROCK},
+        automata={"shape": beside, "diameter": 5e-3, "packing": "square", "material": ROCK, **automata},
     )  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def coupled_log(tmp_path_factory):
+    """One that is pushed from the left."""
+    path, coupled = tmp_path_factory.mktemp("coupled") / "coupled.mcap", coupled_body()
     variables = ["grid_speed", "grid_displacement", "automata_speed", "automata_displacement"]
     with ge.record(coupled, path, every=2e-6, variables=variables):
         coupled.step(1e-5, grid_left_velocity=[0.5, 0.0])
@@ -279,3 +289,50 @@ def test_what_is_drawn_says_what_its_outputs_belong_to(coupled_log, cracking_log
     assert not places_of_outputs([tube])["pressure"].fills_plane and places_of_outputs([tube])["pressure"].name == ""
     row = Points("beads", np.array([[0.0, 0.0], [1.0, 0.0]]), np.ones(2), "moved", "speed")
     assert not places_of_outputs([row])["speed"].fills_plane and places_by_count([row]) == {}
+
+
+@pytest.mark.parametrize(
+    ("component", "recorded", "colours", "notes"),
+    [
+        (coupled_body(criterion=BRITTLE), ["automata_damage", "grid_displacement"], {"automata": "automata_damage"}, ["grid"]),
+        (coupled_body(), ["automata_displacement", "grid_pressure"], {"grid": "grid_pressure"}, ["automata"]),
+        (ge.make("grid"), ["pressure"], {"grid": "pressure"}, []),
+        (ge.make("discs"), ["displacement", "linked"], {}, ["discs"]),
+        (ge.make("detonation"), ["velocity"], {"tube": "velocity"}, []),
+        (ge.make("chain", grains=5), ["displacement", "contact_force"], {"grains": "displacement"}, []),
+    ],
+    ids=["coupled by damage", "coupled by pressure", "grid", "discs", "detonation", "chain"],
+)
+def test_what_was_recorded_colours_what_names_another_output(tmp_path, component, recorded, colours, notes):
+    """Every view has it from `from_log`; links and broken cells colour nothing, and a note says what nothing colours."""
+    pytest.importorskip("matplotlib", reason="the extra `view` is not installed")
+    with ge.record(component, tmp_path / "one.mcap", variables=recorded):
+        component.step(10 * component.step_size)
+    with ge.open_log(tmp_path / "one.mcap") as log:
+        scene_data, plane = from_log(log), load_plane(log, None)
+        drawn = {one.name: one.colour_variable.name for one in scene_data.motions if one.colour is not None}
+        drawn |= {one.name: one.field_variable.name for one in scene_data.meshes if one.field is not None}
+        assert drawn == colours
+        assert plane is None or {name for scale in plane.scales for name in scale.names} <= set(colours.values())
+        said = " ".join(scene_data.notes)
+        assert all(f"was not recorded: {name} colours the {one}" in said for one, name in colours.items())
+        grey = re.findall(r"nothing colours the (\w+)\. The recorded arrays are ([\w, ]*)", said)
+        assert grey == [(one, ", ".join(sorted(recorded))) for one in notes]
+
+
+def test_values_of_other_things_of_the_same_number_colour_nothing():
+    """Four links between four points: their axes tell them apart."""
+    points = Points("discs", np.zeros((4, 3)), np.ones(4), "displacement", "speed")
+    moved = Variable("displacement", "output", "m", (4, 2), "", axes=("disc", "direction"))
+    stretch, spin = (
+        Variable(name, "output", "1", (4,), "", axes=(axis,)) for name, axis in (("stretch", "link"), ("spin", "disc"))
+    )
+    variables = {one.name: one for one in (moved, stretch, spin)}
+    assert colouring_outputs([points], variables) == ["spin"]
+
+
+def test_pictures_say_how_much_larger_displacements_are_drawn(coupled_log):
+    pytest.importorskip("matplotlib", reason="the extra `view` is not installed")
+    plane = load_plane(coupled_log, from_log(coupled_log))
+    texts = [one.get_text() for one in draw_plane(plane).findobj(lambda artist: hasattr(artist, "get_text"))]
+    assert plane.exaggeration > 1.0 and any(f"displacements drawn {plane.exaggeration:g} x larger" in text for text in texts)

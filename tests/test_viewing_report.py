@@ -266,6 +266,22 @@ def test_a_field_along_a_curve_stands_over_its_coordinate(tmp_path):
         )
 
 
+def test_vectors_and_a_single_gauge_have_histories(tmp_path):
+    """Displacements are seen in the pictures, and as histories where they are asked for."""
+    grid, gas = make("grid", receivers=[[0.01, 0.01], [0.02, 0.02]]), make("detonation", gauges=[0.5])
+    for name, component, recorded in (("grid", grid, ["receiver_velocity", "displacement"]), ("gas", gas, ["gauge_pressure"])):
+        with record(component, tmp_path / f"{name}.mcap", variables=recorded):
+            component.step(10 * component.step_size)
+    with open_log(tmp_path / "grid.mcap") as log:
+        report(log, tmp_path / "grid")
+        report(log, tmp_path / "chosen", variables=["displacement"])
+    with open_log(tmp_path / "gas.mcap") as log:
+        report(log, tmp_path / "gas")
+        assert "gauge_pressure" in from_log(log).curves
+    assert {"receiver_velocity-histories.png"} == {one.name for one in (tmp_path / "grid").glob("*histories.png")}
+    assert (tmp_path / "chosen" / "displacement-histories.png").exists() and (tmp_path / "gas" / "outputs.png").exists()
+
+
 def test_a_drawing_in_a_page_has_no_colours_of_its_own_and_no_names_twice(log):
     scene_data = from_log(log)
     drawn = [

@@ -14,14 +14,14 @@ from ..drawables import Cells, Curve, Drawable
 from ..errors import ParameterError, StepError
 from ..support.float_arrays import FloatArray
 from ..support.round_numbers import round_down_to_125
-from . import kernel_arrays, kernels, moving_mesh
-from .boundaries import DIAPHRAGM, OPEN, PISTON, Diaphragm
+from . import ignition, kernel_arrays, kernels, moving_mesh
+from .boundaries import ABSORBING, DIAPHRAGM, OPEN, PISTON, Diaphragm
 from .chapman_jouguet import Detonation, Flow, chapman_jouguet
 from .input_signals import area_pattern, tick_signals
 from .kernel_arrays import Medium, State, Tube
 from .limiters import LIMITERS
 from .parameters import DetonationParameters
-from .reactions.reaction import CONSTANTS
+from .reactions.reaction import CONSTANT_VOLUME, CONSTANTS, INERT
 from .slow_shock_detection import find_slow_shock
 
 # The Courant number of the default step, for the fastest wave that is expected.
@@ -36,6 +36,11 @@ _BYTES_OF_CELL = 8 * (9 + 17) + 8
 # Cells over which the speed of the front is measured, where so many have burnt, and the least number: a burn of a few cells
 # makes the arrival in one cell uncertain by a tenth of the time that the front takes to cross it.
 _SPEED_CELLS, _LEAST_SPEED_CELLS = 50, 10
+# Heat acts at constant volume within this part of the time in which sound crosses the zone, or half of it from two exits.
+_AT_ONCE = 0.3
+# A tube with a smaller part of unburnt gas has burnt; a front below this part of D is no detonation; and gas that has not burnt
+# for the time in which a detonation crosses so many cells burns no more.
+_UNBURNT, _SLOW, _IDLE_CELLS = 0.01, 0.5, 10.0
 _STATE = ("density", "momentum", "energy", "fuel", "velocity", "pressure", "progress", "area", "arrival", "flags")
 
 
@@ -46,7 +51,7 @@ class DetonationTube(Component):
     """
 
     name = "detonation"
-    version = 2
+    version = 3
     Parameters = DetonationParameters
     parameters: DetonationParameters
     # In the order of their numbers in `kernels`.
@@ -416,6 +421,12 @@ class DetonationTube(Component):
             return self._explain_fast_waves(status, cell, tick)
         if status == kernel_arrays.ENDS_TOO_FAST:
             return self._explain_fast_ends(tick)
+        if status == kernel_arrays.UNKNOWN_REACTION:
+            name = self.parameters.chosen_reaction.name
+            return StepError(
+                f"got {name!r}, whose code {self._medium.law} no kernel knows; add it to `react` in detonation/kernels.py",
+                time=time, at="reaction", variable="reaction", index=None, value=self._medium.law, limit=CONSTANT_VOLUME,
+            )  # fmt: skip
         if status == kernel_arrays.BAD_AREA:
             area = float(tick_signals(self._held, tick - 1, 1)[0, kernel_arrays.AREA] * area_pattern(self._held)[cell])
             now = float(state.area[cell])
@@ -525,9 +536,66 @@ class DetonationTube(Component):
             / self.front.burnt.pressure,
         }
 
+    @property
+    def dud(self) -> str:
+        """Words for gas that could detonate and does not: not ignited, burning no more or slowly; "" for other gas."""
+        if self._medium.law == INERT or self._unburnt_part() <= _UNBURNT:
+            return ""
+        if self._block["tally"][kernel_arrays.IDLE] * self.step_size > _IDLE_CELLS * self.cell_size / self.front.speed:
+            return "the gas burns no more" if self._state.flags[kernel_arrays.IGNITED] else "the gas has not ignited"
+        return "the gas burns without a detonation" if 0.0 < self.get("cj_ratio") < _SLOW else ""
+
+    def _unburnt_part(self) -> float:
+        state = self._state
+        return float((state.fuel * state.area).sum() / (state.density * state.area).sum())
+
+    def conclusions(self) -> list[str]:
+        """Return whether the gas has ignited, where and when, and how much of it is unburnt."""
+        if self._medium.law == INERT:
+            least, largest = (1e-3 * float(one) for one in (self._state.pressure.min(), self._state.pressure.max()))
+            return [f"the gas does not react; its pressure is {least:.4g} to {largest:.4g} kPa"]
+        if not self._state.flags[kernel_arrays.IGNITED]:
+            peak = max(float(self._block["tally"][kernel_arrays.PEAK]), float(self._state.pressure.max()))
+            law, state = self.parameters.chosen_reaction, self._state
+            return [
+                f"the gas has not ignited: {law.describe_ignition(self._tube.reaction, peak, state.density, state.pressure)}"
+            ]
+        begin, end = self._fronts()
+        first, ratio = self.events("ignited"), self.get("cj_ratio")
+        time = f"{1e6 * first[0].tick * self.step_size:.4g} us after the start" if first else "before the start"
+        runs = f"; the front ran at {ratio:.3f} of the speed of Chapman and Jouguet" if ratio else ""
+        return [
+            f"{self.dud or f'the gas ignited {time}'}: {self._unburnt_part():.0%} of it is unburnt; burnt gas lies from "
+            f"{begin:.4g} to {end:.4g} m{runs}"
+        ]
+
     def cautions(self) -> list[str]:
-        """Return a sentence for each assumption that the reaction does not meet on these cells, and for a slow strong shock."""
-        return [*self.parameters.chosen_reaction.cautions(self.cell_size), *self._caution_of_slow_shock()]
+        """Return a sentence for gas that does not burn, for assumptions of the reaction, and for a slow strong shock."""
+        law = self.parameters.chosen_reaction
+        return [*self._caution_of_dud(), *law.cautions(self.cell_size), *self._caution_of_slow_shock()]
+
+    def _caution_of_dud(self) -> list[str]:
+        """Return the heat or the power that the ignition zone lacks where the gas does not burn."""
+        dud = self.dud
+        if not dud:
+            return []
+        said = f"{dud}, and its pressure is not that of a detonation"
+        needed = self.parameters.chosen_reaction.ignition_pressure(self.front, (self.ahead.pressure, self.ahead.density))
+        if self._state.flags[kernel_arrays.IGNITED] or np.isnan(needed):
+            return [f"{said}; give more ignition_power, or a longer ignition_zone"]
+        first, last = (int(cell) for cell in self._tube.heated)
+        p, areas = self.parameters, self._state.area
+        sides = ((first > 0, p.left, areas[first]), (last < p.cells, p.right, areas[last - 1]))
+        # Areas through which gas leaves the zone; none at a wall.
+        exits = [float(area) for inside, end, area in sides if inside or end.code in (OPEN, ABSORBING)]
+        length = (last - first) * self.cell_size / max(len(exits), 1)
+        heat = ignition.heat_at_once(self.gas, self.ahead, needed, float(areas[first:last].sum()) * self.cell_size)
+        power = ignition.steady_power(self.gas, self.ahead, needed, sum(exits))
+        sound = float(np.sqrt(self.gas.gamma * self.ahead.pressure / self.ahead.density))
+        given = float(self._block["tally"][kernel_arrays.IGNITION])
+        enough = ", which is enough but came too slowly" if given >= heat else ""
+        slowly = f" within {1e6 * _AT_ONCE * length / sound:.3g} us, or about {1e-6 * power:.3g} MW for longer" if exits else ""
+        return [f"{said}: the ignition zone was given {given:.3g} J{enough}; it needs {heat:.3g} J{slowly} (ignition_power)"]
 
     def _caution_of_slow_shock(self) -> list[str]:
         p, state = self.parameters, self._state

@@ -12,7 +12,7 @@ from typing import Annotated, NamedTuple
 
 from pydantic import AfterValidator
 
-from ..errors import ParameterError, nearest
+from ..errors import ParameterError
 from ..support.magnitudes import Magnitude, NotNegativeMagnitude
 from ..support.parameter_fields import field
 from ..support.validation import Parameters
@@ -61,6 +61,10 @@ MIXTURES = {
     ),
 }
 INERT_GASES = {"air": Gas()}
+_OWN_GAS = (
+    "or give gamma, gas_constant and heat_release, which "
+    "granular_env.components.detonation.chemical_equilibrium.equilibrium_gas computes for a mixture"
+)
 # How far the initial temperature may be from that of a mixture's table [K].
 _TEMPERATURE_RANGE = 15.0
 
@@ -68,7 +72,7 @@ _TEMPERATURE_RANGE = 15.0
 def _validate_name(name: str) -> str:
     known = [*MIXTURES, *INERT_GASES]
     if name not in known:
-        raise ValueError(f"{name!r} is no gas; {nearest(name, known)}; or give gamma, gas_constant and heat_release")
+        raise ValueError(f"{name!r} is no gas; known: {', '.join(known)}; {_OWN_GAS}")
     return name
 
 
@@ -92,17 +96,16 @@ def gas_at(value: str | Gas, pressure: float, temperature: float) -> Gas:
     if value in INERT_GASES:
         return INERT_GASES[value]
     mixture = MIXTURES[value]
-    advice = "or give the gas as gamma, gas_constant and heat_release"
     low, high = mixture.rows[0][0], mixture.rows[-1][0]
     if not low <= pressure <= high:
         raise ValueError(
-            f"initial_pressure: got {pressure:g} Pa, expected {low:g} to {high:g} Pa for the mixture {value!r}; {advice}"
+            f"initial_pressure: got {pressure:g} Pa, expected {low:g} to {high:g} Pa for the mixture {value!r}; {_OWN_GAS}"
         )
     if abs(temperature - mixture.temperature) > _TEMPERATURE_RANGE:
         coldest, warmest = mixture.temperature - _TEMPERATURE_RANGE, mixture.temperature + _TEMPERATURE_RANGE
         raise ValueError(
             f"initial_temperature: got {temperature:g} K, expected {coldest:g} to {warmest:g} K for the mixture "
-            f"{value!r}; {advice}"
+            f"{value!r}; {_OWN_GAS}"
         )
     place = max(1, next(place for place, row in enumerate(mixture.rows) if pressure <= row[0]))
     below, above = mixture.rows[place - 1], mixture.rows[place]

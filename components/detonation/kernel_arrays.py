@@ -108,13 +108,14 @@ class Scratch(NamedTuple):
 
 # Flags: whether the end is open now; whether anything has burnt; whether a front has reached the end.
 LEFT_OPEN, RIGHT_OPEN, IGNITED, LEFT_REACHED, RIGHT_REACHED, FLAGS = 0, 1, 2, 3, 4, 5
-# Entries of the tally since the reset, of the left end and then of the right one where there are two.
-MASS, IMPULSE, ENERGY, WALL_IMPULSE, WALL_WORK, IGNITION, OVERWRITTEN, TALLY = 0, 2, 4, 6, 7, 8, 9, 10
+# Entries of the tally since the reset, of the left end and then of the right one where there are two. PEAK is the largest
+# pressure of unburnt gas, IDLE the number of ticks since gas burnt.
+MASS, IMPULSE, ENERGY, WALL_IMPULSE, WALL_WORK, IGNITION, OVERWRITTEN, PEAK, IDLE, TALLY = 0, 2, 4, 6, 7, 8, 9, 10, 11, 12
 # Columns of the signals that a tick reads, each in its middle: W, Pa, Pa, the factor of the area, m/s, m/s.
 POWER, LEFT_PRESSURE, RIGHT_PRESSURE, AREA, LEFT_VELOCITY, RIGHT_VELOCITY, SIGNALS = 0, 1, 2, 3, 4, 5, 6
 # Statuses of a tick. The last two are those of a moving mesh, whose state is then that from before the tick: waves too fast for
 # its cells at the velocities that the ends have in this tick, and ends that would leave less than half of the tube.
-NOT_POSITIVE, TOO_FAST, BAD_AREA, TOO_FAST_AHEAD, ENDS_TOO_FAST = 1, 2, 3, 4, 5
+NOT_POSITIVE, TOO_FAST, BAD_AREA, UNKNOWN_REACTION, TOO_FAST_AHEAD, ENDS_TOO_FAST = 1, 2, 3, 4, 5, 6
 # By so much a cross-section may grow or shrink in a tick: the pressure of the gas in it is then right within 4 %.
 LARGEST_RATIO = 2.0
 

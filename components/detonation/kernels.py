@@ -11,7 +11,7 @@ crosses a face leaves one cell and enters the other: mass, energy and momentum a
 
 from __future__ import annotations
 
-from math import sqrt
+from math import nan, sqrt
 
 from ..support.jit import internal, internal_inlined, jit
 from .boundaries import ABSORBING, DIAPHRAGM
@@ -20,6 +20,7 @@ from .kernel_arrays import (
     AREA,
     BAD_AREA,
     ENERGY,
+    IDLE,
     IGNITED,
     IGNITION,
     IMPULSE,
@@ -30,10 +31,12 @@ from .kernel_arrays import (
     MASS,
     NOT_POSITIVE,
     OVERWRITTEN,
+    PEAK,
     POWER,
     RIGHT_PRESSURE,
     RIGHT_REACHED,
     TOO_FAST,
+    UNKNOWN_REACTION,
     WALL_IMPULSE,
     WALL_WORK,
 )  # fmt: skip
@@ -48,6 +51,8 @@ LARGEST_COURANT = 0.9
 # Kinds of events, in the order of `DetonationTube.event_kinds`, and the progress at which gas counts as burnt.
 _OPENED, _END_REACHED, _FRONT_PASSED, _IGNITED = 0, 1, 2, 3
 BURNT = 0.5
+# Gas of which less than this part reacts in a tick burns in no front: cold gas by Arrhenius' law, and air that has come in.
+_LEAST_BURN = 1e-5
 # Cells that do not move: velocity of the left end, and by how much a cell is faster than the one before it [m/s].
 AT_REST = (0.0, 0.0)
 
@@ -307,14 +312,17 @@ def add_heat(medium, tube, state, heat_rate, tally):
 
 @internal_inlined
 def react(medium, tube, density, pressure, fraction):
-    """Return the part that has not reacted after a tick, and the pressure that a law has written over the old one."""
+    """Return the part that has not reacted after a tick, and the pressure that a law has written over the old one.
+
+    The part is NaN where no kernel knows the law.
+    """
     if medium.law == PRESSURE_BURN:
         return burn_by_pressure(tube.reaction, pressure, fraction, medium.step_size), pressure
     if medium.law == ARRHENIUS:
         return burn_by_arrhenius(tube.reaction, density, pressure, fraction, medium.step_size), pressure
     if medium.law == CONSTANT_VOLUME:
         return burn_at_constant_volume(tube.reaction, density, pressure, fraction)
-    return fraction, pressure
+    return nan, pressure
 
 
 @internal
@@ -326,19 +334,24 @@ def finish(medium, tube, state, motion, tally, tick, events, counts, failed):
     """
     gamma, heat = medium.gamma, medium.heat
     allowed = LARGEST_COURANT * medium.cell_size / medium.step_size
-    overwritten = 0.0
+    overwritten, peak, idle = 0.0, tally[PEAK], tally[IDLE] + 1.0
     for i in range(state.density.size):
         density, energy = state.density[i], state.energy[i]
         velocity, fraction = state.momentum[i] / density, state.fuel[i] / density
         kinetic = 0.5 * state.momentum[i] * velocity
         pressure = (gamma - 1.0) * (energy - kinetic - state.fuel[i] * heat)
-        failed[0] = i
+        failed[0], burns = i, False
         if not (density > 0.0 and pressure > 0.0 and density < 1e300):
             state.pressure[i] = pressure
             return NOT_POSITIVE
         if medium.law != INERT and fraction > 0.0:
+            peak = pressure if pressure > peak else peak
             new, written = react(medium, tube, density, pressure, fraction)
+            if not new >= 0.0:
+                return UNKNOWN_REACTION
             if new != fraction:
+                if fraction - new > _LEAST_BURN:
+                    burns, idle = True, 0.0
                 fraction = new
                 state.fuel[i] = density * new
                 if written != pressure:
@@ -354,11 +367,12 @@ def finish(medium, tube, state, motion, tally, tick, events, counts, failed):
         if not abs(velocity) + sound <= allowed:
             if not abs(velocity - (motion[0] + (i + 0.5) * motion[1])) + sound <= allowed:
                 return TOO_FAST
-        if progress >= BURNT and state.arrival[i] < 0.0:
-            part = (BURNT - old) / (progress - old) if progress > old else 0.0
+        if burns and progress >= BURNT and state.arrival[i] < 0.0:
+            part = (BURNT - old) / (progress - old) if old < BURNT else 0.0
             state.arrival[i] = (tick - 1 + part) * medium.step_size
             note_front(tube, state, i, progress, tick, events, counts)
     tally[OVERWRITTEN] += overwritten * medium.cell_size
+    tally[PEAK], tally[IDLE] = peak, idle
     return 0
 
 

@@ -17,6 +17,7 @@ from ..detonation.component import DetonationTube
 from ..detonation.kernel_arrays import WALL_WORK
 from ..drawables import Cells, Drawable, Points
 from ..errors import Fault, ParameterError, StepError
+from ..events import EventDetail
 from ..inputs import input_value
 from ..parts import Part, make_part, part_drawable, part_readers, part_values, part_variables
 from ..shell.component import Shell
@@ -33,6 +34,9 @@ _WAKING = 1e-9
 _GAS, _SHELL, _WALL = 16, 32, 48
 # A change of the cross-section that a gas in a rigid tube should have felt.
 _LARGE_CHANGE = 0.02
+# Growth of the cross-section beyond which a gas in a rigid tube loads a wall that is no tube any more.
+_LARGEST_GROWTH = 0.5
+_GROWN = "cross_section_grown"
 
 
 class Tube(Component):
@@ -42,9 +46,13 @@ class Tube(Component):
     """
 
     name = "tube"
-    version = 4
+    version = 5
     Parameters = TubeParameters
     parameters: TubeParameters
+    event_kinds = {
+        _GROWN: "the cross-section at a station had grown by more than half, unfelt by the gas; the index is the station's"
+    }
+    event_details = {_GROWN: EventDetail("1", ends_validity=True)}
 
     # -- building ---------------------------------------------------------------------------------------------------
 
@@ -209,7 +217,8 @@ class Tube(Component):
         self._begin(self.shell, "shell", seed, values, {})
         state = self.shell.tables()[1]
         self._block["awake"][0] = any(bool(one.any()) for one in (state.displacement, state.velocity, state.stress))
-        area = self._present_area() if self.parameters.coupling.moves_gas else self.gas.areas
+        present = self._present_area()
+        area = present if self.parameters.coupling.moves_gas else self.gas.areas
         starts = self._begin(self.gas, "gas", seed, values, {"area": area})
         self._block["peak_pressure"][:] = self._shell_pressure()
         return {f"gas_{name}": value for name, value in starts.items() if name != "area"}
@@ -255,9 +264,20 @@ class Tube(Component):
         if not self._is_awake(after):
             return 0
         status = self._advance_shell(tick, before, after)
-        if status or not self.parameters.coupling.moves_gas:
+        if status:
             return status
-        return self._move_wall(tick, after)
+        exchange.write_widening(self.interface, self.shell.tables()[1], self._block["widening"])
+        if self.parameters.coupling.moves_gas:
+            return self._move_wall(tick, after)
+        self._note_growth(tick)
+        return 0
+
+    def _note_growth(self, tick: int) -> None:
+        """Note, once, that a gas of one-way coupling flows through a cross-section that is not that of the wall."""
+        station = int(self._block["widening"].argmax())
+        growth = float(self._block["widening"][station])
+        if growth > _LARGEST_GROWTH and not self._block.count("events"):
+            self._add_event(tick + 1, _GROWN, station, growth, _LARGEST_GROWTH)
 
     def _advance_gas(self, tick: int) -> int:
         """Advance the gas with the area that it has, and let it out through openings."""
@@ -330,7 +350,6 @@ class Tube(Component):
     def _move_wall(self, tick: int, pressures: FloatArray) -> int:
         """Give the gas the cross-section that the shell leaves it, and take the work of this tick from it."""
         medium, _, gas, _, tally = self.gas.tables()
-        exchange.write_widening(self.interface, self.shell.tables()[1], self._block["widening"])
         self._failed_tick = tick
         status = exchange.move_wall(
             medium, gas, self.interface, pressures, self._block["widening"], self._works, self._cells[0], self._cells[1],
@@ -396,17 +415,29 @@ class Tube(Component):
             "work of the gas that it did not pay for, over that on the shell": self._exchange_difference() / work
             if work
             else 0.0,
+            "energy residual over the work on the shell": float(self.balances()[0].residual) / work if work else 0.0,
         }
 
     def _largest_change(self) -> float:
         """Return the largest relative change of a station's cross-section now."""
-        widening = self._block["widening"].copy()
-        exchange.write_widening(self.interface, self.shell.tables()[1], widening)
-        return float(np.abs(widening).max())
+        return float(np.abs(self._block["widening"]).max())
 
     def conclusions(self) -> list[str]:
-        """Return those of the shell."""
-        return [f"shell: {text}" for text in self.shell.conclusions()]
+        """Return those of both parts, what the wall has borne, and from when on a one-way coupling is not valid."""
+        dud, found = self.gas.dud, [f"gas: {text}" for text in self.gas.conclusions()]
+        found.append(
+            f"wall: the largest pressure on it was {1e-6 * self._block['peak_pressure'].max():.4g} MPa, and the cross-section "
+            f"has changed by {100.0 * self._largest_change():.3g} % at most"
+        )
+        for event in self.events(_GROWN):
+            assert event.index is not None
+            place = self.parameters.position + float(self.shell.lattice.axes[0].positions[event.index])
+            found.append(
+                f"not valid from {1e6 * event.tick * self.step_size:.4g} us on: the cross-section at {place:.4g} m had grown "
+                f"by {event.value:.0%}, and the gas of a one-way coupling flows as in a rigid tube; take coupling = 'two_way'"
+            )
+        outcome = f"; {dud}" if dud else ""
+        return found + [f"shell: {text}{outcome if text.startswith('outcome: ') else ''}" for text in self.shell.conclusions()]
 
     def cautions(self) -> list[str]:
         """Return those of the parts, and a sentence where the gas should have felt the wall."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Container, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
@@ -22,7 +22,17 @@ from .curves import MAXIMUM_CURVE_POINTS, Curve, pick_with_extremes
 from .domain_views import views_class
 from .input_curves import load_input, present_input
 from .viewpoint import focus_normal, viewpoint
-from .visible_drawables import colouring_outputs, is_hidden, is_plane, is_solid, recolour, visible_cells, visible_points
+from .visible_drawables import (
+    colour_name,
+    colouring_outputs,
+    is_hidden,
+    is_plane,
+    is_solid,
+    recolour,
+    visible_cells,
+    visible_points,
+    with_colour,
+)
 
 # Bounds of what is shown: viewers die of more.
 MAXIMUM_FRAMES = 400
@@ -170,6 +180,7 @@ class SceneData:
         remark: what pictures have to say beside what they show; "" for nothing.
         conclusions: what has become of the system at the end of the run, in sentences.
         focus_normal: the outward direction of a body in space where most happens; None where nothing tells, as while it runs.
+        valid_until: time of the first event that ends the validity of the results [s]; infinity where there is none.
     """
 
     title: str
@@ -185,6 +196,7 @@ class SceneData:
     remark: str = ""
     conclusions: tuple[str, ...] = ()
     focus_normal: FloatArray | None = None
+    valid_until: float = np.inf
 
     @property
     def motions(self) -> tuple[Motion, ...]:
@@ -254,19 +266,30 @@ def from_log(
     meshes = tuple(mesh for cells in visible_cells(drawn) if (mesh := _mesh(log, cells, frames)))
     outputs = {name: variable for name, variable in log.variables.items() if variable.causality == "output"}
     vectors = {name for balance in log.balances for name in (*balance.entries, balance.residual)}
-    shown = [name for name in outputs if (outputs[name].shape == () or name in vectors) and len(log.times(name))]
+    shown = [name for name in outputs if (outputs[name].shape in ((), (1,)) or name in vectors) and len(log.times(name))]
     curves = {curve.name: curve for name in shown for curve in curves_of(log, name)}
     acted = [one for name in log.input_variables if (one := load_input(log, name)) is not None]
     inputs = {curve.name: curve for one in acted for curve in one.curves}
-    notes = tuple(_notes(log, motion, meshes))
+    notes = (*_notes(log, motion, meshes), *_notes_on_colours(log, drawn, {one.name for one in (*found, *meshes)}))
     balances = _balances_to_show(log.balances, log.variables)
     profiles = tuple(_profile(log, one, frames) for one in log.drawables if _is_drawn_along_a_line(log, one))
-    remark = remark_of(log.metadata.get("component"), log.metadata.get("parameters"))
+    until, invalid = validity_of(log)
+    remark = f"{remark_of(log.metadata.get('component'), log.metadata.get('parameters'))} {invalid}".strip()
     concluded = tuple(log.metadata["conclusions"])
     return SceneData(
         title_of(log), motion, curves, inputs, notes, balances, tuple(found[1:]), meshes, profiles, remark, concluded,
-        focus_normal(log, drawn),
+        focus_normal(log, drawn), until,
     )  # fmt: skip
+
+
+def validity_of(log: Any) -> tuple[float, str]:
+    """Return until when the results of a run are valid [s], and a sentence on it; infinity and "" where nothing ends that."""
+    details = log.event_details
+    for event in (*(log.earlier_events() or ()), *log.events()):
+        if event.kind in details and details[event.kind].ends_validity:
+            time = event.tick * log.step_size
+            return time, f"Not valid from {1e6 * time:.4g} \u00b5s on: {event.kind.replace('_', ' ')}."
+    return np.inf, ""
 
 
 def _balances_to_show(balances: Iterable[BalanceNames], variables: Mapping[str, Variable]) -> tuple[BalanceNames, ...]:
@@ -286,7 +309,7 @@ def recorded_outputs(log: Any) -> dict[str, Variable]:
 def coloured_drawables(log: Any, colour: str | None) -> tuple[Drawable, ...]:
     """Return what a log draws, coloured by an output; None for that which the component names.
 
-    The surface of a body in space whose field was not recorded takes the first output that was and that can colour it.
+    Points and cells whose output was not recorded take the first output that was and that can colour them.
 
     Raises:
         ParameterError: nothing can be coloured by that output.
@@ -296,16 +319,16 @@ def coloured_drawables(log: Any, colour: str | None) -> tuple[Drawable, ...]:
         return recolour(log.drawables, recorded, colour)
     found: list[Drawable] = []
     for one in log.drawables:
-        others = colouring_outputs([one], recorded) if isinstance(one, Cells) and is_solid(one.nodes) else []
+        named = colour_name(one)
+        others = colouring_outputs([one], recorded) if named and named not in recorded else []
         others = [name for name in others if name != getattr(one, "state", "")]
-        is_bare = isinstance(one, Cells) and one.field not in recorded and bool(others)
-        found.append(replace(one, field=others[0]) if is_bare else one)  # type: ignore[call-arg]
+        found.append(with_colour(one, others[0]) if others else one)
     return tuple(found)
 
 
 def curve_names(variable: Variable) -> list[str]:
-    """Return the name of the curve of a scalar, or those of the curves of a short vector."""
-    if variable.shape == ():
+    """Return the name of the curve of a scalar, or of an array of one, or those of the curves of a short vector."""
+    if variable.shape in ((), (1,)):
         return [variable.name]
     if len(variable.shape) == 1 and variable.shape[0] <= len(_AXES):
         return [f"{variable.name}_{axis}" for axis in _AXES[: variable.shape[0]]]
@@ -484,8 +507,6 @@ def _notes(log: Any, motion: Motion | None, meshes: Sequence[MeshFrames]) -> Ite
         yield "The motion of the particles was not recorded; record displacement or position to see them."
     if motion is not None and not motion.located:
         yield "Displacements were not recorded: the particles are drawn at their positions at the start."
-    if motion is not None and motion.colour is None and motion.colour_variable.name:
-        yield f"{motion.colour_variable.name} was not recorded; the particles are grey."
     # Where nothing can happen, no link breaks.
     if motion is not None and log.event_kinds:
         yield from _notes_on_links(log, motion)
@@ -500,8 +521,21 @@ def _notes(log: Any, motion: Motion | None, meshes: Sequence[MeshFrames]) -> Ite
     for mesh in meshes:
         if not mesh.located and not mesh.is_fixed:
             yield f"The {mesh.name} is drawn as it was at the start: its displacements were not recorded."
-        if mesh.field is None and mesh.field_variable.name:
-            yield f"{mesh.field_variable.name} was not recorded; the {mesh.name} is grey."
+
+
+def _notes_on_colours(log: Any, drawn: Sequence[Drawable], shown: Container[str]) -> Iterator[str]:
+    """Yield a sentence for each of the drawables shown whose own output was not recorded: what colours it, or what was."""
+    recorded = recorded_outputs(log)
+    balanced = {name for balance in log.balances for name in (*balance.entries, balance.residual)}
+    arrays = ", ".join(name for name, one in recorded.items() if one.shape and name not in balanced) or "none"
+    for own, now in zip(log.drawables, drawn, strict=True):
+        missing, colour = colour_name(own), colour_name(now)
+        if not missing or missing in recorded or own.name not in shown or is_hidden(own, log.drawables):
+            continue
+        if colour in recorded:
+            yield f"{missing} was not recorded: {colour} colours the {own.name}."
+        else:
+            yield f"{missing} was not recorded: nothing colours the {own.name}. The recorded arrays are {arrays}."
 
 
 def _notes_on_links(log: Any, motion: Motion) -> Iterator[str]:
@@ -528,7 +562,7 @@ def from_component(component: Component, title: str | None = None) -> SceneData:
         for name, value in zip(curve_names(variable), values, strict=True):
             yield Curve(name, variable.unit, variable.description, now, tick, np.array([value]))
 
-    scalars = [v for v in component.variables.values() if v.shape == () or v.name in component.balance_names]
+    scalars = [v for v in component.variables.values() if v.shape in ((), (1,)) or v.name in component.balance_names]
     given = (variable for variable in component.variables.values() if variable.causality == "input")
     inputs = [curve for one in given for curve in present_input(one, component.get(one.name), component.time, component.tick)]
     balances = balance_names_from([balance_facts(balance) for balance in component.balances()])

@@ -64,12 +64,12 @@ def recolour(drawables: Sequence[Drawable], variables: Mapping[str, Variable], n
             f"{name!r} was not recorded, or nothing that is drawn has one value of it for each of its parts",
             hint=f"this log can be coloured by {', '.join(known) or 'nothing'}", at="colour",
         )  # fmt: skip
-    return tuple(
-        one
-        if not _can_colour(one, variables, name)
-        else dataclasses.replace(one, **{"field" if isinstance(one, Cells) else "colour": name})
-        for one in drawables
-    )
+    return tuple(one if not _can_colour(one, variables, name) else with_colour(one, name) for one in drawables)
+
+
+def with_colour(drawable: Drawable, name: str) -> Drawable:
+    """Return points or cells coloured by an output."""
+    return dataclasses.replace(drawable, **{"field" if isinstance(drawable, Cells) else "colour": name})
 
 
 def colouring_outputs(drawables: Sequence[Drawable], variables: Mapping[str, Variable]) -> list[str]:
@@ -80,15 +80,21 @@ def colouring_outputs(drawables: Sequence[Drawable], variables: Mapping[str, Var
 def _can_colour(drawable: Drawable, variables: Mapping[str, Variable], name: str) -> bool:
     """Return whether an output has a value for each node or cell, or each point, in the same order as what colours them now."""
     if isinstance(drawable, Cells):
-        counts, now = (len(drawable.nodes), len(drawable.connectivity)), variables.get(drawable.field)
+        counts = (len(drawable.nodes), len(drawable.connectivity))
     elif isinstance(drawable, Points):
-        counts, now = (len(drawable.radius),), variables.get(drawable.colour)
+        counts = (len(drawable.radius),)
     else:
         return False
     one = variables[name]
     if one.causality != "output" or len(one.shape) != 1 or one.shape[0] not in counts:
         return False
-    return now is None or one.axes == now.axes or one.shape != now.shape
+    known = (variables.get(colour_name(drawable)), variables.get(drawable.displacement))
+    return all(one.axes == other.axes[:1] or one.shape != other.shape[:1] for other in known if other is not None)
+
+
+def colour_name(drawable: Drawable) -> str:
+    """Return the name of the output that colours points or cells; "" where there is none."""
+    return drawable.field if isinstance(drawable, Cells) else drawable.colour if isinstance(drawable, Points) else ""
 
 
 def _covers(surface: Cells, points: Points) -> bool:

@@ -13,6 +13,7 @@ import math
 from typing import ClassVar, Literal
 
 from ...support.elementary_functions import exponential
+from ...support.float_arrays import FloatArray
 from ...support.jit import internal_inlined
 from ...support.magnitudes import Magnitude
 from ...support.parameter_fields import field
@@ -21,7 +22,7 @@ from ..chapman_jouguet import Detonation
 from ..gases import Gas
 from .reaction import ARRHENIUS, Reaction
 
-_ONE_OVER_E = 0.36787944117144233
+_ONE_OVER_E, _LN2 = 0.36787944117144233, 0.6931471805599453
 # Beyond this exponent there is no reaction, for `power`.
 _LARGEST_EXPONENT = 100.0
 _INTERVALS = 400
@@ -43,6 +44,16 @@ class Arrhenius(Reaction):
         """Return the rate k [1/s] and the activation energy E [J/kg]."""
         energy = self.activation * front.shocked.pressure / front.shocked.density
         return half_reaction_integral(gas, front, ahead, energy) / self.half_reaction_length, energy
+
+    def ignition_pressure(self, front: Detonation, ahead: tuple[float, float]) -> float:
+        """Return the pressure at which gas of the initial density is as hot as behind the leading shock [Pa]."""
+        return ahead[1] * front.shocked.pressure / front.shocked.density
+
+    def describe_ignition(self, constants: FloatArray, peak: float, density: FloatArray, pressure: FloatArray) -> str:
+        """Return the time ln 2 / (k exp(-E rho / p)) in which half of the hottest gas would react."""
+        exponent = min(float(constants[1] * (density / pressure).min()), _LARGEST_EXPONENT)
+        half = _LN2 / float(constants[0]) * float(exponential(exponent))
+        return f"half of it would react in {1e3 * half:.3g} ms where it is hottest now"
 
     def cautions(self, cell_size: float) -> list[str]:
         """Return a sentence where cells do not resolve the reaction zone."""

@@ -12,6 +12,7 @@ from __future__ import annotations
 from typing import ClassVar, Literal
 
 from ...errors import ParameterError
+from ...support.float_arrays import FloatArray
 from ...support.jit import internal_inlined
 from ...support.parameter_fields import field
 from ..chapman_jouguet import Detonation
@@ -56,6 +57,16 @@ class PressureBurn(Reaction):
                 at=("reaction", "trigger"),
             )
         return self.trigger * front.burnt.pressure, front.speed / (self.width * cell_size)
+
+    def ignition_pressure(self, front: Detonation, ahead: tuple[float, float]) -> float:
+        """Return the trigger [Pa]."""
+        return self.trigger * front.burnt.pressure
+
+    def describe_ignition(self, constants: FloatArray, peak: float, density: FloatArray, pressure: FloatArray) -> str:
+        """Return the largest pressure of unburnt gas compared with the trigger."""
+        return (
+            f"its largest pressure was {peak / constants[0]:.2f} of the {1e-3 * constants[0]:.4g} kPa that start pressure_burn"
+        )
 
 
 @internal_inlined

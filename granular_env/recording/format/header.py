@@ -153,6 +153,9 @@ def component_facts(component: Component, recorded: Sequence[str]) -> tuple[dict
 def _event_details(component: Component) -> dict[str, Any]:
     """Return units and places of events, where the component says them."""
     details = {kind: dataclasses.asdict(detail) for kind, detail in component.event_details.items()}
+    for detail in details.values():
+        if not detail["ends_validity"]:  # as in the logs of older versions
+            del detail["ends_validity"]
     return {"event_details": details} if details else {}
 
 

@@ -184,8 +184,8 @@ def nearest_frames(times: FloatArray, instants: FloatArray) -> npt.NDArray[np.in
     return np.where(near, frames, -1)
 
 
-def draw_curves(axes: Axes, curves: Sequence[Curve], label: str) -> None:
-    """Scalars in time, with a legend."""
+def draw_curves(axes: Axes, curves: Sequence[Curve], label: str, valid_until: float = np.inf) -> None:
+    """Draw scalars in time, with a legend."""
     scale, unit = time_unit(max(float(curve.times[-1]) for curve in curves if len(curve.times)))
     for place, curve in enumerate(curves):
         axes.plot(
@@ -194,8 +194,16 @@ def draw_curves(axes: Axes, curves: Sequence[Curve], label: str) -> None:
     axes.set(xlabel=f"time [{unit}]", ylabel=label)
     axes.margins(x=0.0)
     _show_zero_of_flat_curves(axes, curves)
+    mark_end_of_validity(axes, valid_until * scale)
     if len(curves) > 1:
         legend(axes)
+
+
+def mark_end_of_validity(axes: Axes, time: float) -> None:
+    """Draw a line at the time, in the unit of the axes, from which on results are not valid; none if it is infinite."""
+    if np.isfinite(time):
+        axes.axvline(time, color=DIVERGING[-1], linewidth=0.8)
+        axes.text(time, 0.98, " not valid", transform=axes.get_xaxis_transform(), va="top", color=DIVERGING[-1], fontsize=9)
 
 
 def _show_zero_of_flat_curves(axes: Axes, curves: Sequence[Curve]) -> None:

@@ -82,7 +82,8 @@ def film_of(log: Any, scene_data: SceneData, progress: Callable[[float], None]) 
     instants = []
     for frame, time in enumerate(plane.times):
         picture = base64.b64encode(_picture(plane, frame)).decode()
-        instants.append(Instant(f"{time * scale:.4g} {unit}", f"data:image/png;base64,{picture}"))
+        valid = "" if time < plane.valid_until else ", not valid"
+        instants.append(Instant(f"{time * scale:.4g} {unit}{valid}", f"data:image/png;base64,{picture}"))
         progress((frame + 1) / len(plane.times))
     events, words = _events(log, plane.times)
     width, height = _size(plane)

@@ -17,7 +17,7 @@ from granular_env.optional_packages import import_optional
 
 from ..colour_scales import ColourScale, colour_scales, scale_of
 from ..cracks import MOST_LINES, crack_lines
-from ..scene_data import MAXIMUM_SHOWN_LINKS, SceneData, coloured_drawables, sample_frames
+from ..scene_data import MAXIMUM_SHOWN_LINKS, SceneData, coloured_drawables, sample_frames, validity_of
 from ..scene_scales import scales_of
 from ..viewpoint import focus_normal, viewpoint, viewpoint_words
 from ..visible_drawables import common_exaggeration, is_hidden, is_plane, is_solid
@@ -57,6 +57,7 @@ class Plane:
         exaggeration: factor of the displacements.
         scales: of the colours.
         focus_normal: the outward direction of a body in space where most happens; None where nothing tells.
+        valid_until: as of `SceneData`.
     """
 
     drawables: tuple[Drawable, ...]
@@ -65,6 +66,7 @@ class Plane:
     exaggeration: float
     scales: tuple[ColourScale, ...]
     focus_normal: FloatArray | None = None
+    valid_until: float = np.inf
 
     def places(self, drawable: Points | Cells, frame: int | slice) -> FloatArray:
         """Return where in the picture points, or the nodes of cells, are drawn, shape (..., n, 2) [m]."""
@@ -144,7 +146,7 @@ def load_plane(
         factor, scales = (1.0, ()) if now is None else (now.exaggeration, now.colours)
     shown = tuple(scale for scale in scales if set(scale.names) & set(coloured) & set(values))
     focus = focus_normal(log, everything) if scene_data is None else scene_data.focus_normal
-    return Plane(drawables, clock[picked], values, factor, shown, focus)
+    return Plane(drawables, clock[picked], values, factor, shown, focus, validity_of(log)[0])
 
 
 def _exaggeration(drawables: Sequence[Drawable], values: Mapping[str, FloatArray]) -> float:
@@ -195,7 +197,7 @@ def draw_plane(plane: Plane) -> Figure:
     scale, unit = time_unit(float(plane.times[-1]))
     for frame, (axes, time) in enumerate(zip(panels, plane.times, strict=False)):
         draw_instant(axes, plane, frame)
-        axes.set_title(f"t = {time * scale:.4g} {unit}", fontsize=11)
+        axes.set_title(f"t = {time * scale:.4g} {unit}{'' if time < plane.valid_until else ', not valid'}", fontsize=11)
     for axes in panels[len(plane.times) :]:
         axes.set_visible(False)
     _add_length(panels[0], plane)
@@ -205,10 +207,11 @@ def draw_plane(plane: Plane) -> Figure:
 
 
 def _add_length(axes: Axes, plane: Plane) -> None:
-    """Draw a bar of a round length below a picture: of bodies, not of displacements, which may be drawn larger."""
+    """Draw a bar of a round length below a picture, and say by how much larger than bodies displacements are drawn."""
     low, high = plane.box
     length = round_down_to_125(_LENGTH_PART * float(high[0] - low[0]))
     label = import_optional("matplotlib.ticker", "figures").EngFormatter("m")(length)
+    label += f"; {stretched}" if (stretched := stretch_words(plane)) else ""
     artists = import_optional("mpl_toolkits.axes_grid1.anchored_artists", "figures")
     axes.add_artist(
         artists.AnchoredSizeBar(

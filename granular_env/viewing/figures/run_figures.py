@@ -27,6 +27,7 @@ from .drawing import (
     insert_gaps,
     legend,
     line,
+    mark_end_of_validity,
     markers,
     name_of_place,
     new_figure,
@@ -124,7 +125,12 @@ def profiles(motion: Motion | Field, times: Sequence[float] | None = None, into:
 
 
 @with_style
-def histories(motion: Motion | Field, indices: Sequence[int] | None = None, into: Figure | None = None) -> Figure:
+def histories(
+    motion: Motion | Field,
+    indices: Sequence[int] | None = None,
+    into: Figure | None = None,
+    valid_until: float = np.inf,
+) -> Figure:
     """Draw the quantity of some places in time (default: up to five that the wave reached).
 
     Raises:
@@ -141,6 +147,7 @@ def histories(motion: Motion | Field, indices: Sequence[int] | None = None, into
         axes.plot(times, values, label=name_of_place(shown, column), **line(place))
     axes.set(xlabel=f"time [{unit}]", ylabel=quantity(shown))
     axes.margins(x=0.0)
+    mark_end_of_validity(axes, valid_until * scale)
     legend(axes)
     return figure
 
@@ -160,7 +167,7 @@ def balance(scene_data: SceneData, quantity: str = "energy") -> Figure | None:
     figure = new_figure(8.0, 5.6 if residuals else 4.0)
     ratios = [3, 1] if residuals else [1]
     panels = np.atleast_1d(figure.subplots(len(ratios), 1, sharex=True, height_ratios=ratios))
-    draw_curves(panels[0], amounts, label_with_unit(words, names.unit))
+    draw_curves(panels[0], amounts, label_with_unit(words, names.unit), scene_data.valid_until)
     if residuals:
         panels[0].set_xlabel("")
         draw_curves(panels[1], residuals, label_with_unit("residual", names.unit))
@@ -176,14 +183,15 @@ def balance(scene_data: SceneData, quantity: str = "energy") -> Figure | None:
 
 
 @with_style
-def curves(chosen: Sequence[Curve]) -> Figure:
-    """Scalar curves (inputs, outputs), one panel for each unit."""
+def curves(chosen: Sequence[Curve], valid_until: float = np.inf) -> Figure:
+    """Draw scalar curves (inputs, outputs), one panel for each unit."""
     units = list(dict.fromkeys(curve.unit for curve in chosen))
     figure = new_figure(8.0, 0.8 + 2.4 * len(units))
     panels = np.atleast_1d(figure.subplots(len(units), 1, sharex=True))
     for panel, unit in zip(panels, units, strict=True):
         panel_curves = [curve for curve in chosen if curve.unit == unit]
-        draw_curves(panel, panel_curves, label_with_unit(panel_curves[0].name if len(panel_curves) == 1 else "", unit).strip())
+        name = panel_curves[0].name if len(panel_curves) == 1 else ""
+        draw_curves(panel, panel_curves, label_with_unit(name, unit).strip(), valid_until)
         if panel is not panels[-1]:
             panel.set_xlabel("")
     return figure

@@ -9,13 +9,22 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from granular_env.components.drawables import Cells
+from granular_env.components.drawables import Cells, Points
 from granular_env.components.errors import ParameterError
 
 from ..figures import plane, run_figures
 from ..input_curves import InputCurves, load_input
 from ..plot_groups import plots
-from ..recorded_fields import Field, as_field, field_names, load_field, load_input_fields, require_names
+from ..recorded_fields import (
+    Field,
+    as_field,
+    field_names,
+    load_field,
+    load_input_fields,
+    load_vector_fields,
+    require_names,
+    vector_names,
+)
 from ..scene_data import Curve, SceneData, from_log, recorded_outputs
 from ..visible_drawables import Place, colouring_outputs, is_solid, places_by_count, places_of_outputs
 
@@ -48,8 +57,8 @@ class Choice:
         for name, values in (("times", self.times), ("indices", self.indices)):
             if values is not None and (isinstance(values, str) or not np.iterable(values)):
                 raise ParameterError(f"got {values!r}", expected="a list", at=name)
-        arrays = field_names(log)
-        known = [*arrays, *(name for name, one in log.variables.items() if one.shape == () and len(log.times(name)))]
+        arrays = [*field_names(log), *vector_names(log)]
+        known = [*arrays, *(name for name, one in recorded_outputs(log).items() if one.shape in ((), (1,)))]
         require_names(self.variables, known, log.variables)
         if (self.times is not None or self.indices is not None) and not self.holds_any(arrays):
             raise ParameterError(
@@ -106,8 +115,12 @@ def draw_report(log: Any, choice: Choice, progress: Callable[[float], None]) -> 
             field = as_field(scene_data.motion)
         else:
             field = load_field(log, name, run_figures.FRAMES, lambda part, place=place: progress(share * (place + part)))
-        drawn |= _field_figures(field, choice, name == main, places.get(name))
+        drawn |= _field_figures(field, choice, name == main, places.get(name), scene_data.valid_until)
         progress(share * (place + 1))
+    moved = {one.displacement for one in log.drawables if isinstance(one, Points | Cells)}
+    for name in vector_names(log):
+        if name not in moved if choice.variables is None else choice.holds(name):
+            drawn[f"{name}-histories"] = _vector_figure(log, name, choice, scene_data.valid_until)
     for balance in scene_data.balances:
         figure = run_figures.balance(scene_data, balance.quantity)
         if figure is not None:
@@ -118,7 +131,8 @@ def draw_report(log: Any, choice: Choice, progress: Callable[[float], None]) -> 
             )
             drawn[f"balance-{balance.quantity}"] = Shown("Balances", figure, words)
     if curves := [one for one in _curves(scene_data, "outputs") if choice.holds(one.name)]:
-        drawn["outputs"] = Shown("Outputs", run_figures.curves(curves), "Outputs in time; those that stay 0 are left out.")
+        figure = run_figures.curves(curves, scene_data.valid_until)
+        drawn["outputs"] = Shown("Outputs", figure, "Outputs in time; those that stay 0 are left out.")
     drawn |= _input_figures(log, scene_data)
     if choice.variables is None and (happened := log.events()):
         span = log.start_tick * log.step_size, log.start_tick * log.step_size + log.duration
@@ -141,7 +155,7 @@ def _further_planes(log: Any, scene_data: SceneData, shown: plane.Plane, choice:
     return drawn
 
 
-def _field_figures(field: Field, choice: Choice, is_main: bool, drawn_at: Place | None) -> dict[str, Shown]:
+def _field_figures(field: Field, choice: Choice, is_main: bool, drawn_at: Place | None, valid_until: float) -> dict[str, Shown]:
     """Return the figures of one array: of the one that colours the particles all three, of another those without instants.
 
     What is drawn side by side in a plane has histories alone, unless it is asked for: its numbers do not say where it is.
@@ -168,8 +182,16 @@ def _field_figures(field: Field, choice: Choice, is_main: bool, drawn_at: Place 
     heading = f"Histories of chosen {things}" if is_main else f"{name.capitalize()}: histories"
     which = "" if choice.indices is not None else ", evenly spaced among those that changed; others can be named (indices)"
     words = f"{name.capitalize()} of chosen {things} in time{which}."
-    drawn[f"{stem}histories"] = Shown(heading, run_figures.histories(field, choice.indices), words)
+    drawn[f"{stem}histories"] = Shown(heading, run_figures.histories(field, choice.indices, None, valid_until), words)
     return drawn
+
+
+def _vector_figure(log: Any, name: str, choice: Choice, valid_until: float) -> Shown:
+    """Return histories of vectors at several places, each component in a panel of its own."""
+    fields = load_vector_fields(log, name, run_figures.FRAMES)
+    figure = run_figures.stack(fields, lambda field, into: run_figures.histories(field, choice.indices, into, valid_until))
+    heading = name.replace("_", " ").capitalize()
+    return Shown(f"{heading}: histories", figure, f"{heading} at chosen places in time, one component in each panel.")
 
 
 def _curves(scene_data: SceneData, group: str) -> list[Curve]:

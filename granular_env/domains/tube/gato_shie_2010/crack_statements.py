@@ -64,9 +64,12 @@ def cracks(context: Context, inches: int, where: str, statements: list[tuple[str
             Value("part of the circumference over which cracks reach", None, 100.0 * one.reach, "%", digits=2),
             Value("largest part of it at one place", None, 100.0 * one.around, "%", digits=2),
             Value("pieces", None, one.pieces, digits=2),
+            Value("valid until, after the front", None, *valid_until(one), digits=2),
         ],
         remark="From neighbouring columns of nodes that are parted on the outer surface at the end of the run, "
-        f"{1e3 * LATE:g} ms after the front has passed the notch. The piece of the tube is {PIECE / INCH:.1f} in long. Cracks "
+        f"{1e3 * LATE:g} ms after the front has passed the notch. They are valid until a cross-section has grown by more than "
+        "half: the gas of the paper’s one-way coupling flows as in a rigid tube, and loads flaps with its full pressure. The "
+        f"piece of the tube is {PIECE / INCH:.1f} in long. Cracks "
         "part columns from their neighbours, so that an angle such as 45° shows as steps, and is not judged.",
         reason=f"The factor is ours, {factor:g} instead of {PAPER_FACTOR:g}, and the outcome hangs on it and on the mesh: see "
         f"the table of the criterion.{_COARSE if context.constants['nodes'] < PAPER_NODES else ''}",
@@ -76,15 +79,26 @@ def cracks(context: Context, inches: int, where: str, statements: list[tuple[str
 def picture(context: Context, inches: int, name: str, title: str, after: float = LATE) -> Figure:
     """Return the rolled-out tube, with stress and cracks, so long after the front has passed the middle of the notch [s]."""
     factor = context.constants["factor"]
-    log = run_notched_tube(context, inches, factor)
+    one = read_outcome(run_notched_tube(context, inches, factor), min(ARRIVAL + after, DURATION))
+    invalid = (
+        ""
+        if one.is_valid
+        else f" Not valid: {1e3 * one.valid_until:.2g} ms after the front a cross-section had grown by more than half, which "
+        "the gas of one-way coupling does not feel."
+    )
     return rolled_out(
-        name, f"{title}, {1e3 * after:g} ms",
+        name, f"{title}, {1e3 * after:g} ms{'' if one.is_valid else ', not valid'}",
         "The outer surface, rolled out; one half is computed, the other is its mirror image. The detonation came from the "
         "left. The shade is the equivalent stress, "
         f"{1e3 * after:g} ms after the front has passed the middle of the notch; cracks as they are with the factor "
-        f"{factor:g}.",
-        read_outcome(log, min(ARRIVAL + after, DURATION)), inches,
+        f"{factor:g}.{invalid}",
+        one, inches,
     )  # fmt: skip
+
+
+def valid_until(one: Outcome) -> tuple[float | str, str]:
+    """Return until when the gas flowed in a tube like that of the wall, and the unit."""
+    return ("the end", "") if one.is_valid else (1e3 * one.valid_until, "ms")
 
 
 def runs_beyond(one: Outcome, inches: int) -> bool:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
+from collections.abc import Sequence
 from typing import Unpack
 
 import numpy as np
@@ -38,6 +39,9 @@ class Outcome:
         along: how far cracks reach along the tube, from the first place to the last [m]; 0 where none runs along it.
         around: the largest part of the circumference that cracks take at one place along the tube.
         reach: the part of the circumference over which cracks reach from the notch, both ways, wherever along the tube.
+        time: of all this, after the front has passed the middle of the notch [s].
+        valid_until: when a cross-section has grown by more than half, which a gas of one-way coupling does not feel: after the
+            front has passed the middle of the notch [s]; infinity where none has.
     """
 
     x: FloatArray
@@ -55,6 +59,13 @@ class Outcome:
     along: float
     around: float
     reach: float
+    time: float
+    valid_until: float
+
+    @property
+    def is_valid(self) -> bool:
+        """True while the gas flows in a tube whose cross-section has not grown by half."""
+        return self.time < self.valid_until
 
     @property
     def is_drawn_out(self) -> bool:
@@ -86,13 +97,15 @@ def read_outcome(log: Log, time: float | None = None) -> Outcome:
     place = float(report.get("shell: along the body, m", 0.0)) - 0.5 * float(np.ptp(surface.nodes[:, 0]))
     arc, pairs = np.arctan2(surface.nodes[:, 1], surface.nodes[:, 2]), np.asarray(of_node)[links.pairs]
     cut = np.asarray(log.get("shell_surface_links", late)) == 0.0
+    grown = log.events("cross_section_grown")
     return Outcome(
         surface.nodes[:, 0] - MIDDLE, arc, np.asarray(log.get("shell_surface_stress", late)), pairs, cut, ratio,
         (place, float(report.get("shell: angle around, rad", math.nan))), float(log.get("shell_pieces", late)),
         float(report.get("shell: points that have parted", 0.0)), float(report["shell: largest plastic strain"]),
         float(log.times("shell_pieces")[-1]) - ARRIVAL, OUTCOMES[int(log.get("shell_outcome", late))],
         float(log.get("shell_crack_along", late)), float(log.get("shell_crack_around", late)),
-        float(_reaches(arc, pairs)[cut].max(initial=0.0)),
+        float(_reaches(arc, pairs)[cut].max(initial=0.0)), late - ARRIVAL,
+        grown[0].tick * log.step_size - ARRIVAL if grown else math.inf,
     )  # fmt: skip
 
 
@@ -118,21 +131,33 @@ def _reaches(arc: FloatArray, pairs: npt.NDArray[np.int64]) -> FloatArray:
 
 
 # Heads of the columns of a table of outcomes, and what stands there.
-HEAD = ("outcome", "reach along", "reach around", "at one place", "pieces")
+HEAD = ("outcome", "reach along", "reach around", "at one place", "pieces", "valid until")
 # Limits of an axis of parts [%], so that what lies at 0 and at 100 is seen whole.
 PARTS = (-4.0, 104.0)
 # What they are, for captions.
 REACH = (
     "Reach along: from the first place of a crack along the tube to the last; reach around: over which part of the "
     "circumference cracks lie, wherever along the tube; at one place: the largest part of the circumference that they take "
-    "there."
+    "there. Valid until: when a cross-section of the tube has grown by more than half, after the front; a gas of one-way "
+    "coupling loads the wall as if it had not."
 )
 
 
 def row_of(one: Outcome) -> list[str]:
     """Return the columns of a table of outcomes: in a word, how far cracks reach along the tube and around it, and pieces."""
     parts = [f"{100.0 * part:.0f} %" for part in (one.reach, one.around)]
-    return [one.words, f"{1e3 * one.along:.0f} mm", *parts, f"{one.pieces:.0f}"]
+    valid = "the end" if one.is_valid else f"{1e3 * one.valid_until:.2g} ms"
+    return [one.words, f"{1e3 * one.along:.0f} mm", *parts, f"{one.pieces:.0f}", valid]
+
+
+def compare(some: Sequence[Outcome]) -> str:
+    """Return the outcomes of several runs in words, always with the range of what differs between them."""
+    words = " or ".join(sorted({one.words for one in some}))
+    reach, pieces = [100.0 * one.reach for one in some], [one.pieces for one in some]
+    return (
+        f"{words}; around {min(reach):.0f} to {max(reach):.0f} % of the circumference; {min(pieces):.0f} to {max(pieces):.0f} "
+        "pieces"
+    )
 
 
 def ratio(one: float, other: float) -> float:

@@ -10,7 +10,7 @@ from granular_env.atlas.verdicts import Value
 
 from .cases import COARSER, DRAWN_OUT, HOURGLASS, LATE, PAPER_FACTOR
 from .flow_stress_saturation import saturation
-from .outcome import HEAD, PARTS, Outcome, in_notch, outcome, ratio, row_of
+from .outcome import HEAD, PARTS, Outcome, compare, in_notch, outcome, ratio, row_of
 
 _INCHES = 1
 _STABILISATIONS = (0.02, 0.1)
@@ -93,9 +93,8 @@ def _unchanged(own: list[Variant]) -> Item:
     }
     values: list[Value] = []
     for varied, some in alike.items():
-        words = sorted({one.words for one in some})
         values += [
-            Value(f"{varied}: the outcome", None, "unchanged" if len(words) == 1 else f"changes: {', '.join(words)}"),
+            Value(f"{varied}: the outcome", None, compare(some)),
             Value(f"{varied}: reach along the tube, largest over least", None, _spread([one.along for one in some]), digits=2),
             Value(f"{varied}: reach around the tube, largest over least", None, _spread([one.reach for one in some]), digits=2),
         ]  # fmt: skip

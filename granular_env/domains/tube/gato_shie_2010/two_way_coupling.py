@@ -10,7 +10,7 @@ from granular_env.atlas.verdicts import Value
 from granular_env.recording.replay.log import Log
 
 from .cases import INCH, LATE, run_notched_tube
-from .outcome import HEAD, Outcome, ratio, read_outcome, row_of
+from .outcome import HEAD, Outcome, compare, ratio, read_outcome, row_of
 
 _INCHES = 1
 
@@ -46,7 +46,7 @@ def _same(found: dict[str, Outcome]) -> Item:
     return Item(
         "“The gas does not feel the wall”: what changes when it does", "section Results, on figure 3",
         [
-            Value("the outcome", None, "the same" if one.words == two.words else f"{two.words}, not {one.words}"),
+            Value("the outcome of both", None, compare([one, two])),
             Value("reach along the tube, over that of one-way coupling", None, ratio(two.along, one.along), digits=2),
             Value("reach around the tube, over that of one-way coupling", None, ratio(two.reach, one.reach), digits=2),
         ],
