@@ -22,12 +22,14 @@ class Snapshot:
         tick: integer time.
         data: the state's bits, as bytes: the quickest copy there is from Python.
         inputs: the inputs held at that moment.
+        is_checked: whether the state is known to lie in the ranges that the component declares: of what `save` gave, and after
+            the first `restore` of any other one.
     """
 
-    __slots__ = ("data", "identity", "inputs", "tick")
+    __slots__ = ("data", "identity", "inputs", "is_checked", "tick")
 
-    def __init__(self, identity: str, tick: int, data: bytes, inputs: Mapping[str, Held]) -> None:
-        self.identity, self.tick, self.data, self.inputs = identity, tick, data, inputs
+    def __init__(self, identity: str, tick: int, data: bytes, inputs: Mapping[str, Held], *, is_checked: bool = False) -> None:
+        self.identity, self.tick, self.data, self.inputs, self.is_checked = identity, tick, data, inputs, is_checked
 
     def __repr__(self) -> str:
         return f"<snapshot at tick {self.tick}, {len(self.data)} bytes, of {self.identity[:12]}>"

@@ -101,13 +101,6 @@ def find_near(sides: Sides, nodes: FloatArray, centres: FloatArray, automata: In
     return np.array(found, np.int64).reshape(-1, 2)
 
 
-def are_sound(sides: Sides) -> bool:
-    """Return whether pairs name automata and sides that exist, in order: a snapshot may come from anywhere."""
-    pairs, limits = sides.pairs[: sides.used], (len(sides.radius), len(sides.nodes))
-    inside = bool(((pairs >= 0) & (pairs < limits)).all())
-    return inside and bool((np.diff(pairs[:, 0]) >= 0).all())
-
-
 @internal_inlined
 def _place_beside(start, end, centre):
     """Return the unit vector from the nearest point of a side to a centre (x, y), the distance, and the part s of the point.

@@ -129,12 +129,17 @@ class DetonationTube(Component):
         )
         self._lay_out(
             density=("f8", (n,)), momentum=("f8", (n,)), energy=("f8", (n,)), fuel=("f8", (n,)), velocity=("f8", (n,)),
-            pressure=("f8", (n,)), progress=("f8", (n,)), area=("f8", (n,)), arrival=("f8", (n,)),
-            flags=("i8", (kernel_arrays.FLAGS,)), tally=("f8", (kernel_arrays.TALLY,)), start=("f8", (3,)), **moving,
+            pressure=("f8", (n,)), progress=("f8", (n,), 0.0, 1.0), area=("f8", (n,)), arrival=("f8", (n,)),
+            flags=("i8", (kernel_arrays.FLAGS,), 0, 1), tally=("f8", (kernel_arrays.TALLY,)), start=("f8", (3,)), **moving,
         )  # fmt: skip
         self._state = State(*(self._block[name] for name in _STATE))
         if self.parameters.has_pistons:
             self._walls, self._places = self._block["walls"], self._block["places"]
+
+    def _contradiction(self, state: Mapping[str, np.ndarray]) -> str:
+        # Fronts that pass a second time would be noted in more events than there is room for.
+        burnt = (state["progress"] >= kernels.BURNT) & (state["arrival"] < 0.0)
+        return f"got cell {burnt.argmax()} burnt, and no arrival_time of it" if burnt.any() else ""
 
     @property
     def centres(self) -> FloatArray:
