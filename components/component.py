@@ -126,9 +126,10 @@ class Component(Stepping, metaclass=_Fixed):
         validate_drawables(drawables, self.variables)
         drawn, outputs = [one.name for one in drawables], [v.name for v in self.variables.values() if v.causality == "output"]
         validate_events(list(self.event_kinds), self._own_kinds, self.event_details, self._block, drawn, outputs)
-        counts = {one.name: element_count(one) for one in drawables}
-        details = [self.event_details.get(kind, EventDetail()) for kind in self._own_kinds]
-        self._index_limits: FloatArray = np.array([counts.get(detail.counts) or MOST_INDEX for detail in details], np.float64)
+        sizes, details = {one.name: element_count(one) for one in drawables}, self.event_details
+        counted = [sizes.get(details[kind].counts, 0) if kind in details else 0 for kind in self._own_kinds]
+        # The smallest index of each kind of event, and the first one beyond the largest.
+        self._index_limits: FloatArray = np.array([(0, size) if size else (-1, MOST_INDEX) for size in counted], np.float64)
 
     def _lay_out(self, growing: Layout | None = None, **fields: tuple[Any, ...]) -> None:
         """Set `_block`: the state, as `state_block.Block` lays it out, in the memory of a parent where there is one.
@@ -501,7 +502,8 @@ class Component(Stepping, metaclass=_Fixed):
         self._block.refuse_beyond_range(state, at)
         if self._own_kinds:
             ticks, kinds, indices = state["events"].T[:3]
-            if not ((indices < self._index_limits[kinds.astype(np.int64)]) & (np.diff(ticks, append=tick) >= 0.0)).all():
+            first, beyond = self._index_limits[kinds.astype(np.int64)].T
+            if not ((indices >= first) & (indices < beyond) & (np.diff(ticks, append=tick) >= 0.0)).all():
                 expected = f"indices of what there is, and ticks that do not fall, up to {tick}"
                 raise ParameterError("got other events", expected=expected, at=(*at, "events"))
         if fault := self._contradiction(state):

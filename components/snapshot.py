@@ -7,7 +7,7 @@ from typing import Any, Self
 
 import numpy as np
 
-from .errors import GranularError, LogError, ParameterError
+from .errors import GranularError, LogError, ParameterError, one_line
 from .inputs import Held, read_only
 from .profiles import CompiledProfile
 from .support.float_arrays import FloatArray
@@ -78,8 +78,8 @@ class Snapshot:
                 raise LogError(
                     f"got {memory.dtype} of shape {memory.shape}", expected="a list of int64", at="memory", source="snapshot"
                 )
-            if not (isinstance(tick, int) and 0 <= tick < 2**62 and isinstance(identity, str)):
-                raise LogError(f"got {tick!r}", expected="a whole number from 0", at="tick", source="snapshot")
+            if not (isinstance(tick, int) and 0 <= tick <= 2**52 and isinstance(identity, str)):
+                raise LogError(f"got {one_line(tick)}", expected="a whole number from 0 to 2^52", at="tick", source="snapshot")
         except (KeyError, TypeError, AttributeError, ValueError, OverflowError) as error:
             if isinstance(error, GranularError) and not isinstance(error, ParameterError):
                 raise

@@ -273,7 +273,7 @@ class Coupled(Component):
         if not made > _LARGEST_GAIN * scale:
             return []
         return [
-            f"the micro-steps have made {made:.3g} J, {made / scale:.1%} of the energy that was there or was supplied: take a "
+            f"the micro-steps have made {made:.3g} J in addition to the {scale:.3g} J that were there or were supplied: take a "
             f"smaller step_size than {self.step_size:g} s, or lockstep: leave out micro_steps"
         ]
 

@@ -36,6 +36,8 @@ _BYTES_OF_CELL = 8 * (9 + 17) + 8
 # Cells over which the speed of the front is measured, where so many have burnt, and the least number: a burn of a few cells
 # makes the arrival in one cell uncertain by a tenth of the time that the front takes to cross it.
 _SPEED_CELLS, _LEAST_SPEED_CELLS = 50, 10
+# No pistons push or pull a tube to less or more than these parts of its length.
+_SHORTEST, _LONGEST = 1e-9, 1e9
 _STATE = ("density", "momentum", "energy", "fuel", "velocity", "pressure", "progress", "area", "arrival", "flags")
 
 
@@ -139,7 +141,13 @@ class DetonationTube(Component):
     def _contradiction(self, state: Mapping[str, np.ndarray]) -> str:
         # Fronts that pass a second time would be noted in more events than there is room for.
         burnt = (state["progress"] >= kernels.BURNT) & (state["arrival"] < 0.0)
-        return f"got cell {burnt.argmax()} burnt, and no arrival_time of it" if burnt.any() else ""
+        if burnt.any():
+            return f"got cell {burnt.argmax()} burnt, and no arrival_time of it"
+        if self.parameters.has_pistons:
+            left, right = state["walls"][:2].tolist()
+            if not _SHORTEST < (right - left) / self.parameters.length < _LONGEST:
+                return f"got a tube from {left:g} to {right:g} m"
+        return ""
 
     @property
     def centres(self) -> FloatArray:

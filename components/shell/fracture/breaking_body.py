@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from functools import cached_property
 from typing import Any
 
@@ -96,6 +96,15 @@ class BreakingBody:
         self.fields: Layout = {"losses": ("f8", (2,)), "nearest": ("f8", (3,), 0, (LARGEST, points - 1, MOST_INDEX))}
         self._found = np.zeros(points, dtype=np.int64)
         self._seen_facets = np.zeros((0, 9))
+
+    def contradiction(self, state: Mapping[str, np.ndarray]) -> str:
+        """Return which list of the state has another length than its events; "" where none has."""
+        names, numbers = list(KINDS), state["events"][:, 1].astype(np.int64)
+        for name, kinds in (("facets", (PARTED,)), ("eroded", LOST_KINDS), ("loosened", (LOOSENED,))):
+            noted = np.count_nonzero(np.isin(numbers, [names.index(kind) for kind in kinds]))
+            if noted != len(state[name]):
+                return f"got {len(state[name])} {name}, and {noted} events of them"
+        return ""
 
     def solid(self, block: Block) -> Solid:
         """Return the tables of the kernels with the cracks of the state."""
