@@ -402,7 +402,7 @@ class Component(Stepping, metaclass=_Fixed):
         """Return the whole state; costs one copy."""
         block = self._block
         data = block.to_bytes() if block.grows else bytes(block.memory_bytes)
-        return Snapshot(self.identity, self._tick, data, self._held, is_checked=True)
+        return Snapshot(self.identity, self._tick, data, self._held, True)
 
     def wake(self) -> None:
         """Have the next steps do all the work that a run may come to: for an estimate of its time, not for a run."""
@@ -491,17 +491,17 @@ class Component(Stepping, metaclass=_Fixed):
             came = f"got a state of {len(snapshot.data)} bytes, whose sizes do not agree"
             raise ParameterError(came, expected=f"a state of this {self._full_name}", at="snapshot")
         if not snapshot.is_checked:
-            self._refuse_unsound(snapshot.data, self._block, snapshot.tick, ("snapshot",))
+            self._refuse_unsound(self._block, snapshot.data, snapshot.tick, ("snapshot",))
             snapshot.is_checked = True
         if snapshot.inputs is not self._held:
             self._inputs_of(snapshot)
 
-    def _refuse_unsound(self, data: bytes, whole: Block, tick: int, at: tuple[str, ...]) -> None:
+    def _refuse_unsound(self, whole: Block, data: bytes, tick: int, at: tuple[str, ...]) -> None:
         """Refuse a state, of the whole that this is a part of, that is beyond what was declared: kernels rely on it."""
         state = whole.arrays_in(data, self._block)
         self._block.refuse_beyond_range(state, at)
-        if self._own_kinds:
-            ticks, kinds, indices = state["events"].T[:3]
+        if self._own_kinds and len(events := state["events"]):
+            ticks, kinds, indices = events.T[:3]
             first, beyond = self._index_limits[kinds.astype(np.int64)].T
             if not ((indices >= first) & (indices < beyond) & (np.diff(ticks, append=tick) >= 0.0)).all():
                 expected = f"indices of what there is, and ticks that do not fall, up to {tick}"
@@ -509,7 +509,7 @@ class Component(Stepping, metaclass=_Fixed):
         if fault := self._contradiction(state):
             raise ParameterError(fault, hint="save() gives no such state", at=at)
         for part, prefix, ticks_in_one in self._included:
-            part._refuse_unsound(data, whole, tick * ticks_in_one, (*at, prefix))
+            part._refuse_unsound(whole, data, tick * ticks_in_one, (*at, prefix))
 
     def _contradiction(self, state: Mapping[str, np.ndarray]) -> str:
         """Return what arrays within their ranges contradict that kernels rely on, "" for nothing; override it where they do.

@@ -28,7 +28,7 @@ class Snapshot:
 
     __slots__ = ("data", "identity", "inputs", "is_checked", "tick")
 
-    def __init__(self, identity: str, tick: int, data: bytes, inputs: Mapping[str, Held], *, is_checked: bool = False) -> None:
+    def __init__(self, identity: str, tick: int, data: bytes, inputs: Mapping[str, Held], is_checked: bool = False) -> None:
         self.identity, self.tick, self.data, self.inputs, self.is_checked = identity, tick, data, inputs, is_checked
 
     def __repr__(self) -> str:

@@ -81,10 +81,11 @@ class Block:
         # Assigning between byte views is the quickest copy there is from Python.
         self.memory_bytes = self.memory.reshape(-1).data.cast("B")
         self.views: dict[str, np.ndarray] = {}
+        self._words = dict[str, int]()  # at which each of them begins
         offset = 0
         for name, field in layout.items():
             part = self.memory[offset : offset + sizes[name]]
-            self.views[name] = part.view(field.dtype).reshape(field.shape)
+            self.views[name], self._words[name] = part.view(field.dtype).reshape(field.shape), offset
             offset += sizes[name]
         self._lists = {name: np.zeros((_FIRST_CAPACITY, *self._fields[name].shape), self._fields[name].dtype) for name in lists}
         self._places = {name: place for place, name in enumerate(lists)}
@@ -108,8 +109,8 @@ class Block:
         self.grows = bool(self._tables)
 
     def _word_of(self, part: Block) -> int:
-        """Return the number of the word of this memory at which that of a part begins."""
-        return (part.memory.ctypes.data - self.memory.ctypes.data) // 8
+        """Return the number of the word of this memory at which that of a part, or of itself, begins."""
+        return 0 if part is self else (part.memory.ctypes.data - self.memory.ctypes.data) // 8
 
     def _count_word(self, name: str) -> int:
         """Return the number of the word of this memory that holds how long a list is: they are the last ones."""
@@ -206,7 +207,7 @@ class Block:
         words, start = np.frombuffer(data, np.int64), self._word_of(part)
         found: dict[str, np.ndarray] = {}
         for name, view in part.views.items():
-            begin = start + (view.ctypes.data - part.memory.ctypes.data) // 8
+            begin = start + part._words[name]
             found[name] = words[begin : begin + view.size].view(view.dtype).reshape(view.shape)
         begin = self.memory.size
         for (block, name), size in zip(self._tables, self.sizes_in(data) or [], strict=True):

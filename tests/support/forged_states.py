@@ -89,7 +89,7 @@ def _assembled(
         start = block._word_of(one)  # noqa: SLF001
         for name, view in one.views.items():
             if (number, name) not in covered:
-                begin = start + (view.ctypes.data - one.memory.ctypes.data) // 8
+                begin = start + one._words[name]  # noqa: SLF001
                 words[begin : begin + view.size] = arrays[number, name].reshape(-1).view(np.int64)
     for number, name in lists:
         one = whole[number]
