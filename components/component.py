@@ -352,7 +352,7 @@ class Component(Stepping, metaclass=_Fixed):
         return self._block.count("events") + sum(part.event_count for part, _, _ in self._included)
 
     def event_rows(self, since: int = 0) -> FloatArray:
-        """Return a copy of the events from number `since` on, each a row of numbers as `events.EVENT_ROWS` says.
+        """Return a copy of the events from number `since` on, each a row of numbers as `events.event_rows` says.
 
         Kinds are numbered in alphabetical order, as the headers of logs hold them; in the state in the order of `event_kinds`.
         """

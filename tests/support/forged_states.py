@@ -106,7 +106,7 @@ def try_out(component: Component, snapshot: Snapshot) -> str:
         return "refused"
     _read_all(component)
     try:
-        for ticks in (1, 2, 7):
+        for ticks in (1, 2, 7, 20):
             component.step(ticks * component.step_size)
     except GranularError:
         _read_all(component)
