@@ -20,19 +20,20 @@ LARGEST = sys.float_info.max
 class Field(NamedTuple):
     """The declaration of one array of a state, or of the rows of a list that grows; a plain tuple will do.
 
+    Without limits a float may be any finite number.
+
     Attributes:
         dtype: of 8 bytes: "f8", "i8" or "u8".
         shape: of the array, or of one row of a list.
-        low: smallest value, a number or an array that broadcasts against the shape; of floats by default any finite number.
-            Integers need both limits.
+        low: smallest value, a number or an array that broadcasts against the shape; integers need both limits.
         high: largest value, likewise.
         capacity: largest number of rows of a list.
     """
 
     dtype: str
     shape: tuple[int, ...]
-    low: Any = None
-    high: Any = None
+    low: Any = -LARGEST
+    high: Any = LARGEST
     capacity: int = 2**53
 
 
@@ -71,8 +72,15 @@ class Block:
             ParameterError: a dtype of another size, or integers without a range.
         """
         lists = growing or {}
-        # What `fault_in` checks, by name.
-        self._fields = {name: _declared(name, Field(*field)) for name, field in (*fields.items(), *lists.items())}
+        # What `refuse_beyond_range` checks, by name.
+        self._fields = {name: Field(*field) for name, field in (*fields.items(), *lists.items())}
+        for name, field in self._fields.items():
+            kind = np.dtype(field.dtype)
+            if kind.itemsize != 8 or kind.kind not in "iuf":
+                raise ParameterError(f"got the type {field.dtype!r}", expected="'f8', 'i8' or 'u8'", at=("state", name))
+            if kind.kind != "f" and (np.min(field.low) == -LARGEST or np.max(field.high) == LARGEST):
+                expected = f"their smallest and largest value, such as ({field.dtype!r}, {field.shape}, 0, 9)"
+                raise ParameterError("got integers without a range", expected=expected, at=("state", name))
         layout = {name: self._fields[name] for name in fields}
         if lists:
             layout["_counts"] = Field("i8", (len(lists),))
@@ -253,22 +261,3 @@ class Block:
             block.room(name, count)[:count] = kept
             offset += kept.nbytes
         self.memory[:] = words.view(np.float64)
-
-
-def _declared(name: str, field: Field) -> Field:
-    """Return a field with its default range; refuse another dtype, and integers without a range."""
-    kind = np.dtype(field.dtype)
-    if kind.itemsize != 8 or kind.kind not in "iuf":
-        raise ParameterError(f"got the type {field.dtype!r}", expected="'f8', 'i8' or 'u8'", at=("state", name))
-    if kind.kind == "f":
-        return field._replace(
-            low=-LARGEST if field.low is None else field.low, high=LARGEST if field.high is None else field.high
-        )
-    if field.low is None or field.high is None:
-        raise ParameterError(
-            "got integers without a range",
-            expected=f"their smallest and largest value, such as ({field.dtype!r}, {field.shape}, 0, 9)",
-            hint="a state that is restored is checked against it",
-            at=("state", name),
-        )
-    return field

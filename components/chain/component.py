@@ -122,7 +122,7 @@ class Chain(Component):
         high = np.full((len(state), 1), LARGEST)
         if self.parameters.law.has_history:  # no overlap is the deepest where there is no contact
             high[layout.DISSIPATED - 1 - self.state_rows.start] = np.inf
-        self._block = Block(state.reshape(-1), rows=("f8", state.shape, None, high))
+        self._block = Block(state.reshape(-1), rows=("f8", state.shape, -LARGEST, high))
 
     def clone(self, memory: FloatArray | None = None) -> Self:
         """Return a chain of the same parameters, at its start; much cheaper than making one anew.

@@ -32,7 +32,11 @@ def forge(component: Component, snapshot: Snapshot, chance: random.Random) -> Sn
     """Return a snapshot with some numbers of one array replaced, or with rows of one list added or removed."""
     block = component._block  # noqa: SLF001
     whole = [block, *_parts(component)]
-    arrays = {(number, name): array.copy() for number, one in enumerate(whole) for name, array in block.arrays_in(snapshot.data, one).items()}
+    arrays = {
+        (number, name): array.copy()
+        for number, one in enumerate(whole)
+        for name, array in block.arrays_in(snapshot.data, one).items()
+    }
     covered = {(0, name) for name in block.views if name not in block._fields}  # noqa: SLF001 - parts lie there
     covered |= {key for key in arrays if key[1] == "_counts"}
     lists = [(whole.index(one), name) for one, name in block._tables]  # noqa: SLF001
@@ -81,7 +85,12 @@ def _change_length(arrays: dict[Any, np.ndarray], lists: list[Any], chance: rand
 
 
 def _assembled(
-    component: Component, snapshot: Snapshot, whole: list[Any], arrays: dict[Any, np.ndarray], lists: list[Any], covered: set[Any]
+    component: Component,
+    snapshot: Snapshot,
+    whole: list[Any],
+    arrays: dict[Any, np.ndarray],
+    lists: list[Any],
+    covered: set[Any],
 ) -> Snapshot:
     block = component._block  # noqa: SLF001
     words = np.frombuffer(snapshot.data, np.int64)[: block.memory.size].copy()
