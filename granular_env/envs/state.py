@@ -122,7 +122,7 @@ def bit_generator(state: Mapping[str, Any]) -> np.random.PCG64:
         value = numbers.get(name)
         if type(value) is not int or not 0 <= value < limit:
             raise ValueError(f"{name}: got {one_line(value)}, expected a whole number from 0 to {limit - 1}")
-    made = np.random.PCG64(0)
+    made: Any = np.random.PCG64(0)
     made.state = dict(state)
     return made
 
