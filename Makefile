@@ -14,6 +14,9 @@ WORKERS ?= $(shell cores=$$(getconf _NPROCESSORS_ONLN 2>/dev/null || echo 2); \
 # which file is chosen in tests/support/scheduling.py.
 BY_FILE := --dist loadfile --no-loadscope-reorder
 
+# The tests that are repeated with the lowest versions of the packages that pyproject.toml allows.
+LOWEST := $(addprefix tests/test_,golden.py sweep.py cli.py control_studies.py envs_registered.py viewing_figures.py contract.py)
+
 BIN := .venv/bin
 LOG := logs/nesterenko-1983-3.4-piston.mcap
 REPORT := logs/nesterenko-1983-3.4-piston
@@ -24,7 +27,7 @@ SYSTEM_PACKAGES := mesa-vulkan-drivers libvulkan1 libegl1 libgl1-mesa-dri libxkb
 unexport PYTHONDONTWRITEBYTECODE
 
 .NOTPARALLEL:
-.PHONY: help demo test test-extras test-slow check format bench bench-peers docs clean system-packages install-hooks
+.PHONY: help demo test test-extras test-slow test-lowest check format bench bench-peers docs clean system-packages install-hooks
 
 help: ## this list
 	@grep -hE '^[a-z-]+:.*##' Makefile | sed -E 's/^([a-z-]+):.*## /\1\t/' | expand -t 18
@@ -46,8 +49,14 @@ test: .venv/.test ## every test but the slow ones
 test-extras: .venv/.extras ## what needs the large optional packages: reinforcement learning, Ray
 	$(BIN)/pytest -n $(WORKERS) -m "extra and not slow"
 
-test-slow: .venv/.test .venv/.extras ## the slow tests: a thousand kills, twenty thousand mutations, a Ray cluster
+test-slow: .venv/.test .venv/.extras ## the slow tests: a thousand kills, twenty thousand mutated files, a Ray cluster
 	$(BIN)/pytest -n $(WORKERS) -m slow
+
+test-lowest: ## the tests of golden logs, sweeps, studies, environments and pages with the lowest versions that are allowed
+	@[ -d .venv-lowest ] || "$(PYTHON)" -m venv .venv-lowest
+	.venv-lowest/bin/python .ci/lowest-versions > .venv-lowest/constraints.txt
+	.venv-lowest/bin/python -m pip install --quiet --disable-pip-version-check -c .venv-lowest/constraints.txt -e '.[extras]'
+	.venv-lowest/bin/pytest -n $(WORKERS) $(BY_FILE) -m "not slow and not extra" $(LOWEST)
 
 check: .venv/.dev ## lint, format, types, import direction
 	$(BIN)/ruff check .
@@ -77,7 +86,7 @@ install-hooks: .venv/.dev ## run the checks before each commit
 	$(BIN)/pre-commit install
 
 clean: ## everything that make made, but not your logs
-	rm -rf .venv build dist site *.egg-info .pytest_cache .ruff_cache .hypothesis .import_linter_cache .grimp_cache
+	rm -rf .venv .venv-lowest build dist site *.egg-info .pytest_cache .ruff_cache .hypothesis .import_linter_cache .grimp_cache
 	find . -name __pycache__ -type d -prune -exec rm -rf {} +
 
 system-packages: ## what headless screenshots and the browser test need (Debian, Ubuntu; as root)

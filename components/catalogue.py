@@ -66,6 +66,13 @@ def foreign_packages() -> set[str]:
     return {point.module.partition(".")[0] for point in _foreign()}
 
 
+def foreign_package(name: str) -> str | None:
+    """Return the top-level package that a third party's component comes from; None for one of ours."""
+    if name in _OWN:
+        return None
+    return next((point.module.partition(".")[0] for point in _foreign() if point.name == name), None)
+
+
 def summary(name: str) -> str:
     """Return what a component is, in a sentence; a third party's is imported for it, or it is said that it cannot be."""
     if name in _OWN:

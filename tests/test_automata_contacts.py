@@ -6,6 +6,7 @@ import math
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 from support.automata_tools import BOTH, block
 
@@ -37,6 +38,27 @@ def test_what_flowed_together_and_breaks_gives_no_energy_away(packing: str, resp
     assert automata.get("broken_links") > 30 and automata.get("inelastic_energy") > 0.1 * work
     assert min(taken) >= 0.0 and taken[-1] > 0.0
     assert abs(automata.get("energy_residual")) <= 0.01 * work
+
+
+@BOTH
+def test_automata_inside_a_body_that_flows_touch(packing: str) -> None:
+    """Simple shear of 0.8 of a body whose links never break: automata that come near each other get a contact."""
+    response = {"name": "plastic", "yield_stress": 5e-3, "hardening": 1e-2}
+    automata = block(packing, 12, 6, boundaries={"bottom": "fixed", "top": "velocity"}, response=response)
+    automata.step(10 * automata.step_size, top_velocity=[0.02, 0.0])
+    assert automata.cautions() == []
+    height = automata.packing.reference[:, 1].max()
+    automata.step(round(0.8 * height / 0.02 / automata.step_size) * automata.step_size, top_velocity=[0.02, 0.0])
+    places = automata.packing.reference + automata.get("displacement")
+    distances = np.sqrt(((places[:, None] - places[None]) ** 2).sum(axis=2))
+    near = {(a, b) for a, b in np.argwhere(distances < 0.9).tolist() if a < b}
+    linked = {(min(pair), max(pair)) for pair in automata.packing.pairs()[:, :2].tolist()}
+    touching = {tuple(pair) for pair in automata._block["contacts"][:, :2].tolist()}
+    assert near - linked <= touching
+    assert automata.get("touching") >= 20
+    # Links that flow keep their automata together, however near these come.
+    assert near & linked and "links are shorter than 0.9 of a diameter" in automata.cautions()[0]
+    assert abs(automata.get("energy_residual")) <= 1e-4 * automata.get("input_work")
 
 
 @pytest.mark.parametrize(

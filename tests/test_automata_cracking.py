@@ -137,6 +137,12 @@ def test_a_criterion_breaks_at_its_closed_form(name: str) -> None:
     assert automata.get("linked")[first.index] < 1.0
 
 
+def test_a_criterion_that_no_kernel_judges_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(CRITERIA["strain"], "code", 99)
+    with pytest.raises(ParameterError, match="criterion: no kernel judges 'strain', expected one of none, von_mises"):
+        confined(criterion={"name": "strain", "tensile": 1e-3})
+
+
 def test_every_criterion_agrees_with_its_formula() -> None:
     generator = np.random.default_rng(0)
     tables = {name: CRITERIA[name](**strengths) for name, (strengths, *_) in CASES.items()}
@@ -156,6 +162,90 @@ def test_every_criterion_agrees_with_its_formula() -> None:
         assert value / limit == pytest.approx(max(shear / 1.0, normal / 6e-3), rel=1e-12)
         assert cause == int(normal / 6e-3 >= shear)
         assert found["strain"][:2] == (pytest.approx(eps), 2e-3) or eps / 2e-3 < abs(gamma) / 1e300
+
+
+STRENGTHS_OF_ALL = {
+    "von_mises": {"strength": 1e-9},
+    "drucker_prager": {"compressive": 4e-9, "tensile": 1e-9},
+    "mohr_coulomb": {"cohesion": 2e-9, "internal_friction": 0.4, "tensile": 1e-9},
+    "strain": {"tensile": 1e-9, "shear": 3e-9},
+}
+
+
+@BOTH
+@pytest.mark.parametrize("compression", [False, True], ids=["tension", "compression"])
+@pytest.mark.parametrize("angle", [0.0, 0.3, 0.5 * math.pi])
+@pytest.mark.parametrize("name", STRENGTHS_OF_ALL)
+def test_uniaxial_strengths_are_where_links_break(packing: str, name: str, angle: float, compression: bool) -> None:
+    criterion = CRITERIA[name](**STRENGTHS_OF_ALL[name])
+    solid = ge.Material(density=1.0, young=2.5, poisson=0.25)
+    strength = theory.uniaxial_strength(packing, criterion, solid, angle=angle, compression=compression)
+    automata = block(packing, criterion=criterion)
+    # A stress s along the angle: strains (1 - nu^2) s / E and -nu (1 + nu) s / E; small, so that their squares do not count.
+    stress = 1e-12 if not compression else -1e-12
+    turn = np.array([[math.cos(angle), -math.sin(angle)], [math.sin(angle), math.cos(angle)]])
+    strain = turn @ np.diag([0.9375, -0.3125]) @ turn.T * stress / 2.5
+    automata.reset(displacement=automata.packing.reference @ strain)
+    x, y = automata.packing.reference.T
+    inside = np.flatnonzero((x > 2.0) & (x < 6.0) & (y > 2.0) & (y < y.max() - 2.0))
+    ends = automata.packing.pairs()[:, :2]
+    ratio = automata.get("criterion_ratio")[np.isin(ends, inside).all(axis=1)].max()
+    assert ratio == pytest.approx(1e-12 / strength, rel=1e-6, abs=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("packing", "friction", "axes"), [("square", 0.4, "xy"), ("hexagonal", 0.4, ""), ("hexagonal", 0.6, "y")]
+)
+def test_packings_that_no_pressure_breaks_are_reported(packing: str, friction: float, axes: str) -> None:
+    law = {"name": "mohr_coulomb", "cohesion": 2e-3, "internal_friction": friction, "tensile": 1e-3}
+    plates = dict.fromkeys(("left", "right", "bottom", "top"), "velocity")
+    automata = block(packing, boundaries=plates, criterion=law)
+    found = automata.cautions()
+    assert [text.split(",")[0] for text in found] == [f"uniaxial compression along {axis}" for axis in axes]
+    assert block(packing, criterion=law).cautions() == []  # no edge loads it
+    if axes:
+        automata.step(100.0, right_velocity=[0.01, 0.0])
+        assert automata.get("broken_links") > 0.0 and automata.cautions() == []
+
+
+@pytest.mark.parametrize(("packing", "part"), [("square", 1.06), ("hexagonal", 0.96)])
+def test_a_crack_starts_at_the_toughness(packing: str, part: float) -> None:
+    """A long crack in a clamped strip, in equilibrium: its stress intensity is known from the energy ahead of it."""
+    tractions = {"name": "mohr_coulomb", "cohesion": 1e30, "internal_friction": 0.0, "tensile": 1.0}
+    automata = block(packing, 80, 20, criterion=tractions)
+    automata.reset()
+    (ends, slots), places = (automata.packing.pairs()[:, :2], automata.packing.pairs()[:, 2]), automata.packing.reference
+    height, middle = places[:, 1].max(), places[ends].mean(axis=1)
+    row = 9.5 / 20.0 * height
+    cut = (np.abs(middle[:, 1] - row) < 0.1) & (middle[:, 0] < 40.0)
+    assert cut.sum() >= 40
+    for side, back in ((0, 0), (1, automata.packing.lattice.slots // 2)):
+        automata._block["weight"][ends[cut, side], slots[cut] + back] = 0.0
+    held = (places[:, 1] < 0.1) | (places[:, 1] > height - 0.1)
+    size = 1e-9
+    start = np.column_stack([0.0 * places[:, 0], size * (places[:, 1] / height - 0.5), 0.0 * places[:, 0]])
+
+    def forces(motion: np.ndarray) -> np.ndarray:
+        motion = motion.reshape(-1, 3)
+        automata._block["displacement"][:], automata._block["rotation"][:] = motion[:, :2], motion[:, 2]
+        force = automata.steps.forces()
+        return np.where(held[:, None], 0.0, np.column_stack([force, automata.scratch.torque])).reshape(-1)
+
+    way = np.zeros_like(start).reshape(-1)
+    residual = forces(start)
+    direction, left = residual.copy(), float(residual @ residual)
+    first = left
+    while left > 1e-16 * first:  # conjugate gradients; forces are linear in motions this small
+        answer = -forces(direction)
+        step = left / float(direction @ answer)
+        way, residual = way + step * direction, residual - step * answer
+        left, before = float(residual @ residual), left
+        direction = residual + left / before * direction
+    forces(start.reshape(-1) + way)
+    stress = 3.0 * size / height  # lambda + 2 G = 3, E / (1 - nu^2) = 8 / 3
+    intensity = math.sqrt(8.0 / 3.0 * 0.5 * stress * size)
+    largest = automata.get("criterion_ratio").max()  # the traction along a link
+    assert intensity == pytest.approx(part * theory.fracture_toughness(largest, 1.0), rel=0.02)
 
 
 def test_a_weaker_and_a_stronger_pair_break_at_their_own_strengths() -> None:

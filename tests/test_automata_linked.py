@@ -143,6 +143,39 @@ def test_walls_at_a_zigzag_keep_the_balances(top: str) -> None:
     assert residuals[0] <= 1e-4 and residuals[1] <= 0.4 * residuals[0]
 
 
+@pytest.mark.parametrize("laws", [{}, {"criterion": {"name": "strain", "tensile": 1.0}}], ids=["linked", "breakable"])
+@pytest.mark.parametrize("ends", ["smooth", "traction"])
+@pytest.mark.parametrize("ratio", [0.0, 1.0, 4.0], ids="lambda / G = {}".format)
+@BOTH
+def test_a_bar_in_uniaxial_stress_is_at_rest_to_its_corners(packing: str, ratio: float, ends: str, laws: dict) -> None:
+    """Corners of a hexagonal packing are quarter cells: what presses on them must not turn them."""
+    edge = {"name": "velocity", "components": "y"} if ends == "smooth" else "traction"
+    automata = block(packing, 6, 8, material=solid(ratio), boundaries={"bottom": edge, "top": edge}, **laws)
+    stretch, poisson = -1e-13, ratio / (2.0 * (1.0 + ratio))  # the square of a strain is below the bound
+    strain = np.diag([-poisson / (1.0 - poisson) * stretch, stretch])
+    automata.reset(displacement=automata.packing.reference @ strain)
+    stress = hooke(strain, lame=ratio)[1, 1]
+    loads = {"bottom_traction": [0.0, -stress], "top_traction": [0.0, stress]} if ends == "traction" else {}
+    automata.step(200 * automata.step_size, **loads)
+    # Free corners would turn at a speed of about the strain times that of waves, which is 1.
+    assert automata.get("speed").max() <= 1e-10 * abs(stretch)
+    assert np.abs(automata.get("angular_velocity")).max() <= 1e-10 * abs(stretch)
+
+
+@pytest.mark.parametrize("laws", [{}, {"criterion": {"name": "strain", "tensile": 1.0}}], ids=["linked", "breakable"])
+def test_tractions_on_corners_keep_the_balances(laws: dict) -> None:
+    """A traction acts off the centre of a quarter cell; work, impulse and moment are those of its point."""
+    automata = block("hexagonal", boundaries=dict.fromkeys(("left", "right", "bottom", "top"), "traction"), **laws)
+    automata.step(
+        400 * automata.step_size, left_traction=[2e-4, -1e-4], right_traction=[1e-4, 3e-4], bottom_traction=[-1e-4, 2e-4],
+        top_traction=[3e-4, 1e-4],
+    )  # fmt: skip
+    energy, momentum, angular, _ = automata.balances()
+    assert np.abs(momentum.residual).max() <= 1e-13 and abs(angular.residual) <= 1e-12
+    # Strains are 1e-3: the energy of linear springs is kept to their square.
+    assert abs(energy.residual) <= 1e-5 * energy.supplied["input_work"]
+
+
 @BOTH
 def test_a_packing_has_the_mass_of_its_shape(packing: str) -> None:
     automata = block(packing, thickness=0.5)

@@ -548,6 +548,7 @@ def test_what_is_mistyped_is_answered_by_its_command_and_the_nearest_name(argume
         (["view", "x", "--web", "--save", "a.rrd"], "--web and --save exclude each other; give one of them."),
         (["branch", "x.mcap", "--at", "soon"], "Invalid value for '--at': 'soon' is not a valid float."),
         (["report", "x.mcap", "--indices", "3,x"], "Invalid value for '--indices': 'x' is not a valid integer."),
+        (["sweep", "x", "--retry", "all"], "'all' is not one of 'lost', 'failed'."),
         (["sweep", "x", "--engine", "rya"], "'rya' is not one of 'processes', 'serial', 'ray'."),
         (["replay", "a.mcap", "b.mcap"], "unexpected extra argument (b.mcap)"),
     ],
@@ -933,6 +934,7 @@ def test_a_template_shows_rows_and_patterns_and_they_are_valid(tmp_path, capsys)
         (["view", "x.mcap", "--save", "."], "--save: '.' is a folder"),
         (["events", "x.mcap", "--kind", "x"], "--kind: got 'x', expected a kind of event; known: link_broken"),
         (["sweep", "discs-breaking", "--workers", "0"], "--workers: got 0, expected a whole number from 1 to 4096"),
+        (["sweep", "discs-breaking", "--time-limit", "0"], "--time-limit: got 0, expected more than 0"),
     ],
 )
 def test_a_fault_of_an_argument_names_the_option_that_was_typed(command, option, tmp_path, monkeypatch, capsys):

@@ -22,7 +22,7 @@ from granular_env.components.errors import GranularError, LogError, ParameterErr
 from granular_env.components.state_block import Block
 from granular_env.recording.format.records import SNAPSHOTS, Record
 
-GOLDEN = sorted((Path(__file__).parent.parent / "logs" / "golden").glob("*.mcap"))
+BY_LABEL = {example.label: example for example in EXAMPLES}
 forking = pytest.mark.skipif(not hasattr(os, "fork"), reason="signals are told apart in forked processes")
 every_example = pytest.mark.parametrize("example", EXAMPLES, ids=lambda example: example.label)
 
@@ -42,14 +42,23 @@ def try_forgeries(example: Example, cases: int, seed: int) -> Counter[str]:
     return _counted(cases, run)
 
 
-def try_forged_logs(path: Path, out: Path, cases: int, seed: int) -> Counter[str]:
-    """Forge snapshots in so many copies of a log; verify, recover and branch these."""
-    with ge.open_log(path) as log:
-        forged = log.component()
+def recorded(example: Example, path: Path) -> ge.Component:
+    """Record an example, with snapshots on the way; return it."""
+    component = example.started()
+    ticks = component.step_size * (example.ticks // 3)
+    with ge.record(component, path, every=ticks, snapshot_every=ticks):
+        drive(component, example, example.ticks)
+    return component
+
+
+def try_forged_logs(example: Example, folder: Path, cases: int, seed: int) -> Counter[str]:
+    """Forge snapshots in so many copies of a log of an example; verify, recover and branch these."""
+    path, out = folder / "a.mcap", folder / "b.mcap"
+    forged = recorded(example, path)
     actions = [ACTIONS[name] for name in ("verify", "recover", "branch", "events", "series")]
 
     def run(number: int) -> str:
-        chance = random.Random(f"{path.stem} {seed} {number}")
+        chance = random.Random(f"{example.label} {seed} {number}")
 
         def change(record: Record) -> Record:
             if record.kind != SNAPSHOTS or (record.arrays and chance.random() < 0.3):
@@ -77,8 +86,7 @@ def test_forged_states_are_refused_or_harmless(example: Example) -> None:
 
 @forking
 def test_logs_with_forged_states_are_refused_or_harmless(tmp_path: Path) -> None:
-    (path,) = (one for one in GOLDEN if one.stem == "grid-yielding")
-    assert try_forged_logs(path, tmp_path / "a.mcap", 6, seed=1)["refused"]
+    assert try_forged_logs(BY_LABEL["grid-von-mises-pinwheel"], tmp_path, 6, seed=1)["refused"]
 
 
 @forking
@@ -91,9 +99,9 @@ def test_twenty_thousand_forged_states(example: Example) -> None:
 
 @forking
 @pytest.mark.slow
-@pytest.mark.parametrize("path", GOLDEN, ids=lambda path: path.stem)
-def test_many_logs_with_forged_states(path: Path, tmp_path: Path) -> None:
-    try_forged_logs(path, tmp_path / "a.mcap", 20, seed=2)
+@every_example
+def test_many_logs_with_forged_states(example: Example, tmp_path: Path) -> None:
+    try_forged_logs(example, tmp_path, 20, seed=2)
 
 
 # -- what is refused ------------------------------------------------------------------------------------------------------
@@ -165,9 +173,9 @@ def test_a_snapshot_is_checked_once(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_a_cell_yields_once() -> None:
-    with ge.open_log(next(one for one in GOLDEN if one.stem == "grid-yielding")) as log:
-        grid = log.component()
-        grid.restore(log.snapshot(*log.snapshots[-1]))
+    example = BY_LABEL["grid-von-mises-pinwheel"]
+    grid = example.started()
+    drive(grid, example, example.ticks)
     assert grid.event_count
 
     def change(strain: np.ndarray) -> None:
@@ -178,9 +186,8 @@ def test_a_cell_yields_once() -> None:
 
 
 def test_a_part_is_checked_by_its_own_ranges(tmp_path: Path) -> None:
-    path = next(one for one in GOLDEN if one.stem == "coupled-cracking")
-    with ge.open_log(path) as log:
-        medium: Any = log.component()
+    path = tmp_path / "a.mcap"
+    medium: Any = recorded(BY_LABEL["coupled-cracking"], path)
 
     def change(record: Record) -> Record:
         if record.kind != SNAPSHOTS:
@@ -190,9 +197,9 @@ def test_a_part_is_checked_by_its_own_ranges(tmp_path: Path) -> None:
         forged = ge.Snapshot(medium.identity, record.first, words.tobytes(), medium.held_inputs)
         return changed(record, snapshot=np.frombuffer(forged.to_bytes(), np.uint8))
 
-    rewrite(path, tmp_path / "a.mcap", change)
+    rewrite(path, tmp_path / "b.mcap", change)
     with pytest.raises(LogError, match=r"snapshots.grid.displacement\[0,0\]: got nan, expected a finite number"):
-        ge.verify(tmp_path / "a.mcap")
+        ge.verify(tmp_path / "b.mcap")
 
 
 def test_integers_without_a_range_are_refused_when_they_are_laid_out() -> None:

@@ -6,8 +6,9 @@ import math
 
 import numpy as np
 import pytest
-from support.grid_tools import MEDIUM, P_SPEED, S_SPEED, SMALL, along_axis, bar, pulse, start_pulse
+from support.grid_tools import MEDIUM, P_SPEED, S_SPEED, SMALL, along_axis, bar, block, pulse, start_pulse
 
+import granular_env as ge
 from granular_env.components.grid import Grid
 from granular_env.components.grid.theory import mesh_frequencies, reflected_energy, reflection, transmission
 from granular_env.components.materials.elastic import Material
@@ -101,6 +102,61 @@ def test_dashpots_absorb_waves_at_right_angles(shear: bool) -> None:
         left.append(float(np.abs(grid.get("velocity")).max()) / SMALL)
         assert grid.get("absorbed_energy") == pytest.approx(energy, rel=1e-4)
     assert left[0] <= 0.01 and left[1] <= left[0] / 3.0
+
+
+IN_SITU = np.array([-1e-4, -1.6e-4, -0.65e-4, 0.2e-4])
+
+
+def test_absorbing_edges_keep_the_stress_of_the_start() -> None:
+    """The stress of the reset stays: to 1 % ten transits after a push that is twice as strong in the cells next to it."""
+    edges = dict.fromkeys(("left", "right", "bottom", "top"), "absorbing")
+    grid = block(24, 24, boundaries=edges, forced_nodes=[[0.0, 0.0]])
+    grid.reset(stress=np.tile(IN_SITU, (576, 1)))
+    kept = grid.save()
+    grid.step(140.0)
+    # Nothing but rounding moves it.
+    assert np.abs(grid.get("stress") - IN_SITU).max() <= 1e-12 * 1.6e-4 and np.abs(grid.get("velocity")).max() <= 1e-18
+    grid.restore(kept)
+    grid.step(140.0, force=ge.Profile.half_sine(1.0, 10.0) * [[3e-4, 1.5e-4]])
+    assert np.abs(grid.get("stress") - IN_SITU).max() <= 0.01 * 1.6e-4
+    assert grid.get("absorbed_energy") > 1e-8
+    # Of strains of 1e-4.
+    assert abs(grid.get("energy_residual")) <= 1e-4 * grid.get("absorbed_energy")
+    # Without the start stress an older snapshot must still bring its own.
+    final = grid.save()
+    grid.reset()
+    grid.step(1.0)
+    grid.restore(kept)
+    grid.step(140.0, force=ge.Profile.half_sine(1.0, 10.0) * [[3e-4, 1.5e-4]])
+    assert grid.save().to_bytes() == final.to_bytes()
+
+
+def test_absorbing_edges_keep_the_traction_of_a_turned_and_loaded_start() -> None:
+    """A load on top balances the stress at the start: the body on dashpots stays; a load that is added makes it sink."""
+    edges = {"bottom": "absorbing", "top": "traction", "left": "symmetry", "right": "symmetry"}
+    grid = block(6, 10, boundaries=edges)
+    grid.reset(displacement=grid.mesh.nodes * [0.0, -1e-4])
+    pressure = -grid.get("stress")[0, 1]
+    grid.step(100.0, top_traction=[0.0, -pressure])
+    # Stress and traction are of finite strain, 1e-4 apart in what they call an area.
+    assert np.abs(grid.get("velocity")).max() <= 1e-15
+    grid.step(200.0, top_traction=[0.0, -1.5 * pressure])
+    # Of the body as a whole: the sudden load leaves ringing from cell to cell.
+    assert grid.get("velocity")[:, 1].mean() == pytest.approx(-0.5 * pressure / P_SPEED, rel=5e-3)
+
+
+@pytest.mark.parametrize("rows", [1, 2, 4, 8])
+@pytest.mark.parametrize("hourglass", [0.5, 1.0])
+def test_a_beam_bends_with_the_stiffness_of_its_cells(rows: int, hourglass: float) -> None:
+    """E' (1 + (hourglass (lambda + 3 mu) / E' - 1) / N^2) N^3 / 12 with E' = E / (1 - nu^2): stress and hourglass energy."""
+    beam = block(10, rows, hourglass=hourglass)
+    x, y = beam.mesh.nodes.T
+    # Pure bending in plane strain: the sides above and below carry nothing.
+    beam.reset(displacement=SMALL * np.stack([x * y, -0.5 * (x * x + y * y / 3.0)], axis=1))
+    modulus = 2.5 / (1.0 - 0.25**2)
+    exact = 0.5 * modulus * SMALL**2 * 10.0 * rows**3 / 12.0
+    found = beam.get("elastic_energy") + beam.get("hourglass_energy")
+    assert found == pytest.approx(exact * (1.0 + (hourglass * 4.0 / modulus - 1.0) / rows**2), rel=1e-9)
 
 
 def sent_back(angle: float, edge: dict, shear: bool) -> float:

@@ -143,7 +143,7 @@ def test_a_full_disk_is_reported_and_the_state_kept(room: int) -> None:
             twin.step(0.01, force=0.3)
             component.step(0.01, force=0.3)
     told = str(caught.value)
-    assert f"at {component.time:.12g} s" in told and "step itself stands" in told and "Recording has stopped" in told
+    assert f"at {component.time:.12g} s" in told and "The step is complete" in told and "Recording has stopped" in told
     assert component.tick == twin.tick and component.save().memory.tobytes() == twin.save().memory.tobytes()
     component.step(0.01)
     with pytest.raises(LogError, match="No space left"):
@@ -180,7 +180,7 @@ def test_a_disk_that_fails_while_it_takes_a_long_log(tmp_path: Path, monkeypatch
         for _ in range(1000):  # told while the run goes on, not at its end alone
             component.step(10.0)
     assert "another disk; if it is incomplete, `granular-env recover`" in str(caught.value)
-    assert "do not step again" in str(caught.value)
+    assert "do not repeat this step" in str(caught.value)
     assert asked and not component.is_observed
     with contextlib.suppress(LogError):
         recorder.close()

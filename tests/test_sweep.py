@@ -1,12 +1,14 @@
 """Sweeps: plans, their faults, the table, what is kept of it when tasks, processes or the whole program end."""
 
 import datetime
+import importlib
 import itertools
 import json
 import math
 import multiprocessing
 import os
 import re
+import shutil
 import signal
 import subprocess
 import sys
@@ -23,13 +25,24 @@ import granular_env as ge
 from granular_env.cli import main
 from granular_env.documents import ByKey
 from granular_env.domains.chain import measurement
-from granular_env.sweep import batches, load_plan, open_sweep, parameter_values, run_sweep, shipped_plans, store
+from granular_env.sweep import (
+    batches,
+    check_sweep,
+    load_plan,
+    open_sweep,
+    parameter_values,
+    planned_runs,
+    run_sweep,
+    shipped_plans,
+    store,
+)
+from granular_env.sweep.column_units import units_of
 from granular_env.sweep.console import closing
 from granular_env.sweep.engines import on_ray, processes
 from granular_env.sweep.planned_runs import make_tasks
 from granular_env.sweep.run_preparation import plan_tasks
 from granular_env.sweep.store import Store
-from granular_env.sweep.worker import Order, Result
+from granular_env.sweep.worker import Computer, Order, Result, program
 
 ROOT = Path(__file__).resolve().parents[1]
 TOO_FAST = 30000.0  # m/s, above the sound speed of steel
@@ -169,6 +182,19 @@ def test_a_plan_of_too_many_tasks_is_refused_before_they_are_made(tmp_path):
     assert load_plan(plan(grid=grid)).size == 10**36
 
 
+def test_a_large_plan_is_computed_on_request(tmp_path, monkeypatch):
+    monkeypatch.setattr(planned_runs, "LARGEST", 3)
+    with pytest.raises(ge.ExperimentError, match="at most 3"):
+        check_sweep(plan())
+    assert check_sweep(plan(), allow_large=True).size == 4
+    assert run_sweep(plan(), tmp_path / "out", engine="serial", allow_large=True).done == 4
+
+
+def test_check_reports_tasks_that_cannot_begin():
+    with pytest.warns(ge.GranularWarning, match="2 of 3 tasks that were tried cannot begin, such as: .*grains: got -1"):
+        check_sweep(plan(grid={"component.grains": [6, -1, 0]}))
+
+
 def test_an_override_of_a_key_that_the_plan_varies_is_refused(tmp_path):
     with pytest.raises(ge.ExperimentError, match="override 'component.grains=5': plan gives this key its values in grid"):
         run_sweep(plan(), tmp_path / "out", overrides={"component.grains": 5})
@@ -303,6 +329,13 @@ def test_columns_have_units(tmp_path):
     assert float(row.split(",")[4]) == sweep.columns()["peak"][0]
 
 
+def test_columns_of_keys_within_tables_have_units():
+    keys = {"component.radius.high": [3e-3], "component.radius.seed": [1], "component.law.dissipation": [10.0]}
+    radius, law = {"low": 2.9e-3, "high": 3e-3, "seed": 1}, {"name": "kuwabara_kono", "dissipation": 10.0}
+    units = units_of(load_plan(plan(grid=keys)), ge.make("chain", grains=5, material="steel", radius=radius, law=law))
+    assert (units["component.radius.high"], units["component.law.dissipation"]) == ("m", "N s/m^1.5")
+
+
 def test_every_number_that_can_be_taken_has_a_unit():
     from granular_env.domains import DOMAINS, load
     from granular_env.sweep.measures import Measurement
@@ -381,6 +414,101 @@ def test_a_task_that_fails_is_a_row(tmp_path):
     with pytest.raises(ge.SweepError, match="task 0 left no log"):
         sweep.log(0)
     assert list(sweep.errors) == [1, 2]
+
+
+MACHINE = [MemoryError(), OSError(28, "No space left on device"), ge.LogError("the log cannot be written")]
+MACHINE[2].__cause__ = OSError(28, "No space left on device")
+
+
+@pytest.mark.parametrize(
+    ("error", "retry", "again"), [*((error, "lost", 1) for error in MACHINE), (ge.ExperimentError("too fast"), "failed", 1),
+     (ge.ExperimentError("too fast"), "lost", 0)], ids=["memory", "disk", "disk of the log", "physics", "physics, not asked"],
+)  # fmt: skip
+def test_failures_of_the_machine_are_tried_again_those_of_physics_on_request(error, retry, again, tmp_path, monkeypatch):
+    run_task = Computer._run
+
+    def fail_once(self, order, log):
+        if ("start.velocity.0", 1.0) in order.overrides:
+            raise error
+        return run_task(self, order, log)
+
+    content = plan(grid={"start.velocity.0": [0.5, 1.0]})
+    monkeypatch.setattr(Computer, "_run", fail_once)
+    sweep = run_sweep(content, tmp_path / "out", engine="serial")
+    assert (sweep.done, sweep.failed) == (1, 1) and type(error).__name__ in sweep.errors[1]
+    monkeypatch.undo()
+    sweep = run_sweep(content, tmp_path / "out", engine="serial", retry=retry)
+    assert (sweep.done, sweep.failed) == (1 + again, 1 - again)
+
+
+# -- components of other packages -------------------------------------------------------------------------------------
+
+BALLS = {
+    "version": 1,
+    "name": "balls",
+    "experiment": "ball.toml",
+    "grid": {"component.restitution": [0.65, 0.5, 0.8]},
+    "measure": {"low": "min velocity"},
+}
+
+
+@pytest.fixture
+def ball(tmp_path, monkeypatch):
+    """A package with the component of the example; returns its file."""
+    package, about = tmp_path / "site" / "ball_of_another_package", tmp_path / "site" / "ball-1.dist-info"
+    for folder in (package, about):
+        folder.mkdir(parents=True)
+    shutil.copy(ROOT / "examples" / "own_component.py", package / "__init__.py")
+    (about / "METADATA").write_text("Metadata-Version: 2.1\nName: ball\nVersion: 1\n")
+    (about / "entry_points.txt").write_text("[granular_env.components]\nball = ball_of_another_package:Ball\n")
+    (tmp_path / "ball.toml").write_text(
+        "name = 'ball'\nduration = 1.0\n[component]\ntype = 'ball'\n[start]\nheight = 1.0\n[record]\nevery = 0.1\n"
+    )
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.syspath_prepend(tmp_path / "site")
+    yield package / "__init__.py"
+    forget_code()
+
+
+def forget_code():
+    """Forget the package, as a new process would."""
+    sys.modules.pop("ball_of_another_package", None)
+    importlib.invalidate_caches()
+    program.cache_clear()
+
+
+def test_results_of_an_edited_package_are_computed_again(ball, tmp_path):
+    assert [low < -3.0 for low in run_sweep(BALLS, "out", engine="serial").columns()["low"]] == [True] * 3
+    ball.write_text(ball.read_text().replace("GRAVITY = 9.81", "GRAVITY = 1.62"))
+    # This process has the old code, a new one has the edited code: their results must not stand in one table.
+    with pytest.raises(ge.SweepError, match="another version of granular-env, of ball_of_another_package"):
+        run_sweep(BALLS, "other", workers=1)
+    with pytest.raises(ge.SweepError, match="another version of granular-env, of ball_of_another_package"):
+        job, tasks, _ = plan_tasks(load_plan(BALLS))
+        program.cache_clear()
+        on_ray._bundle(job, [Order(tasks[0].hash, tasks[0].overrides)])
+    forget_code()
+    assert [low > -2.0 for low in run_sweep(BALLS, "out", engine="serial").columns()["low"]] == [True] * 3
+    assert lines(tmp_path / "out") == 6
+    # The code of that package decides nothing about a chain.
+    chain, code = program("chain"), program("ball")
+    ball.write_text(ball.read_text() + "\n")
+    program.cache_clear()
+    assert program("chain") == chain and program("ball") != code
+
+
+def test_a_task_over_the_time_limit_is_ended_and_tried_again(ball, tmp_path):
+    text = ball.read_text()
+    # The first task hangs, also where kernels are compiled for it.
+    slow = "while self.parameters.restitution == 0.65:\n            pass\n        "
+    head = "def _advance(self, ticks: int) -> int:\n        "
+    assert head in text
+    ball.write_text(text.replace(head, head + slow))
+    sweep = run_sweep(BALLS, "out", workers=1, time_limit=2.0)
+    assert list(sweep.table["outcome"]) == ["failed", "done", "done"]
+    assert sweep.errors == {0: "took longer than the time limit of 2 s"}
+    with pytest.raises(ge.ParameterError, match="time_limit: the engine 'serial' has no time limit"):
+        run_sweep(BALLS, "out", engine="serial", time_limit=2.0)
 
 
 def test_logs_replay(tmp_path):

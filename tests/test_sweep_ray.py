@@ -178,7 +178,7 @@ def test_an_address_at_which_no_cluster_is(monkeypatch):
 
 
 def test_a_node_with_another_version_refuses():
-    job = Job({}, {}, {}, None, "another")
+    job = Job({"component": {"type": "chain"}}, {}, {}, None, "another")
     with pytest.raises(ge.SweepError, match="has another version of granular-env"):
         on_ray._bundle(job, [Order("a", ())])
 

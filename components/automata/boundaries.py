@@ -1,6 +1,6 @@
 """Conditions of a specimen's edges, by name: free, fixed, symmetry, periodic, velocity, traction.
 
-They are those of the grid; automata also turn: what is fixed, mirrored, or moved along both directions does not.
+They are those of the grid. Automata also turn, except those that are fixed, mirrored, or moved across their edge.
 """
 
 from __future__ import annotations
@@ -34,7 +34,11 @@ class Fixed(boundaries.Fixed):
 
 
 class PrescribedVelocity(boundaries.PrescribedVelocity):
-    """Automata move with the velocity that the input `<edge>_velocity` gives; with one component they slide and turn freely."""
+    """Automata move with the velocity that the input `<edge>_velocity` gives.
+
+    A plate that prescribes the component across its edge alone is smooth: automata slide along it and do not turn, as on a
+    plane of symmetry. Automata of an edge that prescribes the component along it alone turn freely.
+    """
 
     depth: float = field(0.0, "how far from the outermost automaton it reaches", "m", ge=0.0)
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 from collections.abc import Callable, Iterable, Mapping
 from functools import partial
 from typing import Any
@@ -20,8 +21,10 @@ from ..support.excess_error import excess_error
 from ..support.float_arrays import FloatArray, norms
 from ..support.round_numbers import round_down_to_125
 from . import motion
+from .boundaries import PrescribedVelocity, Traction
 from .conclusions import describe_links, describe_pieces
 from .cracking_specimen import TOO_FAR, CrackingSpecimen
+from .edges import EDGES
 from .inelastic_links import update_bond_forces
 from .kernel_arrays import Body, Motion, Scratch, make_body, make_scratch
 from .link_histories import intact_bonds
@@ -34,10 +37,13 @@ from .packing import LATTICES, Packing, pack
 from .parameters import AutomataParameters
 from .stability import ALLOWED_PART, DEFAULT_PART, largest_frequency, step_limit
 from .sweep_order import make_parts
+from .theory import uniaxial_strength
 from .zigzag_faces import Ties, add_ties, make_ties, tie_faces
 
 # No automaton may cross this part of its diameter in one internal step.
 _LARGEST_MOVE = 0.1
+# Linked automata that come nearer than this part of a diameter are reported.
+_NEAREST = 0.9
 # Bytes of an automaton: its state, a copy of it, the scratch, the packing and what its making takes at a time; its histories.
 _BYTES, _HISTORY_BYTES = 600, 800
 
@@ -50,7 +56,7 @@ class Automata(Component):
     """
 
     name = "automata"
-    version = 3
+    version = 4
     Parameters = AutomataParameters
     parameters: AutomataParameters
 
@@ -302,6 +308,43 @@ class Automata(Component):
         """Return how close the step is to the largest stable one, how far links are strained, and what has broken."""
         part = 0.5 * self.largest_frequency * self.step_size
         return {"step over the largest stable one, at rest": part, **self.steps.report()}
+
+    def cautions(self) -> list[str]:
+        """Return sentences on links that are so short that their automata overlap, and on loads that break no link."""
+        return self._short_links() + self._unbreakable_loads()
+
+    def _unbreakable_loads(self) -> list[str]:
+        """Return a sentence for each axis along which an edge loads the specimen and no pressure breaks a link."""
+        p = self.parameters
+        if not p.breakable or self.steps.broken_links():
+            return []
+        found = []
+        for axis, angle in (("x", 0.0), ("y", 0.5 * math.pi)):
+            edges = [p.boundaries.get(name) for name, (across, _) in EDGES.items() if "xy"[across] == axis]
+            laws = zip(p.criteria, self.materials, strict=True)
+            strengths = [uniaxial_strength(p.packing, *law, angle=angle, compression=True) for law in laws]
+            if min(strengths) == math.inf and any(isinstance(one, (PrescribedVelocity, Traction)) for one in edges):
+                found.append(
+                    f"uniaxial compression along {axis}, however large, breaks no link of a {p.packing} packing by this "
+                    f"{p.leading_criterion.name} (`theory.uniaxial_strength`): choose another packing, or a criterion whose "
+                    "strength grows less with pressure"
+                )
+        return found
+
+    def _short_links(self) -> list[str]:
+        """Return a sentence where automata that are linked are much nearer than a diameter."""
+        first, second, slots = self._pairs[self.steps.linked() == 1.0].T
+        u, p = self._block["displacement"], self.parameters
+        length = norms(p.diameter * self.packing.lattice.directions[slots] + u[second] - u[first]) / p.diameter
+        short = np.flatnonzero(length < _NEAREST)
+        if not len(short):
+            return []
+        least = short[length[short].argmin()]
+        return [
+            f"{len(short)} links are shorter than {_NEAREST:g} of a diameter, the shortest, of automata {first[least]} and "
+            f"{second[least]}, {length[least]:.2g}: links that flow keep their automata together and let them overlap; choose "
+            "a criterion that breaks links, load the specimen less, and watch the balance of energy"
+        ]
 
     def nearest_kind(self, ratio: str, index: int) -> str:
         """Return the kind of event that a link is nearest to."""

@@ -73,7 +73,7 @@ class Inputs(NamedTuple):
 
     Attributes:
         load: a `Load`.
-        load_before: scratch, shape (loads, 2).
+        load_before: scratch, shape (loads, 3).
         grip: a `Grip`.
         grip_before: scratch, shape (grips, 3).
         tallies: of the loads and of the grip, see `motion`, shape (2, 4).
@@ -173,7 +173,9 @@ def move(specimen, inputs, contacts, count, time):
     """
     body, damping, motion, scratch = specimen.medium.body, specimen.medium.ground.damping, specimen.motion, specimen.scratch
     losses, tallies, automata = specimen.losses, inputs.tallies, specimen.medium.body.kind.size
-    add_loads(inputs.load, specimen.reference, motion, scratch.force, time, inputs.load_before, tallies[0])
+    add_loads(
+        inputs.load, specimen.reference, motion, scratch.force, scratch.torque, time, inputs.load_before, tallies[0]
+    )  # fmt: skip
     keep_velocities(inputs.grip, motion, inputs.grip_before)
     if damping > 0.0:
         losses[DAMPING] += 0.5 * time * dashpot_power(contacts, count, motion.velocity)

@@ -51,3 +51,23 @@ def shared_areas(packing: Packing, name: str, automata: npt.NDArray[np.int64], a
     if packing.lattice.name == "hexagonal" and EDGES[name][0] == 0:
         part[packing.classes.missing[kinds] == 0.0] *= 4.0
     return area * part / part.sum()
+
+
+def traction_levers(packing: Packing, name: str, automata: npt.NDArray[np.int64]) -> FloatArray:
+    """Return how far from the centres of an edge's automata a traction acts, shape (m, 2) [m]; see `motion.Load`.
+
+    A quarter cell is loaded on one side of its centre only, at a mean distance of D / 4 along a row. Along a zigzag the
+    distance is sqrt(3) D / 8 and not that of the middle of the side, because the halved face of the row acts at the height
+    of the centre as well. Without the torque the quarter cells of a hexagonal packing would turn under a homogeneous
+    stress. In a square packing the two halved faces cancel it.
+    """
+    levers, axis = np.zeros((len(automata), 2)), EDGES[name][0]
+    if packing.lattice.name == "hexagonal":
+        volume = packing.classes.volume[packing.kind[automata]]
+        quarter = volume < (0.25 + ON_THE_OUTLINE) * packing.lattice.volume * packing.diameter**2
+        place = packing.reference[automata, 1 - axis]
+        inward = np.sign(0.5 * (place.min() + place.max()) - place)
+        levers[:, 1 - axis] = np.where(
+            quarter, 0.25 * packing.diameter * (1.0 if axis == 1 else packing.lattice.volume) * inward, 0.0
+        )
+    return levers

@@ -24,7 +24,7 @@ def settle(body, reference, motion, marked, kept, force, torque, load, load_befo
         force: of the links on these, shape (n, 2), updated in place [N].
         torque: likewise, shape (n,) [N m].
         load: a `Load`.
-        load_before: scratch, shape (loads, 2).
+        load_before: scratch, shape (loads, 3).
         grip: a `Grip`.
         grip_before: scratch, shape (grips, 3).
         tallies: of the loads and of the grip, see `motion`, shape (2, 4), updated in place.
@@ -38,7 +38,7 @@ def settle(body, reference, motion, marked, kept, force, torque, load, load_befo
         motion.displacement[i, 0], motion.displacement[i, 1] = kept[row, 0], kept[row, 1]
         motion.velocity[i, 0], motion.velocity[i, 1] = kept[row, 2], kept[row, 3]
         motion.rotation[i], motion.spin[i] = kept[row, 4], kept[row, 5]
-    add_loads(load, reference, motion, force, time, load_before, tallies[0])
+    add_loads(load, reference, motion, force, torque, time, load_before, tallies[0])
     keep_velocities(grip, motion, grip_before)
     v, fastest = motion.velocity, 0.0
     for row in range(marked.size):
@@ -143,7 +143,7 @@ def advance_tied(
         drift(motion, 0.5 * time, 0, automata)
         sweep(body, part, motion, scratch, marked, kept, time, limit, STILL)
         add_ties(body, ties, motion, scratch)
-        add_loads(load, reference, motion, scratch.force, time, load_before, tallies[0])
+        add_loads(load, reference, motion, scratch.force, scratch.torque, time, load_before, tallies[0])
         keep_velocities(grip, motion, grip_before)
         fastest = kick(body, motion, scratch.force, scratch.torque, time, 0, automata)
         hold(body, grip, reference, motion, scratch.force, scratch.torque, time, grip_before, tallies[1])

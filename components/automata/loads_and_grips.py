@@ -15,7 +15,7 @@ from ..errors import ParameterError
 from ..inputs import Held, input_value
 from ..support.float_arrays import FloatArray
 from .boundaries import Fixed, Free, Periodic, PrescribedVelocity, Symmetry, Traction
-from .edges import EDGES, edge_automata, shared_areas, zigzag_faces
+from .edges import EDGES, edge_automata, shared_areas, traction_levers, zigzag_faces
 from .motion import HOLDS_ROTATION, HOLDS_X, HOLDS_Y, Grip, Load
 from .packing import Packing
 from .parameters import AutomataParameters, Place
@@ -92,7 +92,7 @@ class Conditions:
 
     def _fill_load(self) -> None:
         p, start = self._parameters, len(self._forced)
-        groups, self._pulls = [self._forced], []
+        groups, levers, self._pulls = [self._forced], [np.zeros((start, 2))], []
         for name in self._of_kind(Traction):
             assert isinstance(p.shape, Rectangle)
             automata = self._edges[name]
@@ -100,16 +100,19 @@ class Conditions:
             areas = shared_areas(self._packing, name, automata, area)
             self._pulls.append(_Pull(f"{name}_traction", slice(start, start + len(automata)), areas))
             groups.append(automata)
+            levers.append(traction_levers(self._packing, name, automata))
             start += len(automata)
         automata = np.concatenate(groups).astype(np.int64)
-        self.load = Load(automata, np.zeros((len(automata), 2)))
-        self.load_before = np.zeros((len(automata), 2))
+        self.load = Load(automata, np.zeros((len(automata), 2)), np.concatenate(levers))
+        self.load_before = np.zeros((len(automata), 3))
 
     def _fill_grip(self) -> None:
         boundaries = self._boundaries
         owners = prescribed_components(boundaries, self._edges.__getitem__, _held_axes)
         automata = np.array(sorted(owners), np.int64)
-        turning = {i for name, boundary in boundaries.items() if _holds_rotation(boundary) for i in self._edges[name].tolist()}
+        turning = {
+            i for name, boundary in boundaries.items() if _holds_rotation(name, boundary) for i in self._edges[name].tolist()
+        }
         held = [
             HOLDS_X * (0 in owners[i]) | HOLDS_Y * (1 in owners[i]) | HOLDS_ROTATION * (i in turning) for i in automata.tolist()
         ]
@@ -172,10 +175,10 @@ def _held_axes(edge: str, boundary: Boundary) -> tuple[int, ...]:
     return boundary.axes if isinstance(boundary, PrescribedVelocity) else (0, 1)
 
 
-def _holds_rotation(boundary: Boundary) -> bool:
-    """Return whether automata on an edge do not turn."""
-    both = isinstance(boundary, PrescribedVelocity) and len(boundary.axes) == 2
-    return both or isinstance(boundary, (Fixed, Symmetry))
+def _holds_rotation(edge: str, boundary: Boundary) -> bool:
+    """Return whether automata on an edge do not turn: a smooth plate is a plane of symmetry, and so is a glued one here."""
+    plate = isinstance(boundary, PrescribedVelocity) and EDGES[edge][0] in boundary.axes
+    return plate or isinstance(boundary, (Fixed, Symmetry))
 
 
 def _forced_automata(places: list[Place] | str, packing: Packing) -> npt.NDArray[np.int64]:

@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..support.float_arrays import FloatArray
-from ..support.jit import internal, jit
+from ..support.jit import internal, internal_inlined, jit
 
 # Bits of `Grip.held`.
 HOLDS_X, HOLDS_Y, HOLDS_ROTATION = 1, 2, 4
@@ -37,10 +37,18 @@ class Load(NamedTuple):
     Attributes:
         automata: shape (m,), int64; each may come more than once.
         force: shape (m, 2) [N].
+        lever: from the centre of the automaton to the point where the force acts, shape (m, 2) [m].
     """
 
     automata: npt.NDArray[np.int64]
     force: FloatArray
+    lever: FloatArray
+
+
+@internal_inlined
+def load_torque(load, place):
+    """Return the torque of a load about the centre of its automaton [N m]."""
+    return load.lever[place, 0] * load.force[place, 1] - load.lever[place, 1] * load.force[place, 0]
 
 
 @internal
@@ -110,38 +118,43 @@ def held_speed(velocity, fastest, limit):
 
 
 @internal
-def add_loads(load, reference, motion, force, time, before, tally):
-    """Add forces to those on their automata, and what they will give in a kick to a tally.
+def add_loads(load, reference, motion, force, torque, time, before, tally):
+    """Add loads to the forces and torques on their automata, and their impulses in the next kick to a tally.
 
     Args:
         load: a `Load`.
         reference: centres before anything moved, shape (n, 2) [m].
         motion: a `Motion`, before the kick.
         force: shape (n, 2), updated in place [N].
+        torque: shape (n,), updated in place [N m].
         time: of the kick [s].
-        before: velocities before the kick, shape (m, 2), written; `settle_loads` needs them [m/s].
+        before: velocities and spin before the kick, shape (m, 3), written; `settle_loads` needs them.
         tally: see TALLY_ROWS, shape (4,), updated in place.
     """
     for place in range(load.automata.size):
         i = load.automata[place]
-        fx, fy = load.force[place, 0], load.force[place, 1]
+        fx, fy, turning = load.force[place, 0], load.force[place, 1], load_torque(load, place)
         before[place, 0], before[place, 1] = motion.velocity[i, 0], motion.velocity[i, 1]
+        before[place, 2] = motion.spin[i]
         force[i, 0] += fx
         force[i, 1] += fy
+        torque[i] += turning
         x, y = reference[i, 0] + motion.displacement[i, 0], reference[i, 1] + motion.displacement[i, 1]
         tally[IMPULSE_X] += time * fx
         tally[IMPULSE_Y] += time * fy
-        tally[ANGULAR_IMPULSE] += time * (x * fy - y * fx)
+        tally[ANGULAR_IMPULSE] += time * (x * fy - y * fx + turning)
 
 
 @internal
 def settle_loads(load, motion, time, before, tally):
-    """Add the work of forces in a kick to a tally: force times the mean of the velocities before and after."""
+    """Add the work of loads in a kick to a tally: force times the mean of the velocities before and after; so for torques."""
     for place in range(load.automata.size):
         i = load.automata[place]
         mean_x = 0.5 * (before[place, 0] + motion.velocity[i, 0])
         mean_y = 0.5 * (before[place, 1] + motion.velocity[i, 1])
-        tally[WORK] += time * (load.force[place, 0] * mean_x + load.force[place, 1] * mean_y)
+        mean_spin = 0.5 * (before[place, 2] + motion.spin[i])
+        work = load.force[place, 0] * mean_x + load.force[place, 1] * mean_y + load_torque(load, place) * mean_spin
+        tally[WORK] += time * work
 
 
 @internal

@@ -1,6 +1,6 @@
 """Finding the pairs that may touch, by cells: in the order of their automata, the same for the same positions.
 
-Only automata that have a free face can be touched from outside; those inside a whole piece are not looked at.
+Automata inside a whole piece are left out while its strains are small: they touch nothing but their neighbours.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ _FARTHEST = 2.0**30
 def find_pairs(
     positions: FloatArray, exposed: npt.NDArray[np.int64], reach: float, period: tuple[float, float]
 ) -> npt.NDArray[np.int64]:
-    """Return the pairs of exposed automata that are closer than `reach`, first < second, in order, shape (m, 2).
+    """Return the pairs of these automata that are closer than `reach`, first < second, in order, shape (m, 2).
 
     Args:
         positions: of all automata, shape (n, 2) [m]; finite, and no farther than 2^30 `reach` from the origin.

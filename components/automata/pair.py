@@ -102,6 +102,17 @@ def largest_strain(body, displacement, half):
     return largest
 
 
+@jit
+def mark_strained(body, displacement, half, limit, marked):
+    """Mark the automata with a neighbour towards which the strain along or across exceeds a limit, shape (n,), in place."""
+    for i in range(body.kind.size):
+        for slot in range(body.directions.shape[0] // 2):
+            j, nx, ny = body.neighbours[i, slot], body.directions[slot, 0], body.directions[slot, 1]
+            eps, gamma, _, _ = strains(displacement, half, i, j, nx, ny, body.diameter)
+            if j != i and not (abs(eps) <= limit and abs(gamma) <= limit):
+                marked[i] = marked[j] = True
+
+
 @internal_inlined
 def mirrored_slots(slots, group):
     """Return two slots that a mirror exchanges or keeps: 0 and 2, 1 and 3; or 0 and 3, 1 and 2, 4 and 5."""

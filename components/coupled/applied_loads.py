@@ -8,7 +8,18 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from ..automata.motion import ANGULAR_IMPULSE, HOLDS_ROTATION, HOLDS_X, HOLDS_Y, IMPULSE_X, IMPULSE_Y, WORK, Grip, Load
+from ..automata.motion import (
+    ANGULAR_IMPULSE,
+    HOLDS_ROTATION,
+    HOLDS_X,
+    HOLDS_Y,
+    IMPULSE_X,
+    IMPULSE_Y,
+    WORK,
+    Grip,
+    Load,
+    load_torque,
+)
 from ..support.float_arrays import FloatArray
 from ..support.jit import internal
 
@@ -19,7 +30,7 @@ class Edges(NamedTuple):
     Attributes:
         load: forces on automata that do not belong to the interface; 0 along what the grip holds.
         grip: velocities that are prescribed.
-        load_before: scratch: velocities before the tick, shape (l, 2).
+        load_before: scratch: velocities and spin before the tick, shape (l, 3).
         grip_before: scratch: velocities, spin and displacements before the tick, shape (g, 5).
         grip_force: scratch: forces and torque before the tick, shape (g, 3).
     """
@@ -37,6 +48,7 @@ def keep_before(edges, motion, force, torque):
     for place in range(edges.load.automata.size):
         i = edges.load.automata[place]
         edges.load_before[place, 0], edges.load_before[place, 1] = motion.velocity[i, 0], motion.velocity[i, 1]
+        edges.load_before[place, 2] = motion.spin[i]
     for place in range(edges.grip.automata.size):
         i = edges.grip.automata[place]
         edges.grip_before[place, 0], edges.grip_before[place, 1] = motion.velocity[i, 0], motion.velocity[i, 1]
@@ -53,9 +65,11 @@ def push_and_hold(edges, body, reference, motion, time, tally):
     for place in range(edges.load.automata.size):
         i = edges.load.automata[place]
         fx, fy, by = edges.load.force[place, 0], edges.load.force[place, 1], time / body.mass[body.kind[i]]
+        turning = load_torque(edges.load, place)
         v[i, 0] += by * fx
         v[i, 1] += by * fy
-        tally[ANGULAR_IMPULSE] += time * ((reference[i, 0] + u[i, 0]) * fy - (reference[i, 1] + u[i, 1]) * fx)
+        motion.spin[i] += time / body.inertia[body.kind[i]] * turning
+        tally[ANGULAR_IMPULSE] += time * ((reference[i, 0] + u[i, 0]) * fy - (reference[i, 1] + u[i, 1]) * fx + turning)
     for place in range(edges.grip.automata.size):
         i, held = edges.grip.automata[place], edges.grip.held[place]
         if held & HOLDS_X:
@@ -73,7 +87,8 @@ def settle_loads(edges, motion, time, tally):
         i, before = edges.load.automata[place], edges.load_before
         fx, fy = edges.load.force[place, 0], edges.load.force[place, 1]
         mean_x, mean_y = 0.5 * (before[place, 0] + motion.velocity[i, 0]), 0.5 * (before[place, 1] + motion.velocity[i, 1])
-        tally[WORK] += time * (fx * mean_x + fy * mean_y)
+        mean_spin = 0.5 * (before[place, 2] + motion.spin[i])
+        tally[WORK] += time * (fx * mean_x + fy * mean_y + load_torque(edges.load, place) * mean_spin)
         tally[IMPULSE_X] += time * fx
         tally[IMPULSE_Y] += time * fy
 

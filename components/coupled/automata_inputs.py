@@ -32,8 +32,9 @@ class EdgeInputs:
         bits[grip.automata] = held
         self._acts = np.stack([bits & HOLDS_X, bits & HOLDS_Y], axis=1)[load.automata[self._loads]] == 0
         self.edges = Edges(
-            Load(load.automata[self._loads], np.zeros((some, 2))), Grip(grip.automata, held, grip.velocity),
-            np.zeros((some, 2)), np.zeros((rows, 5)), np.zeros((rows, 3)),
+            Load(load.automata[self._loads], np.zeros((some, 2)), load.lever[self._loads]),
+            Grip(grip.automata, held, grip.velocity),
+            np.zeros((some, 3)), np.zeros((rows, 5)), np.zeros((rows, 3)),
         )  # fmt: skip
 
     def fill_loads(self) -> None:

@@ -36,8 +36,6 @@ from .automata_inputs import EdgeInputs
 from .exchange import (
     EXCHANGE_TALLY,
     IMPULSE,
-    LITERAL,
-    SCHEMES,
     WORK_ON_AUTOMATA,
     WORK_ON_GRID,
     Exchange,
@@ -70,7 +68,7 @@ class Coupled(Component):
     """
 
     name = "coupled"
-    version = 4
+    version = 5
     Parameters = CoupledParameters
     parameters: CoupledParameters
 
@@ -157,14 +155,14 @@ class Coupled(Component):
             self._block["tallies"],
         )  # fmt: skip
         limit = _LARGEST_MOVE * automata.packing.diameter / (self.step_size / self.micro_steps)
-        scheme = SCHEMES[self.parameters.scheme]
-        swept = scheme != LITERAL and automata.steps.ties is None and not automata.parameters.has_bonds
-        self._steps = Steps(self.step_size, self.micro_steps, scheme, limit, 1 if swept else None)
+        scheme = self.parameters.scheme
+        swept = scheme != "literal" and automata.steps.ties is None and not automata.parameters.has_bonds
+        self._steps = Steps(self.step_size, self.micro_steps, scheme == "momentum", limit, 1 if swept else None)
         self._halves = make_parts(body, 2) if swept and self._has_two_halves else []
         self._cracking = automata.steps if isinstance(automata.steps, CrackingSpecimen) else None
         self._sides = self._make_sides()
         # The kinds of steps, as `advance` wants to know them.
-        self._literal = 1 if self._steps.scheme == LITERAL else None
+        self._literal = 1 if scheme == "literal" else None
         self._impulses = 1 if self.micro_steps > 1 and not self._literal else None
         self._progress = np.zeros(PROGRESS, dtype=np.int64)
         self._failed = np.zeros(2, dtype=np.int64)
@@ -332,7 +330,7 @@ class Coupled(Component):
             self._cracking.dilation()
         self._write_automata_forces()
         sides, half = self._present_sides(), 0.5 * self.step_size
-        join_forces(self.interface, exchange, grid, automata, sides, half, self._steps.scheme, self._in_lockstep)
+        join_forces(self.interface, exchange, grid, automata, sides, half, self._steps.by_momentum, self._in_lockstep)
         found = self._sums()
         self._block["start"][:] = self._energy(found), *sums.momentum(found), sums.angular_momentum(found)
         return {}
@@ -349,7 +347,7 @@ class Coupled(Component):
 
     @property
     def _in_lockstep(self) -> bool:
-        return self.micro_steps == 1 or self._steps.scheme == LITERAL
+        return self.micro_steps == 1 or self.parameters.scheme == "literal"
 
     def _grid_part(self) -> GridPart:
         grid, state, conditions, corner = self.grid.tables()

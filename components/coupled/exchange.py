@@ -15,9 +15,6 @@ from ..grid.mesh import IntArray
 from ..support.float_arrays import FloatArray
 from ..support.jit import internal, internal_inlined
 
-# Schemes by number.
-FORCE, MOMENTUM, LITERAL = 0, 1, 2
-SCHEMES = {"force": FORCE, "momentum": MOMENTUM, "literal": LITERAL}
 # Entries of the tally: work on the grid, work on the automata, impulse on the automata along x and y.
 WORK_ON_GRID, WORK_ON_AUTOMATA, IMPULSE, EXCHANGE_TALLY = 0, 1, 2, 4
 
@@ -74,12 +71,12 @@ def follow(interface, state, motion):
 
 
 @internal_inlined
-def kicked(velocity, time, grid_force, automata_force, grid_mass, automata_mass, scheme):
+def kicked(velocity, time, grid_force, automata_force, grid_mass, automata_mass, by_momentum):
     """Return the velocity of an interface node after a kick of `time` [s].
 
     force: equation (18) of Psakhie et al., with physical forces; momentum: each side by itself, then m V = m_a V_a + m_c V_c.
     """
-    if scheme == MOMENTUM and automata_mass > 0.0:
+    if by_momentum and automata_mass > 0.0:
         of_grid = velocity + time * grid_force / grid_mass
         of_automata = velocity + time * automata_force / automata_mass
         return (automata_mass * of_automata + grid_mass * of_grid) / (automata_mass + grid_mass)
@@ -87,17 +84,17 @@ def kicked(velocity, time, grid_force, automata_force, grid_mass, automata_mass,
 
 
 @internal
-def assemble(interface, exchange, state, conditions, time, scheme):
+def assemble(interface, exchange, state, conditions, time, by_momentum):
     """Write the forces on the nodes of the interface: those that give them their velocity after a kick of `time` [s]."""
     for row in range(interface.nodes.size):
         n, i = interface.nodes[row], exchange.places[row]
         mass, carried = conditions.mass[i], interface.mass[row]
         for k in range(2):
             of_cells, of_automata = exchange.grid_force[row, k], exchange.automata_force[row, k]
-            if scheme == MOMENTUM:
+            if by_momentum:
                 now = state.velocity[n, k]
                 state.force[n, k] = (
-                    mass * (kicked(now, time, of_cells, of_automata, mass - carried, carried, scheme) - now) / time
+                    mass * (kicked(now, time, of_cells, of_automata, mass - carried, carried, by_momentum) - now) / time
                 )
             else:
                 state.force[n, k] = of_cells + of_automata

@@ -22,7 +22,7 @@ def write_forces(cracking, motion, scratch):
 
 
 @jit
-def join_forces(interface, exchange, grid, automata, sides, time, scheme, together):
+def join_forces(interface, exchange, grid, automata, sides, time, by_momentum, together):
     """Write the forces of the automata on the nodes of the interface, and those of sides, which are None without.
 
     Where both parts move together, write the sum of both for a kick of `time` [s] too.
@@ -30,4 +30,4 @@ def join_forces(interface, exchange, grid, automata, sides, time, scheme, togeth
     gather_forces(interface, automata.scratch.force, exchange.automata_force)
     add_side_forces(sides, grid, automata, exchange)
     if together:
-        assemble(interface, exchange, grid.state, grid.conditions, time, scheme)
+        assemble(interface, exchange, grid.state, grid.conditions, time, by_momentum)

@@ -103,7 +103,7 @@ class Steps(NamedTuple):
     Attributes:
         step: internal step [s].
         micro: steps of the automata in it.
-        scheme: see `exchange.SCHEMES`.
+        by_momentum: whether interface nodes get the mean of the velocities of both sides; see `exchange.kicked`.
         speed_limit: of automata [m/s].
         swept: 1 where one sweep moves the automata, computes their forces and kicks them, as links all hold and none is tied;
             else None, and what follows a sweep is not compiled.
@@ -111,7 +111,7 @@ class Steps(NamedTuple):
 
     step: float
     micro: int
-    scheme: int
+    by_momentum: bool
     speed_limit: float
     swept: int | None
 

@@ -52,11 +52,11 @@ def finish_literally(grid, automata, seam, factors, row, steps, tick, again):
     for node in range(interface.nodes.size):
         for k in range(2):
             exchange.automata_force[node, k] = exchange.given[node, k]
-    assemble(interface, exchange, state, grid.conditions, 0.5 * steps.step, steps.scheme)
+    assemble(interface, exchange, state, grid.conditions, 0.5 * steps.step, steps.by_momentum)
     begin_grid(grid, factors, row, steps.step)
     follow(interface, state, automata.motion)
     failed = finish_cells(grid, seam, steps.step, tick, again)
-    assemble(interface, exchange, state, grid.conditions, 0.5 * steps.step, steps.scheme)
+    assemble(interface, exchange, state, grid.conditions, 0.5 * steps.step, steps.by_momentum)
     grid_kernels.finish_conditions(grid.grid, state, grid.conditions, steps.step, grid.tally)
     follow(interface, state, automata.motion)
     return failed

@@ -24,7 +24,7 @@ def move_together(grid, automata, seam, factors, row, steps):
 def finish_together(grid, automata, seam, steps):
     """Kick for the second half of a step, all forces being there; return the largest squared speed of automata."""
     interface, exchange, state, half = seam.interface, seam.exchange, grid.state, 0.5 * steps.step
-    assemble(interface, exchange, state, grid.conditions, half, steps.scheme)
+    assemble(interface, exchange, state, grid.conditions, half, steps.by_momentum)
     keep_velocities(interface, exchange, state)
     grid_kernels.finish_conditions(grid.grid, state, grid.conditions, steps.step, grid.tally)
     settle_kick(interface, exchange, state, grid.conditions, half, half)

@@ -11,7 +11,7 @@ from .kicks_and_drifts import begin_automata, begin_grid, finish_automata, settl
 
 
 @internal
-def kick_nodes(grid, seam, time, scheme):
+def kick_nodes(grid, seam, time, by_momentum):
     """Let the forces of the automata kick the interface nodes for `time` [s]."""
     interface, exchange, conditions, velocity = seam.interface, seam.exchange, grid.conditions, grid.state.velocity
     keep_velocities(interface, exchange, grid.state)
@@ -23,7 +23,7 @@ def kick_nodes(grid, seam, time, scheme):
             if conditions.prescribed[i, k]:
                 exchange.given[row, k] += time * force
             else:
-                velocity[n, k] = kicked(velocity[n, k], time, 0.0, force, conditions.mass[i] - carried, carried, scheme)
+                velocity[n, k] = kicked(velocity[n, k], time, 0.0, force, conditions.mass[i] - carried, carried, by_momentum)
     settle_kick(interface, exchange, grid.state, conditions, 0.0, time)
 
 
@@ -70,7 +70,7 @@ def begin_impulses(grid, automata, seam, factors, row, steps):
 def move_with_impulses(grid, automata, seam, steps, time, first):
     """Let the automata kick for half a micro-step of `time` [s], and drift; `first` as for `begin_automata`."""
     keep_before(automata.edges, automata.motion, automata.scratch.force, automata.scratch.torque)
-    kick_nodes(grid, seam, 0.5 * time, steps.scheme)
+    kick_nodes(grid, seam, 0.5 * time, steps.by_momentum)
     drift_nodes(grid, seam, time)
     begin_automata(automata, seam, grid.state, steps, time, first)
 
@@ -78,7 +78,7 @@ def move_with_impulses(grid, automata, seam, steps, time, first):
 @internal
 def act_with_impulses(grid, automata, seam, steps, time):
     """Let the automata kick for the second half of a micro-step; return their largest squared speed."""
-    kick_nodes(grid, seam, 0.5 * time, steps.scheme)
+    kick_nodes(grid, seam, 0.5 * time, steps.by_momentum)
     fastest = finish_automata(automata, steps, time)
     follow(seam.interface, grid.state, automata.motion)
     settle_edges(automata, time)

@@ -43,6 +43,7 @@ class Absorbing(Boundary):
     J. Lysmer, R. L. Kuhlemeyer, J. Eng. Mech. Div. ASCE 95 (1969) 859: traction -rho c_p v_n along the normal, -rho c_s v_t
     along the edge; nothing of a plane wave at normal incidence comes back. The layer (sponge) has the damping force
     -m (strength c_p / width) (depth / width)^2 v: a P wave that crosses it twice keeps exp(-strength / 3) of its amplitude.
+    The dashpots act in addition to the static traction, that of the stress at the reset, which the edge keeps.
     """
 
     name: Literal["absorbing"] = field("absorbing", "lets waves out", "1")

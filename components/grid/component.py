@@ -16,6 +16,7 @@ from ..errors import ParameterError, StepError
 from ..events import EventDetail
 from ..inputs import Held
 from ..materials.elastic import Material, material
+from ..materials.hypoelastic import logarithmic_strain
 from ..profiles import CompiledProfile
 from ..support.float_arrays import FloatArray, norms
 from ..support.stable_step import refuse_large_step, suggest_step
@@ -24,11 +25,14 @@ from .boundaries import Free
 from .input_signals import make_drive, signal_factors
 from .kernel_setup import Assembly, assemble
 from .mesh import IntArray, Mesh, cell_areas
+from .nodal_conditions import cells_of_sides
 from .parameters import GridParameters, Place
 from .stability import highest_frequency
 
 # A cell with so little of its area has passed what the step was chosen for.
 _COMPRESSED = 0.5
+# A point that is farther from its node, in sides of the smallest cell, has been moved there.
+_OFF_NODE = 1e-6
 # The state, and what kernels keep beside it, for each cell of a large mesh.
 _BYTES_OF_CELL = 420
 _STATE = ("displacement", "velocity", "force", "stress", "hourglass_force", "energy", "plastic_strain", "plastic_work")
@@ -44,6 +48,7 @@ class Grid(Component):
     """
 
     name = "grid"
+    version = 2
     Parameters = GridParameters
     parameters: GridParameters
 
@@ -67,14 +72,17 @@ class Grid(Component):
                 )
         self.cell_material: IntArray = self._materials_of_cells()
         self._materials: list[Material] = [material(one) for one in p.materials]
+        self._off_nodes: list[str] = []
         self._forced = self._nodes_at("forced_nodes", p.forced_nodes)
         self._receivers = self._nodes_at("receivers", p.receivers)
-        self._plastic = any(p.plastic_laws[number].code for number in np.unique(self.cell_material))
+        self._plastic = any(math.isfinite(p.plastic_laws[number].constants()[0]) for number in np.unique(self.cell_material))
         self.attach(None)
         self._refuse_held_forces()
         self.mass: FloatArray = self._assembly.mass
         self.highest_frequency: float = highest_frequency(self._grid, self._conditions, self._corner)
-        self.step_size = p.step_size or suggest_step(self.highest_frequency, "leave an edge free, or make the mesh finer")
+        self.step_size = p.step_size or suggest_step(
+            self.highest_frequency, "leave an edge free, make the mesh finer, or give a step_size"
+        )
         refuse_large_step(self.step_size, self.highest_frequency, "leave it out, or make the cells larger")
         self._lay_out_state()
 
@@ -118,10 +126,15 @@ class Grid(Component):
             )
 
     def _node_near(self, where: str, point: Sequence[float]) -> int:
-        """Return the node nearest to a point, which may lie as far off as a point of the body does."""
+        """Return the node nearest to a point of the body, and keep a sentence where it is not at that point."""
         node = self.mesh.nearest_node(point[0], point[1])
         x, y = self.mesh.nodes[node].tolist()
-        if math.hypot(point[0] - x, point[1] - y) > 0.51 * self.mesh.longest_diagonal:
+        distance = math.hypot(point[0] - x, point[1] - y)
+        if distance > _OFF_NODE * math.sqrt(self.mesh.areas.min()):
+            self._off_nodes.append(
+                f"{where}: the nearest node, {node}, is at ({x:.6g}, {y:.6g}) m, not at the point {list(point)} m"
+            )
+        if not self.mesh.contains(point[0], point[1]):
             raise ParameterError(
                 f"got the point {list(point)} m",
                 expected="a point of the body",
@@ -163,7 +176,8 @@ class Grid(Component):
         self._lay_out(
             displacement=("f8", (n, 2)), velocity=("f8", (n, 2)), force=("f8", (n, 2)), stress=("f8", (m, 4)),
             hourglass_force=("f8", (m, 2)), energy=("f8", (m,)), plastic_strain=("f8", (plastic,), 0.0),
-            plastic_work=("f8", (plastic,)), tally=("f8", (kernel_arrays.TALLY,)), start=("f8", (4,)),
+            plastic_work=("f8", (plastic,)), static_force=("f8", self._assembly.absorbing_sides.shape),
+            tally=("f8", (kernel_arrays.TALLY,)), start=("f8", (4,)),
         )  # fmt: skip
         self._state = kernel_arrays.State(*(self._block[name] for name in _STATE))
         self._driven_by: Mapping[str, Held] | None = None
@@ -197,7 +211,7 @@ class Grid(Component):
         if self._plastic:
             text = "equivalent stress over that at which the cell yields: 1 where it yields, 0 where its material cannot"
             yield Variable("yield_ratio", "output", "1", (m,), text, minimum=0.0, axes=cells)
-        yield Variable("internal_energy", "output", "J", (m,), "work that stresses have done on the cells", axes=cells)
+        yield Variable("internal_energy", "output", "J", (m,), "work of stresses on the cells and plastic work", axes=cells)
         for edge in self._assembly.held_edges:
             yield Variable(
                 f"{edge}_reaction", "output", "N", (2,), f"force of the {edge} edge on the cells there, along x and y, where "
@@ -238,16 +252,16 @@ class Grid(Component):
         return np.sqrt(0.5 * spread + 3.0 * xy * xy)
 
     def _yield_ratio(self) -> FloatArray:
-        code, strength, hardening, friction, _ = self._grid.laws[self.cell_material].T
+        strength, hardening, friction, _ = self._grid.laws[self.cell_material].T
         limit = strength + hardening * self._state.plastic_strain + friction * self._pressure()
         # At the tip of a cone there is no stress left that could grow.
         at_tip = limit <= 1e-9 * strength
         ratio = np.where(at_tip, 1.0, self._equivalent_stress() / np.where(at_tip, 1.0, limit))
-        return np.where(code > 0.0, ratio, 0.0)
+        return np.where(np.isfinite(strength), ratio, 0.0)
 
     def has_limit(self, ratio: str, index: int) -> bool:
         """Return whether the material of a cell can yield."""
-        return bool(self._grid.laws[self.cell_material[index], 0] > 0.0)
+        return bool(np.isfinite(self._grid.laws[self.cell_material[index], 0]))
 
     def _start(self, seed: int | None, values: Mapping[str, FloatArray]) -> Mapping[str, Any]:
         state = self._state
@@ -255,13 +269,14 @@ class Grid(Component):
             if name in values:
                 self._refuse_parting(name, values[name])
         if "displacement" in values:
-            # As if it had happened in one tick.
-            state.displacement[:] = state.velocity[:] = values["displacement"]
-            self._refuse_inverted_start(self._update_forces(1.0))
-            state.velocity[:] = 0.0
+            state.displacement[:] = values["displacement"]
+            self._refuse_inverted_start(self._update_forces(0.0))
+            self._strain_elastically()
         if "stress" in values:
             state.stress[:] = values["stress"]
+        if values.keys() & {"displacement", "stress"}:
             self._update_forces(0.0)
+            self._block["static_force"][:] = self._static_force()
         kernels.stress_energies(self._grid, state)
         if "velocity" in values:
             state.velocity[:] = values["velocity"]
@@ -270,9 +285,32 @@ class Grid(Component):
         self._block["start"][:] = sums["energy"], *sums["momentum"], sums["angular_momentum"]
         return {}
 
+    def _static_force(self) -> FloatArray:
+        """Return the force sigma n L that holds each side of the absorbing edges against the stress, shape (k, 2) [N]."""
+        sides, positions = self._assembly.absorbing_sides, self.mesh.nodes + self._state.displacement
+        x, y = (positions[sides[:, 1]] - positions[sides[:, 0]]).T
+        xx, yy, _, xy = self._state.stress[cells_of_sides(self.mesh, sides)].T
+        return np.stack([xx * y - xy * x, xy * y - yy * x], axis=1)
+
+    def _strain_elastically(self) -> None:
+        """Write the elastic stresses and hourglass forces of the displacements, for rotations of any angle."""
+        state, corners = self._state, self.mesh.nodes[self.mesh.cells]
+        moved = state.displacement[self.mesh.cells]
+        first, second = corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1]
+        along, across = moved[:, 2] - moved[:, 0], moved[:, 3] - moved[:, 1]
+        twice = (2.0 * self.mesh.areas)[:, None]
+        by_x = (second[:, 1:] * along - first[:, 1:] * across) / twice
+        by_y = (first[:, :1] * across - second[:, :1] * along) / twice
+        xx, yy, xy = logarithmic_strain(by_x[:, 0], by_y[:, 0], by_x[:, 1], by_y[:, 1])
+        first_lame, shear = self._grid.moduli[self.cell_material].T
+        volume, double = first_lame * (xx + yy), 2.0 * shear
+        state.stress[:] = np.stack([volume + double * xx, volume + double * yy, volume, double * xy], axis=1)
+        pattern, bent = ((some[:, 0] + some[:, 2]) - (some[:, 1] + some[:, 3]) for some in (corners, moved))
+        state.hourglass_force[:] = self._grid.hourglass[:, None] * (bent - by_x * pattern[:, :1] - by_y * pattern[:, 1:])
+
     def _update_forces(self, step: float) -> int:
         """Advance stresses elastically by velocity x step [s], and write the forces; return a cell that is inverted, or -1."""
-        elastic = self._grid._replace(laws=np.zeros_like(self._grid.laws))
+        elastic = self._grid._replace(laws=np.full_like(self._grid.laws, np.inf))
         groups, events, counts = self._conditions.groups, np.zeros((1, 5)), np.zeros(1, dtype=np.int64)
         return int(kernels.forces(elastic, self._state, groups, self._corner, step, 0, events, counts))
 
@@ -305,7 +343,7 @@ class Grid(Component):
     def factors(self, tick: int, ticks: int) -> FloatArray:
         """Lay out what the held inputs do; return the signals in the middle of so many ticks from `tick` on."""
         if self._held is not self._driven_by:
-            self._signals, drive = make_drive(self._assembly, self._held)
+            self._signals, drive = make_drive(self._assembly, self._held, self._block["static_force"])
             self._conditions = self._conditions._replace(drive=drive)
             self._driven_by = self._held
         return signal_factors(self._signals, tick, ticks)
@@ -380,13 +418,14 @@ class Grid(Component):
         }
 
     def cautions(self) -> list[str]:
-        """Return a sentence where cells are so compressed that the step may be too large for them."""
+        """Return sentences on nodes that are not at their points, and where cells are too compressed for the step."""
         smallest = self.report()["smallest area of a cell over that at rest"]
         if smallest > _COMPRESSED:
-            return []
+            return [*self._off_nodes]
         return [
+            *self._off_nodes,
             f"a cell has {smallest:.2g} of its area at rest: the elastic law is meant for small elastic strains, and the step "
-            f"(now {self.step_size:g} s) for cells as they are at rest; load less, or take a smaller step_size"
+            f"(now {self.step_size:g} s) for cells as they are at rest; load less, or take a smaller step_size",
         ]
 
     def balances(self) -> tuple[Balance, ...]:

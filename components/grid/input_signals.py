@@ -13,15 +13,24 @@ from . import nodal_conditions
 from .kernel_setup import Assembly
 
 
-def make_drive(assembly: Assembly, held: Mapping[str, Held]) -> tuple[list[CompiledProfile], FloatArray]:
+def make_drive(
+    assembly: Assembly, held: Mapping[str, Held], static_force: FloatArray
+) -> tuple[list[CompiledProfile], FloatArray]:
     """Return the profiles among the held inputs, and the drive: see `kernel_arrays.Conditions`.
 
     The first signal is 1 and holds all that does not change; the others are the profiles.
+
+    Args:
+        assembly: its nodes with conditions.
+        held: the held inputs by name.
+        static_force: on each side of the absorbing edges, half of it on each of its nodes, shape (k, 2) [N].
     """
     values = [held[one.variable.name] for one in assembly.inputs]
     profiles = [value for value in values if isinstance(value, CompiledProfile)]
     forces = np.zeros((1 + len(profiles), len(assembly.conditions.nodes), 2))
     velocities = np.zeros_like(forces)
+    for end in (0, 1):
+        np.add.at(forces[0], assembly.places[assembly.absorbing_sides[:, end]], 0.5 * static_force)
     signal = 0
     for one, value in zip(assembly.inputs, values, strict=True):
         profile = isinstance(value, CompiledProfile)

@@ -27,7 +27,7 @@ class Grid(NamedTuple):
         half_inverse: 1 / (2 mass), shape (n,) [1/kg].
         material: number of each cell's material, shape (m,).
         moduli: Lame's constants of each material, shape (materials, 2) [Pa].
-        laws: plastic law of each material: its code, then its constants, shape (materials, 5).
+        laws: plastic law of each material, see `PlasticLaw.constants`, shape (materials, 4).
         hourglass: stiffness of each cell against its two hourglass modes, shape (m,) [Pa].
         slots: where the corner forces of a cell begin, shape (m,).
         node_slots: the corner forces on a node, one for each corner that a cell can turn to it, shape (n, 4).
@@ -65,7 +65,7 @@ class State(NamedTuple):
         force: of the cells on the nodes, shape (n, 2) [N].
         stress: xx, yy, zz, xy of the cells, tension positive, shape (m, 4) [Pa].
         hourglass_force: shape (m, 2) [N].
-        energy: work that stresses have done on the cells, shape (m,) [J].
+        energy: work that stresses, and hourglass forces as they flow, have done on the cells, shape (m,) [J].
         plastic_strain: equivalent, shape (m,); (0,) where no material can yield.
         plastic_work: shape (m,) [J]; (0,) where no material can yield.
     """

@@ -32,6 +32,7 @@ class Assembly:
         leaders: whose prescribed velocity each node with conditions has; see `nodal_conditions.leading_rows`.
         held_edges: nodes and components that edges prescribe; see `nodal_conditions.held_edges`.
         inputs: of the edges, and the forces on nodes.
+        absorbing_sides: the two nodes of each side of the absorbing edges, the body on the left, shape (k, 2).
     """
 
     grid: kernel_arrays.Grid
@@ -43,6 +44,7 @@ class Assembly:
     leaders: IntArray
     held_edges: Mapping[str, tuple[IntArray, np.ndarray]]
     inputs: Sequence[EdgeInput]
+    absorbing_sides: IntArray
 
 
 def assemble(
@@ -108,7 +110,7 @@ def assemble(
         half_inverse=0.5 / mass,
         material=cell_material.astype(np.uint32),
         moduli=moduli,
-        laws=np.array([[float(law.code), *law.constants()] for law in laws]),
+        laws=np.array([law.constants() for law in laws]),
         hourglass=hourglass_stiffness(mesh, moduli[cell_material], hourglass),
         slots=plan.slots,
         node_slots=plan.node_slots,
@@ -130,7 +132,8 @@ def assemble(
         begin=np.zeros((len(nodes), 5, 2)),
     )
     leaders = nodal_conditions.leading_rows(prescribed, places, joined, len(nodes))
-    return Assembly(grid, held, np.zeros((plan.rows, 2)), own_mass, places, joined, leaders, held_edges, inputs)
+    sides = nodal_conditions.absorbing_sides(mesh, boundaries)
+    return Assembly(grid, held, np.zeros((plan.rows, 2)), own_mass, places, joined, leaders, held_edges, inputs, sides)
 
 
 def lump(mesh: Mesh, amounts: FloatArray) -> FloatArray:

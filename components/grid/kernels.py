@@ -15,9 +15,7 @@ from math import sqrt
 import numpy as np
 
 from ..materials.drucker_prager import return_to_cone
-from ..materials.hypoelastic import elastic_increment, energy_density, rotate_stress, rotation_of
-from ..materials.plastic_law import VON_MISES
-from ..materials.von_mises import plastic_strain
+from ..materials.hypoelastic import elastic_increment, energy_density, rotate_by_half, rotate_stress, rotation_of
 from ..support.jit import internal, internal_inlined, jit
 from .kernel_arrays import ABSORBED, ANGULAR, BOUNDARY_ANGULAR, BOUNDARY_IMPULSE, IMPULSE, WORK
 
@@ -32,10 +30,12 @@ _ONE, _TWO, _THREE = np.uint32(1), np.uint32(2), np.uint32(3)
 
 @internal_inlined
 def yield_cell(law, moduli, hardened, area, old, trial):
-    """Return the stresses xx, yy, zz, xy of a cell that may yield, the plastic strain and work of the step, q and its limit.
+    """Return the stresses xx, yy, zz, xy of a cell that may yield, plastic strain and work of the step, scale, q and its limit.
+
+    The scale is that of the return: it multiplies the trial deviator, and is 1 where nothing flows.
 
     Args:
-        law: code and constants of its law, shape (5,); see `kernel_arrays.Grid`.
+        law: constants of its law, shape (4,); see `PlasticLaw.constants`.
         moduli: Lame's constants, shape (2,) [Pa].
         hardened: equivalent plastic strain before the step.
         area: in the middle of the step [m2].
@@ -44,18 +44,14 @@ def yield_cell(law, moduli, hardened, area, old, trial):
     """
     shear = moduli[1]
     bulk = moduli[0] + 2.0 * shear / 3.0
-    code, hardening, friction, dilatancy = law[0], law[2], law[3], law[4]
-    strength = law[1] + hardening * hardened
+    hardening, friction, dilatancy = law[1], law[2], law[3]
+    strength = law[0] + hardening * hardened
     xx, yy, zz, xy = trial
     pressure = -(xx + yy + zz) / 3.0
     sxx, syy, szz = xx + pressure, yy + pressure, zz + pressure
     q = sqrt(1.5 * (sxx * sxx + syy * syy + szz * szz + 2.0 * (xy * xy)))
-    new_pressure, left, limit = pressure, q, strength + friction * pressure
-    if code == VON_MISES:
-        strain = plastic_strain(q, strength, shear, hardening)
-        left = q - 3.0 * shear * strain
-    else:
-        strain, left, new_pressure = return_to_cone(q, pressure, strength, bulk, shear, hardening, friction, dilatancy)
+    limit = strength + friction * pressure
+    strain, left, new_pressure = return_to_cone(q, pressure, strength, bulk, shear, hardening, friction, dilatancy)
     scale = left / q if strain > 0.0 and q > 0.0 else 1.0
     gone = 1.0 - scale
     new_xx, new_yy, new_zz = scale * sxx - new_pressure, scale * syy - new_pressure, scale * szz - new_pressure
@@ -68,7 +64,7 @@ def yield_cell(law, moduli, hardened, area, old, trial):
         + (old[3] + new_xy) * (gone * xy)
     ) / (2.0 * shear)
     work = area * (sheared - middle_pressure * ((new_pressure - pressure) / bulk))
-    return (new_xx, new_yy, new_zz, new_xy), strain, work, q, limit
+    return (new_xx, new_yy, new_zz, new_xy), strain, work, scale, q, limit
 
 
 @internal_inlined
@@ -121,21 +117,25 @@ def advance_cells(grid, state, corner_out, tile, step, tick, events, counts):
         scale = step / twice
         exx, eyx = (my_b * wax - my_a * wbx) * scale, (my_b * way - my_a * wby) * scale
         exy, eyy = (mx_a * wbx - mx_b * wax) * scale, (mx_a * wby - mx_b * way) * scale
-        cosine, sine = rotation_of(0.5 * (eyx - exy))
-        # Hourglass forces turn with the cell and grow with what the gradient does not explain.
+        # The old stress turns by the rotation of the step, the increment of mid-step by the second half of it.
+        turn = 0.25 * (eyx - exy)
+        cosine, sine = rotation_of(2.0 * turn)
+        half_cosine = sqrt(0.5 + 0.5 * cosine)
+        half_sine = turn * half_cosine
+        # Hourglass forces grow with what the gradient does not explain.
         mpx, mpy, rate = px - half * gx, py - half * gy, stiffness[c]
-        hx, hy = twists[c, 0], twists[c, 1]
-        qx = (cosine * hx - sine * hy) + rate * (step * gx - (exx * mpx + exy * mpy))
-        qy = (sine * hx + cosine * hy) + rate * (step * gy - (eyx * mpx + eyy * mpy))
-        twists[c, 0], twists[c, 1] = qx, qy
+        hx, hy = cosine * twists[c, 0] - sine * twists[c, 1], sine * twists[c, 0] + cosine * twists[c, 1]
+        ix, iy = rate * (step * gx - (exx * mpx + exy * mpy)), rate * (step * gy - (eyx * mpx + eyy * mpy))
+        qx, qy = hx + (half_cosine * ix - half_sine * iy), hy + (half_sine * ix + half_cosine * iy)
         # Stresses and their work.
         number = material[c]
         sxx, syy, sxy = rotate_stress(stresses[c, 0], stresses[c, 1], stresses[c, 3], cosine, sine)
         szz, shear_strain = stresses[c, 2], 0.5 * (exy + eyx)
-        dxx, dyy, dzz, dxy = elastic_increment(exx, eyy, shear_strain, moduli[number, 0], moduli[number, 1])
+        turned_xx, turned_yy, turned_xy = rotate_by_half(exx, eyy, shear_strain, cosine, sine)
+        dxx, dyy, dzz, dxy = elastic_increment(turned_xx, turned_yy, turned_xy, moduli[number, 0], moduli[number, 1])
         txx, tyy, tzz, txy = sxx + dxx, syy + dyy, szz + dzz, sxy + dxy
-        if laws[number, 0] > 0.0:
-            (txx, tyy, tzz, txy), strain, work, q, limit = yield_cell(
+        if laws[number, 0] < np.inf:
+            (txx, tyy, tzz, txy), strain, work, kept, q, limit = yield_cell(
                 laws[number], moduli[number], plastic_strains[c], 0.5 * twice, (sxx, syy, szz, sxy), (txx, tyy, tzz, txy)
             )
             if strain > 0.0:
@@ -144,7 +144,15 @@ def advance_cells(grid, state, corner_out, tile, step, tick, events, counts):
                     events[row, 0], events[row, 1], events[row, 2], events[row, 3], events[row, 4] = tick, _YIELDED, c, q, limit
                     counts[0] = row + 1
                 plastic_strains[c] += strain
+                # The hourglass force stands for deviators within the cell: it returns with that of the cell. The strain that
+                # flows is (1 - kept) q / rate; the mean of the force before and after the step does its work.
+                if rate > 0.0:
+                    flow = (1.0 - kept) * (qx * (hx + kept * qx) + qy * (hy + kept * qy)) / (2.0 * rate)
+                    qx, qy = kept * qx, kept * qy
+                    work += flow
+                    energy[c] += flow
                 plastic_works[c] += work
+        twists[c, 0], twists[c, 1] = qx, qy
         # The kick before the drift saw the old stress as it was then, not turned with the cell.
         mean_xx, mean_yy, mean_xy = stresses[c, 0] + txx, stresses[c, 1] + tyy, stresses[c, 3] + txy
         energy[c] += (0.25 * twice) * ((mean_xx * exx + mean_yy * eyy) + 2.0 * (mean_xy * shear_strain))

@@ -10,13 +10,15 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from ..support.float_arrays import FloatArray, norms
+from ..support.float_arrays import FloatArray
 
 IntArray = npt.NDArray[np.int64]
 # A cell that is flatter than this, its area over the square of its longest side, is a slip.
 _FLATTEST = 1e-6
 # A node that is nearer to a side than this part of the side's length hangs on it.
 _HANGING = 1e-3
+# A point that is outside a cell by this part of the cell's area lies on its boundary.
+_ROUNDING = 1e-6
 
 
 @dataclass(frozen=True)
@@ -70,12 +72,13 @@ class Mesh:
         offsets = self.nodes - (x, y)
         return int(np.argmin((offsets * offsets).sum(axis=1)))
 
-    @cached_property
-    def longest_diagonal(self) -> float:
-        """The longest diagonal of a cell [m]: half of it is how far a point of the body may lie off its nearest node."""
-        corners = self.nodes[self.cells]
-        ways = np.concatenate([corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1]])
-        return float(norms(ways).max())
+    def contains(self, x: float, y: float) -> bool:
+        """Return whether a point [m] lies in a cell or, to rounding, on its boundary."""
+        corners = self.nodes[self.cells] - (x, y)
+        onward = np.roll(corners, -1, axis=1)
+        # Twice the area of the triangle of each side and the point.
+        areas = corners[..., 0] * onward[..., 1] - corners[..., 1] * onward[..., 0]
+        return bool((areas >= -_ROUNDING * self.areas[:, None]).all(axis=1).any())
 
     def problem(self) -> tuple[str, str] | None:
         """Return what is wrong, as location and sentence; None where it is a mesh that can be computed on."""

@@ -198,7 +198,7 @@ def dashpots(
     found: dict[int, FloatArray] = {}
     for name, boundary in boundaries.items():
         if isinstance(boundary, Absorbing):
-            cell = _cells_of_sides(mesh, mesh.edges[name])
+            cell = cells_of_sides(mesh, mesh.edges[name])
             constants = np.stack([density, longitudinal, shear], axis=1)
             for (first, second), c in zip(mesh.edges[name].tolist(), cell.tolist(), strict=True):
                 tensor = _impedance(mesh, first, second, *constants[c].tolist())
@@ -207,6 +207,12 @@ def dashpots(
             if boundary.sponge_width > 0.0:
                 _add_sponge(found, mesh, name, boundary, longitudinal, mass)
     return found
+
+
+def absorbing_sides(mesh: Mesh, boundaries: Mapping[str, Boundary]) -> IntArray:
+    """Return the two nodes of each side of the absorbing edges, the body on the left, shape (k, 2)."""
+    sides = [mesh.edges[name] for name, boundary in boundaries.items() if isinstance(boundary, Absorbing)]
+    return np.concatenate([np.zeros((0, 2), dtype=np.int64), *sides])
 
 
 def _impedance(mesh: Mesh, first: int, second: int, density: float, longitudinal: float, shear: float) -> FloatArray:
@@ -246,7 +252,7 @@ def _nodes_near(mesh: Mesh, name: str, width: float) -> list[tuple[int, float]]:
     return [(int(node), float(distance[node])) for node in near]
 
 
-def _cells_of_sides(mesh: Mesh, sides: IntArray) -> IntArray:
+def cells_of_sides(mesh: Mesh, sides: IntArray) -> IntArray:
     """Return the cell of each side of the boundary."""
     n = len(mesh.nodes)
     keys = np.concatenate([mesh.cells[:, j] * n + mesh.cells[:, (j + 1) % 4] for j in range(4)])

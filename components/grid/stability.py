@@ -36,7 +36,7 @@ def highest_frequency(grid: Grid, conditions: Conditions, corner: FloatArray) ->
 def _compute_frequency(grid: Grid, conditions: Conditions, corner: FloatArray) -> float:
     n, m = len(grid.reference), len(grid.cells)
     nothing = np.zeros(0)
-    elastic = grid._replace(laws=np.zeros_like(grid.laws))
+    elastic = grid._replace(laws=np.full_like(grid.laws, np.inf))
     state = State(
         np.zeros((n, 2)), np.zeros((n, 2)), np.zeros((n, 2)), np.zeros((m, 4)), np.zeros((m, 2)), np.zeros(m), nothing, nothing
     )

@@ -4,14 +4,14 @@ q <= Y + H e + a p, p the pressure (positive in compression), a the friction; th
 times the equivalent plastic strain e, b the dilatancy. A trial stress outside goes back by
 e' = (q - Y - H e - a p) / (3 mu + K a b + H), q -> q - 3 mu e', p -> p + K b e'; where that would pass the tip of the cone, to
 the tip p = -(Y + H e) / a, and e grows by q / 3 mu and by the plastic volume strain. With b = 0 the return is Wilkins' radial
-one. The usual sqrt(J2) + alpha I1 = k has alpha = a / (3 sqrt 3), k = Y / sqrt 3.
+one, with a = 0 too that of von Mises. The usual sqrt(J2) + alpha I1 = k has alpha = a / (3 sqrt 3), k = Y / sqrt 3.
 Source: D. C. Drucker, W. Prager, Q. Appl. Math. 10 (1952) 157; the return as in E. A. de Souza Neto, D. Peric, D. R. J. Owen,
 Computational Methods for Plasticity (2008), section 8.3.
 """
 
 from __future__ import annotations
 
-from typing import ClassVar, Literal
+from typing import Literal
 
 from pydantic import model_validator
 
@@ -19,13 +19,11 @@ from ..errors import ParameterError
 from ..support.jit import internal_inlined
 from ..support.magnitudes import Magnitude, NotNegativeMagnitude
 from ..support.parameter_fields import field
-from .plastic_law import DRUCKER_PRAGER, PlasticLaw
+from .plastic_law import PlasticLaw
 
 
 class DruckerPrager(PlasticLaw):
     """q <= yield_stress + hardening x equivalent plastic strain + friction x pressure."""
-
-    code: ClassVar[int] = DRUCKER_PRAGER
 
     name: Literal["drucker_prager"] = field("drucker_prager", "soils and rocks: strength grows with pressure", "1")
     yield_stress: Magnitude = field(..., "equivalent stress at first yield where the pressure is 0", "Pa")
@@ -69,6 +67,8 @@ def return_to_cone(equivalent, pressure, strength, bulk, shear, hardening, frict
     left = equivalent - 3.0 * shear * strain
     if left >= 0.0:
         return strain, left, pressure + bulk * dilatancy * strain
-    # Past the tip: what deviator there is goes, and the pressure returns to the tip. What opens there counts as plastic too.
+    # Past the tip: what deviator there is goes, and the pressure returns to the tip. What opens there counts as plastic too,
+    # and hardening moves the tip by H / a times that.
     strain = equivalent / (3.0 * shear) + (-strength / friction - pressure) / bulk
+    strain /= 1.0 + hardening / (friction * bulk)
     return strain, 0.0, -(strength + hardening * strain) / friction

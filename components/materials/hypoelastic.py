@@ -2,13 +2,19 @@
 
 sigma' = lambda tr(D) I + 2 mu D, rotated with the material. Over a step the rotation is the exact one of Hughes and Winget
 (Int. J. Numer. Methods Eng. 15 (1980) 1862), of which Wilkins' first-order formula is the limit: a rigid motion leaves the
-invariants of the stress alone, whatever the step. Valid for small elastic strains; rotations and plastic strains may be large.
+invariants of the stress alone, whatever the step. The increment C : D of the middle of the step is turned by the second half
+of the rotation, which makes the update of second order. Valid for small elastic strains; rotations and plastic strains may be
+large.
 Source: M. L. Wilkins, Methods in Computational Physics 3 (1964) 211; S. G. Psakhie et al., Physical Mesomechanics 6 (2003),
 equations (6) to (9).
 """
 
 from __future__ import annotations
 
+import numpy as np
+
+from ..support.elementary_functions import logarithm
+from ..support.float_arrays import FloatArray
 from ..support.jit import internal_inlined
 
 
@@ -28,10 +34,15 @@ def rotation_of(spin):
 @internal_inlined
 def rotate_stress(xx, yy, xy, cosine, sine):
     """Return the in-plane stresses [Pa] turned by an angle; what is along z stays."""
+    return rotate_by_half(xx, yy, xy, cosine * cosine - sine * sine, 2.0 * sine * cosine)
+
+
+@internal_inlined
+def rotate_by_half(xx, yy, xy, cosine, sine):
+    """Return the in-plane entries of a symmetric tensor turned by half of an angle."""
     mean, half = 0.5 * (xx + yy), 0.5 * (xx - yy)
-    double_cosine, double_sine = cosine * cosine - sine * sine, 2.0 * sine * cosine
-    turned = half * double_cosine - xy * double_sine
-    return mean + turned, mean - turned, half * double_sine + xy * double_cosine
+    turned = half * cosine - xy * sine
+    return mean + turned, mean - turned, half * sine + xy * cosine
 
 
 @internal_inlined
@@ -50,3 +61,27 @@ def energy_density(xx, yy, zz, xy, first_lame, shear):
     sxx, syy, szz = xx + pressure, yy + pressure, zz + pressure
     deviator = sxx * sxx + syy * syy + szz * szz + 2.0 * (xy * xy)
     return pressure * pressure / (2.0 * bulk) + deviator / (4.0 * shear)
+
+
+def logarithmic_strain(
+    xx: FloatArray, xy: FloatArray, yx: FloatArray, yy: FloatArray
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return the entries xx, yy, xy of ln V, V^2 = F F^T, of the displacement gradients H = F - 1, each of shape (m,).
+
+    With F = V R = R U, C : ln V is the stress C : ln U of the unturned body, turned by R. The rate above has it as its limit
+    where the axes of the stretch turn with the body. det F has to be positive; rotations may be of any angle.
+    """
+    # B = F F^T: mean and deviator of B - 1; its eigenvalues are 1 + mean +- radius.
+    first, second = 2.0 * xx + xx * xx + xy * xy, 2.0 * yy + yx * yx + yy * yy
+    half, off = 0.5 * (first - second), xy + yx + xx * yx + xy * yy
+    mean, radius = 0.5 * (first + second), np.sqrt(half * half + off * off)
+    volume = 0.5 * _logarithm_1p(xx + yy + (xx * yy - xy * yx))
+    some = np.where(radius > 0.0, radius, 1.0)
+    per_deviator = np.where(radius > 0.0, 0.25 * _logarithm_1p(2.0 * radius / (1.0 + mean - radius)) / some, 0.0)
+    return volume + per_deviator * half, volume - per_deviator * half, per_deviator * off
+
+
+def _logarithm_1p(x: FloatArray) -> FloatArray:
+    """Return ln(1 + x), exact to rounding for small x too (W. Kahan)."""
+    above = 1.0 + x
+    return np.where(above == 1.0, x, logarithm(above) * x / np.where(above == 1.0, 1.0, above - 1.0))

@@ -1,36 +1,31 @@
-"""The base of the plastic laws: what a law declares, and what kernels get of it."""
+"""The base of the plastic laws: a law is the constants of one yield condition, so that kernels choose among none.
+
+q <= Y + H e + a p, with the plastic volume strain b e; `drucker_prager` has the return of a stress that is outside.
+"""
 
 from __future__ import annotations
 
+import math
 from abc import abstractmethod
-from typing import ClassVar, Literal
+from typing import Literal
 
 from ..support.parameter_fields import field
 from ..support.tagged_union import Named
-
-# How many constants kernels get of each law.
-LAW_CONSTANTS = 4
-# Codes of the laws, for kernels.
-ELASTIC, VON_MISES, DRUCKER_PRAGER = range(3)
 
 
 class PlasticLaw(Named):
     """A law of when and how a material yields, chosen by its `name`."""
 
-    code: ClassVar[int]
-    """Which return of the stress to the yield surface kernels take."""
-
     @abstractmethod
     def constants(self) -> tuple[float, float, float, float]:
-        """Return what kernels want to know: yield stress [Pa], hardening [Pa], friction, dilatancy."""
+        """Return yield stress Y [Pa], hardening H [Pa], friction a, dilatancy b; an infinite Y where nothing yields."""
 
 
 class Elastic(PlasticLaw):
     """A material that never yields."""
 
-    code: ClassVar[int] = ELASTIC
     name: Literal["elastic"] = field("elastic", "a material that never yields", "1")
 
     def constants(self) -> tuple[float, float, float, float]:
-        """Return zeros."""
-        return 0.0, 0.0, 0.0, 0.0
+        """Return a yield stress that nothing reaches."""
+        return math.inf, 0.0, 0.0, 0.0

@@ -36,8 +36,6 @@ from ..support.tagged_union import Named
 from .elastic import shear_speed
 from .stress_invariants import equivalent_stress
 
-IMPLICIT, TANGENT = 0, 1
-_INTEGRATORS = {"implicit": IMPLICIT, "tangent": TANGENT}
 # What is left of flow stress and Young's modulus at least, and the largest Poisson's ratio.
 _LEAST, _LARGEST_POISSON = 1e-3, 0.49
 # Plastic strains of a tick below this are none.
@@ -96,7 +94,7 @@ class Thermoviscoplastic(Named):
         slope = 1.0 if self.temperature_dependent else 0.0
         strain = self.reference_rate * step_size
         return FlowConstants(
-            integrator=_INTEGRATORS[self.integrator],
+            implicit=self.integrator == "implicit",
             young=self.young,
             young_slope=slope * self.young_slope,
             young_curvature=slope * self.young_curvature,
@@ -123,7 +121,7 @@ class FlowConstants(NamedTuple):
     """The law as kernels see it.
 
     Attributes:
-        integrator: IMPLICIT or TANGENT.
+        implicit: whether the flow of a tick is found by the implicit integrator; else by the tangent modulus.
         young, young_slope, young_curvature: E [Pa], its losses [Pa/K], [Pa/K^2].
         poisson, poisson_slope: nu, its growth [1/K].
         yield_stress, yield_curvature: sigma_0 [Pa], its loss [Pa/K^2].
@@ -137,7 +135,7 @@ class FlowConstants(NamedTuple):
         heating: chi / (rho c) [K m^3/J].
     """
 
-    integrator: int
+    implicit: bool
     young: float
     young_slope: float
     young_curvature: float
@@ -214,7 +212,7 @@ def advance_stress(law, xx, yy, zz, xy, yz, zx, dxx, dyy, dzz, dxy, dyz, dzx, st
     # The trial stress: all of the strain is elastic.
     txx, tyy, tzz = xx + volume + double * dxx, yy + volume + double * dyy, zz + volume + double * dzz
     txy, tyz, tzx = xy + double * dxy, yz + double * dyz, zx + double * dzx
-    if law.integrator == IMPLICIT:
+    if law.implicit:
         # D_p goes along the deviator of the trial stress.
         pxx, pyy, pzz, pxy, pyz, pzx = txx, tyy, tzz, txy, tyz, tzx
         begin, trial = equivalent_stress(xx, yy, zz, xy, yz, zx), equivalent_stress(txx, tyy, tzz, txy, tyz, tzx)
@@ -234,7 +232,7 @@ def advance_stress(law, xx, yy, zz, xy, yz, zx, dxx, dyy, dzz, dxy, dyz, dzx, st
     txx, tyy, tzz = txx - scale * (pxx - mean), tyy - scale * (pyy - mean), tzz - scale * (pzz - mean)
     txy, tyz, tzx = txy - scale * pxy, tyz - scale * pyz, tzx - scale * pzx
     end = equivalent_stress(txx, tyy, tzz, txy, tyz, tzx)
-    work = (end if law.integrator == IMPLICIT else 0.5 * (begin + end)) * flow
+    work = (end if law.implicit else 0.5 * (begin + end)) * flow
     rise = law.heating * work
     swelling = expansion_of(law, temperature) * rise * (3.0 * first_lame + double)
     return txx - swelling, tyy - swelling, tzz - swelling, txy, tyz, tzx, strain + flow, temperature + rise, work

@@ -1,24 +1,22 @@
 """Von Mises plasticity with linear isotropic hardening, by radial return.
 
 q = sqrt(3/2 s:s) <= Y + H e, e the equivalent plastic strain, q the equivalent stress. A trial stress outside is scaled back
-along its deviator, e' = (q - Y - H e) / (3 mu + H); the pressure stays. For plane strain with H = 0 that is exact where the
-direction of the strain does not turn. Source: M. L. Wilkins, Methods in Computational Physics 3 (1964) 211.
+along its deviator, e' = (q - Y - H e) / (3 mu + H); the pressure stays: the return of `drucker_prager` without friction. For
+plane strain with H = 0 that is exact where the direction of the strain does not turn.
+Source: M. L. Wilkins, Methods in Computational Physics 3 (1964) 211.
 """
 
 from __future__ import annotations
 
-from typing import ClassVar, Literal
+from typing import Literal
 
-from ..support.jit import internal_inlined
 from ..support.magnitudes import Magnitude, NotNegativeMagnitude
 from ..support.parameter_fields import field
-from .plastic_law import VON_MISES, PlasticLaw
+from .plastic_law import PlasticLaw
 
 
 class VonMises(PlasticLaw):
     """q <= yield_stress + hardening x equivalent plastic strain."""
-
-    code: ClassVar[int] = VON_MISES
 
     name: Literal["von_mises"] = field("von_mises", "metals: yield does not depend on pressure", "1")
     yield_stress: Magnitude = field(..., "equivalent stress at first yield", "Pa")
@@ -27,17 +25,3 @@ class VonMises(PlasticLaw):
     def constants(self) -> tuple[float, float, float, float]:
         """Return yield stress, hardening, no friction, no dilatancy."""
         return self.yield_stress, self.hardening, 0.0, 0.0
-
-
-@internal_inlined
-def plastic_strain(equivalent, strength, shear, hardening):
-    """Return the equivalent plastic strain that brings a trial stress back; 0 inside.
-
-    Args:
-        equivalent: q of the trial stress [Pa].
-        strength: yield stress now [Pa].
-        shear: shear modulus [Pa].
-        hardening: slope of the yield stress [Pa].
-    """
-    beyond = equivalent - strength
-    return beyond / (3.0 * shear + hardening) if beyond > 0.0 else 0.0

@@ -29,7 +29,7 @@ def refuse_beyond(needed: int, what: str, kind: type[GranularError] = ParameterE
         raise kind(
             f"{what} needs at least {min(needed, _COUNTLESS) / 1e9:.3g} GB of memory, {there / 1e9:.3g} GB are available; "
             "ask for less, or use a machine with more"
-        )
+        ) from MemoryError()
 
 
 def _meminfo() -> int | None:

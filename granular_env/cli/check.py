@@ -68,9 +68,15 @@ def _check_experiment(name: str, overrides: Overrides, for_programs: bool) -> in
 def _check_plan(name: str, overrides: Overrides, allow_large: bool, for_programs: bool) -> int:
     from granular_env.sweep import check_sweep
 
-    plan = check_sweep(name, overrides, allow_large=allow_large)
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always", GranularWarning)
+        plan = check_sweep(name, overrides, allow_large=allow_large)
+    notes = [str(warning.message) for warning in caught]
     if for_programs:
-        return _print_facts("sweep", plan.title, experiment=plan.experiment, tasks=plan.size, measures=list(plan.measure))
+        facts = {"experiment": plan.experiment, "tasks": plan.size, "measures": list(plan.measure), "notes": notes}
+        return _print_facts("sweep", plan.title, **facts)
+    for note in notes:
+        print(wrap_text(f"note: {printable(note)}"))
     print(
         f"valid: {plan.title}, {count_of(plan.size, 'task')} of the experiment {plan.experiment}, "
         f"{count_of(len(plan.measure), 'measure')}"

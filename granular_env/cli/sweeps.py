@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import shlex
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 import click
 
@@ -35,6 +35,15 @@ if TYPE_CHECKING:
 )
 @click.option("--address", metavar="HOST:PORT", help="A Ray cluster (default: one of our own, on this machine).")
 @click.option("--workers", metavar="N", type=int, help="How many tasks at a time (default: one for each core).")
+@click.option(
+    "--time-limit", metavar="SECONDS", type=float, help="End a task after this wall time; it is tried again next time."
+)
+@click.option(
+    "--retry",
+    type=click.Choice(("lost", "failed")),
+    default="lost",
+    help="Compute again the tasks that the machine failed (lost, the default), or all that failed.",
+)
 @set_option("A key of the experiment, for every task, such as component.grains=500.")
 @large_option("Lift the limit on the number of tasks.")
 @output_options("table")
@@ -44,6 +53,8 @@ def sweep(
     engine: str,
     address: str | None,
     workers: int | None,
+    time_limit: float | None,
+    retry: Literal["lost", "failed"],
     overrides: Overrides,
     allow_large: bool,
     quiet: bool,
@@ -64,6 +75,8 @@ def sweep(
         overrides=overrides,
         progress=not quiet and not for_programs,
         allow_large=allow_large,
+        time_limit=time_limit,
+        retry=retry,
     )
     if for_programs:
         print(json.dumps(_facts(done), indent=2))

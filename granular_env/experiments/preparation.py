@@ -45,8 +45,12 @@ class Prepared:
     stops: StopWatch
 
 
-def prepare(experiment: Experiment) -> Prepared:
+def prepare(experiment: Experiment, trial: bool = True) -> Prepared:
     """Build the component, the start, the inputs; check names, units and times.
+
+    Args:
+        experiment: which one.
+        trial: make one step with the inputs, and reset: only the component itself knows all that it refuses.
 
     Raises:
         ExperimentError: file, table and key, what came and what was expected.
@@ -68,9 +72,10 @@ def prepare(experiment: Experiment) -> Prepared:
         _check_record(experiment, component)
     with locate("stop"):
         stops = StopWatch(experiment.stop, component, experiment.record.every)
-    with locate("input"):
-        _try(component, inputs)
-        reset(component, experiment)
+    if trial:
+        with locate("input"):
+            _try(component, inputs)
+            reset(component, experiment)
     return Prepared(experiment, component, inputs, ticks, stops)
 
 
@@ -176,8 +181,8 @@ def _check_record(experiment: Experiment, component: Component) -> None:
 
 
 def _try(component: Component, inputs: dict[str, InputValue]) -> None:
-    """One step with the inputs, to be thrown away: only the component itself knows everything that it refuses."""
+    """Make one step with the inputs."""
     try:
         component.step(component.step_size, **inputs)
     except StepError:
-        pass  # The run will meet it, with its log open, and tell.
+        pass  # The run reports it, with its log open.

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 from granular_env.components.component import Component
+from granular_env.components.support.parameter_fields import unit_of
 
 from .plan import Plan
 
@@ -23,7 +26,15 @@ def _of_key(key: str, component: Component) -> str:
     name, *inner = (part.strip("\"'") for part in rest.split("."))
     if key in _SECONDS or (table == "input" and inner and inner[-1] in _TIMES):
         return "s"
-    if table == "component" and inner:  # a field of a law or an arrangement
-        return ""
+    if table == "component" and inner:
+        return _of_field(component.parameters, name, *inner)
     variable = component.variables.get(name.partition("[")[0])
     return variable.unit if variable is not None and table in ("component", "start", "input") else ""
+
+
+def _of_field(table: Any, name: str, *inner: str) -> str:
+    """Return the unit of a field of a law, an arrangement or another table of parameters."""
+    if inner:
+        return _of_field(getattr(table, name, None), *inner)
+    field = getattr(type(table), "model_fields", {}).get(name)
+    return unit_of(field) if field is not None else ""

@@ -44,19 +44,14 @@ def axes(plan: Plan) -> dict[str, list[Any]]:
     return {key: values.values() if isinstance(values, Range) else values for key, values in plan.grid.items()}
 
 
-def make_tasks(plan: Plan, basis: str, files: Mapping[str, str], allow_large: bool = False) -> list[Task]:
+def make_tasks(plan: Plan, basis: str, files: Mapping[str, str]) -> list[Task]:
     """All tasks of a plan, in its order.
 
     Args:
         plan: which one.
         basis: hash of what all tasks share.
-        files: CSV files that values name -> what they are called beside the results.
-        allow_large: lift the limit on their number.
-
-    Raises:
-        ExperimentError: there are more than the limit allows.
+        files: CSV files that values name -> their names in the results' folder.
     """
-    refuse_too_many(plan, allow_large)
     return [_task(plan, basis, files, number, *point) for number, point in enumerate(_points(plan))]
 
 

@@ -17,8 +17,12 @@ from .planned_runs import Task, axes, basis_of, make_tasks
 from .worker import Job, program
 
 
-def plan_tasks(plan: Plan) -> tuple[Job, list[Task], dict[str, Any]]:
+def plan_tasks(plan: Plan, time_limit: float | None = None) -> tuple[Job, list[Task], dict[str, Any]]:
     """Return what the tasks share, the tasks, and their description in the results' folder.
+
+    Args:
+        plan: which one.
+        time_limit: wall time of a task [s].
 
     Raises:
         ExperimentError: the experiment is not valid, a file that it names cannot be read, or a value has no hash.
@@ -27,15 +31,16 @@ def plan_tasks(plan: Plan) -> tuple[Job, list[Task], dict[str, Any]]:
     grid = axes(plan)
     assigned = [(key, value) for key, values in grid.items() for value in values]
     document, names, contents = gather_files(experiment.to_dict(), experiment.folder, [*assigned, *_choices(plan)])
+    code = program(document["component"]["type"])
     try:
-        basis = basis_of(document, plan, program())
+        basis = basis_of(document, plan, code)
         tasks = make_tasks(plan, basis, names)
     except (ValueError, TypeError) as error:
         raise ExperimentError(
             f"a value cannot be written as JSON: {error}", hint="take numbers, texts, lists", source=str(plan.origin)
         ) from None
-    job = Job(document, contents, plan.measure, plan.every, program())
-    return job, tasks, _describe(plan, experiment, grid, tasks)
+    job = Job(document, contents, plan.measure, plan.every, code, time_limit)
+    return job, tasks, _describe(plan, experiment, code, grid, tasks)
 
 
 def _choices(plan: Plan) -> list[tuple[str, Any]]:
@@ -44,11 +49,11 @@ def _choices(plan: Plan) -> list[tuple[str, Any]]:
     return [(key, value) for key, one in drawn if isinstance(one, Choice) for value in one.values]
 
 
-def _describe(plan: Plan, experiment: Experiment, grid: dict[str, list[Any]], tasks: list[Task]) -> dict[str, Any]:
+def _describe(plan: Plan, experiment: Experiment, code: str, grid: dict[str, list[Any]], tasks: list[Task]) -> dict[str, Any]:
     return {
         "name": plan.title,
         "plan": hashlib.sha256(canonical_json([task.hash for task in tasks])).hexdigest()[:32],
-        "program": program(),
+        "program": code,
         "experiment": experiment.name,
         "grid": grid,
         "samples": list(plan.samples.distributions) if plan.samples else [],

@@ -6,7 +6,7 @@ import os
 from collections.abc import Mapping, Sequence
 from contextlib import closing, suppress
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 from granular_env.components.errors import ParameterError, SweepError, one_line
 from granular_env.documents import Overrides
@@ -20,7 +20,7 @@ from .planned_runs import Task, refuse_too_many
 from .run_preparation import plan_tasks
 from .store import Store
 from .table import Sweep
-from .validation import compile_kernels, validate_plan
+from .validation import validate_plan
 from .worker import Order, Result
 
 
@@ -34,13 +34,15 @@ def run_sweep(
     overrides: Overrides = (),
     progress: Progress = False,
     allow_large: bool = False,
+    time_limit: float | None = None,
+    retry: Literal["lost", "failed"] = "lost",
 ) -> Sweep:
-    """Compute what is not known yet of a plan's tasks.
+    """Compute the tasks of a plan that have no result yet.
 
         sweep = ge.run_sweep("plan.toml", "sweeps/mine")
         sweep.table
 
-    Ctrl-C keeps what is done; calling it again goes on from there.
+    Ctrl-C keeps the results so far; calling it again computes the rest.
 
     Args:
         plan: a shipped plan's name, the path of a TOML file, or the content of one.
@@ -52,31 +54,35 @@ def run_sweep(
         progress: show a bar: tasks done and failed, their rate, the time that is left; or call this with the part that is
             done.
         allow_large: lift the limit on the number of tasks.
+        time_limit: wall time after which a task is ended [s], and counts as failed; not for the engine "serial".
+        retry: compute again the tasks that failed because of the machine (memory, disk, a lost worker, the time limit):
+            "lost"; or all that failed: "failed".
 
     Raises:
         ExperimentError: the plan or its experiment is not valid.
-        ParameterError: an engine that there is not, or an option that does not fit it.
+        ParameterError: an unknown engine, or an option that does not fit it.
         SweepError: the results cannot be kept, or the cluster cannot be used; what is done is kept.
         MissingExtraError: pyarrow, or Ray for its engine, is not installed.
     """
     import_optional("pyarrow", "the table of a sweep")
     loaded = load_plan(plan, overrides)
     refuse_too_many(loaded, allow_large)
-    job, tasks, about = plan_tasks(loaded)
+    job, tasks, about = plan_tasks(loaded, time_limit)
     wanted = _orders(loaded, tasks)
     about["units"] = validate_plan(loaded, job, wanted)
-    engines.check(engine, workers, address)
+    engines.check(engine, workers, address, time_limit)
+    if retry not in ("lost", "failed"):
+        raise ParameterError(f"got {one_line(retry)}", expected="'lost' or 'failed'", at="retry")
     with Store(_folder(folder) if folder is not None else _default_folder(loaded)) as store:
         known = {
             hashed: result
             for hashed, result in store.begin(about).items()
-            if hashed in wanted and _holds(result, wanted[hashed], store.folder)
+            if hashed in wanted and _holds(result, wanted[hashed], store.folder, retry)
         }
         waiting = [order for hashed, order in wanted.items() if hashed not in known]
         sweep = Sweep(store.folder, about, known)
         try:
             if waiting:
-                compile_kernels(job, waiting, store.folder)
                 stream = engines.results(engine, job, waiting, store.folder, workers, address)
                 sweep.interrupted = _collect(stream, store, known, len(wanted), loaded.title, progress)
         except SweepError:
@@ -98,7 +104,7 @@ def check_sweep(
     loaded = load_plan(plan, overrides)
     refuse_too_many(loaded, allow_large)
     job, tasks, _ = plan_tasks(loaded)
-    validate_plan(loaded, job, _orders(loaded, tasks))
+    validate_plan(loaded, job, _orders(loaded, tasks), thorough=True)
     return loaded
 
 
@@ -128,9 +134,9 @@ def _orders(plan: Plan, tasks: Sequence[Task]) -> dict[str, Order]:
     return found
 
 
-def _holds(result: Result, order: Order, folder: Path) -> bool:
-    """Return whether a result from before will do: what was lost is tried again, and so is what wants a log and has none."""
-    if result.outcome == "lost":
+def _holds(result: Result, order: Order, folder: Path, retry: str) -> bool:
+    """Return whether an earlier result is kept: it is not to be tried again, and it has its log if it needs one."""
+    if result.outcome in ("lost", retry):
         return False
     return order.log != "always" or result.outcome == "failed" or (folder / "logs" / f"{order.hash}.mcap").exists()
 

@@ -1,10 +1,10 @@
-"""Before a sweep begins: do its keys, variables and measures exist, does the seed do anything, are the kernels compiled."""
+"""Checks before a sweep begins: its keys, variables and measures exist, and its seeds have an effect."""
 
 from __future__ import annotations
 
 import tempfile
 import warnings
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
 
@@ -17,28 +17,41 @@ from .worker import Computer, Job, Order
 
 # A value that does not fit is the fault of its task; what so many tasks from all over the plan cannot do is the plan's.
 _MOST_TRIED = 8
-# So many kinds of tasks are compiled for: whatever tells tasks apart that is no number.
-_MOST_KINDS = 32
 
 
-def validate_plan(plan: Plan, job: Job, orders: Mapping[str, Order]) -> dict[str, str]:
-    """Hold the plan against its component; return the units of its columns.
+def validate_plan(plan: Plan, job: Job, orders: Mapping[str, Order], thorough: bool = False) -> dict[str, str]:
+    """Prepare tasks from all over the plan until one can begin; return the units of the columns.
+
+    Args:
+        plan: which one.
+        job: what its tasks share.
+        orders: its tasks.
+        thorough: prepare more tasks, and warn of those that cannot begin.
 
     Raises:
         ExperimentError: none of the tasks that were tried can begin; or repetitions do not differ.
     """
+    units: dict[str, str] | None = None
+    faults: list[GranularError] = []
+    tried = list(orders.values())[:: max(1, len(orders) // _MOST_TRIED)][: _MOST_TRIED + 1]
     with _computer(job) as computer:
-        faults: list[GranularError] = []
-        tried = list(orders.values())[:: max(1, len(orders) // _MOST_TRIED)][: _MOST_TRIED + 1]
         for order in tried:
             try:
                 ready = computer.prepare_task(order)
             except GranularError as error:
                 faults.append(error)
                 continue
-            _refuse_idle_seeds(plan, computer, order, ready)
-            return units_of(plan, ready.component)
+            if units is None:
+                _refuse_idle_seeds(plan, computer, order, ready)
+                units = units_of(plan, ready.component)
+            if not thorough:
+                break
+    if units is None:
         raise plan.error_of(faults[0])
+    if thorough and faults:
+        said = f"{len(faults)} of {len(tried)} tasks that were tried cannot begin, such as: {faults[0]}"
+        warnings.warn(said, GranularWarning, stacklevel=3)
+    return units
 
 
 def _refuse_idle_seeds(plan: Plan, computer: Computer, order: Order, ready: Prepared) -> None:
@@ -54,22 +67,6 @@ def _refuse_idle_seeds(plan: Plan, computer: Computer, order: Order, ready: Prep
         )
         hint = 'name the key that is a seed, such as keys = ["component.arrangement.seed"]'
         raise ExperimentError(plan.locate_fault(Fault(("seeds", "keys"), same, hint=hint)))
-
-
-def compile_kernels(job: Job, orders: Iterable[Order], folder: Path) -> None:
-    """Compile what the tasks need, once, before many processes would do it at the same time; `folder` is the results'."""
-    computer = Computer(job, folder)
-    for order in list(_kinds(orders).values())[:_MOST_KINDS]:
-        computer.warm(order)
-
-
-def _kinds(orders: Iterable[Order]) -> dict[str, Order]:
-    """One task of each kind: numbers change no machine code, laws and integrators do."""
-    found: dict[str, Order] = {}
-    for order in orders:
-        kind = repr([(key, value) for key, value in order.overrides if not isinstance(value, int | float)])
-        found.setdefault(kind, order)
-    return found
 
 
 @contextmanager

@@ -5,11 +5,14 @@ from __future__ import annotations
 import numpy as np
 
 from ...support.jit import internal_inlined
-from .criterion import DRUCKER_PRAGER, MOHR_COULOMB, STRAIN, VON_MISES
+from .criterion import DRUCKER_PRAGER, MOHR_COULOMB, NONE, STRAIN, VON_MISES
 from .drucker_prager import drucker_prager
 from .mohr_coulomb import mohr_coulomb
 from .strain import strain
 from .von_mises import von_mises
+
+# The numbers that `failure` knows, and that of a specimen which it judges not at all.
+KNOWN = (NONE, VON_MISES, DRUCKER_PRAGER, MOHR_COULOMB, STRAIN)
 
 
 @internal_inlined

@@ -10,8 +10,10 @@ from .strength import (
     confining_pressure,
     drucker_prager_stress,
     equivalent_stress,
+    fracture_toughness,
     platen_stress,
     splitting_tension,
+    uniaxial_strength,
 )
 
 __all__ = [
@@ -19,6 +21,7 @@ __all__ = [
     "confining_pressure",
     "drucker_prager_stress",
     "equivalent_stress",
+    "fracture_toughness",
     "lattice_frequencies",
     "leapfrog_frequency",
     "longitudinal_speed",
@@ -27,4 +30,5 @@ __all__ = [
     "rotation_frequency",
     "shear_speed",
     "splitting_tension",
+    "uniaxial_strength",
 ]

@@ -378,9 +378,9 @@ class Recorder:
         if self._error is not None:
             self._component.ignore(self)
             raise LogError(
-                f"{self._error}. The step itself stands: the component is at {self._component.time:.12g} s, do not "
-                "step again. Recording has stopped",
-                hint="further steps go on without it",
+                f"{self._error}. Recording has stopped. The step is complete: the component is at "
+                f"{self._component.time:.12g} s",
+                hint="do not repeat this step; later steps are not recorded",
             ) from self._error
 
     def _is_keeping_up(self) -> bool:

@@ -9,7 +9,7 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from granular_env.components.errors import Fault, Option, ParameterError, nearest, one_line
-from granular_env.components.support.validation import whole_number
+from granular_env.components.support.validation import positive_number, whole_number
 
 from ..worker import Job, Order, Result
 
@@ -33,10 +33,15 @@ def results(
     return on_ray(job, orders, folder, workers, address)
 
 
-def check(engine: str, workers: int | None, address: str | None) -> None:
-    """`ParameterError` for an engine that there is not, or options that do not fit it."""
+def check(engine: str, workers: int | None, address: str | None, time_limit: float | None) -> None:
+    """Raise `ParameterError` for an unknown engine, or for options that do not fit the engine."""
     if engine not in ENGINES:
         raise ParameterError(f"got {one_line(engine)}", hint=nearest(str(engine), ENGINES), at="engine")
+    if time_limit is not None:
+        positive_number("time_limit", time_limit)
+        if engine == "serial":
+            hint = ("take ", Option("engine", "processes"), ", whose tasks can be ended")
+            raise ParameterError(Fault(("time_limit",), "the engine 'serial' has no time limit", hint=hint))
     if workers is not None:
         whole_number("workers", workers, 1, 4096)
     if address is not None and not isinstance(address, str):

@@ -6,6 +6,7 @@ Nodes that join in mid-sweep are used. A node needs this package, of the very ve
 
 from __future__ import annotations
 
+import faulthandler
 import os
 import secrets
 import socket
@@ -23,8 +24,8 @@ from granular_env.components.errors import ParameterError, SweepError, one_line
 from granular_env.optional_packages import import_optional
 
 from ..batches import TaskBatches
-from ..worker import Computer, Job, Order, Result, program
-from .processes import available_cores
+from ..worker import Computer, Job, Order, Result
+from .processes import available_cores, over_time
 
 _BUNDLE_SECONDS = 0.5
 _CONNECT_SECONDS, _ANSWER_SECONDS = 5.0, 20.0
@@ -104,7 +105,7 @@ def on_ray(job: Job, orders: Sequence[Order], folder: Path, workers: int | None,
         try:
             shared = ray.put(job)
             remote = ray.remote(max_retries=0, num_cpus=1)(_bundle)
-            yield from _watch(ray, remote, shared, orders, folder, workers)
+            yield from _watch(ray, remote, shared, orders, folder, workers, job.time_limit)
         finally:
             ray.shutdown()
 
@@ -127,10 +128,10 @@ def _join(ray: Any, workers: int | None, address: str | None) -> None:
 
 
 def _watch(
-    ray: Any, remote: Any, shared: Any, orders: Sequence[Order], folder: Path, workers: int | None
+    ray: Any, remote: Any, shared: Any, orders: Sequence[Order], folder: Path, workers: int | None, limit: float | None
 ) -> Iterator[list[Result]]:
     cores, looked = 1, -_LOOK_SECONDS
-    bundles, running = TaskBatches(orders, cores, _BUNDLE_SECONDS), {}
+    bundles, running = TaskBatches(orders, cores, 0.0 if limit else _BUNDLE_SECONDS), {}
     while len(bundles) or running:
         if monotonic() - looked >= _LOOK_SECONDS:
             cores, looked = max(1, int(ray.cluster_resources().get("CPU", 1))), monotonic()
@@ -148,7 +149,7 @@ def _watch(
             except ray.exceptions.RayTaskError as error:
                 raise _refusal(error) from error
             except ray.exceptions.RayError as error:
-                found, seconds = bundles.requeue(bundle, _reason(error)), 0.0
+                found, seconds = bundles.requeue(bundle, _reason(error, limit)), 0.0
             else:
                 bundles.note_time(len(found), seconds)
             if found:
@@ -161,11 +162,11 @@ def _refusal(error: Any) -> SweepError:
     return SweepError(str(cause) if cause is not None else f"a node of the cluster cannot compute: {_last_line(str(error))}")
 
 
-def _reason(error: Exception) -> str:
+def _reason(error: Exception, limit: float | None) -> str:
     """Return Ray's message about a lost worker, in one sentence."""
     reasons = {
         "NodeDiedError": "its node ended",
-        "WorkerCrashedError": "its process ended",
+        "WorkerCrashedError": "its process ended" + (f", or it {over_time(limit)}" if limit else ""),
         "OutOfMemoryError": "memory ran out",
     }
     return reasons.get(type(error).__name__, f"{type(error).__name__}")
@@ -184,31 +185,25 @@ def _without_log(result: Result, folder: Path) -> Result:
 
 # -- on the nodes ---------------------------------------------------------------------------------------------------
 
-# Of this worker process: the job that it has compiled for.
-_KEPT: list[Job] = []
-
 
 def _bundle(job: Job, orders: Sequence[Order]) -> tuple[list[Result], float]:
     """Compute a bundle in a worker of the cluster."""
-    if job.program != program():
-        raise SweepError(
-            f"node {socket.gethostname()} has another version of granular-env or of a package it computes with",
-            hint="install the same ones on every node",
-        )
     # Ray ends its workers with a signal: a folder that outlives the bundle would stay on the node.
     with tempfile.TemporaryDirectory(prefix="granular-env-sweep-") as folder:
-        computer = _computer(job, orders[0], Path(folder))
+        computer = Computer(job, Path(folder))
+        for order in orders:
+            computer.warm(order, lambda: _end_after(job.time_limit))
+        _end_after(job.time_limit)
         began = perf_counter()
         found = [_with_log(computer, order) for order in orders]
+        faulthandler.cancel_dump_traceback_later()
         return found, perf_counter() - began
 
 
-def _computer(job: Job, first: Order, folder: Path) -> Computer:
-    computer = Computer(job, folder)
-    if _KEPT != [job]:
-        computer.warm(first)
-        _KEPT[:] = [job]
-    return computer
+def _end_after(limit: float | None) -> None:
+    """End this process after the time limit, even within a kernel."""
+    if limit is not None:
+        faulthandler.dump_traceback_later(limit, exit=True)
 
 
 def _with_log(computer: Computer, order: Order) -> Result:

@@ -101,7 +101,7 @@ def _settling(fronts: dict[int, float]) -> Item:
 
 
 def _radius(context: Context) -> Item:
-    """Fronts in chains of steel grains of three radii, whose stiffness follows from the material."""
+    """Fronts in chains of steel grains of three radii; the paper's constant A is scaled with the radius as in (2.1)."""
     speeds, shocks = {}, {}
     for radius in _RADII:
         mass = DENSITY * 4.0 / 3.0 * math.pi * radius**3

@@ -22,6 +22,12 @@ PAPER = Paper(
         "section. A statement about order, direction or conservation is reproduced or not. Of words such as “not noticeable” "
         "we say with which number we read them, and then they hold in part, never more. Where something does not come out, the "
         "page says so, with the reason.",
+        "The page covers the coupling of section 2.3, equations (11) and (15) to (18), and the waves of figures 6, 7 and 8. "
+        "It leaves out the two methods by themselves: equations (1) to (10) and figure 1 of the grid, the Wiener-Rosenblueth "
+        "equation, (12) to (14) and figures 2 and 3 of the automata, and the schemes of figures 4 and 5. The program has them, "
+        "with tests and pages of their own, except for the Wiener-Rosenblueth equation and (12) and (13): in their place "
+        "displacements and rotations of the automata are integrated by (14), and the strains of a pair follow from them. The "
+        "paper’s switch from unlinked to linked by distance is replaced by a criterion of pressure and sliding speed.",
         "All differences to what is exact fall with the square of the size of cells; the numbers are those of the size below. "
         "--set cells=136 makes the page with cells twice as large.",
     ),
