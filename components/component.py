@@ -18,13 +18,13 @@ from pydantic import BaseModel
 from .balances import Balance
 from .contract import Variable
 from .declaration_checks import validate_balances, validate_events, validate_step_size, validate_variables
-from .drawables import validate_drawables
+from .drawables import element_count, validate_drawables
 from .errors import GranularError, IssuedCautions, ParameterError, nearest, one_line
-from .events import EVENT_ROWS, Event, EventDetail
+from .events import MOST_INDEX, Event, EventDetail, event_rows
 from .inputs import Held, input_value
 from .number_arrays import start_array
 from .snapshot import Snapshot
-from .state_block import Block
+from .state_block import Block, Layout
 from .stepping import Stepping
 from .support.float_arrays import FloatArray
 from .support.memory_limits import refuse_beyond
@@ -126,18 +126,19 @@ class Component(Stepping, metaclass=_Fixed):
         validate_drawables(drawables, self.variables)
         drawn, outputs = [one.name for one in drawables], [v.name for v in self.variables.values() if v.causality == "output"]
         validate_events(list(self.event_kinds), self._own_kinds, self.event_details, self._block, drawn, outputs)
+        sizes, details = {one.name: element_count(one) for one in drawables}, self.event_details
+        counted = [sizes.get(details[kind].counts, 0) if kind in details else 0 for kind in self._own_kinds]
+        # The smallest index of each kind of event, and the first one beyond the largest.
+        self._index_limits: FloatArray = np.array([(0, size) if size else (-1, MOST_INDEX) for size in counted], np.float64)
 
-    def _lay_out(
-        self,
-        growing: Mapping[str, tuple[str, tuple[int, ...]]] | None = None,
-        **fields: tuple[str, tuple[int, ...]],
-    ) -> None:
+    def _lay_out(self, growing: Layout | None = None, **fields: tuple[Any, ...]) -> None:
         """Set `_block`: the state, as `state_block.Block` lays it out, in the memory of a parent where there is one.
 
-        Where something can happen that is an event, the list `events` comes before those that are given.
+        Where something can happen that is an event, the list `events` comes before those that are given. `restore` checks the
+        ranges that are declared here; see `state_block.Field`.
         """
-        lists = {**({"events": EVENT_ROWS} if self.event_kinds else {}), **(growing or {})}
-        words = sum(math.prod(shape) for _, shape in fields.values()) + len(lists)
+        lists = {**({"events": event_rows(len(self.event_kinds))} if self.event_kinds else {}), **(growing or {})}
+        words = sum(math.prod(field[1]) for field in fields.values()) + len(lists)
         self._block = Block(self._claim_memory((words,)), growing=lists, **fields)
 
     def _include(self, part: Component, prefix: str, ticks: int = 1) -> None:
@@ -351,7 +352,7 @@ class Component(Stepping, metaclass=_Fixed):
         return self._block.count("events") + sum(part.event_count for part, _, _ in self._included)
 
     def event_rows(self, since: int = 0) -> FloatArray:
-        """Return a copy of the events from number `since` on, each a row of numbers as `events.EVENT_ROWS` says.
+        """Return a copy of the events from number `since` on, each a row of numbers as `events.event_rows` says.
 
         Kinds are numbered in alphabetical order, as the headers of logs hold them; in the state in the order of `event_kinds`.
         """
@@ -401,7 +402,7 @@ class Component(Stepping, metaclass=_Fixed):
         """Return the whole state; costs one copy."""
         block = self._block
         data = block.to_bytes() if block.grows else bytes(block.memory_bytes)
-        return Snapshot(self.identity, self._tick, data, self._held)
+        return Snapshot(self.identity, self._tick, data, self._held, True)
 
     def wake(self) -> None:
         """Have the next steps do all the work that a run may come to: for an estimate of its time, not for a run."""
@@ -434,7 +435,8 @@ class Component(Stepping, metaclass=_Fixed):
         """Go on from a snapshot, bit for bit, whichever process took it.
 
         Raises:
-            ParameterError: it belongs to a component with other parameters, another name or another version.
+            ParameterError: it belongs to a component with other parameters, another name or another version, or its state is
+                beyond the ranges that the component declares.
         """
         undo = self._undo
         # A small state has no owner, nothing in it grows, and the undo keeps nothing of it between steps.
@@ -442,7 +444,12 @@ class Component(Stepping, metaclass=_Fixed):
         if self._stepping or not is_small:
             self._refuse_while_stepping("restore")
             self._refuse_beside_owner("restore")
-        if snapshot.__class__ is not Snapshot or snapshot.identity != self.identity or snapshot.inputs is not self._held:
+        if (
+            snapshot.__class__ is not Snapshot
+            or snapshot.identity != self.identity
+            or snapshot.inputs is not self._held
+            or not snapshot.is_checked
+        ):
             self.refuse_foreign(snapshot)
             self._hold(self._inputs_of(snapshot))
         if not is_small:
@@ -483,8 +490,34 @@ class Component(Stepping, metaclass=_Fixed):
         if self._block.sizes_in(snapshot.data) is None:
             came = f"got a state of {len(snapshot.data)} bytes, whose sizes do not agree"
             raise ParameterError(came, expected=f"a state of this {self._full_name}", at="snapshot")
+        if not snapshot.is_checked:
+            self._refuse_unsound(self._block, snapshot.data, snapshot.tick, ("snapshot",))
+            snapshot.is_checked = True
         if snapshot.inputs is not self._held:
             self._inputs_of(snapshot)
+
+    def _refuse_unsound(self, whole: Block, data: bytes, tick: int, at: tuple[str, ...]) -> None:
+        """Refuse a state, of the whole that this is a part of, that is beyond what was declared: kernels rely on it."""
+        state = whole.arrays_in(data, self._block)
+        self._block.refuse_beyond_range(state, at)
+        if self._own_kinds and len(events := state["events"]):
+            ticks, kinds, indices = events.T[:3]
+            first, beyond = self._index_limits[kinds.astype(np.int64)].T
+            if not ((indices >= first) & (indices < beyond) & (np.diff(ticks, append=tick) >= 0.0)).all():
+                expected = f"indices of what there is, and ticks that do not fall, up to {tick}"
+                raise ParameterError("got other events", expected=expected, at=(*at, "events"))
+        if fault := self._contradiction(state):
+            raise ParameterError(fault, hint="save() gives no such state", at=at)
+        for part, prefix, ticks_in_one in self._included:
+            part._refuse_unsound(whole, data, tick * ticks_in_one, (*at, prefix))
+
+    def _contradiction(self, state: Mapping[str, np.ndarray]) -> str:
+        """Return what arrays within their ranges contradict that kernels rely on, "" for nothing; override it where they do.
+
+        Args:
+            state: arrays and lists by name, of a state that is to be restored; read-only.
+        """
+        return ""
 
     def _inputs_of(self, snapshot: Snapshot) -> Mapping[str, Held]:
         if snapshot.inputs.keys() != self._inputs.keys():

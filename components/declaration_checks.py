@@ -11,7 +11,7 @@ import numpy as np
 from .balances import Balance
 from .contract import Variable
 from .errors import Location, ParameterError, nearest, one_line
-from .events import EVENT_ROWS, EventDetail
+from .events import EventDetail
 from .state_block import Block
 
 _NAME = re.compile(r"[a-z][a-z0-9_]*")
@@ -141,7 +141,7 @@ def validate_events(
     Raises:
         ParameterError: something does not fit.
     """
-    if own and (not block.has_list("events") or block["events"].shape[1:] != EVENT_ROWS[1]):
+    if own and (not block.has_list("events") or block["events"].shape[1:] != (5,)):
         layout = "`_lay_out` makes one for the kinds that are declared before it is called"
         raise ParameterError(
             f"got {', '.join(own)}", expected="a list of the state to note them in", hint=layout, at="event_kinds"

@@ -62,7 +62,8 @@ class Discs(Component):
         self.pairs, self.links = np.concatenate([linked, others]), len(linked)
         sums = {"work": ("f8", ()), "fracture": ("f8", ()), "impulses": ("f8", (2, 2)), "start": ("f8", (3,))}
         # The list of broken links grows, as that of the events does.
-        self._lay_out({"broken": ("i8", ())}, displacement=("f8", (n, 2)), velocity=("f8", (n, 2)), **sums)
+        broken = ("i8", (), 0, self.links - 1, self.links)
+        self._lay_out({"broken": broken}, displacement=("f8", (n, 2)), velocity=("f8", (n, 2)), **sums)
 
     def _declare(self) -> Iterable[Variable]:
         n, axes = len(self.reference), ("disc", "direction")

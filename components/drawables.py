@@ -129,6 +129,19 @@ OUTPUT_FIELDS = ("displacement", "colour", "rotation", "state", "field")
 _NEEDED = {Points: ("displacement",), Links: ("state",), Cells: ("field",), Curve: ("field",)}
 
 
+def element_count(drawn: Drawable) -> int:
+    """Return how many elements events of a kind may count by its number: points, links or cells; 0 of what has none."""
+    match drawn:
+        case Links():
+            return len(drawn.pairs)
+        case Points():
+            return len(drawn.reference)
+        case Cells():
+            return len(drawn.connectivity)
+        case _:
+            return 0
+
+
 def validate_drawables(drawables: Sequence[Drawable], variables: Mapping[str, Any]) -> None:
     """Check what a component declares: names, dimensions, numbers, indices, and the shapes of the outputs that are named.
 

@@ -4,8 +4,15 @@ from __future__ import annotations
 
 import dataclasses
 
-# The growing part `events` of a state: tick, number of the kind, index (-1 for none), value, limit.
-EVENT_ROWS = ("f8", (5,))
+from .state_block import LARGEST, Field
+
+# Ticks and indices are whole numbers that a float holds.
+MOST_INDEX = 2**53
+
+
+def event_rows(kinds: int) -> Field:
+    """Return the growing part `events` of a state: tick, number of the kind, index (-1 for none), value, limit."""
+    return Field("f8", (5,), (0, 0, -1, -LARGEST, -LARGEST), (MOST_INDEX, kinds - 1, MOST_INDEX, LARGEST, LARGEST))
 
 
 @dataclasses.dataclass(frozen=True, slots=True)

@@ -7,7 +7,7 @@ from typing import Any, Self
 
 import numpy as np
 
-from .errors import GranularError, LogError, ParameterError
+from .errors import GranularError, LogError, ParameterError, one_line
 from .inputs import Held, read_only
 from .profiles import CompiledProfile
 from .support.float_arrays import FloatArray
@@ -22,12 +22,14 @@ class Snapshot:
         tick: integer time.
         data: the state's bits, as bytes: the quickest copy there is from Python.
         inputs: the inputs held at that moment.
+        is_checked: whether the state is known to lie in the ranges that the component declares: of what `save` gave, and after
+            the first `restore` of any other one.
     """
 
-    __slots__ = ("data", "identity", "inputs", "tick")
+    __slots__ = ("data", "identity", "inputs", "is_checked", "tick")
 
-    def __init__(self, identity: str, tick: int, data: bytes, inputs: Mapping[str, Held]) -> None:
-        self.identity, self.tick, self.data, self.inputs = identity, tick, data, inputs
+    def __init__(self, identity: str, tick: int, data: bytes, inputs: Mapping[str, Held], is_checked: bool = False) -> None:
+        self.identity, self.tick, self.data, self.inputs, self.is_checked = identity, tick, data, inputs, is_checked
 
     def __repr__(self) -> str:
         return f"<snapshot at tick {self.tick}, {len(self.data)} bytes, of {self.identity[:12]}>"
@@ -76,8 +78,8 @@ class Snapshot:
                 raise LogError(
                     f"got {memory.dtype} of shape {memory.shape}", expected="a list of int64", at="memory", source="snapshot"
                 )
-            if not (isinstance(tick, int) and 0 <= tick < 2**62 and isinstance(identity, str)):
-                raise LogError(f"got {tick!r}", expected="a whole number from 0", at="tick", source="snapshot")
+            if not (isinstance(tick, int) and 0 <= tick <= 2**52 and isinstance(identity, str)):
+                raise LogError(f"got {one_line(tick)}", expected="a whole number from 0 to 2^52", at="tick", source="snapshot")
         except (KeyError, TypeError, AttributeError, ValueError, OverflowError) as error:
             if isinstance(error, GranularError) and not isinstance(error, ParameterError):
                 raise

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
+import sys
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -13,6 +14,30 @@ from .support.float_arrays import FloatArray
 from .support.memory_limits import refuse_beyond
 
 _FIRST_CAPACITY = 16
+LARGEST = sys.float_info.max
+
+
+class Field(NamedTuple):
+    """The declaration of one array of a state, or of the rows of a list that grows; a plain tuple will do.
+
+    Without limits a float may be any finite number.
+
+    Attributes:
+        dtype: of 8 bytes: "f8", "i8" or "u8".
+        shape: of the array, or of one row of a list.
+        low: smallest value, a number or an array that broadcasts against the shape; integers need both limits.
+        high: largest value, likewise.
+        capacity: largest number of rows of a list.
+    """
+
+    dtype: str
+    shape: tuple[int, ...]
+    low: Any = -LARGEST
+    high: Any = LARGEST
+    capacity: int = 2**53
+
+
+Layout = Mapping[str, tuple[Any, ...]]
 
 
 class Block:
@@ -33,35 +58,44 @@ class Block:
         self,
         memory: FloatArray | None = None,
         /,
-        growing: Mapping[str, tuple[str, tuple[int, ...]]] | None = None,
-        **fields: tuple[str, tuple[int, ...]],
+        growing: Layout | None = None,
+        **fields: tuple[Any, ...],
     ) -> None:
         """Lay out the state in fresh zeros, or in the memory given.
 
         Args:
             memory: shape (words,); see `words`.
-            growing: name of a list -> (dtype of 8 bytes, shape of a row).
-            **fields: name -> (dtype of 8 bytes, shape), one after the other.
+            growing: name of a list -> the `Field` of its rows.
+            **fields: name -> `Field`, one after the other.
 
         Raises:
-            ParameterError: a dtype of another size.
+            ParameterError: a dtype of another size, or integers without a range.
         """
         lists = growing or {}
-        for name, (dtype, _) in (*fields.items(), *lists.items()):
-            if np.dtype(dtype).itemsize != 8 or np.dtype(dtype).kind not in "iuf":
-                raise ParameterError(f"got the type {dtype!r}", expected="'f8', 'i8' or 'u8'", at=("state", name))
-        layout = {**fields, **({"_counts": ("i8", (len(lists),))} if lists else {})}
-        sizes = {name: math.prod(shape) for name, (_, shape) in layout.items()}
+        # What `refuse_beyond_range` checks, by name.
+        self._fields = {name: Field(*field) for name, field in (*fields.items(), *lists.items())}
+        for name, field in self._fields.items():
+            kind = np.dtype(field.dtype)
+            if kind.itemsize != 8 or kind.kind not in "iuf":
+                raise ParameterError(f"got the type {field.dtype!r}", expected="'f8', 'i8' or 'u8'", at=("state", name))
+            if kind.kind != "f" and (np.min(field.low) == -LARGEST or np.max(field.high) == LARGEST):
+                expected = f"their smallest and largest value, such as ({field.dtype!r}, {field.shape}, 0, 9)"
+                raise ParameterError("got integers without a range", expected=expected, at=("state", name))
+        layout = {name: self._fields[name] for name in fields}
+        if lists:
+            layout["_counts"] = Field("i8", (len(lists),))
+        sizes = {name: math.prod(field.shape) for name, field in layout.items()}
         self.memory: FloatArray = np.zeros(sum(sizes.values())) if memory is None else memory
         # Assigning between byte views is the quickest copy there is from Python.
         self.memory_bytes = self.memory.reshape(-1).data.cast("B")
         self.views: dict[str, np.ndarray] = {}
+        self._words = dict[str, int]()  # at which each of them begins
         offset = 0
-        for name, (dtype, shape) in layout.items():
+        for name, field in layout.items():
             part = self.memory[offset : offset + sizes[name]]
-            self.views[name] = part.view(dtype).reshape(shape)
+            self.views[name], self._words[name] = part.view(field.dtype).reshape(field.shape), offset
             offset += sizes[name]
-        self._lists = {name: np.zeros((_FIRST_CAPACITY, *row), dtype) for name, (dtype, row) in lists.items()}
+        self._lists = {name: np.zeros((_FIRST_CAPACITY, *self._fields[name].shape), self._fields[name].dtype) for name in lists}
         self._places = {name: place for place, name in enumerate(lists)}
         # All lists whose counts lie in this memory: its own, and those of parts.
         self._tables: list[tuple[Block, str]] = [(self, name) for name in lists]
@@ -75,12 +109,16 @@ class Block:
         """
         if not np.shares_memory(self.memory, part.memory) or self._word_of(part) + part.memory.size > self.memory.size:
             raise ValueError("the part does not lie in this block's memory")
+        # The part declares what may lie there.
+        for name, view in self.views.items():
+            if np.may_share_memory(view, part.memory):
+                self._fields.pop(name, None)
         self._tables += part._tables
         self.grows = bool(self._tables)
 
     def _word_of(self, part: Block) -> int:
-        """Return the number of the word of this memory at which that of a part begins."""
-        return (part.memory.ctypes.data - self.memory.ctypes.data) // 8
+        """Return the number of the word of this memory at which that of a part, or of itself, begins."""
+        return 0 if part is self else (part.memory.ctypes.data - self.memory.ctypes.data) // 8
 
     def _count_word(self, name: str) -> int:
         """Return the number of the word of this memory that holds how long a list is: they are the last ones."""
@@ -171,6 +209,40 @@ class Block:
         counts = [int(words[self._word_of(block) + block._count_word(name)]) for block, name in self._tables]
         sizes = [count * block._lists[name][:1].nbytes for count, (block, name) in zip(counts, self._tables, strict=True)]
         return sizes if all(count >= 0 for count in counts) and fixed + sum(sizes) == len(data) else None
+
+    def arrays_in(self, data: bytes, part: Block) -> dict[str, np.ndarray]:
+        """Return the arrays and lists of this block, or of an included part, in a state for which `sizes_in` gave sizes."""
+        words, start = np.frombuffer(data, np.int64), self._word_of(part)
+        found: dict[str, np.ndarray] = {}
+        for name, view in part.views.items():
+            begin = start + part._words[name]
+            found[name] = words[begin : begin + view.size].view(view.dtype).reshape(view.shape)
+        begin = self.memory.size
+        for (block, name), size in zip(self._tables, self.sizes_in(data) or [], strict=True):
+            if block is part:
+                rows = block._lists[name]
+                found[name] = words[begin : begin + size // 8].view(rows.dtype).reshape(-1, *rows.shape[1:])
+            begin += size // 8
+        return found
+
+    def refuse_beyond_range(self, arrays: Mapping[str, np.ndarray], at: tuple[str, ...]) -> None:
+        """Check what `arrays_in` gave of this block against the declared ranges and capacities.
+
+        Raises:
+            ParameterError: a value or the length of a list is out of range.
+        """
+        for name, field in self._fields.items():
+            array = arrays[name]
+            if name in self._lists and len(array) > field.capacity:
+                raise ParameterError(f"got {len(array)} rows", expected=f"at most {field.capacity}", at=(*at, name))
+            sound = (array >= field.low) & (array <= field.high)  # NaN is neither
+            if not sound.all():
+                where = tuple(np.argwhere(~sound)[0].tolist())
+                low, high = (np.broadcast_to(limit, array.shape)[where] for limit in (field.low, field.high))
+                expected = f"{low:.17g} to {high:.17g}"
+                if high >= LARGEST:
+                    expected = "a finite number" if low == -LARGEST else f"{low:.17g} or more"
+                raise ParameterError(f"got {array[where]:.17g}", expected=expected, at=(*at, name, *where))
 
     def load(self, data: bytes) -> None:
         """Go back to a state that `to_bytes` gave; `ValueError` where it is none of this layout."""

@@ -34,14 +34,13 @@ from support.conformance_tools import (
 
 from granular_env.components import catalogue
 from granular_env.components.component import Component
-from granular_env.components.drawables import Cells, Curve, Points, drawn_outputs
+from granular_env.components.drawables import Cells, Curve, Points, drawn_outputs, element_count
 from granular_env.components.errors import GranularError, ParameterError, StepError
 from granular_env.components.oscillator import Oscillator
 from granular_env.components.snapshot import Snapshot
 from granular_env.components.stepping import LIFE_CYCLE
 from granular_env.recording import record, verify
 from granular_env.recording.format.drawables import drawable_facts, drawables_from
-from granular_env.recording.reader.event_places import element_count
 
 ROOT = Path(__file__).resolve().parent.parent
 

@@ -42,7 +42,7 @@ def test_shortened_text_has_a_limit_and_never_fails() -> None:
 
 
 def test_a_block_is_one_memory_with_views() -> None:
-    block = Block(first=("f8", (2, 3)), count=("i8", ()), last=("f8", (1,)))
+    block = Block(first=("f8", (2, 3)), count=("i8", (), -1, 9), last=("f8", (1,)))
     assert block.memory.shape == (8,)
     block["first"][1, 2], block["count"][...], block["last"][0] = 5.0, -1, 7.0
     assert block.memory[5] == 5.0 and block.memory[7] == 7.0

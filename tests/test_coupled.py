@@ -524,7 +524,7 @@ def test_theory_of_reflection() -> None:
 def test_strays_are_found() -> None:
     nodes = np.array([[0.0, 0.0], [1.0, 0.0], [2.0, 0.2], [0.0, 1.0], [1.0, 1.1], [2.0, 1.0]])
     cells = np.array([[0, 1, 4, 3], [1, 2, 5, 4]])
-    points = np.array([[0.5, 0.5], [1.5, 0.05], [1.5, 0.2], [0.5, 1.2], [np.nan, 0.0], [1.0 - 1e-9, 0.5]])
+    points = np.array([[0.5, 0.5], [1.5, 0.05], [1.5, 0.2], [0.5, 1.2], [np.nan, 0.0], [1.0 - 1e-9, 0.5], [1e300, 0.0]])
     assert find_strays(nodes, cells, points).tolist() == [0, 2, 5]
 
 

@@ -11,7 +11,7 @@ from support.coupled_tools import SMALL, coupled, inclusion, mesh, rectangle, st
 
 import granular_env as ge
 from granular_env.components.coupled import Coupled
-from granular_env.components.errors import GranularError, StepError
+from granular_env.components.errors import GranularError, ParameterError, StepError
 from granular_env.components.support import memory_limits
 from granular_env.recording import open_log, verify
 from granular_env.recording.reader.event_places import place_of
@@ -298,5 +298,5 @@ def test_a_snapshot_with_contacts_of_automata_that_do_not_exist_is_refused() -> 
     shear_off(medium, 30.0)
     contacts = medium.automata.steps.contacts().pairs
     contacts[0, 1] = medium.automata.count
-    with pytest.raises(StepError, match="automata_displacement: the contacts of this state name automata that do not exist"):
-        medium.step()
+    with pytest.raises(ParameterError, match=r"snapshot.automata.contacts\[0,1\]: got \d+, expected 0 to"):
+        medium.restore(ge.Snapshot.from_bytes(medium.save().to_bytes()))

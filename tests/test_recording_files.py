@@ -455,6 +455,22 @@ def test_dropped_recorders_leave_no_thread_and_no_file_open(tmp_path: Path) -> N
     assert all(verify(tmp_path / f"{number}.mcap").identical for number in range(10))
 
 
+def test_a_dropped_recorder_does_not_keep_its_path(tmp_path: Path) -> None:
+    gc.disable()
+    try:
+        component = catalogue.make("oscillator")
+        dropped = record(component, tmp_path / "a.mcap")
+        component.step(0.5)
+        del component, dropped
+        time.sleep(0.2)  # a thread that is just writing holds its recorder until it is done
+        with pytest.warns(ResourceWarning, match="never closed"):
+            again = record(catalogue.make("oscillator"), tmp_path / "a.mcap", overwrite=True)
+        again.close()
+    finally:
+        gc.enable()
+    assert open_log(tmp_path / "a.mcap").end_tick == 0
+
+
 def test_a_recorder_lives_as_long_as_its_component(tmp_path: Path) -> None:
     component = catalogue.make("oscillator")
     record(component, tmp_path / "a.mcap")

@@ -753,6 +753,15 @@ def test_a_line_that_was_cut_off_is_computed_again(tmp_path):
         assert (out / "table.parquet").read_bytes() == before and open_sweep(out).done == 4
 
 
+def test_files_that_a_killed_sweep_was_writing_are_removed(tmp_path):
+    out = tmp_path / "out"
+    out.mkdir()
+    for text in ("", '{"name"'):  # before the description stands, and later
+        (out / ".0123456789abcdef.part").write_text(text)
+        run_sweep(plan(), out, engine="serial")
+        assert not list(out.glob(".*.part"))
+
+
 def test_folders_that_are_not_this_sweeps(tmp_path):
     run_sweep(plan(), tmp_path / "mine", engine="serial")
     with pytest.raises(ge.SweepError, match="results of the plan 'short', this one is 'other'"):

@@ -23,7 +23,7 @@ from ..support.round_numbers import round_down_to_125
 from . import motion
 from .boundaries import PrescribedVelocity, Traction
 from .conclusions import describe_links, describe_pieces
-from .cracking_specimen import TOO_FAR, UNSOUND, CrackingSpecimen
+from .cracking_specimen import TOO_FAR, CrackingSpecimen
 from .edges import EDGES
 from .inelastic_links import update_bond_forces
 from .kernel_arrays import Body, Motion, Scratch, make_body, make_scratch
@@ -96,6 +96,10 @@ class Automata(Component):
             self.steps.tie(ties)
         self.mass: FloatArray = self.steps.body.mass[self.steps.body.kind]
         self.motion = self.steps.motion
+
+    def _contradiction(self, state: Mapping[str, np.ndarray]) -> str:
+        lengths = {name: len(state[name]) for name in self.steps.growing}
+        return f"got lists of different lengths, {lengths}" if len(set(lengths.values())) > 1 else ""
 
     def _make_body(self) -> None:
         """Make the automata of their materials."""
@@ -246,11 +250,6 @@ class Automata(Component):
         return 0
 
     def _explain(self, status: int) -> StepError:
-        if status == UNSOUND:
-            return StepError(
-                "the contacts of this state name automata that do not exist; restore a snapshot that save() gave",
-                time=self.time, at="displacement", variable="displacement", index=None, value=np.nan, limit=float(self.count),
-            )  # fmt: skip
         variable, unit, limit = "velocity", "m/s", self._speed_limit
         meaning = f"{_LARGEST_MOVE:g} of a diameter in an internal step"
         if status == TOO_FAR:

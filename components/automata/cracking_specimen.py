@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..errors import ParameterError
-from ..events import EventDetail
+from ..events import MOST_INDEX, EventDetail
 from ..state_block import Block
 from ..support.counter_random import uniform
 from ..support.float_arrays import FloatArray, norms
@@ -14,7 +14,6 @@ from .breaking import CRITERIA
 from .breaking.dispatch import KNOWN
 from .contact import (
     FIRST,
-    SECOND,
     SLOT,
     Contacts,
     Ground,
@@ -41,8 +40,8 @@ from .rupture import break_bonds
 from .stability import ALLOWED_PART, damping_limit
 from .zigzag_faces import Ties
 
-# Statuses of `advance` beside that of an automaton that is too fast.
-TOO_FAR, UNSOUND = 2, 3
+# Status of `advance` beside that of an automaton that is too fast.
+TOO_FAR = 2
 # So far may the fastest automaton move before contacts are found anew, in diameters.
 _MOST_TRAVEL = 0.5 * SKIN
 # The search includes automata inside a body with a link that is strained by more. Below that, second neighbours are at least
@@ -79,7 +78,10 @@ class CrackingSpecimen(LinkedSpecimen):
             "inelastic": ("f8", (n, slots)), "origin": ("f8", (n, slots, 2) if p.relinking.kinds else (0, slots)),
             "losses": ("f8", (LOSSES,)),
         }  # fmt: skip
-        self.growing = {"contacts": ("i8", (4,)), "slid": ("f8", ()), "rest": ("f8", ())}
+        last = (n - 1, n - 1, slots - 1, MOST_INDEX)
+        self.growing = {
+            "contacts": ("i8", (4,), (0, 0, -1, -MOST_INDEX), last, n * (n - 1) // 2), "slid": ("f8", ()), "rest": ("f8", ()),
+        }  # fmt: skip
         self._dashpot = np.zeros((0, 2))
         self._near = make_neighbourhood(slots)
         half = slots // 2
@@ -144,8 +146,6 @@ class CrackingSpecimen(LinkedSpecimen):
 
     def advance(self, tick: int, ticks: int) -> int:
         """Advance from a tick with the loads and velocities that the conditions have now; 0, or a status."""
-        if not self.is_sound():
-            return UNSOUND
         last, judged = tick + ticks, False
         while tick < last:
             code, done = self._run(tick, last - tick, judged)
@@ -257,13 +257,6 @@ class CrackingSpecimen(LinkedSpecimen):
     def _set_count(self, count: int) -> None:
         for name in ("contacts", "slid", "rest"):
             self._block.set_count(name, count)
-
-    def is_sound(self) -> bool:
-        """Return whether the contacts name automata and slots that exist: a snapshot may come from anywhere."""
-        pairs = self._block["contacts"]
-        ends, slots = pairs[:, : SECOND + 1], pairs[:, SLOT]
-        inside = ((ends >= 0) & (ends < self.count)).all() and ((slots >= -1) & (slots < self.packing.lattice.slots)).all()
-        return bool(inside) and self._block.count("slid") == self._block.count("rest") == len(pairs)
 
     # -- readings ---------------------------------------------------------------------------------------------------
 

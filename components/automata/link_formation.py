@@ -75,7 +75,7 @@ def link_contacts(medium, motion, half, numbers, contacts, count, kind, events, 
         contacts: `Contacts`, updated in place.
         count: how many contacts there are.
         kind: number of the kind of events.
-        events: rows as `events.EVENT_ROWS` says, written from row `known` on.
+        events: rows as `events.event_rows` says, written from row `known` on.
         known: how many events there are.
         tick: number of the step.
 

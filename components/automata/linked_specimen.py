@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from ..events import EventDetail
-from ..state_block import Block
+from ..state_block import Block, Layout
 from ..support.float_arrays import FloatArray
 from . import parallel_steps
 from .elastic_energy import elastic_energy
@@ -36,8 +36,8 @@ class LinkedSpecimen:
         ties: faces that an edge or a parent carries along; None without.
     """
 
-    fields: Mapping[str, tuple[str, tuple[int, ...]]] = {}
-    growing: Mapping[str, tuple[str, tuple[int, ...]]] = {}
+    fields: Layout = {}
+    growing: Layout = {}
     event_kinds: Mapping[str, str] = {}
     event_details: Mapping[str, EventDetail] = {}
     ties: Ties | None = None

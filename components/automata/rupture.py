@@ -26,7 +26,7 @@ def break_bonds(medium, motion, scratch, judgement, numbers, contacts, count, ev
         numbers: of the links, for events, shape (n, slots / 2).
         contacts: `Contacts`, written from row `count` on.
         count: how many contacts there are.
-        events: rows as `events.EVENT_ROWS` says, written from row `known` on.
+        events: rows as `events.event_rows` says, written from row `known` on.
         known: how many events there are.
         tick: number of the step.
 

@@ -14,7 +14,7 @@ from ..drawables import Points
 from ..errors import ParameterError, StepError
 from ..inputs import Held
 from ..profiles import CompiledProfile
-from ..state_block import Block
+from ..state_block import LARGEST, Block
 from ..support.addresses import location
 from ..support.float_arrays import FloatArray
 from ..support.jit import entry_point
@@ -119,7 +119,10 @@ class Chain(Component):
         self._held_call = held_call(self.scheme_kernel, memory)
         self._held_call_location = location(self._held_call)
         state = memory[self.state_rows]
-        self._block = Block(state.reshape(-1), rows=("f8", state.shape))
+        high = np.full((len(state), 1), LARGEST)
+        if self.parameters.law.has_history:  # no overlap is the deepest where there is no contact
+            high[layout.DISSIPATED - 1 - self.state_rows.start] = np.inf
+        self._block = Block(state.reshape(-1), rows=("f8", state.shape, -LARGEST, high))
 
     def clone(self, memory: FloatArray | None = None) -> Self:
         """Return a chain of the same parameters, at its start; much cheaper than making one anew.

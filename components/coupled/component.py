@@ -10,7 +10,7 @@ import numpy as np
 
 from ..automata.component import Automata
 from ..automata.conclusions import describe_pieces
-from ..automata.cracking_specimen import UNSOUND, CrackingSpecimen
+from ..automata.cracking_specimen import CrackingSpecimen
 from ..automata.kernel_arrays import Scratch
 from ..automata.linked_steps import TOO_FAST as TOO_FAST_ALONE
 from ..automata.linked_sweep import KEPT, update_forces
@@ -28,6 +28,7 @@ from ..grid.component import Grid
 from ..grid.mesh import IntArray
 from ..inputs import Held
 from ..parts import make_part, part_drawable, part_readers, part_values, part_variables
+from ..state_block import Layout
 from ..support.float_arrays import FloatArray
 from . import energies_and_momenta as sums
 from . import parallel_steps
@@ -44,7 +45,7 @@ from .interface import Interface, carried_mass, find_interface, weigh
 from .kicks_and_drifts import AutomataPart, Cracking, GridPart, Seam, Steps, drive_body
 from .parameters import CoupledParameters
 from .places import Places, common_sides
-from .side_contacts import Sides, are_sound, find_near, free_sides, include_nodes, make_sides, side_energy
+from .side_contacts import Sides, find_near, free_sides, include_nodes, make_sides, side_energy
 from .step_sizes import choose_steps
 from .strays import describe_strays, find_strays
 from .ticks import BREAK, DONE, INVERTED, MICRO, PROGRESS, ROW, SEARCH, TOO_FAST, advance
@@ -116,13 +117,15 @@ class Coupled(Component):
         return ties
 
     def _lay_out_state(self, grid: Grid, automata: Automata, ties: Ties | None) -> None:
-        n = automata.count
-        rows = len(self.interface.nodes)
+        n, rows = automata.count, len(self.interface.nodes)
+        growing: Layout = {}
+        if self.parameters.side_contacts:
+            sides = len(self._free_sides)
+            growing = {"side_pairs": ("i8", (2,), 0, (n - 1, sides - 1), n * sides)}
         self._lay_out(
             grid=("f8", (grid.memory.size,)), automata=("f8", (automata.memory.size,)), automata_force=("f8", (n, 2)),
             automata_torque=("f8", (n,)), exchanged_forces=("f8", (2, rows, 2)), tallies=("f8", (2, TALLY_ROWS)),
-            exchange=("f8", (EXCHANGE_TALLY,)), start=("f8", (4,)),
-            growing={"side_pairs": ("i8", (2,))} if self.parameters.side_contacts else None,
+            exchange=("f8", (EXCHANGE_TALLY,)), start=("f8", (4,)), growing=growing,
         )  # fmt: skip
         micro = self.step_size / self.micro_steps
         self.grid = make_part(Grid, self, "grid", step_size=self.step_size, memory=self._block["grid"])
@@ -268,7 +271,7 @@ class Coupled(Component):
         if not made > _LARGEST_GAIN * scale:
             return []
         return [
-            f"the micro-steps have made {made:.3g} J, {made / scale:.1%} of the energy that was there or was supplied: take a "
+            f"the micro-steps have made {made:.3g} J in addition to the {scale:.3g} J that were there or were supplied: take a "
             f"smaller step_size than {self.step_size:g} s, or lockstep: leave out micro_steps"
         ]
 
@@ -380,11 +383,6 @@ class Coupled(Component):
         return status
 
     def _advance(self, ticks: int) -> int:
-        if self._cracking is not None and not self._cracking.is_sound():
-            return _AUTOMATA_FAILED + UNSOUND
-        sides = self._present_sides()
-        if sides is not None and not are_sound(sides):
-            return _AUTOMATA_FAILED + UNSOUND
         if self._held is not self._divided:
             self._divide_inputs()
         if not self._automata_follow_profile:
@@ -452,8 +450,7 @@ class Coupled(Component):
 
     def _explain_automata(self, status: int) -> StepError:
         """Return the error of the automata as one of the whole."""
-        begin = max(int(self._failed[1]) - 1, 0) if status != UNSOUND else self._tick
-        self.automata.adopt(begin * self.micro_steps, {})
+        self.automata.adopt(max(int(self._failed[1]) - 1, 0) * self.micro_steps, {})
         return self.automata.explain(status).of_part("automata")
 
     # -- reading ----------------------------------------------------------------------------------------------------

@@ -95,17 +95,10 @@ def find_near(sides: Sides, nodes: FloatArray, centres: FloatArray, automata: In
     if not len(automata) or not (np.isfinite(start).all() and np.isfinite(centres[automata]).all()):
         return np.zeros((0, 2), np.int64)
     reach = 0.5 * float(norms(end - start).max()) + float(sides.radius.max()) + margin
-    tree: Any = cKDTree(0.5 * (start + end))
+    tree: Any = cKDTree(0.5 * start + 0.5 * end)
     near = tree.query_ball_point(centres[automata], reach)
     found = [(i, side) for i, some in zip(automata.tolist(), near, strict=True) for side in sorted(some)]
     return np.array(found, np.int64).reshape(-1, 2)
-
-
-def are_sound(sides: Sides) -> bool:
-    """Return whether pairs name automata and sides that exist, in order: a snapshot may come from anywhere."""
-    pairs, limits = sides.pairs[: sides.used], (len(sides.radius), len(sides.nodes))
-    inside = bool(((pairs >= 0) & (pairs < limits)).all())
-    return inside and bool((np.diff(pairs[:, 0]) >= 0).all())
 
 
 @internal_inlined

@@ -24,9 +24,11 @@ def find_strays(nodes: FloatArray, cells: IntArray, points: FloatArray) -> IntAr
     from scipy.spatial import cKDTree  # type: ignore[attr-defined]
 
     corners = nodes[cells]
-    tree: Any = cKDTree(corners.mean(axis=1))
+    tree: Any = cKDTree((0.25 * corners).sum(axis=1))
     sound = np.isfinite(points).all(axis=1)
-    near = np.atleast_2d(tree.query(points[sound], k=min(_CELLS, len(cells)))[1].reshape(int(sound.sum()), -1))
+    distances, near = (one.reshape(int(sound.sum()), -1) for one in tree.query(points[sound], k=min(_CELLS, len(cells))))
+    # No cell is near what is so far off that the square of its distance overflows.
+    near[np.isinf(distances)] = 0
     inside = np.ones(near.shape, dtype=bool)
     for corner in range(4):
         start, end = corners[near, corner], corners[near, (corner + 1) % 4]

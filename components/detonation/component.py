@@ -41,6 +41,8 @@ _AT_ONCE = 0.3
 # A tube with a smaller part of unburnt gas has burnt; a front below this part of D is no detonation; and gas that has not burnt
 # for the time in which a detonation crosses so many cells burns no more.
 _UNBURNT, _SLOW, _IDLE_CELLS = 0.01, 0.5, 10.0
+# No pistons push or pull a tube to less or more than these parts of its length.
+_SHORTEST, _LONGEST = 1e-9, 1e9
 _STATE = ("density", "momentum", "energy", "fuel", "velocity", "pressure", "progress", "area", "arrival", "flags")
 
 
@@ -134,12 +136,19 @@ class DetonationTube(Component):
         )
         self._lay_out(
             density=("f8", (n,)), momentum=("f8", (n,)), energy=("f8", (n,)), fuel=("f8", (n,)), velocity=("f8", (n,)),
-            pressure=("f8", (n,)), progress=("f8", (n,)), area=("f8", (n,)), arrival=("f8", (n,)),
-            flags=("i8", (kernel_arrays.FLAGS,)), tally=("f8", (kernel_arrays.TALLY,)), start=("f8", (3,)), **moving,
+            pressure=("f8", (n,)), progress=("f8", (n,), 0.0, 1.0), area=("f8", (n,)), arrival=("f8", (n,)),
+            flags=("i8", (kernel_arrays.FLAGS,), 0, 1), tally=("f8", (kernel_arrays.TALLY,)), start=("f8", (3,)), **moving,
         )  # fmt: skip
         self._state = State(*(self._block[name] for name in _STATE))
         if self.parameters.has_pistons:
             self._walls, self._places = self._block["walls"], self._block["places"]
+
+    def _contradiction(self, state: Mapping[str, np.ndarray]) -> str:
+        if self.parameters.has_pistons:
+            left, right = state["walls"][:2].tolist()
+            if not _SHORTEST < (right - left) / self.parameters.length < _LONGEST:
+                return f"got a tube from {left:g} to {right:g} m"
+        return ""
 
     @property
     def centres(self) -> FloatArray:

@@ -175,7 +175,7 @@ class Grid(Component):
             self._declare_events(_YIELD, _YIELD_DETAILS)
         self._lay_out(
             displacement=("f8", (n, 2)), velocity=("f8", (n, 2)), force=("f8", (n, 2)), stress=("f8", (m, 4)),
-            hourglass_force=("f8", (m, 2)), energy=("f8", (m,)), plastic_strain=("f8", (plastic,)),
+            hourglass_force=("f8", (m, 2)), energy=("f8", (m,)), plastic_strain=("f8", (plastic,), 0.0),
             plastic_work=("f8", (plastic,)), static_force=("f8", self._assembly.absorbing_sides.shape),
             tally=("f8", (kernel_arrays.TALLY,)), start=("f8", (4,)),
         )  # fmt: skip
@@ -183,6 +183,13 @@ class Grid(Component):
         self._driven_by: Mapping[str, Held] | None = None
         self._signals: list[CompiledProfile] = []
         self.failed_at = np.zeros(2, dtype=np.int64)
+
+    def _contradiction(self, state: Mapping[str, np.ndarray]) -> str:
+        # Each cell notes one event, when its plastic strain leaves 0.
+        yielded = np.count_nonzero(state["plastic_strain"])
+        if not self._plastic or len(state["events"]) == yielded:
+            return ""
+        return f"got {yielded} cells that have yielded, and {len(state['events'])} events"
 
     # -- the contract -----------------------------------------------------------------------------------------------
 

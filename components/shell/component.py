@@ -114,6 +114,9 @@ class Shell(Component):
         self._scratch = kernel_arrays.make_scratch(m, len(self._whole.hourglass.partner), s)
         self._failed = np.zeros(2, dtype=np.int64)
 
+    def _contradiction(self, state: Mapping[str, np.ndarray]) -> str:
+        return "" if self._breaking is None else self._breaking.contradiction(state)
+
     @property
     def _solid(self) -> Solid:
         """The tables of the kernels, with the cracks that the state has."""

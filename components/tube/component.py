@@ -68,7 +68,7 @@ class Tube(Component):
         stations, words = shell.parameters.body.counts[0], shell.memory.size
         self._lay_out(
             gas=("f8", (gas.memory.size,)), shell=("f8", (words,)), peak_pressure=("f8", (stations,)),
-            widening=("f8", (stations,)), tally=("f8", (exchange.TALLY,)), awake=("i8", (1,)),
+            widening=("f8", (stations,)), tally=("f8", (exchange.TALLY,)), awake=("i8", (1,), 0, 1),
         )  # fmt: skip
         # The second shell shares the tables of the first one while it is there.
         tables = shell.assembly

@@ -275,7 +275,7 @@ class ComponentEnv(Recreatable, gymnasium.Env[Observation, npt.NDArray[np.float3
         self.component.restore(state.snapshot)
         self._go_on(state.episode)
         if random is not None:
-            if type(self.np_random.bit_generator) is type(random):
+            if isinstance(self.np_random.bit_generator, np.random.PCG64):
                 self.np_random.bit_generator.state = random.state
             else:
                 self._np_random = np.random.Generator(random)

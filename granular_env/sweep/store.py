@@ -33,6 +33,8 @@ FORMAT, VERSION = "granular-env sweep", 1
 # Wall time between two waits for the disk [s].
 _SYNC_SECONDS = 5.0
 DESCRIPTION, JOURNAL, TABLE, CSV = "sweep.json", "results.jsonl", "table.parquet", "table.csv"
+# Files of a process that was killed while it wrote them; see `output_files.replacing`.
+_PARTS = ".*.part"
 
 
 _Hash = Annotated[str, StringConstraints(pattern="^[0-9a-f]{32}$")]
@@ -130,6 +132,8 @@ class Store:
                     f"{description['name']!r}",
                     hint="choose another folder",
                 )
+        for part in self.folder.glob(_PARTS):
+            part.unlink(missing_ok=True)
         self._mend()
         with replacing(self.folder / DESCRIPTION, SweepError) as part:
             part.write_text(json.dumps({"format": FORMAT, "version": VERSION, **description}), encoding="utf-8")
@@ -171,7 +175,7 @@ class Store:
 
 
 def _foreign(folder: Path) -> bool:
-    return any(path.name != JOURNAL for path in folder.iterdir())
+    return any(path.name != JOURNAL and not path.match(_PARTS) for path in folder.iterdir())
 
 
 def _line(result: Result) -> bytes:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from functools import cached_property
 from typing import Any
 
@@ -12,8 +12,8 @@ import numpy as np
 from ...contract import Variable
 from ...drawables import Drawable, Links, Points
 from ...errors import ParameterError
-from ...events import EventDetail
-from ...state_block import Block
+from ...events import MOST_INDEX, EventDetail
+from ...state_block import LARGEST, Block, Layout
 from ...support.float_arrays import FloatArray
 from .. import kernels, parallel_steps
 from ..kernel_arrays import ColumnArray, IntArray, Scratch, Solid, State
@@ -21,7 +21,7 @@ from ..kernel_setup import Assembly, station_means, surface_quads
 from ..parameters import ShellParameters
 from .cracks import Cracks, Parting
 from .criterion_evaluation import find_parting, write_ratios
-from .facets import FACET_ROWS
+from .facets import facet_rows
 from .force_recalculation import (
     erode,
     leapfrog_energy,
@@ -88,11 +88,23 @@ class BreakingBody:
             assembly.lattice, assembly.points, assembly.stencils, whole, law, parameters.chosen_radius, parameters.basis
         )
         self.cracks.judged.limit[points_in_grips(parameters, assembly, law.grip_length)] = UNBREAKABLE
-        self._found = np.zeros(len(assembly.points.volume), dtype=np.int64)
+        points, nodes = len(assembly.points.volume), assembly.lattice.node_count
+        self.growing: Layout = {
+            "facets": facet_rows(points, assembly.lattice.shape),
+            "eroded": ("f8", (), 0, points - 1, points), "loosened": ("f8", (), 0, nodes - 1, nodes),
+        }  # fmt: skip
+        self.fields: Layout = {"losses": ("f8", (2,)), "nearest": ("f8", (3,), 0, (LARGEST, points - 1, MOST_INDEX))}
+        self._found = np.zeros(points, dtype=np.int64)
         self._seen_facets = np.zeros((0, 9))
 
-    growing = {"facets": FACET_ROWS, "eroded": ("f8", ()), "loosened": ("f8", ())}  # noqa: RUF012 - as `Block` takes it
-    fields = {"losses": ("f8", (2,)), "nearest": ("f8", (3,))}  # noqa: RUF012
+    def contradiction(self, state: Mapping[str, np.ndarray]) -> str:
+        """Return which list of the state has another length than its events; "" where none has."""
+        names, numbers = list(KINDS), state["events"][:, 1].astype(np.int64)
+        for name, kinds in (("facets", (PARTED,)), ("eroded", LOST_KINDS), ("loosened", (LOOSENED,))):
+            noted = np.count_nonzero(np.isin(numbers, [names.index(kind) for kind in kinds]))
+            if noted != len(state[name]):
+                return f"got {len(state[name])} {name}, and {noted} events of them"
+        return ""
 
     def solid(self, block: Block) -> Solid:
         """Return the tables of the kernels with the cracks of the state."""

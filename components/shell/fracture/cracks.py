@@ -43,7 +43,7 @@ class Parting(NamedTuple):
     """The new cracks at the end of a tick.
 
     Attributes:
-        facets: new ones, rows of `facets.FACET_ROWS`.
+        facets: new ones, rows of `facets.facet_rows`.
         values: what decided at the point of each, and its limit.
         spent: points that have passed their limit again, long after they had parted.
         spent_values: what decided at these, and the limits.

@@ -11,14 +11,25 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ...events import MOST_INDEX
+from ...state_block import Field
 from ...support.float_arrays import FloatArray
 from ...support.jit import internal_inlined, jit
 
-# A facet in the state: its point, its middle, its normal in index space, half its extent along the thickness, its tick.
-FACET_ROWS = ("f8", (9,))
 # Neighbouring facets overlap by this [spacings].
 _OVERLAP = 0.01
 _HALF_CELL = 0.5
+
+
+def facet_rows(points: int, shape: tuple[int, int, int]) -> Field:
+    """Return facets in the state: point, middle, normal in index space, half the extent along the thickness, tick.
+
+    Args:
+        points: how many there are; each parts at most twice.
+        shape: numbers of planes of nodes along the axes.
+    """
+    high = (points - 1, *shape, 1.0, 1.0, 1.0, shape[2], MOST_INDEX)
+    return Field("f8", (9,), (0, -1.0, -1.0, -1.0, -1.0, -1.0, -1.0, 0.0, 0), high, 2 * points)
 
 
 class LatticeTable(NamedTuple):
@@ -64,7 +75,7 @@ def mark_hidden(facet, table, begin, lowest, offsets, places, points, hidden):
     """Mark the neighbours that some points lose to a facet, and return how many points lose one; those come first then.
 
     Args:
-        facet: a row of `FACET_ROWS`.
+        facet: a row of `facet_rows`.
         table: `LatticeTable`.
         begin: where the neighbours of each point begin, shape (m + 1,).
         lowest: the neighbour of each point that has the least number, shape (m,).
@@ -98,7 +109,7 @@ def mark_links(facet, table, columns, links):
     """Mark the links between neighbouring columns that cross a facet.
 
     Args:
-        facet: a row of `FACET_ROWS`.
+        facet: a row of `facet_rows`.
         table: `LatticeTable`.
         columns: which are near, shape (k,).
         links: 1 where cut, of each column with the ones after it along, after it across, and both ways diagonally, for each

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from ...components.drawables import Cells, Drawable, Links, Points
+from ...components.drawables import Cells, Drawable, Links, Points, element_count
 from ...components.errors import ParameterError
 from ...components.events import Event, EventDetail
 from ...components.support.float_arrays import FloatArray
@@ -111,19 +111,6 @@ def refuse_unknown_place(index: int | None, details: Sequence[EventDetail | None
     if index >= max(sizes.values()):
         expected = " or ".join(f"0 to {size - 1} ({name})" for name, size in sizes.items())
         raise ParameterError(f"got {index}", expected=expected, at="index")
-
-
-def element_count(drawn: Drawable) -> int:
-    """Return how many elements events of a kind may count by its number: points, links or cells; 0 of what has none."""
-    match drawn:
-        case Links():
-            return len(drawn.pairs)
-        case Points():
-            return len(drawn.reference)
-        case Cells():
-            return len(drawn.connectivity)
-        case _:
-            return 0
 
 
 def _middle(points: FloatArray) -> tuple[float, ...]:

@@ -191,7 +191,7 @@ class RecordReader:
         return ticks, values
 
     def event_rows(self, row: np.ndarray) -> np.ndarray:
-        """Return the events of one record, shape (events, 5), as `events.EVENT_ROWS` says."""
+        """Return the events of one record, shape (events, 5), as `events.event_rows` says."""
         record = self.read(row)
         rows = record.arrays.get("rows")
         if not self._are_events(rows) or len(rows) != record.count or rows[0, 0] != record.first or rows[-1, 0] != record.last:
@@ -214,7 +214,7 @@ class RecordReader:
         return rows
 
     def _are_events(self, rows: Any) -> TypeGuard[np.ndarray]:
-        """Return whether these are rows as `events.EVENT_ROWS` says, in the order of time, of kinds that there are."""
+        """Return whether these are rows as `events.event_rows` says, in the order of time, of kinds that there are."""
         if rows is None or rows.dtype != np.float64 or rows.ndim != 2 or rows.shape[1] != 5:
             return False
         ticks, kinds, places = rows[:, :3].T

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import fcntl
+import gc
 import os
 import secrets
 import threading
@@ -187,7 +188,11 @@ def _check_is_log(file: IO[bytes], path: Path) -> bool:
 
 def _lock(file: IO[bytes], path: Path) -> IO[bytes]:
     try:
-        fcntl.flock(file.fileno(), fcntl.LOCK_EX | fcntl.LOCK_NB)
+        try:
+            fcntl.flock(file.fileno(), fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            gc.collect()  # a recorder that was dropped unclosed holds its lock until it is collected with its component
+            fcntl.flock(file.fileno(), fcntl.LOCK_EX | fcntl.LOCK_NB)
     except BlockingIOError:
         file.close()
         raise ParameterError(
