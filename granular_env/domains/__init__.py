@@ -20,14 +20,14 @@ class Environment:
 
     Attributes:
         entry_point: what makes the single one.
-        vector_entry_point: what makes a native batch; None where there is none: `gymnasium.make_vec` then makes Gymnasium's
-            own, and `granular-env describe` says so.
         reward_threshold: the return at which the task counts as solved.
+        batch: a class of native batches, batch(make, count, **arguments); None where there is none: `gymnasium.make_vec` then
+            makes Gymnasium's own, and `granular-env describe` says so.
     """
 
     entry_point: str
-    vector_entry_point: str | None
     reward_threshold: float
+    batch: str | None = None
 
 
 @dataclass(frozen=True)

@@ -283,9 +283,9 @@ class ComponentEnv(Recreatable, gymnasium.Env[Observation, npt.NDArray[np.float3
             self._origin = state.origin
 
     def __reduce__(self) -> tuple[Any, ...]:
-        """Support pickle and `copy.deepcopy`: the constructor's arguments, and where the episode is."""
-        issued = self.component.issued_cautions
-        return _recreate, (self._made_by, *self._made_with, self.save(), self._np_random_seed, self.spec, issued)
+        """Support pickle and `copy.deepcopy`: the constructor's arguments, where the episode is, and the generators."""
+        kept = {"_np_random_seed": self._np_random_seed, "spec": self.spec, "action_space": self.action_space}
+        return _recreate, (self._made_by, *self._made_with, self.save(), self.component.issued_cautions, kept)
 
     def guarded_copy(self) -> ComponentEnv:
         """Return a copy for `check_task`."""
@@ -487,15 +487,15 @@ def _recreate(
     arguments: Any,
     keywords: Mapping[str, Any],
     state: EnvState,
-    seed: int | None,
-    spec: Any,
     issued_cautions: IssuedCautions,
+    kept: Mapping[str, Any],
 ) -> ComponentEnv:
     """Return an environment that was made so, in this state; it says nothing that the first one has said."""
     env = make_again(make, arguments, keywords)
     env.component.share_cautions(issued_cautions)
     env.restore(state)
-    env._np_random_seed, env.spec = seed, spec
+    for name, value in kept.items():
+        setattr(env, name, value)
     return env
 
 

@@ -7,5 +7,5 @@ from granular_env.domains import Environment
 # The threshold is what theory returns, rounded down, with the least favourable of the strengths that were tried. There is no
 # native batch: Gymnasium's own serves.
 ENVIRONMENTS = {
-    "granular_env/Confinement-v2": Environment(f"{__name__}.confinement:make_confinement", None, -0.098),
+    "granular_env/Confinement-v2": Environment(f"{__name__}.confinement:make_confinement", -0.098),
 }
