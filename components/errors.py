@@ -165,7 +165,12 @@ class GranularError(Exception):
     """
 
     def __init__(
-        self, *faults: Phrase | Fault | GranularError, at: str | Location = (), expected: Phrase = "", hint: Phrase = "", source: Phrase = ""
+        self,
+        *faults: Phrase | Fault | GranularError,
+        at: str | Location = (),
+        expected: Phrase = "",
+        hint: Phrase = "",
+        source: Phrase = "",
     ) -> None:
         super().__init__(*faults)
         self.faults: tuple[Fault, ...] = ()

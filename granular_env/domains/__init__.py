@@ -96,6 +96,11 @@ def domain_of(component: str) -> Domain:
     return DOMAINS.get(component, _NOTHING)
 
 
+def gradient_domains() -> str:
+    """Return the names of the components that have gradients, for messages."""
+    return ", ".join(name for name, domain in DOMAINS.items() if domain.gradients is not None)
+
+
 def find_environment(name: str) -> str | None:
     """Return the registered name of an environment, from that or from its last part; None where there is none."""
     return next((known for known in environments() if name in (known, known.rpartition("/")[2])), None)

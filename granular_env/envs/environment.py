@@ -73,7 +73,8 @@ class ComponentEnv(Recreatable, gymnasium.Env[Observation, npt.NDArray[np.float3
     * `deadline`: control steps of an episode; None for no end.
     * `hold` (1): control steps for which an action is held (frame skip); the reward of a step is the sum of theirs.
     * `clock` (0): numbers at the end of the observation that tell the time, cos(pi k t / deadline), k = 1 to `clock`.
-    * `step_error_reward`: reward of a step that the component refuses; make it less than what an episode can cost.
+    * `step_error_reward` (-10): reward of a step that the component refuses, in place of the task's. An episode that the
+      component does not refuse can return less.
     * `render_mode`: None or "rgb_array".
 
     `reset(options={"velocity": {0: 5.0}})` gives start values, as `Component.reset` takes them.

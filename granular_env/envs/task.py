@@ -17,6 +17,7 @@ from numpy.random import Generator
 
 from ..components.component import Component
 from ..components.errors import ParameterError, one_line
+from ..domains import gradient_domains
 from .policies import Policy
 
 Seen = Mapping[str, npt.NDArray[np.float64]]
@@ -56,9 +57,25 @@ class Task(ABC):
     def judge(self, component: Component, seen: Seen, duration: float) -> tuple[float, bool]:
         """Reward of a control step that lasted `duration` [s], and whether the episode has reached its end."""
 
+    def objective(self, component: Any, steps: int) -> Any:
+        """Return the smooth counterpart of minus the return, for gradients.
+
+        Raises:
+            ParameterError: this task has none.
+        """
+        raise no_objective(self)
+
     def baselines(self) -> Mapping[str, Policy]:
         """Return policies to compare with, by name: "nothing", "theory" (made by hand), "best" (best known); here none."""
         return {}
+
+
+def no_objective(task: Task) -> ParameterError:
+    """Return the error for a task without gradients."""
+    return ParameterError(
+        f"task {task.name!r} has no objective with a gradient",
+        hint=f"use a method that needs none; components with gradients: {gradient_domains()}",
+    )
 
 
 def judgement(task: Task, component: Component, seen: Seen, duration: float) -> tuple[float, bool]:

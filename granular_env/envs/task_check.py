@@ -27,7 +27,7 @@ def check_task(env: gymnasium.Env[Any, Any], *, steps: int = 200, seed: int = 0)
     counters, keeps something from the episode before, or draws random numbers in `begin` or `judge` is refused by name.
 
     The kernels of a `ChainTask`, and all jitted functions that they call, run uncompiled on guarded arrays: an index beyond
-    counters, constants, inputs or the chain, a negative one in the table, and a write into anything but the counters are
+    counters, constants, inputs or the table, a negative one in the table, and a write into anything but the counters are
     refused by name, as is a reward that is not finite.
 
     Branches that the episode does not enter are not seen: choose `steps` and `seed` so that it does.
@@ -70,9 +70,7 @@ def check_task(env: gymnasium.Env[Any, Any], *, steps: int = 200, seed: int = 0)
     return max(first)
 
 
-def _transcript(
-    env: ComponentEnv, actions: np.ndarray, seed: int, attempts: int
-) -> Iterator[tuple[int, dict[str, Any]]]:
+def _transcript(env: ComponentEnv, actions: np.ndarray, seed: int, attempts: int) -> Iterator[tuple[int, dict[str, Any]]]:
     """Yield what an agent gets of the reset (0), and `attempts` times of each action, always from the same saved state."""
     observation, info = env.reset(seed=seed)
     yield 0, {**info, "observation": observation}

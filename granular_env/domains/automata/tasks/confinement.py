@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import Any, TypedDict, Unpack
+from typing import Any, Unpack
 
 import numpy as np
 import numpy.typing as npt
@@ -17,6 +17,7 @@ from granular_env.components.errors import ParameterError
 from granular_env.components.support.float_arrays import FloatArray
 from granular_env.components.support.validation import finite_number, positive_number, whole_number
 from granular_env.envs.environment import ComponentEnv, Ready, environment_factory
+from granular_env.envs.factory_options import Options
 from granular_env.envs.policies import Constant, OpenLoop, Policy
 from granular_env.envs.state import Drawn
 from granular_env.envs.task import Seen, Task
@@ -35,15 +36,6 @@ _BEST = (0.037, 0.0, 0.0, 0.148, 0.298, 0.474, 0.627, 0.837)
 _CONSTANT = 0.5
 # The parameter that is drawn for an episode, and from how many numbers.
 _SEED, _SEEDS = "strength_seed", 2**16
-
-
-class Options(TypedDict, total=False):
-    """Options of the environment beside its own arguments; see `ComponentEnv`."""
-
-    clock: int
-    hold: int
-    step_error_reward: float
-    render_mode: str | None
 
 
 class ConfinementTask(Task):
