@@ -403,3 +403,10 @@ def test_wrong_arguments_are_refused(name: str, arguments: dict[str, Any], words
 def test_policies_are_made_of_numbers(given: Any) -> None:
     with pytest.raises(ParameterError):
         Constant(given)
+
+
+def test_what_a_task_wants_of_its_chain_is_said_by_name() -> None:
+    with pytest.raises(ParameterError, match="task 'pulse_forming': grains: got 1, expected at least 2"):
+        make_pulse_forming(grains=1)
+    with pytest.raises(ParameterError, match=r"task 'pulse_forming': chain.law: got 'linear', expected Hertz contacts"):
+        make_pulse_forming(chain={"law": {"name": "linear"}, "contact_stiffness": 1e7})
