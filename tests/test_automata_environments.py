@@ -39,8 +39,9 @@ def test_without_pressure_the_specimen_bursts_and_the_more_is_known_the_better(r
     order = [returns[name][0] for name in ("nothing", "constant", "theory", "best")]
     assert order == sorted(order)
     # Pinned to three digits: they are in the docstring and on the page.
-    assert [round(value, 3) for value in order[1:]] == [-0.306, -0.089, -0.063]
-    assert gymnasium.spec(NAME).reward_threshold == pytest.approx(returns["theory"][0], abs=0.01)
+    assert [round(value, 3) for value in order[1:]] == [-0.296, -0.089, -0.063]
+    # The threshold is the worst of 100 draws: -0.103, this one returns -0.089.
+    assert gymnasium.spec(NAME).reward_threshold == pytest.approx(returns["theory"][0], abs=0.02)
     assert returns["theory"][0] > gymnasium.spec(NAME).reward_threshold
     assert returns["theory"][1]["broken_part"] < 0.01 and returns["best"][1]["broken_part"] < 0.05
 
@@ -128,9 +129,8 @@ def test_the_pressure_follows_by_its_largest_change_and_noise_does_not_break_the
     with pytest.raises(ParameterError, match="action_rate: got 0"):
         make_confinement(action_rate=0.0)
     noise = np.random.default_rng(0).normal(0.0, 0.1, 50)
-    env = make_confinement()
-    total, _ = play(env, OpenLoop(np.clip(env.task.theory / SCALE + noise, 0.0, 1.0)), seed=0)
-    assert -0.25 < total < -0.15  # without the limit -1.01: lost
+    policy = OpenLoop(np.clip(make_confinement().task.theory / SCALE + noise, 0.0, 1.0))
+    assert play(make_confinement(action_rate=None), policy, seed=0)[0] < -1.0 < -0.3 < play(make_confinement(), policy, seed=0)[0]
 
 
 def test_theory_is_consistent() -> None:

@@ -200,8 +200,8 @@ def make_confinement(
 
     ## Action space
     `Box(-1, 1, (1,), float32)`: the pressure on both sides, in units of `pressure` (6e7 Pa). Sides cannot be pulled: below 0
-    counts as 0. The pressure follows by at most `action_rate` of `pressure` between two actions: its jumps send waves through the
-    specimen, which would break it.
+    counts as 0. The pressure changes by at most `action_rate` of `pressure` between two actions, because a jump sends waves
+    through the specimen that break it.
 
     ## Observation space
     `Box(-10, 10, (4 n + clock,), float32)` for n automata (242): the stress of each (xx, yy, xy), in units of 1e8 Pa; the part
@@ -209,11 +209,11 @@ def make_confinement(
     "broken_part", the part of all pairs that is broken.
 
     ## Rewards
-    Minus the part of all pairs that broke in the step, minus `price` x (pressure / `pressure`) / `deadline`: the largest
-    pressure, held to the deadline, costs `price`. A specimen of which more than `lost` is broken counts as wholly broken. So the return is
-    -(part that is broken) - price x (mean of the pressure / `pressure`): -1 for doing nothing. Medians and ranges over the seeds
-    100 to 199: theory -0.089 (-0.103 to -0.086), the best that is known -0.063 (-0.092 to -0.060); over the seeds 100 to 119 a
-    constant action of 0.5 returns -0.30 (-0.33 to -0.27). An agent that looks at the damage may do better.
+    Minus the part of all pairs that broke in the step, minus `price` x p / `deadline`, where p is the pressure in units of
+    `pressure`. A specimen of which more than `lost` is broken counts as wholly broken. So the return is
+    -(part that is broken) - price x (mean of p): -1 for doing nothing. Medians and ranges over the seeds 100 to 199: theory
+    -0.089 (-0.103 to -0.086), the best that is known -0.063 (-0.092 to -0.060); over the seeds 100 to 119 a constant action of
+    0.5 returns -0.30 (-0.33 to -0.27). An agent that looks at the damage may do better.
 
     ## Start state
     All pairs linked, no stress, and the velocities of an even compression: no wave runs from the ends. Each episode has a
