@@ -130,7 +130,9 @@ def test_the_pressure_follows_by_its_largest_change_and_noise_does_not_break_the
         make_confinement(action_rate=0.0)
     noise = np.random.default_rng(0).normal(0.0, 0.1, 50)
     policy = OpenLoop(np.clip(make_confinement().task.theory / SCALE + noise, 0.0, 1.0))
-    assert play(make_confinement(action_rate=None), policy, seed=0)[0] < -1.0 < -0.3 < play(make_confinement(), policy, seed=0)[0]
+    assert (
+        play(make_confinement(action_rate=None), policy, seed=0)[0] < -1.0 < -0.3 < play(make_confinement(), policy, seed=0)[0]
+    )
 
 
 def test_theory_is_consistent() -> None:

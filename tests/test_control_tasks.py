@@ -346,7 +346,7 @@ def test_the_same_seed_gives_the_same_episode(name: str, action: str) -> None:
 
 @pytest.mark.parametrize("name", list(TASKS))
 def test_the_native_batch_gives_what_single_environments_give(name: str) -> None:
-    made = {"PulseForming": {"place": 6, "deadline": 60}, "SolitonTrain": {}}.get(name, {"deadline": 60})
+    made = {"PulseForming": {"place": 6, "deadline": 60}, "SolitonTrain": {}}.get(name, {"grains": 12, "deadline": 60})
     native, single = (
         gymnasium.make_vec(f"granular_env/{name}-v1", num_envs=3, vectorization_mode=mode, **made)
         for mode in ("vector_entry_point", "sync")

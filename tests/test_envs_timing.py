@@ -30,7 +30,7 @@ TIMED = {"PulseForming", "Protection", "EnergyDelivery", "SolitonTrain"}
 
 @pytest.mark.parametrize("maker", sorted(MAKERS))
 def test_the_clock_tells_the_time_and_makes_the_deadline_an_end(maker: str) -> None:
-    env, without = MAKERS[maker](deadline=6, clock=3), MAKERS[maker](deadline=6, clock=0)
+    env, without = MAKERS[maker](deadline=6, internal_steps=20, clock=3), MAKERS[maker](deadline=6, internal_steps=20, clock=0)
     size = without.observation_space.shape[0]
     assert env.observation_space.shape == (size + 3,)
     assert env.observation_space.high[size:].tolist() == [1.0] * 3 == (-env.observation_space.low[size:]).tolist()
@@ -48,10 +48,10 @@ def test_the_clock_tells_the_time_and_makes_the_deadline_an_end(maker: str) -> N
 
 @pytest.mark.parametrize("maker", sorted(MAKERS))
 def test_a_held_action_is_that_action_for_several_control_steps(maker: str) -> None:
-    env, single = MAKERS[maker](deadline=10, hold=4), MAKERS[maker](deadline=10)
+    env, single = MAKERS[maker](deadline=30, hold=12), MAKERS[maker](deadline=30)
     env.reset(seed=1)
     single.reset(seed=1)
-    for action, count in ((0.5, 4), (-0.2, 4), (0.7, 2)):
+    for action, count in ((0.5, 12), (-0.2, 12), (0.7, 6)):
         observation, reward, terminated, truncated, info = env.step([action])
         rewards = []
         for _ in range(count):

@@ -50,7 +50,7 @@ def check_task(env: gymnasium.Env[Any, Any], *, steps: int = 200, seed: int = 0)
             f"got {one_line(env)}", expected="the environment of one task, such as ComponentEnv(component, task)", at="env"
         )
     source = f"task {one.task.name!r}"
-    actions = np.random.default_rng(seed).uniform(-1.0, 1.0, (steps, *one.action_space.shape))
+    actions = np.random.default_rng(seed).uniform(-1.0, 1.0, (steps, *(one.action_space.shape or ())))
     try:
         copy = one.guarded_copy()
         first = dict(_transcript(copy, actions, seed, 1))

@@ -60,7 +60,7 @@ def arrived_by(
     Raises:
         ParameterError: less than a thousandth of it arrives by the deadline.
     """
-    most = 0.0
+    most, step = 0.0, 0
     for step in range(1, max(steps, _LONGEST) + 1):
         try:
             driven.step(duration, **inputs)
