@@ -153,7 +153,8 @@ class GranularError(Exception):
         raise ParameterError("got -1", expected="a number above 0", at="start.velocity[3]")
 
     Args:
-        *faults: what is wrong; a text is what came, or the whole sentence.
+        *faults: what is wrong; a text is what came, or the whole sentence. Another error of the family stands for its faults:
+            Gymnasium raises the errors of its workers again as ``kind(error)``.
         expected: what would be right.
         at: where that is: a text such as "input.force[0,1]", or its parts.
         hint: what to do.
@@ -164,12 +165,20 @@ class GranularError(Exception):
     """
 
     def __init__(
-        self, *faults: Phrase | Fault, at: str | Location = (), expected: Phrase = "", hint: Phrase = "", source: Phrase = ""
+        self,
+        *faults: Phrase | Fault | GranularError,
+        at: str | Location = (),
+        expected: Phrase = "",
+        hint: Phrase = "",
+        source: Phrase = "",
     ) -> None:
         super().__init__(*faults)
-        self.faults = tuple(
-            one if isinstance(one, Fault) else Fault(to_location(at), one, expected, hint, source) for one in faults
-        )
+        self.faults: tuple[Fault, ...] = ()
+        for one in faults:
+            if isinstance(one, GranularError):
+                self.faults += one.faults
+            else:
+                self.faults += (one if isinstance(one, Fault) else Fault(to_location(at), one, expected, hint, source),)
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Support pickle: workers send errors to the process that shows them."""

@@ -24,12 +24,12 @@ SIZE = (720, 270)  # pixels
 ENVIRONMENTS = environments()
 PUSH = "a push of 2.4 m/s for 18 us"
 # What is shown, where that is not the last baseline under the seed 0: the seed of the episode, and which baseline plays. A new
-# environment needs no line. Piston-v1 has no baseline, but this drive, `PUSH`; Confinement-v2 shows what breaks by itself.
+# environment needs no line. Piston-v1 has no baseline, but this drive, `PUSH`; Confinement-v3 shows what breaks by itself.
 PLAYS: dict[str, tuple[int, str | OpenLoop]] = {
     "Piston-v1": (0, OpenLoop([0.24] * 12)),
     "Absorption-v1": (1, "theory"),
     "SolitonTrain-v1": (2, "theory"),
-    "Confinement-v2": (0, "nothing"),
+    "Confinement-v3": (0, "nothing"),
 }
 
 

@@ -68,9 +68,7 @@ def component_facts(name: str, parameters: dict[str, Any]) -> dict[str, Any]:
     facts: dict[str, Any] = {"name": name, "version": kind.version, "description": first_sentence(kind.__doc__ or "")}
     offered = domain_of(name).load("environments") or {}
     facts["events"] = dict(kind.event_kinds)
-    facts["environments"] = [
-        {"name": registered, "native_batch": one.vector_entry_point is not None} for registered, one in offered.items()
-    ]
+    facts["environments"] = [{"name": registered, "native_batch": one.batch is not None} for registered, one in offered.items()]
     facts["parameters"] = _facts_of_parameters(kind.Parameters)
     for causality in ("input", "output"):
         facts[f"{causality}s"] = [_facts_of_variable(v) for v in variables if v.causality == causality]
@@ -100,7 +98,7 @@ def _facts_of_variable(variable: Variable) -> dict[str, Any]:
 def _environments(name: str) -> list[tuple[str, str]]:
     """Return the registered environments of a component, each with what make_vec makes of it."""
     offered = domain_of(name).load("environments") or {}
-    return [(registered, "native batch" if one.vector_entry_point else _NO_BATCH) for registered, one in offered.items()]
+    return [(registered, "native batch" if one.batch else _NO_BATCH) for registered, one in offered.items()]
 
 
 def _rows(model: type[BaseModel], prefix: str = "") -> list[tuple[str, str, str, str]]:

@@ -9,6 +9,7 @@ import numba
 import numpy as np
 import pytest
 
+import granular_env as ge
 from granular_env import Chain, ParameterError
 from granular_env.components.chain.adjoint import evaluate
 from granular_env.components.chain.layout import MASS, PEAK, V
@@ -358,3 +359,18 @@ def test_differences_that_leave_what_a_chain_may_be_say_so() -> None:
     with pytest.raises(ParameterError, match="leaves what a chain may be: .*gap: got -.*smaller step") as caught:
         central_differences(total(chain, velocity(-1).at_end()), chain, drive, {"gap": 1e-9}, ticks=2)
     assert "shape" not in str(caught.value)
+
+
+@pytest.mark.parametrize("name", ["discs", "grid", "oscillator", "detonation"])
+def test_a_component_without_gradients_is_refused_at_every_entry(name: str) -> None:
+    other: Any = ge.make(name)
+    at_rest = total(Chain(grains=3), velocity(0).at_end())
+    drive = np.zeros((4, 2))
+    for entry in (
+        lambda: total(other, velocity(0).at_end()),
+        lambda: value_and_grad(at_rest, other, drive, ticks=1),
+        lambda: central_differences(at_rest, other, drive, {"drive": drive}, ticks=1),
+        lambda: check_objective(at_rest, other),
+    ):
+        with pytest.raises(ParameterError, match="chain: got .*, expected a Chain; components with gradients: chain"):
+            entry()

@@ -42,7 +42,7 @@ class LastVelocity(ChainTask):
 
     name = "last velocity"
     actions, observations = {"left_force": 100.0}, {"displacement": 1e-5, "velocity": 1.0}
-    counter_names = ("velocity",)
+    counter_names = ("last_velocity",)
     begin_kernel, judge_kernel = staticmethod(begin), staticmethod(judge)
 
     def __init__(self, target=1.0):
@@ -119,7 +119,7 @@ def test_a_module_beside_the_file_is_found_and_its_task_searched(module, tmp_pat
     result = run_study(tmp_path / "study.toml", tmp_path / "results")
     gradient, drawn = best_of(result, "gradient"), best_of(result, "random")
     assert gradient.value > -1e-3 > drawn.value > result.baselines["nothing"].value
-    assert gradient.episode.counters["velocity"] == pytest.approx(0.5, abs=1e-3)
+    assert gradient.episode.counters["last_velocity"] == pytest.approx(0.5, abs=1e-3)
 
 
 def test_from_the_command_line_a_task_of_ones_own_is_a_script_that_check_does_not_run(module, tmp_path, monkeypatch, capsys):

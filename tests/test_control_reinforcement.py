@@ -58,7 +58,7 @@ def test_the_batch_gives_stable_baselines_what_it_gives_itself():
 def test_infos_of_every_environment_come_through():
     from granular_env.control.stable_baselines import Sb3VecEnv
 
-    theirs, single = Sb3VecEnv(batch(2, deadline=4)), batch(1, deadline=4)
+    theirs, single = Sb3VecEnv(batch(2, deadline=4, internal_steps=20)), batch(1, deadline=4, internal_steps=20)
     theirs.seed(3)
     theirs.reset()
     single.reset(seed=3)
@@ -78,7 +78,7 @@ def test_a_clock_makes_the_deadline_an_end_that_is_not_looked_beyond():
     from granular_env.control.stable_baselines import Sb3VecEnv
 
     for clock in (0, 2):
-        env = Sb3VecEnv(batch(2, deadline=8, hold=4, clock=clock))
+        env = Sb3VecEnv(batch(2, deadline=8, internal_steps=10, hold=4, clock=clock))
         assert env.observation_space.shape == (12 + clock,)
         env.reset()
         rest = np.zeros((2, 1), np.float32)

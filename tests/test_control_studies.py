@@ -19,6 +19,7 @@ from granular_env.cli import main
 from granular_env.components.errors import ExperimentError, MissingExtraError, ParameterError
 from granular_env.control.drive import Drive, DriveShape
 from granular_env.control.study import figures, load_study, runner, shipped_studies
+from granular_env.control.study.console import closing
 from granular_env.control.study.method_comparison import headings, verdicts
 from granular_env.control.study.methods.gradient import Gradient
 from granular_env.control.study.runner import run_study
@@ -557,3 +558,16 @@ def test_starts_lie_about_a_baseline_on_a_few_straight_lines():
     assert 0.0 < np.abs(start - middle).max() <= 0.2
     bends = np.abs(np.diff(start, 2)) > 1e-12
     assert bends.sum() <= 4 and not np.array_equal(start, gradient._start(search, middle, 2))
+
+
+def test_a_search_whose_slopes_are_all_zero_is_reported(tmp_path: Path) -> None:
+    class Flat(Bowl):
+        def value_and_grad(self, drive: np.ndarray, seeds: list[int]) -> tuple[float, np.ndarray]:
+            return -self._value(drive), np.zeros_like(drive)
+
+    study = bowl_study({"type": "gradient", "rounds": 1}, {"type": "random"})
+    found = run_study(study, tmp_path / "flat", problem=Flat())
+    again = run_study(study, tmp_path / "flat", problem=Flat())
+    for result in (found, again):
+        assert "note: gradient-1: the slopes of the objective were 0 at every point" in closing(result)
+    assert "slopes of the objective" not in closing(run_study(study, tmp_path / "bowl", problem=Bowl()))

@@ -117,8 +117,10 @@ def test_without_a_native_batch_gymnasiums_own_gives_the_single_returns(swing):
 
 
 def test_without_gradients_a_method_that_wants_them_is_refused_by_name(swing):
-    with pytest.raises(ParameterError, match="task 'swing' has no objective with a gradient; use a method that needs none"):
+    with pytest.raises(ParameterError, match="task 'swing' has no objective .*; components with gradients: chain"):
         swing.value_and_grad(drives(swing, 1)[0], SEEDS)
+    with pytest.raises(ParameterError, match="components with gradients: chain"):
+        swing.env.task.objective(swing.env.component, 10)
 
 
 def test_make_vec_takes_gymnasiums_own_batch_where_there_is_no_native_one():

@@ -346,7 +346,7 @@ def test_the_same_seed_gives_the_same_episode(name: str, action: str) -> None:
 
 @pytest.mark.parametrize("name", list(TASKS))
 def test_the_native_batch_gives_what_single_environments_give(name: str) -> None:
-    made = {"PulseForming": {"place": 6, "deadline": 60}, "SolitonTrain": {}}.get(name, {"deadline": 60})
+    made = {"PulseForming": {"place": 6, "deadline": 60}, "SolitonTrain": {}}.get(name, {"grains": 12, "deadline": 60})
     native, single = (
         gymnasium.make_vec(f"granular_env/{name}-v1", num_envs=3, vectorization_mode=mode, **made)
         for mode in ("vector_entry_point", "sync")
@@ -403,3 +403,10 @@ def test_wrong_arguments_are_refused(name: str, arguments: dict[str, Any], words
 def test_policies_are_made_of_numbers(given: Any) -> None:
     with pytest.raises(ParameterError):
         Constant(given)
+
+
+def test_what_a_task_wants_of_its_chain_is_said_by_name() -> None:
+    with pytest.raises(ParameterError, match="task 'pulse_forming': grains: got 1, expected at least 2"):
+        make_pulse_forming(grains=1)
+    with pytest.raises(ParameterError, match=r"task 'pulse_forming': chain.law: got 'linear', expected Hertz contacts"):
+        make_pulse_forming(chain={"law": {"name": "linear"}, "contact_stiffness": 1e7})

@@ -276,7 +276,7 @@ def test_options_give_start_values() -> None:
 
 
 def test_the_deadline_truncates(make: Callable[..., ComponentEnv]) -> None:
-    env = make(deadline=7)
+    env = make(deadline=7, internal_steps=20)
     env.reset(seed=1)
     ends = [env.step([0.0])[2:4] for _ in range(7)]
     assert ends == [(False, False)] * 6 + [(False, True)]

@@ -24,13 +24,13 @@ from granular_env.recording import record, verify
 
 register_all()
 DRAWN: dict[str, Any] = {"randomise": {"radius": (2e-3, 3e-3)}}
-SMALL: dict[str, Any] = {"grains": 6, "deadline": 12, **DRAWN}
+SMALL: dict[str, Any] = {"grains": 6, "deadline": 24, **DRAWN}
 
 
 def radii(vectoriser: str, count: int = 4) -> np.ndarray:
     env = gymnasium.make_vec("granular_env/Protection-v1", count, vectorization_mode=vectoriser, **SMALL)
     found = [env.reset(seed=0)[1]["drawn_radius"]]
-    for _ in range(14):  # the next episode begins on the way
+    for _ in range(26):  # the next episode begins on the way
         infos = env.step(np.zeros((count, 1), np.float32))[4]
     found.append(infos["drawn_radius"])
     env.close()
@@ -71,7 +71,7 @@ def test_a_state_carries_the_chain_that_was_drawn() -> None:
     assert other.component.identity == env.component.identity and other.observe()[1].keys() == env.observe()[1].keys()
     assert transcript(other, actions(20, seed=1)) == transcript(env, actions(20, seed=1))
     np.testing.assert_array_equal(other.reset()[0], env.reset()[0])
-    plain = make_protection(grains=6, deadline=12)
+    plain = make_protection(grains=6, deadline=24)
     plain.reset(seed=1)
     for one, foreign in ((plain, state), (other, plain.save())):
         before = one.save()

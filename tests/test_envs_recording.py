@@ -52,7 +52,7 @@ def test_a_recorded_environment_verifies(maker: type, tmp_path: Path) -> None:
 
 def test_every_action_is_in_the_log(tmp_path: Path) -> None:
     path = tmp_path / "actions.mcap"
-    env = RecordEnv(make_piston(grains=6, deadline=10), path, every=1.5e-6, variables=["velocity"])
+    env = RecordEnv(make_piston(grains=6, deadline=15), path, every=1.5e-6, variables=["velocity"])
     env.reset(seed=1)
     sent = np.linspace(-1.0, 1.0, 10)
     for action in sent:

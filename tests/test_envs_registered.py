@@ -69,14 +69,17 @@ def test_a_copy_goes_on_as_the_first_one(env: ComponentEnv, duplicate) -> None: 
     first, *rest = actions(env)
     env.reset(seed=5)
     env.step(first)
+    env.action_space.seed(1)
     other = duplicate(env)
+    assert other.action_space.sample().tolist() == env.action_space.sample().tolist()
     assert rewards_and_state(other, rest) == rewards_and_state(env, rest)
 
 
 @pytest.mark.filterwarnings("ignore::granular_env.components.errors.GranularWarning")
 def test_two_of_a_batch_are_two_single_ones(env: ComponentEnv) -> None:
     moves = actions(env)
-    batch = gymnasium.make_vec(env.spec.id, num_envs=2)
+    batch = gymnasium.make_vec(env.spec.id, num_envs=2, autoreset_mode="SameStep")
+    assert batch.metadata["autoreset_mode"] == gymnasium.vector.AutoresetMode.SAME_STEP
     batch.reset(seed=[5, 6])
     paid = np.array([batch.step(np.stack([move, -move]))[1] for move in moves])
     for place, (seed, sign) in enumerate(((5, 1.0), (6, -1.0))):

@@ -196,7 +196,7 @@ def test_states_move_between_batches_and_single_environments() -> None:
 
 
 def test_restored_environments_know_whether_they_are_over() -> None:
-    batch = ChainVectorEnv(make_protection, 2, grains=4, deadline=3, clock=0)
+    batch = ChainVectorEnv(make_protection, 2, grains=4, deadline=3, internal_steps=15, clock=0)
     batch.reset(seed=1)
     begun = batch.save()
     for _ in range(3):
@@ -204,7 +204,7 @@ def test_restored_environments_know_whether_they_are_over() -> None:
     assert truncated.all()
     over = batch.save()
     batch.restore(begun)
-    assert not batch.step(np.ones((2, 1)))[3].any() and batch.save()[0].snapshot.tick == 3
+    assert not batch.step(np.ones((2, 1)))[3].any() and batch.save()[0].snapshot.tick == 15
     batch.restore(over)
     assert batch.step(np.ones((2, 1)))[4]["time"].tolist() == [0.0, 0.0], "what is over is reset by the next step"
 

@@ -14,12 +14,14 @@ from support.env_toys import MAKERS, Swing
 
 from granular_env.components.chain import Chain, differentiable_quantities
 from granular_env.components.chain.layout import U, V
+from granular_env.components.component import Component
+from granular_env.components.discs import Discs
 from granular_env.components.errors import GranularWarning, ParameterError
 from granular_env.components.oscillator import Oscillator
 from granular_env.components.support.jit import jit
-from granular_env.domains.chain import ChainEnv, ChainTask, ChainVectorEnv, check_task
+from granular_env.domains.chain import ChainEnv, ChainTask, ChainVectorEnv
 from granular_env.domains.chain.tasks import ENVIRONMENTS
-from granular_env.envs import ComponentEnv
+from granular_env.envs import ComponentEnv, Task, check_task
 from granular_env.envs.task import refuse_incomplete
 
 DEADLINE = 20
@@ -278,3 +280,127 @@ def test_a_component_with_a_task_in_python_is_played() -> None:
     assert check_task(MAKERS["swing"](), steps=5) == 5
     with pytest.raises(ParameterError, match="expected the environment of one task"):
         check_task(None)  # type: ignore[arg-type]
+
+
+class Steady(Task):
+    """A toy for one slip at a time."""
+
+    name = "steady"
+    actions, observations = {"force": 1.0}, {"position": 1.0}  # noqa: RUF012
+
+    def begin(self, component: Component, seen: Any) -> None:
+        self.counters = {"count": 0}
+
+    def judge(self, component: Component, seen: Any, duration: float) -> tuple[float, bool]:
+        self.counters["count"] += 1
+        return np.float32(self.counters["count"]), np.bool_(False)  # type: ignore[return-value]
+
+
+class Hidden(Steady):
+    def begin(self, component: Component, seen: Any) -> None:
+        self.count = 0
+
+    def judge(self, component: Component, seen: Any, duration: float) -> tuple[float, bool]:
+        self.count += 1
+        return float(self.count), False
+
+
+class Leftover(Steady):
+    count = 0
+
+    def begin(self, component: Component, seen: Any) -> None:
+        Leftover.count += 1
+
+    def judge(self, component: Component, seen: Any, duration: float) -> tuple[float, bool]:
+        return float(Leftover.count), False
+
+
+class Drawing(Steady):
+    def judge(self, component: Component, seen: Any, duration: float) -> tuple[float, bool]:
+        return float(np.random.default_rng().random()), False
+
+
+class Stepping(Steady):
+    def judge(self, component: Component, seen: Any, duration: float) -> tuple[float, bool]:
+        component.step(component.step_size)
+        return 0.0, False
+
+
+class ArrayCounter(Steady):
+    def begin(self, component: Component, seen: Any) -> None:
+        self.counters = {"count": np.zeros(3)}  # type: ignore[dict-item]
+
+
+class Writing(Steady):
+    def judge(self, component: Component, seen: Any, duration: float) -> tuple[float, bool]:
+        seen["position"] *= 0.0
+        return 0.0, False
+
+
+def steady(task: Task) -> ComponentEnv:
+    return ComponentEnv(Oscillator(step_size=0.01), task, internal_steps=5, deadline=20)
+
+
+@pytest.mark.parametrize("task", [Hidden, Leftover, Drawing])
+def test_a_task_that_remembers_something_outside_its_counters_is_found(task: type[Task]) -> None:
+    with pytest.raises(ParameterError, match=r"task 'steady': reward: got .* after action \d.*counters"):
+        check_task(steady(task()))
+
+
+@pytest.mark.parametrize(
+    ("task", "said"),
+    [
+        (Stepping, "its judge moved the component from tick 5 to 6; read the component with get"),
+        (ArrayCounter, r"counters: got .*expected name -> number"),
+    ],
+)
+def test_a_task_that_steps_or_counts_in_arrays_is_refused_by_its_environment(task: type[Task], said: str) -> None:
+    with pytest.raises(ParameterError, match=f"task 'steady': {said}"):
+        env = steady(task())
+        env.reset(seed=0)
+        env.step([0.5])
+
+
+@pytest.mark.parametrize("name", ["time", "position", "step_error"])
+def test_a_counter_with_a_name_that_info_has_is_refused(name: str) -> None:
+    class Clash(Steady):
+        def begin(self, component: Component, seen: Any) -> None:
+            self.counters = {name: -5.0}
+
+    with pytest.raises(ParameterError, match=f"counters: got '{name}', which info already has"):
+        steady(Clash()).reset(seed=0)
+
+
+@pytest.mark.parametrize("names", [("time",), ("velocity",), ("left_force",), ("steps", "steps")])
+def test_a_counter_of_a_chain_with_a_name_that_info_has_is_refused(names: tuple[str, ...]) -> None:
+    with pytest.raises(ParameterError, match=f"counters: got '{names[0]}', which info already has"):
+        environment(counter_names=names)
+
+
+def test_a_task_cannot_write_into_what_it_sees() -> None:
+    env = steady(Writing())
+    env.reset(seed=0)
+    with pytest.raises(TypeError, match="item assignment"):
+        env.step([0.5])
+
+    class WritingArray(Steady):
+        actions, observations = {"force[0,0]": 1.0}, {"velocity": 1.0}  # noqa: RUF012
+
+        def judge(self, component: Component, seen: Any, duration: float) -> tuple[float, bool]:
+            seen["velocity"] *= 0.0
+            return 0.0, False
+
+    env = ComponentEnv(Discs(), WritingArray())
+    env.reset(seed=0)
+    with pytest.raises(ValueError, match="read-only"):
+        env.step([0.5])
+
+
+def test_what_a_task_counts_and_returns_are_plain_numbers_of_its_own() -> None:
+    env = steady(Steady())
+    _, first = env.reset(seed=0)
+    saved = env.save()
+    reward, info = env.step([0.5])[1], env.step([0.5])[4]
+    assert type(reward) is float and reward == 1.0 and type(info["count"]) is float
+    assert (first["count"], saved.episode[2]["count"], info["count"]) == (0.0, 0.0, 2.0)  # type: ignore[index]
+    assert check_task(env, steps=3) == 3

@@ -191,7 +191,11 @@ def test_make_vec_picks_the_batch() -> None:
 
 
 def test_parameters_may_differ_from_one_to_the_other() -> None:
-    own = [{"radius": 2e-3}, {"impulse": 1e-3, "chain": {"precompression": 3.0}}, {"deadline": 3, "noise": 0.1}]
+    own = [
+        {"radius": 2e-3},
+        {"impulse": 1e-3, "chain": {"precompression": 3.0}},
+        {"deadline": 3, "internal_steps": 40, "noise": 0.1},
+    ]
     common: dict[str, Any] = {"grains": 5, "chain": {"contact_stiffness": 1e9}}
     batch = ChainVectorEnv(make_protection, 3, parameters=own, **common)
     chains = [{**common["chain"], **each.get("chain", {})} for each in own]
@@ -230,7 +234,7 @@ def test_goals_of_other_sizes_may_differ_from_one_to_the_other() -> None:
 
 @pytest.mark.parametrize("mode", list(AutoresetMode))
 def test_what_environments_do_by_themselves_counts_in_the_batch(mode: AutoresetMode) -> None:
-    env = ChainVectorEnv(make_protection, 2, grains=4, deadline=3, autoreset_mode=mode)
+    env = ChainVectorEnv(make_protection, 2, grains=4, deadline=3, internal_steps=15, autoreset_mode=mode)
     env.reset(seed=1)
     for _ in range(3):
         env.single(1).step([1.0])
@@ -272,7 +276,7 @@ def test_a_mask_resets_some() -> None:
 
 
 def test_with_autoreset_disabled_what_is_over_stays_over() -> None:
-    env = ChainVectorEnv(make_protection, 2, grains=4, deadline=2, autoreset_mode=AutoresetMode.DISABLED)
+    env = ChainVectorEnv(make_protection, 2, grains=4, deadline=2, internal_steps=25, autoreset_mode=AutoresetMode.DISABLED)
     env.reset(seed=1)
     for _ in range(2):
         env.step(np.zeros((2, 1)))

@@ -67,6 +67,8 @@ def test_a_location_is_written_in_one_way(text: str, location: tuple[str | int, 
 def test_an_error_keeps_its_faults_between_processes() -> None:
     error = ParameterError("got 1", expected="2", hint="give 2", at="a[3]", source="b")
     assert pickle.loads(pickle.dumps(error)).faults == error.faults == (Fault(("a", 3), "got 1", "2", "give 2", "b"),)
+    for again in (type(error)(error), pickle.loads(pickle.dumps(type(error)(error)))):  # as gymnasium.AsyncVectorEnv raises it
+        assert again.faults == error.faults and str(again) == str(error)
     step = ge.StepError("too fast", time=1.0, variable="velocity", index=3, value=2.0, limit=1.0)
     assert vars(pickle.loads(pickle.dumps(step))) == vars(step)
 

@@ -69,7 +69,7 @@ def test_what_acts_too_late_has_no_effect() -> None:
 def test_a_copy_goes_on_with_the_same_bits() -> None:
     import copy
 
-    env = make_buried_target(deadline=8, loads=2)
+    env = make_buried_target(deadline=12, loads=2)
     env.reset(seed=1)
     env.step(np.ones(4))
     other = copy.deepcopy(env)
@@ -94,7 +94,7 @@ def test_bad_arguments_are_refused(arguments: dict, words: str) -> None:
 
 
 def test_the_picture_shows_the_cells_in_the_colours_of_their_speed() -> None:
-    env = make_buried_target(deadline=6, loads=2, render_mode="rgb_array")
+    env = make_buried_target(deadline=11, loads=2, render_mode="rgb_array")
     env.reset(seed=0)
     still = env.render()
     for _ in range(6):

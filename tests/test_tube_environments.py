@@ -29,7 +29,7 @@ def returns() -> dict[str, tuple[float, Mapping[str, Any]]]:
 
 
 def test_it_is_registered_and_passes_the_checker() -> None:
-    env: Any = gymnasium.make(NAME, deadline=3, internal_steps=2)
+    env: Any = gymnasium.make(NAME, deadline=17)
     assert isinstance(env.unwrapped.component, ge.Component)
     check_env(env.unwrapped, skip_render_check=True)
 
@@ -53,7 +53,7 @@ def test_the_return_is_the_impulse_on_the_end(returns) -> None:
 
 
 def test_the_first_action_fills_the_tube_and_the_vent_stays_closed() -> None:
-    env = make_relief(deadline=4)
+    env = make_relief(deadline=17)
     for action, pressure in ((0.0, 80e3), (0.5, 130e3), (1.0, 180e3), (-1.0, 80e3)):
         env.reset(seed=0)
         tube = env.component
@@ -86,7 +86,7 @@ def test_theory_calls_a_filling_safe_by_the_static_stress_of_what_comes_back() -
 
 
 def test_a_copy_goes_on_with_the_same_bits_before_and_after_the_filling() -> None:
-    env = make_relief(deadline=4)
+    env = make_relief(deadline=17)
     env.reset(seed=1)
     for action in ([0.7], [0.2]):
         other = copy.deepcopy(env)
@@ -96,7 +96,7 @@ def test_a_copy_goes_on_with_the_same_bits_before_and_after_the_filling() -> Non
 
 
 def test_a_recorded_episode_replays_and_is_not_filled_again_in_its_middle(tmp_path: Path) -> None:
-    env = make_relief(deadline=6)
+    env = make_relief(deadline=17)
     path = tmp_path / "relief.mcap"
     with ge.record(env.component, path, variables=["gas_pressure"]):
         env.reset(seed=0)
@@ -106,7 +106,7 @@ def test_a_recorded_episode_replays_and_is_not_filled_again_in_its_middle(tmp_pa
     assert verify(path).identical
     log = open_log(path)
     np.testing.assert_array_equal(log.series("gas_pressure")[1][-1], end)
-    other = make_relief(deadline=6)
+    other = make_relief(deadline=17)
     other.branch(path, 8e-6)
     other.step([1.0])
     assert other.component.get("vent_area") == pytest.approx(6e-4)

@@ -15,6 +15,7 @@ import numpy.typing as npt
 from granular_env.components.errors import ParameterError
 from granular_env.components.indexing import parse_element
 from granular_env.domains import domain_of
+from granular_env.envs.task import no_objective
 
 from .drive import Drive
 from .named_environments import find_environment, make_environment, registered_name
@@ -193,9 +194,7 @@ class TaskProblem:
         """
         gradients = self._domain.load("gradients")
         if gradients is None or not self.is_native:
-            raise ParameterError(
-                f"task {self.env.task.name!r} has no objective with a gradient", hint="use a method that needs none"
-            )
+            raise no_objective(self.env.task)
         return gradients.value_and_grad(self.env, drive, seeds, self.stage)
 
 

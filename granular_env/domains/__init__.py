@@ -20,14 +20,14 @@ class Environment:
 
     Attributes:
         entry_point: what makes the single one.
-        vector_entry_point: what makes a native batch; None where there is none: `gymnasium.make_vec` then makes Gymnasium's
-            own, and `granular-env describe` says so.
         reward_threshold: the return at which the task counts as solved.
+        batch: a class of native batches, batch(make, count, **arguments); None where there is none: `gymnasium.make_vec` then
+            makes Gymnasium's own, and `granular-env describe` says so.
     """
 
     entry_point: str
-    vector_entry_point: str | None
     reward_threshold: float
+    batch: str | None = None
 
 
 @dataclass(frozen=True)
@@ -94,6 +94,11 @@ _NOTHING = Domain()
 def domain_of(component: str) -> Domain:
     """Return what the domain of a component offers, by the component's name; nothing where it has no domain."""
     return DOMAINS.get(component, _NOTHING)
+
+
+def gradient_domains() -> str:
+    """Return the names of the components that have gradients, for messages."""
+    return ", ".join(name for name, domain in DOMAINS.items() if domain.gradients is not None)
 
 
 def find_environment(name: str) -> str | None:

@@ -3,6 +3,7 @@ from .policies import Constant, OpenLoop
 from .recording_wrapper import RecordEnv
 from .state import EnvState
 from .task import Task
+from .task_check import check_task
 
 __all__ = [
     "ComponentEnv",
@@ -11,4 +12,5 @@ __all__ = [
     "OpenLoop",
     "RecordEnv",
     "Task",
+    "check_task",
 ]

@@ -54,7 +54,7 @@ def environment_facts(name: str, arguments: Mapping[str, Any]) -> dict[str, Any]
         "internal_steps": env.internal_steps,
         "deadline": None if env.deadline == np.inf else int(env.deadline),
         "reward_threshold": registered.reward_threshold,
-        "native_batch": registered.vector_entry_point is not None,
+        "native_batch": registered.batch is not None,
         "arguments": _arguments(load(registered.entry_point)),
     }
 

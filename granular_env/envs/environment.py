@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import math
 import os
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -21,7 +22,7 @@ from ..components.support.validation import finite_number, positive_number, whol
 from .pickling import Given, Recreatable, known_arguments, make_again, recreatable
 from .rendering import draw
 from .state import Drawn, EnvState, EpisodeOrigin, bit_generator
-from .task import Task, refuse_incomplete, validate_judgement
+from .task import Task, counters, judgement, read_only, refuse_incomplete, refuse_taken_names
 from .time_observation import clock_readings
 
 Observation = npt.NDArray[np.float32]
@@ -72,7 +73,8 @@ class ComponentEnv(Recreatable, gymnasium.Env[Observation, npt.NDArray[np.float3
     * `deadline`: control steps of an episode; None for no end.
     * `hold` (1): control steps for which an action is held (frame skip); the reward of a step is the sum of theirs.
     * `clock` (0): numbers at the end of the observation that tell the time, cos(pi k t / deadline), k = 1 to `clock`.
-    * `step_error_reward`: reward of a step that the component refuses; make it less than what an episode can cost.
+    * `step_error_reward` (-10): reward of a step that the component refuses, in place of the task's. An episode that the
+      component does not refuse can return less.
     * `render_mode`: None or "rgb_array".
 
     `reset(options={"velocity": {0: 5.0}})` gives start values, as `Component.reset` takes them.
@@ -117,7 +119,7 @@ class ComponentEnv(Recreatable, gymnasium.Env[Observation, npt.NDArray[np.float3
         self._lay_out_action()
         self.action_space = gymnasium.spaces.Box(-1.0, 1.0, (len(self._entries),), np.float32)
         self.observation_space = observation_box(task.observation_limit, self._size, self.clock)
-        self._elapsed, self._running = 0, False
+        self._elapsed, self._running, task.counters = 0, False, {}
         # As it is at the first save of an episode: only a start draws random numbers.
         self._origin: EpisodeOrigin | None = None
 
@@ -216,7 +218,7 @@ class ComponentEnv(Recreatable, gymnasium.Env[Observation, npt.NDArray[np.float3
                 return self._fail(error, total)
             self._elapsed += 1
             seen = self._see()
-            reward, terminated = validate_judgement(self.task, self.task.judge(self.component, seen, self.duration))
+            reward, terminated = judgement(self.task, self.component, seen, self.duration)
             total += reward
             late = not terminated and self._elapsed >= self.deadline
             if terminated or late:
@@ -282,9 +284,13 @@ class ComponentEnv(Recreatable, gymnasium.Env[Observation, npt.NDArray[np.float3
             self._origin = state.origin
 
     def __reduce__(self) -> tuple[Any, ...]:
-        """Support pickle and `copy.deepcopy`: the constructor's arguments, and where the episode is."""
-        issued = self.component.issued_cautions
-        return _recreate, (self._made_by, *self._made_with, self.save(), self._np_random_seed, self.spec, issued)
+        """Support pickle and `copy.deepcopy`: the constructor's arguments, where the episode is, and the generators."""
+        kept = {"_np_random_seed": self._np_random_seed, "spec": self.spec, "action_space": self.action_space}
+        return _recreate, (self._made_by, *self._made_with, self.save(), self.component.issued_cautions, kept)
+
+    def guarded_copy(self) -> ComponentEnv:
+        """Return a copy for `check_task`."""
+        return copy.deepcopy(self)
 
     def branch(
         self, log: str | os.PathLike[str], at: float, *, seed: int | None = None, options: dict[str, Any] | None = None
@@ -348,20 +354,20 @@ class ComponentEnv(Recreatable, gymnasium.Env[Observation, npt.NDArray[np.float3
 
     def _begin(self, seed: int) -> None:
         """Begin an episode; the component has its start state."""
-        self._elapsed, self._running = 0, True
-        self.task.begin(self.component, self._see())
+        self._elapsed, self._running, self.task.counters = 0, True, {}
+        self.task.begin(self.component, read_only(self._see()))
 
     def _episode(self) -> Any:
         """Return what changes in an episode beside the component."""
-        return self._elapsed, self._running, dict(self.task.counters)
+        return self._elapsed, self._running, counters(self.task)
 
     def _refuse_episode(self, state: EnvState) -> None:
         if not isinstance(state.episode, tuple):
             raise ParameterError("it was saved by an environment of another kind", at="state")
 
     def _go_on(self, episode: Any) -> None:
-        self._elapsed, self._running, counters = episode
-        self.task.counters = dict(counters)
+        self._elapsed, self._running, kept = episode
+        self.task.counters = dict(kept)
 
     # -- details ----------------------------------------------------------------------------------------------------
 
@@ -432,7 +438,9 @@ class ComponentEnv(Recreatable, gymnasium.Env[Observation, npt.NDArray[np.float3
             yield ObservationRow(at, at, f"clock: cos({'' if k == 1 else f'{k} '}pi t / T)", "1")
 
     def _info(self, seen: dict[str, Any]) -> dict[str, Any]:
-        return {"time": self.component.time, **seen, **self.task.counters}
+        info, kept = {"time": self.component.time, **seen}, counters(self.task)
+        refuse_taken_names(self.task, kept, info)
+        return info | kept
 
     def _fail(self, error: StepError, total: float) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
         self._running = False
@@ -480,15 +488,15 @@ def _recreate(
     arguments: Any,
     keywords: Mapping[str, Any],
     state: EnvState,
-    seed: int | None,
-    spec: Any,
     issued_cautions: IssuedCautions,
+    kept: Mapping[str, Any],
 ) -> ComponentEnv:
     """Return an environment that was made so, in this state; it says nothing that the first one has said."""
     env = make_again(make, arguments, keywords)
     env.component.share_cautions(issued_cautions)
     env.restore(state)
-    env._np_random_seed, env.spec = seed, spec
+    for name, value in kept.items():
+        setattr(env, name, value)
     return env
 
 

@@ -1,4 +1,4 @@
-"""Options that all factories of environments take, and the component's further parameters."""
+"""Arguments that factories of environments share: options, the component's further parameters, and the deadline."""
 
 from __future__ import annotations
 
@@ -29,3 +29,22 @@ def further_parameters(name: str, given: Any) -> dict[str, Any]:
         expected = "further parameters of the component, name -> value"
         raise ParameterError(f"got {one_line(given)}", expected=expected, at=name)
     return {str(key): value for key, value in given.items()}
+
+
+def refuse_early(deadline: int | None, least: int, duration: float, reason: str, at: str = "deadline") -> None:
+    """Refuse a deadline by which nothing that the agent does can have arrived; None is no deadline.
+
+    Args:
+        deadline: control steps of an episode.
+        least: control steps that the fastest arrival takes.
+        duration: of a control step [s].
+        reason: what takes so many.
+        at: argument at fault.
+
+    Raises:
+        ParameterError: the deadline is less than `least`.
+    """
+    if deadline is not None and deadline < least:
+        raise ParameterError(
+            f"got {deadline} control steps of {duration:g} s", expected=f"{least} or more, because {reason}", at=at
+        )

@@ -32,7 +32,7 @@ def register_all(registration: Any = None) -> None:
             registration.register(
                 name,
                 entry_point=one.entry_point,
-                vector_entry_point=one.vector_entry_point,
+                vector_entry_point=f"granular_env.envs.vector_entry_points:{one.entry_point.partition(':')[2]}",
                 reward_threshold=one.reward_threshold,
             )
 

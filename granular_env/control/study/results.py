@@ -70,7 +70,7 @@ class StudyResult:
         baselines: what they are compared with, by name.
         gradient_runs: what slopes cost, in forward runs.
         interrupted: whether Ctrl-C ended it; the same command goes on from there.
-        warnings: what the runs warned of, each sentence once.
+        warnings: trials whose slopes are all 0, then what the runs warned of, each sentence once.
     """
 
     study: Study

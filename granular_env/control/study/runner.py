@@ -22,6 +22,7 @@ from granular_env.components.errors import (
     nearest,
 )
 from granular_env.documents import Overrides, to_toml
+from granular_env.domains import gradient_domains
 from granular_env.optional_packages import import_optional
 from granular_env.output_files import file_name, write_files
 from granular_env.progress import Progress
@@ -40,6 +41,10 @@ from .trial_record import START_ANEW, TrialRecord, load_or_start
 # Between two writes of a trial's record, and of the log of its best [s].
 _SAVED_EVERY, _LOGGED_EVERY = 1.0, 30.0
 _OURS = ("checkpoints", "logs")
+_FLAT = (
+    "the slopes of the objective were 0 at every point, so that the search could not move: no drive that it tried reaches what "
+    "is judged; give a later deadline, or another start"
+)
 
 
 def run_study(
@@ -93,7 +98,8 @@ def run_study(
                 trials.append(attempt.finish() if interrupted else attempt.run())
                 interrupted = interrupted or attempt.interrupted
         baselines = {name: evaluate_actor(actor, problem, study) for name, actor in problem.baselines().items()}
-    result = StudyResult(study, where, trials, baselines, problem.gradient_runs, interrupted, warned)
+    notes = [*(f"{trial.name}: {_FLAT}" for trial in trials if trial.record.is_flat), *warned]
+    result = StudyResult(study, where, trials, baselines, problem.gradient_runs, interrupted, notes)
     write_results(result)
     _raise_failures(result)
     return result
@@ -152,7 +158,8 @@ def _refuse_without_gradient(study: Study, problem: Problem) -> None:
     for place, method in enumerate(study.method):
         if method.needs_gradient and not problem.gradient_runs:
             came = f"got {method.type!r}, but task {study.task.name!r} has no objective with a gradient"
-            fault = Fault(("method", place, "type"), came, "a method that needs none", hint="cma, random, policy, ppo or sac")
+            hint = f"cma, random, policy, ppo or sac; components with gradients: {gradient_domains()}"
+            fault = Fault(("method", place, "type"), came, "a method that needs none", hint)
             raise ExperimentError(study.locate_fault(fault))
 
 

@@ -88,6 +88,11 @@ class TrialRecord:
         """Return the slopes of the evaluation at a place, one of the kind `SLOPES`."""
         return self._slopes[self._kinds[:place].count(SLOPES)]
 
+    @property
+    def is_flat(self) -> bool:
+        """Return whether slopes were asked for, and all of them are 0."""
+        return bool(self._slopes) and not np.any(self._slopes)
+
     def count(self, kind: int) -> int:
         """Return the number of evaluations of a kind."""
         return self._kinds.count(kind)

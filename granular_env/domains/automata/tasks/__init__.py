@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from granular_env.domains import Environment
 
-# The threshold is what theory returns, rounded down, with the least favourable of the strengths that were tried. There is no
-# native batch: Gymnasium's own serves.
+# The threshold is the least return of theory over the seeds 100 to 199, rounded down. There is no native batch: Gymnasium's own
+# serves.
 ENVIRONMENTS = {
-    "granular_env/Confinement-v2": Environment(f"{__name__}.confinement:make_confinement", None, -0.098),
+    "granular_env/Confinement-v3": Environment(f"{__name__}.confinement:make_confinement", -0.104),
 }

@@ -14,6 +14,8 @@ from granular_env.components.errors import Fault, ParameterError
 from granular_env.components.support.float_arrays import FloatArray
 from granular_env.components.support.jit import current
 
+from .gradient import refuse_without_gradients
+
 _ROWS = {
     name: getattr(layout, name) for name in ("STIFFNESS", "REST_OVERLAP", "INVERSE_MASS", "MASS", "LAW_CONSTANTS", "U", "V")
 }
@@ -38,6 +40,7 @@ def check_objective(objective: Objective, chain: Chain, *, steps: int = 8, toler
     Raises:
         ParameterError: a derivative is wrong, or `note` reads what no derivative goes through; names the entry.
     """
+    refuse_without_gradients(chain)
     objective.fit(chain.parameters.grains, steps)
     check_functions(objective, type(chain.parameters.law))
     objective = replace(

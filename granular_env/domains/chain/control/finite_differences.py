@@ -22,7 +22,7 @@ from granular_env.components.materials.elastic import material
 from granular_env.components.support.float_arrays import FloatArray
 from granular_env.components.support.validation import positive_number
 
-from .gradient import Judged, objective_of
+from .gradient import Judged, objective_of, refuse_without_gradients
 
 _LEVELS, _FACTOR = 8, 2.0
 # What a run's rounding leaves of J, as a part of it: some operations of each step add up.
@@ -68,6 +68,7 @@ def central_differences(
         ticks: internal steps of a control step.
         step: the first step tried, in units of the direction; each next one is half as long.
     """
+    refuse_without_gradients(chain)
     base = validate_drive(chain, drive)
     judged = objective_of(objective, chain, len(base))
     step = positive_number("step", step)

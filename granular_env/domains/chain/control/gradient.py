@@ -13,6 +13,18 @@ from granular_env.components.chain.adjoint import parameter_gradient, validate_d
 from granular_env.components.chain.objective import Objective
 from granular_env.components.errors import ParameterError, one_line
 from granular_env.components.support.float_arrays import FloatArray
+from granular_env.domains import gradient_domains
+
+
+def refuse_without_gradients(component: object) -> None:
+    """Raise `ParameterError` for anything but a chain, with the components that have gradients."""
+    if not isinstance(component, Chain):
+        raise ParameterError(
+            f"got {one_line(component)}",
+            expected="a Chain",
+            hint=f"components with gradients: {gradient_domains()}; of an environment give env.unwrapped.component",
+            at="chain",
+        )
 
 
 class Judged(Protocol):
@@ -52,10 +64,7 @@ def value_and_grad(
         ParameterError: there is no such gradient, the drive does not fit, or the objective is not a number; says where.
         StepError: the physics breaks down; names the control step.
     """
-    if not isinstance(chain, Chain):
-        raise ParameterError(
-            f"got {one_line(chain)}", expected="a Chain", hint="of an environment env.unwrapped.component", at="chain"
-        )
+    refuse_without_gradients(chain)
     if not isinstance(with_respect_to, Iterable):
         raise ParameterError(
             f"got {one_line(with_respect_to)}", expected="names, such as ('drive', 'radius')", at="with_respect_to"

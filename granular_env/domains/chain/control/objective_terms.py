@@ -46,6 +46,8 @@ from granular_env.components.errors import ParameterError, one_line
 from granular_env.components.support.jit import jit
 from granular_env.components.support.validation import finite_number
 
+from .gradient import refuse_without_gradients
+
 __all__ = [
     "Objective",
     "Quantity",
@@ -191,6 +193,7 @@ def total(chain: Chain, *terms: Term) -> Objective:
     Raises:
         ParameterError: no terms, a grain or contact that there is not, or forces of contacts that remember.
     """
+    refuse_without_gradients(chain)
     for term in terms:
         if not isinstance(term, Term):
             raise ParameterError(f"got {one_line(term)}", expected="such as velocity(-1).at_end()", at="terms")

@@ -13,6 +13,7 @@ from granular_env.components.chain import layout
 from granular_env.components.errors import ParameterError, caution, one_line
 from granular_env.components.support.compilation.plain_function import plain_function
 from granular_env.components.support.float_arrays import FloatArray
+from granular_env.envs.task_check import SlipError, UncheckedError
 
 from .episode_layout import ELAPSED
 
@@ -28,14 +29,6 @@ _GRAIN_ROWS = {
 # Looking at each index of longer chains would take seconds; numpy's own look at the bounds remains.
 _LONGEST_LOOKED_AT = 2000
 _refused_nothing: set[Any] = set()
-
-
-class SlipError(Exception):
-    """A kernel reads or writes where it must not."""
-
-
-class UncheckedError(Exception):
-    """A kernel does not run as plain Python on guarded arrays."""
 
 
 def refuse_slips(env: ChainEnv) -> None:

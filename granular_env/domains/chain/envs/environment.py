@@ -20,10 +20,11 @@ from granular_env.components.support.validation import finite_number
 from granular_env.envs.environment import ComponentEnv, Observation, ObservationRow, Ready, element_scales, observation_box
 from granular_env.envs.rendering import draw
 from granular_env.envs.state import Drawn, EnvState
+from granular_env.envs.task import refuse_taken_names
 from granular_env.envs.time_observation import show_clock
 
 from .actuator import ACTUATE, Actuator, actuate
-from .bounds_check import refuse_slips
+from .bounds_check import guard_copy, refuse_slips
 from .domain_randomization import Randomization, info_of_draws, redrawn
 from .episode_layout import COUNTERS, ELAPSED, LEFT, RIGHT, RUNNING, SEED, START
 from .sensors import CONTACT, OBSERVE, Observing, show_goal
@@ -136,6 +137,7 @@ class ChainEnv(ComponentEnv):
         self.on_new_chain: Callable[[], None] | None = None
         self._goal: npt.ArrayLike = ()
         self._fit(component, first)
+        refuse_taken_names(first, first.counter_names, ["time", "displacement", "velocity", *self.actuator.names])
         self.observation_space = observation_box(
             first.observation_limit, self.observing.size + len(self.goal_scales), self.clock
         )
@@ -181,6 +183,10 @@ class ChainEnv(ComponentEnv):
         memory[:] = 0.0
         twin._lay_out(memory)
         return twin
+
+    def guarded_copy(self) -> Any:
+        """Return a copy whose kernels run as plain Python on guarded arrays."""
+        return guard_copy(self)
 
     # -- Gymnasium --------------------------------------------------------------------------------------------------
 

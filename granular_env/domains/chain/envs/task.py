@@ -15,7 +15,7 @@ from granular_env.components.component import Component
 from granular_env.components.errors import ParameterError
 from granular_env.components.support.float_arrays import FloatArray
 from granular_env.components.support.jit import JIT, jit
-from granular_env.envs.task import Seen, Task
+from granular_env.envs.task import Seen, Task, no_objective
 
 # The table (`components.chain.layout`), the counters, the task's constants.
 BEGIN = "void(float64[:, ::1], float64[::1], float64[::1])"
@@ -66,7 +66,7 @@ class ChainTask(Task):
         """
         raise ParameterError(f"task {self.name!r} draws no goal, and takes none", at="options.goal")
 
-    def objective(self, chain: Chain, steps: int) -> Objective:
+    def objective(self, chain: Chain, steps: int) -> Objective:  # pyright: ignore[reportIncompatibleMethodOverride]
         """Return the smooth counterpart of minus the return, for gradients.
 
         A task may have keyword arguments of its own behind these two, with defaults: a study gives them in stages, such as
@@ -75,7 +75,7 @@ class ChainTask(Task):
         Raises:
             ParameterError: this task has none.
         """
-        raise ParameterError(f"task {self.name!r} has no objective with a gradient", hint="use a method that needs none")
+        raise no_objective(self)
 
     def wanted_velocity(self, elapsed: int, counters: FloatArray) -> FloatArray | None:
         """Return the velocity that each grain should have now, for pictures, shape (grains,) [m/s]; None where none is wanted.

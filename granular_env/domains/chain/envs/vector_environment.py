@@ -231,7 +231,8 @@ class ChainVectorEnv(Recreatable, VectorEnv[Observations, npt.NDArray[np.float32
         singles = self._batch.single
         seeds = [single._np_random_seed for single in singles]
         issued = [single.component.issued_cautions for single in singles]
-        return _recreate, (self._made_by, *self._made_with, self.save(), seeds, issued, self._begun, self.spec)
+        kept = {name: getattr(self, name) for name in ("_begun", "spec", "action_space", "single_action_space")}
+        return _recreate, (self._made_by, *self._made_with, self.save(), seeds, issued, kept)
 
     def observe(self) -> tuple[Observations, dict[str, Any]]:
         """Return the present observations and infos, as `reset` gives them."""
@@ -335,8 +336,7 @@ def _recreate(
     states: Any,
     seeds: Any,
     issued_cautions: list[IssuedCautions],
-    begun: bool,
-    spec: Any,
+    kept: Mapping[str, Any],
 ) -> ChainVectorEnv:
     """Return a batch that was made so, in these states; it says nothing that the first one has said."""
     env = make_again(kind, arguments, keywords)
@@ -345,5 +345,6 @@ def _recreate(
     env.restore(states)
     for single, seed in zip(env._batch.single, seeds, strict=True):
         single._np_random_seed = seed
-    env._begun, env.spec = begun, spec
+    for name, value in kept.items():
+        setattr(env, name, value)
     return env

@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-from granular_env.domains import Environment
+from granular_env.domains import DOMAINS, Environment
 
 
 def _environment(task: str, reward_threshold: float) -> Environment:
     """Return what is registered of the task in the module `task`, whose factory is called ``make_<task>``."""
-    name = f"make_{task}"
-    return Environment(
-        f"{__name__}.{task}:{name}", f"granular_env.domains.chain.envs.vector_entry_points:{name}", reward_threshold
-    )
+    return Environment(f"{__name__}.{task}:make_{task}", reward_threshold, DOMAINS["chain"].batch)
 
 
 # The thresholds are what theory returns, rounded down; of Piston-v1, which has no theory, what a push of 2.4 m/s for 18 us

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 from collections.abc import Mapping
 from typing import Any, Unpack
 
@@ -20,6 +21,7 @@ from granular_env.envs.policies import Constant, Policy
 from ..envs.environment import ChainEnv, ChainOptions
 from .arguments import between
 from .driven_end import DrivenEnd, DrivenEndTask, driven_end, hertz_chain, sum_value
+from .feasibility import arrived_by
 from .matched_end import SENSORS, MatchedForce, MatchedPiston, Sensors
 
 # Layout of the counters.
@@ -162,4 +164,9 @@ def make_absorption(
     options.setdefault("observe", SENSORS)
     end = driven_end(make_absorption, locals(), "right", internal_steps=4, deadline=300, clock=0)
     speeds, most = between("impact", impact), whole_number("strikers", strikers, 1, end.chain.parameters.grains - 1)
-    return end.environment(lambda chain: AbsorptionTask(chain, end, speeds, most))
+    env = end.environment(lambda chain: AbsorptionTask(chain, end, speeds, most))
+    if end.arguments:
+        struck = copy.deepcopy(env.component)
+        struck.reset(velocity=dict.fromkeys(range(most), speeds[1]))
+        arrived_by(struck, {}, end.duration, end.steps, lambda chain: float(chain.get("velocity")[-2:].max()), speeds[1])
+    return env

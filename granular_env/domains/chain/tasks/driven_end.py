@@ -137,8 +137,10 @@ def hertz_chain(task: str, chain: Chain) -> tuple[float, float, float]:
         ParameterError: the contacts are not Hertz's, with or without dissipation, or there is none between grains.
     """
     law, geometry = chain.parameters.law, chain.geometry
-    if lacks(type(law), ENERGY_ROOT) or chain.parameters.grains < 2:
-        raise ParameterError(f"task {task!r} wants at least 2 grains and Hertz contacts, got law {law.name!r}", at="chain")
+    if chain.parameters.grains < 2:
+        raise ParameterError(f"got {chain.parameters.grains}", expected="at least 2", at="grains", source=f"task {task!r}")
+    if lacks(type(law), ENERGY_ROOT):
+        raise ParameterError(f"got {law.name!r}", expected="Hertz contacts", at="chain.law", source=f"task {task!r}")
     inner = slice(1, chain.parameters.grains)
     # Overlaps at rest that differ from contact to contact (gravity, gaps) have no wave of their own: their mean stands for
     # them.

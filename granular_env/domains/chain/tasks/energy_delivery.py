@@ -191,7 +191,7 @@ def make_energy_delivery(
     end = driven_end(make_energy_delivery, locals(), "left", internal_steps=3, deadline=280)
     region = whole_number("region", region, 1, end.chain.parameters.grains)
     env = end.environment(lambda chain: EnergyDeliveryTask(chain, end, energy, region, work_price))
-    if "deadline" in options:
+    if end.arguments:
         first = end.chain.parameters.grains - region + 1
         caution_late(
             env.component, end, energy, "J",

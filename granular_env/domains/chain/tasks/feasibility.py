@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import copy
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 
 import numpy as np
 
 from granular_env.components.chain import Chain
 from granular_env.components.errors import ParameterError, StepError, caution
 from granular_env.components.support.float_arrays import FloatArray
+from granular_env.envs.factory_options import refuse_early
 
 from .driven_end import DrivenEnd
 from .target_waves import AMPLITUDE, DENSITY, PLACE, POINTS, REACH, SHAPES, SPEED, TABLES
@@ -17,9 +18,13 @@ from .target_waves import AMPLITUDE, DENSITY, PLACE, POINTS, REACH, SHAPES, SPEE
 # Part of a wanted wave's energy that may be in the chain when the episode begins; that may hang over one of its ends, or reach
 # beyond the middle between two waves, when they are due.
 _PART = 1e-3
+# An arrival is looked for during this many control steps, or up to the deadline.
+_LONGEST = 10_000
+
+Arrived = Callable[[Chain], float]
 
 
-def refuse_early(shapes: FloatArray, waves: FloatArray, duration: float, steps: int, name: str = "deadline") -> None:
+def refuse_early_waves(shapes: FloatArray, waves: FloatArray, duration: float, steps: int, name: str = "deadline") -> None:
     """Refuse waves that would have to be in the chain before anybody could have sent them.
 
     Args:
@@ -35,16 +40,42 @@ def refuse_early(shapes: FloatArray, waves: FloatArray, duration: float, steps: 
     for row, wave in enumerate(waves):
         if wave[AMPLITUDE] <= 0.0 or _part_inside(shapes, row, wave, duration * steps) <= _PART:
             continue
-        least = _least_steps(shapes, row, wave, duration)
-        raise ParameterError(
-            f"a wave of {wave[AMPLITUDE]:g} m/s that comes in at the left end takes {least} control steps of "
-            f"{duration:g} s to grain {wave[PLACE]:g}, got {steps}",
-            hint=f"give deadline={least} or more, or a nearer place",
-            at=name,
-        )
+        arrival = f"a wave of {wave[AMPLITUDE]:g} m/s needs them from the left end to grain {wave[PLACE]:g}"
+        refuse_early(steps, _least_steps(shapes, row, wave, duration), duration, arrival, name)
 
 
-def caution_late(chain: Chain, end: DrivenEnd, wanted: float, unit: str, arrived: Callable[[Chain], float]) -> None:
+def arrived_by(
+    driven: Chain, inputs: Mapping[str, float], duration: float, steps: int, arrived: Arrived, wanted: float
+) -> float:
+    """Return the most that a constant input from the first control step on brings to its place by the deadline.
+
+    Args:
+        driven: a chain at its start; it is stepped.
+        inputs: name -> value [N or m/s].
+        duration: of a control step [s].
+        steps: control steps until the deadline.
+        arrived: called after each control step; how much has arrived by then.
+        wanted: how much has to arrive.
+
+    Raises:
+        ParameterError: less than a thousandth of it arrives by the deadline.
+    """
+    most, step = 0.0, 0
+    for step in range(1, max(steps, _LONGEST) + 1):
+        try:
+            driven.step(duration, **inputs)
+        except StepError:  # more than the physics allows: what arrives is not for lack of time
+            return wanted
+        most = max(most, arrived(driven))
+        if most >= wanted or (step >= steps and most > _PART * wanted):
+            break
+    drive = " and ".join(f"{name} = {value:g}" for name, value in inputs.items())
+    reason = f"{drive} from the first one on brings nothing earlier" if drive else "the fastest wave comes no earlier"
+    refuse_early(steps, step, duration, reason)
+    return most
+
+
+def caution_late(chain: Chain, end: DrivenEnd, wanted: float, unit: str, arrived: Arrived) -> None:
     """Warn where even the full drive, from the first moment on, does not bring enough to its place by the deadline.
 
     Args:
@@ -53,16 +84,13 @@ def caution_late(chain: Chain, end: DrivenEnd, wanted: float, unit: str, arrived
         wanted: how much has to arrive.
         unit: of it.
         arrived: called after each control step; how much has arrived by then.
+
+    Raises:
+        ParameterError: nothing arrives by the deadline, see `arrived_by`.
     """
-    driven, most = copy.deepcopy(chain), 0.0
-    for _ in range(end.steps):
-        try:
-            driven.step(end.duration, **end.actions)
-        except StepError:  # more than the physics allows: what arrives is not for lack of time
-            return
-        most = max(most, arrived(driven))
-        if most >= wanted:
-            return
+    most = arrived_by(copy.deepcopy(chain), end.actions, end.duration, end.steps, arrived, wanted)
+    if most >= wanted:
+        return
     name, value = next(iter(end.actions.items()))
     caution(
         f"deadline: {end.steps} control steps of {end.duration:g} s are too few: with {name} = {value:g} from the first on, "

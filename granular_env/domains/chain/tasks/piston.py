@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 from typing import Any, Unpack
 
 import numpy as np
@@ -17,6 +18,7 @@ from ..envs.domain_randomization import make_chain
 from ..envs.environment import ChainEnv, ChainOptions
 from ..envs.task import ChainTask
 from .arguments import without_none
+from .feasibility import arrived_by
 
 # The last grain has left when it has flown free by this part of its radius.
 _FREE_FLIGHT = 0.01
@@ -140,4 +142,9 @@ def make_piston(
         clearance = _FREE_FLIGHT * float(made.geometry.radius[-1])
         return PistonTask(target, price, energy, clearance, velocity_scale, displacement_scale=1e-3)
 
-    return ChainEnv(component, task, **{"deadline": 600, **options})
+    env = ChainEnv(component, task, **{"deadline": 600, **options})
+    if env.control_steps:
+        push = {"left_velocity": env.task.actions["left_velocity"]}
+        speed = lambda chain: abs(float(chain.get("velocity")[-1]))  # noqa: E731
+        arrived_by(copy.deepcopy(env.component), push, env.duration, env.control_steps, speed, abs(target))
+    return env

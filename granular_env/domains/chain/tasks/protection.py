@@ -233,6 +233,6 @@ def make_protection(
         velocity_scale=velocity_scale,
     )  # fmt: skip
     env = end.environment(lambda chain: ProtectionTask(chain, end, impulse, peak_scale))
-    if end.steps and "deadline" in options:
+    if end.steps and end.arguments:
         caution_late(env.component, end, impulse, "N s", _impulse_of(end.duration))
     return env

@@ -21,7 +21,7 @@ from .analytic_drives import passing_waves, wave_velocities
 from .arguments import numbers
 from .baselines import open_loops
 from .driven_end import DrivenEnd, DrivenEndTask, driven_end, hertz_chain, sum_value
-from .feasibility import refuse_crowded, refuse_early
+from .feasibility import refuse_crowded, refuse_early_waves
 from .target_waves import COLUMNS, distance, distance_pullback, follow, shape_energies, wave_shapes
 
 # Layout of the constants: time from the start to the deadline [s], energy of the wanted waves [J], half width of what counts
@@ -101,7 +101,7 @@ class PulseFormingTask(DrivenEndTask):
         self.waves = np.column_stack([amplitudes, places, speeds])
         self.energy = float(shape_energies(self.shapes, amplitudes).sum())
         refuse_crowded(self.shapes, self.waves, grains)
-        refuse_early(self.shapes, self.waves, end.duration, end.steps)
+        refuse_early_waves(self.shapes, self.waves, end.duration, end.steps)
         horizon, width = end.duration * end.steps, positive_number("window", window)
         head = [horizon, self.energy, width, float(len(self.waves)), end.duration, 0.0]
         self.constants = np.concatenate([head, self.waves.reshape(-1), self.shapes])

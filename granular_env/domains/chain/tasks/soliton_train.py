@@ -23,7 +23,7 @@ from .analytic_drives import passing_waves, wave_velocities
 from .arguments import between
 from .baselines import hold_mean
 from .driven_end import DrivenEnd, DrivenEndTask, driven_end, hertz_chain, sum_value
-from .feasibility import half_width, refuse_crowded, refuse_early
+from .feasibility import half_width, refuse_crowded, refuse_early_waves
 from .target_waves import (
     AMPLITUDE,
     COLUMNS,
@@ -134,7 +134,7 @@ class SolitonTrainTask(DrivenEndTask):
             )
         for place in (front[0] - (waves - 1) * spacing[1], front[1]):
             refuse_crowded(self.shapes, np.array([[slowest, place, 0.0]]), self.grains, "front")
-        refuse_early(self.shapes, self._rows(np.array([[slowest, farthest]]))[None, :COLUMNS], end.duration, end.steps)
+        refuse_early_waves(self.shapes, self._rows(np.array([[slowest, farthest]]))[None, :COLUMNS], end.duration, end.steps)
 
     def goal(self, random: Generator) -> FloatArray:
         """One to `waves` waves, foremost first: heights, the foremost one's place, distances, each drawn evenly."""
@@ -166,7 +166,7 @@ class SolitonTrainTask(DrivenEndTask):
             )
         goal = self._rows(rows)
         refuse_crowded(self.shapes, goal.reshape(-1, COLUMNS), self.grains, "options.goal")
-        refuse_early(self.shapes, goal.reshape(-1, COLUMNS), self.duration, self.steps, "options.goal")
+        refuse_early_waves(self.shapes, goal.reshape(-1, COLUMNS), self.duration, self.steps, "options.goal")
         return goal
 
     def _rows(self, rows: FloatArray) -> FloatArray:

@@ -6,5 +6,5 @@ from granular_env.domains import Environment
 
 # The threshold is what theory returns, rounded down. There is no native batch: Gymnasium's own serves.
 ENVIRONMENTS = {
-    "granular_env/Splitting-v1": Environment(f"{__name__}.splitting:make_splitting", None, 0.586),
+    "granular_env/Splitting-v1": Environment(f"{__name__}.splitting:make_splitting", 0.586),
 }

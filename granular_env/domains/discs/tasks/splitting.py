@@ -13,7 +13,7 @@ from granular_env.components.discs import Discs
 from granular_env.components.errors import ParameterError, one_line
 from granular_env.components.support.validation import finite_number, positive_number, whole_number
 from granular_env.envs.environment import ComponentEnv, environment_factory
-from granular_env.envs.factory_options import Options, further_parameters
+from granular_env.envs.factory_options import Options, further_parameters, refuse_early
 from granular_env.envs.policies import Constant, OpenLoop, Policy
 from granular_env.envs.task import Seen, Task
 
@@ -136,5 +136,9 @@ def make_splitting(
     scale, price = positive_number("force_scale", force_scale), finite_number("work_price", work_price)
     if price < 0.0:
         raise ParameterError(f"got {price:g}", expected="0 or more", at="work_price")
+    if deadline is not None:
+        ways = min(target + 0.5, links - target - 0.5) * math.sqrt(component.parameters.mass / component.parameters.stiffness)
+        why = f"a wave takes {ways:.3g} s from the nearer end to link {target}"
+        refuse_early(whole_number("deadline", deadline), math.ceil(ways / control_step), control_step, why)
     task = SplittingTask(component, target, scale, price, control_step)
     return ComponentEnv(component, task, internal_steps=internal_steps, deadline=deadline, **options)

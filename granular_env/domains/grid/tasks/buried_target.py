@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from typing import Any, TypedDict, Unpack
 
@@ -9,9 +10,11 @@ import numpy as np
 
 from granular_env.components.errors import ParameterError, one_line
 from granular_env.components.grid import Grid
+from granular_env.components.materials.elastic import Material
 from granular_env.components.support.float_arrays import FloatArray
 from granular_env.components.support.validation import finite_number, positive_number, whole_number
 from granular_env.envs.environment import ComponentEnv, environment_factory
+from granular_env.envs.factory_options import refuse_early
 from granular_env.envs.policies import Constant, OpenLoop, Policy
 from granular_env.envs.task import Seen, Task
 
@@ -185,6 +188,11 @@ def make_buried_target(
         material=_ROCK, boundaries=dict.fromkeys(("left", "right", "bottom"), "absorbing"), forced_nodes=places,
         receivers=[*places, place],
     )  # fmt: skip
+    way = min(math.dist(place, load) for load in places)
+    duration = internal_steps * grid.step_size
+    arrival = way / Material(**_ROCK).longitudinal_speed
+    why = f"a P wave takes {arrival:.3g} s from the nearest load to the target"
+    refuse_early(deadline, math.ceil(arrival / duration), duration, why)
     task = BuriedTargetTask(grid, force, internal_steps, deadline, hold)
     return ComponentEnv(grid, task, internal_steps=internal_steps, deadline=deadline, hold=hold, **{"clock": 2, **options})
 

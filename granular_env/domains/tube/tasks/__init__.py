@@ -6,5 +6,5 @@ from granular_env.domains import Environment
 
 # The threshold is what theory returns, rounded down. There is no native batch: Gymnasium's own serves.
 ENVIRONMENTS = {
-    "granular_env/Relief-v1": Environment(f"{__name__}.relief:make_relief", None, 0.6),
+    "granular_env/Relief-v1": Environment(f"{__name__}.relief:make_relief", 0.6),
 }

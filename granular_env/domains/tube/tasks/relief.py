@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import Any, TypedDict, Unpack
+from typing import Any, Unpack
 
 import numpy as np
 import numpy.typing as npt
@@ -17,6 +17,7 @@ from granular_env.components.shell.theory import static_hoop_stress
 from granular_env.components.support.validation import positive_number, whole_number
 from granular_env.components.tube import Tube
 from granular_env.envs.environment import ComponentEnv, environment_factory
+from granular_env.envs.factory_options import Options, refuse_early
 from granular_env.envs.policies import Constant, OpenLoop, Policy
 from granular_env.envs.task import Seen, Task
 
@@ -36,15 +37,6 @@ _BEST = (
     0.948, 0.09, 0.081, 0.266, 0.057, 0.002, 0.042, 0.094, 0.139, 0.018, 0.076, 0.1, 0.137, 0.568, 0.133, 0.019, 0.004, 0.007,
     0.922, 1.0, 0.879, 0.004, 0.011, 0.002, 0.068, 0.113, 0.167, 0.118, 0.042, 0.014, 0.007, 0.064, 0.009, 0.0, 0.008,
 )  # fmt: skip
-
-
-class Options(TypedDict, total=False):
-    """Options of the environment beside its own arguments; see `ComponentEnv`."""
-
-    clock: int
-    hold: int
-    step_error_reward: float
-    render_mode: str | None
 
 
 class ReliefTask(Task):
@@ -195,6 +187,9 @@ def make_relief(
     """
     tube = _make_tube()
     internal_steps, deadline = whole_number("internal_steps", internal_steps), whole_number("deadline", deadline)
-    duration = internal_steps * deadline * tube.step_size
-    task = ReliefTask(tube, positive_number("vent_area", vent_area), positive_number("limit", limit), duration)
+    duration, arrival = internal_steps * tube.step_size, _LENGTH / tube.gas.front.speed
+    why = f"the detonation takes {arrival:.3g} s to the end"
+    refuse_early(deadline, math.ceil(arrival / duration), duration, why)
+    area, limit = positive_number("vent_area", vent_area), positive_number("limit", limit)
+    task = ReliefTask(tube, area, limit, deadline * duration)
     return ReliefEnv(tube, task, internal_steps=internal_steps, deadline=deadline, **{"clock": 2, **options})
