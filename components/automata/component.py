@@ -50,7 +50,7 @@ class Automata(Component):
     """
 
     name = "automata"
-    version = 3
+    version = 4
     Parameters = AutomataParameters
     parameters: AutomataParameters
 

@@ -46,7 +46,7 @@ class DetonationTube(Component):
     """
 
     name = "detonation"
-    version = 2
+    version = 3
     Parameters = DetonationParameters
     parameters: DetonationParameters
     # In the order of their numbers in `kernels`.
