@@ -309,10 +309,10 @@ class Profile:
             path: the file; its header may name the units, such as ``time [us],force [kN]``.
             time_column: a name from the header, or a number from 0.
             value_column: likewise.
-            time_unit: s, ms, us or ns; None where the header says it.
+            time_unit: s, ms, us, ns or sec, ...; None where the header says it.
             value_unit: such as kN or mm/s, or V with a `scale`; None where the header says it.
             unit: SI unit that the values shall have, such as N; None for that of the file's quantity.
-            delimiter: what separates the columns: a comma, a semicolon or a tab.
+            delimiter: what separates the columns: a comma, a semicolon, a tab or blanks.
             decimal: the decimal mark, a point or a comma.
             skip: how many lines at the beginning are left out, such as the preamble of an oscilloscope.
             gaps: "refuse" holes in the sampling, of over 10 median steps, or "bridge" them in a straight line.
