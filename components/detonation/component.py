@@ -12,6 +12,7 @@ from ..component import Component
 from ..contract import Variable
 from ..drawables import Cells, Curve, Drawable
 from ..errors import ParameterError, StepError
+from ..events import EventDetail
 from ..support.float_arrays import FloatArray
 from ..support.round_numbers import round_down_to_125
 from . import kernel_arrays, kernels, moving_mesh
@@ -56,6 +57,10 @@ class DetonationTube(Component):
         "front_passed": "half of the gas had reacted at a gauge; the index is the gauge's",
         "ignited": "half of the gas in a cell had reacted for the first time anywhere; the index is the cell's",
     }
+    event_details = {
+        "diaphragm_opened": EventDetail("Pa"), "end_reached": EventDetail("1"), "front_passed": EventDetail("1"),
+        "ignited": EventDetail("1"),
+    }  # fmt: skip
 
     # -- building ---------------------------------------------------------------------------------------------------
 
