@@ -520,6 +520,7 @@ def _horner(coefficients: FloatArray, s: float) -> float:
     return value
 
 
+@np.errstate(over="ignore", invalid="ignore")  # the component refuses what is not finite
 def _average(coefficients: FloatArray, width: float | FloatArray) -> FloatArray:
     """Return the mean of polynomials over a width as polynomials of the middle of that width.
 
