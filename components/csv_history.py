@@ -1,7 +1,7 @@
 """A measured history, time and value, from a CSV file.
 
     # drop hammer, load cell 3       lines that begin with # are comments
-    time [us],force [kN]             units here ("time (us)" will do), or declared by the caller, or both where they agree
+    time [us],force [kN]             units here (or "time (us)", "time / us"), or from the caller, or both where they agree
     0.0,0.0
     0.5,0.12
 
@@ -32,21 +32,24 @@ Row = tuple[int, list[str]]
 Header = list[tuple[str, str | None]]
 
 LARGEST_FILE = 256 * 2**20
-_DELIMITERS = (",", ";", "\t")
+_DELIMITERS = (",", ";", "\t", " ")
 # A step so many times the median one is a hole in the sampling.
 _HOLE = 10.0
 _DECIMALS = {mark: re.compile(rf"[+-]?(\d+{re.escape(mark)}?\d*|{re.escape(mark)}\d+)([eE][+-]?\d+)?") for mark in ".,"}
 _BRACKETS = re.compile(r"(?P<name>[^\[\]]*?)\s*\[(?P<unit>[^\[\]]*)\]")
 _PARENTHESES = re.compile(r"(?P<name>.*?)\s*\((?P<unit>[^()]*)\)")
+_SLASH = re.compile(r"(?P<name>[^/]*?)\s*/\s*(?P<unit>.*)")
 
 # Unit -> (SI unit, multiply by, divide by). Both are whole numbers that floats hold exactly, so that 3 us is 3e-6 s to the bit.
 UNITS: dict[str, tuple[str, float, float]] = {
     "s": ("s", 1.0, 1.0), "ms": ("s", 1.0, 1e3), "us": ("s", 1.0, 1e6), "ns": ("s", 1.0, 1e9),
+    "sec": ("s", 1.0, 1.0), "msec": ("s", 1.0, 1e3), "usec": ("s", 1.0, 1e6), "nsec": ("s", 1.0, 1e9),
     "N": ("N", 1.0, 1.0), "kN": ("N", 1e3, 1.0), "MN": ("N", 1e6, 1.0), "mN": ("N", 1.0, 1e3), "uN": ("N", 1.0, 1e6),
+    "kgf": ("N", 980665.0, 1e5), "lbf": ("N", 44482216152605.0, 1e13),
     "m/s": ("m/s", 1.0, 1.0), "km/s": ("m/s", 1e3, 1.0), "cm/s": ("m/s", 1.0, 1e2), "mm/s": ("m/s", 1.0, 1e3),
     "um/s": ("m/s", 1.0, 1e6),
     "m": ("m", 1.0, 1.0), "cm": ("m", 1.0, 1e2), "mm": ("m", 1.0, 1e3), "um": ("m", 1.0, 1e6), "nm": ("m", 1.0, 1e9),
-    "m/s^2": ("m/s^2", 1.0, 1.0), "mm/s^2": ("m/s^2", 1.0, 1e3),
+    "m/s^2": ("m/s^2", 1.0, 1.0), "mm/s^2": ("m/s^2", 1.0, 1e3), "g": ("m/s^2", 980665.0, 1e5),
     "Pa": ("Pa", 1.0, 1.0), "kPa": ("Pa", 1e3, 1.0), "MPa": ("Pa", 1e6, 1.0), "GPa": ("Pa", 1e9, 1.0),
     "K": ("K", 1.0, 1.0),
     "V": ("V", 1.0, 1.0), "kV": ("V", 1e3, 1.0), "mV": ("V", 1.0, 1e3), "uV": ("V", 1.0, 1e6),
@@ -73,14 +76,14 @@ def read_history(
     """Return the times [s], increasing, and the values [`unit`], both of shape (rows,).
 
     Args:
-        path: the file, UTF-8; comments and the header may be Latin-1.
+        path: the file, UTF-8, or UTF-16 with a byte order mark; comments and the header may be Latin-1.
         time_column: a name from the header, with or without its unit, or a number from 0.
         value_column: likewise.
-        time_unit: s, ms, us or ns; None where the header says it.
+        time_unit: s, ms, us, ns or sec, ...; None where the header says it.
         value_unit: any of `UNITS` that measures the same quantity as `unit`, or V, mV, ... with a `scale`; None where the
-            header says it.
+            header says it. It replaces a unit of the header that is not in `UNITS`.
         unit: SI unit that is wanted; None for that of the file's quantity.
-        delimiter: what separates the columns: a comma, a semicolon or a tab.
+        delimiter: what separates the columns: a comma, a semicolon, a tab or blanks.
         decimal: the decimal mark, a point or a comma.
         skip: how many lines at the beginning are left out, such as the preamble of an oscilloscope.
         gaps: "bridge" to accept holes in the sampling; a straight line leads across each.
@@ -225,7 +228,7 @@ def _check_delimiter(path: Path, line: int, cells: list[str], delimiter: str) ->
     if len(cells) > 1:
         return
     other = next((mark for mark in _DELIMITERS if mark != delimiter and mark in cells[0]), None)
-    advice = "the columns are to be separated by commas, semicolons or tabs" if other is None else _set_delimiter(other)
+    advice = "the columns are to be separated by commas, semicolons, tabs or blanks" if other is None else _set_delimiter(other)
     raise ParameterError(
         f"line {line}: there is one column only, with delimiter = {json.dumps(delimiter)}", hint=advice, source=str(path)
     )
@@ -283,6 +286,8 @@ def _content(path: Path) -> bytes:
             hint="paths are relative to the experiment file, from Python to the current folder",
             source=str(path),
         ) from None
+    if data.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
+        data = data.decode("utf-16", "replace").encode()
     # Some programs end lines by a carriage return alone.
     return data.removeprefix(codecs.BOM_UTF8).replace(b"\r\n", b"\n").replace(b"\r", b"\n")
 
@@ -293,11 +298,16 @@ def _header(cells: list[str], decimal: str) -> Header | None:
         return None
     header: Header = []
     for cell in cells:
-        match = _BRACKETS.fullmatch(cell)
-        if match is None and (in_parentheses := _PARENTHESES.fullmatch(cell)) and _plain_unit(in_parentheses["unit"]) in UNITS:
-            match = in_parentheses
+        match = _BRACKETS.fullmatch(cell) or _known_unit(_PARENTHESES.fullmatch(cell)) or _known_unit(_SLASH.fullmatch(cell))
         header.append((cell, None) if match is None else (match["name"].strip(), match["unit"]))
     return header
+
+
+def _known_unit(match: re.Match[str] | None) -> re.Match[str] | None:
+    """Return a name with a unit that is known; None for others, and for "speed m/s", which is not a name over a second."""
+    if match is None or _plain_unit(match["unit"]) not in UNITS or match["name"].rpartition(" ")[2] in UNITS:
+        return None
+    return match
 
 
 def _plain_unit(unit: str) -> str:
@@ -331,6 +341,8 @@ def _conversion(
     path: Path, line: int, key: str, declared: str | None, written: str | None, wanted: str | None, scaled: bool
 ) -> tuple[float, float]:
     """(multiply by, divide by) to get to the SI unit that is wanted, or to volts where these are scaled."""
+    if declared is not None and written is not None and _plain_unit(written) not in (*UNITS, wanted):
+        written = None
     spoken = [_plain_unit(unit) for unit in (declared, written) if unit is not None]
     if not spoken:
         raise ParameterError(
@@ -354,7 +366,10 @@ def _conversion(
             source=str(path),
         )
     came = f"{spoken[0]!r} measures something else" if base else f"{spoken[0]!r} is unknown"
-    raise ParameterError(f"line {line}: {key}: {came}", expected=", ".join(fitting) or wanted or "", source=str(path))
+    advice = "" if base or key == "time_unit" else "set value_unit, and scale for the conversion"
+    raise ParameterError(
+        f"line {line}: {key}: {came}", expected=", ".join(fitting) or wanted or "", hint=advice, source=str(path)
+    )
 
 
 def _numbers(

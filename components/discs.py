@@ -16,7 +16,7 @@ from .contract import Variable
 from .drawables import Drawable, Links, Points
 from .errors import ParameterError, StepError
 from .events import EventDetail
-from .inputs import input_value
+from .inputs import input_mean
 from .support.excess_error import excess_error
 from .support.float_arrays import FloatArray, norms
 from .support.parameter_fields import field
@@ -40,6 +40,7 @@ class Discs(Component):
     """Discs in a box, tied together by links that break."""
 
     name = "discs"
+    version = 2
     Parameters = DiscsParameters
     parameters: DiscsParameters
     event_kinds = {"link_broken": "the strain of a link exceeded the breaking strain"}
@@ -94,7 +95,7 @@ class Discs(Component):
             u += 0.5 * h * v
             along, distance, overlap = self._geometry()
             self._break_links(tick + 1, distance)
-            force, walls = input_value(self._held["force"], tick, 0.5), -p.stiffness * overlap
+            force, walls = input_mean(self._held["force"], tick), -p.stiffness * overlap
             kick = h / self.mass * (force + walls + self._pair_forces(along, distance))
             self._block["work"] += h * (force * (v + 0.5 * kick)).sum()
             self._block["impulses"] += h * force.sum(axis=0), h * walls.sum(axis=0)

@@ -56,9 +56,14 @@ def read_only(array: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
     return array
 
 
-def input_value(held: Held, tick: int, part: float = 0.0) -> Any:
-    """Return the value of an input `part` of a step after a tick: a number, or an array."""
-    return held.value(tick, part) if isinstance(held, CompiledProfile) else held
+def input_value(held: Held, tick: int) -> Any:
+    """Return the value of an input at a tick: a number, or an array."""
+    return held.value(tick) if isinstance(held, CompiledProfile) else held
+
+
+def input_mean(held: Held, tick: int, part: int = 0, parts: int = 1) -> Any:
+    """Return the mean of an input over a tick, or over one of its equal parts: a number, or an array."""
+    return held.mean(tick, part, parts) if isinstance(held, CompiledProfile) else held
 
 
 def _hold_profile(at: Location, value: Profile | CompiledProfile, shape: tuple[int, ...], step_size: float) -> CompiledProfile:

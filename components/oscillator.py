@@ -15,7 +15,7 @@ from .balances import Balance
 from .component import Component
 from .contract import Variable
 from .errors import StepError
-from .inputs import input_value
+from .inputs import input_mean
 from .support.float_arrays import FloatArray
 from .support.validation import Parameters
 
@@ -32,6 +32,7 @@ class Oscillator(Component):
     """A mass on a spring, pushed by a force."""
 
     name = "oscillator"
+    version = 2
     Parameters = OscillatorParameters
 
     def _build(self) -> None:
@@ -54,8 +55,7 @@ class Oscillator(Component):
         given = self._held["force"]
         x, v, tally, h = self._block["position"], self._block["velocity"], self._block["tally"], self.step_size
         for tick in range(self._tick, self._tick + ticks):
-            # A profile is read at the step's middle, where leapfrog kicks.
-            force = input_value(given, tick, 0.5)
+            force = input_mean(given, tick)
             x += 0.5 * h * v
             kick = h / self.mass * (force - self.stiffness * x)
             tally[2] += h * force * (v + 0.5 * kick)

@@ -1,9 +1,9 @@
 """Input signals in time.
 
 A `Profile` is a piecewise polynomial of time, for an array input times a constant array: it is zero before its first piece,
-and its last piece lasts for ever. A component evaluates it inside the kernel at its own stage times with + and x only, so a
-paper's continuous force is integrated and not stair-cased. Before that it is compiled to the component's ticks: breakpoints
-move to the nearest tick (a warning tells), each piece keeps its own polynomial.
+and its last piece lasts for ever. A component integrates it with + and x only: the chain at the stage times of its
+integrator, the others by the mean over each tick. Before that it is compiled to the component's ticks: a tick with a
+breakpoint inside gets the mean of the signal over the tick, so that the impulse is kept; all others keep their polynomial.
 """
 
 from __future__ import annotations
@@ -26,8 +26,8 @@ from .support.validation import finite_number, positive_number
 # Degree at which the Taylor series of sin(pi tau) on [0, 1] is cut: pi^25 / 25! = 1.7e-13 of the peak.
 _SINE_DEGREE = 23
 _MAXIMUM_DEGREE = 31
-# Two times closer than this part of a tick are the same instant: the rounding of decimal fractions of a second.
-_SAME_TICK = 1e-6
+# A time closer to a tick than this part of a tick lies on it: the rounding of decimal fractions of a second.
+_SAME_TICK = 1e-9
 # Two times that differ by no more than this part of the latest one are one instant, computed in two ways.
 _SAME_INSTANT = 1e-13
 _LONGEST_DESCRIPTION = 100
@@ -95,6 +95,34 @@ class CompiledProfile:
         """Return the value `part` of a step after a tick [unit of the input]: a number, or an array of the input's shape."""
         factor = self.factor(tick, part)
         return factor if self.pattern is None else factor * self.pattern
+
+    def mean(self, tick: int, part: int = 0, parts: int = 1) -> Any:
+        """Return the mean over a tick, or over one of its equal parts [unit of the input]: a number, or an array."""
+        piece = int(np.searchsorted(self.ticks, tick, side="right")) - 1
+        middle = float(tick - self.ticks[piece]) + (part + 0.5) / parts
+        factor = 0.0 if piece < 0 else _horner(self._averages(parts)[piece], middle)
+        return factor if self.pattern is None else factor * self.pattern
+
+    def mean_factors(self, tick: int, ticks: int) -> FloatArray:
+        """Return the mean of the polynomial alone over each of `ticks` ticks from `tick` on, shape (ticks,)."""
+        now = np.arange(tick, tick + ticks)
+        piece = np.searchsorted(self.ticks, now, side="right") - 1
+        rows, middle = self._averages(1)[piece], (now - self.ticks[piece]) + 0.5
+        value = np.zeros(ticks)
+        for column in rows.T[::-1]:
+            value = value * middle + column
+        return np.where(piece < 0, 0.0, value)
+
+    def _averages(self, parts: int) -> FloatArray:
+        """Return the coefficients of the mean over one of `parts` equal parts of a tick, as functions of its middle."""
+        known = self._known_averages.get(parts)
+        if known is None:
+            known = self._known_averages[parts] = _average(self.coefficients, 1.0 / parts)
+        return known
+
+    @cached_property
+    def _known_averages(self) -> dict[int, FloatArray]:
+        return {}
 
     def spread(self, shape: tuple[int, ...]) -> CompiledProfile:
         """Return the same signal for every element of an input of that shape; itself where it has that shape already."""
@@ -281,10 +309,10 @@ class Profile:
             path: the file; its header may name the units, such as ``time [us],force [kN]``.
             time_column: a name from the header, or a number from 0.
             value_column: likewise.
-            time_unit: s, ms, us or ns; None where the header says it.
+            time_unit: s, ms, us, ns or sec, ...; None where the header says it.
             value_unit: such as kN or mm/s, or V with a `scale`; None where the header says it.
             unit: SI unit that the values shall have, such as N; None for that of the file's quantity.
-            delimiter: what separates the columns: a comma, a semicolon or a tab.
+            delimiter: what separates the columns: a comma, a semicolon, a tab or blanks.
             decimal: the decimal mark, a point or a comma.
             skip: how many lines at the beginning are left out, such as the preamble of an oscilloscope.
             gaps: "refuse" holes in the sampling, of over 10 median steps, or "bridge" them in a straight line.
@@ -417,7 +445,9 @@ class Profile:
         return {}
 
     def compile(self, step_size: float, name: str = "profile") -> CompiledProfile:
-        """Return the signal on a tick grid; warn where a breakpoint has to move, refuse where a signal would vanish.
+        """Return the signal on a tick grid; a tick with a breakpoint inside gets the mean of the signal, and a warning says so.
+
+        The integral over any whole number of ticks is that of the signal.
 
         Args:
             step_size: seconds per tick.
@@ -431,36 +461,38 @@ class Profile:
 
     def _compile(self, step_size: float, name: str) -> CompiledProfile:
         with np.errstate(over="ignore"):
-            exact = self.starts / step_size
-        if np.abs(exact).max() > 2.0**52:
+            places = self.starts / step_size
+        if np.abs(places).max() > 2.0**52:
             raise ParameterError(f"a breakpoint lies more than 2^52 steps of {step_size:g} s from the start", at=name)
-        nearest = np.rint(exact)
-        shift = nearest - exact
-        moved = np.abs(shift) > _SAME_TICK
-        # Pieces whose start and end fall on one tick are dropped: of those that share a tick, the last stays.
-        keep = np.append(np.diff(nearest) > 0, True)
-        if len(keep) > 1 and keep.sum() == 1 and np.any(self.coefficients[:-1] != 0.0):
-            raise ParameterError(
-                f"every breakpoint falls on one tick of {step_size:g} s, so the signal would vanish",
-                hint="give a smaller step_size",
-                at=name,
-            )
         self._tell_what_is_unused(step_size, name)
-        powers = _powers(step_size, self.coefficients.shape[1])
-        rows = np.empty((int(keep.sum()), self.coefficients.shape[1]))
+        nearest = np.rint(places)
+        # The quotient of two rounded times is exact to a few units in its last place.
+        inside = np.abs(places - nearest) > np.maximum(_SAME_TICK, 4.0 * np.spacing(np.abs(places)))
+        places = np.where(inside, places, nearest)
+        averaged = np.unique(np.floor(places[inside]))
+        # Where the polynomial changes, and both ends of each averaged tick. The first row is the zero before the first piece.
+        cuts = np.unique(np.concatenate([places, averaged, averaged + 1.0]))
+        pieces = np.searchsorted(places, cuts, side="right")
+        since = cuts - np.append(cuts[0], places)[pieces]
+        lengths = np.diff(cuts, append=cuts[-1] + 1.0)
+        within = np.isin(np.floor(cuts), averaged)
         with np.errstate(over="ignore", invalid="ignore"):  # coefficients that become infinite are refused below
-            for row, piece in zip(rows, np.flatnonzero(keep), strict=True):
-                # On the grid to rounding: leave the coefficients' bits alone.
-                polynomial = self.coefficients[piece]
-                row[:] = (_shift_row(polynomial, float(shift[piece]) * step_size) if moved[piece] else polynomial) * powers
-        if moved.any():
-            worst = int(np.argmax(np.abs(shift)))
+            scaled = self.coefficients * _powers(step_size, self.coefficients.shape[1])
+            rows = np.vstack([np.zeros(scaled.shape[1]), scaled])[pieces]
+            rows = _shift_rows(rows, np.where(within, since + 0.5 * lengths, since))
+            integrals = _average(rows[within], lengths[within])[:, 0] * lengths[within]
+        first = ~within | (np.floor(cuts) == cuts)
+        rows, ticks = rows[first], cuts[first]
+        sums = np.bincount((np.cumsum(first) - 1)[within], integrals, len(ticks))
+        rows[within[first]] = 0.0
+        rows[within[first], 0] = sums[within[first]]
+        if len(averaged):
             caution(
-                f"{name}: {int(moved.sum())} of {len(moved)} breakpoints lie between ticks and were moved by up to "
-                f"{abs(shift[worst]) * step_size:.3g} s (the one at {self.starts[worst]:.6g} s), {int((~keep).sum())} short "
-                f"pieces dropped; choose a step_size that divides these times to keep them",
+                f"{name}: {int(inside.sum())} of {len(inside)} breakpoints or samples lie between ticks of {step_size:g} s: in "
+                f"{len(averaged)} of the ticks the mean over the tick replaces the signal, which keeps its impulse; a "
+                "step_size that divides these times resolves the signal"
             )
-        return CompiledProfile(step_size, nearest[keep].astype(np.int64), rows, self.pattern)
+        return CompiledProfile(step_size, ticks.astype(np.int64), rows, self.pattern)
 
     def _tell_what_is_unused(self, step_size: float, name: str) -> None:
         """Warn of a signal that begins before time 0, where no run can apply it."""
@@ -488,6 +520,24 @@ def _horner(coefficients: FloatArray, s: float) -> float:
     return value
 
 
+@np.errstate(over="ignore", invalid="ignore")  # the component refuses what is not finite
+def _average(coefficients: FloatArray, width: float | FloatArray) -> FloatArray:
+    """Return the mean of polynomials over a width as polynomials of the middle of that width.
+
+    m_i = sum_j C(i + 2j, 2j) (width / 2)^2j / (2j + 1) c_(i + 2j): up to degree 1 the value in the middle is the mean.
+
+    Args:
+        coefficients: shape (pieces, degree + 1).
+        width: for all, or one for each, shape (pieces,).
+    """
+    averages, power = coefficients.copy(), 1.0
+    for order in range(2, coefficients.shape[1], 2):
+        power = power * (0.25 * width * width)
+        for index in range(coefficients.shape[1] - order):
+            averages[:, index] += math.comb(index + order, order) / (order + 1) * power * coefficients[:, index + order]
+    return averages
+
+
 def _powers(base: float, count: int) -> FloatArray:
     powers = np.ones(count)
     for index in range(1, count):
@@ -508,7 +558,7 @@ def _sum_description(profiles: Sequence[Profile]) -> str:
 
 
 def _shift_rows(coefficients: FloatArray, offsets: FloatArray) -> FloatArray:
-    """Coefficients of p(s + offset) for each row, bit for bit as `_shift_row`; rows without an offset keep their bits."""
+    """Return the coefficients of p(s + offset) for each row, by repeated synthetic division (+ and x only)."""
     shifted = coefficients.copy()
     moved = np.flatnonzero((offsets != 0.0) & coefficients[:, 1:].any(axis=1))
     for begin in range(0, len(moved), _SHIFTED_TOGETHER):
@@ -521,15 +571,6 @@ def _shift_rows(coefficients: FloatArray, offsets: FloatArray) -> FloatArray:
                 np.multiply(by, powers[index + 1], out=product)
                 powers[index] += product
         shifted[some] = powers.T
-    return shifted
-
-
-def _shift_row(coefficients: FloatArray, offset: float) -> FloatArray:
-    """Coefficients of p(s + offset), by repeated synthetic division (+ and x only)."""
-    shifted = np.array(coefficients, dtype=np.float64)
-    for first in range(len(shifted) - 1):
-        for index in range(len(shifted) - 2, first - 1, -1):
-            shifted[index] += offset * shifted[index + 1]
     return shifted
 
 

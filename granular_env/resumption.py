@@ -14,7 +14,7 @@ from granular_env.experiments.experiment import Experiment, Source, load_experim
 from granular_env.experiments.stop_rules import StopWatch
 from granular_env.progress import Progress
 from granular_env.recording.replay.log import Log
-from granular_env.run_loop import RunResult, advance, collect_warnings, memory_errors, refuse_unrecordable
+from granular_env.run_loop import RunResult, advance, collect_warnings, memory_errors, refuse_unrecordable, run
 
 
 def resume(
@@ -33,7 +33,8 @@ def resume(
         result = ge.resume("logs/piston.mcap")
 
     What is certain of the log is kept, and the run goes on from there with the log's own inputs and the experiment's stop
-    rules. State and log are those of a run that was never interrupted, bit for bit; the log says that it was resumed.
+    rules. State and log are those of a run that was never interrupted, bit for bit; the log says that it was resumed. A log
+    without a step is recorded from the start.
 
     Args:
         path: the log; it holds the experiment.
@@ -47,7 +48,7 @@ def resume(
 
     Raises:
         LogError: it is no log, or not of an experiment; it is of another one, or of another version of its component; it is
-            complete already, or ended with an error; it holds no step, or gives other bits now. Nothing has been written.
+            complete already, or ended with an error; it gives other bits now. Nothing has been written.
         ParameterError: `log` exists.
         ExperimentError: `experiment` is not valid.
         StepError: the physics would break down; the log is complete up to the last good state.
@@ -65,6 +66,10 @@ def resume(
             _refuse_other(program, wanted, where)
         _refuse_ended(opened, where)
         _tell_of_versions(opened, where)
+        if not opened.calls:
+            # The process was killed before its first step reached the disk.
+            target, replace = (path, True) if log is None else (log, overwrite)
+            return run(wanted or program, log=target, progress=progress, overwrite=replace)
         found = continuation_of(opened)
         component, end = found.component, found.component.ticks_in(program.duration)
         stops = StopWatch(program.stop, component, program.record.every)

@@ -125,7 +125,7 @@ def run(
         if live:
             _show_live(stack, ready.component, loaded.name, ready.ticks * ready.component.step_size, seconds)
         if log is not None:
-            _tell_size(ready, progress is True)
+            _tell_size(ready, Path(log).parent, progress is True)
             _record(stack, ready.component, log, overwrite, loaded.to_dict(), **loaded.record.model_dump())
         return advance(
             ready.component,
@@ -381,11 +381,14 @@ def _live_seconds(live: bool, pace: float | None) -> float | None:
     return seconds or None
 
 
-def _tell_size(ready: Prepared, at_once: bool) -> None:
-    """Say how large the log may become: at once on the terminal, else where that is a lot as a warning of the run."""
+def _tell_size(ready: Prepared, folder: Path, at_once: bool) -> None:
+    """Say how large the log may become: at once on the terminal, else where that is a lot as a warning of the run.
+
+    Raise `ExperimentError` where the log cannot fit.
+    """
     from granular_env.experiments.cost import LARGE_LOG, TOLD_LOG, size_note
 
-    note = size_note(ready, TOLD_LOG if at_once else LARGE_LOG)
+    note = size_note(ready, folder, TOLD_LOG if at_once else LARGE_LOG)
     if note and at_once:
         print(f"note: {note}", file=sys.stderr)
     elif note:

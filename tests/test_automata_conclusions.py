@@ -112,4 +112,4 @@ def test_a_log_says_by_which_cause_a_link_was_near(
     assert found.nearest == cause and found.kinds == ("shear_break", "tension_break") and found.all_instants == 2001
     assert main(["events", str(tmp_path / "near.mcap"), "--nearest"]) == 0
     told = " ".join(capsys.readouterr().out.split())
-    assert f"(1 is {cause}; nothing passed it; {found.instants} of 2001 instants looked at)" in told
+    assert f"(limit of {cause}; nothing passed it; {found.instants} of 2001 instants examined)" in told

@@ -61,6 +61,11 @@ def test_dialects(tmp_path, text, arguments):
         ("time [us];force [kN]\n0;0\n3;1,5\n", {"delimiter": ";", "decimal": ","}),
         ('time [us],force [kN]\n"0","0"\n"3,0","1,5"\n', {"decimal": ","}),
         ("time [us],force [V]\n0,0\n3,3\n", {"scale": 500.0}),
+        ("time [us]\tforce [kN]\r\n0\t0\r\n3\t1.5\r\n".encode("utf-16"), {"delimiter": "\t"}),
+        ("t[us] f[kN]\n  0.0   0.0\n  3.0   1.5\n", {"columns": (0, 1), "delimiter": " "}),
+        ("Time (usec),Force (kN)\n0,0\n3,1.5\n", {"columns": ("Time", "Force")}),
+        ("time/s,force / kN\n0,0\n3e-6,1.5\n", {}),
+        ("Time (sec),force [tonf]\n0,0\n3e-6,3\n", {"columns": ("Time", "force"), "scale": 500.0, "value_unit": "N"}),
         ("time [us],force\n0,0\n3,3000\n", {"scale": 500.0, "value_unit": "mV"}),
         ("time [us],force [kN]\n0,0\n3,1.5\n", {"columns": (0, 1), "unit": None}),
     ],
@@ -74,6 +79,20 @@ def test_what_oscilloscopes_and_spreadsheets_write(tmp_path, text, arguments):
 def test_velocities_have_their_own_units(tmp_path):
     text = "time [ms],speed [mm/s]\n0,0\n1,2500\n"
     assert read(tmp_path, text, columns=("time", "speed"), unit="m/s")[1].tolist() == [0.0, 2.5]
+
+
+@pytest.mark.parametrize(
+    ("written", "unit", "value"),
+    [("lbf", "N", 4.4482216152605), ("kgf", "N", 9.80665), ("g", "m/s^2", 9.80665), ("sec", "s", 1.0)],
+)
+def test_units_of_instruments(tmp_path, written, unit, value):
+    text = f"time/sec,reading [{written}]\n0,0\n1,1\n"
+    assert read(tmp_path, text, columns=("time", "reading"), unit=unit)[1].tolist() == [0.0, value]
+
+
+def test_a_unit_over_a_unit_is_not_a_name_over_a_unit(tmp_path):
+    text = "time [s],speed m/s\n0,0\n1,2\n"
+    assert read(tmp_path, text, columns=("time", "speed m/s"), value_unit="m/s", unit="m/s")[1].tolist() == [0.0, 2.0]
 
 
 # Each: the text, further arguments, and what the message has to say besides the file's name.
@@ -97,6 +116,7 @@ FAULTS = [
     (GOOD, {"time_unit": "ms"}, ["line 2", "the header says 'us'", "time_unit = 'ms'"]),
     (GOOD, {"value_unit": "N"}, ["line 2", "the header says 'kN'"]),
     (GOOD.replace("[us]", "[min]"), {}, ["line 2", "'min' is unknown", "s, ms, us, ns"]),
+    (GOOD.replace("[kN]", "[tonf]"), {}, ["line 2", "'tonf' is unknown", "set value_unit, and scale"]),
     (GOOD.replace("[us]", "[kN]"), {}, ["line 2", "'kN' measures something else"]),
     (GOOD, {"unit": "m/s"}, ["line 2", "'kN' measures something else", "m/s"]),
     (GOOD, {"columns": ("tim", "force")}, ["line 2", "time_column = 'tim'", "did you mean 'time'?"]),
@@ -111,7 +131,7 @@ FAULTS = [
     (GOOD.replace(",", ";"), {}, ["line 2", "one column only", 'set delimiter = ";"']),
     (GOOD.replace(",", "\t"), {}, ["line 2", "one column only", 'set delimiter = "\\t"']),
     (GOOD, {"delimiter": ";"}, ["line 2", "one column only", 'set delimiter = ","']),
-    (GOOD.replace(",", " "), {}, ["line 2", "one column only", "commas, semicolons or tabs"]),
+    (GOOD.replace(",", " "), {}, ["line 2", "one column only", 'set delimiter = " "']),
     ("0,0;1,5\n0,1;1,6\n", {"columns": (0, 1), "time_unit": "s", "value_unit": "N"}, ["line 1", 'set delimiter = ";"']),
     (GOOD.replace(",", ";").replace("1.5", "1,5"), {"delimiter": ";"}, ["line 4", "'1,5'", "write decimal points"]),
     (GOOD.replace("1.5", '"1.5'), {}, ["line 4", "a quotation mark is not closed"]),
@@ -119,10 +139,10 @@ FAULTS = [
     (GOOD.replace("1.5", "9" * 200_000), {}, ["line 4", "a cell is too long"]),
     (GOOD.replace("1.5", "high").replace("\n", "\r"), {}, ["line 4", "'high'"]),
     (b"time [us],force [kN]\r0,0\r\xff,1\r", {}, ["line 3", "not UTF-8"]),
-    ("time [us],force [kN]\n0,0\n".encode("utf-16"), {}, ["line 1", "not UTF-8"]),
+    ("time [us],force [kN]\n0,0\n".encode("utf-16") + b"\0", {}, ["line 3"]),
     (GOOD.replace("[kN]", "[V]"), {}, ["line 2", "'V' is a sensor's signal; set scale, in N for each volt"]),
     (GOOD.replace("[us]", "[V]"), {"scale": 2.0}, ["line 2", "time_unit: 'V' measures something else", "s, ms, us, ns"]),
-    (GOOD.replace("[kN]", "(lbf)"), {"columns": (0, 2)}, ["line 2", "no unit; set value_unit"]),
+    (GOOD.replace("[kN]", "(tonf)"), {"columns": (0, 2)}, ["line 2", "no unit; set value_unit"]),
     (GOOD.replace("1.5", "1.5 "), {"decimal": ","}, ["line 3", "'0.0'", "such as 1,5e-3", 'set decimal = "."']),
     (GOOD, {"skip": 7}, ["no rows"]),
     ("LECROYWS424,12345\nSegments,1\n" + GOOD, {}, ["line 1", "numbers begin in line 5", "set skip = 3"]),
@@ -267,7 +287,7 @@ def test_a_history_that_ends_before_the_run_begins_is_refused(tmp_path):
 def test_samples_between_steps_are_told_of(tmp_path):
     path = experiment_with(tmp_path)
     (tmp_path / "hammer.csv").write_text("time [us],force [N]\n0,0\n2.5,1\n10,2\n")
-    with pytest.warns(UserWarning, match="1 of 3 breakpoints lie between ticks"):
+    with pytest.warns(UserWarning, match="1 of 3 breakpoints or samples lie between ticks"):
         prepare(load_experiment(path))
 
 

@@ -23,7 +23,7 @@ from granular_env.cli import main
 from granular_env.components.balances import Balance
 from granular_env.components.component import Component
 from granular_env.components.contract import Variable
-from granular_env.components.errors import LogError, ParameterError, StepError
+from granular_env.components.errors import ExperimentError, LogError, ParameterError, StepError
 from granular_env.components.oscillator import Oscillator
 from granular_env.components.support.validation import Parameters
 from granular_env.experiments import load_experiment
@@ -154,7 +154,7 @@ def test_the_size_is_right_for_every_medium(experiment: str, overrides: dict[str
     run(experiment, overrides=overrides, log=tmp_path / "a.mcap")
     container = open_log(tmp_path / "a.mcap").records.container
     size = sum(len(message.data) for chunk in range(container.chunk_count) for message in container.messages(chunk))
-    assert recorded_bytes(ready) == pytest.approx(size, rel=0.05)
+    assert recorded_bytes(ready, tmp_path) == pytest.approx(size, rel=0.05)
     assert (tmp_path / "a.mcap").stat().st_size < size
 
 
@@ -303,6 +303,21 @@ def test_a_large_log_is_announced_and_its_size_told(
     assert main(["run", experiment, "--log", str(path), "--overwrite"]) == 0
     assert "note: the log takes up to " in capsys.readouterr().err
     assert main(["run", experiment, "--no-log"]) == 0 and "before compression" not in capsys.readouterr().err
+
+
+def test_a_log_that_cannot_fit_is_refused_before_the_run(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    experiment, path = "nesterenko-1983/3.4-piston", tmp_path / "new" / "a.mcap"
+    long = ["--set", "duration=1e9"]
+    for arguments in (["check", experiment, *long], ["run", experiment, *long, "--log", str(path)]):
+        assert main(arguments) == 2
+        message = capsys.readouterr().err
+        assert "duration: the log takes up to 4.98e+09 GB" in message
+        assert "are free in" in message and "record.every" in message
+    with pytest.raises(ExperimentError, match=r"the log takes up to 4\.98e\+09 GB"):
+        run(experiment, overrides={"duration": 1e9}, log=path)
+    assert not path.parent.exists()
+    short = {"duration": 1e-6}
+    assert run(experiment, overrides=short, log=tmp_path / "a.mcap").log == tmp_path / "a.mcap"
 
 
 # -- one writer --------------------------------------------------------------------------------------------------------

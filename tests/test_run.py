@@ -300,7 +300,7 @@ def test_an_interrupt_inside_the_loop_gives_a_result(tmp_path):
 @pytest.mark.parametrize("command", ["run", "branch"])
 def test_ctrl_c_on_the_command_line_leaves_a_complete_log(command, tmp_path):
     log, parent = tmp_path / "long.mcap", tmp_path / "parent.mcap"
-    arguments = ["oscillator/pushed", "--set", "duration=1e9"]
+    arguments = ["oscillator/pushed", "--set", "duration=1e6"]
     if command == "branch":
         run(OSCILLATOR, log=parent)
         arguments = [str(parent), "--at", "0.5", "--until", "1e9"]

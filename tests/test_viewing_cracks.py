@@ -94,7 +94,7 @@ def test_what_is_hidden_colours_nothing() -> None:
     drawn = recolour(tube.drawables(), tube.variables, "shell_surface_plastic_strain")
     assert [one.field for one in visible_cells(drawn)] == ["shell_surface_plastic_strain"]
     for name in ("gas_pressure", "shell_plastic_strain"):
-        with pytest.raises(ParameterError, match=f"colour: '{name}'.*nothing that is drawn.*_stress, shell_"):
+        with pytest.raises(ParameterError, match=f"colour: '{name}'.*not one value for each.*_stress, shell_"):
             recolour(tube.drawables(), tube.variables, name)
 
 

@@ -1,6 +1,7 @@
 """Figures and reports: complete, self-contained, and harmless whatever a log says."""
 
 import re
+import warnings
 from dataclasses import replace
 from pathlib import Path
 
@@ -325,3 +326,12 @@ def test_the_numbers_of_a_colour_bar_stand_apart(limit, has_sign):
     boxes = [label.get_window_extent(renderer) for label in labels]
     assert len(boxes) >= 3
     assert all(before.x1 + 3.0 < after.x0 for before, after in zip(boxes[:-1], boxes[1:], strict=True))
+
+
+def test_names_with_missing_glyphs_print_no_warning() -> None:
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        for draw in (drawing.png, lambda figure: drawing.svg(figure, "a"), lambda figure: drawing.canvas(figure, 80)):
+            figure = drawing.new_figure(2.0, 1.0)
+            figure.add_subplot().set_title("a\x1b[2Jb\u202ec")
+            draw(figure)

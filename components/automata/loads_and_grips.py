@@ -12,7 +12,7 @@ import numpy.typing as npt
 from ..boundaries import Boundary, edge_variable, prescribed_components
 from ..contract import Variable
 from ..errors import ParameterError
-from ..inputs import Held, input_value
+from ..inputs import Held, input_mean
 from ..support.float_arrays import FloatArray
 from .boundaries import Fixed, Free, Periodic, PrescribedVelocity, Symmetry, Traction
 from .edges import EDGES, edge_automata, shared_areas, traction_levers, zigzag_faces
@@ -158,14 +158,23 @@ class Conditions:
             if isinstance(boundary, (PrescribedVelocity, Traction)):
                 yield edge_variable(name, boundary)
 
-    def apply(self, held: Mapping[str, Held], tick: int, part: float = 1.0) -> None:
-        """Fill loads and grips for the internal step that begins at a tick: forces at its middle, velocities at a part."""
+    def apply(self, held: Mapping[str, Held], tick: int, *, kick_in_the_middle: bool = True) -> None:
+        """Fill loads and grips for the internal step that begins at a tick, with the mean of each input over its time.
+
+        Forces act over the step. Velocities hold from one kick to the next one, in the middle or at the ends of steps.
+        """
+        velocity = _mean_from_the_middle if kick_in_the_middle else input_mean
         if self._forced.size:
-            self.load.force[: len(self._forced)] = input_value(held["force"], tick, 0.5)
+            self.load.force[: len(self._forced)] = input_mean(held["force"], tick)
         for pull in self._pulls:
-            self.load.force[pull.rows] = pull.areas[:, np.newaxis] * input_value(held[pull.name], tick, 0.5)
+            self.load.force[pull.rows] = pull.areas[:, np.newaxis] * input_mean(held[pull.name], tick)
         for drive in self._drives:
-            self.grip.velocity[drive.rows, drive.axis] = input_value(held[drive.name], tick, part)[drive.axis]
+            self.grip.velocity[drive.rows, drive.axis] = velocity(held[drive.name], tick)[drive.axis]
+
+
+def _mean_from_the_middle(held: Held, tick: int) -> FloatArray:
+    """Return the mean of a velocity from the middle of a tick to that of the next one, shape (2,) [m/s]."""
+    return 0.5 * (input_mean(held, tick, 1, 2) + input_mean(held, tick + 1, 0, 2))
 
 
 def _held_axes(edge: str, boundary: Boundary) -> tuple[int, ...]:

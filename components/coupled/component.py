@@ -404,7 +404,7 @@ class Coupled(Component):
 
     def _apply_to_automata(self, tick: int) -> None:
         """Fill loads and grip for the tick."""
-        self.automata.conditions.apply(self.automata.held_inputs, tick, 0.5)
+        self.automata.conditions.apply(self.automata.held_inputs, tick, kick_in_the_middle=False)
         self._edge_inputs.fill_loads()
 
     def _advance_with(self, tick: int, ticks: int) -> int:

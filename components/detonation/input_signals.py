@@ -1,4 +1,4 @@
-"""Signals of the held inputs: the numbers that each tick reads, taken in its middle."""
+"""Signals of the held inputs: their means over each tick."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ COLUMNS = {
 
 
 def tick_signals(held: Mapping[str, Held], tick: int, ticks: int) -> FloatArray:
-    """Return the inputs in the middle of each of so many ticks from `tick` on, shape (ticks, SIGNALS)."""
+    """Return the mean of each input over each of `ticks` ticks from `tick` on, shape (ticks, SIGNALS)."""
     signals = np.zeros((ticks, SIGNALS))
     for name, column in COLUMNS.items():
         if name in held:
@@ -39,7 +39,7 @@ def area_pattern(held: Mapping[str, Held]) -> FloatArray:
 
 
 def _values(held: Held, tick: int, ticks: int) -> FloatArray | float:
-    """Return a number, or the factor of a profile, of each tick."""
+    """Return a number, or the mean factor of a profile over each tick."""
     if isinstance(held, CompiledProfile):
-        return np.array([held.factor(number, 0.5) for number in range(tick, tick + ticks)])
+        return held.mean_factors(tick, ticks)
     return float(held)

@@ -66,7 +66,7 @@ def advance(medium, tube, state, scratch, signals, areas, tally, first_tick, eve
         tube: the constant tables.
         state: what changes.
         scratch: memory.
-        signals: the inputs in the middle of each tick, shape (ticks, SIGNALS).
+        signals: the means of the inputs over each tick, shape (ticks, SIGNALS).
         areas: what the area's factor is multiplied by, shape (n,) [m^2].
         tally: shape (TALLY,).
         first_tick: before the first of these ticks.

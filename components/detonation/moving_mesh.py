@@ -37,7 +37,7 @@ def advance(medium, tube, state, walls, places, scratch, signals, tally, first_t
         walls: of the ends, shape (WALLS,).
         places: where the front passed each cell, shape (n,) [m].
         scratch: memory.
-        signals: the inputs in the middle of each tick, shape (ticks, SIGNALS).
+        signals: the means of the inputs over each tick, shape (ticks, SIGNALS).
         tally: shape (TALLY,).
         first_tick: before the first of these ticks.
         events: room for further rows.

@@ -341,7 +341,7 @@ class Grid(Component):
         return self._grid, self._state, self._conditions, self._corner
 
     def factors(self, tick: int, ticks: int) -> FloatArray:
-        """Lay out what the held inputs do; return the signals in the middle of so many ticks from `tick` on."""
+        """Lay out what the held inputs do; return the means of the signals over each of `ticks` ticks from `tick` on."""
         if self._held is not self._driven_by:
             self._signals, drive = make_drive(self._assembly, self._held, self._block["static_force"])
             self._conditions = self._conditions._replace(drive=drive)

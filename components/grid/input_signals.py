@@ -45,19 +45,8 @@ def make_drive(
 
 
 def signal_factors(profiles: list[CompiledProfile], tick: int, ticks: int) -> FloatArray:
-    """Return the signals in the middle of each of so many ticks, shape (ticks, 1 + profiles); the first is 1."""
+    """Return the mean of each signal over each of `ticks` ticks from `tick` on, shape (ticks, 1 + profiles); the first is 1."""
     factors = np.ones((ticks, 1 + len(profiles)))
     for place, profile in enumerate(profiles):
-        factors[:, 1 + place] = _profile_factors(profile, tick, ticks)
+        factors[:, 1 + place] = profile.mean_factors(tick, ticks)
     return factors
-
-
-def _profile_factors(profile: CompiledProfile, tick: int, ticks: int) -> FloatArray:
-    now = np.arange(tick, tick + ticks)
-    piece = np.searchsorted(profile.ticks, now, side="right") - 1
-    rows = profile.coefficients[np.maximum(piece, 0)]
-    since = (now - profile.ticks[np.maximum(piece, 0)]).astype(np.float64) + 0.5
-    value = np.zeros(ticks)
-    for power in range(rows.shape[1] - 1, -1, -1):
-        value = value * since + rows[:, power]
-    return np.where(piece < 0, 0.0, value)

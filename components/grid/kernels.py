@@ -300,7 +300,7 @@ def begin_conditions(grid, state, conditions, factors, row, step):
         grid: see `kernel_arrays.Grid`.
         state: `velocity` and `displacement` of these nodes are updated.
         conditions: see `kernel_arrays.Conditions`; `begin` is written.
-        factors: of the signals in the middle of each tick, shape (ticks, signals).
+        factors: the means of the signals over each tick, shape (ticks, signals).
         row: of this tick.
         step: [s].
     """
@@ -426,7 +426,7 @@ def advance(grid, state, conditions, factors, corner, tally, step, tick, events,
         grid: see `kernel_arrays.Grid`.
         state: see `kernel_arrays.State`; updated.
         conditions: see `kernel_arrays.Conditions`; its `begin` is scratch.
-        factors: of the signals in the middle of each tick, shape (ticks, signals); how many rows, so many ticks.
+        factors: the means of the signals over each tick, shape (ticks, signals); how many rows, so many ticks.
         corner: scratch, shape (rows of the schedule, 2); the last row is 0.
         tally: work and impulses since the reset, updated, shape (layout.TALLY,).
         step: internal step [s].

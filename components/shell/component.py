@@ -56,7 +56,7 @@ class Shell(Component):
     """
 
     name = "shell"
-    version = 4
+    version = 5
     Parameters = ShellParameters
     parameters: ShellParameters
 

@@ -1,4 +1,4 @@
-"""Signals of the held inputs: the numbers that each tick reads, taken in its middle."""
+"""Signals of the held inputs: their means over each tick."""
 
 from __future__ import annotations
 
@@ -12,20 +12,20 @@ from ..support.float_arrays import FloatArray
 
 
 def tick_signals(held: Mapping[str, Held], moved: Mapping[str, int], tick: int, ticks: int) -> FloatArray:
-    """Return the factor of the pressure and the velocities of moved edges in the middle of each of so many ticks.
+    """Return the mean factor of the pressure and the mean velocities of moved edges over each of `ticks` ticks from `tick` on.
 
     Returns:
         Shape (ticks, 1 + 3 edges).
     """
     signals = np.ones((ticks, 1 + 3 * len(moved)))
     if isinstance(held["pressure"], CompiledProfile):
-        signals[:, 0] = _factors(held["pressure"], tick, ticks)
+        signals[:, 0] = held["pressure"].mean_factors(tick, ticks)
     for place, (edge, axis) in enumerate(moved.items()):
         velocity = held[f"{edge}_velocity"]
         columns = slice(1 + 3 * place, 4 + 3 * place) if axis < 0 else slice(1 + 3 * place + axis, 2 + 3 * place + axis)
         signals[:, columns] = pattern_of(velocity)
         if isinstance(velocity, CompiledProfile):
-            signals[:, columns] *= _factors(velocity, tick, ticks)[:, None]
+            signals[:, columns] *= velocity.mean_factors(tick, ticks)[:, None]
     return signals
 
 
@@ -36,7 +36,3 @@ def pattern_of(held: Held) -> FloatArray:
     """
     pattern = held.pattern if isinstance(held, CompiledProfile) else held
     return np.array(1.0 if pattern is None else pattern, dtype=np.float64)
-
-
-def _factors(profile: CompiledProfile, tick: int, ticks: int) -> FloatArray:
-    return np.array([profile.factor(number, 0.5) for number in range(tick, tick + ticks)])

@@ -43,7 +43,7 @@ def advance(solid, state, scratch, signals, pressures, tally, first_tick, failed
         solid: `kernel_arrays.Solid`.
         state: `kernel_arrays.State`.
         scratch: `kernel_arrays.Scratch`.
-        signals: in the middle of each tick the factor of the pressure, then velocities of edges, shape (ticks, k).
+        signals: means over each tick: the factor of the pressure, then velocities of edges, shape (ticks, k).
         pressures: what the factor is multiplied by at each station of the inner surface, shape (stations,) [Pa].
         tally: shape (TALLY,).
         first_tick: before the first of these ticks.

@@ -18,7 +18,7 @@ from ..detonation.kernel_arrays import WALL_WORK
 from ..drawables import Cells, Drawable, Points
 from ..errors import Fault, ParameterError, StepError
 from ..events import EventDetail
-from ..inputs import input_value
+from ..inputs import input_mean
 from ..parts import Part, make_part, part_drawable, part_readers, part_values, part_variables
 from ..shell.component import Shell
 from ..support.float_arrays import FloatArray
@@ -283,9 +283,8 @@ class Tube(Component):
         """Advance the gas with the area that it has, and let it out through openings."""
         gas = self.gas.tables()[2]
         for step in range(self.gas_steps):
-            part = (step + 0.5) / self.gas_steps
             own = {
-                name.removeprefix("gas_"): input_value(value, tick, part)
+                name.removeprefix("gas_"): input_mean(value, tick, step, self.gas_steps)
                 for name, value in self._held.items()
                 if name != "vent_area"
             }
@@ -310,7 +309,7 @@ class Tube(Component):
             self._openings[:] = self._to_cells(areas * interface.length)
         if p.vent is not None:
             cell = min(int(p.vent / self.gas.cell_size), p.gas.cells - 1)
-            self._openings[cell] += max(input_value(self._held["vent_area"], tick, 0.5), 0.0)
+            self._openings[cell] += max(input_mean(self._held["vent_area"], tick), 0.0)
         exchange.leak(medium, gas, self._openings, p.discharge, p.room_pressure, self.step_size, self._block["tally"])
 
     @property

@@ -101,7 +101,7 @@ def _nearest(log: Log, ratios: list[EventRatio], kind: str | None) -> str:
     from granular_env.recording.replay.near_misses import kinds_by_ratio
 
     if not log.event_kinds:
-        return "nearest: none; with the parameters of this log nothing has a limit that it could come near to"
+        return "nearest: none; with the parameters of this log no kind of event can happen"
     if ratios:
         return "\n".join(wrap_text(_words_for(log, one)) for one in ratios)
     details = {name: detail for name, detail in log.event_details.items() if kind in (None, name)}
@@ -130,8 +130,8 @@ def _words_for(log: Log, found: EventRatio) -> str:
     # So it may be above 1 a step before the event.
     judged = "; the ratio is that at the end of a step, events are judged within one" if found.ratio >= 1.0 else ""
     return (
-        f"{what} reached {found.ratio:.6g} of its limit at {found.time:.9g} s (1 is {printable(found.nearest) or kinds}; "
-        f"{rest}{besides}{judged}; {found.instants} of {count_of(found.all_instants, 'instant')} looked at)"
+        f"{what} reached {found.ratio:.6g} of its limit at {found.time:.9g} s (limit of {printable(found.nearest) or kinds}; "
+        f"{rest}{besides}{judged}; {found.instants} of {count_of(found.all_instants, 'instant')} examined)"
     )
 
 

@@ -78,7 +78,7 @@ def large_option(text: str = "Lift the limits on sizes that a log may declare.")
 
 def component_option() -> Decorator:
     """Let the command use components of other packages, as `components`."""
-    text = "Use the installed component NAME, of another package, for a log of it: a log alone loads none."
+    text = "Use the installed component NAME of another package: a log does not load code of other packages."
     return click.option("--component", "components", metavar="NAME", multiple=True, callback=_load_components, help=text)
 
 
@@ -108,7 +108,7 @@ def exclusive(*names: str) -> Decorator:
 
 
 class CommaSeparated(click.ParamType):
-    """Values of one type, apart by commas."""
+    """Values of one type, separated by commas."""
 
     def __init__(self, each: click.ParamType) -> None:
         self.each, self.name = each, each.name
@@ -119,7 +119,7 @@ class CommaSeparated(click.ParamType):
 
 
 def list_option(flag: str, metavar: str, each: click.ParamType, text: str) -> Decorator:
-    """Let the command take several values, apart by commas or one after another; None where there are none."""
+    """Let the command take several values, separated by commas or one after another; None where there are none."""
     return click.option(flag, metavar=f"{metavar},...", type=CommaSeparated(each), multiple=True, callback=_join, help=text)
 
 

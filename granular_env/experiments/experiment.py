@@ -86,7 +86,7 @@ class Experiment(Document):
     kind: ClassVar[str] = "experiment"
     shelf: ClassVar[str] = "experiments"
 
-    name: str = Field(min_length=1, max_length=200, description="what logs and pages call it")
+    name: str = Field(min_length=1, max_length=200, description="name of the experiment in logs and reports")
     description: str = Field("", description="what it shows, for people")
     source: str | None = Field(None, description="where it comes from: a citation")
     duration: float = Field(gt=0.0, description="simulated time from start to end [s]")

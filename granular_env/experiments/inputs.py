@@ -153,11 +153,11 @@ class CsvTable(ProfileTable):
     path: str = Field(min_length=1, description="the CSV file, relative to the experiment's")
     time_column: str | int = Field(description="the time column's name, or its number from 0")
     value_column: str | int = Field(description="the value column's name, or its number from 0")
-    time_unit: str | None = Field(None, description="s, ms, us or ns; may stand in the CSV's header instead")
+    time_unit: str | None = Field(None, description="s, ms, us, ns or sec, ...; may stand in the CSV's header instead")
     value_unit: str | None = Field(
         None, description="such as kN or mm/s, or V with a scale; may stand in the CSV's header instead"
     )
-    delimiter: Literal[",", ";", "\t"] = Field(",", description="what separates the columns")
+    delimiter: Literal[",", ";", "\t", " "] = Field(",", description="what separates the columns")
     decimal: Literal[".", ","] = Field(".", description="the decimal mark")
     skip: int = Field(0, ge=0, description="lines to leave out at the beginning, such as the preamble of an oscilloscope")
     gaps: Literal["refuse", "bridge"] = Field(

@@ -47,8 +47,7 @@ def template(name: str, new_name: str | None = None, others: Iterable[str] = ())
         if Path(name).suffix == ".toml" or os.path.exists(name):
             raise
         advice = nearest_names(name, [*shipped_names(), *others])
-        expected = "the name of something that comes with the package, or a file"
-        raise ExperimentError(f"got {name!r}", expected=expected, hint=advice) from error
+        raise ExperimentError(f"no component, experiment, plan or study named {name!r}", hint=advice) from error
     except (OSError, UnicodeDecodeError) as error:
         raise ExperimentError(f"cannot be read as text: {error}", expected="a TOML file", source=name) from error
     return text if new_name is None else edit(text, "name", new_name)

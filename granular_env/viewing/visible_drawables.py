@@ -61,7 +61,7 @@ def recolour(drawables: Sequence[Drawable], variables: Mapping[str, Variable], n
     known = colouring_outputs([one for one in drawables if not is_hidden(one, drawables)], variables)
     if name not in known:
         raise ParameterError(
-            f"{name!r} was not recorded, or nothing that is drawn has one value of it for each of its parts",
+            f"{name!r} was not recorded, or it is not one value for each node, cell or point of a drawable",
             hint=f"this log can be coloured by {', '.join(known) or 'nothing'}", at="colour",
         )  # fmt: skip
     return tuple(one if not _can_colour(one, variables, name) else with_colour(one, name) for one in drawables)

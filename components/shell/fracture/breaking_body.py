@@ -471,7 +471,7 @@ class BreakingBody:
         (along, around), (leaking_along, leaking_around) = (
             (1e3 * crack_along(lattice, sides), 100.0 * crack_around(lattice, sides)) for sides in (cut, through)
         )
-        leaks = f"those through the wall {leaking_along:.3g} mm and {leaking_around:.3g} %"
+        leaks = f"cracks through the wall reach {leaking_along:.3g} mm and take up to {leaking_around:.3g} %"
         return (
             f"cracks reach {along:.3g} mm along the body and take up to {around:.3g} % {part}, "
             f"{leaks if through.is_cut else 'none of them through the wall'}"
@@ -481,7 +481,7 @@ class BreakingBody:
         """Return in words how many pieces there are, and what belongs to none."""
         pieces, lost = self.cracks.piece_count, np.count_nonzero(~self.cracks.borne)
         words = f"{pieces} {'piece' if pieces == 1 else 'pieces'}"
-        return f"{words}, and {lost} columns of nodes that nothing bears any more" if lost else words
+        return f"{words}, and {lost} fully detached {'column' if lost == 1 else 'columns'} of nodes" if lost else words
 
     def place_words(self, point: int) -> str:
         """Return where a point lies in the body, in words."""

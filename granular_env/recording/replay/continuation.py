@@ -115,12 +115,9 @@ def continuation_of(log: Log) -> Continuation:
     """Return a log, cut where it is certain, and its component there, run again from the last snapshot before that.
 
     Raises:
-        LogError: it holds no step or several histories; it cannot be run again, or gives other bits now.
+        LogError: it holds several histories; it cannot be run again, or gives other bits now.
     """
     where = f"log {str(log.path)!r}"
-    steps = log.records.index.rows[:, KIND] == STEPS
-    if not steps.any():
-        raise LogError("it holds no step, so there is nothing to go on from", hint="run the experiment anew", source=where)
     if len(log.records.index.all_segments) > 1:
         came = f"its component was reset or put back {len(log.records.index.all_segments) - 1} times on the way"
         raise LogError(came, hint="branch off it instead: granular-env branch", source=where)

@@ -5,7 +5,9 @@ from __future__ import annotations
 import functools
 import io
 import re
-from collections.abc import Callable, Sequence
+import warnings
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any, ParamSpec, TypeVar
 
 import numpy as np
@@ -74,17 +76,26 @@ def canvas(figure: Figure, dots_per_inch: int) -> FigureCanvasAgg:
     """Draw the figure into pixels."""
     figure.set_dpi(dots_per_inch)
     drawn = import_optional("matplotlib.backends.backend_agg", "figures").FigureCanvasAgg(figure)
-    drawn.draw()
+    with _no_glyph_warnings():
+        drawn.draw()
     return drawn
+
+
+@contextmanager
+def _no_glyph_warnings() -> Iterator[None]:
+    """Suppress matplotlib's warnings of missing glyphs: they print the raw characters of a log's names on the terminal."""
+    with warnings.catch_warnings():
+        warnings.filterwarnings("ignore", r"Glyph \d+")
+        yield
 
 
 def png(figure: Figure, dots_per_inch: int = 130) -> bytes:
     """Return a figure as the bytes of a PNG file; the same figure gives the same bytes."""
     buffer = io.BytesIO()
     figure.set_dpi(dots_per_inch)
-    import_optional("matplotlib.backends.backend_agg", "figures").FigureCanvasAgg(figure).print_png(
-        buffer, metadata={"Software": None}
-    )
+    canvas_class = import_optional("matplotlib.backends.backend_agg", "figures").FigureCanvasAgg
+    with _no_glyph_warnings():
+        canvas_class(figure).print_png(buffer, metadata={"Software": None})
     # The places are worked out; drawn once more, the figure need not do it again.
     figure.set_layout_engine("none")
     return buffer.getvalue()
@@ -102,7 +113,8 @@ def svg(figure: Figure, name: str, dots_per_inch: int = 150) -> str:
     figure.set_dpi(dots_per_inch)
     with import_optional("matplotlib", "figures").rc_context({"svg.fonttype": "none", "svg.hashsalt": name}):
         canvas_class = import_optional("matplotlib.backends.backend_svg", "figures").FigureCanvasSVG
-        canvas_class(figure).print_svg(buffer, metadata={"Date": None, "Creator": None})
+        with _no_glyph_warnings():
+            canvas_class(figure).print_svg(buffer, metadata={"Date": None, "Creator": None})
     drawn = buffer.getvalue()
     return page_svg(drawn[drawn.index("<svg") :])
 

@@ -32,7 +32,7 @@ def plot(
     """Return a figure of a recorded variable or an input of a log.
 
         figure = ge.viewing.plot(log, "contact_force", "histories", indices=[10, 20])
-        figure.savefig("force.pdf")              # or let a notebook show it: it is the value of the cell
+        figure.savefig("force.pdf")              # a notebook shows it after %matplotlib inline
 
     Args:
         log: an open log.

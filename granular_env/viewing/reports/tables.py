@@ -63,8 +63,8 @@ def _closure(scene_data: SceneData, balance: BalanceNames) -> str:
     largest = f"{float(f'{scale:.2g}'):g} {typeset(balance.unit)}"
     if worst > _ALL_ROUNDING * scale:
         return (
-            f"Of the balance of {quantity} up to {worst / scale:.2g} of its largest entry, {largest}, is left over: either "
-            "these numbers are the rounding of others that cancel, or it does not close."
+            f"The residual of the balance of {quantity} is up to {worst / scale:.2g} of its largest entry, {largest}: either "
+            "all entries are at round-off, or the balance does not close."
         )
     # The entry itself as well: it may be rounding, too.
     return (

@@ -78,7 +78,7 @@ def _stretch_words(scene_data: SceneData, scales: Scales) -> str:
 
 
 def _viewpoint_sentence(scene_data: SceneData) -> str:
-    return f"At first you look {viewpoint_words(scene_data.viewpoint)}." if scene_data.is_solid else ""
+    return f"The first view looks {viewpoint_words(scene_data.viewpoint)}." if scene_data.is_solid else ""
 
 
 def _colour_words(scale: ColourScale) -> str:
