@@ -507,10 +507,7 @@ class Shell(Component):
 
     def _compressed_step(self) -> float:
         """Return the step over the largest stable one where the body is compressed most, and its frequencies are highest."""
-        gradient = self._state.gradient.reshape(-1, 3, 3) + np.eye(3)
-        squares = np.linalg.eigvalsh(np.einsum("pij,pik->pjk", gradient, gradient))
-        shortest = float(np.sqrt(max(squares.min(), 1e-12)))
-        return 0.5 * self.highest_frequency * self.step_size / shortest
+        return 0.5 * self.highest_frequency * self.step_size / float(energies.smallest_stretch(self._state.gradient))
 
     def drawables(self) -> tuple[Drawable, ...]:
         """Return the outer surface and all nodes, coloured by the equivalent stress."""

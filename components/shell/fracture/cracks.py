@@ -282,7 +282,7 @@ class Cracks:
         offsets = np.stack([lost // (m * layers), lost // layers % m, self._lattice.heights(lost)], axis=-1) - self._place(p)
         if self._lattice.axes[1].closed:
             offsets[:, 1] -= m * np.floor(offsets[:, 1] / m + 0.5)
-        return int(np.sign(np.sign(offsets @ normal).sum()))
+        return int(np.sign(np.sign((offsets * normal).sum(axis=1)).sum()))
 
     def _loaded_side(self, state: State, p: int, normal: FloatArray) -> int:
         """Return the side on which the points next to one are nearer to their limits; 0 where both are alike."""
@@ -291,7 +291,7 @@ class Cracks:
             if self._lattice.axes[1].closed:
                 m = self._lattice.shape[1]
                 offset[1] -= m * np.floor(offset[1] / m + 0.5)
-            beyond = float(offset @ normal)
+            beyond = float((offset * normal).sum())
             if abs(beyond) > 0.3:
                 sums[int(beyond > 0.0)] += float(decisive_value(state, self.judged, q)[0]) / self.judged.limit[q]
         difference = sums[1] - sums[0]
