@@ -1,4 +1,4 @@
-"""Golden logs, constants, rewards, goals, gradients and theory's drives do not depend on the instructions that libraries find."""
+"""Golden logs, constants, rewards, goals, gradients and drives do not depend on the instructions that libraries find."""
 
 from __future__ import annotations
 

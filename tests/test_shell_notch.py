@@ -37,7 +37,7 @@ def test_a_notch_takes_its_volume_from_nodes_and_points(direction: str) -> None:
         lattice = lattice_of(body)
         assert lattice.volumes.sum() == pytest.approx(volume, rel=1e-12)
         for rule in ("column", "cell"):
-            points = integration_points(lattice, rule, 2)
+            points = integration_points(lattice, rule, 2, 1.7)
             # Of cells each point counts as one below the notch, or none: to the width of the slot.
             assert points.volume.sum() == pytest.approx(volume, rel=1e-12 if rule == "column" else 0.01)
 
@@ -68,7 +68,7 @@ def test_a_patch_with_a_notch_has_the_rigid_motions_as_its_only_modes_without_en
     notch = {"length": 0.003, "depth": 0.0006, "width": 0.0008, "around": 0.003, "columns": 1}
     body = {"name": "plate", "length": 0.006, "width": 0.006, "along": 7, "across": 7, "layers": layers, "notch": notch}
     lattice = lattice_of(body)
-    points = integration_points(lattice, "column", layers - 1)
+    points = integration_points(lattice, "column", layers - 1, 1.7)
     stencils = make_stencils(lattice, points.lines, (1.7, 1.7, 1.7), "linear", points.all_places())
     values = np.linalg.eigvalsh(stiffness_matrix(lattice.node_count, points, stencils, 1.0, 0.3))
     assert (values < 1e-10 * values[-1]).sum() == RIGID_MOTIONS

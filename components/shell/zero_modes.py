@@ -32,7 +32,7 @@ def zero_mode_count(layers: int, rule: RuleName, through: int, basis: BasisName,
     """
     side, depth = even_axis(_COLUMNS - 1.0, _COLUMNS), even_axis(layers - 1.0, layers)
     lattice = Lattice((side, side, depth), bent=False)
-    points = integration_points(lattice, rule, through)
+    points = integration_points(lattice, rule, through, radius)
     stencils = make_stencils(lattice, points.lines, (radius, radius, radius), basis)
     matrix = stiffness_matrix(lattice.node_count, points, stencils, 1.0, _POISSON)
     return len(matrix) - rank(matrix)
