@@ -89,11 +89,17 @@ def test_a_notched_body_deforms_evenly_and_keeps_its_momentum() -> None:
     assert mass.entries["mass"] == pytest.approx(2719.0 * solid.tables()[0].body.volume.sum(), rel=1e-12)
 
 
-@pytest.mark.parametrize("columns", [1, 9])
+@pytest.mark.parametrize("columns", [1, 3, 9])
 def test_the_ligament_bears_the_load_of_the_whole_section(columns: int) -> None:
-    """A strip with a groove across, pulled slowly: stress times section is the same everywhere, over pairs of columns."""
-    along, width = (23, 0.0005) if columns == 1 else (41, 0.0025)
-    groove = {"length": 0.002, "depth": 0.0006, "width": width, "around": 0.001, "direction": "hoop", "columns": 1}
+    """A strip with a groove across, pulled slowly: stress times section is the same in every column.
+
+    Stresses of the points alternate; their means, which are judged and reported, do not. A ligament of one column has no
+    neighbours of its section.
+    """
+    along, width = (41, 0.0025) if columns == 9 else (23, 0.0005)
+    groove = {
+        "length": 0.002, "depth": 0.0006, "width": width, "around": 0.001, "direction": "hoop", "columns": min(columns, 3),
+    }  # fmt: skip
     body = {"name": "plate", "length": 0.012, "width": 0.002, "along": along, "across": 4, "notch": groove}
     edges = {"start": "symmetry", "end": "platen", "bottom": "symmetry"}
     solid: Any = ge.make("shell", body=body, boundaries=edges, material={"name": "elastic", "poisson": 0.0})
@@ -102,20 +108,16 @@ def test_the_ligament_bears_the_load_of_the_whole_section(columns: int) -> None:
     # Sound needs 2.4 us along the strip: what is pulled for 10 us is nearly at rest.
     pulled = ge.Profile.table([0.0, 2e-5, 4e-5, 1.0], [0.0, 0.3, 0.3, 0.3])
     solid.step(round(2e-5 / solid.step_size) * solid.step_size, end_velocity=pulled)
-    forces, stresses = [], []
+    forces, points = [], []
     for _ in range(10):
         solid.step(round(2e-6 / solid.step_size) * solid.step_size, end_velocity=pulled)
-        stress = solid.get("stress")[:, 0].reshape(along, -1)
-        volume = solid.tables()[0].body.volume.reshape(along, -1)
-        forces.append((stress * volume).sum(axis=1) / lattice.axes[0].widths)
-        stresses.append(stress.mean(axis=1))
-    force, stress = np.mean(forces, axis=0), np.mean(stresses, axis=0)
-    paired = 0.25 * force[:-2] + 0.5 * force[1:-1] + 0.25 * force[2:]
-    np.testing.assert_allclose(paired, force[:5].mean(), rtol=0.03)
-    middle = along // 2
-    assert stress[middle] > 2.0 * stress[:5].mean()
-    if columns == 9:  # of one column the stress is that of both steps too
-        assert stress[middle] / stress[:5].mean() == pytest.approx(WALL / (WALL - 0.0006), rel=0.05)
+        volume = solid.tables()[0].body.volume.reshape(along, -1) / lattice.axes[0].widths[:, None]
+        for name, found in (("mean_stress", forces), ("stress", points)):
+            found.append((solid.get(name)[:, 0].reshape(along, -1) * volume).sum(axis=1))
+    force, point = np.mean(forces, axis=0), np.mean(points, axis=0)
+    held = ~lattice.hollow.columns[:, 0] if columns == 1 else np.ones(along, dtype=bool)
+    np.testing.assert_allclose(force[held], force[:5].mean(), rtol=0.03)
+    assert np.abs(point[held] / point[:5].mean() - 1.0).max() > 0.1
 
 
 @pytest.mark.parametrize(("along", "width", "columns"), [(23, 0.0005, 3), (41, 0.0025, 9)])

@@ -42,7 +42,7 @@ class Tube(Component):
     """
 
     name = "tube"
-    version = 4
+    version = 5
     Parameters = TubeParameters
     parameters: TubeParameters
 

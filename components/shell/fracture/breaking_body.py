@@ -16,6 +16,7 @@ from ...events import EventDetail
 from ...state_block import Block
 from ...support.float_arrays import FloatArray
 from .. import kernels, parallel_steps
+from ..column_means import write_column_means
 from ..kernel_arrays import ColumnArray, IntArray, Scratch, Solid, State
 from ..kernel_setup import Assembly, station_means, surface_quads
 from ..parameters import ShellParameters
@@ -117,6 +118,7 @@ class BreakingBody:
                     return failure[0]
             if failures:
                 solid = self._tear(block, state, scratch, inputs, failures, tick + 1, add_event)
+            write_column_means(state.stress, self.cracks.judged.means)
             count = find_parting(solid, state, self.cracks.judged, self._found, block["nearest"], tick + 1)
             if count:
                 solid = self._part(block, state, scratch, self._found[:count].copy(), tick + 1, add_event)
@@ -272,9 +274,15 @@ class BreakingBody:
         """Number of integration points."""
         return len(self._found)
 
+    def mean_stress(self, block: Block, state: State) -> FloatArray:
+        """Return the stress that is judged, shape (m, 6)."""
+        self.solid(block)
+        write_column_means(state.stress, self.cracks.judged.means)
+        return self.cracks.judged.means.stress
+
     def ratios(self, block: Block, state: State) -> FloatArray:
         """Return what decides at each point over its limit."""
-        self.solid(block)
+        self.mean_stress(block, state)
         out = np.zeros(self.point_count)
         write_ratios(state, self.cracks.judged, out)
         return out
