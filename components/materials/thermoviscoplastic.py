@@ -33,7 +33,6 @@ from ..support.magnitudes import Magnitude, NotNegativeMagnitude
 from ..support.parameter_fields import field
 from ..support.powers import exponential, power
 from ..support.tagged_union import Named
-from .elastic import shear_speed
 from .stress_invariants import equivalent_stress
 
 IMPLICIT, TANGENT = 0, 1
@@ -75,11 +74,6 @@ class Thermoviscoplastic(Named):
     yield_curvature: NotNegativeMagnitude = field(1.5e3, "S, loss of sigma_0", "Pa/K^2")
     expansion_slope: NotNegativeMagnitude = field(1.6e-8, "alpha_1, growth of alpha", "1/K^2")
     integrator: Literal["implicit", "tangent"] = field("implicit", "how the flow of a tick is found", "1")
-
-    @property
-    def shear_speed(self) -> float:
-        """Speed of shear waves at the reference temperature [m/s]."""
-        return shear_speed(self.young, self.poisson, self.density)
 
     @property
     def melting_temperature(self) -> float | None:

@@ -6,7 +6,6 @@ from typing import Annotated, Literal
 
 from pydantic import SerializeAsAny
 
-from ..materials.elastic import shear_speed
 from ..materials.thermoviscoplastic import FlowConstants, Thermoviscoplastic
 from ..support.magnitudes import Magnitude
 from ..support.parameter_fields import field
@@ -20,11 +19,6 @@ class LinearElastic(Named):
     young: Magnitude = field(69e9, "Young's modulus", "Pa")
     poisson: float = field(0.33, "Poisson's ratio", "1", gt=-1.0, le=0.49)
     density: Magnitude = field(2719.0, "mass density", "kg/m^3")
-
-    @property
-    def shear_speed(self) -> float:
-        """Speed of shear waves [m/s]."""
-        return shear_speed(self.young, self.poisson, self.density)
 
     @property
     def melting_temperature(self) -> float | None:

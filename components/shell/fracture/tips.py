@@ -1,4 +1,4 @@
-"""The tips of a crack: which facets are its growth, and how fast it ran."""
+"""The tips of a crack: which facets belong to it, how fast it ran, and which of them came too soon for a crack."""
 
 from __future__ import annotations
 
@@ -14,28 +14,28 @@ _NEXT = 2.3
 _FROM, _TO = 0.1, 0.9
 
 
-def growth(indices: FloatArray, places: FloatArray, times: FloatArray, fastest: float) -> npt.NDArray[np.int64]:
-    """Return which facets are the growth of the crack that began with the first, ascending in time.
+def growth(indices: FloatArray, places: FloatArray, times: FloatArray, fastest: float) -> tuple[npt.NDArray[np.int64], float]:
+    """Return the facets of the crack that began with the first, ascending in time, and the part of them that came too soon.
 
-    Each lies next to one that is so much older that a shear wave could have come from there: no crack that opens runs faster.
-    What parted by itself, ahead of the crack or elsewhere, is none of it: a fast load can part all points at once, and no tip
-    has run then.
+    Each lies next to an older one of it. It came too soon where the fastest crack could not have come from any of those: a load
+    parts all points that it overloads, however far the crack is, and no tip has run then.
 
     Args:
         indices: middles in the index space of the lattice, shape (k, 2).
         places: middles, along the body and around it, shape (k, 2) [m].
         times: when, ascending, shape (k,) [s].
-        fastest: speed of shear waves [m/s].
+        fastest: speed of Rayleigh waves, which a crack that opens does not pass [m/s].
     """
     tree = KDTree(indices)
-    grown = np.zeros(len(indices), dtype=bool)
+    grown, soon = np.zeros(len(indices), dtype=bool), 0
     grown[0] = True
     for facet, nearby in enumerate(tree.query_ball_point(indices, _NEXT)):
         older = [one for one in nearby if one < facet and grown[one]]
         if older:
-            distances = np.hypot(*(places[older] - places[facet]).T)
-            grown[facet] = np.any(distances <= fastest * (times[facet] - times[older]))
-    return np.flatnonzero(grown)
+            grown[facet] = True
+            along, around = (places[older] - places[facet]).T
+            soon += int(np.all(np.sqrt(along * along + around * around) > fastest * (times[facet] - times[older])))
+    return np.flatnonzero(grown), soon / max(int(grown.sum()) - 1, 1)
 
 
 def tip_speed(places: FloatArray, times: FloatArray, shortest: float) -> float:
@@ -47,7 +47,7 @@ def tip_speed(places: FloatArray, times: FloatArray, shortest: float) -> float:
         shortest: ways that are not longer have no speed [m].
 
     Returns:
-        0 where no tip went so far.
+        0 where no tip went so far, or all of it at once.
     """
     speeds = [0.0]
     for sign in (1.0, -1.0):
