@@ -18,6 +18,8 @@ from granular_env.cli.program import main
 from granular_env.components.shell import parallel_steps
 from granular_env.components.shell.fracture import force_recalculation, visibility
 from granular_env.components.shell.fracture.breaking_body import LOST_KINDS
+from granular_env.components.shell.fracture.criterion_evaluation import write_ratios
+from granular_env.components.shell.fracture.law import FractureLaw
 from granular_env.components.shell.fracture.outcome import (
     OUTCOMES,
     CutSides,
@@ -26,6 +28,7 @@ from granular_env.components.shell.fracture.outcome import (
     crack_around,
     outcome,
 )
+from granular_env.components.shell.fracture.principal_stress import PrincipalStress
 from granular_env.components.shell.fracture.tips import growth, tip_speed
 from granular_env.components.shell.kernel_setup import Assembly
 from granular_env.components.shell.kernels import write_areas
@@ -404,6 +407,17 @@ def test_plastic_strain_parts_what_has_flowed() -> None:
         ge.make("shell", fracture={"name": "principal_stress", "factor": 2.0, "stress": 3e8})
     with pytest.raises(ge.GranularError, match=r"fracture: got 'rankine', expected a known name"):
         ge.make("shell", fracture="rankine")
+
+
+def test_a_law_that_is_decided_by_what_no_kernel_computes_cannot_be() -> None:
+    """It would be another law without a word."""
+    for given in ({}, {"decisive": 7}, {"decisive": "mean_stress"}):
+        with pytest.raises(TypeError, match=r"MeanStress.decisive: got .*, expected one of PRINCIPAL_STRESS, PLASTIC_STRAIN"):
+            type("MeanStress", (PrincipalStress if given else FractureLaw,), given)
+    plate = pulled_plate()
+    judged = plate._breaking.cracks.judged._replace(decisive=7)
+    with pytest.raises(ValueError, match="what no kernel computes"):
+        write_ratios(plate.tables()[1], judged, np.zeros(plate.point_count))
 
 
 def test_a_body_that_falls_to_dust_is_cautioned_of_to_the_end() -> None:

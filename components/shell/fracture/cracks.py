@@ -91,7 +91,7 @@ class Cracks:
         lines = points.lines
         limits, tension = law.limits(solid.law, columns, self._through), _TENSION * solid.law.yield_stress
         self.judged = Judgement(
-            law.code, limits, tension, along.slope(lines[0].at), across.slope(lines[1].at),
+            int(law.decisive), limits, tension, along.slope(lines[0].at), across.slope(lines[1].at),
             thickness.slope(lines[2].at), thickness.at(lines[2].at) if lattice.bent else np.ones(self._through),
             np.zeros((len(points.volume), 3)), np.zeros(len(points.volume), dtype=np.int64),
             np.zeros(len(points.volume), dtype=np.int64), self._ticks_to_unload(solid), make_column_means(lattice, points),

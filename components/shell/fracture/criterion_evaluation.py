@@ -12,9 +12,9 @@ from ...materials.stress_invariants import equivalent_stress, largest_principal,
 from ...support.float_arrays import FloatArray
 from ...support.jit import jit
 from ..column_means import ColumnMeans
+from .law import Decisive
 
-# The code of the law that judges by the plastic strain; the other one judges by the largest principal stress.
-PLASTIC_STRAIN = 1
+_PRINCIPAL_STRESS, _PLASTIC_STRAIN = int(Decisive.PRINCIPAL_STRESS), int(Decisive.PLASTIC_STRAIN)
 # A point parts a second time in a direction whose cosine with the first one is smaller.
 _ANOTHER_DIRECTION = 0.7
 # A plane whose normal is so much along the thickness is parallel to the wall, any other one goes straight through it.
@@ -29,7 +29,7 @@ class Judgement(NamedTuple):
     """The tables by which points are judged.
 
     Attributes:
-        code: of the law.
+        decisive: what is compared with the limit, a `Decisive`.
         limit: at which each point parts, shape (m,).
         tension: largest principal stress below which nothing parts by its strain [Pa].
         along, across, through: distances of planes at the points along each axis, an angle where the axis is one [m].
@@ -41,7 +41,7 @@ class Judgement(NamedTuple):
         means: the stresses that are judged.
     """
 
-    code: int
+    decisive: int
     limit: FloatArray
     tension: float
     along: FloatArray
@@ -74,10 +74,10 @@ def find_parting(solid, state, judged, found, nearest, tick):
     count = 0
     for p in range(judged.limit.size):
         largest = min(max(nearest[0], _NOTED), 1.0)
-        if judged.code == PLASTIC_STRAIN:
+        if judged.decisive == _PLASTIC_STRAIN:
             if not state.plastic_strain[p] > largest * judged.limit[p]:
                 continue
-        else:
+        elif judged.decisive == _PRINCIPAL_STRESS:
             # The largest principal stress is at most the mean one plus two thirds of the equivalent one.
             stress = judged.means.stress[p]
             xx, yy, zz, xy, yz, zx = stress[0], stress[1], stress[2], stress[3], stress[4], stress[5]
@@ -118,9 +118,11 @@ def decisive_value(stresses, state, judged, p):
     )  # fmt: skip
     t = stresses
     stress, nx, ny, nz = largest_principal(t[p, 0], t[p, 1], t[p, 2], t[p, 3], t[p, 4], t[p, 5])
-    if judged.code == PLASTIC_STRAIN:
+    if judged.decisive == _PLASTIC_STRAIN:
         return state.plastic_strain[p] if stress > judged.tension else 0.0, nx, ny, nz
-    return stress / volume, nx, ny, nz
+    if judged.decisive == _PRINCIPAL_STRESS:
+        return stress / volume, nx, ny, nz
+    raise ValueError("a fracture law is decided by what no kernel computes")
 
 
 @jit
