@@ -156,7 +156,7 @@ def test_a_crack_that_has_not_come_through_the_wall_is_no_whole_body() -> None:
 def test_what_belongs_to_no_piece_is_told() -> None:
     """Two layers of a plate that fly apart: it spalls, and columns at its corners lose all that bears them."""
     body = {"name": "plate", "length": 0.012, "width": 0.012, "thickness": 0.004, "along": 9, "across": 9, "layers": 5}
-    plate = ge.make("shell", body=body, material="thermoviscoplastic", fracture={"name": "principal_stress", "factor": 1.1})
+    plate: Any = ge.make("shell", body=body, material="thermoviscoplastic", fracture={"name": "principal_stress", "factor": 1.1})
     velocity = np.zeros_like(plate.nodes)
     velocity[:, 2] = 80.0 * np.sign(np.round(plate.nodes[:, 2] - 0.002, 9))
     plate.reset(nodal_velocity=velocity)
@@ -318,7 +318,7 @@ def test_a_step_that_fails_takes_its_cracks_back() -> None:
     other = pulled_plate()
     other.restore(ge.Snapshot.from_bytes(early))
     cracks, displacement = other.get("cracks"), other.get("displacement")
-    with pytest.raises(ge.GranularError, match="a strain of"):
+    with pytest.raises(ge.GranularError, match=r"a strain of .* the largest stable one is [0-9.e-]+ s"):
         other.step(100 * other.step_size, end_velocity=1e6)
     np.testing.assert_array_equal(other.get("cracks"), cracks)
     np.testing.assert_array_equal(other.get("displacement"), displacement)
