@@ -275,6 +275,11 @@ def test_starts_that_boundaries_do_not_allow_are_refused() -> None:
         solid.reset(nodal_displacement=solid.nodes * [0.0, -3.0, 0.0])
 
 
+def test_a_preset_of_grains_is_refused_with_the_table_that_has_its_constants() -> None:
+    with pytest.raises(ge.GranularError, match=r"material: got 'steel', .* young = 2e\+11, poisson = 0.29, density = 7800}"):
+        ge.make("shell", material="steel")
+
+
 def test_a_load_beyond_measure_stops_the_run_where_it_is_and_keeps_the_last_good_state() -> None:
     solid = ring()
     solid.step(1e-6, pressure=1e6)

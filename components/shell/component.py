@@ -390,8 +390,8 @@ class Shell(Component):
         what, variable = _FAILURES[status]
         return StepError(
             f"{what.format(value=value, limit=limit)} at point {point} ({where}) at {time:.9g} s; load the body "
-            f"less, or take a smaller step_size (now {self.step_size:g} s; as compressed as the body was, the largest stable one "
-            f"is {self.step_size / self._compressed_step():.2g} s)",
+            f"less, or take a smaller step_size (now {self.step_size:g} s; as compressed as the body was, the largest stable "
+            f"one is {self.step_size / self._compressed_step():.2g} s)",
             time=time, at=variable, variable=variable, index=point, value=value, limit=limit,
         )  # fmt: skip
 
