@@ -76,7 +76,7 @@ def _verify(log: str, for_programs: bool, allow_large: bool, components: dict[st
 @set_option("An input from there on, such as input.left_force=100; the others go on as in the log.")
 @click.option("--until", metavar="T", type=float, help="Where to end [s] (default: where the log ends).")
 @click.option(
-    "-o", "--log", "out", metavar="PATH", shell_complete=files, help="Where to record it (default: a new file in logs/)."
+    "--log", "-o", "out", metavar="PATH", shell_complete=files, help="Where to record it (default: a new file in logs/)."
 )
 @overwrite_option("Replace the branch's log if it exists.")
 @quiet_option("log")

@@ -37,7 +37,7 @@ _LARGE_ARRAY, _SPARE_HEAP = 1 << 18, 1 << 20
     shell_complete=names("experiments"),
 )
 @set_option("Override any key, such as component.grains=500 or start.velocity.0=3.")
-@click.option("-o", "--log", metavar="PATH", shell_complete=files, help="Where to record it (default: a new file in logs/).")
+@click.option("--log", "-o", metavar="PATH", shell_complete=files, help="Where to record it (default: a new file in logs/).")
 @click.option(
     "--resume",
     "resumed",
