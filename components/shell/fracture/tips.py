@@ -1,4 +1,4 @@
-"""The tips of a crack: which facets belong to it, how fast it ran, and which of them came too soon for a crack."""
+"""The tips of a crack: which facets belong to it, how fast it ran, and how often faster than a crack can."""
 
 from __future__ import annotations
 
@@ -14,28 +14,34 @@ _NEXT = 2.3
 _FROM, _TO = 0.1, 0.9
 
 
-def growth(indices: FloatArray, places: FloatArray, times: FloatArray, fastest: float) -> tuple[npt.NDArray[np.int64], float]:
-    """Return the facets of the crack that began with the first, ascending in time, and the part of them that came too soon.
-
-    Each lies next to an older one of it. It came too soon where the fastest crack could not have come from any of those: a load
-    parts all points that it overloads, however far the crack is, and no tip has run then.
+def growth(indices: FloatArray) -> npt.NDArray[np.int64]:
+    """Return which facets belong to the crack that began with the first: each lies next to an older one of it.
 
     Args:
-        indices: middles in the index space of the lattice, shape (k, 2).
-        places: middles, along the body and around it, shape (k, 2) [m].
-        times: when, ascending, shape (k,) [s].
-        fastest: speed of Rayleigh waves, which a crack that opens does not pass [m/s].
+        indices: middles in the index space of the lattice, in the order in which they came, shape (k, 2).
     """
     tree = KDTree(indices)
-    grown, soon = np.zeros(len(indices), dtype=bool), 0
+    grown = np.zeros(len(indices), dtype=bool)
     grown[0] = True
     for facet, nearby in enumerate(tree.query_ball_point(indices, _NEXT)):
-        older = [one for one in nearby if one < facet and grown[one]]
-        if older:
-            grown[facet] = True
-            along, around = (places[older] - places[facet]).T
-            soon += int(np.all(np.sqrt(along * along + around * around) > fastest * (times[facet] - times[older])))
-    return np.flatnonzero(grown), soon / max(int(grown.sum()) - 1, 1)
+        grown[facet] |= any(one < facet and grown[one] for one in nearby)
+    return np.flatnonzero(grown)
+
+
+def part_faster(planes: FloatArray, places: FloatArray, times: FloatArray, speed: float) -> float:
+    """Return at which part of its steps from one plane of nodes to the next a crack was faster than a speed.
+
+    A load parts all points that it overloads, however far the crack is: no tip has run then.
+
+    Args:
+        planes: index of the plane of each facet along the way, shape (k,).
+        places: along the way, shape (k,) [m].
+        times: when, ascending, shape (k,) [s].
+        speed: [m/s].
+    """
+    _, first = np.unique(np.rint(planes), return_index=True)
+    steps = np.abs(np.diff(places[first])) > speed * np.abs(np.diff(times[first]))
+    return float(steps.mean()) if len(steps) else 0.0
 
 
 def tip_speed(places: FloatArray, times: FloatArray, shortest: float) -> float:
