@@ -3,7 +3,8 @@
 Points at columns differentiate centrally, so that the forces that hold a column in balance come from the stresses of the two
 next to it: those of even and of odd columns are balanced apart, and alternate where a step of the wall loads both differently.
 The mean, along the body and then across it, has none of what alternates and all of what is linear. Only columns of the same
-section are averaged, and only points that no crack has parted; at the end of such a row the two outermost columns share theirs.
+section are averaged; at the end of such a row the two outermost columns share theirs. A point next to one that a crack has
+parted keeps its own stress in that direction: a mean would hide what drives the crack on.
 """
 
 from __future__ import annotations
@@ -80,14 +81,12 @@ def write_column_means(stress, means):
 
 @internal
 def beside(means, p, side, through):
-    """Return the points before and after one, twice the same where there is one alone, and the point itself where none."""
+    """Return the points before and after one: twice the same where there is one alone, itself where none or one has parted."""
     column, layer = p // through, p % through
     q, r = means.alike[column, side] * through + layer, means.alike[column, side + 1] * through + layer
-    if not means.sound[p]:
+    if not (means.sound[p] and means.sound[q] and means.sound[r]):
         return p, p
-    if not means.sound[q]:
-        q = p
-    if not means.sound[r] or r == p:
+    if r == p:
         r = q
     if q == p:
         q = r
