@@ -248,10 +248,12 @@ def _least_squares(
     even = [at_point[k] + lattice.axes[k].slope(own[k]) * (seen[k] - own[k]) for k in range(2)]
     by_index = local_offsets(lattice, [*even, lattice.axes[2].at(seen[2])], at_point)
     _, gradients = moving_least_squares(by_index.swapaxes(0, 1), weights.T, slopes.swapaxes(0, 1), basis)
-    gradients = gradients.swapaxes(0, 1)
+    # In units of what the point sees along each axis: distances may differ by many powers of ten.
+    reach = np.abs(offsets).max(axis=1, keepdims=True)
+    offsets, gradients = offsets / reach, gradients.swapaxes(0, 1) * reach
     # d(coordinate i)/d(the uniform coordinate j), by which the gradients are divided.
     stretch = [[(offsets[..., i] * gradients[..., j]).sum(axis=1) for j in range(3)] for i in range(3)]
-    return values.T, _divide(gradients, stretch)
+    return values.T, _divide(gradients, stretch) / reach
 
 
 def _divide(gradients: FloatArray, stretch: list[list[FloatArray]]) -> FloatArray:

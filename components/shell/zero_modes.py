@@ -43,12 +43,13 @@ def rank(matrix: FloatArray) -> int:
     left = matrix.copy()
     least = _NONE * left.diagonal().max()
     for number in range(len(left)):
-        pivot = int(left.diagonal().argmax())
+        pivot = number + int(left.diagonal()[number:].argmax())
         if not left[pivot, pivot] > least:
             return number
-        row = left[pivot] / np.sqrt(left[pivot, pivot])
-        left -= row[:, None] * row
-        left[pivot], left[:, pivot] = 0.0, 0.0
+        left[[number, pivot]] = left[[pivot, number]]
+        left[:, [number, pivot]] = left[:, [pivot, number]]
+        row = left[number, number + 1 :]
+        left[number + 1 :, number + 1 :] -= row[:, None] * (row / left[number, number])
     return len(left)
 
 
