@@ -81,6 +81,8 @@ def _seen_slope(axis: Axis, index: float, radius: float) -> float:
     m0, m1, m2 = weight.sum(), (weight * offset).sum(), (weight * offset * offset).sum()
     d0, d1 = slope.sum(), (slope * offset).sum()
     d2, determinant = (slope * offset * offset).sum(), m0 * m2 - m1 * m1
+    if not determinant > 0.0:  # too few planes, which the stencils refuse
+        return float(axis.slope(np.array([index]))[0])
     # N = (a + b offset) weight with the factors that give the sums 1 and 0; their changes, of basis and weights.
     a, b = m2 / determinant, -m1 / determinant
     first, second = a * d0 + b * d1, a * d1 + b * d2 - 1.0

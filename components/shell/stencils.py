@@ -264,6 +264,7 @@ def _divide(gradients: FloatArray, stretch: list[list[FloatArray]]) -> FloatArra
         for p, q in ((b, c), (c, a), (a, b))
     ]
     volume = a[0] * minors[0][0] + a[1] * minors[0][1] + a[2] * minors[0][2]
+    volume = np.where(np.abs(volume) > _SAME, volume, 1.0)  # a node on the axis of a tube has no direction around it
     return np.stack([sum(gradients[..., j] * (minors[i][j] / volume)[:, None] for j in range(3)) for i in range(3)], axis=-1)
 
 
