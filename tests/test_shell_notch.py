@@ -37,7 +37,7 @@ def test_a_notch_takes_its_volume_from_nodes_and_points(direction: str) -> None:
         lattice = lattice_of(body)
         assert lattice.volumes.sum() == pytest.approx(volume, rel=1e-12)
         for rule in ("column", "cell"):
-            points = integration_points(lattice, rule, 2)
+            points = integration_points(lattice, rule, 2, 1.7)
             # Of cells each point counts as one below the notch, or none: to the width of the slot.
             assert points.volume.sum() == pytest.approx(volume, rel=1e-12 if rule == "column" else 0.01)
 
@@ -68,7 +68,7 @@ def test_a_patch_with_a_notch_has_the_rigid_motions_as_its_only_modes_without_en
     notch = {"length": 0.003, "depth": 0.0006, "width": 0.0008, "around": 0.003, "columns": 1}
     body = {"name": "plate", "length": 0.006, "width": 0.006, "along": 7, "across": 7, "layers": layers, "notch": notch}
     lattice = lattice_of(body)
-    points = integration_points(lattice, "column", layers - 1)
+    points = integration_points(lattice, "column", layers - 1, 1.7)
     stencils = make_stencils(lattice, points.lines, (1.7, 1.7, 1.7), "linear", points.all_places())
     values = np.linalg.eigvalsh(stiffness_matrix(lattice.node_count, points, stencils, 1.0, 0.3))
     assert (values < 1e-10 * values[-1]).sum() == RIGID_MOTIONS
@@ -89,11 +89,17 @@ def test_a_notched_body_deforms_evenly_and_keeps_its_momentum() -> None:
     assert mass.entries["mass"] == pytest.approx(2719.0 * solid.tables()[0].body.volume.sum(), rel=1e-12)
 
 
-@pytest.mark.parametrize("columns", [1, 9])
+@pytest.mark.parametrize("columns", [1, 3, 9])
 def test_the_ligament_bears_the_load_of_the_whole_section(columns: int) -> None:
-    """A strip with a groove across, pulled slowly: stress times section is the same everywhere, over pairs of columns."""
-    along, width = (23, 0.0005) if columns == 1 else (41, 0.0025)
-    groove = {"length": 0.002, "depth": 0.0006, "width": width, "around": 0.001, "direction": "hoop", "columns": 1}
+    """A strip with a groove across, pulled slowly: stress times section is the same in every column.
+
+    Stresses of the points alternate; their means, which are judged and reported, do not. A ligament of one column has no
+    neighbours of its section.
+    """
+    along, width = (41, 0.0025) if columns == 9 else (23, 0.0005)
+    groove = {
+        "length": 0.002, "depth": 0.0006, "width": width, "around": 0.001, "direction": "hoop", "columns": min(columns, 3),
+    }  # fmt: skip
     body = {"name": "plate", "length": 0.012, "width": 0.002, "along": along, "across": 4, "notch": groove}
     edges = {"start": "symmetry", "end": "platen", "bottom": "symmetry"}
     solid: Any = ge.make("shell", body=body, boundaries=edges, material={"name": "elastic", "poisson": 0.0})
@@ -102,20 +108,16 @@ def test_the_ligament_bears_the_load_of_the_whole_section(columns: int) -> None:
     # Sound needs 2.4 us along the strip: what is pulled for 10 us is nearly at rest.
     pulled = ge.Profile.table([0.0, 2e-5, 4e-5, 1.0], [0.0, 0.3, 0.3, 0.3])
     solid.step(round(2e-5 / solid.step_size) * solid.step_size, end_velocity=pulled)
-    forces, stresses = [], []
+    forces, points = [], []
     for _ in range(10):
         solid.step(round(2e-6 / solid.step_size) * solid.step_size, end_velocity=pulled)
-        stress = solid.get("stress")[:, 0].reshape(along, -1)
-        volume = solid.tables()[0].body.volume.reshape(along, -1)
-        forces.append((stress * volume).sum(axis=1) / lattice.axes[0].widths)
-        stresses.append(stress.mean(axis=1))
-    force, stress = np.mean(forces, axis=0), np.mean(stresses, axis=0)
-    paired = 0.25 * force[:-2] + 0.5 * force[1:-1] + 0.25 * force[2:]
-    np.testing.assert_allclose(paired, force[:5].mean(), rtol=0.03)
-    middle = along // 2
-    assert stress[middle] > 2.0 * stress[:5].mean()
-    if columns == 9:  # of one column the stress is that of both steps too
-        assert stress[middle] / stress[:5].mean() == pytest.approx(WALL / (WALL - 0.0006), rel=0.05)
+        volume = solid.tables()[0].body.volume.reshape(along, -1) / lattice.axes[0].widths[:, None]
+        for name, found in (("mean_stress", forces), ("stress", points)):
+            found.append((solid.get(name)[:, 0].reshape(along, -1) * volume).sum(axis=1))
+    force, point = np.mean(forces, axis=0), np.mean(points, axis=0)
+    held = ~lattice.hollow.columns[:, 0] if columns == 1 else np.ones(along, dtype=bool)
+    np.testing.assert_allclose(force[held], force[:5].mean(), rtol=0.03)
+    assert np.abs(point[held] / point[:5].mean() - 1.0).max() > 0.1
 
 
 @pytest.mark.parametrize(("along", "width", "columns"), [(23, 0.0005, 3), (41, 0.0025, 9)])
@@ -152,7 +154,8 @@ def test_a_ligament_that_flows_bears_no_more_than_its_flow_stress(along: int, wi
         ({"spacing": 0.0002}, r"body.along: too few nodes for the notch"),
         ({"width": 1e-9}, r"body.around: too few nodes for the notch: distances would grow by"),
         ({"depth": 1e-300}, r"body.notch.depth: got 1e-300, expected 1e-40 to 1e\+40"),
-        ({"depth": 1e-12}, r"body.notch.depth: got 1e-12 m: two planes of nodes would lie"),
+        ({"depth": 1e-12}, r"body.notch.depth: got 1e-12 m, where nodes would lie 20 times closer than below it"),
+        ({"depth": 2e-5}, r"body.notch.depth: got 2e-05 m, .* expected at least 4.3e-05 m with 3 layers; give more layers"),
         ({"direction": "hoop", "length": 0.13, "width": 0.004}, r"body.notch.length: got 0.13 m, expected at most 0.129685 m"),
         ({"width": 1e30}, r"body.notch.width: got 1e\+30 m, expected at most 0.129685 m"),
         ({"spacing": 1e-18}, r"body.along: too few nodes for the notch: it takes"),

@@ -137,6 +137,16 @@ def test_a_stretched_bar_follows_the_flow_law(rate: float) -> None:
         assert stress == pytest.approx(expected, rel=3e-4)
 
 
+def test_metals_that_harden_linearly_can_be_given() -> None:
+    """Copper of the Taylor test, 400 MPa + 100 MPa e: n = 1, e0 = 4; at the reference rate the stress is that alone."""
+    law = validated(
+        young=117e9, yield_stress=400e6, hardening_exponent=1.0, reference_strain=4.0, reference_rate=1e3, softening=0.0,
+        temperature_dependent=False, heat_fraction=0.0,
+    )  # fmt: skip
+    for stress, strain, _, flow in steady(law, 1e3, 2.0, 4000)[1000::500]:
+        assert stress == pytest.approx((400e6 + 100e6 * strain) * (flow / 1e3) ** 0.01, rel=1e-9)
+
+
 def test_uniaxial_stress() -> None:
     """With free sides: the axial stress is the flow stress, and the sides follow at constant plastic volume."""
     law, tick, rate = Thermoviscoplastic(heat_fraction=0.0), 1e-7, 1e3

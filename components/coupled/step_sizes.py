@@ -17,10 +17,10 @@ n(p + q) = 2 pi, which the kicks feed.
 
 from __future__ import annotations
 
-import math
 from typing import NamedTuple
 
 from ..errors import ParameterError
+from ..support.elementary_functions import sine_of_pi
 from ..support.round_numbers import round_down_to_125
 from ..support.stable_step import ALLOWED, SUGGESTED
 from .parameters import CoupledParameters
@@ -81,5 +81,5 @@ def choose_steps(parameters: CoupledParameters, grid_limit: float, automata_limi
 
 def _steps_between_kicks(micro: int) -> tuple[float, float]:
     """Return how many largest stable steps of the automata a step with micro-steps may have, and should have at most."""
-    longest = micro * math.sin(0.5 * math.pi / micro)
+    longest = micro * float(sine_of_pi(0.5 / micro))
     return ALLOWED * longest, _SUGGESTED_KICK * longest

@@ -75,9 +75,19 @@ class Material(Fixed):
         return math.sqrt(young * (1.0 - poisson) / (density * (1.0 + poisson) * (1.0 - 2.0 * poisson)))
 
 
-def shear_speed(young: float, poisson: float, density: float) -> float:
-    """Return the speed of shear waves sqrt(E / (2 rho (1 + nu))) [m/s]."""
-    return math.sqrt(young / (2.0 * density * (1.0 + poisson)))
+def rayleigh_speed(material: Material) -> float:
+    """Return the speed of Rayleigh waves [m/s]: (2 - x)^2 = 4 sqrt((1 - x)(1 - k x)), x = (c / c_s)^2, k = (c_s / c_p)^2.
+
+    Source: J. D. Achenbach, Wave Propagation in Elastic Solids (1973), equation (5.95).
+    """
+    ratio = material.shear_speed / material.longitudinal_speed
+    k, low, high = ratio * ratio, 0.1, 1.0
+    # The difference is negative below the root, x = 0 apart, and positive up to 1.
+    for _ in range(200):
+        middle = 0.5 * (low + high)
+        difference = (2.0 - middle) * (2.0 - middle) - 4.0 * math.sqrt((1.0 - middle) * (1.0 - k * middle))
+        low, high = (middle, high) if difference < 0.0 else (low, middle)
+    return math.sqrt(low) * material.shear_speed
 
 
 # Steel: the constants of Nesterenko (1983), section 3.5; yield of hardened bearing steel (AISI 52100). The others:

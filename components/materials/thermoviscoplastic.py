@@ -33,7 +33,6 @@ from ..support.magnitudes import Magnitude, NotNegativeMagnitude
 from ..support.parameter_fields import field
 from ..support.powers import exponential, power
 from ..support.tagged_union import Named
-from .elastic import shear_speed
 from .stress_invariants import equivalent_stress
 
 # What is left of flow stress and Young's modulus at least, and the largest Poisson's ratio.
@@ -56,8 +55,8 @@ class Thermoviscoplastic(Named):
     poisson: float = field(0.33, "Poisson's ratio at the reference temperature", "1", gt=-1.0, le=_LARGEST_POISSON)
     density: Magnitude = field(2719.0, "mass density", "kg/m^3")
     yield_stress: Magnitude = field(275e6, "flow stress sigma_0 at no plastic strain and reference rate", "Pa")
-    hardening_exponent: float = field(0.07, "n of (1 + e / e0)^n", "1", ge=0.0, le=1.0)
-    reference_strain: Magnitude = field(1e-3, "e0 of (1 + e / e0)^n", "1", le=1.0)
+    hardening_exponent: float = field(0.07, "n of (1 + e / e0)^n; 1 hardens linearly, by sigma_0 / e0", "1", ge=0.0, le=1.0)
+    reference_strain: Magnitude = field(1e-3, "e0 of (1 + e / e0)^n", "1", le=1e3)
     rate_exponent: float = field(100.0, "m of (q / g)^m; the larger, the less does the rate matter", "1", ge=1.0, le=100.0)
     reference_rate: Magnitude = field(1e-3, "plastic strain rate at which the flow stress is g", "1/s", le=1e12)
     softening: float = field(0.8, "delta of the thermal softening; 0 leaves it out", "1", ge=0.0, le=100.0)
@@ -73,11 +72,6 @@ class Thermoviscoplastic(Named):
     yield_curvature: NotNegativeMagnitude = field(1.5e3, "S, loss of sigma_0", "Pa/K^2")
     expansion_slope: NotNegativeMagnitude = field(1.6e-8, "alpha_1, growth of alpha", "1/K^2")
     integrator: Literal["implicit", "tangent"] = field("implicit", "how the flow of a tick is found", "1")
-
-    @property
-    def shear_speed(self) -> float:
-        """Speed of shear waves at the reference temperature [m/s]."""
-        return shear_speed(self.young, self.poisson, self.density)
 
     @property
     def melting_temperature(self) -> float | None:

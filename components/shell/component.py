@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -15,6 +16,7 @@ from ..errors import ParameterError, StepError
 from ..support.float_arrays import FloatArray
 from ..support.stable_step import longest_suggested_step, refuse_large_step, suggest_step
 from . import energies, kernel_arrays, kernels, parallel_steps
+from .column_means import ColumnMeans, make_column_means, write_column_means
 from .fracture.breaking_body import KINDS, LOST_KINDS, BreakingBody
 from .fracture.criterion_evaluation import write_triaxiality
 from .fracture.law import FractureLaw
@@ -33,7 +35,7 @@ _STATE = ("displacement", "velocity", "force", "gradient", "stress", "plastic_st
 # read. A notch adds up to a twentieth.
 _BYTES_OF_NODE, _BYTES_OF_POINT = 350, 540
 # What a node takes besides where the body can break: its points, pairs and surfaces, whole and as they are.
-_BYTES_OF_BREAKING = 125
+_BYTES_OF_BREAKING = 190
 _POINTS_OF_CELL: dict[RuleName, int] = {"column": 1, "cell": 4}
 # Status -> what happened, and to which output.
 _FAILURES = {
@@ -151,7 +153,11 @@ class Shell(Component):
         yield Variable("velocity", "output", "m/s", (n, 3), "velocity where the nodes are", axes=nodes)
         yield Variable(
             "stress", "output", "Pa", (m, 6), "Kirchhoff stress xx, yy, zz, xy, yz, zx of the integration points, tension "
-            "positive", state=True, axes=("point", "entry"),
+            "positive; at steps of the wall they alternate from column to column", state=True, axes=("point", "entry"),
+        )  # fmt: skip
+        yield Variable(
+            "mean_stress", "output", "Pa", (m, 6), "mean of the stress over neighbouring columns, 1-2-1 along and across, "
+            "which does not alternate: it is judged, and all outputs below are computed from it", axes=("point", "entry"),
         )  # fmt: skip
         yield Variable("equivalent_stress", "output", "Pa", (m,), "of von Mises: sqrt(3/2 s:s)", minimum=0.0, axes=points)
         yield Variable(
@@ -214,6 +220,7 @@ class Shell(Component):
             "displacement": lambda: self._field(state.displacement),
             "velocity": lambda: self._field(state.velocity),
             "stress": lambda: state.stress,
+            "mean_stress": self._mean_stress,
             "equivalent_stress": self._equivalent_stress,
             "plastic_strain": self._plastic_strain,
             "temperature": self._temperature,
@@ -250,9 +257,20 @@ class Shell(Component):
         kernels.spread_to_nodes(solid.body, seen, values, out)
         return out
 
+    def _mean_stress(self) -> FloatArray:
+        """Return the mean stress over neighbouring columns, shape (m, 6); see `column_means`."""
+        if self._breaking is not None:
+            return self._breaking.mean_stress(self._block, self._state)
+        write_column_means(self._state.stress, self._means)
+        return self._means.stress
+
+    @cached_property
+    def _means(self) -> ColumnMeans:
+        return make_column_means(self.lattice, self.assembly.points)
+
     @np.errstate(all="ignore")
     def _equivalent_stress(self) -> FloatArray:
-        xx, yy, zz, xy, yz, zx = self._state.stress.T
+        xx, yy, zz, xy, yz, zx = self._mean_stress().T
         spread = (xx - yy) ** 2 + (yy - zz) ** 2 + (zz - xx) ** 2
         return np.sqrt(0.5 * spread + 3.0 * (xy * xy + yz * yz + zx * zx))
 
@@ -266,12 +284,12 @@ class Shell(Component):
         if self._breaking is not None:
             return self._breaking.ratios(self._block, self._state)
         out = np.zeros(self.point_count)
-        energies.write_largest_principal(self._state.stress, out)
+        energies.write_largest_principal(self._mean_stress(), out)
         return out / PrincipalStress().limit(self._whole.law)
 
     def _triaxiality(self) -> FloatArray:
         out = np.zeros(self.point_count)
-        write_triaxiality(self._state.stress, out)
+        write_triaxiality(self._mean_stress(), out)
         return out
 
     def _plastic_strain(self) -> FloatArray:
@@ -375,7 +393,8 @@ class Shell(Component):
         what, variable = _FAILURES[status]
         return StepError(
             f"{what.format(value=value, limit=limit)} at point {point} ({where}) at {time:.9g} s; load the body "
-            f"less, or take a smaller step_size (now {self.step_size:g} s)",
+            f"less, or take a smaller step_size (now {self.step_size:g} s; as compressed as the body was, the largest stable "
+            f"one is {self.step_size / self._compressed_step():.2g} s)",
             time=time, at=variable, variable=variable, index=point, value=value, limit=limit,
         )  # fmt: skip
 
@@ -510,10 +529,7 @@ class Shell(Component):
 
     def _compressed_step(self) -> float:
         """Return the step over the largest stable one where the body is compressed most, and its frequencies are highest."""
-        gradient = self._state.gradient.reshape(-1, 3, 3) + np.eye(3)
-        squares = np.linalg.eigvalsh(np.einsum("pij,pik->pjk", gradient, gradient))
-        shortest = float(np.sqrt(max(squares.min(), 1e-12)))
-        return 0.5 * self.highest_frequency * self.step_size / shortest
+        return 0.5 * self.highest_frequency * self.step_size / float(energies.smallest_stretch(self._state.gradient))
 
     def drawables(self) -> tuple[Drawable, ...]:
         """Return the outer surface and all nodes, coloured by the equivalent stress."""

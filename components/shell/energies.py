@@ -1,7 +1,8 @@
-"""Energies, momentum and principal stresses of the solid as it is."""
+"""Energies, momentum, principal stresses and the smallest stretch of the solid as it is."""
 
 from __future__ import annotations
 
+from math import sqrt
 from typing import Any
 
 import numpy as np
@@ -63,6 +64,21 @@ def write_largest_principal(stress, out):
     for p in range(out.size):
         xx, yy, zz, xy, yz, zx = stress[p, 0], stress[p, 1], stress[p, 2], stress[p, 3], stress[p, 4], stress[p, 5]
         out[p], _, _, _ = largest_principal(xx, yy, zz, xy, yz, zx)
+
+
+@jit
+def smallest_stretch(gradient):
+    """Return the smallest principal stretch of all points: the root of the least eigenvalue of F^T F, at least 1e-6."""
+    least = 1.0e300
+    for p in range(gradient.shape[0]):
+        h = gradient[p]
+        ax, bx, cx, ay, by, cy, az, bz, cz = 1.0 + h[0], h[1], h[2], h[3], 1.0 + h[4], h[5], h[6], h[7], 1.0 + h[8]
+        largest, _, _, _ = largest_principal(
+            -(ax * ax + ay * ay + az * az), -(bx * bx + by * by + bz * bz), -(cx * cx + cy * cy + cz * cz),
+            -(ax * bx + ay * by + az * bz), -(bx * cx + by * cy + bz * cz), -(cx * ax + cy * ay + cz * az),
+        )  # fmt: skip
+        least = min(least, -largest)
+    return sqrt(max(least, 1e-12))
 
 
 def measure(solid: Solid, state: State) -> dict[str, Any]:

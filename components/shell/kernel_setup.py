@@ -85,7 +85,7 @@ def assemble(p: ShellParameters) -> Assembly:
 def _assemble(p: ShellParameters) -> Assembly:
     refuse_soft_rule(p)
     lattice, rule = p.body.lattice(), p.rule
-    points = integration_points(lattice, rule.surface, rule.through)
+    points = integration_points(lattice, rule.surface, rule.through, p.chosen_radius)
     lines = tuple(points_at_planes(axis) for axis in lattice.axes)
     stencils = spanned_stencils(p, lattice, points.lines, points.all_places())
     node_stencils = spanned_stencils(p, lattice, lines, lattice.places(np.arange(lattice.node_count)))

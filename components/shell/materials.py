@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 from pydantic import SerializeAsAny
 
-from ..materials.elastic import shear_speed
+from ..materials.elastic import PRESETS
 from ..materials.thermoviscoplastic import FlowConstants, Thermoviscoplastic
 from ..support.magnitudes import Magnitude
 from ..support.parameter_fields import field
 from ..support.tagged_union import ByName, Named
+from ..support.validation import refusal
 
 
 class LinearElastic(Named):
@@ -20,11 +21,6 @@ class LinearElastic(Named):
     young: Magnitude = field(69e9, "Young's modulus", "Pa")
     poisson: float = field(0.33, "Poisson's ratio", "1", gt=-1.0, le=0.49)
     density: Magnitude = field(2719.0, "mass density", "kg/m^3")
-
-    @property
-    def shear_speed(self) -> float:
-        """Speed of shear waves [m/s]."""
-        return shear_speed(self.young, self.poisson, self.density)
 
     @property
     def melting_temperature(self) -> float | None:
@@ -39,7 +35,19 @@ class LinearElastic(Named):
         return law.constants(step_size)
 
 
+class SolidByName(ByName):
+    """Chooses the material; the name of a preset of grains is refused with the table that has its constants."""
+
+    def choose(self, given: Any) -> Named:
+        """Return the table; raise a fault where there is none, or where it is not valid."""
+        preset = PRESETS.get(given) if isinstance(given, str) else None
+        if preset is not None:
+            constants = f"young = {preset.young:g}, poisson = {preset.poisson:g}, density = {preset.density:g}"
+            raise refusal(f"got {given!r}, a preset of grains", "a law", f'give {{name = "elastic", {constants}}}')
+        return super().choose(given)
+
+
 SolidMaterial = LinearElastic | Thermoviscoplastic
 ChosenMaterial = Annotated[
-    SerializeAsAny[SolidMaterial], ByName({"elastic": LinearElastic, "thermoviscoplastic": Thermoviscoplastic})
+    SerializeAsAny[SolidMaterial], SolidByName({"elastic": LinearElastic, "thermoviscoplastic": Thermoviscoplastic})
 ]

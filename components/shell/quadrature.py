@@ -15,6 +15,7 @@ from ..support.elementary_functions import sine_of_pi
 from ..support.float_arrays import FloatArray
 from .geometry.lattice import Lattice
 from .geometry.lattice_axis import Axis, IntArray
+from .shape_functions import quartic_spline
 
 RuleName = Literal["column", "cell"]
 _NEWTON_STEPS = 10
@@ -63,14 +64,31 @@ def points_at_planes(axis: Axis) -> LinePoints:
     return LinePoints(np.arange(axis.count, dtype=np.float64), axis.widths)
 
 
-def points_in_cells(axis: Axis) -> LinePoints:
-    """Return two Gauss points between each plane and the next."""
+def points_in_cells(axis: Axis, radius: float) -> LinePoints:
+    """Return two Gauss points between each plane and the next, each for half a plane times dX/dxi as the functions see it."""
     cells = axis.count if axis.closed else axis.count - 1
     offset, _ = gauss_points(2)
     index = (np.arange(cells)[:, None] + 0.5 + 0.5 * offset).ravel()
-    ends = np.arange(cells, dtype=np.float64)
-    length = axis.at(ends + 1.0) - axis.at(ends)
-    return LinePoints(index, np.repeat(0.5 * length, 2))
+    return LinePoints(index, np.array([0.5 * _seen_slope(axis, float(one), radius) for one in index]))
+
+
+def _seen_slope(axis: Axis, index: float, radius: float) -> float:
+    """Return dX/dxi at an index: of moving least squares along one axis that reproduce what is linear in the index xi."""
+    planes = np.array(axis.neighbours(index, radius))
+    offset = planes - index
+    weight, slope = quartic_spline(-offset / radius)
+    slope = slope / radius
+    m0, m1, m2 = weight.sum(), (weight * offset).sum(), (weight * offset * offset).sum()
+    d0, d1 = slope.sum(), (slope * offset).sum()
+    d2, determinant = (slope * offset * offset).sum(), m0 * m2 - m1 * m1
+    if not determinant > 0.0:  # too few planes, which the stencils refuse
+        return float(axis.slope(np.array([index]))[0])
+    # N = (a + b offset) weight with the factors that give the sums 1 and 0; their changes, of basis and weights.
+    a, b = m2 / determinant, -m1 / determinant
+    first, second = a * d0 + b * d1, a * d1 + b * d2 - 1.0
+    change = -(m2 * first - m1 * second) / determinant, (m1 * first - m0 * second) / determinant
+    gradient = (a + b * offset) * slope + (change[0] + change[1] * offset) * weight
+    return float((gradient * (axis.at_any(planes) - axis.at(np.array([index])))).sum())
 
 
 def points_through(axis: Axis, count: int, top: int = -1) -> LinePoints:
@@ -97,11 +115,13 @@ def gauss_points(count: int) -> tuple[FloatArray, FloatArray]:
     return 0.5 * (x - x[::-1]), 0.5 * (weight + weight[::-1])
 
 
-def integration_points(lattice: Lattice, rule: RuleName, through: int) -> IntegrationPoints:
-    """Return the points of a rule with so many points through the thickness."""
-    surface = points_at_planes if rule == "column" else points_in_cells
+def integration_points(lattice: Lattice, rule: RuleName, through: int, radius: float) -> IntegrationPoints:
+    """Return the points of a rule with so many points through the thickness, which see nodes within a radius [planes]."""
     along, across, thickness = lattice.axes
-    lines = surface(along), surface(across), points_through(thickness, through)
+    first, second = (
+        points_at_planes(axis) if rule == "column" else points_in_cells(axis, radius) for axis in (along, across)
+    )  # fmt: skip
+    lines = first, second, points_through(thickness, through)
     third = thickness_volumes(lattice, lines[2])
     section = lines[0].length[:, None, None] * lines[1].length[:, None]
     volume = section * third

@@ -221,13 +221,51 @@ def shape_functions_at(
         UnspannedBasisError: the neighbours of a point do not span the basis; the point is named.
     """
     own = [index[:, axis, None] for axis in range(3)]
-    offsets, weights, slopes = weights_at(lattice, own, seen, present, radii)
     try:
-        values, gradients = moving_least_squares(offsets.swapaxes(0, 1), weights.T, slopes.swapaxes(0, 1), basis)
+        return _least_squares(lattice, own, seen, present, radii, basis)
     except UnspannedBasisError as error:
         place = tuple(float(axis.at(one)) for axis, one in zip(lattice.axes, index[error.point], strict=True))
         raise UnspannedBasisError(error.point, str(error), place) from None
-    return values.T, gradients.swapaxes(0, 1)
+
+
+def _least_squares(
+    lattice: Lattice,
+    own: list[FloatArray],
+    seen: list[Any],
+    present: _Marks,
+    radii: tuple[float, float, float | FloatArray],
+    basis: BasisName,
+) -> _Rows:
+    """Return shape functions (m, k) and their gradients (m, k, 3) [1/m] of points at indices `own` (m, 1).
+
+    The functions reproduce the basis in coordinates. Their gradients are those of functions that reproduce it in indices of
+    the planes, dN/dX = (dN/dxi) (dX/dxi)^-1: where planes lie at uneven distances, the gradients of linear fields are exact
+    for both, but only with the latter does a constant stress leave no force on the nodes inside.
+    """
+    offsets, weights, slopes = weights_at(lattice, own, seen, present, radii)
+    values, _ = moving_least_squares(offsets.swapaxes(0, 1), weights.T, slopes.swapaxes(0, 1), basis)
+    at_point = [axis.at(one) for axis, one in zip(lattice.axes, own, strict=True)]
+    even = [at_point[k] + lattice.axes[k].slope(own[k]) * (seen[k] - own[k]) for k in range(2)]
+    by_index = local_offsets(lattice, [*even, lattice.axes[2].at(seen[2])], at_point)
+    _, gradients = moving_least_squares(by_index.swapaxes(0, 1), weights.T, slopes.swapaxes(0, 1), basis)
+    # In units of what the point sees along each axis: distances may differ by many powers of ten.
+    reach = np.abs(offsets).max(axis=1, keepdims=True)
+    offsets, gradients = offsets / reach, gradients.swapaxes(0, 1) * reach
+    # d(coordinate i)/d(the uniform coordinate j), by which the gradients are divided.
+    stretch = [[(offsets[..., i] * gradients[..., j]).sum(axis=1) for j in range(3)] for i in range(3)]
+    return values.T, _divide(gradients, stretch) / reach
+
+
+def _divide(gradients: FloatArray, stretch: list[list[FloatArray]]) -> FloatArray:
+    """Return gradients (m, k, 3) times the inverses of 3 x 3 matrices, whose entries have the shape (m,)."""
+    a, b, c = stretch
+    minors = [
+        [(p[1] * q[2] - p[2] * q[1]), (p[2] * q[0] - p[0] * q[2]), (p[0] * q[1] - p[1] * q[0])]
+        for p, q in ((b, c), (c, a), (a, b))
+    ]
+    volume = a[0] * minors[0][0] + a[1] * minors[0][1] + a[2] * minors[0][2]
+    volume = np.where(np.abs(volume) > _SAME, volume, 1.0)  # a node on the axis of a tube has no direction around it
+    return np.stack([sum(gradients[..., j] * (minors[i][j] / volume)[:, None] for j in range(3)) for i in range(3)], axis=-1)
 
 
 def _product_stencils(
@@ -238,9 +276,9 @@ def _product_stencils(
         _line(axis, line.at, radius, not (lattice.bent and place == 2), place == 0)
         for place, (axis, line, radius) in enumerate(zip(lattice.axes, lines, radii, strict=True))
     )
-    offsets, weights, slopes, present = _neighbourhoods(lattice, rows, radii)
+    own, seen, present = _neighbourhoods(rows)
     try:
-        values, gradients = moving_least_squares(offsets.swapaxes(0, 1), weights.T, slopes.swapaxes(0, 1), basis)
+        values, gradients = _least_squares(lattice, own, seen, present, radii, basis)
     except UnspannedBasisError as error:
         along, across, through = np.unravel_index(error.point, [len(row.kept) for row in rows])
         numbers = zip(lattice.axes, rows, (along, across, through), strict=True)
@@ -259,8 +297,8 @@ def _product_stencils(
         offsets=offsets,
         kind=kind.astype(np.uint32),
         first=_ends(counts),
-        values=values.T[present],
-        gradients=gradients.swapaxes(0, 1)[present],
+        values=values[present],
+        gradients=gradients[present],
         along=np.repeat(rows[0].stretch, len(kind) // len(rows[0].stretch)),
     )
 
@@ -307,15 +345,11 @@ def _spread(parts: list[npt.NDArray[Any]], join: np.ufunc) -> npt.NDArray[Any]:
     return joined.reshape(len(first) * len(second) * len(third), -1)
 
 
-def _neighbourhoods(
-    lattice: Lattice, rows: Sequence[_Line], radii: tuple[float, float, float]
-) -> tuple[FloatArray, FloatArray, FloatArray, npt.NDArray[np.bool_]]:
-    """Return offsets, weights, gradients of the weights, and which there are, of a point of each kind."""
+def _neighbourhoods(rows: Sequence[_Line]) -> tuple[list[FloatArray], list[IntArray], npt.NDArray[np.bool_]]:
+    """Return the indices of a point of each kind (m, 1), those of its neighbours (m, k), and which of these there are."""
     picks = [row.kept for row in rows]
-    seen, present = _product(rows, picks), _presence(rows, picks)
     points = np.meshgrid(*(row.at[row.kept] for row in rows), indexing="ij")
-    own = [one.ravel()[:, None] for one in points]
-    return *weights_at(lattice, own, seen, present, radii), present
+    return [one.ravel()[:, None] for one in points], _product(rows, picks), _presence(rows, picks)
 
 
 def weights_at(

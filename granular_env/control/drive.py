@@ -89,8 +89,17 @@ class DriveShape:
         weights = np.zeros((len(part), self.knots))
         weights[np.arange(len(part)), before] = 1.0 - part
         weights[np.arange(len(part)), after] += part
-        knots = np.linalg.lstsq(weights, wished[: len(part)], rcond=None)[0]
-        return np.clip(np.asarray(knots, dtype=np.float64).T.reshape(-1), self.lowest, self.highest)
+        # The normal equations couple neighbouring knots alone. They are solved here, as the trials of a study are compared.
+        pivot, side = (weights * weights).sum(axis=0), (weights[:, :-1] * weights[:, 1:]).sum(axis=0)
+        knots = (weights[:, :, None] * wished[: len(part), None, :]).sum(axis=0)
+        for k in range(1, self.knots):
+            factor = side[k - 1] / pivot[k - 1]
+            pivot[k] -= factor * side[k - 1]
+            knots[k] -= factor * knots[k - 1]
+        knots[-1] /= pivot[-1]
+        for k in reversed(range(self.knots - 1)):
+            knots[k] = (knots[k] - side[k] * knots[k + 1]) / pivot[k]
+        return np.clip(knots.T.reshape(-1), self.lowest, self.highest)
 
     def _places(self) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64], FloatArray]:
         """Return for every driven step the knot before it, the one after it, and how far it is between them."""

@@ -13,9 +13,11 @@ from ...contract import Variable
 from ...drawables import Drawable, Links, Points
 from ...errors import ParameterError
 from ...events import MOST_INDEX, EventDetail
+from ...materials.elastic import Material, rayleigh_speed
 from ...state_block import LARGEST, Block, Layout
 from ...support.float_arrays import FloatArray
 from .. import kernels, parallel_steps
+from ..column_means import write_column_means
 from ..kernel_arrays import ColumnArray, IntArray, Scratch, Solid, State
 from ..kernel_setup import Assembly, station_means, surface_quads
 from ..parameters import ShellParameters
@@ -37,7 +39,7 @@ from .law import FractureLaw
 from .open_area import crack_length, open_areas
 from .outcome import AXIAL, OUTCOMES, CutSides, connects_ends, crack_along, crack_around, outcome
 from .pieces import ACROSS, ALONG, Marks
-from .tips import growth, tip_speed
+from .tips import growth, part_faster, tip_speed
 from .visibility import Visibility
 
 PARTED, ERODED, SPENT, TORN = "point_parted", "point_eroded", "point_spent", "point_torn"
@@ -129,6 +131,7 @@ class BreakingBody:
                     return failure[0]
             if failures:
                 solid = self._tear(block, state, scratch, inputs, failures, tick + 1, add_event)
+            write_column_means(state.stress, self.cracks.judged.means)
             count = find_parting(solid, state, self.cracks.judged, self._found, block["nearest"], tick + 1)
             if count:
                 solid = self._part(block, state, scratch, self._found[:count].copy(), tick + 1, add_event)
@@ -284,9 +287,15 @@ class BreakingBody:
         """Number of integration points."""
         return len(self._found)
 
+    def mean_stress(self, block: Block, state: State) -> FloatArray:
+        """Return the stress that is judged, shape (m, 6)."""
+        self.solid(block)
+        write_column_means(state.stress, self.cracks.judged.means)
+        return self.cracks.judged.means.stress
+
     def ratios(self, block: Block, state: State) -> FloatArray:
         """Return what decides at each point over its limit."""
-        self.solid(block)
+        self.mean_stress(block, state)
         out = np.zeros(self.point_count)
         write_ratios(state, self.cracks.judged, out)
         return out
@@ -453,12 +462,16 @@ class BreakingBody:
         elif len(facets):
             found[0] += ": no crack lies between columns of nodes, some lie within the wall or at its edges"
         if len(facets):
-            first, speeds = facets[0], self._crack_speeds(step_size)
+            first, (speeds, rayleigh) = facets[0], self._crack_speeds(step_size)
             found.append(
                 f"the first of {np.count_nonzero(self.cracks.judged.cracks)} points that parted did so at "
                 f"{1e6 * first[8] * step_size:.4g} us, {self.place_words(int(first[0]))}"
-                + "".join(f"; its crack ran {way} at {speed:.0f} m/s" for way, speed in speeds.items() if speed > 0.0)
-            )
+                + "".join(
+                    f"; its crack ran {way} at {speed:.0f} m/s, {part:.0%} of its steps from plane to plane faster than "
+                    f"Rayleigh waves ({rayleigh:.0f} m/s)"
+                    for way, (speed, part) in speeds.items() if speed > 0.0
+                )
+            )  # fmt: skip
             return found
         ratio, point, tick = (float(one) for one in block["nearest"])
         near = f"reached {ratio:.3g} of its limit at {1e6 * tick * step_size:.4g} us, {self.place_words(int(point))}"
@@ -492,8 +505,11 @@ class BreakingBody:
         angle = math.degrees(math.remainder(across, math.tau))
         return f"{1e3 * along:.4g} mm along the body and {angle:.3g} degrees around it"
 
-    def _crack_speeds(self, step_size: float) -> dict[str, float]:
-        """Return how fast the crack that began first ran along the body and around it, or across a plate [m/s]."""
+    def _crack_speeds(self, step_size: float) -> tuple[dict[str, tuple[float, float]], float]:
+        """Return how fast the crack that began first ran along the body and around it, or across a plate, and Rayleigh waves.
+
+        With each speed comes the part of the crack's steps that were faster than those waves [m/s, 1].
+        """
         lattice, facets = self._assembly.lattice, self.cracks.facets
         axis, ring, times = lattice.axes[0], lattice.axes[1], facets[:, 8] * step_size
         indices = facets[:, 1:3].copy()
@@ -505,13 +521,19 @@ class BreakingBody:
             around = ring.at(facets[:, 2])
         radius = float(lattice.axes[2].positions[-1]) if lattice.bent else 1.0
         places = np.stack([axis.at(facets[:, 1]), radius * around], axis=1)
-        grown = growth(indices, places, times, self._parameters.material.shear_speed)
+        metal, grown = self._parameters.material, growth(indices)
+        rayleigh = rayleigh_speed(Material(density=metal.density, young=metal.young, poisson=metal.poisson))
         spacings = float(np.diff(axis.positions).max()), radius * float(np.diff(ring.positions).max())
         ways = "along the body", "around it" if lattice.bent else "across it"
-        return {
-            way: tip_speed(places[grown, k], times[grown], 3.0 * spacing)
+        indices, places, times = indices[grown], places[grown], times[grown]
+        speeds = {
+            way: (
+                tip_speed(places[:, k], times, 3.0 * spacing),
+                part_faster(indices[:, k], places[:, k], times, rayleigh),
+            )
             for k, (way, spacing) in enumerate(zip(ways, spacings, strict=True))
         }
+        return speeds, rayleigh
 
     def _eroded_mass(self) -> float:
         volume = self._assembly.points.volume[self.cracks.eroded.astype(np.int64)]

@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ...support.float_arrays import FloatArray
+from ..column_means import make_column_means
 from ..geometry.lattice import Lattice
 from ..kernel_arrays import ColumnArray, IntArray, Solid, State
 from ..neighbour_lists import CompactArray, IndexArray, compress
@@ -90,10 +91,10 @@ class Cracks:
         lines = points.lines
         limits, tension = law.limits(solid.law, columns, self._through), _TENSION * solid.law.yield_stress
         self.judged = Judgement(
-            law.code, limits, tension, along.slope(lines[0].at), across.slope(lines[1].at),
+            int(law.decisive), limits, tension, along.slope(lines[0].at), across.slope(lines[1].at),
             thickness.slope(lines[2].at), thickness.at(lines[2].at) if lattice.bent else np.ones(self._through),
             np.zeros((len(points.volume), 3)), np.zeros(len(points.volume), dtype=np.int64),
-            np.zeros(len(points.volume), dtype=np.int64), self._ticks_to_unload(solid),
+            np.zeros(len(points.volume), dtype=np.int64), self._ticks_to_unload(solid), make_column_means(lattice, points),
         )  # fmt: skip
         self._connected = self._find_connected()
         self._hold = np.zeros(lattice.node_count)
@@ -118,6 +119,7 @@ class Cracks:
         self.visibility.clear()
         self.judged.normal[:] = 0.0
         self.judged.cracks[:] = self.judged.since[:] = 0
+        self.judged.means.sound[:] = True
         self._update_tables()
 
     def follow(self, facets: FloatArray, eroded: FloatArray, loosened: FloatArray) -> None:
@@ -138,14 +140,16 @@ class Cracks:
     # -- parting ----------------------------------------------------------------------------------------------------
 
     def part(self, state: State, found: IntArray, tick: int) -> Parting:
-        """Part the body at points that have passed their limit: the one that is farthest beyond it first.
+        """Part the body at points that have passed their limit: the one whose own stress is farthest beyond it first.
 
-        A point that loses neighbours to a crack of this tick waits for the next one. One that has parted and has had time to
-        unload bears nothing any more: what it still holds together is a bridge that the lattice leaves between cracks.
+        Means of neighbouring columns may pass it together. A point that loses neighbours to a crack of this tick waits for the
+        next one. One that has parted and has had time to unload bears nothing any more: what it still holds together is a
+        bridge that the lattice leaves between cracks.
         """
-        decided = {int(p): float(decisive_value(state, self.judged, p)[0]) for p in found}
-        limit = self.judged.limit
-        order = sorted(decided, key=lambda p: (-decided[p] / limit[p], p))
+        means, limit = self.judged.means, self.judged.limit
+        decided = {int(p): float(decisive_value(means.stress, state, self.judged, p)[0]) for p in found}
+        own = {p: float(decisive_value(state.stress, state, self.judged, p)[0]) / limit[p] for p in decided}
+        order = sorted(decided, key=lambda p: (-own[p], p))
         facets: list[FloatArray] = []
         values: list[tuple[float, float]] = []
         changed = set[int]()
@@ -229,6 +233,7 @@ class Cracks:
         if self.judged.cracks[p] == 0:
             self.judged.normal[p] = facet[4:7]
         self.judged.cracks[p] += 1
+        self.judged.means.sound[p] = False
         self.judged.since[p] = int(facet[8])
         ring = self._lattice.axes[1]
         near = self._columns_near(facet, ring.count)
@@ -244,7 +249,7 @@ class Cracks:
 
     def _choose_facet(self, state: State, p: int) -> FloatArray:
         """Return the facet of a point: on the side where a crack is already, otherwise where more is loaded."""
-        _, nx, ny, nz = decisive_value(state, self.judged, p)
+        _, nx, ny, nz = decisive_value(self.judged.means.stress, state, self.judged, p)
         normal = np.array(index_normal(self._whole, state, self.judged, p, nx, ny, nz))
         side = self._open_side(p, normal) or self._loaded_side(state, p, normal) or 1
         first = self._facet(p, normal, side)
@@ -282,7 +287,7 @@ class Cracks:
         offsets = np.stack([lost // (m * layers), lost // layers % m, self._lattice.heights(lost)], axis=-1) - self._place(p)
         if self._lattice.axes[1].closed:
             offsets[:, 1] -= m * np.floor(offsets[:, 1] / m + 0.5)
-        return int(np.sign(np.sign(offsets @ normal).sum()))
+        return int(np.sign(np.sign((offsets * normal).sum(axis=1)).sum()))
 
     def _loaded_side(self, state: State, p: int, normal: FloatArray) -> int:
         """Return the side on which the points next to one are nearer to their limits; 0 where both are alike."""
@@ -291,9 +296,11 @@ class Cracks:
             if self._lattice.axes[1].closed:
                 m = self._lattice.shape[1]
                 offset[1] -= m * np.floor(offset[1] / m + 0.5)
-            beyond = float(offset @ normal)
+            beyond = float((offset * normal).sum())
             if abs(beyond) > 0.3:
-                sums[int(beyond > 0.0)] += float(decisive_value(state, self.judged, q)[0]) / self.judged.limit[q]
+                sums[int(beyond > 0.0)] += (
+                    float(decisive_value(self.judged.means.stress, state, self.judged, q)[0]) / self.judged.limit[q]
+                )
         difference = sums[1] - sums[0]
         return 0 if abs(difference) <= _EQUAL * (abs(sums[0]) + abs(sums[1])) else (1 if difference > 0.0 else -1)
 
@@ -336,6 +343,7 @@ class Cracks:
     def _update_tables(self) -> None:
         """Make the tables of the kernels: rows, ties and the surface under pressure."""
         lattice, seen, whole = self._lattice, self.visibility, self._whole
+        self.judged.means.sound[self.eroded.astype(np.int64)] = False
         self.labels, self.borne = self._label_pieces()
         self.detached: Marks = detached_columns(lattice, self.severed, self.labels) | self._loose_columns()
         self.released: Marks = crack_lips(lattice, self.severed) | self.detached

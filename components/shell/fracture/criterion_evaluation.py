@@ -11,9 +11,10 @@ import numpy.typing as npt
 from ...materials.stress_invariants import equivalent_stress, largest_principal, mean_stress
 from ...support.float_arrays import FloatArray
 from ...support.jit import jit
+from ..column_means import ColumnMeans
+from .law import Decisive
 
-# The code of the law that judges by the plastic strain; the other one judges by the largest principal stress.
-PLASTIC_STRAIN = 1
+_PRINCIPAL_STRESS, _PLASTIC_STRAIN = int(Decisive.PRINCIPAL_STRESS), int(Decisive.PLASTIC_STRAIN)
 # A point parts a second time in a direction whose cosine with the first one is smaller.
 _ANOTHER_DIRECTION = 0.7
 # A plane whose normal is so much along the thickness is parallel to the wall, any other one goes straight through it.
@@ -28,7 +29,7 @@ class Judgement(NamedTuple):
     """The tables by which points are judged.
 
     Attributes:
-        code: of the law.
+        decisive: what is compared with the limit, a `Decisive`.
         limit: at which each point parts, shape (m,).
         tension: largest principal stress below which nothing parts by its strain [Pa].
         along, across, through: distances of planes at the points along each axis, an angle where the axis is one [m].
@@ -37,9 +38,10 @@ class Judgement(NamedTuple):
         cracks: number of each point's cracks, shape (m,).
         since: tick of the last one, shape (m,).
         wait: ticks that a point has to unload once it has parted.
+        means: the stresses that are judged.
     """
 
-    code: int
+    decisive: int
     limit: FloatArray
     tension: float
     along: FloatArray
@@ -50,18 +52,20 @@ class Judgement(NamedTuple):
     cracks: npt.NDArray[np.int64]
     since: npt.NDArray[np.int64]
     wait: int
+    means: ColumnMeans
 
 
 @jit
 def find_parting(solid, state, judged, found, nearest, tick):
     """Write the points that pass their limit, ascending, and return how many there are.
 
-    A point that has parted passes it where its stress has another direction, or where it has had time to unload.
+    A point that has parted passes it where its stress has
+    another direction, or where it has had time to unload.
 
     Args:
         solid: `kernel_arrays.Solid`.
         state: after a tick.
-        judged: `Judgement`.
+        judged: `Judgement`, with the means of the stresses of `state`.
         found: written, shape (m,).
         nearest: the largest ratio to the limit so far of points that had not parted, from a half on, its point and its tick,
             updated, shape (3,).
@@ -70,18 +74,18 @@ def find_parting(solid, state, judged, found, nearest, tick):
     count = 0
     for p in range(judged.limit.size):
         largest = min(max(nearest[0], _NOTED), 1.0)
-        if judged.code == PLASTIC_STRAIN:
+        if judged.decisive == _PLASTIC_STRAIN:
             if not state.plastic_strain[p] > largest * judged.limit[p]:
                 continue
-        else:
+        elif judged.decisive == _PRINCIPAL_STRESS:
             # The largest principal stress is at most the mean one plus two thirds of the equivalent one.
-            xx, yy, zz = state.stress[p, 0], state.stress[p, 1], state.stress[p, 2]
-            xy, yz, zx = state.stress[p, 3], state.stress[p, 4], state.stress[p, 5]
+            stress = judged.means.stress[p]
+            xx, yy, zz, xy, yz, zx = stress[0], stress[1], stress[2], stress[3], stress[4], stress[5]
             left = 1.5 * (_SAFE * largest * judged.limit[p] - mean_stress(xx, yy, zz))
             a, b, c = xx - yy, yy - zz, zz - xx
             if left > 0.0 and 0.5 * (a * a + b * b + c * c) + 3.0 * (xy * xy + yz * yz + zx * zx) < left * left:
                 continue
-        value, nx, ny, nz = decisive_value(state, judged, p)
+        value, nx, ny, nz = decisive_value(judged.means.stress, state, judged, p)
         if judged.cracks[p] == 0 and value > nearest[0] * judged.limit[p] and value > _NOTED * judged.limit[p]:
             nearest[0], nearest[1], nearest[2] = value / judged.limit[p], p, tick
         if value > judged.limit[p]:
@@ -97,19 +101,28 @@ def find_parting(solid, state, judged, found, nearest, tick):
 
 
 @jit
-def decisive_value(state, judged, p):
-    """Return what decides at a point, to be compared with its limit, and the direction of the largest principal stress."""
+def decisive_value(stresses, state, judged, p):
+    """Return what decides at a point, to be compared with its limit, and the direction of the largest principal stress.
+
+    Args:
+        stresses: by which the point is judged: their means, or those of the points themselves, shape (m, 6) [Pa].
+        state: `kernel_arrays.State`.
+        judged: `Judgement`.
+        p: the point.
+    """
     h = state.gradient
     xx, yy, zz = 1.0 + h[p, 0], 1.0 + h[p, 4], 1.0 + h[p, 8]
     volume = (
         xx * (yy * zz - h[p, 5] * h[p, 7]) + h[p, 1] * (h[p, 5] * h[p, 6] - h[p, 3] * zz)
         + h[p, 2] * (h[p, 3] * h[p, 7] - yy * h[p, 6])
     )  # fmt: skip
-    t = state.stress
+    t = stresses
     stress, nx, ny, nz = largest_principal(t[p, 0], t[p, 1], t[p, 2], t[p, 3], t[p, 4], t[p, 5])
-    if judged.code == PLASTIC_STRAIN:
+    if judged.decisive == _PLASTIC_STRAIN:
         return state.plastic_strain[p] if stress > judged.tension else 0.0, nx, ny, nz
-    return stress / volume, nx, ny, nz
+    if judged.decisive == _PRINCIPAL_STRESS:
+        return stress / volume, nx, ny, nz
+    raise ValueError("a fracture law is decided by what no kernel computes")
 
 
 @jit
@@ -141,7 +154,7 @@ def index_normal(solid, state, judged, p, nx, ny, nz):
 def write_ratios(state, judged, out):
     """Write what decides over its limit at each point."""
     for p in range(out.size):
-        value, _, _, _ = decisive_value(state, judged, p)
+        value, _, _, _ = decisive_value(judged.means.stress, state, judged, p)
         out[p] = value / judged.limit[p]
 
 

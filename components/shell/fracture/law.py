@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import ClassVar
+from enum import IntEnum
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -16,10 +17,17 @@ from ...support.tagged_union import Named
 _STREAM = 3
 
 
+class Decisive(IntEnum):
+    """What the kernels can compare with the limit of a law."""
+
+    PRINCIPAL_STRESS = 0
+    PLASTIC_STRAIN = 1
+
+
 class FractureLaw(Named):
     """A law of when a point parts, chosen by its `name`; its crack is normal to the largest principal stress."""
 
-    code: ClassVar[int]
+    decisive: ClassVar[Decisive]
     unit: ClassVar[str]
     quantity: ClassVar[str]
     scatter: float = field(
@@ -29,6 +37,20 @@ class FractureLaw(Named):
     grip_length: NotNegativeMagnitude = field(
         0.0, "length beside clamped and moved edges within which nothing parts, as a fitting holds it there", "m"
     )
+
+    def __init_subclass__(cls, **arguments: Any) -> None:
+        """Refuse a law that is decided by what no kernel computes: another one would stand in for it.
+
+        Raises:
+            TypeError: `decisive` is none of `Decisive`.
+        """
+        super().__init_subclass__(**arguments)
+        given = getattr(cls, "decisive", None)
+        if not isinstance(given, Decisive):
+            raise TypeError(
+                f"{cls.__name__}.decisive: got {given!r}, expected one of {', '.join(Decisive.__members__)}; another quantity "
+                "needs a member of Decisive and a branch in criterion_evaluation.decisive_value"
+            )
 
     @property
     def needs_flow(self) -> bool:

@@ -7,13 +7,13 @@ from typing import ClassVar, Literal
 from ...materials.thermoviscoplastic import FlowConstants
 from ...support.magnitudes import Magnitude
 from ...support.parameter_fields import field
-from .law import FractureLaw
+from .law import Decisive, FractureLaw
 
 
 class PlasticStrain(FractureLaw):
     """The equivalent plastic strain decides, where the largest principal stress is above half the yield stress."""
 
-    code: ClassVar[int] = 1
+    decisive: ClassVar[Decisive] = Decisive.PLASTIC_STRAIN
     unit: ClassVar[str] = "1"
     quantity: ClassVar[str] = "the plastic strain"
     name: Literal["plastic_strain"] = field("plastic_strain", "the equivalent plastic strain decides", "1")

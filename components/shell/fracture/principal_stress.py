@@ -14,7 +14,7 @@ from ...errors import ParameterError
 from ...materials.thermoviscoplastic import FlowConstants
 from ...support.magnitudes import Magnitude
 from ...support.parameter_fields import field
-from .law import FractureLaw
+from .law import Decisive, FractureLaw
 
 _FACTOR = 3.0
 
@@ -22,7 +22,7 @@ _FACTOR = 3.0
 class PrincipalStress(FractureLaw):
     """The largest principal stress decides."""
 
-    code: ClassVar[int] = 0
+    decisive: ClassVar[Decisive] = Decisive.PRINCIPAL_STRESS
     unit: ClassVar[str] = "Pa"
     quantity: ClassVar[str] = "the largest principal stress"
     name: Literal["principal_stress"] = field("principal_stress", "the largest principal stress decides", "1")

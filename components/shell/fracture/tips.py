@@ -1,4 +1,4 @@
-"""The tips of a crack: which facets are its growth, and how fast it ran."""
+"""The tips of a crack: which facets belong to it, how fast it ran, and how often faster than a crack can."""
 
 from __future__ import annotations
 
@@ -14,28 +14,34 @@ _NEXT = 2.3
 _FROM, _TO = 0.1, 0.9
 
 
-def growth(indices: FloatArray, places: FloatArray, times: FloatArray, fastest: float) -> npt.NDArray[np.int64]:
-    """Return which facets are the growth of the crack that began with the first, ascending in time.
-
-    Each lies next to one that is so much older that a shear wave could have come from there: no crack that opens runs faster.
-    What parted by itself, ahead of the crack or elsewhere, is none of it: a fast load can part all points at once, and no tip
-    has run then.
+def growth(indices: FloatArray) -> npt.NDArray[np.int64]:
+    """Return which facets belong to the crack that began with the first: each lies next to an older one of it.
 
     Args:
-        indices: middles in the index space of the lattice, shape (k, 2).
-        places: middles, along the body and around it, shape (k, 2) [m].
-        times: when, ascending, shape (k,) [s].
-        fastest: speed of shear waves [m/s].
+        indices: middles in the index space of the lattice, in the order in which they came, shape (k, 2).
     """
     tree = KDTree(indices)
     grown = np.zeros(len(indices), dtype=bool)
     grown[0] = True
     for facet, nearby in enumerate(tree.query_ball_point(indices, _NEXT)):
-        older = [one for one in nearby if one < facet and grown[one]]
-        if older:
-            distances = np.hypot(*(places[older] - places[facet]).T)
-            grown[facet] = np.any(distances <= fastest * (times[facet] - times[older]))
+        grown[facet] |= any(one < facet and grown[one] for one in nearby)
     return np.flatnonzero(grown)
+
+
+def part_faster(planes: FloatArray, places: FloatArray, times: FloatArray, speed: float) -> float:
+    """Return at which part of its steps from one plane of nodes to the next a crack was faster than a speed.
+
+    A load parts all points that it overloads, however far the crack is: no tip has run then.
+
+    Args:
+        planes: index of the plane of each facet along the way, shape (k,).
+        places: along the way, shape (k,) [m].
+        times: when, ascending, shape (k,) [s].
+        speed: [m/s].
+    """
+    _, first = np.unique(np.rint(planes), return_index=True)
+    steps = np.abs(np.diff(places[first])) > speed * np.abs(np.diff(times[first]))
+    return float(steps.mean()) if len(steps) else 0.0
 
 
 def tip_speed(places: FloatArray, times: FloatArray, shortest: float) -> float:
@@ -47,7 +53,7 @@ def tip_speed(places: FloatArray, times: FloatArray, shortest: float) -> float:
         shortest: ways that are not longer have no speed [m].
 
     Returns:
-        0 where no tip went so far.
+        0 where no tip went so far, or all of it at once.
     """
     speeds = [0.0]
     for sign in (1.0, -1.0):

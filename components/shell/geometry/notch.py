@@ -17,6 +17,8 @@ from .lattice_axis import Axis, refuse_coinciding
 # Positions that agree within this part of the notch are the same.
 _ROUNDING = 1e-9
 _FEWEST_ALONG, _MOST_COLUMNS = 3, 1000
+# Planes of nodes above the bottom of a notch are at most so much closer together than those below it.
+_CROWDED = 20.0
 
 
 class Notch(Parameters):
@@ -141,7 +143,7 @@ def planes_through(notch: Notch, inner: float, wall: float, layers: int) -> tupl
     """Return the planes through a wall, one of them at the bottom of the notch, and the number of that.
 
     Raises:
-        ParameterError: the notch is deeper than the wall, or there are too few layers.
+        ParameterError: the notch is deeper than the wall, or so shallow that its planes would crowd; or too few layers.
     """
     if notch.depth >= wall:
         raise ParameterError(
@@ -152,6 +154,13 @@ def planes_through(notch: Notch, inner: float, wall: float, layers: int) -> tupl
     left = wall - notch.depth
     below = min(max(round(left / wall * (layers - 1)), 1), layers - 2)
     above = layers - 1 - below
+    shallowest = left / below * above / _CROWDED
+    if notch.depth < shallowest:
+        raise ParameterError(
+            f"got {notch.depth:g} m, where nodes would lie {_CROWDED:g} times closer than below it",
+            expected=f"at least {shallowest:.2g} m with {layers} layers", hint="give more layers",
+            at=("body", "notch", "depth"),
+        )  # fmt: skip
     lower, upper = left * np.arange(below + 1) / below, left + notch.depth * np.arange(1, above + 1) / above
     through = Axis(inner + np.concatenate([lower, upper]))
     refuse_coinciding(through, notch.depth, "notch", "depth")

@@ -14,7 +14,7 @@ from .chain_history import History
 
 def kinetic_energy(history: History, piston: bool = True) -> FloatArray:
     """Return that of all grains, shape (T,) [J]; without those whose velocity is prescribed unless `piston`."""
-    return 0.5 * history.velocity**2 @ _masses(history, piston)
+    return (0.5 * history.velocity**2 * _masses(history, piston)).sum(axis=1)
 
 
 def potential_energy(history: History) -> FloatArray:
@@ -24,7 +24,7 @@ def potential_energy(history: History) -> FloatArray:
 
 def momentum(history: History, piston: bool = True) -> FloatArray:
     """Return that of all grains, shape (T,) [kg m/s]; without those whose velocity is prescribed unless `piston`."""
-    return history.velocity @ _masses(history, piston)
+    return (history.velocity * _masses(history, piston)).sum(axis=1)
 
 
 def _masses(history: History, piston: bool) -> FloatArray:
@@ -88,7 +88,7 @@ def momentum_carried_off(history: History, time: float | None = None) -> float:
     """
     frame = len(history.time) - 1 if time is None else history.frame(time)
     start = float(momentum(history)[0])
-    scale = float(np.abs(history.velocity[0]) @ history.mass)
+    scale = float((np.abs(history.velocity[0]) * history.mass).sum())
     if not abs(start) > 1e-12 * scale:
         raise ParameterError("the chain has no momentum at its first frame, of which a part could be carried off", at="history")
     own = history.mass * history.velocity[frame] * np.sign(start)
