@@ -3,7 +3,8 @@
 A `Profile` is a piecewise polynomial of time, for an array input times a constant array: it is zero before its first piece,
 and its last piece lasts for ever. A component integrates it with + and x only: the chain at the stage times of its
 integrator, the others by the mean over each tick. Before that it is compiled to the component's ticks: a tick with a
-breakpoint inside gets the mean of the signal over the tick, so that the impulse is kept; all others keep their polynomial.
+breakpoint inside, or of a curve that lasts fewer than 10 ticks, gets the mean of the signal over the tick, so that the impulse
+is kept; all others keep their polynomial.
 """
 
 from __future__ import annotations
@@ -28,6 +29,8 @@ _SINE_DEGREE = 23
 _MAXIMUM_DEGREE = 31
 # A time closer to a tick than this part of a tick lies on it: the rounding of decimal fractions of a second.
 _SAME_TICK = 1e-9
+# A curve that lasts fewer ticks is not resolved: integrators would miss a part of its impulse.
+_RESOLVED = 10
 # Two times that differ by no more than this part of the latest one are one instant, computed in two ways.
 _SAME_INSTANT = 1e-13
 _LONGEST_DESCRIPTION = 100
@@ -445,9 +448,10 @@ class Profile:
         return {}
 
     def compile(self, step_size: float, name: str = "profile") -> CompiledProfile:
-        """Return the signal on a tick grid; a tick with a breakpoint inside gets the mean of the signal, and a warning says so.
+        """Return the signal on a tick grid.
 
-        The integral over any whole number of ticks is that of the signal.
+        A tick with a breakpoint inside, or of a curve that lasts fewer than 10 ticks, gets the mean of the signal over the
+        tick, and a warning says so. The integral over any whole number of ticks is that of the signal.
 
         Args:
             step_size: seconds per tick.
@@ -469,7 +473,10 @@ class Profile:
         # The quotient of two rounded times is exact to a few units in its last place.
         inside = np.abs(places - nearest) > np.maximum(_SAME_TICK, 4.0 * np.spacing(np.abs(places)))
         places = np.where(inside, places, nearest)
-        averaged = np.unique(np.floor(places[inside]))
+        short = self.coefficients[:, 2:].any(axis=1) & (np.diff(places, append=np.inf) < _RESOLVED)
+        ticks_of_short = np.floor(places[short])[:, None] + np.arange(_RESOLVED)
+        ends = np.append(places[1:], np.inf)[short, None]
+        averaged = np.unique(np.concatenate([np.floor(places[inside]), ticks_of_short[ticks_of_short < ends]]))
         # Where the polynomial changes, and both ends of each averaged tick. The first row is the zero before the first piece.
         cuts = np.unique(np.concatenate([places, averaged, averaged + 1.0]))
         pieces = np.searchsorted(places, cuts, side="right")
@@ -488,9 +495,9 @@ class Profile:
         rows[within[first], 0] = sums[within[first]]
         if len(averaged):
             caution(
-                f"{name}: {int(inside.sum())} of {len(inside)} breakpoints or samples lie between ticks of {step_size:g} s: in "
-                f"{len(averaged)} of the ticks the mean over the tick replaces the signal, which keeps its impulse; a "
-                "step_size that divides these times resolves the signal"
+                f"{name}: {int(inside.sum())} of {len(inside)} breakpoints or samples lie between ticks of {step_size:g} s, "
+                f"{int(short.sum())} curves last fewer than {_RESOLVED} ticks: in {len(averaged)} of the ticks the mean over "
+                "the tick replaces the signal and keeps its impulse; a smaller step_size that divides these times resolves it"
             )
         return CompiledProfile(step_size, ticks.astype(np.int64), rows, self.pattern)
 

@@ -285,11 +285,13 @@ def test_breakpoints_between_ticks_keep_the_impulse_of_every_tick_and_the_range(
 
 
 def test_only_ticks_with_a_breakpoint_inside_are_averaged() -> None:
-    profile = Profile.piecewise([0.0, 3.4 * H, 9.7 * H], [[1.0, 2.0], [5.0, -3.0, 40.0], [0.5]])
-    with pytest.warns(GranularWarning, match=r"left_force: 2 of 3 breakpoints.*of 0\.01 s: in 2 of the ticks the mean"):
+    profile = Profile.piecewise([0.0, 3.4 * H, 19.7 * H], [[1.0, 2.0], [5.0, -3.0, 40.0], [0.5]])
+    with pytest.warns(
+        GranularWarning, match=r"left_force: 2 of 3 breakpoints.*of 0\.01 s, 0 curves.*in 2 of the ticks the mean"
+    ):
         compiled = profile.compile(H, "left_force")
-    assert compiled.ticks.tolist() == [0, 3, 4, 9, 10]
-    for tick in (0, 1, 2, 4, 5, 8, 10, 11):
+    assert compiled.ticks.tolist() == [0, 3, 4, 19, 20]
+    for tick in (0, 1, 2, 4, 5, 18, 20, 21):
         for part in (0.0, 0.5):
             assert compiled.value(tick, part) == pytest.approx(profile((tick + part) * H), rel=ROUNDING)
     assert compiled.value(3, 0.1) == compiled.value(3, 0.9) == pytest.approx(float(integral(profile, 3 * H, 4 * H)) / H)
@@ -297,15 +299,13 @@ def test_only_ticks_with_a_breakpoint_inside_are_averaged() -> None:
 
 @pytest.mark.parametrize("parts", [1, 3])
 def test_a_mean_is_that_of_the_polynomial(parts: int) -> None:
-    compiled = Profile.half_sine(3.0, 4 * H, start=H).compile(H)
-    for tick in range(6):
+    compiled, angle = Profile.half_sine(3.0, 12 * H, start=H).compile(H), math.pi / 12
+    for tick in range(14):
         for part in range(parts):
             begin, end = tick - 1 + part / parts, tick - 1 + (part + 1) / parts
-            exact = (
-                0.0 if tick in (0, 5) else 12 / math.pi * parts * (math.cos(math.pi / 4 * begin) - math.cos(math.pi / 4 * end))
-            )
+            exact = 0.0 if tick in (0, 13) else 3.0 / angle * parts * (math.cos(angle * begin) - math.cos(angle * end))
             assert compiled.mean(tick, part, parts) == pytest.approx(exact, abs=1e-12)
-    assert compiled.mean_factors(0, 6).tolist() == [compiled.mean(tick) for tick in range(6)]
+    assert compiled.mean_factors(0, 14).tolist() == [compiled.mean(tick) for tick in range(14)]
     line = Profile.table([0.0, 7 * H], [1.0, -1.3]).compile(H)
     assert [line.mean(tick) for tick in range(9)] == [line.value(tick, 0.5) for tick in range(9)]
 
@@ -364,6 +364,16 @@ def test_a_chain_keeps_the_impulse_and_its_piston_the_displacement_of_short_puls
         driven.step(5e-5, left_velocity=1e-3 * samples)
     assert pushed.get("momentum") == pytest.approx(exact, rel=1e-12)
     assert driven.get("displacement")[0] == pytest.approx(1e-3 * exact, rel=1e-12)
+
+
+@pytest.mark.parametrize("integrator", ["pefrl", "leapfrog", "rk4", "hamming"])
+@pytest.mark.parametrize("ticks", [0.7, 1, 2, 5.5, 9])
+def test_a_chain_keeps_the_impulse_of_short_half_sines(integrator: str, ticks: float) -> None:
+    h = 5e-6
+    chain = ge.make("chain", grains=3, step_size=h, integrator=integrator)
+    with pytest.warns(GranularWarning, match="1 curves last fewer than 10 ticks"):
+        chain.step(16 * h, left_force=Profile.half_sine(1e-3, ticks * h, start=2 * h))
+    assert chain.get("momentum") == pytest.approx(2e-3 / math.pi * ticks * h, rel=1e-12)
 
 
 @pytest.mark.filterwarnings("ignore::granular_env.components.errors.GranularWarning")
