@@ -64,24 +64,24 @@ def write_column_means(stress, means):
     """Write the means of a stress, shape (m, 6)."""
     half, out, through = means.halfway, means.stress, stress.shape[0] // means.alike.shape[0]
     for p in range(stress.shape[0]):
-        q, r = beside(means, p, 0, through)
+        q, r = neighbours(means, p, 0, through)
         xx, yy, zz = mean(stress, p, q, r, 0), mean(stress, p, q, r, 1), mean(stress, p, q, r, 2)
         xy, yz, zx = mean(stress, p, q, r, 3), mean(stress, p, q, r, 4), mean(stress, p, q, r, 5)
-        half[p, 0], half[p, 1], half[p, 2], half[p, 3], half[p, 4], half[p, 5] = turned(
+        half[p, 0], half[p, 1], half[p, 2], half[p, 3], half[p, 4], half[p, 5] = rotate_stress(
             means.cosine[p], means.sine[p], xx, yy, zz, xy, yz, zx
         )
     for p in range(stress.shape[0]):
-        q, r = beside(means, p, 2, through)
+        q, r = neighbours(means, p, 2, through)
         xx, yy, zz = mean(half, p, q, r, 0), mean(half, p, q, r, 1), mean(half, p, q, r, 2)
         xy, yz, zx = mean(half, p, q, r, 3), mean(half, p, q, r, 4), mean(half, p, q, r, 5)
-        out[p, 0], out[p, 1], out[p, 2], out[p, 3], out[p, 4], out[p, 5] = turned(
+        out[p, 0], out[p, 1], out[p, 2], out[p, 3], out[p, 4], out[p, 5] = rotate_stress(
             means.cosine[p], -means.sine[p], xx, yy, zz, xy, yz, zx
         )
 
 
 @internal
-def beside(means, p, side, through):
-    """Return the points before and after one: twice the same where there is one alone, itself where none or one has parted."""
+def neighbours(means, p, side, through):
+    """Return the points before and after a point: one of them twice at an end, the point itself next to a crack."""
     column, layer = p // through, p % through
     q, r = means.alike[column, side] * through + layer, means.alike[column, side + 1] * through + layer
     if not (means.sound[p] and means.sound[q] and means.sound[r]):
@@ -100,8 +100,8 @@ def mean(values, p, q, r, entry):
 
 
 @internal
-def turned(c, s, xx, yy, zz, xy, yz, zx):
-    """Return a tensor in a frame that is turned about x."""
+def rotate_stress(c, s, xx, yy, zz, xy, yz, zx):
+    """Return a stress in a frame that is rotated about x."""
     return (
         xx, c * c * yy - 2.0 * c * s * yz + s * s * zz, s * s * yy + 2.0 * c * s * yz + c * c * zz, c * xy - s * zx,
         c * s * (yy - zz) + (c * c - s * s) * yz, s * xy + c * zx,
