@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from typing import Any
+from collections.abc import Callable
+from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.polynomial import Polynomial
 
 from granular_env.components.support.float_arrays import FloatArray
 
@@ -95,14 +95,13 @@ def _foot_after(values: FloatArray, peak: int, last: int) -> int:
 
 def top(times: FloatArray, values: FloatArray, peak: int) -> tuple[float, float]:
     """Time and height of the maximum next to a sample."""
-    curve, scale = _curve(times, values, peak)
-    found = [float(root.real) for root in curve.deriv().roots() if abs(root.imag) < 1e-6]
-    low, high = ((times[min(max(i, 0), len(times) - 1)] - times[peak]) / scale for i in (peak - 1, peak + 1))
-    place = max((x for x in found if low <= x <= high), key=lambda x: float(curve(x)), default=0.0)
-    height = float(curve(place))
-    if not height > values[peak]:
-        return float(times[peak]), float(values[peak])
-    return float(times[peak] + place * scale), height
+    curve, time = _curve(times, values, peak), float(times[peak])
+    low, high = (float(times[min(max(i, 0), len(times) - 1)]) - time for i in (peak - 1, peak + 1))
+    place = _root(lambda x: curve.at(x)[1], low, high)
+    height = curve.at(place)[0] if place is not None else -math.inf
+    if place is None or not height > values[peak]:
+        return time, float(values[peak])
+    return time + place, height
 
 
 def resolved_top(times: FloatArray, values: FloatArray, peak: int) -> tuple[float, float] | None:
@@ -122,21 +121,44 @@ def resolved_top(times: FloatArray, values: FloatArray, peak: int) -> tuple[floa
 
 def crossing(times: FloatArray, values: FloatArray, after: int, level: float) -> float:
     """Return when the curve passes a level between a sample and the next one; the two lie on different sides of it."""
-    curve, scale = _curve(times, values, after)
-    length = (times[after + 1] - times[after]) / scale
-    found = [float(root.real) for root in (curve - level).roots() if abs(root.imag) < 1e-9 and 0.0 <= root.real <= length]
-    if len(found) != 1:  # a curve with a kink
-        found = [length * (level - values[after]) / (values[after + 1] - values[after])]
-    return float(times[after] + found[0] * scale)
+    curve, length = _curve(times, values, after), float(times[after + 1] - times[after])
+    place = _root(lambda x: curve.at(x)[0] - level, 0.0, length)
+    if place is None:
+        place = length * (level - float(values[after])) / float(values[after + 1] - values[after])
+    return float(times[after]) + place
 
 
-def _curve(times: FloatArray, values: FloatArray, near: int) -> tuple[Polynomial, float]:
-    """Return the polynomial through the samples nearest to one of them, in (time - its time) / scale, and the scale."""
+class _Polynomial(NamedTuple):
+    """A polynomial in Newton's form, c0 + (x - x0) (c1 + (x - x1) (c2 + ...)): sums alone, the same on every processor."""
+
+    nodes: list[float]
+    coefficients: list[float]
+
+    def at(self, x: float) -> tuple[float, float]:
+        """Return the value and the slope at a place."""
+        value, slope = self.coefficients[-1], 0.0
+        for node, coefficient in zip(self.nodes[-2::-1], self.coefficients[-2::-1], strict=True):
+            slope = slope * (x - node) + value
+            value = value * (x - node) + coefficient
+        return value, slope
+
+
+def _curve(times: FloatArray, values: FloatArray, near: int) -> _Polynomial:
+    """Return the polynomial through the samples nearest to one of them, in the time since that sample [s]."""
     first = min(max(near - SAMPLES // 2, 0), max(len(times) - SAMPLES, 0))
-    own = slice(first, first + SAMPLES)
-    scale = float(times[own][-1] - times[own][0]) or 1.0
-    curve = Polynomial.fit((times[own] - times[near]) / scale, values[own], len(times[own]) - 1)
-    return curve.convert(), scale
+    nodes, differences = times[first : first + SAMPLES] - times[near], values[first : first + SAMPLES].copy()
+    for order in range(1, len(nodes)):
+        differences[order:] = np.diff(differences[order - 1 :]) / (nodes[order:] - nodes[:-order])
+    return _Polynomial(nodes.tolist(), differences.tolist())
+
+
+def _root(function: Callable[[float], float], low: float, high: float) -> float | None:
+    """Return where a function changes its sign between two places; None where it has the same sign at both."""
+    from scipy.optimize import brentq
+
+    if not function(low) * function(high) <= 0.0 or low == high:
+        return None
+    return float(brentq(function, low, high, xtol=1e-12 * (high - low)))
 
 
 def _duration(times: FloatArray, values: FloatArray, begin: int, peak: int, end: int) -> float:
