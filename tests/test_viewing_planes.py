@@ -226,6 +226,8 @@ def test_one_factor_stretches_points_and_cells():
     cells = (np.array([[0.0, 0.0], [10.0, 0.0]]), np.full((1, 2, 2), 1e-2))
     assert common_exaggeration([points], []) == 2000.0 and common_exaggeration([], [cells]) == 100.0
     assert common_exaggeration([points], [cells]) == 100.0 and common_exaggeration([], []) == 1.0
+    at_rest = (points[0], points[1], 0.0 * points[2])
+    assert common_exaggeration([points, at_rest], []) == 2000.0 and common_exaggeration([at_rest], []) == 1.0
 
 
 def test_half_of_a_films_instants_are_where_things_happen():
