@@ -251,9 +251,9 @@ def test_contacts_that_open_while_they_are_welded_close_the_balance_of_energy(
     assert bar.get("linking_energy") >= 0.0
 
 
-@pytest.mark.parametrize("seed", [4, 6])
-def test_links_that_are_worn_make_no_energy_when_they_are_welded(seed: int) -> None:
-    """Of a worn link the strains at which it carries what its contact carries would hold more energy than there is."""
+@pytest.mark.parametrize(("seed", "speed"), [(4, 6.0), (4, 6.0114), (6, 6.0)])
+def test_links_that_are_worn_make_no_energy_when_they_are_welded(seed: int, speed: float) -> None:
+    """A link of 1e-6 of its stiffness would need a strain of 88 to carry the force of its contact: it begins unstrained."""
     plate: Any = ge.make(
         "automata", shape={"name": "rectangle", "width": 0.04, "height": 0.024}, diameter=2e-3, packing="square",
         material={"density": 2600.0, "young": 2.5e10, "poisson": 0.22}, strength_scatter=0.3, strength_seed=seed,
@@ -262,13 +262,11 @@ def test_links_that_are_worn_make_no_energy_when_they_are_welded(seed: int) -> N
         relinking={"name": "cold_welding", "pressure": 1e6, "slip_speed": 10.0},
         boundaries={"bottom": "fixed", "top": "velocity"},
     )  # fmt: skip
-    plate.step(6e-4, top_velocity=ge.Profile.half_sine(6.0, 1.2e-3) * [0.6, -1.0])
+    plate.step(6e-4, top_velocity=ge.Profile.half_sine(speed, 1.2e-3) * [0.6, -1.0])
     assert sum(event.kind == "linked" for event in plate.events()) > 5
     work = plate.get("input_work")
     assert abs(plate.get("energy_residual")) <= 2e-3 * work
-    # Of 120 runs whose velocities differ by 1e-6 none made more than 1e-6 of the work; in this one of seed 6 a link is welded
-    # that holds a third of the work for 20 ticks, and 1 % of that is lost while it is released: -3.4e-3.
-    assert plate.get("linking_energy") >= -5e-3 * work
+    assert plate.get("linking_energy") >= 0.0
 
 
 def test_a_slipping_or_a_loose_contact_is_not_linked() -> None:

@@ -17,7 +17,7 @@ from granular_env.viewing import LiveViewer, report, save_rrd
 from granular_env.viewing.colour_scales import colour_scales
 from granular_env.viewing.cracks import MOST_LINES, crack_lines
 from granular_env.viewing.figures.html_film import _instants
-from granular_env.viewing.figures.plane import Plane, draw_plane, load_plane
+from granular_env.viewing.figures.plane import Plane, draw_plane, load_plane, stretch_words
 from granular_env.viewing.figures.run_figures import event_counts
 from granular_env.viewing.rerun.meshes import edges_of, triangles_of
 from granular_env.viewing.rerun.scene import whole_camera
@@ -226,6 +226,8 @@ def test_one_factor_stretches_points_and_cells():
     cells = (np.array([[0.0, 0.0], [10.0, 0.0]]), np.full((1, 2, 2), 1e-2))
     assert common_exaggeration([points], []) == 2000.0 and common_exaggeration([], [cells]) == 100.0
     assert common_exaggeration([points], [cells]) == 100.0 and common_exaggeration([], []) == 1.0
+    at_rest = (points[0], points[1], 0.0 * points[2])
+    assert common_exaggeration([points, at_rest], []) == 2000.0 and common_exaggeration([at_rest], []) == 1.0
 
 
 def test_half_of_a_films_instants_are_where_things_happen():
@@ -318,6 +320,11 @@ def test_what_was_recorded_colours_what_names_another_output(tmp_path, component
         assert all(f"was not recorded: {name} colours the {one}" in said for one, name in colours.items())
         grey = re.findall(r"nothing colours the (\w+)\. The recorded arrays are ([\w, ]*)", said)
         assert grey == [(one, ", ".join(sorted(recorded))) for one in notes]
+        if plane is not None:
+            movable = [one for one in plane.drawables if isinstance(one, Points | Cells) and one.displacement]
+            still = " and ".join(one.name for one in movable if one.displacement not in recorded)
+            note = f"{still} drawn at the places of the start: no displacements recorded"
+            assert stretch_words(plane).endswith(note) == bool(still)
 
 
 def test_values_of_other_things_of_the_same_number_colour_nothing():

@@ -265,10 +265,10 @@ def strain_link(body, ground, bonds, motion, half, contacts, row, weight, part, 
     eps, gamma, less, sine = pair_strains(body, motion.displacement, half, i, slot)
     nx, ny = turned(1.0, 0.0, body.directions[slot, 0], body.directions[slot, 1], less, sine)
     x, y, r = separation(ground, motion.displacement, i, j)
-    part, overlap = contact_part(ground, i, j), max(contacts.rest[row] - r, 0.0)
+    stiffness_part, overlap = contact_part(ground, i, j), max(contacts.rest[row] - r, 0.0)
     slid = contacts.slid[row] if overlap > 0.0 else 0.0
-    push = part * contact_stiffness(ground.normal, i, j) * overlap
-    drag = part * contact_stiffness(ground.tangential, i, j) * slid
+    push = stiffness_part * contact_stiffness(ground.normal, i, j) * overlap
+    drag = stiffness_part * contact_stiffness(ground.tangential, i, j) * slid
     fx, fy = (-push * x - drag * y) / r, (-push * y + drag * x) / r
     along, across = fx * nx + fy * ny, fy * nx - fx * ny
     # Without elastic strain of the link, and with its new weight: the volumetric part of its traction, and what a strain adds.

@@ -187,7 +187,7 @@ def common_exaggeration(
         points: reference (n, 3), radius (n,) and displacement (frames, n, 3) of points [m].
         cells: reference (n, d) and displacement (frames, n, d) of the nodes of cells [m].
     """
-    factors = [choose_exaggeration(*one) for one in points]
+    factors = [choose_exaggeration(*one) for one in points if one[2].any()]
     for nodes, displacement in cells:
         if (travel := float(np.abs(displacement).max(initial=0.0))) > 0.0:
             factors.append(max(1.0, round_down_to_125(_DRAWN_TRAVEL * float(np.ptp(nodes, axis=0).max()) / travel)))

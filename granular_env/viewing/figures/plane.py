@@ -201,17 +201,18 @@ def draw_plane(plane: Plane) -> Figure:
     for axes in panels[len(plane.times) :]:
         axes.set_visible(False)
     _add_length(panels[0], plane)
+    if stretched := stretch_words(plane):
+        figure.supxlabel(stretched, x=0.0, horizontalalignment="left", fontsize=10)
     for one in plane.scales:
         add_bar(figure, one, ax=panels, shrink=0.5, aspect=40, pad=0.02)
     return figure
 
 
 def _add_length(axes: Axes, plane: Plane) -> None:
-    """Draw a bar of a round length below a picture, and say by how much larger than bodies displacements are drawn."""
+    """Draw a bar of a round length below a picture."""
     low, high = plane.box
     length = round_down_to_125(_LENGTH_PART * float(high[0] - low[0]))
     label = import_optional("matplotlib.ticker", "figures").EngFormatter("m")(length)
-    label += f"; {stretched}" if (stretched := stretch_words(plane)) else ""
     artists = import_optional("mpl_toolkits.axes_grid1.anchored_artists", "figures")
     axes.add_artist(
         artists.AnchoredSizeBar(
@@ -359,9 +360,12 @@ def _add(axes: Axes, plane: Plane, shapes: Any, name: str, values: FloatArray | 
 def stretch_words(plane: Plane) -> str:
     """Return how displacements are drawn, in words; "" where they are true to scale."""
     movable = [one for one in plane.drawables if isinstance(one, Points | Cells) and one.displacement]
-    if movable and not any(one.displacement in plane.values for one in movable):
-        return "at their places at the start, since no displacements were recorded"
-    return "" if plane.exaggeration == 1.0 else f"displacements drawn {plane.exaggeration:g} x larger"
+    still = [one.name for one in movable if one.displacement not in plane.values]
+    parts = [] if plane.exaggeration == 1.0 else [f"displacements drawn {plane.exaggeration:g} x larger"]
+    if still:
+        names = " and ".join(still).replace("_", " ")
+        parts.append(f"{names} drawn at the places of the start: no displacements recorded")
+    return "; ".join(parts)
 
 
 def words(plane: Plane) -> str:
