@@ -285,7 +285,7 @@ class ComponentEnv(Recreatable, gymnasium.Env[Observation, npt.NDArray[np.float3
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Support pickle and `copy.deepcopy`: the constructor's arguments, where the episode is, and the generators."""
-        kept = {"_np_random_seed": self._np_random_seed, "spec": self.spec, "action_space": self.action_space}
+        kept = {name: getattr(self, name) for name in ("_np_random_seed", "spec", "action_space", "observation_space")}
         return _recreate, (self._made_by, *self._made_with, self.save(), self.component.issued_cautions, kept)
 
     def guarded_copy(self) -> ComponentEnv:
