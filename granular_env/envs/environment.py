@@ -68,7 +68,8 @@ class ComponentEnv(Recreatable, gymnasium.Env[Observation, npt.NDArray[np.float3
 
     ## Arguments
     * `component`: any `Component`.
-    * `task`: any `Task` whose inputs and outputs the component has.
+    * `task`: any `Task` whose inputs and outputs the component has. It holds the counters of an episode: give each environment
+      a component and a task of its own.
     * `internal_steps`: internal steps of the component in a control step.
     * `deadline`: control steps of an episode; None for no end.
     * `hold` (1): control steps for which an action is held (frame skip); the reward of a step is the sum of theirs.

@@ -75,7 +75,6 @@ class PistonTask(ChainTask):
         velocity_scale: float,
         displacement_scale: float,
     ) -> None:
-        super().__init__()
         self.actions = {"left_velocity": velocity_scale}
         self.observations = {"displacement": displacement_scale, "velocity": velocity_scale}
         self.constants = np.array([target_velocity, price, energy, clearance])
