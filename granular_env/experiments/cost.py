@@ -16,7 +16,7 @@ from .preparation import Prepared
 _LONG, LARGE_LOG, TOLD_LOG = 60.0, 200_000_000, 10_000_000  # s, bytes
 _MEASURED = 0.02  # s of stepping that the speed is read off
 _LESS = "record less often (record.every), fewer variables (record.variables) or fewer snapshots (record.snapshot_every)"
-# The least part of its size that a log takes on the disk; that of a long chain at rest takes 0.04.
+# A part of its size that no log falls below on the disk; that of a large body mostly at rest takes 0.04.
 _COMPRESSED = 0.02
 _UNITS = ((86400.0, "days"), (3600.0, "h"), (60.0, "min"), (1.0, "s"))
 
