@@ -275,7 +275,7 @@ def test_gradients_by_what_a_pressed_contact_rests_on_are_those_of_the_law(
 
 def test_a_derivative_that_would_lack_the_part_of_the_constants_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(LAWS, "proportional", Proportional)
-    chain = ge.Chain(grains=4, law="proportional", contact_stiffness=1e7, precompression=10.0)
+    chain = ge.Chain(grains=4, radius=2.0**-8, law="proportional", contact_stiffness=1e7, precompression=10.0)
     found = value_and_adjoint(chain, np.zeros((3, 2)), 1, Objective(_note, _value, _pullback))
     for name in ("contact_stiffness", "radius"):
         with pytest.raises(ParameterError, match=f"'{name}' has no derivative for law 'proportional', whose constants follow"):

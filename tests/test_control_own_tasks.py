@@ -46,7 +46,6 @@ class LastVelocity(ChainTask):
     begin_kernel, judge_kernel = staticmethod(begin), staticmethod(judge)
 
     def __init__(self, target=1.0):
-        super().__init__()
         import numpy as np
 
         self.constants = np.array([target])

@@ -163,10 +163,13 @@ def test_a_batch_is_copied_lane_by_lane(way: str) -> None:
 def test_made_batches_are_copied_with_their_spec() -> None:
     batch = gymnasium.make_vec("granular_env/Piston-v1", num_envs=2, grains=5)
     batch.reset(seed=1)
-    batch.action_space.seed(2)
+    spaces = ("action_space", "observation_space", "single_action_space", "single_observation_space")
+    for space in spaces:
+        getattr(batch, space).seed(2)
     other = pickle.loads(pickle.dumps(batch))
     assert other.spec.id == batch.spec.id and other.unwrapped.save() == batch.unwrapped.save()
-    np.testing.assert_array_equal(other.action_space.sample(), batch.action_space.sample())
+    for space in spaces:
+        np.testing.assert_array_equal(getattr(other, space).sample(), getattr(batch, space).sample())
 
 
 COMPONENTS: dict[str, Callable[[], Any]] = {

@@ -70,8 +70,10 @@ def test_a_copy_goes_on_as_the_first_one(env: ComponentEnv, duplicate) -> None: 
     env.reset(seed=5)
     env.step(first)
     env.action_space.seed(1)
+    env.observation_space.seed(1)
     other = duplicate(env)
-    assert other.action_space.sample().tolist() == env.action_space.sample().tolist()
+    for space in ("action_space", "observation_space"):
+        assert getattr(other, space).sample().tolist() == getattr(env, space).sample().tolist()
     assert rewards_and_state(other, rest) == rewards_and_state(env, rest)
 
 

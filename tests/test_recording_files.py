@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import gc
 import os
+import shutil
 import signal
 import subprocess
 import sys
@@ -318,6 +319,15 @@ def test_a_log_that_cannot_fit_is_refused_before_the_run(tmp_path: Path, capsys:
     assert not path.parent.exists()
     short = {"duration": 1e-6}
     assert run(experiment, overrides=short, log=tmp_path / "a.mcap").log == tmp_path / "a.mcap"
+
+
+def test_a_log_that_fits_is_not_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Grains at rest take little: the log of a long chain has a sixteenth of its size before compression."""
+    usage = shutil.disk_usage(tmp_path)._replace(free=4_000_000)
+    monkeypatch.setattr(shutil, "disk_usage", lambda _: usage)
+    long = {"component.grains": 5000, "duration": 4e-4}
+    done = run("nesterenko-1983/3.1-one-grain", overrides=long, log=tmp_path / "a.mcap")
+    assert done.log is not None and done.log.stat().st_size < usage.free
 
 
 # -- one writer --------------------------------------------------------------------------------------------------------

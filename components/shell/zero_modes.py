@@ -1,4 +1,4 @@
-"""Whether an integration rule sees every deformation: the number of modes without energy of a free patch.
+"""The number of modes without energy of a free patch: what an integration rule does not see.
 
 A body that nothing holds has six, the rigid motions. A rule that has more lets the body deform at no cost. All sums are made
 in a fixed order, without a library of linear algebra: whether a rule is refused does not depend on the machine.

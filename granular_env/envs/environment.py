@@ -68,7 +68,8 @@ class ComponentEnv(Recreatable, gymnasium.Env[Observation, npt.NDArray[np.float3
 
     ## Arguments
     * `component`: any `Component`.
-    * `task`: any `Task` whose inputs and outputs the component has.
+    * `task`: any `Task` whose inputs and outputs the component has. It holds the counters of an episode: give each environment
+      a component and a task of its own.
     * `internal_steps`: internal steps of the component in a control step.
     * `deadline`: control steps of an episode; None for no end.
     * `hold` (1): control steps for which an action is held (frame skip); the reward of a step is the sum of theirs.
@@ -285,7 +286,7 @@ class ComponentEnv(Recreatable, gymnasium.Env[Observation, npt.NDArray[np.float3
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Support pickle and `copy.deepcopy`: the constructor's arguments, where the episode is, and the generators."""
-        kept = {"_np_random_seed": self._np_random_seed, "spec": self.spec, "action_space": self.action_space}
+        kept = {name: getattr(self, name) for name in ("_np_random_seed", "spec", "action_space", "observation_space")}
         return _recreate, (self._made_by, *self._made_with, self.save(), self.component.issued_cautions, kept)
 
     def guarded_copy(self) -> ComponentEnv:

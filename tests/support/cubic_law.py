@@ -38,15 +38,15 @@ class Cubic(Law):
 
 
 class Proportional(Cubic):
-    """The same with a constant that follows from k."""
+    """The same with a constant that follows from k and R*."""
 
     name: Literal["proportional"] = "proportional"  # type: ignore[assignment]
 
     def contact_constants(
         self, stiffness: np.ndarray, reduced_radius: np.ndarray, yield_strength: np.ndarray, contacts: slice
     ) -> np.ndarray:
-        """Return a multiple of k."""
-        return 1e10 * stiffness[contacts, None]
+        """Return a multiple of k / R*: the radius of the test makes the quotient exact."""
+        return (1e7 * stiffness / reduced_radius)[contacts, None]
 
 
 @inlined

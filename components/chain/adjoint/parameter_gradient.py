@@ -88,7 +88,8 @@ def _weight_adjoint(chain: Chain, static: FloatArray) -> FloatArray:
 def _refuse_dependent_constants(chain: Chain, name: str) -> None:
     """Refuse a law whose constants follow from the stiffness or the radius: the derivative would lack their part."""
     g, chosen = chain.geometry, chain.parameters.law
-    moved = chosen.contact_constants(1.5 * g.stiffness, 1.5 * g.reduced_radius, g.yield_strength, g.contact_slice)
+    # By unlike factors, so that k / R* changes too.
+    moved = chosen.contact_constants(1.5 * g.stiffness, 1.25 * g.reduced_radius, g.yield_strength, g.contact_slice)
     if not np.array_equal(moved, g.law_constants[g.contact_slice]):
         raise ParameterError(
             f"{name!r} has no derivative for law {chosen.name!r}, whose constants follow from stiffness or radius",

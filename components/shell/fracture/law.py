@@ -18,7 +18,7 @@ _STREAM = 3
 
 
 class Decisive(IntEnum):
-    """What the kernels can compare with the limit of a law."""
+    """The quantities that the kernels can compare with the limit of a law."""
 
     PRINCIPAL_STRESS = 0
     PLASTIC_STRAIN = 1

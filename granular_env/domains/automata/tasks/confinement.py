@@ -67,7 +67,6 @@ class ConfinementTask(Task):
         lost: float,
         rate: float,
     ) -> None:
-        super().__init__()
         self.actions = {"left_traction[0]": pressure}
         self.observations = {"stress": 1e8, "damage": 1.0}
         self.strain, self.deadline, self.price, self.lost, self.rate = strain, deadline, price, lost, rate

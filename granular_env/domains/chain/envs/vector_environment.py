@@ -231,7 +231,8 @@ class ChainVectorEnv(Recreatable, VectorEnv[Observations, npt.NDArray[np.float32
         singles = self._batch.single
         seeds = [single._np_random_seed for single in singles]
         issued = [single.component.issued_cautions for single in singles]
-        kept = {name: getattr(self, name) for name in ("_begun", "spec", "action_space", "single_action_space")}
+        spaces = [f"{single}{kind}_space" for single in ("", "single_") for kind in ("action", "observation")]
+        kept = {name: getattr(self, name) for name in ("_begun", "spec", *spaces)}
         return _recreate, (self._made_by, *self._made_with, self.save(), seeds, issued, kept)
 
     def observe(self) -> tuple[Observations, dict[str, Any]]:

@@ -69,7 +69,6 @@ class DrivenEndTask(ChainTask):
     """
 
     def __init__(self, chain: Chain, end: DrivenEnd) -> None:
-        super().__init__()
         self.grains, self.actions, self.observations = chain.parameters.grains, end.actions, end.observations
         self.duration, self.steps, self.arguments = end.duration, end.steps, end.arguments
 

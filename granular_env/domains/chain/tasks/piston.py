@@ -75,7 +75,6 @@ class PistonTask(ChainTask):
         velocity_scale: float,
         displacement_scale: float,
     ) -> None:
-        super().__init__()
         self.actions = {"left_velocity": velocity_scale}
         self.observations = {"displacement": displacement_scale, "velocity": velocity_scale}
         self.constants = np.array([target_velocity, price, energy, clearance])
@@ -145,6 +144,6 @@ def make_piston(
     env = ChainEnv(component, task, **{"deadline": 600, **options})
     if env.control_steps:
         push = {"left_velocity": env.task.actions["left_velocity"]}
-        speed = lambda chain: abs(float(chain.get("velocity")[-1]))  # noqa: E731
-        arrived_by(copy.deepcopy(env.component), push, env.duration, env.control_steps, speed, abs(target))
+        driven, steps = copy.deepcopy(env.component), env.control_steps
+        arrived_by(driven, push, env.duration, steps, lambda chain: abs(float(chain.get("velocity")[-1])), abs(target))
     return env

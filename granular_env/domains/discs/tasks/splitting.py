@@ -35,7 +35,6 @@ class SplittingTask(Task):
     name = "splitting"
 
     def __init__(self, discs: Discs, target: int, force_scale: float, work_price: float, control_step: float) -> None:
-        super().__init__()
         p = discs.parameters
         self.actions = {"force[0,0]": force_scale, "force[-1,0]": force_scale}
         self.observations = {"displacement": p.breaking_strain * 2.0 * p.radius, "velocity": 0.25, "linked": 1.0}

@@ -49,7 +49,6 @@ class BuriedTargetTask(Task):
     name = "buried_target"
 
     def __init__(self, grid: Grid, force: float, internal_steps: int, deadline: int, hold: int = 1) -> None:
-        super().__init__()
         self.actions = {"force": positive_number("force", force)}
         steps = target_response(grid, internal_steps, deadline) * force
         self.response = np.add.reduceat(steps, np.arange(0, deadline, hold))

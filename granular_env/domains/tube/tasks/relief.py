@@ -52,7 +52,6 @@ class ReliefTask(Task):
     name = "relief"
 
     def __init__(self, tube: Tube, vent_area: float, limit: float, duration: float) -> None:
-        super().__init__()
         self.actions = {"vent_area": vent_area}
         strongest = tube.gas.front.burnt.pressure
         self.observations = {"gas_gauge_pressure": strongest, "radial_displacement": 1e-4}
