@@ -3,8 +3,8 @@
 A `Profile` is a piecewise polynomial of time, for an array input times a constant array: it is zero before its first piece,
 and its last piece lasts for ever. A component integrates it with + and x only: the chain at the stage times of its
 integrator, the others by the mean over each tick. Before that it is compiled to the component's ticks: a tick with a
-breakpoint inside, or of a curve that lasts fewer than 10 ticks, gets the mean of the signal over the tick, so that the impulse
-is kept; all others keep their polynomial.
+breakpoint inside, or of a curve above degree 3 that lasts fewer than 10 ticks, gets the mean of the signal over the tick, so
+that the impulse is kept; all others keep their polynomial.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ _SINE_DEGREE = 23
 _MAXIMUM_DEGREE = 31
 # A time closer to a tick than this part of a tick lies on it: the rounding of decimal fractions of a second.
 _SAME_TICK = 1e-9
-# A curve that lasts fewer ticks is not resolved: integrators would miss a part of its impulse.
+# A curve of a degree above 3 that lasts fewer ticks is not resolved: integrators would miss a part of its impulse.
 _RESOLVED = 10
 # Two times that differ by no more than this part of the latest one are one instant, computed in two ways.
 _SAME_INSTANT = 1e-13
@@ -450,8 +450,8 @@ class Profile:
     def compile(self, step_size: float, name: str = "profile") -> CompiledProfile:
         """Return the signal on a tick grid.
 
-        A tick with a breakpoint inside, or of a curve that lasts fewer than 10 ticks, gets the mean of the signal over the
-        tick, and a warning says so. The integral over any whole number of ticks is that of the signal.
+        A tick with a breakpoint inside, or of a curve above degree 3 that lasts fewer than 10 ticks, gets the mean of the signal
+        over the tick, and a warning says so. The integral over any whole number of ticks is that of the signal.
 
         Args:
             step_size: seconds per tick.
@@ -473,7 +473,7 @@ class Profile:
         # The quotient of two rounded times is exact to a few units in its last place.
         inside = np.abs(places - nearest) > np.maximum(_SAME_TICK, 4.0 * np.spacing(np.abs(places)))
         places = np.where(inside, places, nearest)
-        short = self.coefficients[:, 2:].any(axis=1) & (np.diff(places, append=np.inf) < _RESOLVED)
+        short = self.coefficients[:, 4:].any(axis=1) & (np.diff(places, append=np.inf) < _RESOLVED)
         ticks_of_short = np.floor(places[short])[:, None] + np.arange(_RESOLVED)
         ends = np.append(places[1:], np.inf)[short, None]
         averaged = np.unique(np.concatenate([np.floor(places[inside]), ticks_of_short[ticks_of_short < ends]]))
