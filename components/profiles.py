@@ -450,8 +450,8 @@ class Profile:
     def compile(self, step_size: float, name: str = "profile") -> CompiledProfile:
         """Return the signal on a tick grid.
 
-        A tick with a breakpoint inside, or of a curve above degree 3 that lasts fewer than 10 ticks, gets the mean of the signal
-        over the tick, and a warning says so. The integral over any whole number of ticks is that of the signal.
+        A tick with a breakpoint inside, or of a curve above degree 3 that lasts fewer than 10 ticks, gets the mean of the
+        signal over the tick, and a warning says so. The integral over any whole number of ticks is that of the signal.
 
         Args:
             step_size: seconds per tick.
