@@ -359,6 +359,9 @@ def finish(medium, tube, state, motion, tally, tick, events, counts, failed):
                     overwritten += (wanted - energy) * state.area[i]
                     state.energy[i] = energy = wanted
                 pressure = (gamma - 1.0) * (energy - kinetic - state.fuel[i] * heat)
+                if not pressure > 0.0:  # a law that turns burnt gas into fresh gas takes heat
+                    state.pressure[i] = pressure
+                    return NOT_POSITIVE
         progress = 1.0 - fraction
         progress = 0.0 if progress < 0.0 else (1.0 if progress > 1.0 else progress)
         old, state.progress[i] = state.progress[i], progress
