@@ -497,6 +497,17 @@ def test_results_of_an_edited_package_are_computed_again(ball, tmp_path):
     assert program("chain") == chain and program("ball") != code
 
 
+def test_errors_of_another_package_are_rows_of_the_table_in_every_engine(ball):
+    """Of the first task as well, which compiles the kernels; and again where its log is recorded."""
+    ball.write_text(ball.read_text().replace("height, velocity, h = ", "height, velocity, h = 1 // 0, "))
+    content = {**BALLS, "logs": {"keep": "failed"}}
+    errors = [run_sweep(content, engine, engine=engine).errors for engine in ("serial", "processes")]
+    assert errors[0] == errors[1] == dict.fromkeys(range(3), "ZeroDivisionError: integer division or modulo by zero")
+    forget_code()
+    job, tasks, _ = plan_tasks(load_plan(BALLS))
+    assert [result.outcome for result in on_ray._bundle(job, [Order(tasks[0].hash, tasks[0].overrides)])[0]] == ["failed"]
+
+
 def test_a_task_over_the_time_limit_is_ended_and_tried_again(ball, tmp_path):
     text = ball.read_text()
     # The first task hangs, also where kernels are compiled for it.
