@@ -193,6 +193,9 @@ def test_a_large_plan_is_computed_on_request(tmp_path, monkeypatch):
 def test_check_reports_tasks_that_cannot_begin():
     with pytest.warns(ge.GranularWarning, match="2 of 3 tasks that were tried cannot begin, such as: .*grains: got -1"):
         check_sweep(plan(grid={"component.grains": [6, -1, 0]}))
+    # Those that are tried come from the end of the plan as well.
+    with pytest.warns(ge.GranularWarning, match="2 of 7 tasks that were tried cannot begin, such as: .*grains: got -1"):
+        check_sweep(plan(grid={"component.grains": [*range(6, 16), -1, -2, -3, -4, -5]}))
 
 
 def test_an_override_of_a_key_that_the_plan_varies_is_refused(tmp_path):
