@@ -444,6 +444,15 @@ def test_failures_of_the_machine_are_tried_again_those_of_physics_on_request(err
     assert (sweep.done, sweep.failed) == (1 + again, 1 - again)
 
 
+def test_logs_for_which_the_disk_has_no_room_are_tried_again(tmp_path, monkeypatch):
+    content = plan(logs={"keep": "all"})
+    monkeypatch.setattr(shutil, "disk_usage", lambda _: shutil._ntuple_diskusage(1000, 1000, 0))
+    sweep = run_sweep(content, tmp_path / "out", engine="serial")
+    assert sweep.failed == 4 and "0 bytes are free" in sweep.errors[0]
+    monkeypatch.undo()
+    assert run_sweep(content, tmp_path / "out", engine="serial").done == 4
+
+
 # -- components of other packages -------------------------------------------------------------------------------------
 
 BALLS = {
