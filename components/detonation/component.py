@@ -555,11 +555,8 @@ class DetonationTube(Component):
         """Words for gas that could detonate and does not: not ignited, burning no more or slowly; "" for other gas."""
         if self._medium.law == INERT or self._unburnt_part() <= _UNBURNT:
             return ""
-        ignited = self._state.flags[kernel_arrays.IGNITED]
-        # Gas that smoulders has not ignited: half of no cell has reacted.
-        idle = self._block["tally"][kernel_arrays.IDLE] if ignited else self._tick
-        if idle * self.step_size > _IDLE_CELLS * self.cell_size / self.front.speed:
-            return "the gas burns no more" if ignited else "the gas has not ignited"
+        if self._block["tally"][kernel_arrays.IDLE] * self.step_size > _IDLE_CELLS * self.cell_size / self.front.speed:
+            return "the gas burns no more" if self._state.flags[kernel_arrays.IGNITED] else "the gas has not ignited"
         return "the gas burns without a detonation" if 0.0 < self.get("cj_ratio") < _SLOW else ""
 
     def _unburnt_part(self) -> float:

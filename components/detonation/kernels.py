@@ -350,8 +350,7 @@ def finish(medium, tube, state, motion, tally, tick, events, counts, failed):
             if not new >= 0.0:
                 return UNKNOWN_REACTION
             if new != fraction:
-                if fraction - new > _LEAST_BURN:
-                    burns, idle = True, 0.0
+                burns = fraction - new > _LEAST_BURN
                 fraction = new
                 state.fuel[i] = density * new
                 if written != pressure:
@@ -374,6 +373,8 @@ def finish(medium, tube, state, motion, tally, tick, events, counts, failed):
             part = (BURNT - old) / (progress - old) if old < BURNT else 0.0
             state.arrival[i] = (tick - 1 + part) * medium.step_size
             note_front(tube, state, i, progress, tick, events, counts)
+        if burns and state.flags[IGNITED]:
+            idle = 0.0
     tally[OVERWRITTEN] += overwritten * medium.cell_size
     tally[PEAK], tally[IDLE] = peak, idle
     return 0
