@@ -89,6 +89,16 @@ def test_gas_without_a_spark_has_not_ignited(reaction: str) -> None:
     assert is_dud(heated(0.0, BRIEF, reaction=reaction))
 
 
+def test_gas_that_smoulders_has_not_ignited() -> None:
+    """The constant-volume burn lets gas react a little wherever it is compressed, for as long as waves run."""
+    assert is_dud(heated(19.1, BRIEF, reaction="constant_volume"))
+
+
+def test_a_burn_that_takes_more_heat_than_there_is_names_the_pressure() -> None:
+    with pytest.raises(StepError, match=r"pressure: fell to -\d.* Pa in cell \d"):
+        heated(19.1, BRIEF, reaction="constant_volume", length=0.5, cells=250, left="open", right="closed")
+
+
 @pytest.mark.parametrize("inert", [{"gas": "air"}, {"reaction": "inert"}])
 def test_an_inert_gas_does_not_complain(inert: dict[str, Any]) -> None:
     tube = heated(20.0, BRIEF, **inert)

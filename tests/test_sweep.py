@@ -193,6 +193,9 @@ def test_a_large_plan_is_computed_on_request(tmp_path, monkeypatch):
 def test_check_reports_tasks_that_cannot_begin():
     with pytest.warns(ge.GranularWarning, match="2 of 3 tasks that were tried cannot begin, such as: .*grains: got -1"):
         check_sweep(plan(grid={"component.grains": [6, -1, 0]}))
+    # Those that are tried come from the end of the plan as well.
+    with pytest.warns(ge.GranularWarning, match="2 of 7 tasks that were tried cannot begin, such as: .*grains: got -1"):
+        check_sweep(plan(grid={"component.grains": [*range(6, 16), -1, -2, -3, -4, -5]}))
 
 
 def test_an_override_of_a_key_that_the_plan_varies_is_refused(tmp_path):
@@ -441,6 +444,15 @@ def test_failures_of_the_machine_are_tried_again_those_of_physics_on_request(err
     assert (sweep.done, sweep.failed) == (1 + again, 1 - again)
 
 
+def test_logs_for_which_the_disk_has_no_room_are_tried_again(tmp_path, monkeypatch):
+    content = plan(logs={"keep": "all"})
+    monkeypatch.setattr(shutil, "disk_usage", lambda _: shutil._ntuple_diskusage(1000, 1000, 0))
+    sweep = run_sweep(content, tmp_path / "out", engine="serial")
+    assert sweep.failed == 4 and "0 bytes are free" in sweep.errors[0]
+    monkeypatch.undo()
+    assert run_sweep(content, tmp_path / "out", engine="serial").done == 4
+
+
 # -- components of other packages -------------------------------------------------------------------------------------
 
 BALLS = {
@@ -495,6 +507,17 @@ def test_results_of_an_edited_package_are_computed_again(ball, tmp_path):
     ball.write_text(ball.read_text() + "\n")
     program.cache_clear()
     assert program("chain") == chain and program("ball") != code
+
+
+def test_errors_of_another_package_are_rows_of_the_table_in_every_engine(ball):
+    """Of the first task as well, which compiles the kernels; and again where its log is recorded."""
+    ball.write_text(ball.read_text().replace("height, velocity, h = ", "height, velocity, h = 1 // 0, "))
+    content = {**BALLS, "logs": {"keep": "failed"}}
+    errors = [run_sweep(content, engine, engine=engine).errors for engine in ("serial", "processes")]
+    assert errors[0] == errors[1] == dict.fromkeys(range(3), "ZeroDivisionError: integer division or modulo by zero")
+    forget_code()
+    job, tasks, _ = plan_tasks(load_plan(BALLS))
+    assert [result.outcome for result in on_ray._bundle(job, [Order(tasks[0].hash, tasks[0].overrides)])[0]] == ["failed"]
 
 
 def test_a_task_over_the_time_limit_is_ended_and_tried_again(ball, tmp_path):

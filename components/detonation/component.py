@@ -620,7 +620,7 @@ class DetonationTube(Component):
         if shock is None:
             return []
         return [
-            f"a strong shock at {self.centres[shock.cell]:.4g} m moves at about {100.0 * shock.speed:.1g} % of its speed "
+            f"a strong shock at {self.centres[shock.cell]:.4g} m moves at about {100.0 * shock.speed:.2g} % of its speed "
             "through the gas: behind such slow ones the limiter monotonized_central leaves waves of up to 5 % of the pressure; "
             "take the limiter minmod (2 %) or first_order (0.2 %)"
         ]

@@ -109,7 +109,7 @@ class Scratch(NamedTuple):
 # Flags: whether the end is open now; whether anything has burnt; whether a front has reached the end.
 LEFT_OPEN, RIGHT_OPEN, IGNITED, LEFT_REACHED, RIGHT_REACHED, FLAGS = 0, 1, 2, 3, 4, 5
 # Entries of the tally since the reset, of the left end and then of the right one where there are two. PEAK is the largest
-# pressure of unburnt gas, IDLE the number of ticks since gas burnt.
+# pressure of unburnt gas, IDLE the number of ticks since gas burnt that has ignited, or since the reset.
 MASS, IMPULSE, ENERGY, WALL_IMPULSE, WALL_WORK, IGNITION, OVERWRITTEN, PEAK, IDLE, TALLY = 0, 2, 4, 6, 7, 8, 9, 10, 11, 12
 # Columns of the signals that a tick reads, each in its middle: W, Pa, Pa, the factor of the area, m/s, m/s.
 POWER, LEFT_PRESSURE, RIGHT_PRESSURE, AREA, LEFT_VELOCITY, RIGHT_VELOCITY, SIGNALS = 0, 1, 2, 3, 4, 5, 6

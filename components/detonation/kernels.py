@@ -350,8 +350,7 @@ def finish(medium, tube, state, motion, tally, tick, events, counts, failed):
             if not new >= 0.0:
                 return UNKNOWN_REACTION
             if new != fraction:
-                if fraction - new > _LEAST_BURN:
-                    burns, idle = True, 0.0
+                burns = fraction - new > _LEAST_BURN
                 fraction = new
                 state.fuel[i] = density * new
                 if written != pressure:
@@ -359,6 +358,9 @@ def finish(medium, tube, state, motion, tally, tick, events, counts, failed):
                     overwritten += (wanted - energy) * state.area[i]
                     state.energy[i] = energy = wanted
                 pressure = (gamma - 1.0) * (energy - kinetic - state.fuel[i] * heat)
+                if not pressure > 0.0:  # a law that turns burnt gas into fresh gas takes heat
+                    state.pressure[i] = pressure
+                    return NOT_POSITIVE
         progress = 1.0 - fraction
         progress = 0.0 if progress < 0.0 else (1.0 if progress > 1.0 else progress)
         old, state.progress[i] = state.progress[i], progress
@@ -371,6 +373,8 @@ def finish(medium, tube, state, motion, tally, tick, events, counts, failed):
             part = (BURNT - old) / (progress - old) if old < BURNT else 0.0
             state.arrival[i] = (tick - 1 + part) * medium.step_size
             note_front(tube, state, i, progress, tick, events, counts)
+        if burns and state.flags[IGNITED]:
+            idle = 0.0
     tally[OVERWRITTEN] += overwritten * medium.cell_size
     tally[PEAK], tally[IDLE] = peak, idle
     return 0

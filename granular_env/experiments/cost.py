@@ -79,7 +79,7 @@ def recorded_bytes(ready: Prepared, folder: Path) -> int:
             hint=f"choose a shorter duration, {_LESS}, or run without a log",
             at="duration",
             source=experiment.origin,
-        )
+        ) from OSError("no space")
     return size
 
 

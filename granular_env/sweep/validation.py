@@ -15,8 +15,9 @@ from .column_units import units_of
 from .plan import Plan
 from .worker import Computer, Job, Order
 
-# A value that does not fit is the fault of its task; what so many tasks from all over the plan cannot do is the plan's.
-_MOST_TRIED = 8
+# A value that does not fit is the fault of its task; what so many tasks from all over the plan cannot do is the plan's. A prime
+# number, so that they seldom have the value of a key in common.
+_MOST_TRIED = 7
 
 
 def validate_plan(plan: Plan, job: Job, orders: Mapping[str, Order], thorough: bool = False) -> dict[str, str]:
@@ -33,7 +34,8 @@ def validate_plan(plan: Plan, job: Job, orders: Mapping[str, Order], thorough: b
     """
     units: dict[str, str] | None = None
     faults: list[GranularError] = []
-    tried = list(orders.values())[:: max(1, len(orders) // _MOST_TRIED)][: _MOST_TRIED + 1]
+    tasks, count = list(orders.values()), min(len(orders), _MOST_TRIED)
+    tried = [tasks[number * len(tasks) // count] for number in range(count)]
     with _computer(job) as computer:
         for order in tried:
             try:

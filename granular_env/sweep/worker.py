@@ -6,7 +6,7 @@ import hashlib
 import socket
 import warnings
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import AbstractContextManager, nullcontext
+from contextlib import AbstractContextManager, nullcontext, suppress
 from dataclasses import dataclass, field
 from functools import cache
 from importlib.machinery import all_suffixes
@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import Any, Literal
 
 from granular_env.components.catalogue import foreign_package
-from granular_env.components.errors import GranularError, GranularWarning, SweepError
+from granular_env.components.errors import GranularWarning, SweepError
 from granular_env.components.support.compilation.cache_folder import cache_folder
 from granular_env.components.support.jit import source_hash
 from granular_env.experiments import load_experiment
@@ -149,11 +149,9 @@ class Computer:
         _WARM.add(kind)
         with _one_compiles():
             begin()
-            try:
-                with warnings.catch_warnings(action="ignore", category=GranularWarning):
-                    self._briefly(order)
-            except GranularError:
-                pass  # The task itself reports the error.
+            # The task itself reports its errors, also those of a third party's component.
+            with suppress(Exception), warnings.catch_warnings(action="ignore", category=GranularWarning):
+                self._briefly(order)
 
     def _briefly(self, order: Order) -> None:
         ready = self.prepare_task(order)
@@ -198,11 +196,8 @@ class Computer:
 
     def _log_again(self, order: Order) -> None:
         """Record a task that failed: it fails at the same step again. Where nothing can be recorded there is no log."""
-        try:
-            with warnings.catch_warnings(action="ignore", category=GranularWarning):
-                self._run(order, self.log_path(order))
-        except (GranularError, MemoryError):
-            pass
+        with suppress(Exception), warnings.catch_warnings(action="ignore", category=GranularWarning):
+            self._run(order, self.log_path(order))
 
     def _looks(self, duration: float, recorded: float | None) -> RunObserver:
         return RunObserver(self._job.measures, self._job.every or recorded, duration)
