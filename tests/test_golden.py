@@ -27,7 +27,7 @@ FINAL = {
     "elastic-plastic": "33792a8c85ba2af8b295b5d069aab56b",
     "power": "e05ec65993a8af1e17026af1035475eb",
     "oscillator": "96e94df6bb99efd59687d5fbcda22117",
-    "discs": "7577008a6b94d92a399803b54259ea53",
+    "discs": "cb3fe30fd4c2f5e38df322fe2583269b",
     "grid-edges": "9853c4e40d8306ddbb0d00a532f1da73",
     "grid-yielding": "9279b8c98056286681e30b4c7cede4e9",
     "automata-linked": "7994301f9223d555ef41ed91db47e679",
