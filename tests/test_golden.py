@@ -35,7 +35,7 @@ FINAL = {
     "coupled-inclusion": "ff532ff7d80310bcc0b31085e869e388",
     "coupled-layers": "69d27622dcfff695c95ccbd80dad2759",
     "coupled-cracking": "ecbb2dc757557379e3d577147d1e12c6",
-    "detonation-bursting": "47123689fe89b486a8ccad203ba9f941",
+    "detonation-bursting": "175cc246e01d9c2a8347f8cd0551494e",
     "detonation-nozzle": "e0f3cb915297ba962ace23026ee195c8",
     "shell-bulging": "0ae9f80d992e128bc77fed6e035c43a0",
     "shell-cracking": "bbcd383d15239b16790f39292836ef28",
