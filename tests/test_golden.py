@@ -37,9 +37,9 @@ FINAL = {
     "coupled-cracking": "ecbb2dc757557379e3d577147d1e12c6",
     "detonation-bursting": "175cc246e01d9c2a8347f8cd0551494e",
     "detonation-nozzle": "e0f3cb915297ba962ace23026ee195c8",
-    "shell-bulging": "0ae9f80d992e128bc77fed6e035c43a0",
-    "shell-cracking": "bbcd383d15239b16790f39292836ef28",
-    "tube-burning": "c51c2a2e87f8290acf86d1dbf537a924",
+    "shell-bulging": "1dd0b9d0d040bd42ac15f9f9c6c383ee",
+    "shell-cracking": "0279062a5b0025ac38df33b9c7631518",
+    "tube-burning": "7e1c9c89ccf5a0812f7e2daf3009bda9",
 }
 
 
