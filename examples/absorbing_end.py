@@ -29,7 +29,7 @@ def left_over(env: make_absorption, policy: Callable, strikers: int, speed: floa
 
 def rebound(strikers: int, speed: float) -> float:
     """Return what the strikers carry off, which no end sees: the energy left of grain 30, after 600 us in a long chain."""
-    env = make_absorption(160)
+    env = make_absorption(160, deadline=600)
     env.reset(seed=0, options={"velocity": dict.fromkeys(range(strikers), speed)})
     for _ in range(300):
         *_, info = env.step([0.0])

@@ -18,8 +18,7 @@ MEAN, WALL = 0.020195, 0.00089
 # 8 cm with the notch in the middle, soon after the closed end.
 NOTCHED: dict[str, Any] = {
     "component.gas.length": 0.3, "component.gas.cells": 150, "component.gas.gauges": [0.1], "component.position": 0.06,
-    "component.shell.body.length": 0.08, "component.shell.body.along": 27, "component.shell.body.around": 20,
-    "component.shell.body.notch.columns": 1,
+    "component.shell.body.length": 0.08, "component.shell.body.along": 27, "component.shell.body.around": 28,
 }  # fmt: skip
 LENGTHS = {1: 0.0254, 2: 0.0508, 3: 0.0762}
 
@@ -53,7 +52,7 @@ def test_a_notch_tears_and_a_branch_of_the_log_tears_on_in_the_same_way(tmp_path
     assert 0.01 < tube.get("shell_crack_length") < 0.1
     assert tube.get("leaked_mass") > 0.0
     assert abs(tube.get("exchange_difference")) < 1e-12 * tube.balances()[0].supplied["pressure_work"]
-    middle = 5.6e-5
+    middle = 5.2e-5
     log = ge.open_log(path)
     time, crack = log.series("shell_crack_length")
     assert 0.0 < np.interp(middle, time, crack) < 0.7 * crack[-1]
@@ -73,7 +72,7 @@ def test_the_papers_notches_tear_farther_the_higher_the_tube_was_filled(inches: 
     for pressure in (1e5, 1.4e5, 1.8e5):
         changes = {
             **NOTCHED, "component.shell.body.length": 0.12, "component.shell.body.along": 41,
-            "component.shell.body.around": 24, "duration": 1e-4, "component.gas.initial_pressure": pressure,
+            "component.shell.body.around": 28, "duration": 1e-4, "component.gas.initial_pressure": pressure,
         }  # fmt: skip
         tube: Any = ge.run(f"gato-shie-2010/notch-{inches}-inch", overrides=changes).component
         first, assembly = tube.events("shell_point_parted")[0], tube.shell.assembly

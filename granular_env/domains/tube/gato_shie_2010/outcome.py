@@ -88,7 +88,8 @@ def read_outcome(log: Log, time: float | None = None) -> Outcome:
     [surface] = [one for one in log.drawables if isinstance(one, Cells) and one.name == "surface"]
     [nodes] = [one for one in log.drawables if isinstance(one, Points) and one.name == "nodes"]
     [links] = [one for one in log.drawables if isinstance(one, Links)]
-    late = float(log.times("shell_pieces")[-1]) if time is None else time
+    end = float(log.times("shell_pieces")[-1])
+    late = end if time is None else min(time, end)
     # Links name the nodes of the body, the surface has numbers of its own.
     number = {tuple(place): k for k, place in enumerate(np.round(surface.nodes, 9).tolist())}
     of_node = [number.get(tuple(place), -1) for place in np.round(nodes.reference, 9).tolist()]
@@ -102,7 +103,7 @@ def read_outcome(log: Log, time: float | None = None) -> Outcome:
         surface.nodes[:, 0] - MIDDLE, arc, np.asarray(log.get("shell_surface_stress", late)), pairs, cut, ratio,
         (place, float(report.get("shell: angle around, rad", math.nan))), float(log.get("shell_pieces", late)),
         float(report.get("shell: points that have parted", 0.0)), float(report["shell: largest plastic strain"]),
-        float(log.times("shell_pieces")[-1]) - ARRIVAL, OUTCOMES[int(log.get("shell_outcome", late))],
+        end - ARRIVAL, OUTCOMES[int(log.get("shell_outcome", late))],
         float(log.get("shell_crack_along", late)), float(log.get("shell_crack_around", late)),
         float(_reaches(arc, pairs)[cut].max(initial=0.0)), late - ARRIVAL,
         grown[0].tick * log.step_size - ARRIVAL if grown else math.inf,
