@@ -158,7 +158,8 @@ def _root(function: Callable[[float], float], low: float, high: float) -> float 
 
     if not function(low) * function(high) <= 0.0 or low == high:
         return None
-    return float(brentq(function, low, high, xtol=1e-12 * (high - low)))
+    found: Any = brentq(function, low, high, xtol=1e-12 * (high - low))
+    return float(found)
 
 
 def _duration(times: FloatArray, values: FloatArray, begin: int, peak: int, end: int) -> float:
