@@ -213,6 +213,11 @@ class Tube(Component):
 
     # -- stepping ---------------------------------------------------------------------------------------------------
 
+    def _contradiction(self, state: Mapping[str, np.ndarray]) -> str:
+        stations, indices = len(self.interface.width), state["events"][:, 2]
+        wrong = indices[(indices < 0.0) | (indices >= stations)]
+        return f"got an event at station {wrong[0]:g} of {stations}" if len(wrong) else ""
+
     def _start(self, seed: int | None, values: Mapping[str, FloatArray]) -> Mapping[str, Any]:
         self._begin(self.shell, "shell", seed, values, {})
         state = self.shell.tables()[1]
