@@ -59,8 +59,7 @@ class Judgement(NamedTuple):
 def find_parting(solid, state, judged, found, nearest, tick):
     """Write the points that pass their limit, ascending, and return how many there are.
 
-    A point that has parted passes it where its stress has
-    another direction, or where it has had time to unload.
+    A point that has parted passes it where its stress has another direction, or where it has had time to unload.
 
     Args:
         solid: `kernel_arrays.Solid`.
