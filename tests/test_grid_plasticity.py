@@ -18,7 +18,7 @@ from granular_env.components.materials.elastic import Material
 from granular_env.components.materials.plastic_law import PlasticLaw
 from granular_env.components.materials.plastic_law_catalogue import PLASTIC_LAWS
 from granular_env.components.support.parameter_fields import field
-from granular_env.recording.replay.near_misses import nearest_to_events
+from granular_env.recording.near_misses import nearest_to_events
 
 YIELD = 1e-4
 SHEAR, BULK = MEDIUM.shear_modulus, MEDIUM.young / (3.0 * (1.0 - 2.0 * MEDIUM.poisson))

@@ -21,7 +21,7 @@ from granular_env.experiments import Experiment
 from granular_env.experiments.experiment import Source, load_experiment
 from granular_env.output_files import file_name, one_at_a_time
 from granular_env.recording import open_log
-from granular_env.recording.replay.log import Log
+from granular_env.recording.log import Log
 from granular_env.run_loop import run
 
 from .finished_runs import FinishedRuns

@@ -8,7 +8,7 @@ from granular_env.atlas.context import Context
 from granular_env.atlas.model import Axis, Curve, CurveStyle, Entry, Figure, Findings, Item
 from granular_env.atlas.verdicts import Value
 from granular_env.components.chain import theory
-from granular_env.recording.replay.log import Log
+from granular_env.recording.log import Log
 
 from .. import measurement
 from .cases import DIAMETER, ERROR, MASS, SPEED, case_document, chain_document, length

@@ -7,7 +7,7 @@ import numpy as np
 from granular_env.atlas.context import Context
 from granular_env.atlas.model import Entry, Findings, Item
 from granular_env.atlas.verdicts import Value
-from granular_env.recording.replay.log import Log
+from granular_env.recording.log import Log
 
 from .cases import DEPTH, HALF_WIDTH, INSTANTS, half_space
 from .pictures import Window, shaded, vectors

@@ -8,7 +8,7 @@ from granular_env.atlas.context import Context
 from granular_env.atlas.model import Axis, Curve, Entry, Figure, Findings, Item
 from granular_env.atlas.verdicts import Value
 from granular_env.components.support.float_arrays import FloatArray
-from granular_env.recording.replay.log import Log
+from granular_env.recording.log import Log
 
 from .noisy_block import noisy_block
 

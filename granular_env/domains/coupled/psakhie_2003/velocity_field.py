@@ -12,7 +12,7 @@ from scipy.interpolate import CubicSpline, RectBivariateSpline
 
 from granular_env.components.drawables import Cells, Points
 from granular_env.components.support.float_arrays import FloatArray
-from granular_env.recording.replay.log import Log
+from granular_env.recording.log import Log
 
 
 @dataclass(frozen=True)

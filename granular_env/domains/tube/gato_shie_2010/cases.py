@@ -6,7 +6,7 @@ import math
 from typing import Any, TypedDict, Unpack
 
 from granular_env.atlas.context import Context
-from granular_env.recording.replay.log import Log
+from granular_env.recording.log import Log
 
 # Nodes of the whole tube, and the factor that cracks are drawn for; the paper's, which had up to twice as many nodes.
 NODES, FACTOR = 5000, 1.6

@@ -10,7 +10,7 @@ from typing import Any
 from granular_env.atlas.context import Context
 from granular_env.atlas.model import Entry, Findings, Item
 from granular_env.atlas.verdicts import Value
-from granular_env.recording.replay.log import Log
+from granular_env.recording.log import Log
 
 from .rigid_tube import front_ratio, gas_tube
 

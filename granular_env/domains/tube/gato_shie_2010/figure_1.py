@@ -10,7 +10,7 @@ from granular_env.atlas.context import Context
 from granular_env.atlas.model import Axis, Curve, Entry, Figure, Findings, Item
 from granular_env.atlas.verdicts import Value
 from granular_env.components.detonation.theory import TaylorWave
-from granular_env.recording.replay.log import Log
+from granular_env.recording.log import Log
 
 from .cases import MIDDLE
 from .rigid_tube import front_speed, gas_tube

@@ -5,7 +5,7 @@ from __future__ import annotations
 from granular_env.atlas.context import Context
 from granular_env.atlas.model import Axis, Curve, Entry, Figure, Findings, Item, Mark, Table
 from granular_env.atlas.verdicts import Value
-from granular_env.recording.replay.log import Log
+from granular_env.recording.log import Log
 
 from .cases import ARRIVAL, DRAWN_OUT, EARLY, LATE, PAPER_FACTOR, run_notched_tube
 from .outcome import HEAD, PARTS, REACH, Outcome, reach_history, read_outcome, row_of

@@ -14,7 +14,7 @@ from granular_env.atlas.context import Context
 from granular_env.components.drawables import Cells, Links, Points
 from granular_env.components.shell.fracture.outcome import OUTCOMES
 from granular_env.components.support.float_arrays import FloatArray
-from granular_env.recording.replay.log import Log
+from granular_env.recording.log import Log
 
 from .cases import ARRIVAL, DRAWN_OUT, INCH, MIDDLE, Changes, run_notched_tube
 

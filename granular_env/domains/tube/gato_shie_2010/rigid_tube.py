@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from granular_env.experiments import load_experiment
-from granular_env.recording.replay.log import Log
+from granular_env.recording.log import Log
 
 from .cases import LENGTH
 

@@ -7,7 +7,7 @@ import numpy as np
 from granular_env.atlas.context import Context
 from granular_env.atlas.model import Axis, Curve, Entry, Figure, Findings, Item, Table
 from granular_env.atlas.verdicts import Value
-from granular_env.recording.replay.log import Log
+from granular_env.recording.log import Log
 
 from .cases import INCH, LATE, run_notched_tube
 from .outcome import HEAD, Outcome, compare, ratio, read_outcome, row_of
