@@ -17,15 +17,14 @@ from .records import damage
 
 # Default distance of hashes; at this distance they cost less than a hundredth of any component seen so far [ticks].
 HASH_EVERY = 4096
-# A run that was killed goes on from its last snapshot. There is one each time the run has become a sixteenth longer, so many
-# ticks apart at least.
+# A run that was killed goes on from its last snapshot. There is one each time the run has become a sixteenth longer, at least
+# this many ticks apart.
 _SNAPSHOT_TICKS, _SNAPSHOT_SHIFT = 4096, 4
-# Where ticks are costly 4096 of them may be a whole run. Work is counted in words of state advanced by a step, which take 3 to
-# 12 ns (grids, shells), and not in seconds: the same run has to have the same snapshots on any machine, and when it is resumed.
-# Snapshots are this much work apart, two to six seconds, or so many steps of the whole state where that is more: to write one
-# takes as long as 5 to 16 steps of a grid (26 and 104 MB, 2 cores). Later there is one each time the run is a 32nd longer, so
-# that the log of a long run does not become many times larger.
-_SNAPSHOT_WORK, _SNAPSHOT_STEPS, _COSTLY_SNAPSHOT_SHIFT = 500_000_000, 1500, 5
+# Where ticks are costly, 4096 of them may be a whole run: snapshots are this much work apart, or this many steps of the whole
+# state where that is more, since to write one takes as long as 5 to 16 steps of a grid (26 and 104 MB, 2 cores). Work is
+# counted in words of state advanced by a step, which take 3 to 12 ns (grids, shells), and not in seconds: the same run has to
+# have the same snapshots on any machine, and when it is resumed.
+_SNAPSHOT_WORK, _SNAPSHOT_STEPS = 500_000_000, 1500
 # Frames of an experiment whose duration is known: at most so many.
 _FRAMES = 400
 # Without a known duration: frames between one doubling of the interval and the next; fewer where a frame is large.
@@ -46,9 +45,8 @@ class Schedule:
             run has become twice as long.
         doubling: frames per doubling.
         hash_every: ticks between hashes.
-        snapshot_every: ticks between snapshots; 0 for one each time the run has become a sixteenth longer, or a 32nd where
-            ticks are costly.
-        least_snapshot_interval: ticks between these at least; fewer than 4096 say that ticks are costly.
+        snapshot_every: ticks between snapshots; 0 for one each time the run has become a sixteenth longer.
+        least_snapshot_interval: ticks between these at least.
     """
 
     frame_every: int
@@ -72,9 +70,7 @@ class Schedule:
 
     def key_after(self, tick: int, elapsed: int) -> int:
         """Return the next tick for a snapshot."""
-        is_costly = self.least_snapshot_interval < _SNAPSHOT_TICKS
-        longer = elapsed >> (_COSTLY_SNAPSHOT_SHIFT if is_costly else _SNAPSHOT_SHIFT)
-        return tick + (self.snapshot_every or max(self.least_snapshot_interval, longer))
+        return tick + (self.snapshot_every or max(self.least_snapshot_interval, elapsed >> _SNAPSHOT_SHIFT))
 
     def options(self) -> dict[str, int]:
         """Return what a log's header holds of it: `schedule_from` gives it back."""

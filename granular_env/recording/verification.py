@@ -23,9 +23,6 @@ from .log import Log, open_log
 from .records import EVENTS, FRAMES, HASHES, SNAPSHOTS, hash_row, held_word, words
 from .rerun import Changes, advance, check_work, restore
 
-# Sentences on pieces that are not in a log, at most.
-_MOST_GAPS = 20
-
 Outcome = Literal["identical", "different", "incomplete", "nothing was compared"]
 
 
@@ -87,10 +84,7 @@ class Verification:
             "incomplete": f"the log was not closed; what it holds agrees bit for bit: {size}",
             "nothing was compared": f"the log holds no call of step{'' if self.complete else '; the log was not closed'}",
         }
-        gaps = self.gaps[:_MOST_GAPS]
-        if len(self.gaps) > _MOST_GAPS:
-            gaps.append(f"{len(self.gaps) - _MOST_GAPS} more such pieces are not in the log")
-        lines = [f"{self.outcome}: {summary[self.outcome]}", *self.notes, *gaps]
+        lines = [f"{self.outcome}: {summary[self.outcome]}", *self.notes, *self.gaps]
         if self.variable is None and self.incidents:
             counts = Counter(self.incidents).items()
             kinds = ", ".join(kind if count == 1 else f"{kind} {count} times" for kind, count in counts)
