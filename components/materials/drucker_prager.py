@@ -17,8 +17,7 @@ from pydantic import model_validator
 
 from ..errors import ParameterError
 from ..support.jit import internal_inlined
-from ..support.magnitudes import Magnitude, NotNegativeMagnitude
-from ..support.parameter_fields import field
+from ..support.parameter_fields import Magnitude, NotNegativeMagnitude, field
 from .plastic_law import PlasticLaw
 
 
