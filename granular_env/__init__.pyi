@@ -3,7 +3,7 @@ from .atlas import run_atlas
 from .components.catalogue import make
 from .components.chain import Chain
 from .components.component import Component
-from .components.contract import Variable
+from .components.variables import Variable
 from .components.errors import (
     ExperimentError,
     GranularError,

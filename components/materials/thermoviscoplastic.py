@@ -29,8 +29,7 @@ import math
 from typing import Literal, NamedTuple
 
 from ..support.jit import inlined, internal_inlined
-from ..support.magnitudes import Magnitude, NotNegativeMagnitude
-from ..support.parameter_fields import field
+from ..support.parameter_fields import Magnitude, NotNegativeMagnitude, field
 from ..support.powers import exponential, power
 from ..support.tagged_union import Named
 from .stress_invariants import equivalent_stress
