@@ -16,14 +16,8 @@ from typing import Literal
 from pydantic import model_validator
 
 from ..errors import ParameterError
-<<<<<<< HEAD
 from ..support.jit import inlined
-from ..support.magnitudes import Magnitude, NotNegativeMagnitude
-from ..support.parameter_fields import field
-=======
-from ..support.jit import internal_inlined
 from ..support.parameter_fields import Magnitude, NotNegativeMagnitude, field
->>>>>>> core
 from .plastic_law import PlasticLaw
 
 
