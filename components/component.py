@@ -380,7 +380,8 @@ class Component(Stepping):
             self.refuse_foreign(snapshot)
             self._hold(self._inputs_of(snapshot))
         self._block.load(snapshot.data)
-        self.__dict__["_tick"] = snapshot.tick  # bypasses `__setattr__`, as in `step`
+        own: dict[str, Any] = self.__dict__  # type: ignore[assignment] - as in `step`
+        own["_tick"] = snapshot.tick
         for observer in self._observers:
             observer.on_reset(self)
 
