@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..support.float_arrays import FloatArray
-from ..support.jit import internal_inlined, jit
+from ..support.jit import inlined, internal_inlined, jit
 from .kernel_arrays import Body
 from .material_mixture import Mixture
 from .pair import strains, turned
@@ -44,7 +44,7 @@ def intact_bonds(body: Body, mixture: Mixture, ties: Ties | None = None) -> Bond
     return Bonds(np.ones(shape), plastic, np.zeros(shape), np.zeros(shape), origin, mixture, ties)
 
 
-@internal_inlined
+@inlined
 def opposite_slot(slots, slot):
     """Return the slot of the same pair at its other end."""
     return slot + slots // 2 if slot < slots // 2 else slot - slots // 2

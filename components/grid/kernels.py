@@ -269,7 +269,7 @@ def moving(velocity):
     return 0.0 if abs(velocity) < _REST else velocity
 
 
-@internal
+@jit
 def kick(grid, state, step, begin, end):
     """Add what the forces give in the first half of a step [s] to the velocities of nodes begin..end-1 without conditions."""
     special, half_inverse, velocity, force = grid.special, grid.half_inverse, state.velocity, state.force
@@ -280,7 +280,7 @@ def kick(grid, state, step, begin, end):
             velocity[n, 1] = moving(velocity[n, 1] + weight * force[n, 1])
 
 
-@internal
+@jit
 def drift(grid, state, step, begin, end):
     """Move the nodes begin..end-1 that have no conditions with their velocities for a step [s]."""
     special, displacement, velocity = grid.special, state.displacement, state.velocity

@@ -16,7 +16,7 @@ from typing import Literal
 from pydantic import model_validator
 
 from ..errors import ParameterError
-from ..support.jit import internal_inlined
+from ..support.jit import inlined
 from ..support.parameter_fields import Magnitude, NotNegativeMagnitude, field
 from .plastic_law import PlasticLaw
 
@@ -45,7 +45,7 @@ class DruckerPrager(PlasticLaw):
         return self.yield_stress, self.hardening, self.friction, self.dilatancy
 
 
-@internal_inlined
+@inlined
 def return_to_cone(equivalent, pressure, strength, bulk, shear, hardening, friction, dilatancy):
     """Return the equivalent plastic strain, and q and p [Pa] after the return; 0 and the trial's own inside.
 

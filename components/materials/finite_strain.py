@@ -13,7 +13,7 @@ strains are those of the tensor, half the engineering ones.
 
 from __future__ import annotations
 
-from ..support.jit import internal_inlined
+from ..support.jit import inlined, internal_inlined
 
 
 @internal_inlined
@@ -28,7 +28,7 @@ def inverse(xx, xy, xz, yx, yy, yz, zx, zy, zz):
     )  # fmt: skip
 
 
-@internal_inlined
+@inlined
 def strain_and_spin(fxx, fxy, fxz, fyx, fyy, fyz, fzx, fzy, fzz, gxx, gxy, gxz, gyx, gyy, gyz, gzx, gzy, gzz):
     """Return D dt of a tick as xx, yy, zz, xy, yz, zx, as the end of the tick sees it, and W dt as xy, yz, zx.
 
@@ -54,7 +54,7 @@ def strain_and_spin(fxx, fxy, fxz, fyx, fyy, fyz, fzx, fzy, fzz, gxx, gxy, gxz, 
     return xx, yy, zz, xy, yz, zx, spin_xy, spin_yz, spin_zx
 
 
-@internal_inlined
+@inlined
 def turn_stress(xx, yy, zz, xy, yz, zx, spin_xy, spin_yz, spin_zx):
     """Return a stress, or another symmetric tensor, turned by the spin W dt of a tick."""
     x, y, z = -0.5 * spin_yz, -0.5 * spin_zx, -0.5 * spin_xy
@@ -76,7 +76,7 @@ def turn_stress(xx, yy, zz, xy, yz, zx, spin_xy, spin_yz, spin_zx):
     )  # fmt: skip
 
 
-@internal_inlined
+@inlined
 def nominal_stress(fxx, fxy, fxz, fyx, fyy, fyz, fzx, fzy, fzz, xx, yy, zz, xy, yz, zx):
     """Return the nominal stress P = F^-1 tau [Pa], nine numbers: P_ji works on dN/dX_j and gives the force along i.
 

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from math import sqrt
 
-from ..support.jit import internal_inlined
+from ..support.jit import inlined, internal_inlined
 
 # The rotations of Jacobi end where what is off the diagonal is smaller than this, relative to the tensor, squared; they
 # converge quadratically, so that the limit on their rounds is never met.
@@ -20,14 +20,14 @@ def mean_stress(xx, yy, zz):
     return (xx + yy + zz) / 3.0
 
 
-@internal_inlined
+@inlined
 def equivalent_stress(xx, yy, zz, xy, yz, zx):
     """Return von Mises' equivalent stress sqrt(3/2 s:s) [Pa], s the deviator."""
     a, b, c = xx - yy, yy - zz, zz - xx
     return sqrt(0.5 * (a * a + b * b + c * c) + 3.0 * (xy * xy + yz * yz + zx * zx))
 
 
-@internal_inlined
+@inlined
 def elastic_energy_density(xx, yy, zz, xy, yz, zx, first_lame, shear):
     """Return the elastic energy per volume of a stress: p^2 / 2K + s:s / 4 mu [J/m^3]."""
     mean = mean_stress(xx, yy, zz)
@@ -36,7 +36,7 @@ def elastic_energy_density(xx, yy, zz, xy, yz, zx, first_lame, shear):
     return mean * mean / (2.0 * bulk) + equivalent * equivalent / (6.0 * shear)
 
 
-@internal_inlined
+@inlined
 def largest_principal(xx, yy, zz, xy, yz, zx):
     """Return the largest principal stress [Pa], and the three components of the unit vector along it.
 

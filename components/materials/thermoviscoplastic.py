@@ -28,7 +28,7 @@ from __future__ import annotations
 import math
 from typing import Literal, NamedTuple
 
-from ..support.jit import internal_inlined
+from ..support.jit import inlined, internal_inlined
 from ..support.parameter_fields import Magnitude, NotNegativeMagnitude, field
 from ..support.powers import exponential, power
 from ..support.tagged_union import Named
@@ -185,14 +185,14 @@ def initial_flow_stress(law, temperature):
     return stress, -2.0 * law.yield_curvature * rise * left - base * law.softening * law.softening_rate * grown
 
 
-@internal_inlined
+@inlined
 def flow_stress(law, strain, temperature):
     """Return g [Pa] at an equivalent plastic strain and a temperature [K]."""
     stress, _ = initial_flow_stress(law, temperature)
     return stress * hardening_of(law, strain)
 
 
-@internal_inlined
+@inlined
 def advance_stress(law, xx, yy, zz, xy, yz, zx, dxx, dyy, dzz, dxy, dyz, dzx, strain, temperature):
     """Advance one point by a tick; return the six stresses [Pa], plastic strain, temperature [K], plastic work [J/m^3].
 
@@ -231,7 +231,7 @@ def advance_stress(law, xx, yy, zz, xy, yz, zx, dxx, dyy, dzz, dxy, dyz, dzx, st
     return txx - swelling, tyy - swelling, tzz - swelling, txy, tyz, tzx, strain + flow, temperature + rise, work
 
 
-@internal_inlined
+@inlined
 def implicit_flow(law, before, trial, strain, temperature, shear):
     """Return the plastic strain of a tick, the root of q_trial - 3 mu de = g(e + de) (de / (e0' dt))^(1/m).
 

@@ -17,8 +17,7 @@ from typing import Any, Literal
 
 from granular_env.components.catalogue import foreign_package
 from granular_env.components.errors import GranularWarning, SweepError
-from granular_env.components.support.compilation.cache_folder import cache_folder
-from granular_env.components.support.jit import source_hash
+from granular_env.components.support.jit import cache_folder, source_hash
 from granular_env.experiments import load_experiment
 from granular_env.experiments.preparation import Prepared, prepare
 from granular_env.output_files import one_at_a_time
