@@ -302,7 +302,7 @@ class Coupled(Component):
 
     def _start(self, seed: int | None, values: Mapping[str, FloatArray]) -> Mapping[str, Any]:
         for prefix, part in (("grid", self.grid), ("automata", self.automata)):
-            part.begin(seed, part_values(prefix, values))
+            part._start(seed, part_values(prefix, values))
         self._divided = None
         grid, automata = self._grid_part(), self._automata_part
         exchange = self._seam.exchange
@@ -379,7 +379,7 @@ class Coupled(Component):
     def _divide_inputs(self) -> None:
         """Hand each part the inputs that are its own."""
         for prefix, part in (("grid", self.grid), ("automata", self.automata)):
-            part.adopt_inputs(part_values(prefix, self._held))
+            part._hold(part_values(prefix, self._held))
         self._automata_follow_profile = self.automata.follows_profile
         self._divided = self._held
 
@@ -421,13 +421,13 @@ class Coupled(Component):
     def _explain(self, status: int) -> StepError:
         if status == INVERTED:
             self.grid.failed_at[:] = self._failed
-            return self.grid.explain(1).of_part("grid")
+            return self.grid._explain(1).of_part("grid")
         return self._explain_automata(status - _AUTOMATA_FAILED)
 
     def _explain_automata(self, status: int) -> StepError:
         """Return the error of the automata as one of the whole."""
         self.automata.adopt(max(int(self._failed[1]) - 1, 0) * self.micro_steps, {})
-        return self.automata.explain(status).of_part("automata")
+        return self.automata._explain(status).of_part("automata")
 
     # -- reading ----------------------------------------------------------------------------------------------------
 
