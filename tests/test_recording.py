@@ -332,4 +332,3 @@ def test_recording_changes_no_bit(tmp_path: Path) -> None:
     for number in range(40):
         alone.step(3 * alone.step_size, left_force=5.0 + number)
     assert alone.save().memory.tobytes() == seen.save().memory.tobytes()
-

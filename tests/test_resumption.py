@@ -383,4 +383,3 @@ def test_the_command(swing: Path, tmp_path: Path, capsys: pytest.CaptureFixture[
     assert_same(path, swing.with_name("whole.mcap"))
     assert main(["run", "--resume", str(path)]) == 2
     assert "is complete" in capsys.readouterr().err
-

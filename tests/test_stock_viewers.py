@@ -264,4 +264,3 @@ def unescaped(path: str) -> str:
     """An entity path as its topic was named: rerun writes what is no letter or digit with a backslash."""
     path = re.sub(r"\\u\{([0-9A-Fa-f]+)\}", lambda found: chr(int(found[1], 16)), path)
     return path.replace("\\", "")
-

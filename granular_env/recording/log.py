@@ -11,10 +11,10 @@ from typing import Any, Self
 
 import numpy as np
 
-from ..components.component import Component, refuse_unknown_events
+from ..components.component import Component
 from ..components.drawables import Drawable
 from ..components.errors import GranularError, LogError, ParameterError, one_line
-from ..components.events import Event, EventDetail
+from ..components.events import Event, EventDetail, refuse_unknown_events
 from ..components.inputs import input_value
 from ..components.profiles import CompiledProfile
 from ..components.snapshot import Snapshot

@@ -10,10 +10,10 @@ from typing import Any, TypeGuard
 
 import numpy as np
 
-from ..components.contract import Variable
 from ..components.errors import GranularError, LogError, ParameterError, nearest, one_line
 from ..components.snapshot import Snapshot
 from ..components.support.serialization import digest
+from ..components.variables import Variable
 from .container import NOT_A_LOG, PROFILE, Container, Limits
 from .header import event_kinds_from, variable_from
 from .index import CHUNK, DETAIL, FIRST, SEGMENT, find_index

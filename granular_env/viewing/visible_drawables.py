@@ -8,10 +8,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from granular_env.components.contract import Variable
 from granular_env.components.drawables import Cells, Drawable, Links, Points, drawn_outputs
 from granular_env.components.errors import ParameterError
 from granular_env.components.support.float_arrays import FloatArray
+from granular_env.components.variables import Variable
 
 
 def is_hidden(drawable: Drawable, others: Sequence[Drawable]) -> bool:

@@ -24,8 +24,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ...colours import diverging
-from ...components.contract import Variable
 from ...components.drawables import OUTPUT_FIELDS, Cells, Curve, Drawable, Links, Points, spatial
+from ...components.variables import Variable
 from . import encoding
 from .displacement_scale import common_exaggeration
 
