@@ -66,18 +66,9 @@ def _cpu_model() -> str:
 
 def variable_facts(variable: Variable) -> dict[str, Any]:
     """Return a variable as JSON values."""
-    return {
-        "name": variable.name,
-        "causality": variable.causality,
-        "unit": variable.unit,
-        "shape": list(variable.shape),
-        "dtype": variable.dtype,
-        "description": variable.description,
-        "state": variable.state,
-        "variability": variable.variability,
-        "nominal": variable.nominal,
-        "axes": list(variable.axes),
-    }
+    names = ("name", "causality", "unit", "dtype", "description", "state", "variability", "nominal")
+    facts = {name: getattr(variable, name) for name in names}
+    return {**facts, "shape": list(variable.shape), "axes": list(variable.axes)}
 
 
 def variable_from(facts: Mapping[str, Any]) -> Variable:

@@ -151,7 +151,6 @@ class Recorder:
         """
         tick, agenda, into = component.tick, self._agenda, self._samples
         if not self._closed and self._error is None:
-            place = self._batches[-1].place
             if tick == agenda.frame:
                 self._take_frame(component, into)
             if tick == agenda.hash:
@@ -165,7 +164,7 @@ class Recorder:
                     self._take_step(tick, {} if self._in_parts else component.held_inputs)
                     self._in_parts = True
                 self._wait_for_writer()
-            self.next_tick = agenda.after(tick, place.age(tick))
+        self.next_tick = agenda.after(tick, self._batches[-1].place.age(tick))
 
     def on_step(self, component: Component, ticks: int, inputs: Mapping[str, Held]) -> None:
         """Note a whole step; raises `LogError` once if the log cannot be written, with the component's step done."""

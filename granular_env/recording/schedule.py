@@ -1,4 +1,4 @@
-"""The recorded variables, and the ticks of frames, hashes and snapshots: rules in ticks only, so that the same run is recorded in the same way."""
+"""The recorded variables, and the ticks of frames, hashes and snapshots, so that the same run is always recorded alike."""
 
 from __future__ import annotations
 
