@@ -53,7 +53,7 @@ def groups(paper: str) -> list[list[Path]]:
 
 
 def _compute_group(task: tuple[Sequence[Path], Path]) -> list[Page]:
-    """Compute scripts that share runs, in a process of their own; an error is shown on the page."""
+    """Compute scripts that share runs, in a separate process; the page shows an error."""
     pages = []
     for path in task[0]:
         started = time.monotonic()

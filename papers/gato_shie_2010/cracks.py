@@ -1,4 +1,4 @@
-"""Rows and pictures of figures 2 to 5: what becomes of a notch with the paper's factor, and with ours."""
+"""Rows and pictures of figures 2 to 5: the outcome for a notch with the paper's factor, and with ours."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def with_our_factor(
     Args:
         page: where rows go.
         inches: length of the notch.
-        statements: (what it is about, the paper's words, whether ours does so, whether it is known to do so).
+        statements: (subject, the paper's words, whether ours agrees, whether ours is known to agree).
         known: our outcome, reach along [in], around [%], at one place [%], pieces, valid until [ms].
     """
     one = outcome(burst(inches))
@@ -79,7 +79,7 @@ def crack_lines(one: Outcome) -> tuple[FloatArray, FloatArray]:
 
 
 def draw_rolled_out(page: Page, title: str, inches: int, after: float) -> None:
-    """Draw the rolled-out tube so long after the front has passed the notch [s]: equivalent stress, cracks and the notch."""
+    """Draw the rolled-out tube at a time `after` the front has passed the notch [s]: equivalent stress, cracks, notch."""
     one = outcome(burst(inches), after)
     invalid = "" if one.valid == "the end" else f" Not valid: a cross-section had grown by half after {one.valid}."
     caption = (

@@ -12,7 +12,7 @@ from cracks import as_printed, draw_rolled_out, runs_beyond, turns, with_our_fac
 from pages import Page, show
 from tubes import EARLY, GAUGES, LATE, burst, outcome, reach_history
 
-# A gauge measures up to this strain; a crack that has not moved for so long has stopped [s].
+# A gauge measures up to this strain; a crack that has not moved for this time has stopped [s].
 LIMIT, STOPPED = 0.05, 5e-5
 
 

@@ -27,7 +27,7 @@ def main(page: Page) -> None:
     page.table(
         f"Factor {FACTOR:g}, {COARSER:.0f} nodes, coarser than in the figures. {REACH}", ("notch", "filling", *HEAD), rows
     )
-    with page.plot(f"How far cracks reach around the tube, {1e3 * LATE:g} ms after the front; of three points next to each other "
+    with page.plot(f"How far cracks reach around the tube, {1e3 * LATE:g} ms after the front; of three points side by side "
                    "the middle is at its pressure.", "initial pressure, kPa", "circumference, %") as axes:  # fmt: skip
         for number in (1, 2, 3):
             own = {pressure: part for (inches, pressure), part in reach.items() if inches == number}

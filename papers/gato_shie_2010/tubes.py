@@ -1,4 +1,4 @@
-"""The paper's notched tubes: runs, and what has become of a tube, read from its log.
+"""The paper's notched tubes: runs, and their outcomes, read from logs.
 
 The gas of the whole tube, and a piece of the wall of 160 mm around the notch, of which one half is computed by symmetry. Runs
 are done once in a process.
@@ -59,7 +59,7 @@ def burst(
     pressure: float = PRESSURE,
     coupling: str = "one_way",
 ) -> Any:
-    """Return the log of a tube with a notch so long, in which a detonation runs.
+    """Return the log of a detonation in a tube with a notch.
 
     Args:
         inches: length of the notch.
@@ -149,7 +149,7 @@ class Outcome:
 
 
 def outcome(log: Any, after: float | None = None) -> Outcome:
-    """Return what has become of a tube so long after the front has passed the notch [s], by default at the end of the run."""
+    """Return the outcome at a time `after` the front has passed the notch [s], by default at the end of the run."""
     [surface] = [one for one in log.drawables if isinstance(one, Cells) and one.name == "surface"]
     [nodes] = [one for one in log.drawables if isinstance(one, Points) and one.name == "nodes"]
     [links] = [one for one in log.drawables if isinstance(one, Links)]
