@@ -7,7 +7,7 @@ import types
 from collections.abc import Callable
 from typing import Any
 
-from .fingerprint import is_versioned, names_in
+from granular_env.components.chain.specialisation import is_versioned, names_in
 
 _EMPTY = types.CellType()
 
