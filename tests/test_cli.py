@@ -88,7 +88,6 @@ def test_help_needs_none_of_the_heavy_packages():
         "view",
         "report",
         "check",
-        "atlas",
         "study",
     ):
         assert re.search(rf"^ +{command} ", ended.stdout, re.MULTILINE)

@@ -10,7 +10,6 @@ from pathlib import Path
 import pytest
 from support.terminal_tools import Terminal
 
-from granular_env.atlas import names as papers
 from granular_env.cli import main
 from granular_env.cli.program import program
 from granular_env.components import catalogue
@@ -69,7 +68,6 @@ def test_names_of_what_is_shipped(command, monkeypatch, capsys):
 @pytest.mark.parametrize(
     ("words", "expected"),
     [
-        (["atlas", ""], [("plain", name) for name in papers()]),
         (["run", "my-"], [("file", "my-")]),  # no shipped experiment begins so: it is a file
         (["replay", "lo"], [("file", "lo")]),
         (["run", "x", "--log", "lo"], [("file", "lo")]),

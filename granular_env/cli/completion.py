@@ -41,13 +41,6 @@ def _environments() -> dict[str, str]:
     return dict.fromkeys(environments(), "")
 
 
-def papers(ctx: click.Context, param: click.Parameter, begun: str) -> list[CompletionItem[str]]:
-    """Complete the names of papers that have an atlas."""
-    from granular_env.domains import DOMAINS
-
-    return _beginning({paper: "" for paper in sorted(paper for domain in DOMAINS.values() for paper in domain.papers)}, begun)
-
-
 def files(ctx: click.Context, param: click.Parameter, begun: str) -> list[CompletionItem[str]]:
     """Let the shell complete files."""
     return [CompletionItem(begun, type="file")]

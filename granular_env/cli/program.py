@@ -9,7 +9,7 @@ from collections.abc import Sequence
 import click
 from click.shell_completion import shell_complete
 
-from granular_env.cli import atlas, check, completion, contents, events, logs, runs, studies, sweeps, views
+from granular_env.cli import check, completion, contents, events, logs, runs, studies, sweeps, views
 from granular_env.cli.command import Command
 from granular_env.cli.exit_status import MEANINGS, Status
 from granular_env.cli.failures import discard_output, open_missing_streams, report_failure, report_misuse
@@ -26,7 +26,6 @@ COMMANDS: tuple[Command, ...] = (
     events.events,
     views.view,
     views.report,
-    atlas.atlas,
     sweeps.sweep,
     studies.study,
     completion.completion,
