@@ -13,7 +13,7 @@ from granular_env.progress import Progress
 from granular_env.run_loop import Inputs, RunResult, advance, collect_warnings, memory_errors
 
 if TYPE_CHECKING:
-    from granular_env.recording.replay.branch import Branch
+    from granular_env.recording.branch import Branch
 
 
 def run_branch(

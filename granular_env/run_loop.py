@@ -47,7 +47,7 @@ _GROWTH = 64
 # A run that is shown live takes so long [s], where nothing else is asked for: all shipped experiments are over in less.
 _LIVE_SECONDS = 10.0
 # Copies of the state that a recorder holds at a time: snapshots that wait to be written, and their bytes on the way.
-_COPIES_RECORDED = 4
+_COPIES_RECORDED = 6
 
 Inputs = Mapping[str, Held | Profile]
 
@@ -156,7 +156,7 @@ def replay(
         LogError: it is no log, or it cannot be re-run.
     """
     from granular_env.recording import open_log
-    from granular_env.recording.replay.steps import check_work
+    from granular_env.recording.rerun import check_work
 
     where = f"log {str(log)!r}"
     with (
@@ -351,7 +351,7 @@ def _record(
     stack: ExitStack, component: Component, path: str | os.PathLike[str], overwrite: bool, experiment: Any, **options: Any
 ) -> None:
     from granular_env.recording import record
-    from granular_env.recording.recorder.record import note_log_on_error
+    from granular_env.recording.recorder import note_log_on_error
 
     refuse_unrecordable(component)
     try:

@@ -20,7 +20,7 @@ from granular_env.components.materials.hypoelastic import PlaneTensor
 from granular_env.components.materials.plastic_law import Returned, return_stress, yield_limit
 from granular_env.components.materials.tensors import Moduli
 from granular_env.components.support.jit import jit
-from granular_env.recording.replay.near_misses import nearest_to_events
+from granular_env.recording.near_misses import nearest_to_events
 
 YIELD = 1e-4
 SHEAR, BULK = MEDIUM.shear_modulus, MEDIUM.young / (3.0 * (1.0 - 2.0 * MEDIUM.poisson))

@@ -5,8 +5,6 @@ from __future__ import annotations
 import json
 import random
 import struct
-import tempfile
-import tracemalloc
 import zlib
 
 import hypothesis.extra.numpy as hnp
@@ -14,15 +12,12 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from mcap.reader import make_reader
 
 from granular_env.components.errors import LogError
 from granular_env.components.oscillator import Oscillator
 from granular_env.components.profiles import Profile
 from granular_env.components.snapshot import Snapshot
-from granular_env.components.support.serialization import VERSION, Pieces, canonical_json, digest, pack, unpack
-from granular_env.recording.container.writer import McapWriter
-from granular_env.recording.format.records import SNAPSHOTS, START, Record, decode, encode
+from granular_env.components.support.serialization import VERSION, canonical_json, digest, pack, unpack
 
 texts = st.text(st.characters(codec="utf-8"), max_size=10)
 headers = st.dictionaries(
@@ -152,27 +147,6 @@ def test_snapshots_survive_bytes() -> None:
     oscillator.restore(snapshot)
     oscillator.step(0.1)
     assert oscillator.save().to_bytes() == expected
-
-
-def test_a_large_snapshot_is_written_without_being_copied() -> None:
-    """One that does not compress; what is held beside it are pieces of its compressed copy."""
-    snapshot = Snapshot("0" * 64, 0, np.random.default_rng(0).bytes(24 << 20), {})
-    record = Record(SNAPSHOTS, START, 0, 0, 0, 1, 0, {}, {"snapshot": Pieces(snapshot.to_parts())})
-    file = tempfile.TemporaryFile()
-    with file:
-        writer = McapWriter(file, "test", "test")
-        channel = writer.add_channel("granular/snapshots", "protobuf", writer.add_schema("any", "protobuf", b""))
-        tracemalloc.start()
-        writer.add_message(channel, 0, 0, encode(record, "log"))
-        writer.flush()
-        peak = tracemalloc.get_traced_memory()[1]
-        tracemalloc.stop()
-        writer.finish()
-        file.seek(0)
-        [(_, _, message)] = make_reader(file).iter_messages()
-    assert peak < 0.6 * len(snapshot.data)
-    read = decode(message.data, SNAPSHOTS, "log").arrays["snapshot"].tobytes()
-    assert read == snapshot.to_bytes() and Snapshot.from_bytes(read).data == snapshot.data
 
 
 def test_a_snapshot_is_not_changed_by_what_follows() -> None:
