@@ -16,6 +16,7 @@ import math
 import os
 import re
 import stat
+from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple
 
@@ -97,7 +98,8 @@ def read_history(
     except TypeError:
         raise ParameterError(f"got {one_line(path)}", expected="the path of a CSV file", at="path") from None
     except ParameterError as error:
-        raise error.of(str(path) if name is None else name) from None
+        where = str(path) if name is None else name
+        raise ParameterError(*(replace(fault, received=f"{where}: {fault.received}") for fault in error.faults)) from None
 
 
 def _rows(path: Path, delimiter: str, skip: int) -> tuple[list[int], list[list[str]]]:

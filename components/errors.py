@@ -119,11 +119,6 @@ class Fault:
             return self
         return dataclasses.replace(self, location=(*location, *self.location))
 
-    def with_source_in_words(self) -> Fault:
-        """Return it with its source as the beginning of what came; another source can be given to it then."""
-        said = (*_parts(self.source), ": ", *_parts(self.received)) if self.source else self.received
-        return dataclasses.replace(self, received=said, source="")
-
     def of(self, source: str) -> Fault:
         """Return it with one more source before its own."""
         if not source:

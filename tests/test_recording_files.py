@@ -434,18 +434,6 @@ def test_a_link_stays_one(tmp_path: Path) -> None:
     assert (tmp_path / "link.mcap").is_symlink() and open_log(tmp_path / "a.mcap").metadata["component"] == "chain"
 
 
-def test_runs_at_once_without_a_name_get_one_each(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    from granular_env.cli.new_log_path import reserve_log
-
-    monkeypatch.chdir(tmp_path)
-    with reserve_log("a") as first, reserve_log("a") as second:
-        assert first != second
-        component = catalogue.make("oscillator")
-        with record(component, first, overwrite=True):
-            component.step(0.5)
-    assert first.exists() and not second.exists(), "a name that was not used is free again"
-
-
 def test_four_commands_at_once(tmp_path: Path) -> None:
     command = [sys.executable, "-m", "granular_env", "run", "nesterenko-1983/3.1-one-grain", "--quiet"]
     running = [

@@ -6,17 +6,15 @@ from typing import Any
 
 import click
 
-from granular_env.cli.command import command
-from granular_env.cli.completion import folders, papers
-from granular_env.cli.exit_status import Status
-from granular_env.cli.options import Overrides, quiet_option, set_option
+from granular_env.cli.command import Status, command
+from granular_env.cli.options import FOLDER, Overrides, quiet_option, set_option
 from granular_env.components.errors import ParameterError, one_line
 from granular_env.terminal_text import columns, wrap_text
 
 
 @command("atlas")
-@click.argument("paper", required=False, help="Such as nesterenko-1983; without it, list them.", shell_complete=papers)
-@click.option("-o", "--out", metavar="FOLDER", shell_complete=folders, help="Where to write it (default: atlas/PAPER).")
+@click.argument("paper", required=False, help="Such as nesterenko-1983; without it, list them.")
+@click.option("-o", "--out", metavar="FOLDER", type=FOLDER, help="Where to write it (default: atlas/PAPER).")
 @set_option("A constant of the paper, such as A=6.391e12 or N=50; the page says what was changed.")
 @click.option("--only", metavar="ENTRY", multiple=True, help="Compute this entry, not all of them (may be repeated).")
 @click.option("--processes", metavar="N", type=int, default=2, help="How many entries at a time (default: 2).")
