@@ -325,9 +325,9 @@ class IssuedCautions(set[str]):
 
 
 def nearest(word: str, known: Iterable[str], others: str = "") -> str:
-    """Return advice for a name that is not known: the nearest right one, or the list of all; then what `others` says."""
+    """Return the hint for an unknown name: a similar known one, or the list of all; then the text `others`."""
     names = sorted(known)
-    close = difflib.get_close_matches(str(word), names, n=1, cutoff=0.6)
+    close = difflib.get_close_matches(str(word), names, n=1, cutoff=0.7)
     if close:
         return f"did you mean {close[0]!r}?{others and ' '}{others}"
     return f"known: {', '.join(names) or 'none'}{others and '; '}{others}"

@@ -232,10 +232,10 @@ def _advice_for_unknown(place: Location, given: Any, value: Any, model: type[Bas
 
 
 def _part_of(model: type[BaseModel], name: str | int) -> type[BaseModel] | None:
-    """Return the model of a field that holds one, as that of a component made of others does."""
+    """Return the model of a field that holds a table, also one that may be left out."""
     field = model.model_fields.get(str(name))
-    kind = field.annotation if field else None
-    return kind if isinstance(kind, type) and issubclass(kind, BaseModel) else None
+    kinds = (field.annotation, *get_args(field.annotation)) if field else ()
+    return next((kind for kind in kinds if isinstance(kind, type) and issubclass(kind, BaseModel)), None)
 
 
 def _advice_for_missing(place: Location, model: type[BaseModel]) -> str:
