@@ -28,7 +28,7 @@ from granular_env.components.oscillator import Oscillator
 from granular_env.components.support.validation import Parameters
 from granular_env.components.variables import Variable
 from granular_env.experiments import load_experiment
-from granular_env.experiments.cost import recorded_bytes
+from granular_env.experiments.cost import log_bytes
 from granular_env.experiments.preparation import prepare
 from granular_env.recording import Log, open_log, record, recover, verify
 from granular_env.recording.container.reader import McapReader
@@ -155,7 +155,7 @@ def test_the_size_is_right_for_every_medium(experiment: str, overrides: dict[str
     run(experiment, overrides=overrides, log=tmp_path / "a.mcap")
     container = open_log(tmp_path / "a.mcap").records.container
     size = sum(len(message.data) for chunk in range(container.chunk_count) for message in container.messages(chunk))
-    assert recorded_bytes(ready, tmp_path) == pytest.approx(size, rel=0.05)
+    assert log_bytes(ready) == pytest.approx(size, rel=0.05)
     assert (tmp_path / "a.mcap").stat().st_size < size
 
 
@@ -299,7 +299,7 @@ def test_a_large_log_is_announced_and_its_size_told(
     assert "before compression" not in output.err
     assert f"log: {path} ({path.stat().st_size / 1e3:.3g} kB)" in output.out
     monkeypatch.setattr(cost, "LARGE_LOG", 100_000)
-    monkeypatch.setattr(cost, "TOLD_LOG", 100_000)
+    monkeypatch.setattr(cost, "NOTED_LOG", 100_000)
     assert main(["check", experiment]) == 0 and "before compression" in capsys.readouterr().out
     assert main(["run", experiment, "--log", str(path), "--overwrite"]) == 0
     assert "note: the log takes up to " in capsys.readouterr().err
