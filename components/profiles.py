@@ -133,16 +133,6 @@ class CompiledProfile:
     def _spread(self) -> dict[tuple[int, ...], CompiledProfile]:
         return {}
 
-    def equals(self, other: CompiledProfile) -> bool:
-        """Return whether both hold the same bits."""
-        return (
-            self.step_size == other.step_size
-            and self.ticks.tobytes() == other.ticks.tobytes()
-            and self.coefficients.shape == other.coefficients.shape
-            and self.coefficients.tobytes() == other.coefficients.tobytes()
-            and _same_pattern(self.pattern, other.pattern)
-        )
-
 
 @dataclass(frozen=True, eq=False)
 class Profile:
