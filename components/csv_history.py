@@ -27,7 +27,7 @@ from .support.float_arrays import FloatArray
 from .support.validation import whole_number
 
 LARGEST_FILE = 256 * 2**20
-# A step above so many median ones is a hole in the sampling.
+# A step longer than this number of median steps is a hole in the sampling.
 _HOLE = 10.0
 _CHOICES = {"delimiter": (",", ";", "\t", " "), "decimal": (".", ","), "gaps": ("refuse", "bridge")}
 # "time [us]", "time (us)", "time / us"
@@ -73,7 +73,7 @@ def read_history(
     """Return the times [s], increasing, and the values [`unit`], both of shape (rows,); arguments as in `Profile.from_csv`.
 
     Raises:
-        ParameterError: the file and the line, what stands there, and what was expected.
+        ParameterError: names the file and the line, the text found, and what was expected.
     """
     for argument, given in {"delimiter": delimiter, "decimal": decimal, "gaps": gaps}.items():
         if given not in _CHOICES[argument]:

@@ -283,7 +283,7 @@ class Profile:
             name: what messages call the file; None for its path.
 
         Raises:
-            ParameterError: the file and the line, what stands there and what was expected.
+            ParameterError: names the file and the line, the text found and what was expected.
         """
         from .csv_history import read_history
 
@@ -434,7 +434,7 @@ class Profile:
         ticks_of_short = np.floor(places[short])[:, None] + np.arange(_RESOLVED)
         ends = np.append(places[1:], np.inf)[short, None]
         averaged = np.unique(np.concatenate([np.floor(places[inside]), ticks_of_short[ticks_of_short < ends]]))
-        # Where the polynomial changes, and both ends of each averaged tick. The first row is the zero before the first piece.
+        # Changes of the polynomial, and both ends of each averaged tick. The first row is the zero before the first piece.
         cuts = np.unique(np.concatenate([places, averaged, averaged + 1.0]))
         pieces = np.searchsorted(places, cuts, side="right")
         since = cuts - np.append(cuts[0], places)[pieces]

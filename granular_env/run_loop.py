@@ -42,7 +42,7 @@ from granular_env.progress import Progress, progress_bar
 # state once: large states have longer pieces, so that the copy takes at most 5 % of a piece at this rate [bytes/s].
 _PIECE_SECONDS = 0.02
 _COPY_SHARE, _COPY_RATE = 0.05, 2e9
-# A piece becomes at most so many times as long as the one before.
+# Largest ratio of the lengths of a piece and the one before.
 _GROWTH = 64
 # A run that is shown live takes so long [s], where nothing else is asked for: all shipped experiments are over in less.
 _LIVE_SECONDS = 10.0
@@ -106,7 +106,7 @@ def run(
         log: where to record it.
         overrides: keys of the experiment to set, such as ``{"component.grains": 500, "duration": 1e-3}``.
         progress: show a bar with simulated time, speed and the energy's residual; or call this with the part that is done.
-        live: open rerun and show the run while it goes on.
+        live: show the run in rerun.
         pace: with `live`, the wall time that the run takes at least [s], so that it can be watched; 0 lets it go as fast as it
             can. By default 10 s.
         overwrite: whether an existing log may be replaced.

@@ -93,5 +93,5 @@ def report(
 
 
 def _report_folder(log: Path) -> Path:
-    """Return the folder beside the log, by its name; never the log itself, whose name may have no suffix."""
+    """Return the folder next to the log, named after it; never the log itself, whose name may have no suffix."""
     return log.with_suffix("") if log.suffix else log.with_name(f"{log.name}-report")
