@@ -108,11 +108,7 @@ def log_target(given: str | None, name: str, overwrite: bool) -> Iterator[tuple[
         yield Path(given), overwrite
         return
     Path("logs").mkdir(exist_ok=True)
-    for number in count(1):
-        path = Path("logs") / f"{file_name(name, 'run')}-{number}.mcap"
-        with suppress(FileExistsError):
-            path.touch(exist_ok=False)
-            break
+    path = next(path for number in count(1) if _reserve(path := Path("logs") / f"{file_name(name, 'run')}-{number}.mcap"))
     try:
         yield path, True
     finally:
@@ -120,6 +116,15 @@ def log_target(given: str | None, name: str, overwrite: bool) -> Iterator[tuple[
             if path.stat().st_size == 0:
                 path.unlink()
                 path.parent.rmdir()
+
+
+def _reserve(path: Path) -> bool:
+    """Create an empty file; return whether there was none."""
+    try:
+        path.touch(exist_ok=False)
+    except FileExistsError:
+        return False
+    return True
 
 
 def _resume(
