@@ -17,7 +17,7 @@ from .components.errors import (
 from .components.materials.elastic import Material
 from .components.profiles import Profile
 from .components.snapshot import Snapshot
-from .control.study.runner import run_study
+from .control.runner import run_study
 from .recording import open_log, record, recover, verify
 from .resumption import resume
 from .run_loop import run

@@ -76,7 +76,7 @@ def test_names_of_what_is_shipped(command, monkeypatch, capsys):
         (["sweep", "x", "-o", "sw"], [("dir", "sw")]),
         (["sweep", "x", "--engine", "r"], [("plain", "ray")]),
         (["completion", ""], [("plain", shell) for shell in ("bash", "zsh", "fish")]),
-        (["study", "protection", "--ov"], [("plain", "--overwrite")]),
+        (["run", "x", "--ov"], [("plain", "--overwrite")]),
         (["rec"], [("plain", "recover")]),
     ],
 )
