@@ -13,7 +13,6 @@ import pytest
 
 from granular_env.components.chain import Chain
 from granular_env.components.errors import ParameterError
-from granular_env.components.support.addresses import address, caller
 from granular_env.components.support.jit import JIT, jit
 from granular_env.domains.chain import ChainEnv, ChainTask, ChainVectorEnv
 from granular_env.domains.chain.tasks.piston import make_piston
@@ -80,20 +79,6 @@ def test_an_edited_neighbour_in_its_package_is_noticed(tmp_path: Path) -> None:
             f"from granular_env.components.support.jit import jit\n\n\n@jit\ndef price():\n    return {price}\n"
         )
         assert run(tmp_path, "own_tasks.task") == f"0.0 {price} {price} {price}"
-
-
-def test_compiled_code_calls_what_lies_at_an_address() -> None:
-    @jit
-    def twice(x):  # noqa: ANN001, ANN202
-        return 2 * x
-
-    call = caller("float64(float64)")
-
-    @jit
-    def ask(where, x):  # noqa: ANN001, ANN202
-        return call(where, (x,))
-
-    assert ask(address(twice, "float64(float64)"), 1.5) == 3.0
 
 
 @pytest.mark.skipif(not JIT, reason="nothing is compiled")

@@ -24,9 +24,9 @@ from pydantic import PlainValidator
 
 from granular_env.components.component import Component
 from granular_env.components.errors import ParameterError, nearest, one_line
-from granular_env.components.indexing import ELEMENT, Element, parse_element
 from granular_env.components.support.float_arrays import FloatArray
 from granular_env.components.support.validation import as_refusal, refusal
+from granular_env.components.variables import ELEMENT, Element, parse_element
 from granular_env.crests_and_crossings import resolved_top
 from granular_env.domains import DOMAINS, load
 

@@ -11,11 +11,11 @@ import numpy as np
 
 from granular_env.components.chain import layout
 from granular_env.components.errors import ParameterError, caution, one_line
-from granular_env.components.support.compilation.plain_function import plain_function
 from granular_env.components.support.float_arrays import FloatArray
 from granular_env.envs.task_check import SlipError, UncheckedError
 
 from .episode_layout import ELAPSED
+from .plain_function import plain_function
 
 if TYPE_CHECKING:
     from .environment import ChainEnv
