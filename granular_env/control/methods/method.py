@@ -4,41 +4,38 @@ from __future__ import annotations
 
 from abc import abstractmethod
 from importlib import import_module
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import Any, ClassVar
 
 from pydantic import Field
 
 from granular_env.components.errors import MissingExtraError
 from granular_env.documents import Table
 
-if TYPE_CHECKING:
-    import numpy as np
-    import numpy.typing as npt
-
-    from ...problem import Problem
-    from ..evaluator import BudgetedEvaluator
+from ..drive import Drive
+from ..problem import Actor, Problem
+from ..search import Search
 
 
 class MethodTable(Table):
-    """Base of every method: a `[[method]]` table of the study file that can search."""
+    """Base of every method: a `[[method]]` table of the study file.
+
+    Attributes:
+        packages: modules that it needs besides the package's own.
+        extra: the extra that installs them.
+        needs_gradient: whether it needs an objective with slopes.
+    """
 
     packages: ClassVar[tuple[str, ...]] = ()
-    """Modules that it needs besides the package's own."""
     extra: ClassVar[str] = ""
-    """The extra that installs them."""
     needs_gradient: ClassVar[bool] = False
-    """True for one that can search only where the task has an objective with slopes."""
 
     type: Any = Field(description="which method")
-    name: str = Field(
-        default="", pattern=r"^([A-Za-z0-9][A-Za-z0-9_-]{0,60})?$", description="what it is called in the results"
-    )
-
+    name: str = Field(default="", pattern=r"^([A-Za-z0-9][A-Za-z0-9_-]{0,60})?$", description="its name in the results")
     knots: int | None = Field(default=None, ge=1, le=100_000, description="values of each entry; default: those of [drive]")
 
     @property
     def label(self) -> str:
-        """Return the name that it has in the results."""
+        """Return its name in the results."""
         return self.name or self.type
 
     def refuse_unless_installed(self) -> None:
@@ -53,15 +50,13 @@ class MethodTable(Table):
                 ) from error
 
     def least_runs(self, problem: Problem) -> float:
-        """Forward runs of an episode that its first result takes."""
-        return 1.0
+        """Return the cost of its first result, in forward runs of an episode."""
+        return problem.gradient_runs + 1.0 if self.needs_gradient else 1.0
 
     @abstractmethod
-    def run(self, search: BudgetedEvaluator) -> None:
+    def run(self, search: Search) -> None:
         """Search until the budget is spent (`BudgetSpentError`), or nothing more is to be found."""
 
-    def actor(self, best: dict[str, npt.NDArray[np.generic]], search: BudgetedEvaluator, problem: Problem) -> Any:
-        """Return an agent that plays the best so far in a single environment; by default the drive of the best point."""
-        from ...drive import Drive
-
-        return Drive(search.shape.actions(best["point"][None].astype(float))[0])
+    def actor(self, search: Search) -> Actor:
+        """Return an agent that plays the best of a search in a single environment."""
+        return Drive(search.shape.actions(search.best[None])[0])

@@ -1,15 +1,13 @@
-"""Random search: points drawn evenly between the bounds. What every other method has to beat."""
+"""Random search: points drawn evenly between the bounds, the measure of every other method."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Literal
+from typing import Literal
 
 from pydantic import Field
 
+from ..search import Search
 from .method import MethodTable
-
-if TYPE_CHECKING:
-    from ..evaluator import BudgetedEvaluator
 
 
 class RandomSearch(MethodTable):
@@ -18,7 +16,7 @@ class RandomSearch(MethodTable):
     type: Literal["random"] = "random"
     batch: int = Field(default=32, ge=1, le=100_000, description="drives that are simulated at a time")
 
-    def run(self, search: BudgetedEvaluator) -> None:
+    def run(self, search: Search) -> None:
         """Draw batch after batch."""
         random, shape = search.random(), search.shape
         while True:

@@ -3,25 +3,22 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any, ClassVar, Literal
+from typing import Any, ClassVar, Literal
 
 import numpy as np
 from pydantic import Field
 
 from granular_env.components.support.float_arrays import FloatArray
 
+from ..search import Search
 from .method import MethodTable
-
-if TYPE_CHECKING:
-    from ...problem import Problem
-    from ..evaluator import BudgetedEvaluator
 
 
 class Gradient(MethodTable):
     """L-BFGS-B over the knots: a few iterations from each of some starts, then on from the best of them.
 
-    Drives have many local optima: waves of another number, or none. Whatever lowers the objective in its descent is judged by
-    its return too.
+    Drives have many local optima: waves of another number, or none. Each drive that lowers the objective is also judged by its
+    return.
     """
 
     needs_gradient: ClassVar[bool] = True
@@ -37,49 +34,30 @@ class Gradient(MethodTable):
     trial: int = Field(default=20, ge=1, description="iterations from each start before the best goes on")
     iterations: int = Field(default=1000, ge=1, description="most iterations from the best")
     rounds: int | None = Field(default=None, ge=1, description="rounds of such starts; default: until the budget is spent")
-    way: list[float] = Field(
-        default=[],
-        description="of an objective with a weight of the way to its goal: values to begin and go on with, at last its own, 0",
-    )
-    sharpness: list[list[float]] = Field(
-        default=[], description="of an objective with a smooth peak: values to go on with, one after the other, from the best"
+    stages: list[dict[str, Any]] = Field(
+        default=[{}],
+        min_length=1,
+        description="keyword arguments of the task's objective, one table a stage, each from the best of the one before",
     )
     memory: int = Field(default=20, ge=1, le=1000, description="steps that the estimate of the curvature rests on")
 
-    def least_runs(self, problem: Problem) -> float:
-        """Return the cost of an objective with its slopes, and of a return."""
-        return problem.gradient_runs + 1.0
-
-    def run(self, search: BudgetedEvaluator) -> None:
-        """Round after round."""
-        try:
-            self._search(search)
-        finally:
-            search.problem.stage = None
-
-    def _search(self, search: BudgetedEvaluator) -> None:
+    def run(self, search: Search) -> None:
+        """Search round after round: the first stage compares the starts, each stage descends from the best."""
         shape, number = search.shape, 0
+        as_tuples = [{key: tuple(one) if isinstance(one, list) else one for key, one in stage.items()} for stage in self.stages]
         middle = search.baseline(self.begin) if self.begin else np.full(shape.size, self.start)
         while self.rounds is None or number < self.rounds:
             starts = [self._start(search, middle, number * self.starts + place) for place in range(self.starts)]
-            first, *later = self._stages()
-            search.problem.stage = first
+            search.problem.stage = as_tuples[0]
             found = [self._descend(search, start, self.trial) for start in starts]
-            # Equal values: the first.
-            _, best = min(found, key=lambda pair: pair[0])
-            _, best = self._descend(search, best, self.iterations)
-            for stage in later:
+            _, best = min(found, key=lambda pair: pair[0])  # of equal values, the first
+            for stage in as_tuples:
                 search.problem.stage = stage
                 _, best = self._descend(search, best, self.iterations)
             number += 1
 
-    def _stages(self) -> list[dict[str, Any] | None]:
-        """Return the objective that the starts are compared by, and those to go on with from the best."""
-        way: list[dict[str, Any] | None] = [{"way": weight} for weight in self.way]
-        return [*(way or [None]), *({"sharpness": tuple(stage)} for stage in self.sharpness)]
-
-    def _start(self, search: BudgetedEvaluator, middle: FloatArray, number: int) -> FloatArray:
-        """Return the start of that number, about the middle; the first one of all lies on a baseline."""
+    def _start(self, search: Search, middle: FloatArray, number: int) -> FloatArray:
+        """Return the start of that number, about the middle; the first start of all is the baseline."""
         shape = search.shape
         if self.begin and number == 0:
             return middle
@@ -90,7 +68,7 @@ class Gradient(MethodTable):
         reach = self.spread * (shape.highest - shape.lowest)
         return np.clip(middle + reach * drawn.reshape(-1), shape.lowest, shape.highest)
 
-    def _descend(self, search: BudgetedEvaluator, start: FloatArray, iterations: int) -> tuple[float, FloatArray]:
+    def _descend(self, search: Search, start: FloatArray, iterations: int) -> tuple[float, FloatArray]:
         """Return the least value found, and where."""
         from scipy.optimize import minimize
 
@@ -103,7 +81,7 @@ class Gradient(MethodTable):
                 search.returns(point[None])
             return value, slopes
 
-        # It ends by its iterations, or where rounding stops the line search, and not before.
+        # It ends by its iterations, or where rounding stops the line search.
         options = {"maxiter": iterations, "maxcor": self.memory, "maxfun": 10**9, "ftol": 0.0, "gtol": 0.0}
         bounds = [(search.shape.lowest, search.shape.highest)] * search.shape.size
         ended = minimize(objective, start, jac=True, method="L-BFGS-B", bounds=bounds, options=options)

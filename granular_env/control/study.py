@@ -6,11 +6,11 @@ description = "what it shows"   # optional
 budget = 200_000                # control steps that every method may simulate
 seeds = [1]                     # every method runs once with each
 episodes = 1                    # starts that a drive is tried from while it is searched, where starts are drawn
-test_episodes = 1               # other starts, on which what was found is judged; 0: on those of the search
+test_episodes = 1               # other starts, that judge the result; 0: those of the search
 
 [task]                          # name: an environment, or module:name of one's own; the rest are its arguments
-[drive]                         # how a few numbers become a drive (control/drive.py)
-[[method]]                      # type: gradient, cma, random, policy, ppo, sac; the rest are its options (methods/)
+[drive]                         # how a few numbers become a drive (drive.py)
+[[method]]                      # type: gradient, cma, random, ppo, sac; the rest are its options (methods/)
 """
 
 from __future__ import annotations
@@ -27,13 +27,10 @@ from granular_env.components.support.validation import refusal
 from granular_env.documents import ByKey, Document, Overrides, Table, load
 from granular_env.package_contents import shipped_files
 
-from .methods import AnyMethod
+from .methods import AnyMethod, MethodTable
 
-VERSION = 1
-# Episodes are drawn with seeds of their own, so that what was found is judged on starts that no search has seen.
+# Seeds of the episodes: those that judge are not those of the search.
 _SEARCH_SEED, _TEST_SEED = 1_000_000, 2_000_000
-# What may be changed between a study and its continuation: it changes nothing that has been computed.
-_LOOSE = {"name", "description", "budget"}
 
 
 class TaskTable(Table):
@@ -81,7 +78,7 @@ class Study(Document):
     shelf: ClassVar[str] = "studies"
 
     version: Literal[1] = Field(description="version of the file's format")
-    name: str = Field(min_length=1, max_length=200, description="what folders and pages call it")
+    name: str = Field(min_length=1, max_length=200, description="name of the results")
     description: str = Field("", description="what it shows, for people")
     budget: int = Field(ge=1, description="control steps that every method may simulate")
     seeds: list[int] = Field(default=[1], min_length=1, max_length=1000, description="every method runs once with each")
@@ -106,19 +103,19 @@ class Study(Document):
 
     @property
     def search_seeds(self) -> list[int]:
-        """Return the seeds of the episodes that a drive is tried in while it is searched."""
+        """Return the seeds of the episodes of the search."""
         return [_SEARCH_SEED + place for place in range(self.episodes)]
 
     @property
     def test_seeds(self) -> list[int]:
-        """Return the seeds of the episodes in which what was found is judged."""
+        """Return the seeds of the episodes that judge the result."""
         return [_TEST_SEED + place for place in range(self.test_episodes)] or self.search_seeds
 
-    @property
-    def identity(self) -> str:
-        """Changes when anything does that changes what is computed; the budget may grow."""
-        kept = {key: value for key, value in self.to_dict().items() if key not in _LOOSE}
-        return digest(canonical_json(kept)).hex()
+    def identity_of(self, method: MethodTable, seed: int, code: str) -> str:
+        """Hash everything that decides a trial: the study without its other methods and seeds, and the code."""
+        content = self.to_dict()
+        kept = {key: content.get(key) for key in ("budget", "episodes", "test_episodes", "task", "drive")}
+        return digest(canonical_json([kept, method.model_dump(), seed, code])).hex()
 
 
 Source = str | os.PathLike[str] | Mapping[str, Any] | Study
@@ -141,5 +138,5 @@ def load_study(source: Source, overrides: Overrides = ()) -> Study:
 
 
 def is_study(content: Mapping[str, Any]) -> bool:
-    """Return whether the content of a TOML file is meant as a study: it compares methods, or names a task and no component."""
+    """Return whether the content of a TOML file is a study: it compares methods, or names a task and no component."""
     return "component" not in content and ("method" in content or "task" in content)
