@@ -16,10 +16,9 @@ import numpy as np
 from pydantic import BaseModel
 
 from .balances import Balance
-from .contract import Variable
 from .declaration_checks import validate_balances, validate_events, validate_step_size, validate_variables
 from .drawables import element_count, validate_drawables
-from .errors import GranularError, IssuedCautions, ParameterError, nearest, one_line
+from .errors import GranularError, IssuedCautions, ParameterError, StepError, nearest, one_line
 from .events import MOST_INDEX, Event, EventDetail, event_rows
 from .inputs import Held, input_value
 from .number_arrays import start_array
@@ -30,6 +29,7 @@ from .support.float_arrays import FloatArray
 from .support.memory_limits import refuse_beyond
 from .support.serialization import canonical_json
 from .support.validation import validate_parameters, whole_number
+from .variables import Variable
 
 _LARGEST = sys.float_info.max
 
@@ -395,6 +395,22 @@ class Component(Stepping, metaclass=_Fixed):
             raise ParameterError(f"event {kind!r}: got the value {value} and the limit {limit}", expected="finite numbers")
         number = list(self.event_kinds).index(kind)
         self._block.append("events", (tick, number, -1 if index is None else index, value, limit))
+
+    def _excess_error(self, variable: str, unit: str, size: FloatArray, limit: float, advice: str) -> StepError:
+        """Return the error for the first element of a variable that is beyond a limit, or not a number.
+
+        Args:
+            variable: its name.
+            unit: of the sizes and the limit.
+            size: of each element, shape (n,); at least one is above the limit.
+            limit: what is allowed.
+            advice: what the limit means, and what to do.
+        """
+        index = int(np.argmin(size <= limit))
+        return StepError(
+            f"reached {size[index]:g} {unit} soon after {self.time:g} s, expected at most {limit:g} {unit}, {advice}",
+            time=self.time, at=(variable, index), variable=variable, index=index, value=float(size[index]), limit=limit,
+        )  # fmt: skip
 
     # -- snapshots --------------------------------------------------------------------------------------------------
 

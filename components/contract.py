@@ -15,11 +15,9 @@ complete component.
 
 from __future__ import annotations
 
-import dataclasses
-import math
 from abc import ABCMeta, abstractmethod
 from collections.abc import Callable, Iterable, Mapping
-from typing import Any, ClassVar, Literal
+from typing import Any, ClassVar
 
 from .balances import Balance
 from .drawables import Drawable
@@ -27,37 +25,7 @@ from .errors import StepError
 from .events import EventDetail
 from .inputs import Held
 from .support.float_arrays import FloatArray
-
-
-@dataclasses.dataclass(frozen=True, slots=True)
-class Variable:
-    """One named quantity of a component: everything that a file, a space, a schema or a page needs to know of it."""
-
-    name: str
-    causality: Literal["parameter", "input", "output"]
-    unit: str
-    shape: tuple[int, ...]
-    description: str
-    dtype: str = "float64"
-    start: Any = None
-    minimum: float = -math.inf
-    maximum: float = math.inf
-    state: bool = False
-    """True for a part of the state: it can be given to `reset`, and logs hash it."""
-    axes: tuple[str, ...] = ()
-    """Names of what each index of its shape counts, such as ("grain",): variables with the same axis share it in a data set."""
-    nominal: float = 1.0
-    """Usual magnitude, for scaling."""
-    variability: Literal["", "constant", "fixed", "tunable", "discrete", "continuous"] = ""
-    """FMI's word for when it may change; by default "fixed" for parameters, "continuous" for the others."""
-    initial: Literal["", "exact", "approx", "calculated"] = ""
-    """FMI's word for its start; by default "exact" for what is given, "calculated" for what follows from it."""
-
-    def __post_init__(self) -> None:
-        if not self.variability:
-            object.__setattr__(self, "variability", "fixed" if self.causality == "parameter" else "continuous")
-        if not self.initial:
-            object.__setattr__(self, "initial", "exact" if self.state or self.causality != "output" else "calculated")
+from .variables import Variable
 
 
 class Physics(metaclass=ABCMeta):

@@ -18,14 +18,14 @@ import json
 import math
 import os
 import re
+import stat
 from collections.abc import Iterator, Sequence
 from itertools import groupby
 from pathlib import Path
 
 import numpy as np
 
-from .errors import ParameterError, nearest, one_line
-from .file_reading import read_bounded
+from .errors import GranularError, ParameterError, nearest, one_line
 from .support.float_arrays import FloatArray
 
 Row = tuple[int, list[str]]
@@ -421,3 +421,21 @@ def _check_order(path: Path, samples: list[Row], times: FloatArray) -> None:
             hint="times must increase",
             source=str(path),
         )
+
+
+def read_bounded(path: Path, largest: int, advice: str, kind: type[GranularError] = ParameterError) -> bytes:
+    """Return the content of a regular file of at most `largest` bytes.
+
+    Raises:
+        GranularError: of that `kind`; it is a folder, a device or a pipe, or too large; `advice` says what to do then.
+        OSError: it cannot be read.
+    """
+    mode = path.stat().st_mode
+    if not stat.S_ISREG(mode):
+        what = "a folder" if stat.S_ISDIR(mode) else "a device, a pipe or a socket"
+        raise kind(f"{path}: it is {what}, expected a file")
+    with path.open("rb") as file:
+        data = file.read(largest + 1)
+    if len(data) > largest:
+        raise kind(f"{path}: it has more than {largest} bytes; {advice}")
+    return data

@@ -9,10 +9,10 @@ from collections.abc import Collection, Mapping, Sequence
 import numpy as np
 
 from .balances import Balance
-from .contract import Variable
 from .errors import Location, ParameterError, nearest, one_line
 from .events import EventDetail
 from .state_block import Block
+from .variables import Variable
 
 _NAME = re.compile(r"[a-z][a-z0-9_]*")
 # What `step` and `reset` take beside inputs and start values.

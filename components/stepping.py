@@ -7,18 +7,18 @@ import sys
 from collections.abc import Callable, Iterable, Mapping
 from contextlib import suppress
 from time import perf_counter
-from typing import Any, ClassVar
+from typing import Any, ClassVar, Protocol
 
-from .contract import Physics, Variable
+from .contract import Physics
 from .errors import GranularError, Location, ParameterError, StepError, caution, nearest, one_line
 from .inputs import Held, hold_input
-from .observer import Observer
 from .profiles import CompiledProfile
 from .state_block import Block
 from .support.float_arrays import FloatArray
 from .support.round_numbers import round_down_to_125
 from .support.validation import Parameters, finite_number
 from .undo import Undo
+from .variables import Variable
 
 # A long step is cut, invisibly, into pieces of about this wall time, so that Ctrl-C and observers get their turn [s].
 _CHUNK_SECONDS = 0.05
@@ -42,6 +42,29 @@ LIFE_CYCLE: Mapping[str, frozenset[str]] = {
         frozenset({"ready", "stepping", "failed"}),
     ),
 }
+
+
+class Observer(Protocol):
+    """Looks at a component while it steps (a recorder, a viewer, a progress bar); never changes it."""
+
+    next_tick: int
+    """The next tick at which `on_sample` wants to be called; a step that goes past is cut there, invisibly."""
+
+    def on_reset(self, component: Any) -> None:
+        """After a reset or a restore: a new history starts here."""
+
+    def on_sample(self, component: Any) -> None:
+        """At `next_tick`, perhaps inside a step; sets `next_tick` anew."""
+
+    def on_step(self, component: Any, ticks: int, inputs: Mapping[str, Held]) -> None:
+        """After a whole step, with the inputs that were set by it (compiled).
+
+        What is raised here, an interrupt too, reaches the caller once all observers have been told; the step stands. Whoever
+        raises it is told once more, as it may have been cut short: `component.tick` says whether it has that step.
+        """
+
+    def on_failure(self, component: Any, error: BaseException) -> None:
+        """After a step that failed or was interrupted: the component is back where that step began."""
 
 
 class Stepping(Physics):

@@ -28,8 +28,8 @@ from granular_env.components.errors import (
     one_line,
 )
 from granular_env.components.inputs import Held
-from granular_env.components.observer import Observer
 from granular_env.components.profiles import Profile
+from granular_env.components.stepping import Observer
 from granular_env.components.support.memory_limits import refuse_beyond
 from granular_env.components.support.validation import finite_number
 from granular_env.documents import Overrides

@@ -13,13 +13,13 @@ import pytest
 import granular_env as ge
 from granular_env.components.balances import Balance
 from granular_env.components.component import Component
-from granular_env.components.contract import Variable
 from granular_env.components.discs import Discs
 from granular_env.components.drawables import Cells, Curve, Drawable, Links, Points
 from granular_env.components.errors import ParameterError, StepError
 from granular_env.components.events import EventDetail
 from granular_env.components.oscillator import OscillatorParameters
 from granular_env.components.state_block import Block
+from granular_env.components.variables import Variable
 
 EVENTFUL: dict[str, Any] = {"event_kinds": {"event": "text"}}
 

@@ -14,10 +14,10 @@ import pytest
 from gymnasium.utils.env_checker import check_env
 from support.env_toys import MAKERS, SMALL, Swing, actions, transcript
 
-from granular_env.components.contract import Variable
 from granular_env.components.drawables import Points
 from granular_env.components.errors import ParameterError
 from granular_env.components.oscillator import Oscillator
+from granular_env.components.variables import Variable
 from granular_env.domains.chain.tasks import ENVIRONMENTS
 from granular_env.domains.chain.tasks.piston import make_piston
 from granular_env.domains.chain.tasks.protection import make_protection

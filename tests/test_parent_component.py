@@ -16,12 +16,12 @@ from support.component_examples import EXAMPLES, Example, of_component
 import granular_env as ge
 from granular_env.components.balances import Balance
 from granular_env.components.component import Component
-from granular_env.components.contract import Variable
 from granular_env.components.discs import Discs
 from granular_env.components.errors import GranularError, ParameterError, StepError
 from granular_env.components.state_block import Block
 from granular_env.components.support.float_arrays import FloatArray
 from granular_env.components.support.validation import Parameters
+from granular_env.components.variables import Variable
 from granular_env.recording import open_log, verify
 
 STEP = 1e-5

@@ -12,14 +12,13 @@ import numpy as np
 
 from ..balances import Balance
 from ..component import Component
-from ..contract import Variable
 from ..drawables import Drawable, Links, Points
 from ..errors import ParameterError, StepError
 from ..materials.elastic import Material
 from ..profiles import CompiledProfile
-from ..support.excess_error import excess_error
 from ..support.float_arrays import FloatArray, norms
 from ..support.round_numbers import round_down_to_125
+from ..variables import Variable
 from . import motion
 from .boundaries import PrescribedVelocity, Traction
 from .conclusions import describe_links, describe_pieces
@@ -255,7 +254,7 @@ class Automata(Component):
         if status == TOO_FAR:
             variable, unit, limit, meaning = "displacement", "m", 1e9 * self.parameters.diameter, "a thousand million diameters"
         advice = f"{meaning}; take a smaller step_size, or load the specimen less"
-        return excess_error(variable, unit, norms(self._block[variable]), limit, self.time, advice)
+        return self._excess_error(variable, unit, norms(self._block[variable]), limit, advice)
 
     # -- reading ----------------------------------------------------------------------------------------------------
 

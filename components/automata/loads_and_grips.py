@@ -10,10 +10,10 @@ import numpy as np
 import numpy.typing as npt
 
 from ..boundaries import Boundary, edge_variable, prescribed_components
-from ..contract import Variable
 from ..errors import ParameterError
 from ..inputs import Held, input_mean
 from ..support.float_arrays import FloatArray
+from ..variables import Variable
 from .boundaries import Fixed, Free, Periodic, PrescribedVelocity, Symmetry, Traction
 from .edges import EDGES, edge_automata, shared_areas, traction_levers, zigzag_faces
 from .motion import HOLDS_ROTATION, HOLDS_X, HOLDS_Y, Grip, Load

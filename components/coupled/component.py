@@ -20,7 +20,6 @@ from ..automata.sweep_order import make_parts
 from ..automata.zigzag_faces import Ties, add_ties, tie_faces
 from ..balances import Balance
 from ..component import Component
-from ..contract import Variable
 from ..drawables import Drawable, Points
 from ..errors import StepError
 from ..grid import kernel_arrays
@@ -30,6 +29,7 @@ from ..inputs import Held
 from ..parts import make_part, part_drawable, part_readers, part_values, part_variables
 from ..state_block import Layout
 from ..support.float_arrays import FloatArray
+from ..variables import Variable
 from . import energies_and_momenta as sums
 from . import parallel_steps
 from .automata_inputs import EdgeInputs

@@ -10,7 +10,6 @@ import numpy as np
 
 from ..balances import Balance
 from ..component import Component
-from ..contract import Variable
 from ..drawables import Cells, Drawable, Points
 from ..errors import ParameterError, StepError
 from ..events import EventDetail
@@ -21,6 +20,7 @@ from ..materials.plastic_law import yield_limit
 from ..profiles import CompiledProfile
 from ..support.float_arrays import FloatArray, norms
 from ..support.stable_step import refuse_large_step, suggest_step
+from ..variables import Variable
 from . import kernel_arrays, kernels, parallel_steps
 from .boundaries import Free
 from .input_signals import make_drive, signal_factors

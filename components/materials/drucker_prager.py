@@ -16,6 +16,7 @@ from typing import Literal, NamedTuple
 from pydantic import model_validator
 
 from ..errors import ParameterError
+<<<<<<< HEAD
 from ..support.magnitudes import Magnitude, NotNegativeMagnitude
 from ..support.parameter_fields import field
 from .plastic_law import PlasticLaw, Returned, return_stress, yield_limit
@@ -28,6 +29,11 @@ class DruckerPragerConstants(NamedTuple):
     hardening: float
     friction: float
     dilatancy: float
+=======
+from ..support.jit import inlined
+from ..support.parameter_fields import Magnitude, NotNegativeMagnitude, field
+from .plastic_law import PlasticLaw
+>>>>>>> main
 
 
 class DruckerPrager(PlasticLaw):

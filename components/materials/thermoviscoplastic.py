@@ -30,8 +30,7 @@ from typing import Literal, NamedTuple
 
 from ..support.dispatch import dispatched
 from ..support.jit import inlined, internal_inlined
-from ..support.magnitudes import Magnitude, NotNegativeMagnitude
-from ..support.parameter_fields import field
+from ..support.parameter_fields import Magnitude, NotNegativeMagnitude, field
 from ..support.powers import exponential, power
 from ..support.tagged_union import Named
 from .tensors import Moduli, SymmetricTensor, contract, equivalent_stress, mean_stress, trace, trial_stress

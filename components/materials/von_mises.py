@@ -10,8 +10,7 @@ from __future__ import annotations
 
 from typing import Literal, NamedTuple
 
-from ..support.magnitudes import Magnitude, NotNegativeMagnitude
-from ..support.parameter_fields import field
+from ..support.parameter_fields import Magnitude, NotNegativeMagnitude, field
 from .plastic_law import PlasticLaw, Returned, return_stress, yield_limit
 
 

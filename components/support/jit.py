@@ -19,7 +19,7 @@ from numba.core import sigutils
 
 from .notice import tell
 
-_settings: Any = numba.config
+_settings: Any = numba.config  # pyright: ignore[reportPrivateImportUsage]
 # Whether anything is compiled at all.
 JIT = not _settings.DISABLE_JIT
 # Options of every kernel. Kernels raise nothing, and a division that may raise would keep a loop from being vectorised.
@@ -64,7 +64,8 @@ def _compile(function: F, **options: Any) -> F:
     folder = cache_folder() if function.__module__.partition(".")[0] in _hashed_packages() else None
     before, _settings.CACHE_DIR = _settings.CACHE_DIR, str(folder or "")
     try:
-        return numba.njit(**OPTIONS, **options, cache=folder is not None)(function)
+        compiled: Any = numba.njit(**OPTIONS, **options, cache=folder is not None)
+        return compiled(function)
     finally:
         _settings.CACHE_DIR = before
 

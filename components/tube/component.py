@@ -12,7 +12,6 @@ import numpy as np
 
 from ..balances import Balance
 from ..component import Component
-from ..contract import Variable
 from ..detonation.component import DetonationTube
 from ..detonation.kernel_arrays import WALL_WORK
 from ..drawables import Cells, Drawable, Points
@@ -22,6 +21,7 @@ from ..inputs import input_mean
 from ..parts import Part, make_part, part_drawable, part_readers, part_values, part_variables
 from ..shell.component import Shell
 from ..support.float_arrays import FloatArray
+from ..variables import Variable
 from . import balances, exchange
 from .interface_overlaps import Interface, find_overlaps
 from .parameters import MOST_STEPS, TubeParameters

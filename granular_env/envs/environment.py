@@ -17,8 +17,8 @@ from gymnasium.envs.registration import EnvSpec
 
 from ..components.component import Component
 from ..components.errors import IssuedCautions, ParameterError, StepError, one_line
-from ..components.indexing import Element, parse_element
 from ..components.support.validation import finite_number, positive_number, whole_number
+from ..components.variables import Element, parse_element
 from .pickling import Given, Recreatable, known_arguments, make_again, recreatable
 from .rendering import draw
 from .state import Drawn, EnvState, EpisodeOrigin, bit_generator

@@ -24,8 +24,8 @@ from pydantic import PlainValidator
 
 from granular_env.components.component import Component
 from granular_env.components.errors import ParameterError, nearest, one_line
-from granular_env.components.indexing import ELEMENT, Element, parse_element
 from granular_env.components.support.validation import as_refusal, refusal
+from granular_env.components.variables import ELEMENT, Element, parse_element
 from granular_env.domains import DOMAINS, load
 
 # Columns that every table may have; no measure is called so.

@@ -1,30 +1,59 @@
-"""One element of a variable, or all of it, as people write it everywhere: `velocity`, `velocity[40]`, `velocity[3,1]`."""
+"""Variables of components, and their elements as people write them: ``velocity``, ``velocity[40]``, ``velocity[3,1]``."""
 
 from __future__ import annotations
 
+import dataclasses
+import math
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any, Literal
 
 from .errors import Location, ParameterError, nearest, one_line
 
-if TYPE_CHECKING:
-    from .contract import Variable
-
-# A name with or without an index, as a part of a longer text.
+# A variable name with or without an index, as part of a longer pattern.
 ELEMENT = r"[A-Za-z_]\w*(?:\[[^\[\]]*\])?"
 _ELEMENT = re.compile(r"(?P<name>[A-Za-z_]\w*)(?:\[(?P<index>[^\[\]]*)\])?")
 _INDEX = re.compile(r"\s*[+-]?\d{1,9}\s*(?:,\s*[+-]?\d{1,9}\s*)*")
 
 
-@dataclass(frozen=True)
+@dataclasses.dataclass(frozen=True, slots=True)
+class Variable:
+    """One named quantity of a component, with everything that a file, a space, a schema or a page needs to know about it."""
+
+    name: str
+    causality: Literal["parameter", "input", "output"]
+    unit: str
+    shape: tuple[int, ...]
+    description: str
+    dtype: str = "float64"
+    start: Any = None
+    minimum: float = -math.inf
+    maximum: float = math.inf
+    state: bool = False
+    """True for a part of the state: `reset` accepts it, and logs hash it."""
+    axes: tuple[str, ...] = ()
+    """What each index of the shape counts, such as ("grain",). Variables with the same axis share it in a data set."""
+    nominal: float = 1.0
+    """Usual magnitude, for scaling."""
+    variability: Literal["", "constant", "fixed", "tunable", "discrete", "continuous"] = ""
+    """FMI's variability; by default "fixed" for parameters, "continuous" for inputs and outputs."""
+    initial: Literal["", "exact", "approx", "calculated"] = ""
+    """FMI's initial; by default "calculated" for outputs that are not state, else "exact"."""
+
+    def __post_init__(self) -> None:
+        if not self.variability:
+            object.__setattr__(self, "variability", "fixed" if self.causality == "parameter" else "continuous")
+        if not self.initial:
+            object.__setattr__(self, "initial", "exact" if self.state or self.causality != "output" else "calculated")
+
+
+@dataclasses.dataclass(frozen=True)
 class Element:
     """An element of a variable, or all of it.
 
     Attributes:
         name: of the variable.
-        index: a whole number for each axis, negative ones count from the end; empty for a number, or for all elements.
+        index: an integer for each axis, negative ones count from the end; empty for a scalar, or for all elements.
     """
 
     name: str
@@ -34,33 +63,33 @@ class Element:
         return f"{self.name}[{index_text(self.index)}]" if self.index else self.name
 
     def of(self, value: Any) -> Any:
-        """Return the element of a value of the variable; the value itself without an index."""
+        """Return this element of a value of the variable; the value itself without an index."""
         return value[self.index] if self.index else value
 
     def counted_from_the_start(self, shape: tuple[int, ...]) -> Element:
-        """Return the same element of an array of that shape with no negative number in its index."""
+        """Return the same element of an array of that shape, without negative integers in its index."""
         return Element(self.name, tuple(number % size for number, size in zip(self.index, shape, strict=False)))
 
-    def find(self, variables: Mapping[str, Variable], what: str, *causalities: str) -> Variable:
+    def find(self, variables: Mapping[str, Variable], expected: str, *causalities: str) -> Variable:
         """Return the variable.
 
         Args:
             variables: of the component, by name.
-            what: what is expected, for messages, such as "an output of component 'chain'".
-            *causalities: those that may be meant.
+            expected: for messages, such as "an output of component 'chain'".
+            *causalities: those that are accepted.
 
         Raises:
-            ParameterError: there is none of that name, the nearest is named; or no such element.
+            ParameterError: there is no such variable or no such element.
         """
         variable = variables.get(self.name)
         if variable is None or variable.causality not in causalities:
             known = [one.name for one in variables.values() if one.causality in causalities]
-            raise ParameterError(f"got {self.name!r}", expected=what, hint=nearest(self.name, known))
+            raise ParameterError(f"got {self.name!r}", expected=expected, hint=nearest(self.name, known))
         self.check(variable)
         return variable
 
     def check(self, variable: Variable) -> None:
-        """Raise `ParameterError` where the variable has no such element."""
+        """Raise `ParameterError` if the variable has no such element."""
         if not self.index:
             return
         if not variable.shape:
@@ -69,11 +98,7 @@ class Element:
 
 
 def parse_element(text: Any) -> Element:
-    """Return the element that a text names.
-
-    Raises:
-        ParameterError: it is no name, or its index is none.
-    """
+    """Return the element that a text names; `ParameterError` for anything else."""
     match = _ELEMENT.fullmatch("".join(text.split())) if isinstance(text, str) else None
     if match is None:
         expected = "a variable, or an element of one, such as velocity, velocity[40] or velocity[3,1]"
@@ -82,11 +107,7 @@ def parse_element(text: Any) -> Element:
 
 
 def parse_index(given: Any) -> tuple[int, ...]:
-    """Return the index that a whole number, a tuple of them, or a text such as "3,1" stands for.
-
-    Raises:
-        ParameterError: it is none.
-    """
+    """Return the index of an integer, a tuple of integers, or a text such as "3,1"; `ParameterError` for anything else."""
     parts = given if isinstance(given, tuple) and given else (given,)
     if isinstance(given, str):
         text = given.strip().removeprefix("(").removesuffix(")").rstrip(", ")
@@ -99,7 +120,7 @@ def parse_index(given: Any) -> tuple[int, ...]:
 
 
 def is_index(given: Any) -> bool:
-    """Return whether that stands for an index."""
+    """Return whether `parse_index` accepts it."""
     try:
         parse_index(given)
     except ParameterError:
@@ -117,7 +138,7 @@ def _whole_number(part: Any) -> int:
 def check_index(
     at: Location, index: tuple[int, ...], shape: tuple[int, ...], given: str = "", axes: tuple[str, ...] = ()
 ) -> None:
-    """Raise `ParameterError` where an array of that shape has no such element; `given` is what messages call it."""
+    """Raise `ParameterError` if an array of that shape has no such element; messages call the index `given`."""
     if len(index) == len(shape) and all(-size <= number < size for number, size in zip(index, shape, strict=True)):
         return
     names = axes if len(axes) == len(shape) else ("",) * len(shape)
