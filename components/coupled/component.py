@@ -93,7 +93,7 @@ class Coupled(Component):
         cells, yielding = len(self.grid.mesh.cells), bool(self.grid.event_kinds)
         # Cells that yield note events in their order.
         self._has_two_halves = not yielding and parallel_steps.are_worth_it(cells, self.automata.count, self.micro_steps)
-        self.grid.attach(self.carried_mass, 2 if self._has_two_halves else 1, self.interface.nodes.tolist())
+        self.grid.attach(self.carried_mass, self.interface.nodes.tolist())
         self._make_parts()
 
     def _find_interface(self, grid: Grid, automata: Automata) -> Ties | None:
@@ -351,7 +351,7 @@ class Coupled(Component):
 
     def _grid_part(self) -> GridPart:
         grid, state, conditions, corner = self.grid.tables()
-        return GridPart(grid, state, conditions, corner, self.grid.tally, *self.grid.event_room())
+        return GridPart(grid, state, conditions, corner, self.grid.tally, self.grid.event_room())
 
     def _cracking_part(self) -> Cracking | None:
         """Return the histories and contacts of the automata; None where they have none."""
@@ -416,7 +416,7 @@ class Coupled(Component):
             grid = grid._replace(conditions=grid.conditions._replace(drive=drive))
             factors = np.concatenate([factors, np.ones((ticks, 1))], axis=1)
         status = self._run(grid, factors, tick)
-        self.grid.keep_events(grid.counts)
+        self.grid.keep_events(grid.yields)
         return status
 
     def _run(self, grid: GridPart, factors: FloatArray, tick: int) -> int:

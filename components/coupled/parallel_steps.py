@@ -63,10 +63,7 @@ def _make_micro_steps(
         first, second = ((automata.body, part, *whole, time, limit, moves) for part in parts)
         found += call_both(sweep, first, second)
         fastest = finish_micro_step(grid, automata, seam, micro, steps, time)
-    if len(grid.grid.parts) > 2:
-        cells = call_both(advance_cells_half, *((grid, place, steps.step, now, again) for place in (0, 1)))
-    else:
-        cells = (advance_cells_half(grid, 0, steps.step, now, again),)
+    cells = (advance_cells_half(grid, steps.step, now, again),)
     finish_micro_steps(grid, automata, seam, steps, again)
     return cells, found, fastest
 
@@ -102,7 +99,7 @@ def advance_half(grid, automata, part, place, steps, tick, again):
     Returns:
         A cell that is inverted, or -1; and 0, or another number where an automaton is too fast.
     """
-    failed = advance_cells(grid, place, steps.step, tick, again) if place + 1 < len(grid.grid.parts) else -1
+    failed = advance_cells(grid, steps.step, tick, again) if place == 0 else -1
     moves = DRIFT_TWO_HALF_KICKS if again else DRIFT_HALF_KICK
     limit = steps.speed_limit * steps.speed_limit
     motion, scratch = automata.motion, automata.scratch
@@ -112,7 +109,7 @@ def advance_half(grid, automata, part, place, steps, tick, again):
 @jit
 def finish_halves(grid, automata, seam, steps, again):
     """Finish a tick in lockstep after both halves; return the largest squared speed of the marked automata."""
-    join_cells(grid, seam, steps.step, again)
+    join_cells(grid, seam)
     gather_forces(seam.interface, automata.scratch.force, seam.exchange.automata_force)
     return finish_together(grid, automata, seam, steps)
 
@@ -136,13 +133,13 @@ def finish_micro_step(grid, automata, seam, micro, steps, time):
 
 
 @jit
-def advance_cells_half(grid, place, step, tick, again):
-    """Advance one of two parts of the cells; return a cell that is inverted, or -1."""
-    return advance_cells(grid, place, step, tick, again)
+def advance_cells_half(grid, step, tick, again):
+    """Advance the cells; return a cell that is inverted, or -1."""
+    return advance_cells(grid, step, tick, again)
 
 
 @jit
 def finish_micro_steps(grid, automata, seam, steps, again):
     """Finish a tick of several micro-steps, all cells being advanced."""
-    join_cells(grid, seam, steps.step, again)
+    join_cells(grid, seam)
     finish_impulses(grid, automata, seam, steps.step)

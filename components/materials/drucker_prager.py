@@ -16,9 +16,7 @@ from typing import Literal, NamedTuple
 from pydantic import model_validator
 
 from ..errors import ParameterError
-<<<<<<< HEAD
-from ..support.magnitudes import Magnitude, NotNegativeMagnitude
-from ..support.parameter_fields import field
+from ..support.parameter_fields import Magnitude, NotNegativeMagnitude, field
 from .plastic_law import PlasticLaw, Returned, return_stress, yield_limit
 
 
@@ -29,11 +27,6 @@ class DruckerPragerConstants(NamedTuple):
     hardening: float
     friction: float
     dilatancy: float
-=======
-from ..support.jit import inlined
-from ..support.parameter_fields import Magnitude, NotNegativeMagnitude, field
-from .plastic_law import PlasticLaw
->>>>>>> main
 
 
 class DruckerPrager(PlasticLaw):
