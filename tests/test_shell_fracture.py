@@ -18,7 +18,7 @@ from granular_env.cli.program import main
 from granular_env.components.shell import parallel_steps
 from granular_env.components.shell.fracture import force_recalculation, visibility
 from granular_env.components.shell.fracture.breaking_body import LOST_KINDS
-from granular_env.components.shell.fracture.criterion_evaluation import write_ratios
+from granular_env.components.shell.fracture.judgement import write_ratios
 from granular_env.components.shell.fracture.law import FractureLaw
 from granular_env.components.shell.fracture.outcome import (
     OUTCOMES,
@@ -29,7 +29,7 @@ from granular_env.components.shell.fracture.outcome import (
     outcome,
 )
 from granular_env.components.shell.fracture.principal_stress import PrincipalStress
-from granular_env.components.shell.fracture.tips import growth, part_faster, tip_speed
+from granular_env.components.shell.fracture.outcome import growth, part_faster, tip_speed
 from granular_env.components.shell.kernel_setup import Assembly
 from granular_env.components.shell.kernels import write_areas
 

@@ -12,7 +12,7 @@ import granular_env as ge
 from granular_env.components.shell.geometry.bodies import Plate, Rod, Tube
 from granular_env.components.shell.geometry.lattice import Lattice
 from granular_env.components.shell.geometry.lattice_axis import Axis, closed_axis, even_axis
-from granular_env.components.shell.neighbour_lists import compact, compress, expand
+from granular_env.components.shell.kernel_arrays import compact, compress, expand
 from granular_env.components.shell.quadrature import gauss_points, integration_points
 from granular_env.components.shell.shape_functions import UnspannedBasisError, decompose, quartic_spline, solve
 from granular_env.components.shell.stencils import make_stencils

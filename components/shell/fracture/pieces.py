@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 import numpy.typing as npt
 
 from ...support.jit import jit
 from ..geometry.lattice import Lattice
-from ..kernel_arrays import IntArray
+from ..kernel_arrays import CompactArray, IndexArray, IntArray
 
 # Ways of `facets.mark_links`: along, across, and both diagonals.
 ALONG, ACROSS = 0, 1
@@ -16,56 +18,60 @@ Marks = npt.NDArray[np.bool_]
 _CONNECTS = 0.01
 
 
+class Connected(NamedTuple):
+    """The columns of nodes that each point of a body without cracks connects.
+
+    Attributes:
+        ends: where those of each point end, shape (m + 1,), the first one 0.
+        lowest: the one of each point that has the least number, shape (m,).
+        offsets: the columns, counted from the lowest one of their point.
+    """
+
+    ends: IndexArray
+    lowest: IndexArray
+    offsets: CompactArray
+
+
 @jit
-def find_connected(begin, lowest, offsets, kind, first_rows, values, layers, ends, columns):
+def find_connected(stencils, layers, ends, columns):
     """Write the columns of which points of a body without cracks see a node, one point after the other.
 
     Args:
-        begin: where the neighbours of each point begin, shape (m + 1,).
-        lowest: the neighbour of each point that has the least number, shape (m,).
-        offsets: the neighbours, counted from the lowest one, shape (entries,).
-        kind: number of each point's rows, shape (m,).
-        first_rows: where those begin, shape (kinds,).
-        values: shape functions, shape (rows,).
+        stencils: `Stencils` of the points.
         layers: nodes of a column.
         ends: written: where those of each point end in `columns`, shape (m + 1,), the first one 0.
         columns: written, shape (entries,).
     """
+    begin, lowest, offsets, values = stencils.begin, stencils.lowest, stencils.offsets, stencils.values
     count = 0
-    for p in range(kind.size):
-        last = -1
+    for p in range(stencils.kind.size):
+        last, row = -1, stencils.first[stencils.kind[p]]
         for entry in range(begin[p], begin[p + 1]):
             column = np.int64(lowest[p] + offsets[entry]) // layers
-            if abs(values[first_rows[kind[p]] + entry - begin[p]]) > _CONNECTS and column != last:
+            if abs(values[row + entry - begin[p]]) > _CONNECTS and column != last:
                 columns[count] = last = column
                 count += 1
         ends[p + 1] = count
 
 
 @jit
-def label_columns(
-    begin, lowest, offsets, kind, first_rows, values, blind, layers, shared, ends, lowest_column, column_offsets, labels, borne
-):
+def label_columns(stencils, connected, blind, layers, shared, labels, borne):
     """Write for each column of nodes the first column that points connect with it.
 
     A point that bears stress connects all columns of which it sees a node, unless it hardly does.
 
     Args:
-        begin: where the neighbours of each point begin, shape (m + 1,).
-        lowest: the neighbour of each point that has the least number, shape (m,).
-        offsets: the neighbours, counted from the lowest one, shape (entries,).
-        kind: number of each point's rows, shape (m,).
-        first_rows: where those begin, shape (kinds,).
-        values: shape functions, shape (rows,).
+        stencils: `Stencils` of the points, with their cracks.
+        connected: `Connected`.
         blind: which points bear nothing, shape (m,).
         layers: nodes of a column.
         shared: points of a smaller kind see what they saw before any crack.
-        ends: where the columns that each of those connects end, see `find_connected`, shape (m + 1,).
-        lowest_column: the one of each point that has the least number, shape (m,).
-        column_offsets: these columns, counted from the lowest one.
         labels: written, shape (columns,).
         borne: written: whether any point sees each column, shape (columns,).
     """
+    begin, lowest, offsets, kind = stencils.begin, stencils.lowest, stencils.offsets, stencils.kind
+    first_rows, values = stencils.first, stencils.values
+    ends, lowest_column, column_offsets = connected.ends, connected.lowest, connected.offsets
     for column in range(labels.size):
         labels[column], borne[column] = column, False
     for p in range(blind.size):
