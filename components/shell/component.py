@@ -24,7 +24,7 @@ from .fracture.law import FractureLaw
 from .fracture.outcome import BULGED, BULGED_STRAIN, OUTCOMES, WHOLE
 from .fracture.principal_stress import PrincipalStress
 from .geometry.lattice import Lattice
-from .kernel_arrays import IntArray, Solid, State
+from .kernel_arrays import IntArray, Solid, State, Tables
 from .kernel_setup import Assembly, assemble, station_means, surface_quads
 from .parameters import ShellParameters
 from .quadrature import RuleName
@@ -369,9 +369,9 @@ class Shell(Component):
                 at=("start", name, node, direction),
             )
 
-    def tables(self) -> tuple[Solid, State, kernel_arrays.Scratch, FloatArray]:
-        """Return what the kernels work on, for a parent that calls them itself; the last one is the tally."""
-        return self._solid, self._state, self._scratch, self._block["tally"]
+    def tables(self) -> Tables:
+        """Return the arrays of the kernels, for a parent that calls them itself."""
+        return Tables(self._solid, self._state, self._scratch, self._block["tally"])
 
     def _advance(self, ticks: int) -> int:
         signals = tick_signals(self._held, self.assembly.conditions.moved, self._tick, ticks)

@@ -165,6 +165,15 @@ class Solid(NamedTuple):
     reference: FloatArray
 
 
+class Tables(NamedTuple):
+    """All that the kernels work on; `tally` has the entries named below, shape (TALLY,)."""
+
+    solid: Solid
+    state: State
+    scratch: Scratch
+    tally: FloatArray
+
+
 # Entries of the tally since the reset; three each where it is a vector. WALL_FORCE is that of now.
 PRESSURE_WORK, BOUNDARY_WORK, PRESSURE_IMPULSE, BOUNDARY_IMPULSE, WALL_IMPULSE, WALL_FORCE, TALLY = 0, 1, 2, 5, 8, 9, 10
 # Statuses of a tick: a point is inverted, strained too much in one tick, has flown or become hot beyond measure.

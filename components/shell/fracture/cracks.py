@@ -11,14 +11,14 @@ import numpy.typing as npt
 from ...support.float_arrays import FloatArray
 from ..column_means import make_column_means
 from ..geometry.lattice import Lattice
-from ..kernel_arrays import ColumnArray, IntArray, Solid, State, compress
+from ..kernel_arrays import ColumnArray, IntArray, Solid, State
 from ..quadrature import IntegrationPoints
 from ..shape_functions import write_hold
 from ..stencils import Stencils
 from .facets import mark_links
 from .judgement import Judgement, index_normal, judge
 from .law import FractureLaw
-from .pieces import Connected, Marks, crack_lips, detached_columns, find_connected, label_columns, severed_links
+from .pieces import Marks, crack_lips, detached_columns, label_columns, severed_links
 from .visibility import Visibility
 
 # A facet runs beside its point: half way to the next nodes where points lie at nodes, otherwise next to the point.
@@ -93,7 +93,6 @@ class Cracks:
             np.zeros((len(points.volume), 3)), np.zeros(len(points.volume), dtype=np.int64),
             np.zeros(len(points.volume), dtype=np.int64), self._ticks_to_unload(solid), make_column_means(lattice, points),
         )  # fmt: skip
-        self._connected = self._find_connected()
         self._hold = np.zeros(lattice.node_count)
         even = self.visibility
         write_hold(solid.body, even.seen, np.arange(lattice.node_count), self._hold)
@@ -350,14 +349,6 @@ class Cracks:
             body=body, hourglass=whole.hourglass._replace(partner=self._ties()), surface=whole.surface._replace(around=around)
         )
 
-    def _find_connected(self) -> Connected:
-        """Return what each point connects before any crack."""
-        some = self._stencils
-        ends, columns = np.zeros(len(some.kind) + 1, dtype=np.uint32), np.zeros(len(some.offsets), dtype=np.uint32)
-        layers = self._lattice.shape[2]
-        find_connected(some, layers, ends, columns)
-        return Connected(ends, *compress(ends, columns[: ends[-1]]))
-
     def _label_pieces(self) -> tuple[IntArray, Marks]:
         """Return the number of the piece of each column, that of its first column, and whether anything bears it."""
         n, m, layers = self._lattice.shape
@@ -366,8 +357,7 @@ class Cracks:
             return labels, ~borne
         blind = np.zeros(len(self._points.volume), dtype=bool)
         blind[self.eroded.astype(np.int64)] = True
-        shared = len(self._stencils.first) - 1
-        label_columns(self.visibility.seen, self._connected, blind, layers, shared, labels, borne)
+        label_columns(self.visibility.seen, blind, layers, labels, borne)
         return labels, borne
 
     @property

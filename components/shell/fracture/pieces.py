@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import numpy as np
 import numpy.typing as npt
 
-from ...support.jit import jit
+from ...support.jit import internal, jit
 from ..geometry.lattice import Lattice
-from ..kernel_arrays import CompactArray, IndexArray, IntArray
+from ..kernel_arrays import IntArray
 
 # Ways of `facets.mark_links`: along, across, and both diagonals.
 ALONG, ACROSS = 0, 1
@@ -18,96 +16,50 @@ Marks = npt.NDArray[np.bool_]
 _CONNECTS = 0.01
 
 
-class Connected(NamedTuple):
-    """The columns of nodes that each point of a body without cracks connects.
-
-    Attributes:
-        ends: where those of each point end, shape (m + 1,), the first one 0.
-        lowest: the one of each point that has the least number, shape (m,).
-        offsets: the columns, counted from the lowest one of their point.
-    """
-
-    ends: IndexArray
-    lowest: IndexArray
-    offsets: CompactArray
-
-
 @jit
-def find_connected(stencils, layers, ends, columns):
-    """Write the columns of which points of a body without cracks see a node, one point after the other.
-
-    Args:
-        stencils: `Stencils` of the points.
-        layers: nodes of a column.
-        ends: written: where those of each point end in `columns`, shape (m + 1,), the first one 0.
-        columns: written, shape (entries,).
-    """
-    begin, lowest, offsets, values = stencils.begin, stencils.lowest, stencils.offsets, stencils.values
-    count = 0
-    for p in range(stencils.kind.size):
-        last, row = -1, stencils.first[stencils.kind[p]]
-        for entry in range(begin[p], begin[p + 1]):
-            column = np.int64(lowest[p] + offsets[entry]) // layers
-            if abs(values[row + entry - begin[p]]) > _CONNECTS and column != last:
-                columns[count] = last = column
-                count += 1
-        ends[p + 1] = count
-
-
-@jit
-def label_columns(stencils, connected, blind, layers, shared, labels, borne):
+def label_columns(stencils, blind, layers, labels, borne):
     """Write for each column of nodes the first column that points connect with it.
 
     A point that bears stress connects all columns of which it sees a node, unless it hardly does.
 
     Args:
-        stencils: `Stencils` of the points, with their cracks.
-        connected: `Connected`.
+        stencils: `Stencils` of the points.
         blind: which points bear nothing, shape (m,).
         layers: nodes of a column.
-        shared: points of a smaller kind see what they saw before any crack.
         labels: written, shape (columns,).
         borne: written: whether any point sees each column, shape (columns,).
     """
-    begin, lowest, offsets, kind = stencils.begin, stencils.lowest, stencils.offsets, stencils.kind
-    first_rows, values = stencils.first, stencils.values
-    ends, lowest_column, column_offsets = connected.ends, connected.lowest, connected.offsets
+    begin, lowest, offsets, values = stencils.begin, stencils.lowest, stencils.offsets, stencils.values
     for column in range(labels.size):
         labels[column], borne[column] = column, False
     for p in range(blind.size):
         if blind[p]:
             continue
-        first, last = -1, -1
-        plain = kind[p] < shared
-        from_entry, to_entry = np.int64(begin[p]), np.int64(begin[p + 1])
-        if plain:
-            from_entry, to_entry = np.int64(ends[p]), np.int64(ends[p + 1])
-        for entry in range(from_entry, to_entry):
-            if plain:
-                column = np.int64(lowest_column[p] + column_offsets[entry])
-            else:
-                if not abs(values[first_rows[kind[p]] + entry - begin[p]]) > _CONNECTS:
-                    continue
-                column = np.int64(lowest[p] + offsets[entry]) // layers
-                if column == last:
-                    continue
-                last = column
+        first, last, row = -1, -1, stencils.first[stencils.kind[p]]
+        for entry in range(begin[p], begin[p + 1]):
+            column = np.int64(lowest[p] + offsets[entry]) // layers
+            if column == last or not abs(values[row + entry - begin[p]]) > _CONNECTS:
+                continue
+            last = column
             borne[column] = True
-            second = column
-            while labels[second] != second:
-                second = labels[second]
+            root = find_root(labels, column)
             if first < 0:
-                first = second
-            elif first < second:
-                labels[second] = first
+                first = root
+            elif first < root:
+                labels[root] = first
             else:
-                labels[first] = second
-                first = second
+                labels[first] = root
+                first = root
     for column in range(labels.size):
-        root = column
-        while labels[root] != root:
-            root = labels[root]
-        labels[column] = root
+        labels[column] = find_root(labels, column)
+
+
+@internal
+def find_root(labels, column):
+    """Return the first column of the piece of a column."""
+    while labels[column] != column:
+        column = labels[column]
+    return column
 
 
 def severed_links(links: npt.NDArray[np.uint8]) -> Marks:
