@@ -13,7 +13,6 @@ import numpy as np
 from ..balances import Balance
 from ..component import Component
 from ..detonation.component import DetonationTube
-from ..detonation.kernel_arrays import WALL_WORK
 from ..drawables import Cells, Drawable, Points
 from ..errors import Fault, ParameterError, StepError
 from ..events import EventDetail
@@ -335,30 +334,28 @@ class Tube(Component):
 
     def _advance_shell(self, tick: int, before: FloatArray, after: FloatArray) -> int:
         """Advance the shell under pressures that go linearly through the tick, and count the work."""
-        room, acting, (velocity, area) = self.parameters.room_pressure, self._pressures[2], self._before
+        room, acting = self.parameters.room_pressure, self._pressures[2]
         self._works[:] = 0.0
         for step in range(self.shell_steps):
             acting[:] = before + (step + 0.5) / self.shell_steps * (after - before)
             self._failed_tick = tick * self.shell_steps + step
             # Those of a shell that parts in this step are others afterwards.
             solid, state, _, _ = self.shell.tables()
-            exchange.keep_surface(self.interface, state, velocity, area)
+            exchange.keep_surface(self.interface, state, self._before)
             self.shell.adopt(self._failed_tick, {})
             self.shell.adopt_inputs({"pressure": acting - room})
             status = self.shell.advance(1)
             if status:
                 return _SHELL + status
-            exchange.add_work(self.interface, solid, state, velocity, area, acting, room, self._works, self._block["tally"])
+            exchange.add_work(self.interface, solid, state, self._before, acting, room, self._works, self._block["tally"])
         return 0
 
     def _move_wall(self, tick: int, pressures: FloatArray) -> int:
         """Give the gas the cross-section that the shell leaves it, and take the work of this tick from it."""
-        medium, _, gas, _, tally = self.gas.tables()
         self._failed_tick = tick
         status = exchange.move_wall(
-            medium, gas, self.interface, pressures, self._block["widening"], self._works, self._cells[0], self._cells[1],
-            tally[WALL_WORK : WALL_WORK + 1], self._failed,
-        )  # fmt: skip
+            self.gas.tables(), self.interface, pressures, self._block["widening"], self._works, self._cells, self._failed
+        )
         return _WALL + status if status else 0
 
     def _explain(self, status: int) -> StepError:

@@ -69,7 +69,8 @@ class PressureBurn(Reaction):
 
     def describe_ignition(self, constants: Any, peak: float, density: FloatArray, pressure: FloatArray) -> str:
         """Return the largest pressure of unburnt gas compared with the trigger."""
-        return f"its largest pressure was {peak / constants.trigger:.2f} of the {1e-3 * constants.trigger:.4g} kPa that start pressure_burn"
+        part, needed = peak / constants.trigger, 1e-3 * constants.trigger
+        return f"its largest pressure was {part:.2f} of the {needed:.4g} kPa that start pressure_burn"
 
 
 @can_react.register(PressureBurnConstants)
