@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from math import sqrt
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
+from ...errors import ParameterError
 from ...materials.tensors import (
     determinant,
-    equivalent_square,
     equivalent_stress,
     largest_principal,
     load_deformation,
@@ -18,28 +18,31 @@ from ...materials.tensors import (
     mean_stress,
 )
 from ...support.float_arrays import FloatArray
-from ...support.jit import jit
+from ...support.jit import internal, jit
 from ..column_means import ColumnMeans
-from .law import Decisive
+from ..geometry.bodies import EDGES
+from ..kernel_setup import Assembly
+from ..parameters import ShellParameters
+from .law import Point, decisive_value, may_exceed
+from .pieces import Marks
 
-_PRINCIPAL_STRESS, _PLASTIC_STRAIN = int(Decisive.PRINCIPAL_STRESS), int(Decisive.PLASTIC_STRAIN)
 # A point parts a second time in a direction whose cosine with the first one is smaller.
 _ANOTHER_DIRECTION = 0.7
 # A plane whose normal is so much along the thickness is parallel to the wall, any other one goes straight through it.
 _PARALLEL = 0.9
-# Kirchhoff stresses below this part of a limit give no Cauchy stress beyond it: a body in tension does not shrink so far.
-_SAFE = 0.8
 # Ratios to the limit below this one are not noted.
 _NOTED = 0.5
+# The limit of what does not part: above any stress and strain, its square is finite.
+UNBREAKABLE = 1e100
+_GRIPPED = ("clamped", "moved")
 
 
 class Judgement(NamedTuple):
     """The tables by which points are judged.
 
     Attributes:
-        decisive: what is compared with the limit, a `Decisive`.
+        law: constants of the fracture law.
         limit: at which each point parts, shape (m,).
-        tension: largest principal stress below which nothing parts by its strain [Pa].
         along, across, through: distances of planes at the points along each axis, an angle where the axis is one [m].
         radius: at the points through the thickness, 1 where the body is straight, shape (points through,).
         normal: of the first crack of each point, in index space, shape (m, 3).
@@ -49,9 +52,8 @@ class Judgement(NamedTuple):
         means: the stresses that are judged.
     """
 
-    decisive: int
+    law: Any
     limit: FloatArray
-    tension: float
     along: FloatArray
     across: FloatArray
     through: FloatArray
@@ -81,16 +83,9 @@ def find_parting(solid, state, judged, found, nearest, tick):
     count = 0
     for p in range(judged.limit.size):
         largest = min(max(nearest[0], _NOTED), 1.0)
-        if judged.decisive == _PLASTIC_STRAIN:
-            if not state.plastic_strain[p] > largest * judged.limit[p]:
-                continue
-        elif judged.decisive == _PRINCIPAL_STRESS:
-            # The largest principal stress is at most the mean one plus two thirds of the equivalent one.
-            stress = load_symmetric(judged.means.stress, p)
-            left = 1.5 * (_SAFE * largest * judged.limit[p] - mean_stress(stress))
-            if left > 0.0 and equivalent_square(stress) < left * left:
-                continue
-        value, nx, ny, nz = decisive_value(judged.means.stress, state, judged, p)
+        if not may_exceed(judged.law, largest * judged.limit[p], load_symmetric(judged.means.stress, p), flown(state, p)):
+            continue
+        value, nx, ny, nz = judge(judged.means.stress, state, judged, p)
         if judged.cracks[p] == 0 and value > nearest[0] * judged.limit[p] and value > _NOTED * judged.limit[p]:
             nearest[0], nearest[1], nearest[2] = value / judged.limit[p], p, tick
         if value > judged.limit[p]:
@@ -105,8 +100,14 @@ def find_parting(solid, state, judged, found, nearest, tick):
     return count
 
 
+@internal
+def flown(state, p):
+    """Return the plastic strain of a point, 0 of an elastic body."""
+    return state.plastic_strain[p] if state.plastic_strain.size > 0 else 0.0
+
+
 @jit
-def decisive_value(stresses, state, judged, p):
+def judge(stresses, state, judged, p):
     """Return what decides at a point, to be compared with its limit, and the direction of the largest principal stress.
 
     Args:
@@ -117,11 +118,7 @@ def decisive_value(stresses, state, judged, p):
     """
     volume = determinant(load_deformation(state.gradient, p))
     stress, nx, ny, nz = largest_principal(load_symmetric(stresses, p))
-    if judged.decisive == _PLASTIC_STRAIN:
-        return state.plastic_strain[p] if stress > judged.tension else 0.0, nx, ny, nz
-    if judged.decisive == _PRINCIPAL_STRESS:
-        return stress / volume, nx, ny, nz
-    raise ValueError("a fracture law is decided by what no kernel computes")
+    return decisive_value(judged.law, Point(stress, volume, flown(state, p))), nx, ny, nz
 
 
 @jit
@@ -153,7 +150,7 @@ def index_normal(solid, state, judged, p, nx, ny, nz):
 def write_ratios(state, judged, out):
     """Write what decides over its limit at each point."""
     for p in range(out.size):
-        value, _, _, _ = decisive_value(judged.means.stress, state, judged, p)
+        value, _, _, _ = judge(judged.means.stress, state, judged, p)
         out[p] = value / judged.limit[p]
 
 
@@ -164,3 +161,24 @@ def write_triaxiality(stress, out):
         tensor = load_symmetric(stress, p)
         equivalent = equivalent_stress(tensor)
         out[p] = mean_stress(tensor) / equivalent if equivalent > 0.0 else 0.0
+
+
+def points_in_grips(p: ShellParameters, assembly: Assembly, length: float) -> Marks:
+    """Return which points lie within a length of an edge that is clamped or moved, shape (m,).
+
+    Raises:
+        ParameterError: there is no such edge, or they are all points.
+    """
+    places: FloatArray = assembly.points.all_places()
+    found: Marks = places[:, 0] < -1.0
+    for edge, kind in p.boundaries.items():
+        if kind in _GRIPPED and length > 0.0:
+            number, end = EDGES[edge]
+            axis = assembly.lattice.axes[number]
+            found |= abs(axis.at(places[:, number]) - axis.positions[end]) < length
+    at = ("fracture", "grip_length")
+    if length > 0.0 and not any(kind in _GRIPPED for kind in p.boundaries.values()):
+        raise ParameterError(f"got {length:g} m, but no edge is {' or '.join(_GRIPPED)}", hint="leave it out", at=at)
+    if found.all():
+        raise ParameterError(f"got {length:g} m, so that nothing of the body could part", hint="give a smaller one", at=at)
+    return found
