@@ -11,9 +11,9 @@ from typing import ClassVar, Literal
 import numpy as np
 import numpy.typing as npt
 
-from .contract import Variable
 from .support.parameter_fields import field
 from .support.tagged_union import Named
+from .variables import Variable
 
 OPPOSITE = {"left": "right", "right": "left", "bottom": "top", "top": "bottom"}
 

@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 
 from .errors import Location, ParameterError, one_line, to_location
-from .indexing import check_index, index_text, parse_index
 from .support.float_arrays import FloatArray
 from .support.validation import finite_number
+from .variables import check_index, index_text, parse_index
 
 Shape = tuple[int, ...]
 _NUMBERS = frozenset([int, float, np.float64, np.int64])

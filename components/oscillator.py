@@ -13,11 +13,11 @@ from pydantic import Field
 
 from .balances import Balance
 from .component import Component
-from .contract import Variable
 from .errors import StepError
 from .inputs import input_mean
 from .support.float_arrays import FloatArray
 from .support.validation import Parameters
+from .variables import Variable
 
 
 class OscillatorParameters(Parameters):

@@ -7,10 +7,10 @@ from collections.abc import Callable, Collection, Iterator, Mapping
 from typing import Any, TypeVar
 
 from .component import Component
-from .contract import Variable
 from .drawables import OUTPUT_FIELDS, Drawable
 from .errors import ParameterError
 from .support.float_arrays import FloatArray
+from .variables import Variable
 
 Part = TypeVar("Part", bound=Component)
 

@@ -12,7 +12,7 @@ import gymnasium
 import numpy as np
 
 import granular_env  # noqa: F401 - registers the environments
-from granular_env.components.indexing import parse_element
+from granular_env.components.variables import parse_element
 from granular_env.domains import environments, load
 from granular_env.envs import ComponentEnv, rendering
 from granular_env.envs.policies import OpenLoop

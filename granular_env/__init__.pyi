@@ -3,7 +3,6 @@ from .atlas import run_atlas
 from .components.catalogue import make
 from .components.chain import Chain
 from .components.component import Component
-from .components.contract import Variable
 from .components.errors import (
     ExperimentError,
     GranularError,
@@ -17,6 +16,7 @@ from .components.errors import (
 from .components.materials.elastic import Material
 from .components.profiles import Profile
 from .components.snapshot import Snapshot
+from .components.variables import Variable
 from .control.study.runner import run_study
 from .recording import open_log, record, recover, verify
 from .resumption import resume

@@ -12,9 +12,9 @@ from pydantic.fields import FieldInfo
 
 from granular_env.components import catalogue
 from granular_env.components.component import Component
-from granular_env.components.contract import Variable
 from granular_env.components.support.parameter_fields import unit_of
 from granular_env.components.support.validation import Choices, Parameters, tables
+from granular_env.components.variables import Variable
 from granular_env.domains import domain_of
 from granular_env.experiments.templates import default_of, example_of, example_values, parts_of, value_text
 from granular_env.package_contents import first_sentence

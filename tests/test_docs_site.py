@@ -18,7 +18,7 @@ from support import browser
 import granular_env as ge
 from granular_env import envs, recording, sweep, viewing
 from granular_env.components import catalogue
-from granular_env.components.observer import Observer
+from granular_env.components.stepping import Observer
 from granular_env.components.support.validation import Choices
 from granular_env.domains import chain
 

@@ -8,9 +8,8 @@ import numpy as np
 import pytest
 
 import granular_env as ge
-from granular_env.components.contract import Variable
 from granular_env.components.errors import ExperimentError, GranularError, ParameterError
-from granular_env.components.indexing import Element, parse_element, parse_index
+from granular_env.components.variables import Element, Variable, parse_element, parse_index
 from granular_env.envs import ComponentEnv, Task
 from granular_env.experiments import load_experiment
 from granular_env.run_loop import RunResult

@@ -19,10 +19,10 @@ from support.env_toys import MAKERS, SMALL, Swing, actions, transcript
 
 import granular_env.envs  # noqa: F401 - registers the environments
 from granular_env.components.component import Component
-from granular_env.components.contract import Variable
 from granular_env.components.drawables import Points
 from granular_env.components.errors import ParameterError
 from granular_env.components.oscillator import Oscillator
+from granular_env.components.variables import Variable
 from granular_env.domains.chain.tasks import ENVIRONMENTS
 from granular_env.domains.chain.tasks.piston import make_piston
 from granular_env.envs import ComponentEnv, Task, check_task

@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
+from granular_env.components.csv_history import read_bounded
 from granular_env.components.errors import ExperimentError, ParameterError
-from granular_env.components.file_reading import read_bounded
 from granular_env.experiments import load_experiment
 from granular_env.experiments.preparation import prepare
 

@@ -23,10 +23,10 @@ import granular_env.components.catalogue as catalogue
 from granular_env.cli import main
 from granular_env.components.balances import Balance
 from granular_env.components.component import Component
-from granular_env.components.contract import Variable
 from granular_env.components.errors import ExperimentError, LogError, ParameterError, StepError
 from granular_env.components.oscillator import Oscillator
 from granular_env.components.support.validation import Parameters
+from granular_env.components.variables import Variable
 from granular_env.experiments import load_experiment
 from granular_env.experiments.cost import recorded_bytes
 from granular_env.experiments.preparation import prepare

@@ -18,12 +18,12 @@ from support.recording_helpers import changed, film_topics, rewrite
 
 import granular_env as ge
 from granular_env.components.component import Component
-from granular_env.components.contract import Variable
 from granular_env.components.discs import Discs
 from granular_env.components.drawables import Links, Points
 from granular_env.components.errors import GranularError, LogError
 from granular_env.components.events import EventDetail
 from granular_env.components.profiles import Profile
+from granular_env.components.variables import Variable
 from granular_env.recording import open_log, record, verify
 from granular_env.recording.format.records import EVENTS, HASHES, HEADER, SNAPSHOTS, STEPS, TOPICS, Record
 from granular_env.recording.reader.event_places import place_of

@@ -10,8 +10,8 @@ import pytest
 from support.rerun_tools import columns
 
 import granular_env as ge
-from granular_env.components.contract import Variable
 from granular_env.components.drawables import Cells, Links, Points
+from granular_env.components.variables import Variable
 from granular_env.recording.reader.event_places import place_of, position_words
 from granular_env.viewing import LiveViewer, report, save_rrd
 from granular_env.viewing.colour_scales import colour_scales

@@ -5,6 +5,4 @@ from __future__ import annotations
 from .component import Automata
 from .parameters import AutomataParameters
 
-COMPILATION = ("the automata", 9)
-
 __all__ = ["Automata", "AutomataParameters"]

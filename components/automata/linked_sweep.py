@@ -22,7 +22,6 @@ from typing import Any
 import numpy as np
 
 from ..support.jit import internal_inlined, jit
-from ..support.prefetch import prefetch
 from .pair import half_turn, small_turn
 from .sweep_order import LANES, LINK_ROWS, POINT_ROWS, PULL_ROWS, SHIFT, STRIDE, VECTOR
 
@@ -34,7 +33,6 @@ _SMALL = 1.5
 # Columns of what is kept of automata with inputs; see `sweep`.
 KEPT = 6
 # How far ahead of the tile that is moved another one is asked for.
-AHEAD = 2 * LANES
 # How a sweep moves the automata: not at all; half a drift, a kick, half a drift; a drift and half a kick; a drift, half a kick
 # that ends a step, and half of one that begins the next.
 STILL, DRIFT_KICK_DRIFT, DRIFT_HALF_KICK, DRIFT_TWO_HALF_KICKS = 0, 1, 2, 3
@@ -339,20 +337,6 @@ def _count_fast(body, part, marked, kept, force, time, limit):
     return fast
 
 
-@internal_inlined
-def _prefetch_for(stage, displacement, velocity, rotation, spin, first, end):
-    """Ask for a quarter of the motion of a tile that is moved soon; all at once, they would wait for each other."""
-    if first + LANES <= end:
-        if stage == 1:
-            prefetch(displacement, 2 * first, 2 * (first + LANES))
-        elif stage == 2:
-            prefetch(velocity, 2 * first, 2 * (first + LANES))
-        elif stage == 3:
-            prefetch(rotation, first, first + LANES)
-        else:
-            prefetch(spin, first, first + LANES)
-
-
 @jit
 def sweep(body, part, motion, scratch, marked, kept, time, limit, moves):
     """Advance automata by an internal step with the forces of their links, or compute those forces alone.
@@ -388,7 +372,6 @@ def sweep(body, part, motion, scratch, marked, kept, time, limit, moves):
         low, high = max(base, part.ranges[0, 0]), min(base + LANES, part.ranges[0, 1])
         _move_tile(body, part, displacement, velocity, rotation, spin, low, high, before)
         for stage in range(1, 5):
-            _prefetch_for(stage, displacement, velocity, rotation, spin, base + AHEAD, part.end)
             low = max(base - part.lags[stage], part.ranges[stage, 0])
             high = min(base - part.lags[stage] + LANES, part.ranges[stage, 1])
             while low < high:
@@ -449,18 +432,3 @@ def update_forces(body: Any, part: Any, motion: Any, scratch: Any) -> None:
         scratch: a `Scratch`, overwritten.
     """
     sweep(body, part, motion, scratch, _NOBODY, _NOTHING, 0.0, 0.0, STILL)
-
-
-@jit
-def copy_ghosts(part, displacement, velocity, rotation, spin):
-    """Copy what a part needs of others before they move; arrays as for `sweep`."""
-    at = 0
-    for low, high in ((part.ranges[0, 0], part.begin), (part.end, part.ranges[0, 1])):
-        for i in range(low, high):
-            for k in range(2):
-                part.ghost_displacement[2 * at + k], part.ghost_velocity[2 * at + k] = (
-                    displacement[2 * i + k],
-                    velocity[2 * i + k],
-                )
-            part.ghost_rotation[at], part.ghost_spin[at] = rotation[i], spin[i]
-            at += 1

@@ -10,8 +10,7 @@ from ..boundaries import OPPOSITE
 from ..errors import Location, nearest
 from ..materials.elastic import Material, Preset, constants_of, preset_list
 from ..regions import ChosenArea
-from ..support.magnitudes import Magnitude, NotNegativeMagnitude, refuse_absurd, refuse_far
-from ..support.parameter_fields import Index, Pair, field
+from ..support.parameter_fields import Index, Magnitude, NotNegativeMagnitude, Pair, field, refuse_absurd, refuse_far
 from ..support.validation import Parameters, refusal
 from .boundaries import ChosenBoundary, Periodic, Traction
 from .breaking import ChosenCriteria, ChosenCriterion, Criterion, Unbreakable

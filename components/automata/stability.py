@@ -10,7 +10,7 @@ import numpy as np
 
 from ..support.counter_random import uniform
 from ..support.jit import jit
-from ..support.result_cache import ResultCache
+from ..support.stable_step import ResultCache
 from .kernel_arrays import Body, Motion, Scratch, make_scratch
 
 # Amplitude of displacements over the diameter and of rotations: what is not linear is as small as this.

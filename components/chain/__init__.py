@@ -5,6 +5,4 @@ from __future__ import annotations
 from .component import Chain
 from .parameters import ChainParameters, UniformRadii
 
-COMPILATION = ("the chain", 8)
-
 __all__ = ["Chain", "ChainParameters", "UniformRadii"]

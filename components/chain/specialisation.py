@@ -8,16 +8,16 @@ inlined, what its properties rule out is not compiled, and a run compiles its ow
 from __future__ import annotations
 
 import builtins
+import dis
 import types
-from collections.abc import Callable
-from functools import cache
+from collections.abc import Callable, Iterator
+from functools import cache, lru_cache
 from typing import Any
 from weakref import WeakKeyDictionary
 
-from numba.core.dispatcher import Dispatcher
+import numba
 
-from ..support.compilation.fingerprint import attributes_in, is_of_package, is_versioned, names_in
-from ..support.jit import JIT, compile_like, current, note_references
+from ..support.jit import JIT, OPTIONS
 from .laws import placeholders
 from .laws.law import Law, law_functions
 
@@ -32,7 +32,7 @@ def specialise(kernel: Callable[..., Any], law: type[Law]) -> Callable[..., Any]
     Raises:
         ParameterError: a kernel of another package refers to something that has another value than when it was specialised.
     """
-    return _specialisation(law).of(kernel if is_of_package(kernel) else current(kernel))
+    return _specialisation(law).of(kernel)
 
 
 @cache
@@ -79,12 +79,11 @@ class _Specialisation:
         cells = tuple(self._cell(cell, attributes) for cell in function.__closure__ or ())
         if _same(own.values(), found.values()) and _same(cells, function.__closure__ or ()):
             return None
-        if not is_of_package(kernel):
-            note_references(kernel)
         space = {"__builtins__": builtins, "__name__": function.__module__, **own}
         copy = types.FunctionType(function.__code__, space, function.__name__, function.__defaults__, cells)
         copy.__doc__, copy.__qualname__ = function.__doc__, function.__qualname__
-        return compile_like(kernel, copy)
+        options = {name: value for name, value in getattr(kernel, "targetoptions", {}).items() if name == "forceinline"}
+        return numba.njit(**OPTIONS, **options)(copy) if JIT else copy
 
     def _cell(self, cell: types.CellType, names: tuple[str, ...]) -> types.CellType:
         """Return a cell for the counterpart of what it holds."""
@@ -104,8 +103,44 @@ class _Specialisation:
 
 
 def _is_kernel(value: Any) -> bool:
-    return isinstance(value, Dispatcher) or (not JIT and isinstance(value, types.FunctionType))
+    return hasattr(value, "py_func") or (not JIT and isinstance(value, types.FunctionType))
 
 
 def _same(some: Any, others: Any) -> bool:
     return all(one is other for one, other in zip(some, others, strict=True))
+
+
+def is_versioned(module: str) -> bool:
+    """Return whether a module belongs to a package whose functions no law changes."""
+    return module.split(".")[0] in ("builtins", "math", "cmath", "operator", "numpy", "numba")
+
+
+@lru_cache(maxsize=4096)
+def _names(code: types.CodeType) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """Return the globals that code asks for, that of nested functions included, and the attributes."""
+    names: dict[str, None] = {}
+    attributes: dict[str, None] = {}
+    for one in _walk_code(code):
+        for step in dis.get_instructions(one):
+            if step.opname in ("LOAD_GLOBAL", "LOAD_NAME"):
+                names[step.argval] = None
+            elif step.opname in ("LOAD_ATTR", "LOAD_METHOD"):
+                attributes[step.argval] = None
+    return tuple(names), tuple(attributes)
+
+
+def names_in(code: types.CodeType) -> tuple[str, ...]:
+    """Return the globals that code asks for, those of nested functions included."""
+    return _names(code)[0]
+
+
+def attributes_in(code: types.CodeType) -> tuple[str, ...]:
+    """Return the attributes that code asks for, those of nested functions included."""
+    return _names(code)[1]
+
+
+def _walk_code(code: types.CodeType) -> Iterator[types.CodeType]:
+    yield code
+    for one in code.co_consts:
+        if isinstance(one, types.CodeType):
+            yield from _walk_code(one)

@@ -5,6 +5,4 @@ from __future__ import annotations
 from .component import Coupled
 from .parameters import CoupledParameters
 
-COMPILATION = ("the coupled medium", 7)
-
 __all__ = ["Coupled", "CoupledParameters"]

@@ -5,6 +5,4 @@ from __future__ import annotations
 from .component import DetonationTube
 from .parameters import DetonationParameters
 
-COMPILATION = ("the gas", 8)
-
 __all__ = ["DetonationParameters", "DetonationTube"]

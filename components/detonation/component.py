@@ -9,12 +9,12 @@ import numpy as np
 
 from ..balances import Balance
 from ..component import Component
-from ..contract import Variable
 from ..drawables import Cells, Curve, Drawable
 from ..errors import ParameterError, StepError
 from ..events import EventDetail
 from ..support.float_arrays import FloatArray
 from ..support.round_numbers import round_down_to_125
+from ..variables import Variable
 from . import ignition, kernel_arrays, kernels, moving_mesh
 from .boundaries import ABSORBING, DIAPHRAGM, OPEN, PISTON, Diaphragm
 from .chapman_jouguet import Detonation, Flow, chapman_jouguet

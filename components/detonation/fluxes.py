@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from math import nan, sqrt
 
-from ..support.jit import internal, internal_inlined
+from ..support.jit import inlined, internal, internal_inlined
 from ..support.powers import power
 from .boundaries import ABSORBING, CLOSED, DIAPHRAGM, PISTON
 
@@ -96,7 +96,7 @@ def piston_impedance(gamma, density, speed, pressure):
     return density * sound * power(left, (gamma + 1.0) / (gamma - 1.0)) if left > 0.0 else 0.0
 
 
-@internal_inlined
+@inlined
 def opening_flux(medium, state, side, outside):
     """Return the flux through an opening into a room at rest.
 

@@ -5,6 +5,4 @@ from __future__ import annotations
 from .component import Grid
 from .parameters import GridParameters
 
-COMPILATION = ("the grid", 6)
-
 __all__ = ["Grid", "GridParameters"]

@@ -5,6 +5,4 @@ from __future__ import annotations
 from .component import Shell
 from .parameters import ShellParameters
 
-COMPILATION = ("the solid", 10)
-
 __all__ = ["Shell", "ShellParameters"]

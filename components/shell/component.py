@@ -10,11 +10,11 @@ import numpy as np
 
 from ..balances import Balance
 from ..component import Component
-from ..contract import Variable
 from ..drawables import Cells, Drawable, Points
 from ..errors import ParameterError, StepError
 from ..support.float_arrays import FloatArray
 from ..support.stable_step import longest_suggested_step, refuse_large_step, suggest_step
+from ..variables import Variable
 from . import energies, kernel_arrays, kernels, parallel_steps
 from .column_means import ColumnMeans, make_column_means, write_column_means
 from .fracture.breaking_body import KINDS, LOST_KINDS, BreakingBody

@@ -8,8 +8,7 @@ from pydantic import SerializeAsAny
 
 from ..materials.elastic import PRESETS
 from ..materials.thermoviscoplastic import FlowConstants, Thermoviscoplastic
-from ..support.magnitudes import Magnitude
-from ..support.parameter_fields import field
+from ..support.parameter_fields import Magnitude, field
 from ..support.tagged_union import ByName, Named
 from ..support.validation import refusal
 

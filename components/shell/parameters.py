@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from pydantic import Field, model_validator
 
-from ..support.magnitudes import Magnitude, NotNegativeMagnitude, SignedPair
-from ..support.parameter_fields import field
+from ..support.parameter_fields import Magnitude, NotNegativeMagnitude, SignedPair, field
 from ..support.validation import Parameters
 from .boundaries import BoundaryName, EdgeName
 from .fracture.law_catalogue import ChosenFracture, NoFracture

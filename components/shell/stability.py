@@ -7,7 +7,7 @@ import numpy as np
 from ..support import stable_step
 from ..support.counter_random import uniform
 from ..support.float_arrays import FloatArray
-from ..support.result_cache import ResultCache
+from ..support.stable_step import ResultCache
 from . import kernels
 from .kernel_arrays import Solid, State, make_scratch
 

@@ -1,3 +1,1 @@
 """Support for components: compiled code, reproducible arithmetic, serialisation, checks of what people give."""
-
-COMPILATION = ("reproducible arithmetic", 2)

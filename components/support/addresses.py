@@ -15,8 +15,7 @@ from numba.core import cgutils, sigutils
 from numba.core.errors import TypingError
 from numba.extending import intrinsic
 
-from .compilation.fingerprint import tell_apart
-from .jit import JIT, current, jit
+from .jit import JIT, jit
 
 
 def address(function: Callable[..., Any], signature: str) -> Any:
@@ -26,7 +25,7 @@ def address(function: Callable[..., Any], signature: str) -> Any:
     """
     if not hasattr(function, "compile"):
         return function
-    compiled = current(function)
+    compiled: Any = function
     compiled.compile(signature)
     result = compiled.overloads[sigutils.normalize_signature(signature)[0]]
     wanted = sigutils.normalize_signature(signature)[1]
@@ -63,7 +62,6 @@ def caller(signature: str) -> Any:
 
         return returned(numba.types.int64, arguments), generate
 
-    tell_apart(call, f"caller {signature}")
     return call
 
 
@@ -90,7 +88,6 @@ def array_at(kind: Any) -> Any:
 
         return pointed(numba.types.int64), generate
 
-    tell_apart(to_pointer, f"pointer to {kind}")
     pointer: Any = to_pointer
 
     @jit

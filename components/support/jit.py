@@ -1,209 +1,145 @@
-"""`jit`: numba without reassociation, and with a cache on disk that is right by construction (`kernel_cache`)."""
+"""`jit`: numba without reassociation, and with numba's own cache in a folder that belongs to this version of the sources."""
 
 from __future__ import annotations
 
 import hashlib
 import os
-import weakref
+import shutil
+import sys
+import time
 from collections.abc import Callable
-from contextlib import nullcontext
 from functools import cache
+from importlib import metadata, util
 from pathlib import Path
 from typing import Any, TypeVar
 
-import llvmlite
 import numba
 import numpy as np
-from numba.core import config as numba_config
 from numba.core import sigutils
-from numba.core.bytecode import FunctionIdentity
-from numba.core.dispatcher import Dispatcher
-from numba.core.registry import CPUDispatcher
 
-from .compilation import compilation_notice
-from .compilation.fingerprint import is_of_package
-from .compilation.garbage_collection import without_collection
-from .compilation.kernel_cache import KernelCache, compilers
+from .notice import tell
 
-_settings: Any = numba_config
+_settings: Any = numba.config  # pyright: ignore[reportPrivateImportUsage]
 # Whether anything is compiled at all.
 JIT = not _settings.DISABLE_JIT
-# Functions of numba.njit -> the same compiled by `jit`, which live as long.
-_compiled_again: weakref.WeakKeyDictionary[Any, Any] = weakref.WeakKeyDictionary()
+# Options of every kernel. Kernels raise nothing, and a division that may raise would keep a loop from being vectorised.
+# No kernel is called from C, and that entry would be a tenth of the compilation.
+OPTIONS = {"nogil": True, "error_model": "numpy", "no_cfunc_wrapper": True}
+# Entry points of packages whose kernels and laws are compiled together with those of this package.
+_PLUGIN_GROUPS = ("granular_env.components", "granular_env.chain_laws")
+_DAYS_KEPT = 30
 F = TypeVar("F", bound=Callable[..., Any])
-# Options of what Python does not call: no entry from there, and no counts of references to arrays.
-_INTERNAL = {"no_cpython_wrapper": True, "_nrt": False}
 
 
 def jit(function: F) -> F:
-    """Compile for this CPU without any reassociation: the same bits with the JIT on or off. The GIL is released.
+    """Compile a function for this CPU without reassociation: the same bits with the JIT on or off. It releases the GIL.
 
-    A function of this package that takes a tuple of arrays may make none.
+    Machine code of this package and of its plug-ins is kept on disk. Other functions are compiled in each process: numba's
+    cache would miss an edit of what they import.
     """
     return _compile(function)
 
 
 def inlined(function: F) -> F:
-    """`jit` for what long loops call: LLVM puts it into its callers, so that loops become vectors and constants fold."""
+    """Compile like `jit` a function that long loops call: LLVM inlines it into its callers, so that loops vectorise."""
     return _compile(function, forceinline=True)
 
 
 def internal(function: F) -> F:
-    """`jit` for what other kernels call and Python does not: intermediate code, without its entry from Python.
+    """Compile like `jit` a function that other kernels call and Python does not: without its entry from Python.
 
-    For arguments that are tuples of many arrays that entry takes longer to compile than the function itself. The function may
-    make no array. Python can call it all the same, as in a test: it is then compiled once more.
+    That entry takes longer to compile than a short function.
     """
-    return _compile(function, **_INTERNAL)
+    return _compile(function, no_cpython_wrapper=True)
 
 
 def internal_inlined(function: F) -> F:
-    """`inlined` and `internal`."""
-    return _compile(function, forceinline=True, **_INTERNAL)
-
-
-class _Kernel(CPUDispatcher):
-    """A function that is compiled once for whole numbers: numba would compile it for each literal that it is called with."""
-
-    def get_call_template(self, args: Any, kws: Any) -> Any:
-        """Return how another jitted function calls this one."""
-        return super().get_call_template(tuple(map(_without_literal, args)), kws)
-
-    def compile(self, sig: Any) -> Any:
-        """Compile for a signature, or load what was compiled."""
-        with without_collection(), nullcontext() if compilers is None else compilers.kept_calls():
-            return super().compile(sig)
-
-
-class _Internal(_Kernel):
-    """A function without an entry from Python, as intermediate code."""
-
-    def __call__(self, *arguments: Any, **named: Any) -> Any:  # pyright: ignore[reportIncompatibleMethodOverride]
-        """Call it by another one that has such an entry."""
-        if not hasattr(self, "_with_entry"):
-            self._with_entry = _keep_on_disk(_Kernel(self.py_func, targetoptions=_without_internal(self.targetoptions)))
-        return self._with_entry(*arguments, **named)
-
-
-def _without_literal(kind: Any) -> Any:
-    return numba.types.unliteral(kind) if isinstance(kind, numba.types.IntegerLiteral) else kind
+    """Compile like `inlined` and `internal`."""
+    return _compile(function, forceinline=True, no_cpython_wrapper=True)
 
 
 def _compile(function: F, **options: Any) -> F:
     if not JIT:
         return function
-    # Kernels raise nothing; and a division that may raise would end a loop early, and such a loop is no vector.
-    options |= {"nopython": True, "nogil": True, "error_model": "numpy"}
-    if is_of_package(function):
-        # Functions as values need an entry for C. No kernel of this package is one, and a tenth of the compilation is saved.
-        options["no_cfunc_wrapper"] = True
-    if compilers is None:
-        return _keep_on_disk(_Kernel(function, targetoptions=_without_internal(options)))
-    if options.get("no_cpython_wrapper"):
-        return _keep_on_disk(_Internal(function, targetoptions=options, pipeline_class=compilers.IntermediateCompiler))
-    pipeline = compilers.EntryCompiler if is_of_package(function) else compilers.UserEntryCompiler
-    return _keep_on_disk(_Kernel(function, targetoptions=options, pipeline_class=pipeline))
+    folder = cache_folder() if function.__module__.partition(".")[0] in _hashed_packages() else None
+    before, _settings.CACHE_DIR = _settings.CACHE_DIR, str(folder or "")
+    try:
+        compiled: Any = numba.njit(**OPTIONS, **options, cache=folder is not None)
+        return compiled(function)
+    finally:
+        _settings.CACHE_DIR = before
 
 
-def _without_internal(options: dict[str, Any]) -> dict[str, Any]:
-    return {name: value for name, value in options.items() if name not in _INTERNAL}
+@cache
+def cache_folder() -> Path | None:
+    """Return the folder of compiled kernels of these sources, or None where none can be written.
 
-
-def _keep_on_disk(kernel: Any) -> Any:
-    kernel._cache = KernelCache(kernel)
-    return kernel
-
-
-def compile_like(kernel: Any, function: Callable[..., Any]) -> Any:
-    """Return a function jitted with the options of a kernel."""
-    if not JIT:
-        return function
-    return _compile(function, **kernel.targetoptions)
-
-
-class _UniqueNumbers:
-    """Numbers by which numba tells symbols of like functions apart.
-
-    Numba counts from 1 in each process; symbols of machine code that several processes have written could then be the same in
-    the process that loads them, and one function would run as the other.
+    It lies in ``GRANULAR_ENV_CACHE`` or in the user's cache. Folders of other versions are deleted 30 days after their last
+    use.
     """
-
-    def __next__(self) -> int:
-        return int.from_bytes(os.urandom(6), "big")
-
-
-if JIT:
-    identity: Any = FunctionIdentity
-    identity._unique_ids = _UniqueNumbers()
-    compilation_notice.listen()
-
-
-def refuse_stale(function: Callable[..., Any]) -> None:
-    """Compare what a jitted function refers to with what it was compiled from.
-
-    Raises:
-        ParameterError: a global, an enclosed variable or a called function has another value now; names it.
-    """
-    function = _recompile_if_plain_numba(function)
-    kept = getattr(function, "_cache", None)
-    if isinstance(kept, KernelCache) and not is_of_package(function):
-        kept.refuse_stale()
+    try:
+        kernels = cache_base() / "kernels"
+        folder = kernels / source_hash()
+        is_new = not folder.is_dir()
+        folder.mkdir(mode=0o700, parents=True, exist_ok=True)
+        os.utime(folder)
+        _delete_old(kernels)
+    except (OSError, RuntimeError) as error:  # a RuntimeError: there is no home
+        reason = getattr(error, "strerror", None) or str(error)
+        tell(f"compiled kernels cannot be kept ({reason}): every process compiles them; set GRANULAR_ENV_CACHE")
+        return None
+    if is_new:
+        tell(f"the first run of each system compiles its kernels, which takes some seconds; they are kept in {folder}")
+    return folder
 
 
-def note_references(function: Callable[..., Any]) -> None:
-    """Note what a jitted function refers to now, as if it was compiled: `refuse_stale` compares with it."""
-    kept = getattr(function, "_cache", None)
-    if isinstance(kept, KernelCache):
-        kept.note_references()
+def cache_base() -> Path:
+    """Return ``GRANULAR_ENV_CACHE``, else the package's folder in the user's cache."""
+    given = os.environ.get("GRANULAR_ENV_CACHE")
+    if given:
+        return Path(given)
+    return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "granular-env"
 
 
-def current(function: Callable[..., Any]) -> Any:
-    """Return what to call for a jitted function so that it runs with what it refers to now; others as they are.
-
-    A function of numba.njit that has run keeps the values of that time, and tells nobody.
-
-    Raises:
-        ParameterError: as `refuse_stale`.
-    """
-    compiled = _recompile_if_plain_numba(function)
-    refuse_stale(compiled)
-    return compiled
+def _delete_old(kernels: Path) -> None:
+    limit = time.time() - _DAYS_KEPT * 86400
+    for folder in kernels.iterdir():
+        if folder.is_dir() and folder.stat().st_mtime < limit:
+            shutil.rmtree(folder, ignore_errors=True)
 
 
-def _recompile_if_plain_numba(function: Callable[..., Any]) -> Any:
-    """Return a jitted function itself, or compiled by `jit` where numba.njit made it, which keeps old values."""
-    if (
-        not isinstance(function, Dispatcher)
-        or isinstance(getattr(function, "_cache", None), KernelCache)
-        or is_of_package(function)
-    ):
-        return function
-    if function not in _compiled_again:
-        _compiled_again[function] = jit(function.py_func)
-    return _compiled_again[function]
+@cache
+def source_hash() -> str:
+    """Hash the sources of all components and of plug-ins, and the versions of Python, numba and numpy."""
+    state = hashlib.sha256(f"{sys.version} {numba.__version__} {np.__version__}".encode())
+    for root in (Path(__file__).resolve().parent.parent, *_plugin_sources()):
+        for path in sorted(root.rglob("*.py")) if root.is_dir() else [root]:
+            state.update(str(path.relative_to(root)).encode())
+            state.update(path.read_bytes())
+    return state.hexdigest()[:16]
+
+
+@cache
+def _hashed_packages() -> frozenset[str]:
+    """Return the names of this package and of those that add components and laws."""
+    plugins = [entry.module for group in _PLUGIN_GROUPS for entry in metadata.entry_points(group=group)]
+    return frozenset(module.partition(".")[0] for module in (__name__, *plugins))
+
+
+def _plugin_sources() -> list[Path]:
+    """Return the folders, or single files, of the packages that add components and laws."""
+    specs = [util.find_spec(name) for name in sorted(_hashed_packages()) if name != __name__.partition(".")[0]]
+    files = [Path(spec.origin) for spec in specs if spec is not None and spec.origin]
+    return [file.parent if file.name == "__init__.py" else file for file in files]
 
 
 def entry_point(function: Callable[..., Any], signature: str) -> Callable[..., Any]:
     """Return the machine code of a jitted function for one signature: no look-up of the arguments' types at each call.
 
     That look-up costs as much as a step of twenty grains. Whoever calls it promises the types.
-
-    Raises:
-        ParameterError: what the function refers to has changed since it was compiled.
     """
     if not hasattr(function, "compile"):  # the JIT is off
         return function
-    compiled = current(function)
+    compiled: Any = function
     compiled.compile(signature)
     return compiled.overloads[sigutils.normalize_signature(signature)[0]].entry_point
-
-
-@cache
-def source_hash() -> str:
-    """Hash of all component sources and of numba's, llvmlite's and numpy's versions."""
-    root = Path(__file__).resolve().parent.parent
-    state = hashlib.sha256(f"{numba.__version__} {llvmlite.__version__} {np.__version__}".encode())
-    for path in sorted(root.rglob("*.py")):
-        state.update(str(path.relative_to(root)).encode())
-        state.update(path.read_bytes())
-    return state.hexdigest()[:16]

@@ -40,7 +40,7 @@ def power(x, p):
     return 0.0 if whole < -1022.0 else (np.inf if whole > 1023.0 else result)
 
 
-@internal_inlined
+@inlined
 def exponential(x):
     """e^x to about an ulp; 0 below x = -708, infinite above 709."""
     inside = _SMALLEST if x < _SMALLEST else (_LARGEST if x > _LARGEST else x)

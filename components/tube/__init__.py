@@ -5,6 +5,4 @@ from __future__ import annotations
 from .component import Tube
 from .parameters import TubeParameters
 
-COMPILATION = ("the exchange of gas and solid", 4)
-
 __all__ = ["Tube", "TubeParameters"]

@@ -21,7 +21,7 @@ EMPTIED = 1
 _THETA = 1.0
 
 
-@internal
+@jit
 def overlap_pressure(interface, pressure, overlap):
     """Return the mean pressure of the gas over an overlap [Pa]."""
     i, last = interface.cell[overlap], pressure.size - 1

@@ -15,7 +15,7 @@ from typing import Any
 from granular_env.components.catalogue import component_class
 from granular_env.components.component import Component
 from granular_env.components.errors import GranularWarning, LogError, ParameterError
-from granular_env.components.observer import Observer
+from granular_env.components.stepping import Observer
 from granular_env.domains import domain_of
 from granular_env.experiments import Experiment
 from granular_env.experiments.experiment import Source, load_experiment

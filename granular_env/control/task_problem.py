@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from granular_env.components.errors import ParameterError
-from granular_env.components.indexing import parse_element
+from granular_env.components.variables import parse_element
 from granular_env.domains import domain_of
 from granular_env.envs.task import RowTask, no_objective
 

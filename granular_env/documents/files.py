@@ -10,9 +10,8 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
-from granular_env.components.csv_history import LARGEST_FILE
+from granular_env.components.csv_history import LARGEST_FILE, read_bounded
 from granular_env.components.errors import ExperimentError, one_line
-from granular_env.components.file_reading import read_bounded
 from granular_env.package_contents import shipped_files
 
 _LARGEST_FILE = 16 * 2**20

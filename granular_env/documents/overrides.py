@@ -12,7 +12,7 @@ from contextlib import suppress
 from typing import Any
 
 from granular_env.components.errors import ExperimentError, Fault, Override, ParameterError, Phrase, one_line
-from granular_env.components.indexing import index_text, parse_element
+from granular_env.components.variables import index_text, parse_element
 
 from .toml_writing import toml_value
 

@@ -13,9 +13,9 @@ import numpy as np
 
 from ..components.component import Component
 from ..components.errors import ParameterError
-from ..components.indexing import Element
 from ..components.support.float_arrays import FloatArray
 from ..components.support.validation import finite_number, whole_number
+from ..components.variables import Element
 from .task import Task, element_scales
 
 _LONGEST_DELAY = 100_000

@@ -16,10 +16,10 @@ from gymnasium.envs.registration import EnvSpec
 
 from ..components.component import Component
 from ..components.errors import ParameterError, StepError, one_line
-from ..components.indexing import parse_element
 from ..components.snapshot import Snapshot
 from ..components.support.float_arrays import FloatArray
 from ..components.support.validation import finite_number, whole_number
+from ..components.variables import parse_element
 from ..domains import domain_of
 from .actuator import Actuator
 from .randomization import Randomization, info_of_draws, redrawn

@@ -17,8 +17,8 @@ from numpy.random import Generator
 
 from ..components.component import Component
 from ..components.errors import ParameterError, nearest, one_line
-from ..components.indexing import check_index, parse_index
 from ..components.support.validation import finite_number
+from ..components.variables import check_index, parse_index
 from .state import Drawn
 
 Range = tuple[float, float]

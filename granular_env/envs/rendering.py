@@ -18,7 +18,7 @@ from granular_env.viewing.visible_drawables import visible_points
 
 from ..components.component import Component
 from ..components.drawables import Cells, Points, main_points
-from ..components.indexing import parse_element
+from ..components.variables import parse_element
 from .task import Task
 
 Colour = tuple[int, ...]

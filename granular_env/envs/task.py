@@ -17,9 +17,9 @@ from numpy.random import Generator
 
 from ..components.component import Component
 from ..components.errors import ParameterError, one_line
-from ..components.indexing import Element, parse_element
 from ..components.support.float_arrays import FloatArray
 from ..components.support.validation import positive_number
+from ..components.variables import Element, parse_element
 from ..domains import gradient_domains
 from .policies import Policy
 

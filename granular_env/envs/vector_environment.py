@@ -15,8 +15,8 @@ from gymnasium.vector.utils import batch_space
 
 from ..components.component import Component
 from ..components.errors import ParameterError, nearest, one_line
-from ..components.indexing import parse_element
 from ..components.support.validation import whole_number
+from ..components.variables import parse_element
 from ..domains import domain_of, environments, load
 from .environment import COMMANDS, ELAPSED, RUNNING, SEED, ComponentEnv, validate_options, validate_seed
 from .randomization import info_of_draws

@@ -21,10 +21,10 @@ from pydantic import Field, PlainValidator, TypeAdapter, field_validator
 
 from granular_env.components.component import Component
 from granular_env.components.errors import ExperimentError, Fault, ParameterError, nearest, one_line
-from granular_env.components.indexing import is_index
 from granular_env.components.number_arrays import number_array
 from granular_env.components.profiles import Profile
 from granular_env.components.support.validation import as_refusal, refusal
+from granular_env.components.variables import is_index
 from granular_env.documents import ByKey, Table
 
 # What people write for a CSV table's path; no spelling check would find it.

@@ -13,10 +13,10 @@ from pydantic.fields import FieldInfo
 
 from granular_env.components import catalogue
 from granular_env.components.component import Component
-from granular_env.components.contract import Variable
 from granular_env.components.errors import ExperimentError, Fault, Option
 from granular_env.components.support.parameter_fields import left_out, unit_of
 from granular_env.components.support.validation import Parameters, tables
+from granular_env.components.variables import Variable
 from granular_env.documents import begins_as_log, edit, find, to_toml, toml_value
 from granular_env.documents.files import nearest_names, read_data
 from granular_env.output_files import write_files

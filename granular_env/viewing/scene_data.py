@@ -12,9 +12,9 @@ import numpy.typing as npt
 
 from granular_env.components import drawables
 from granular_env.components.component import Component
-from granular_env.components.contract import Variable
 from granular_env.components.drawables import Cells, Drawable, Links, Points, spatial
 from granular_env.components.support.float_arrays import FloatArray
+from granular_env.components.variables import Variable
 from granular_env.domains import domain_of
 from granular_env.recording.format.header import BalanceNames, balance_facts, balance_names_from
 

@@ -10,8 +10,8 @@ import numpy as np
 import numpy.typing as npt
 
 from granular_env.colours import diverging
-from granular_env.components.contract import Variable
 from granular_env.components.support.float_arrays import FloatArray
+from granular_env.components.variables import Variable
 
 from .colour_scales import ColourScale, colour_scales, rescale, scale_of
 from .scene_data import MeshFrames, SceneData

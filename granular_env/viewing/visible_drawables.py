@@ -8,11 +8,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from granular_env.components.contract import Variable
 from granular_env.components.drawables import Cells, Drawable, Links, Points, drawn_outputs
 from granular_env.components.errors import ParameterError
 from granular_env.components.support.float_arrays import FloatArray
 from granular_env.components.support.round_numbers import round_down_to_125
+from granular_env.components.variables import Variable
 from granular_env.recording.preview.displacement_scale import choose_exaggeration
 
 # Nodes of cells are drawn so far from where they began, at most, in lengths of the picture.

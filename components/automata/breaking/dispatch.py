@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ...support.jit import internal_inlined
+from ...support.jit import inlined
 from .criterion import DRUCKER_PRAGER, MOHR_COULOMB, NONE, STRAIN, VON_MISES
 from .drucker_prager import drucker_prager
 from .mohr_coulomb import mohr_coulomb
@@ -15,7 +15,7 @@ from .von_mises import von_mises
 KNOWN = (NONE, VON_MISES, DRUCKER_PRAGER, MOHR_COULOMB, STRAIN)
 
 
-@internal_inlined
+@inlined
 def failure(code, constants, eps, gamma, normal, tangential, equivalent, mean, factor):
     """Return what decides, the limit that it breaks at, and the number of the cause.
 

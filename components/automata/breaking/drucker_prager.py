@@ -13,8 +13,7 @@ from typing import Literal
 from pydantic import model_validator
 
 from ...support.jit import internal_inlined
-from ...support.magnitudes import Magnitude
-from ...support.parameter_fields import field
+from ...support.parameter_fields import Magnitude, field
 from ...support.validation import refusal
 from .criterion import DRUCKER_PRAGER, Criterion
 

@@ -12,8 +12,7 @@ import math
 from typing import Literal
 
 from ...support.jit import internal_inlined
-from ...support.magnitudes import Magnitude, NotNegativeMagnitude
-from ...support.parameter_fields import field
+from ...support.parameter_fields import Magnitude, NotNegativeMagnitude, field
 from .criterion import MOHR_COULOMB, Criterion
 
 

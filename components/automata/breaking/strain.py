@@ -5,8 +5,7 @@ from __future__ import annotations
 from typing import Literal
 
 from ...support.jit import internal_inlined
-from ...support.magnitudes import MOST, Magnitude
-from ...support.parameter_fields import field
+from ...support.parameter_fields import MOST, Magnitude, field
 from .criterion import STRAIN, Criterion
 
 

@@ -5,8 +5,7 @@ from __future__ import annotations
 from typing import Literal
 
 from ...support.jit import internal_inlined
-from ...support.magnitudes import Magnitude
-from ...support.parameter_fields import field
+from ...support.parameter_fields import Magnitude, field
 from .criterion import VON_MISES, Criterion
 
 

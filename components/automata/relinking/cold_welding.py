@@ -11,8 +11,7 @@ from __future__ import annotations
 
 from typing import Literal
 
-from ...support.magnitudes import Magnitude
-from ...support.parameter_fields import field
+from ...support.parameter_fields import Magnitude, field
 from .relinking import Relinking
 
 

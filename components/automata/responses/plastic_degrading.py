@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from typing import Literal
 
-from ...support.magnitudes import Magnitude, NotNegativeMagnitude
-from ...support.parameter_fields import field
+from ...support.parameter_fields import Magnitude, NotNegativeMagnitude, field
 from .response import Response
 
 

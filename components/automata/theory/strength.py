@@ -6,7 +6,7 @@ import math
 
 from ...errors import ParameterError
 from ...materials.elastic import Material
-from ...support.magnitudes import MOST
+from ...support.parameter_fields import MOST
 from ..breaking import Criterion, DruckerPrager, MohrCoulomb, Strain, Unbreakable, VonMises
 from ..packing import LATTICES
 

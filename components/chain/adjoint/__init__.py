@@ -12,8 +12,6 @@ from .contact_states import contact_states
 from .gradient import Adjoints, check_functions, evaluate, validate_drive, value_and_adjoint, value_and_slopes
 from .parameter_gradient import KNOWN, natural_mass, parameter_gradient
 
-COMPILATION = ("gradients", 8)
-
 __all__ = [
     "KNOWN",
     "Adjoints",

@@ -15,7 +15,7 @@ from numba.core.errors import NumbaError
 from ...errors import ParameterError, StepError, one_line
 from ...support.addresses import address
 from ...support.float_arrays import FloatArray
-from ...support.jit import JIT, current, jit, refuse_stale
+from ...support.jit import JIT, jit
 from ..component import Chain
 from ..integrators import SCHEMES, SIGNATURE
 from ..integrators.compositions import Composition
@@ -34,7 +34,6 @@ _NO_STATES = np.zeros((0, 2, 0))
 def _address_of(function: Callable[..., Any], law: type[Law], signature: str, name: str) -> tuple[Any, Callable[..., Any]]:
     """Return where compiled code finds a function for a contact law, and what has to live meanwhile."""
     where, jitted, compiled = _look_up(function, law, signature, name)
-    refuse_stale(jitted)
     return where, compiled
 
 
@@ -176,7 +175,7 @@ def _run(
 def value_and_slopes(objective: Objective, sums: FloatArray) -> tuple[float, FloatArray]:
     """Return the objective for these sums of its features, and dJ/dsums; `ParameterError` where one is no finite number."""
     slopes = np.zeros(objective.count)
-    given = current(objective.value)(sums, objective.constants, slopes)
+    given = objective.value(sums, objective.constants, slopes)
     if not isinstance(given, (int, float, np.number)):
         raise ParameterError(f"got {one_line(given)} from it", expected="a number", at="objective.value")
     value = float(given)

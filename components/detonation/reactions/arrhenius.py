@@ -15,8 +15,7 @@ from typing import ClassVar, Literal
 from ...support.elementary_functions import exponential
 from ...support.float_arrays import FloatArray
 from ...support.jit import internal_inlined
-from ...support.magnitudes import Magnitude
-from ...support.parameter_fields import field
+from ...support.parameter_fields import Magnitude, field
 from ...support.powers import power
 from ..chapman_jouguet import Detonation
 from ..gases import Gas

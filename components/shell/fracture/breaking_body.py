@@ -9,13 +9,13 @@ from typing import Any
 
 import numpy as np
 
-from ...contract import Variable
 from ...drawables import Drawable, Links, Points
 from ...errors import ParameterError
 from ...events import MOST_INDEX, EventDetail
 from ...materials.elastic import Material, rayleigh_speed
 from ...state_block import LARGEST, Block, Layout
 from ...support.float_arrays import FloatArray
+from ...variables import Variable
 from .. import kernels, parallel_steps
 from ..column_means import write_column_means
 from ..kernel_arrays import ColumnArray, IntArray, Scratch, Solid, State

@@ -10,8 +10,7 @@ import numpy as np
 from ...materials.thermoviscoplastic import FlowConstants
 from ...support.counter_random import uniform
 from ...support.float_arrays import FloatArray
-from ...support.magnitudes import NotNegativeMagnitude
-from ...support.parameter_fields import field
+from ...support.parameter_fields import NotNegativeMagnitude, field
 from ...support.tagged_union import Named
 
 _STREAM = 3

@@ -12,8 +12,7 @@ from pydantic import model_validator
 
 from ...errors import ParameterError
 from ...materials.thermoviscoplastic import FlowConstants
-from ...support.magnitudes import Magnitude
-from ...support.parameter_fields import field
+from ...support.parameter_fields import Magnitude, field
 from .law import Decisive, FractureLaw
 
 _FACTOR = 3.0

@@ -8,9 +8,9 @@ from typing import Any
 
 import numpy as np
 
-from ...components.contract import Variable
 from ...components.drawables import Cells, Curve, Drawable, Links, Points
 from ...components.errors import Location
+from ...components.variables import Variable
 from .records import damage
 
 _KINDS = {"points": Points, "links": Links, "cells": Cells, "curve": Curve}

@@ -18,8 +18,8 @@ import numpy as np
 
 from ...components.balances import Balance
 from ...components.component import Component
-from ...components.contract import Variable
 from ...components.errors import ParameterError
+from ...components.variables import Variable
 from .drawables import drawable_facts
 from .records import FORMAT, damage
 

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 
 from ...components.component import Component
-from ...components.contract import Variable
 from ...components.drawables import Drawable, Links, Points, drawn_outputs
+from ...components.variables import Variable
 from .messages import PreviewFacts, PreviewFrame, PreviewMessage, pictured, preview_messages
 
 _MOST_FRAMES = 400

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ...components.contract import Variable
 from ...components.errors import LogError
+from ...components.variables import Variable
 from ...optional_packages import import_optional
 
 if TYPE_CHECKING:

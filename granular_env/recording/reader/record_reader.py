@@ -9,9 +9,9 @@ from typing import Any, TypeGuard
 
 import numpy as np
 
-from ...components.contract import Variable
 from ...components.errors import GranularError, LogError, ParameterError, nearest, one_line
 from ...components.snapshot import Snapshot
+from ...components.variables import Variable
 from ..container import PROFILE
 from ..container.limits import Limits
 from ..container.reader import NOT_A_LOG, McapReader

@@ -1,1 +1,0 @@
-"""Compilation of kernels: a cache on disk that is right by construction, what makes compiling quick, and words about it."""

@@ -1,0 +1,50 @@
+"""Contiguous parts of a body, each computed by its own thread.
+
+A node or an automaton sums its own forces in a fixed order, so the bits do not depend on the number of parts.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterable
+from concurrent.futures import ThreadPoolExecutor, wait
+from functools import cache
+from typing import Any
+
+
+def thread_count() -> int:
+    """Return ``GRANULAR_ENV_THREADS``, else the number of cores that this process may use."""
+    given = os.environ.get("GRANULAR_ENV_THREADS", "")
+    if given.isdigit() and int(given) > 0:
+        return int(given)
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
+
+
+def split(size: int, parts: int) -> list[tuple[int, int]]:
+    """Return the half-open ranges of contiguous parts of nearly equal size."""
+    ends = [size * part // parts for part in range(parts + 1)]
+    return list(zip(ends[:-1], ends[1:], strict=True))
+
+
+def call_in_parts(kernel: Callable[..., Any], arguments: Iterable[tuple[Any, ...]]) -> list[Any]:
+    """Call a kernel that releases the GIL with each tuple of arguments, the first in this thread; return the results in order.
+
+    All calls have ended when this returns or raises, so that no thread writes to a state that is being restored.
+    """
+    first, *others = arguments
+    if not others:
+        return [kernel(*first)]
+    futures = [_pool(os.getpid(), len(others)).submit(kernel, *each) for each in others]
+    try:
+        result = kernel(*first)
+    finally:
+        wait(futures)
+    return [result, *(future.result() for future in futures)]
+
+
+@cache
+def _pool(process: int, threads: int) -> ThreadPoolExecutor:
+    """Return the threads of this process; a forked process has none of its parent's."""
+    return ThreadPoolExecutor(threads, "component")
