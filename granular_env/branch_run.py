@@ -25,7 +25,7 @@ def run_branch(
     progress: Progress = False,
     overwrite: bool = False,
 ) -> RunResult:
-    """Go on from a branch, and record that; the bits are those of `Branch.run`.
+    """Continue from a branch and record it; the bits are those of `Branch.run`.
 
     Args:
         branch: a fresh one.

@@ -32,7 +32,7 @@ def resume(
 
         result = ge.resume("logs/piston.mcap")
 
-    What is certain of the log is kept, and the run goes on from there with the log's own inputs and the experiment's stop
+    The intact part of the log is kept, and the run continues from there with the log's own inputs and the experiment's stop
     rules. State and log are those of a run that was never interrupted, bit for bit; the log says that it was resumed. A log
     without a step is recorded from the start.
 

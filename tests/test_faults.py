@@ -332,7 +332,6 @@ def test_a_sweep_blames_what_was_given_to_it(overrides: dict[str, Any], beginnin
 @pytest.mark.parametrize(
     ("call", "text"),
     [
-        (lambda: ge.run_atlas(3, "out"), "paper: got 3, expected the name of a paper, or a Paper"),
         (lambda: ge.Snapshot.from_bytes("x"), "got 'x', expected the bytes of a packed block"),
         (lambda: ge.run(3), "experiment: got 3, expected a name or a path"),
         (lambda: ge.run_study(3), "study: got 3, expected a name or a path"),

@@ -24,7 +24,7 @@ from granular_env.components.oscillator import Oscillator
 from granular_env.components.support.validation import Parameters
 from granular_env.components.variables import Variable
 from granular_env.experiments import load_experiment
-from granular_env.experiments.cost import recorded_bytes
+from granular_env.experiments.cost import log_bytes
 from granular_env.experiments.preparation import prepare
 from granular_env.recording import Log, open_log, record, recover, verify
 from granular_env.recording.container import Container, Entry
@@ -105,7 +105,7 @@ def test_the_size_is_right_for_every_medium(experiment: str, overrides: dict[str
     run(experiment, overrides=overrides, log=tmp_path / "a.mcap")
     container = open_log(tmp_path / "a.mcap").records.container
     size = sum(len(entry.message.data) for _, entry in container.all_messages())
-    assert recorded_bytes(ready, tmp_path) == pytest.approx(size, rel=0.1)
+    assert log_bytes(ready) == pytest.approx(size, rel=0.1)
     assert (tmp_path / "a.mcap").stat().st_size < size
 
 
@@ -209,7 +209,7 @@ def test_a_large_log_is_announced_and_its_size_told(
     assert "before compression" not in output.err
     assert f"log: {path} ({path.stat().st_size / 1e3:.3g} kB)" in output.out
     monkeypatch.setattr(cost, "LARGE_LOG", 100_000)
-    monkeypatch.setattr(cost, "TOLD_LOG", 100_000)
+    monkeypatch.setattr(cost, "NOTED_LOG", 100_000)
     assert main(["check", experiment]) == 0 and "before compression" in capsys.readouterr().out
     assert main(["run", experiment, "--log", str(path), "--overwrite"]) == 0
     assert "note: the log takes up to " in capsys.readouterr().err
@@ -301,18 +301,6 @@ def test_only_a_log_is_replaced(tmp_path: Path) -> None:
         with record(component, tmp_path / name, overwrite=True):
             component.step(0.5)
         assert verify(tmp_path / name).identical
-
-
-def test_runs_at_once_without_a_name_get_one_each(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    from granular_env.cli.new_log_path import reserve_log
-
-    monkeypatch.chdir(tmp_path)
-    with reserve_log("a") as first, reserve_log("a") as second:
-        assert first != second
-        component = catalogue.make("oscillator")
-        with record(component, first, overwrite=True):
-            component.step(0.5)
-    assert first.exists() and not second.exists(), "a name that was not used is free again"
 
 
 def test_the_end_of_the_program_closes_what_is_open(tmp_path: Path) -> None:

@@ -9,10 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from granular_env.cli.command import command
-from granular_env.cli.completion import files
-from granular_env.cli.exit_status import Status
-from granular_env.cli.options import component_option, exclusive, json_option, large_option
+from granular_env.cli.command import Status, command
+from granular_env.cli.options import FILE, component_option, exclusive, json_option, large_option
 from granular_env.output_files import count_of
 from granular_env.terminal_text import columns, printable, wrap_text
 
@@ -28,7 +26,7 @@ _MOST = 40
 
 
 @command("events")
-@click.argument("log", shell_complete=files)
+@click.argument("log", type=FILE)
 @click.option("--kind", metavar="KIND", help="Only events of this kind.")
 @click.option("--index", metavar="N", type=int, help="Only those of this link, cell, ...")
 @click.option(
