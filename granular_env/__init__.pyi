@@ -16,7 +16,7 @@ from .components.materials.elastic import Material
 from .components.profiles import Profile
 from .components.snapshot import Snapshot
 from .components.variables import Variable
-from .control.study.runner import run_study
+from .control.runner import run_study
 from .recording import open_log, record, recover, verify
 from .resumption import resume
 from .run_loop import run

@@ -264,7 +264,6 @@ FOREIGN = {
     "_unique_ids": "numba's marker of a kernel, in the key of its cache",
     "_exit": "os",
     "_getframe": "sys",
-    "_get_torch_save_params": "stable-baselines3",
     "_np_random_seed": "gymnasium",
 }
 # Public by their documentation: methods and attributes of every namedtuple.

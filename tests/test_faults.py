@@ -16,9 +16,8 @@ from granular_env.components.errors import Fault, GranularError, ParameterError,
 from granular_env.experiments import load_experiment
 from granular_env.experiments.preparation import branch_inputs, prepare
 from granular_env.recording import open_log
-from granular_env.recording.container.limits import Limits
-from granular_env.recording.reader.component_from_header import build
-from granular_env.recording.replay.steps import advance, restore
+from granular_env.recording.container import Limits
+from granular_env.recording.rerun import advance, build, restore
 from granular_env.sweep import check_sweep
 from granular_env.viewing.rerun.live import LiveViewer
 

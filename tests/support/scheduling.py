@@ -41,7 +41,6 @@ LONG = [
     "test_progress.py",
     "test_recording_hostile.py",
     "test_envs_registration.py",
-    "test_control_own_tasks.py",
     "test_coupled_side_contacts.py",
     "test_coupled.py",
     "test_recording_planar.py",
