@@ -207,7 +207,7 @@ class Page:
 
     @contextmanager
     def plot(
-        self, caption: str, x: str, y: str, size: tuple[float, float] = (7.0, 3.6), legend: str = "best"
+        self, caption: str, x: str, y: str, size: tuple[float, float] = (7.0, 3.6), legend: Any = "best"
     ) -> Iterator[Axes]:
         """Draw a figure in the body of a ``with`` statement; it is labelled and saved at the end."""
         figure, axes = plt.subplots(figsize=size, layout="constrained")
