@@ -32,7 +32,7 @@ class LastVelocity(RowTask):
     actions, observations = {"left_force": 100.0}, {"displacement": 1e-5, "velocity": 1.0}
     counter_names = ("last_velocity",)
 
-    def __init__(self, target, deadline):
+    def __init__(self, target=1.0, deadline=40):
         self.target, self.deadline = target, deadline
 
     def begin_rows(self, rows, constants, counters):
@@ -132,7 +132,7 @@ def test_a_name_that_gymnasium_knows_is_a_task(module, tmp_path, monkeypatch):
     try:
         for name in ("own/Task-v0", f"{module}:own/Task-v0"):
             problem = TaskProblem(name, {"target": 2.0})
-            assert (problem.steps, problem.env.task.constants[0]) == (30, 2.0)
+            assert (problem.steps, problem.env.task.target) == (30, 2.0)
             drives = np.zeros((2, 30, 1))
             assert problem.returns(drives, [1])[0].tolist() == [-2.0, -2.0]
         with pytest.raises(ParameterError, match="traget: unknown; did you mean 'target'?"):
