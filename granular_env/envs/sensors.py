@@ -6,7 +6,7 @@ Arrays have a leading axis: one row for each environment; a single environment h
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import gymnasium
@@ -30,13 +30,13 @@ class Reading(NamedTuple):
 
     Attributes:
         name: of the output.
-        index: which of its elements are read, behind the leading axis; None for all of them.
+        elements: index of those that are read, behind the leading axis; None for all of them.
         place: of the readings in the observation.
         scale: what is observed as 1.
     """
 
     name: str
-    index: tuple[Any, ...] | None
+    elements: tuple[Any, ...] | None
     place: slice
     scale: float
 
@@ -154,9 +154,9 @@ class Sensors:
             yield ObservationRow(place, place, f"clock: cos({'' if k == 1 else f'{k} '}pi t / T)", "1")
 
 
-def _places(index: tuple[Any, ...], shape: tuple[int, ...]) -> npt.NDArray[np.int64]:
+def _places(index: Sequence[Any], shape: tuple[int, ...]) -> npt.NDArray[np.int64]:
     """Return the places along the first axis that an index reads, or the index itself where it has several axes."""
-    return np.ravel(index) if len(index) > 1 else np.atleast_1d(np.arange(shape[0])[index[0]])
+    return np.ravel(index) if len(index) > 1 else np.atleast_1d(np.arange(*shape[:1])[index[0]])
 
 
 def _scales(task: Task, component: Component) -> Mapping[str, float]:

@@ -110,13 +110,13 @@ class ComponentVectorEnv(VectorEnv[Observations, npt.NDArray[np.float32], np.nda
         self._constants = stack_constants([task.constants for task in tasks])
         self._goal_scales = np.array([task.goal_scales for task in tasks], dtype=np.float64)
         self._rows: Any = domain_of(first.component.name).load("rows")([one.component for one in singles], together=True)
-        # Environments that the caller has; those used by themselves, and those redrawn, since the last step of the batch.
+        # Environments that the caller has; those used one by one, and those redrawn, since the last step of the batch.
         self._lent: set[int] = set()
         self._used: set[int] = set(range(self.num_envs))
         self._redrawn: set[int] = set()
         for k, one in enumerate(singles):
-            one.memory, one.component, one._home = self._memories[k], self._rows.components[k], partial(self._adopt, k)
-            one._bind()
+            one.memory, one.component, one.home = self._memories[k], self._rows.components[k], partial(self._adopt, k)
+            one.bind()
 
     def _adopt(self, k: int, component: Component) -> Component:
         self._redrawn.add(k)

@@ -139,7 +139,7 @@ class ChainRows:
     @property
     def time(self) -> FloatArray:
         """Return the time since each chain's reset, shape (chains,) [s]."""
-        return self._ticks * self.components[0].step_size
+        return np.asarray(self._ticks * self.components[0].step_size, dtype=np.float64)
 
     def read(self, name: str) -> FloatArray:
         """Return an output of every chain, with a leading axis."""
@@ -163,7 +163,7 @@ class ChainRows:
                 self._inputs[k, _SIDES[side]] = chain.peek(name)
 
     def synchronise(self, k: int) -> None:
-        """Tell chain k which time it is and which inputs are held."""
+        """Give chain k its time and the inputs that are held."""
         chain = self.components[k]
         if not chain.follows_profile:
             held = {name: float(self._inputs[k, _SIDES[side]]) for side, name in self._names}
