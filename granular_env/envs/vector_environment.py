@@ -222,16 +222,18 @@ class ComponentVectorEnv(VectorEnv[Observations, npt.NDArray[np.float32], np.nda
             for k, message in refused.items():
                 errors[k], over[k], memories[k, RUNNING] = {"step_error": message}, True, 0.0
                 rewards[k] += self._singles[k].step_error_reward
-            gained = gains[moving]
+            gained = np.where(moving, gains, 0.0)
             if not np.isfinite(gained).all():
                 refuse_infinite(task, gained[~np.isfinite(gained)][0])
-            rewards[moving] += gained
+            rewards += gained
             over |= moving & done
             late |= moving & ~over & (elapsed >= first.deadline)
-            moving = moving & ~(over | late)
-            memories[over | late, RUNNING] = 0.0
-            if not moving.any():
-                break
+            ended = over | late
+            if ended.any():
+                memories[ended, RUNNING] = 0.0
+                moving = moving & ~ended
+                if not moving.any():
+                    break
         terminated = over | late if first.clock else over
         return self._observations(), rewards, terminated, late & ~terminated, errors
 
