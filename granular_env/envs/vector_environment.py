@@ -212,6 +212,8 @@ class ComponentVectorEnv(VectorEnv[Observations, npt.NDArray[np.float32], np.nda
             first.actuator.act(actions, self._commands)
             applied = first.actuator.applied(self._commands)
             refused = self._rows.advance(applied, first.internal_steps, moving, self._lent)
+            for k in self._lent:
+                self._rows.synchronise(k)
             memories[:, ELAPSED] += 1.0
             elapsed = memories[:, ELAPSED].astype(np.int64)
             gains, done = task.judge_rows(self._rows, self._constants, self._columns, elapsed)
@@ -246,7 +248,7 @@ class ComponentVectorEnv(VectorEnv[Observations, npt.NDArray[np.float32], np.nda
     def single(self, index: int) -> ComponentEnv:
         """Return environment number `index` as a single one, in the same memory: what it does happens in the batch.
 
-        Its component steps by itself from now on, so that it can be recorded while the batch is stepped.
+        Its component can be recorded while the batch is stepped.
         """
         (k,) = self._environment_numbers([index])
         self._lent.add(k)

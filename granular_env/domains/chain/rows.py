@@ -170,7 +170,7 @@ class ChainRows:
             chain.adopt(int(self._ticks[k]), held)
 
     def advance(
-        self, inputs: Mapping[str, FloatArray], ticks: int, moving: npt.NDArray[np.bool_], alone: Collection[int]
+        self, inputs: Mapping[str, FloatArray], ticks: int, moving: npt.NDArray[np.bool_], lent: Collection[int]
     ) -> dict[int, str]:
         """Advance the chains that move; return the messages of those that refuse, which stay where they were.
 
@@ -178,10 +178,11 @@ class ChainRows:
             inputs: name -> value for each chain.
             ticks: to advance.
             moving: which chains move.
-            alone: chains that step by themselves, because somebody observes them or their inputs follow a profile.
+            lent: chains that others may observe, or whose inputs may follow a profile: those that are step by themselves.
         """
         before, together, errors = self._inputs.copy(), moving.copy(), dict[int, str]()
-        together[[*alone]] = False
+        alone = [k for k in lent if self.components[k].is_observed or self.components[k].follows_profile]
+        together[alone] = False
         for name, values in inputs.items():
             self._inputs[:, _SIDES[name.partition("_")[0]]] = values
         self._inputs[~moving] = before[~moving]
