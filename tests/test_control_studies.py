@@ -427,7 +427,7 @@ def test_a_module_beside_the_file_is_found_and_its_task_searched(module, tmp_pat
     assert values["gradient"] > -1e-3 > values["random"] > result.baselines["nothing"].value
     # An edited task is another one.
     path = tmp_path / f"{module}.py"
-    path.write_text(path.read_text().replace("constants[0]) if", "2.0 * constants[0]) if"))
+    path.write_text(path.read_text().replace("last - self.target", "last - 2.0 * self.target"))
     sys.modules.pop(module)
     assert run_study(tmp_path / "study.toml", tmp_path / "results", only=["random"]).trials[0].score.value != values["random"]
 
