@@ -50,8 +50,7 @@ def measure(steps: int = 20, rounds: int = 41) -> Iterator[Figure]:
 
 
 def _bare_physics(native: Any) -> Any:
-    single = native.unwrapped.single(0)
-    advance, ticks = single.component.scheme_kernel, single.internal_steps
+    advance, ticks = native.get_attr("component")[0].scheme_kernel, native.get_attr("internal_steps")[0]
 
     @jit
     def bare(tables, forces):  # noqa: ANN001, ANN202

@@ -139,7 +139,7 @@ class ChainRows:
     @property
     def time(self) -> FloatArray:
         """Return the time since each chain's reset, shape (chains,) [s]."""
-        return self._ticks * self.components[0].step_size
+        return np.asarray(self._ticks * self.components[0].step_size, dtype=np.float64)
 
     def read(self, name: str) -> FloatArray:
         """Return an output of every chain, with a leading axis."""
@@ -163,14 +163,14 @@ class ChainRows:
                 self._inputs[k, _SIDES[side]] = chain.peek(name)
 
     def synchronise(self, k: int) -> None:
-        """Tell chain k which time it is and which inputs are held."""
+        """Give chain k its time and the inputs that are held."""
         chain = self.components[k]
         if not chain.follows_profile:
             held = {name: float(self._inputs[k, _SIDES[side]]) for side, name in self._names}
             chain.adopt(int(self._ticks[k]), held)
 
     def advance(
-        self, inputs: Mapping[str, FloatArray], ticks: int, moving: npt.NDArray[np.bool_], alone: Collection[int]
+        self, inputs: Mapping[str, FloatArray], ticks: int, moving: npt.NDArray[np.bool_], lent: Collection[int]
     ) -> dict[int, str]:
         """Advance the chains that move; return the messages of those that refuse, which stay where they were.
 
@@ -178,10 +178,11 @@ class ChainRows:
             inputs: name -> value for each chain.
             ticks: to advance.
             moving: which chains move.
-            alone: chains that step by themselves, because somebody observes them or their inputs follow a profile.
+            lent: chains that others may observe, or whose inputs may follow a profile: those that are step by themselves.
         """
         before, together, errors = self._inputs.copy(), moving.copy(), dict[int, str]()
-        together[[*alone]] = False
+        alone = [k for k in lent if self.components[k].is_observed or self.components[k].follows_profile]
+        together[alone] = False
         for name, values in inputs.items():
             self._inputs[:, _SIDES[name.partition("_")[0]]] = values
         self._inputs[~moving] = before[~moving]

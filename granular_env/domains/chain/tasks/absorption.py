@@ -74,7 +74,7 @@ class AbsorptionTask(DrivenEndTask):
         """Return what is returned before less what is returned now."""
         before, incoming = counters["returned"].copy(), counters["incoming_energy"]
         counters["energy"][:] = rows.energy_from(0)
-        # Where nothing comes in, the energy that the end itself puts in counts in joules.
+        # Without an incoming wave, the energy that the end itself puts in counts in joules.
         counters["returned"][:] = counters["energy"] / np.where(incoming > 0.0, incoming, 1.0)
         return before - counters["returned"], False
 
@@ -139,7 +139,7 @@ def make_absorption(
     * `chain`: further parameters of the chain component, e.g. `{"precompression": 10.0}`; Hertz contacts.
 
     ## Baselines
-    `env.unwrapped.task.baselines()`: "nothing"; "theory", a matched end: a virtual chain goes on where the real one ends, is
+    `env.unwrapped.task.baselines()`: "nothing"; "theory", a matched end: a virtual chain continues the real one, is
     driven by what the sensors read, and says how the end would move (`matched_end.MatchedPiston`) or be pushed
     (`matched_end.MatchedForce`). They return 0 and, over 240 seeds, 0.9914 to 0.9935 with a piston (0.9924 in the mean),
     0.9918 to 0.9937 with a force (0.9927): all but the rebound and some 1e-4. No better policy that sees the sensors alone is

@@ -27,7 +27,7 @@ from .waves import passing_waves, shape_energies, wave_shapes
 # Layout of the objective's constants: the wanted energy [J], price of that much work, first grain of the target region (its
 # column).
 _ENERGY, _PRICE, _FIRST = range(3)
-# At the start the crest of a wave has to be so far before the first grain, or it has begun already [grains].
+# Distance of the wave's crest before the first grain at the start [grains]: nearer ones would already be in the chain.
 _ENTRY = 4.0
 _ITERATIONS = 20
 
