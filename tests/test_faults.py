@@ -11,7 +11,6 @@ import numpy as np
 import pytest
 
 import granular_env as ge
-from granular_env.branch_run import run_branch
 from granular_env.components.errors import Fault, GranularError, ParameterError, location_text, one_line, to_location
 from granular_env.experiments import load_experiment
 from granular_env.experiments.preparation import branch_inputs, prepare
@@ -19,6 +18,7 @@ from granular_env.recording import open_log
 from granular_env.recording.container.limits import Limits
 from granular_env.recording.reader.component_from_header import build
 from granular_env.recording.replay.steps import advance, restore
+from granular_env.run_loop import run_branch
 from granular_env.sweep import check_sweep
 from granular_env.viewing.rerun.live import LiveViewer
 
