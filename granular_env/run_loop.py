@@ -39,7 +39,7 @@ from granular_env.experiments.stop_rules import StopWatch
 from granular_env.progress import Progress, progress_bar
 
 if TYPE_CHECKING:
-    from granular_env.recording.replay.branch import Branch
+    from granular_env.recording.branch import Branch
 
 # Wall time of a piece of a run [s], so that Ctrl-C, the progress bar and the recorder get their turn. Each piece copies the
 # state once: large states have longer pieces, so that the copy takes at most 5 % of a piece at this rate [bytes/s].
@@ -50,7 +50,7 @@ _GROWTH = 64
 # A run that is shown live takes so long [s], where nothing else is asked for: all shipped experiments are over in less.
 _LIVE_SECONDS = 10.0
 # Copies of the state that a recorder holds at a time: snapshots that wait to be written, and their bytes on the way.
-_COPIES_RECORDED = 4
+_COPIES_RECORDED = 6
 
 Inputs = Mapping[str, Held | Profile]
 
@@ -159,7 +159,7 @@ def replay(
         LogError: it is no log, or it cannot be re-run.
     """
     from granular_env.recording import open_log
-    from granular_env.recording.replay.steps import check_work
+    from granular_env.recording.rerun import check_work
 
     where = f"log {str(log)!r}"
     with (
@@ -395,7 +395,7 @@ def _record(
 ) -> None:
     """Record a component until the stack closes."""
     from granular_env.recording import record
-    from granular_env.recording.recorder.record import note_log_on_error
+    from granular_env.recording.recorder import note_log_on_error
 
     refuse_unrecordable(component)
     try:

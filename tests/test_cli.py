@@ -323,10 +323,10 @@ OPENING = [
 
 @pytest.mark.parametrize("arguments", OPENING, ids=lambda arguments: " ".join(arguments))
 def test_every_command_that_opens_a_log_can_lift_the_caps(arguments, log, folder, capsys, monkeypatch):
-    from granular_env.recording.container import limits
+    from granular_env.recording import container
 
-    monkeypatch.setattr(limits, "_CHUNK_BYTES", 10)
-    monkeypatch.setattr(limits, "whole_memory", lambda: 0)
+    monkeypatch.setattr(container, "_CHUNK_BYTES", 10)
+    monkeypatch.setattr(container, "whole_memory", lambda: 0)
     assert main(arguments) == 2
     told = capsys.readouterr().err
     # In the words of the command line, and in no others.

@@ -20,7 +20,7 @@ from support.recording_helpers import changed, rewrite
 import granular_env as ge
 from granular_env.components.errors import LogError, ParameterError
 from granular_env.components.state_block import Block
-from granular_env.recording.format.records import SNAPSHOTS, Record
+from granular_env.recording.records import SNAPSHOTS, Record
 
 BY_LABEL = {example.label: example for example in EXAMPLES}
 forking = pytest.mark.skipif(not hasattr(os, "fork"), reason="signals are told apart in forked processes")

@@ -10,8 +10,8 @@ from granular_env.cli import main
 from granular_env.components import catalogue
 from granular_env.components.errors import ExperimentError, LogError, ParameterError
 from granular_env.components.support import memory_limits
-from granular_env.recording.container.limits import Limits
-from granular_env.recording.reader.log_reader import check_size
+from granular_env.recording.container import Limits
+from granular_env.recording.log import check_size
 from granular_env.run_loop import replay, run
 
 CHAIN = {
@@ -40,7 +40,7 @@ def test_the_copies_that_a_recorder_holds_are_counted_too(tmp_path, monkeypatch)
     small = {**CHAIN, "component": {"type": "chain", "grains": 1000}}
     monkeypatch.setattr(memory_limits, "available", lambda: 100_000)
     monkeypatch.setattr(catalogue.component_class("chain"), "memory_needed", classmethod(lambda kind, parameters: 0))
-    with pytest.raises(ExperimentError, match=r"recording component 'chain' needs at least 0\.000141 GB"):
+    with pytest.raises(ExperimentError, match=r"recording component 'chain' needs at least 0\.000212 GB"):
         run(small, log=tmp_path / "x.mcap")
     assert [*tmp_path.iterdir()] == []
 

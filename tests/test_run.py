@@ -54,7 +54,8 @@ def test_every_shipped_experiment_has_its_name_and_runs(name, tmp_path):
     with open_log(tmp_path / "log.mcap") as log:
         assert log.complete
         entries = {name for balance in log.balances for name in (*balance.entries, balance.residual)}
-        assert entries and set(log.variables) == set(experiment.record.variables or []) | entries
+        inputs = {name for name, one in log.input_variables.items() if one.shape == ()}
+        assert entries and set(log.variables) == set(experiment.record.variables or []) | entries | inputs
     assert verify(tmp_path / "log.mcap").identical
 
 

@@ -127,6 +127,17 @@ def test_snapshots_survive_bytes() -> None:
     assert oscillator.save().to_bytes() == expected
 
 
+def test_a_snapshot_is_not_changed_by_what_follows() -> None:
+    oscillator = moving()
+    snapshot = oscillator.save()
+    before = snapshot.to_bytes()
+    oscillator.step(0.1, force=1.0)
+    oscillator.restore(snapshot)
+    oscillator.step(0.1, force=2.0)
+    oscillator.reset()
+    assert snapshot.to_bytes() == before
+
+
 def snapshot_parts() -> tuple[dict, dict]:
     return unpack(moving().save().to_bytes())
 

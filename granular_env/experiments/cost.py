@@ -8,7 +8,7 @@ from time import perf_counter
 
 from granular_env.components.errors import ExperimentError, StepError
 from granular_env.output_files import readable_bytes
-from granular_env.recording.recorder.size_estimate import estimated_bytes
+from granular_env.recording.size_estimate import estimated_bytes
 
 from .preparation import Prepared
 
