@@ -1,5 +1,4 @@
 from . import domains, viewing
-from .atlas import run_atlas
 from .components.catalogue import make
 from .components.chain import Chain
 from .components.component import Component
@@ -46,7 +45,6 @@ __all__ = [
     "recover",
     "resume",
     "run",
-    "run_atlas",
     "run_study",
     "run_sweep",
     "verify",

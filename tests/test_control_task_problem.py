@@ -3,6 +3,7 @@
 import sys
 from types import ModuleType
 
+import gymnasium
 import numpy as np
 import pytest
 from gymnasium.vector import SyncVectorEnv
@@ -13,7 +14,7 @@ from granular_env.components.oscillator import Oscillator
 from granular_env.control.drive import Drive, DriveShape
 from granular_env.control.problem import Problem, task_names
 from granular_env.domains.chain.tasks import ENVIRONMENTS
-from granular_env.envs import ComponentEnv
+from granular_env.envs import ComponentEnv, ComponentVectorEnv
 
 SMALL = {"grains": 12, "deadline": 80, "place": 6.0, "amplitude": 4.0}
 SEEDS = [7, 11, 40]
@@ -104,7 +105,7 @@ def swing(monkeypatch, tmp_path):
 
 
 def test_without_a_native_batch_gymnasiums_own_gives_the_single_returns(swing):
-    assert isinstance(swing.vector(2), SyncVectorEnv) and not swing.is_native
+    assert isinstance(swing.vector(2), SyncVectorEnv)
     chosen = drives(swing, 3)
     found, steps = swing.returns(chosen, SEEDS)
     for member in range(3):
@@ -118,3 +119,13 @@ def test_without_gradients_a_method_that_wants_them_is_refused_by_name(swing):
         swing.value_and_grad(drives(swing, 1)[0], SEEDS)
     with pytest.raises(ParameterError, match="components with gradients: chain"):
         swing.env.task.objective(swing.env.component, 10)
+
+
+def test_make_vec_takes_gymnasiums_own_batch_where_there_is_no_native_one():
+    gymnasium.register("own/Swing-v0", entry_point=make_swing)
+    try:
+        batch = gymnasium.make_vec("own/Swing-v0", num_envs=2)
+        assert isinstance(batch, SyncVectorEnv)
+        assert isinstance(gymnasium.make_vec("granular_env/Protection-v1", num_envs=2, grains=4).unwrapped, ComponentVectorEnv)
+    finally:
+        del gymnasium.registry["own/Swing-v0"]

@@ -10,11 +10,9 @@ from typing import Any
 
 import click
 
-from granular_env.cli.command import command
-from granular_env.cli.completion import names
-from granular_env.cli.exit_status import Status
+from granular_env.cli.command import Status, command
 from granular_env.cli.kinds import is_plan, is_study
-from granular_env.cli.options import Overrides, json_option, large_option, set_option
+from granular_env.cli.options import Overrides, Shipped, json_option, large_option, set_option
 from granular_env.components.errors import GranularWarning, MissingExtraError
 from granular_env.output_files import count_of, readable_bytes
 from granular_env.terminal_text import printable, wrap_text
@@ -24,7 +22,7 @@ from granular_env.terminal_text import printable, wrap_text
 @click.argument(
     "file",
     help="A TOML file, a name of `granular-env list`, or a log.",
-    shell_complete=names("experiments", "plans of sweeps", "studies"),
+    type=Shipped("experiments", "plans of sweeps", "studies"),
 )
 @json_option()
 @set_option("As in run.")

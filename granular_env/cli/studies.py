@@ -7,11 +7,9 @@ from typing import TYPE_CHECKING
 
 import click
 
-from granular_env.cli.command import command
-from granular_env.cli.completion import folders, names
-from granular_env.cli.exit_status import Status
+from granular_env.cli.command import Status, command
 from granular_env.cli.kinds import refuse_other_kinds
-from granular_env.cli.options import Overrides, quiet_option, set_option
+from granular_env.cli.options import FOLDER, Overrides, Shipped, quiet_option, set_option
 from granular_env.cli.run_summary import silence_own_warnings
 from granular_env.components.errors import ExperimentError
 from granular_env.terminal_text import columns, table
@@ -24,11 +22,9 @@ _MOST_NOTES = 3
 
 
 @command("study")
-@click.argument(
-    "study", required=False, help="A name of `granular-env study --list`, or a TOML file.", shell_complete=names("studies")
-)
+@click.argument("study", required=False, help="A name of `granular-env study --list`, or a TOML file.", type=Shipped("studies"))
 @click.option("--list", "listing", is_flag=True, help="The studies that come with the package, and the tasks.")
-@click.option("-o", "--out", metavar="FOLDER", shell_complete=folders, help="Where its results go (default: studies/NAME).")
+@click.option("-o", "--out", metavar="FOLDER", type=FOLDER, help="Where its results go (default: studies/NAME).")
 @set_option("Override any key, such as budget=100000, task.grains=30 or method.0.population=8.")
 @click.option("--only", metavar="METHOD", multiple=True, help="Run only this method (may be repeated).")
 @quiet_option("table")

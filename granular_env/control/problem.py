@@ -8,7 +8,6 @@ import re
 import sys
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import ExitStack
-from functools import partial
 from importlib import import_module
 from pathlib import Path
 from typing import Any, NamedTuple, Protocol
@@ -20,8 +19,8 @@ from granular_env.components.errors import GranularError, ParameterError, neares
 from granular_env.components.support.float_arrays import FloatArray
 from granular_env.domains import domain_of, environments, load
 from granular_env.envs.environment import ComponentEnv
-from granular_env.envs.pickling import known_arguments
-from granular_env.envs.task import no_objective
+from granular_env.envs.factory import known_arguments
+from granular_env.envs.task import RowTask, no_objective
 
 from .drive import Drive
 
@@ -87,12 +86,10 @@ class Problem:
         if math.isinf(self.env.deadline):
             raise ParameterError("got none", expected="a number of control steps: episodes have to end", at="deadline")
         self.steps, self.entries = int(self.env.deadline), math.prod(self.env.action_space.shape or ())
-        rate = getattr(getattr(self.env, "actuator", None), "rate", math.inf)
+        rate = self.env.actuator.rate
         self.rate = None if math.isinf(rate) else float(rate)
-        self._domain = domain_of(self.env.component.name)
-        kind = self._domain.load("environment")
-        self.is_native = kind is not None and isinstance(self.env, kind)
-        self._gradients = self._domain.load("gradients") if self.is_native else None
+        has_slopes = isinstance(self.env.task, RowTask)
+        self._gradients = domain_of(self.env.component.name).load("gradients") if has_slopes else None
         self.gradient_runs = float(self._gradients.RUNS) if self._gradients is not None else 0.0
         self._batch: Any = None
 
@@ -154,20 +151,17 @@ class Problem:
         return totals.reshape(shape).mean(axis=1), steps.reshape(shape).sum(axis=1)
 
     def vector(self, count: int, hold: int = 1, clock: int = 0) -> Any:
-        """Return a Gymnasium `VectorEnv`, which resets in the same step; native where the domain has such a batch.
+        """Return a Gymnasium `VectorEnv`, which resets in the same step; native where the task judges rows.
 
         Args:
             count: of environments.
             hold: control steps for which an action is held.
             clock: readings of the time in the observation.
         """
-        from gymnasium.vector import AutoresetMode, SyncVectorEnv
+        from granular_env.envs import make_batch
 
         options = {**self._arguments, "hold": hold, "clock": clock}
-        if self.is_native:
-            mode = AutoresetMode.SAME_STEP
-            return self._domain.load("batch")(self._make_single, count, autoreset_mode=mode, info="brief", **options)
-        return SyncVectorEnv([partial(self._make_single, **options)] * count, autoreset_mode=AutoresetMode.SAME_STEP)
+        return make_batch(self._make_single, count, autoreset_mode="SameStep", **options)
 
     # -- one at a time ----------------------------------------------------------------------------------------------------
 
