@@ -400,7 +400,7 @@ def forget_code():
     """Forget the package, as a new process would."""
     sys.modules.pop("ball_of_another_package", None)
     importlib.invalidate_caches()
-    for cached in (jit._hashed_packages, jit.source_hash, code_hash):
+    for cached in (jit._hashed_packages, code_hash):
         cached.cache_clear()
 
 

@@ -49,6 +49,7 @@ if TYPE_CHECKING:
 @output_options("table")
 def sweep(
     plan: str,
+    *,
     out: str | None,
     engine: str,
     address: str | None,
