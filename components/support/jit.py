@@ -79,7 +79,7 @@ def cache_folder() -> Path | None:
     """
     try:
         kernels = cache_base() / "kernels"
-        folder = kernels / _hash_with_plugins()
+        folder = kernels / hash_with_plugins()
         is_new = not folder.is_dir()
         folder.mkdir(mode=0o700, parents=True, exist_ok=True)
         os.utime(folder)
@@ -116,7 +116,7 @@ def source_hash() -> str:
     return state.hexdigest()[:16]
 
 
-def _hash_with_plugins() -> str:
+def hash_with_plugins() -> str:
     """Hash the sources of components and of plug-ins: their kernels and laws are compiled together."""
     state = hashlib.sha256(source_hash().encode())
     for root in _plugin_sources():

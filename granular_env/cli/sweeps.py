@@ -50,6 +50,7 @@ if TYPE_CHECKING:
 def sweep(
     *,
     plan: str,
+    *,
     out: str | None,
     engine: str,
     address: str | None,
