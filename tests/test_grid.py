@@ -377,13 +377,6 @@ def test_bad_parameters_are_refused(parameters: dict, words: list[str]) -> None:
         assert word in str(caught.value)
 
 
-@pytest.mark.parametrize(("gap", "height"), [(0.0, 1.0), (2e-3, 0.5)], ids=["two nodes at each place", "a gap"])
-def test_a_slit_whose_faces_are_kept_apart_on_purpose_is_taken(gap: float, height: float) -> None:
-    right = [[1 + gap, 0], [2, 0], [2, height], [1 + gap, height]]
-    grid = Grid(mesh=mesh_of([[0, 1, 2, 3], [4, 5, 6, 7]], [*NODES[:4], *right]), material=MEDIUM)
-    assert len(grid.mesh.sides) == 8
-
-
 def test_an_inverting_cell_is_named_and_the_last_state_kept() -> None:
     grid = block(4, 4)
     grid.reset(velocity={12: (3.0, 0.0)})
