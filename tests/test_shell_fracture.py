@@ -202,8 +202,8 @@ def test_a_breaking_run_goes_on_bit_for_bit_from_any_snapshot() -> None:
     _, early, end = broken_plate()
     other = pulled_plate()
     other.restore(ge.Snapshot.from_bytes(early))
-    for ticks in (1, 1, 2, 96, TICKS - 100):
-        other.step(ticks * other.step_size)
+    for count in (1, 1, 2, 96, TICKS - 100):
+        other.step(count * other.step_size)
     assert other.save().to_bytes() == end
     # Back before most cracks, and on again: what followed from them is made anew.
     other.restore(ge.Snapshot.from_bytes(early))

@@ -42,7 +42,7 @@ from .kernel_arrays import (
     WALL_WORK,
 )  # fmt: skip
 from .limiters import limited_difference
-from .reactions.reaction import can_react, react
+from .reactions.reaction import react
 
 # The largest Courant number (|u| + c) dt / dx at which a tick is made.
 LARGEST_COURANT = 0.9
@@ -341,7 +341,7 @@ def finish(tables, motion, tick, events, failed):
         if not (density > 0.0 and pressure > 0.0 and density < 1e300):
             state.pressure[i] = pressure
             return NOT_POSITIVE
-        if can_react(law) and fraction > 0.0:
+        if heat > 0.0 and fraction > 0.0:
             peak = pressure if pressure > peak else peak
             new, written = react(law, density, pressure, fraction, medium.step_size)
             if new != fraction:
