@@ -260,8 +260,8 @@ def begin_grid(grid, factors, row, step):
     """Kick all nodes for half a step and drift them for a whole one, where `finish_cells` has not yet."""
     if row == 0:
         count = len(grid.grid.reference)
-        grid_kernels.kick(grid.grid, grid.state, step, 0, count)
-        grid_kernels.drift(grid.grid, grid.state, step, 0, count)
+        grid_kernels.kick(grid.grid, grid.state, step, np.int64(0), count)
+        grid_kernels.drift(grid.grid, grid.state, step, np.int64(0), count)
     grid_kernels.begin_conditions(grid.grid, grid.state, grid.conditions, factors, row, step)
 
 
@@ -280,8 +280,8 @@ def finish_cells(grid, seam, step, tick, again):
         A cell that is inverted, or -1.
     """
     cells, nodes = len(grid.grid.cells), len(grid.grid.reference)
-    failed = grid_kernels.advance_cells(grid.grid, grid.state, grid.corner, step, tick, grid.yields, 0, cells)
-    grid_kernels.finish_nodes(grid.grid, grid.state, grid.corner, step, again, 0, nodes)
+    failed = grid_kernels.advance_cells(grid.grid, grid.state, grid.corner, step, tick, grid.yields, np.int64(0), cells)
+    grid_kernels.finish_nodes(grid.grid, grid.state, grid.corner, step, again, np.int64(0), nodes)
     grid_kernels.finish_forces(grid.grid, grid.state, grid.conditions.groups, grid.corner)
     keep_grid_forces(seam.interface, seam.exchange, grid.state)
     return failed
