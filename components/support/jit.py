@@ -61,13 +61,18 @@ def internal_inlined(function: F) -> F:
 def _compile(function: F, **options: Any) -> F:
     if not JIT:
         return function
-    folder = cache_folder() if function.__module__.partition(".")[0] in _hashed_packages() else None
+    folder = cache_folder() if is_kept(function.__module__) else None
     before, _settings.CACHE_DIR = _settings.CACHE_DIR, str(folder or "")
     try:
         compiled: Any = numba.njit(**OPTIONS, **options, cache=folder is not None)
         return compiled(function)
     finally:
         _settings.CACHE_DIR = before
+
+
+def is_kept(module: str) -> bool:
+    """Return whether machine code of a module is kept on disk: it belongs to this package or to a plug-in."""
+    return module.partition(".")[0] in _hashed_packages()
 
 
 @cache
