@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import Any
 
+import numpy as np
+
 from .support.float_arrays import FloatArray
+from .variables import Variable
 
 # A number, or a vector: momentum in the plane has two components.
 Amount = float | FloatArray
@@ -48,3 +51,22 @@ class Balance:
     def entries(self) -> dict[str, Amount]:
         """All entries by name, the residual among them."""
         return {**self.stored, **self.lost, **self.supplied, f"{self.quantity}_residual": self.residual}
+
+
+def balance_variables(balance: Balance) -> Iterable[Variable]:
+    """Yield an output variable for each entry of a balance."""
+    kinds = (
+        (balance.stored, "stored"),
+        (balance.lost, "lost since the reset"),
+        (balance.supplied, "supplied by inputs and boundaries since the reset"),
+    )
+    quantity = balance.quantity.replace("_", " ")
+    for entries, what in kinds:
+        for name, amount in entries.items():
+            words = name.replace("_", " ")
+            # A store is named after what it holds: kinetic energy, momentum.
+            text = words if what == "stored" and quantity in words else f"{words}: {quantity} {what}"
+            yield Variable(name, "output", balance.unit, np.shape(amount), text)
+    added, given = (" + ".join(names) for names in ([*balance.stored, *balance.lost], balance.supplied))
+    text = f"{added} - {quantity} at the reset{f' - ({given})' if given else ''}: the error of the numerics"
+    yield Variable(f"{balance.quantity}_residual", "output", balance.unit, np.shape(balance.residual), text)

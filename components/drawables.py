@@ -1,20 +1,18 @@
-"""Drawables, the shapes that viewers can draw of a component: a small closed family, logged and drawn for any component."""
+"""Drawables: the closed family of shapes that viewers can draw for any component, and that logs hold."""
 
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Iterable, Mapping, Sequence
-from typing import Any
+from collections.abc import Iterable
 
 import numpy as np
 import numpy.typing as npt
 
-from .errors import ParameterError, one_line
 from .support.float_arrays import FloatArray
 
 
 class _Geometry:
-    """Copies the arrays of a drawable, which are often the component's own tables, and closes them to writing."""
+    """Copies the arrays of a drawable, which are often the component's own tables, and makes them read-only."""
 
     __slots__ = ()
 
@@ -125,8 +123,6 @@ Drawable = Points | Links | Cells | Curve
 
 # The fields of drawables that name an output, or are "".
 OUTPUT_FIELDS = ("displacement", "colour", "rotation", "state", "field")
-# Those that cannot be "".
-_NEEDED = {Points: ("displacement",), Links: ("state",), Cells: ("field",), Curve: ("field",)}
 
 
 def element_count(drawn: Drawable) -> int:
@@ -140,98 +136,6 @@ def element_count(drawn: Drawable) -> int:
             return len(drawn.connectivity)
         case _:
             return 0
-
-
-def validate_drawables(drawables: Sequence[Drawable], variables: Mapping[str, Any]) -> None:
-    """Check what a component declares: names, dimensions, numbers, indices, and the shapes of the outputs that are named.
-
-    Raises:
-        ParameterError: something does not fit.
-    """
-    for one in drawables:
-        if not isinstance(one, Drawable):
-            raise ParameterError(f"got {one_line(one)}", expected="Points, Links, Cells or Curve", at="drawables")
-    points = {one.name: len(one.reference) for one in drawables if isinstance(one, Points)}
-    names = [one.name for one in drawables]
-    for place, one in enumerate(drawables):
-        if one.name in names[:place]:
-            raise _fault((one.name, "name"), f"got {one.name!r} again", "each name once")
-        match one:
-            case Points():
-                _expect_places((one.name, "reference"), one.reference)
-                count, shapes = len(one.reference), {"colour": 1, "rotation": 1, "displacement": 2}
-                if one.radius.shape != (count,):
-                    raise _fault((one.name, "radius"), f"got shape {one.radius.shape}", f"one for each of the {count} points")
-                _expect_finite((one.name, "radius"), one.radius)
-                dimensions = one.reference.shape[1]
-                if one.period.shape not in ((0,), (dimensions,)) or (one.period < 0.0).any():
-                    raise _fault((one.name, "period"), f"got {one.period}", f"{dimensions} lengths, 0 for none")
-                _expect_finite((one.name, "period"), one.period)
-                if (one.radius < 0.0).any():
-                    raise _fault((one.name, "radius"), f"got {one.radius.min():g}", "no negative one")
-            case Links():
-                if one.points not in points:
-                    raise _fault((one.name, "points"), f"got {one.points!r}", f"one of {', '.join(points) or 'none'}")
-                _expect_indices((one.name, "pairs"), one.pairs, points[one.points])
-                if one.pairs.shape[1] != 2:
-                    raise _fault((one.name, "pairs"), f"got shape {one.pairs.shape}", "two columns")
-                count, shapes = len(one.pairs), {"state": 1}
-            case Cells():
-                _expect_places((one.name, "nodes"), one.nodes)
-                _expect_indices((one.name, "connectivity"), one.connectivity, len(one.nodes))
-                if not len(one.connectivity):
-                    raise _fault((one.name, "connectivity"), "got no cells", "at least one; leave out what there is none of")
-                count, shapes = len(one.nodes), {"displacement": 2}
-                _expect_states(one, variables)
-            case Curve():
-                _expect_finite((one.name, "coordinate"), one.coordinate)
-                count, shapes = len(one.coordinate), {"field": 1}
-        for role in OUTPUT_FIELDS:
-            name = getattr(one, role, "")
-            if not name and role not in _NEEDED[type(one)]:
-                continue
-            if name not in variables or variables[name].causality != "output":
-                raise _fault((one.name, role), f"got {name!r}", "the name of an output")
-            shape = variables[name].shape
-            if role in shapes and not (shape[:1] == (count,) and len(shape) <= shapes[role] and shape[1:] <= (3,)):
-                raise _fault((one.name, role), f"got {name!r} of shape {shape}", f"a row for each of the {count} drawn")
-            if isinstance(one, Cells) and role == "field" and shape not in ((len(one.connectivity),), (count,)):
-                expected = f"one for each of the {len(one.connectivity)} cells, or of the {count} nodes"
-                raise _fault((one.name, role), f"got {name!r} of shape {shape}", expected)
-
-
-def _expect_places(where: tuple[str, str], places: np.ndarray) -> None:
-    if places.ndim != 2 or not len(places) or places.shape[1] not in (1, 2, 3):
-        raise _fault(where, f"got shape {places.shape}", "a row for each of at least one, of 1 to 3 columns")
-    _expect_finite(where, places)
-
-
-def _expect_finite(where: tuple[str, str], numbers: np.ndarray) -> None:
-    if numbers.dtype.kind not in "fiu":
-        raise _fault(where, f"got an array of {numbers.dtype}", "numbers")
-    bad = np.argwhere(~np.isfinite(numbers))
-    if len(bad):
-        first = tuple(bad[0].tolist())
-        raise _fault(where, f"got {numbers[first]:g} at {list(first)}", "finite numbers")
-
-
-def _expect_indices(where: tuple[str, str], indices: np.ndarray, count: int) -> None:
-    if not np.issubdtype(indices.dtype, np.integer):
-        raise _fault(where, f"got {indices.dtype}", "whole numbers, int64")
-    if indices.ndim != 2 or (indices.size and (indices.min() < 0 or indices.max() >= count)):
-        span = f", from {indices.min()} to {indices.max()}" if indices.size else ""
-        raise _fault(where, f"got shape {indices.shape}{span}", f"rows of indices from 0 to {count - 1}")
-
-
-def _expect_states(cells: Cells, variables: Mapping[str, Any]) -> None:
-    expected = (len(cells.connectivity),)
-    if cells.state in variables and variables[cells.state].shape != expected:
-        received = f"got {cells.state!r} of shape {variables[cells.state].shape}"
-        raise _fault((cells.name, "state"), received, f"one for each of the {expected[0]} cells")
-
-
-def _fault(where: tuple[str, str], received: str, expected: str) -> ParameterError:
-    return ParameterError(received, expected=expected, at=("drawables", *where))
 
 
 def drawn_outputs(drawables: Iterable[Drawable]) -> list[str]:

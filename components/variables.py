@@ -5,14 +5,18 @@ from __future__ import annotations
 import dataclasses
 import math
 import re
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import Any, Literal
+
+import numpy as np
+from pydantic import BaseModel
 
 from .errors import Location, ParameterError, nearest, one_line
 
 # A variable name with or without an index, as part of a longer pattern.
 ELEMENT = r"[A-Za-z_]\w*(?:\[[^\[\]]*\])?"
 _ELEMENT = re.compile(r"(?P<name>[A-Za-z_]\w*)(?:\[(?P<index>[^\[\]]*)\])?")
+_DTYPES = {bool: "bool", int: "int64", str: "str"}
 _INDEX = re.compile(r"\s*[+-]?\d{1,9}\s*(?:,\s*[+-]?\d{1,9}\s*)*")
 
 
@@ -45,6 +49,16 @@ class Variable:
             object.__setattr__(self, "variability", "fixed" if self.causality == "parameter" else "continuous")
         if not self.initial:
             object.__setattr__(self, "initial", "exact" if self.state or self.causality != "output" else "calculated")
+
+
+def parameter_variables(model: type[BaseModel], parameters: BaseModel | None = None) -> Iterable[Variable]:
+    """Return the fields of a parameter model as variables: unit and shape come from each field's declaration."""
+    for name, field in model.model_fields.items():
+        extra = field.json_schema_extra if isinstance(field.json_schema_extra, dict) else {}
+        start = getattr(parameters, name) if parameters is not None else field.get_default()
+        shape = np.shape(start) if isinstance(start, (list, tuple)) and all(isinstance(x, float) for x in start) else ()
+        dtype = str(extra.get("dtype") or _DTYPES.get(type(start), "float64"))
+        yield Variable(name, "parameter", str(extra.get("unit", "")), tuple(shape), field.description or "", dtype, start)
 
 
 @dataclasses.dataclass(frozen=True)

@@ -38,8 +38,10 @@ from granular_env.experiments.preparation import Prepared, prepare
 from granular_env.experiments.stop_rules import StopWatch
 from granular_env.progress import Progress, progress_bar
 
-# A piece of a run lasts about so long [s], so that Ctrl-C, the progress bar and the recorder get their turn.
+# Wall time of a piece of a run [s], so that Ctrl-C, the progress bar and the recorder get their turn. Each piece copies the
+# state once: large states have longer pieces, so that the copy takes at most 5 % of a piece at this rate [bytes/s].
 _PIECE_SECONDS = 0.02
+_COPY_SHARE, _COPY_RATE = 0.05, 2e9
 # A piece becomes at most so many times as long as the one before.
 _GROWTH = 64
 # A run that is shown live takes so long [s], where nothing else is asked for: all shipped experiments are over in less.
@@ -253,6 +255,7 @@ def _loop(
 ) -> str | None:
     """Step until the end, a stop rule (its sentence is returned), or Ctrl-C."""
     piece, turns = 1, sorted(changes)
+    length = max(_PIECE_SECONDS, component.state_bytes / _COPY_RATE / _COPY_SHARE)
     while component.tick < end and not interrupt.pressed:
         tick, begin = component.tick, perf_counter()
         stop = min(end, tick + piece)
@@ -264,7 +267,7 @@ def _loop(
             show(component)
         if stop == looked and stops is not None and (met := stops.stop_reason(component)) is not None:
             return met
-        piece = _next_piece(piece, stop - tick, perf_counter() - begin)
+        piece = _next_piece(piece, stop - tick, (perf_counter() - begin) / length)
     return None
 
 
@@ -282,19 +285,19 @@ def _step_up_to(component: Component, stop: int, inputs: Inputs) -> None:
         raise
 
 
-def _next_piece(piece: int, done: int, seconds: float) -> int:
-    """Return more ticks where a whole piece was quick, half as many where it was slow.
+def _next_piece(piece: int, done: int, took: float) -> int:
+    """Return more ticks after a whole piece that was fast, half as many after one that was slow.
 
     Args:
-        piece: ticks that were to be done.
+        piece: ticks that were planned.
         done: ticks that were done.
-        seconds: wall time that they took.
+        took: wall time over that of a piece.
     """
-    if seconds > 2.0 * _PIECE_SECONDS:
+    if took > 2.0:
         return max(1, piece // 2)
-    if done < piece or seconds > 0.5 * _PIECE_SECONDS:
+    if done < piece or took > 0.5:
         return piece
-    return piece * max(2, min(_GROWTH, int(0.5 * _PIECE_SECONDS / max(seconds, 1e-9))))
+    return piece * max(2, min(_GROWTH, int(0.5 / max(took, 1e-9))))
 
 
 class Interrupt:

@@ -25,7 +25,7 @@ from typing import Any
 from pages import FULL, OUT, Page, compute
 
 HERE = Path(__file__).resolve().parent
-PAPERS = ("nesterenko_1983",)
+PAPERS = ("nesterenko_1983", "psakhie_2003")
 _STYLE = """
 body { font: 16px/1.5 system-ui, sans-serif; max-width: 56em; margin: 2em auto; padding: 0 1em; color: #222; background: #fff }
 table { border-collapse: collapse; margin: 0.6em 0 } td, th { padding: 0.15em 0.8em 0.15em 0; text-align: left;

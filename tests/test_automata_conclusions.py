@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 from support.automata_tools import block
-from support.coupled_tools import beside_zigzag, between, coupled, hexagonal_inclusion, inclusion, mesh, rectangle
+from support.coupled_tools import between, coupled, inclusion, mesh, rectangle
 
 import granular_env as ge
 from granular_env.cli import main
@@ -67,7 +67,7 @@ def test_automata_that_cannot_break_say_nothing() -> None:
     assert inclusion().conclusions() == []
 
 
-@pytest.mark.parametrize("make", [inclusion, between, hexagonal_inclusion, beside_zigzag], ids=lambda make: make.__name__)
+@pytest.mark.parametrize("make", [inclusion, between], ids=lambda make: make.__name__)
 def test_a_whole_body_is_one_piece(make: Callable[..., Coupled]) -> None:
     medium = make()
     criterion = {"name": "strain", "tensile": 1e6, "shear": 1e6}

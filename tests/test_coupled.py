@@ -26,7 +26,7 @@ from support.coupled_tools import (
 )
 
 from granular_env.components.automata.motion import WORK
-from granular_env.components.coupled import Coupled, parallel_steps, step_sizes, theory
+from granular_env.components.coupled import Coupled, step_sizes, theory
 from granular_env.components.coupled.strays import find_strays
 from granular_env.components.errors import ParameterError, StepError
 from granular_env.components.materials.elastic import Material
@@ -366,44 +366,6 @@ def test_micro_steps_come_to_what_lockstep_gives() -> None:
             found.append(medium.get("grid_displacement"))
         errors.append(np.abs(found[0] - found[1]).max())
     assert 3.0 <= errors[0] / errors[1] <= 5.0
-
-
-@pytest.mark.parametrize("n", [1, 2])
-def test_two_threads_give_the_bits_of_one(monkeypatch: pytest.MonkeyPatch, n: int) -> None:
-    """A body as small as this has one; its halves move side by side all the same, with loads, grips and driven edges."""
-    monkeypatch.setattr(parallel_steps, "_LEAST", 0)
-    found = []
-    for some in (True, False):
-        monkeypatch.setattr(parallel_steps, "available", lambda some=some: some)
-        medium = coupled(
-            {"mesh": mesh(4, 20), "boundaries": {"left": {"name": "velocity", "components": "x"}, "top": "traction"}},
-            {
-                "shape": rectangle(4.0, 20.0), "forced_automata": [7, 30],
-                "boundaries": {"right": {"name": "velocity", "components": "x"}, "top": "traction"},
-            },
-            n, origin=[4.0, 0.0], micro_steps=n,
-        )  # fmt: skip
-        assert len(medium._halves) == 2
-        start_noise(medium, 1)
-        inputs = {"automata_right_velocity": [SMALL, 0.0], "grid_top_traction": [0.0, SMALL], "automata_force": SMALL}
-        for ticks in (1, 7, 30):
-            medium.step(ticks * medium.step_size, **inputs, grid_left_velocity=Profile.half_sine(SMALL, 9.0) * [1.0, 0.0])
-        found.append(medium.save().to_bytes())
-    assert found[0] == found[1]
-
-
-def test_a_fast_automaton_and_an_inverted_cell_are_named_by_two_threads(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(parallel_steps, "_LEAST", 0)
-    monkeypatch.setattr(parallel_steps, "available", lambda: True)
-    medium = coupled({"mesh": mesh(4, 20)}, {"shape": rectangle(4.0, 20.0)}, origin=[4.0, 0.0])
-    medium.reset(automata_velocity={92: (30.0, 0.0)})
-    before = medium.save().to_bytes()
-    with pytest.raises(StepError, match="automata_velocity"):
-        medium.step(3 * medium.step_size)
-    assert medium.save().to_bytes() == before
-    medium.reset(grid_velocity={0: (50.0, 0.0)})
-    with pytest.raises(StepError, match="grid_displacement: cell"):
-        medium.step(10 * medium.step_size)
 
 
 # -- where both meet -----------------------------------------------------------------------------------------------------

@@ -9,13 +9,10 @@ import numpy as np
 import pytest
 from support.coupled_tools import (
     TALL,
-    beside_zigzag,
     between,
     corner,
     coupled,
     cradle,
-    hexagonal_cradle,
-    hexagonal_inclusion,
     inclusion,
     layers,
     mesh,
@@ -36,11 +33,7 @@ MEETING: list[tuple[Callable[[], Coupled], tuple[float, float]]] = [
     (lambda: corner(2), (-1.0, 0.0)),
     (lambda: cradle(3), (0.0, 1.0)),
     (lambda: between(4), (1.0, 0.0)),
-    (lambda: beside_zigzag(2), (-1.0, 0.0)),
-    (lambda: hexagonal_inclusion(3, 2), (0.0, 1.0)),
-    (lambda: hexagonal_cradle(2), (1.0, 0.0)),
     (lambda: strip("square", 6, 4)[0], (-1.0, 0.0)),
-    (lambda: strip("zigzag", 4, 6)[0], (-1.0, 0.0)),
     (lambda: strip("hexagonal", 4, 6)[0], (0.0, -1.0)),
 ]
 

@@ -319,7 +319,7 @@ def test_an_element_of_a_profile_is_set_in_its_pattern() -> None:
     [
         ({"component.columns": 3}, "with override 'component.columns=3': input.force.pattern: got an array of shape (10, 2)"),
         ({"input.force.pattern": [1]}, "override 'input.force.pattern=[1]': input.force.pattern: got an array of shape (1,)"),
-        ({}, "experiment 'discs/broken-row' with grid.component.columns, grid.input.force.peak: input.force.pattern"),
+        ({}, "plan: experiment 'discs/broken-row': input.force.pattern"),
     ],
 )
 def test_a_sweep_blames_what_was_given_to_it(overrides: dict[str, Any], beginning: str, tmp_path) -> None:

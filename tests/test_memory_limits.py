@@ -138,7 +138,7 @@ class Greedy:
 
 
 def test_memory_that_runs_out_in_a_run_is_an_error_of_the_family(tmp_path: Path):
-    with pytest.raises(GranularError, match="more memory than there is; its state is that from before the step"):
+    with pytest.raises(GranularError, match="it asks for more memory than there is; make it smaller"):
         run({**CHAIN, "component": {"type": "chain", "grains": 100}}, log=tmp_path / "x.mcap", observers=[Greedy()])
 
 

@@ -12,7 +12,7 @@ import collect  # noqa: E402
 from pages import Page, Row, compute  # noqa: E402
 
 # Scripts that take more than some seconds.
-SLOW = {"figure_7.py", "section_35_piston.py", "figure_8.py"}
+SLOW = {"figure_7.py", "section_35_piston.py", "figure_8.py", "waves.py", "rayleigh.py", "exact_solution.py"}
 
 
 SCRIPTS = [path for paper in collect.PAPERS for group in collect.groups(paper) for path in group]

@@ -25,19 +25,18 @@ from .conclusions import describe_links, describe_pieces
 from .cracking_specimen import TOO_FAR, CrackingSpecimen
 from .edges import EDGES
 from .inelastic_links import update_bond_forces
-from .kernel_arrays import Body, Motion, Scratch, make_body, make_scratch
+from .kernel_arrays import Body, Scratch, make_body, make_scratch
 from .link_histories import intact_bonds
 from .linked_specimen import LinkedSpecimen
 from .linked_sweep import update_forces
 from .loads_and_grips import Conditions
-from .material_mixture import Mixture, mix, mix_again, one_material
+from .material_mixture import Mixture, mix, one_material
 from .material_tables import chosen_materials, lame_constants, material_numbers
 from .packing import LATTICES, Packing, pack
 from .parameters import AutomataParameters
 from .stability import ALLOWED_PART, DEFAULT_PART, largest_frequency, step_limit
-from .sweep_order import make_parts
+from .sweep_order import make_part
 from .theory import uniaxial_strength
-from .zigzag_faces import Ties, add_ties, make_ties, tie_faces
 
 # No automaton may cross this part of its diameter in one internal step.
 _LARGEST_MOVE = 0.1
@@ -76,10 +75,7 @@ class Automata(Component):
         self._make_body()
         self.scratch: Scratch = make_scratch(self.count)
         self.conditions = Conditions(p, self.packing)
-        conditions = self.conditions
-        corners = np.array(sorted(conditions.upright & conditions.level), np.int64)
-        ties = make_ties(self.body, conditions.faces, corners, self.packing.reference)
-        self._largest_frequency = self._untied_frequency() if ties is None else self.tied_frequency(ties)
+        self._largest_frequency = self._compute_frequency()
         self.step_size = self._fitting_step_size()
         self._pairs = self.packing.pairs()
         self.steps = self._make_steps()
@@ -91,8 +87,6 @@ class Automata(Component):
             tallies=("f8", (2, motion.TALLY_ROWS)), start=("f8", (4,)), growing=self.steps.growing, **self.steps.fields,
         )  # fmt: skip
         self.steps.bind(self._block)
-        if ties is not None:
-            self.steps.tie(ties)
         self.mass: FloatArray = self.steps.body.mass[self.steps.body.kind]
         self.motion = self.steps.motion
 
@@ -115,38 +109,17 @@ class Automata(Component):
         moduli = constants[self.automaton_material]
         self.mixture: Mixture = mix(self.body, moduli) if p.several_materials else one_material()
 
-    def _untied_frequency(self) -> float:
-        """Return the largest frequency without tied faces [rad/s]."""
+    def _compute_frequency(self) -> float:
         # Kernels that the steps of this specimen take too: none is compiled for this alone.
         bonds = self.parameters.has_bonds
         forces = update_bond_forces if bonds else update_forces
-        links = intact_bonds(self.body, self.mixture) if bonds else make_parts(self.body)[0]
+        links = intact_bonds(self.body, self.mixture) if bonds else make_part(self.body)
         return largest_frequency(self.body, partial(forces, self.body, links), bonds, (self.mixture.moduli,))
-
-    def tied_frequency(self, ties: Ties) -> float:
-        """Return the largest frequency where these faces are carried along [rad/s]; see `LinkedSpecimen.tie`."""
-        body = tie_faces(self.body, ties)
-        if self.parameters.has_bonds:
-            links = intact_bonds(body, mix_again(self.mixture, body), ties)
-            further = (self.mixture.moduli, *ties)
-            return largest_frequency(body, partial(update_bond_forces, body, links), True, further)
-        whole = make_parts(body)[0]
-
-        def update(motion: Motion, scratch: Scratch) -> None:
-            update_forces(body, whole, motion, scratch)
-            add_ties(body, ties, motion, scratch)
-
-        return largest_frequency(body, update, False, ties)
 
     @property
     def largest_frequency(self) -> float:
         """Return the largest frequency of small motions [rad/s]."""
         return self._largest_frequency
-
-    def tie(self, ties: Ties) -> None:
-        """Let a parent carry these faces along, and no others."""
-        self.steps.tie(ties)
-        self._largest_frequency = self.tied_frequency(ties)
 
     def _make_steps(self) -> LinkedSpecimen:
         kind = CrackingSpecimen if self.parameters.has_bonds else LinkedSpecimen

@@ -30,7 +30,7 @@ from .link_formation import count_linkable, link_contacts, raise_weights
 from .link_histories import Bonds, largest_bond_strain
 from .link_release import LOSSES, NEVER_FOUND, TRAVEL
 from .linked_specimen import LinkedSpecimen
-from .material_mixture import Mixture, mix_again
+from .material_mixture import Mixture
 from .material_tables import IntArray, chosen_materials, law_rows, law_tables
 from .neighbours import SKIN, can_be_found, find_pairs, merge, slots_of_links
 from .packing import Packing
@@ -38,7 +38,6 @@ from .pair import mark_strained, orient
 from .parameters import AutomataParameters
 from .rupture import break_bonds
 from .stability import ALLOWED_PART, damping_limit
-from .zigzag_faces import Ties
 
 # Status of `advance` beside that of an automaton that is too fast.
 TOO_FAR = 2
@@ -100,11 +99,11 @@ class CrackingSpecimen(LinkedSpecimen):
         self._numbers[self._pairs[:, 0], self._pairs[:, 2]] = np.arange(len(self._pairs))
         self._surface = (self.body.face[self.body.kind] == 0.0).any(axis=1)
 
-    def _refuse_damping(self, parameters: AutomataParameters, part: float = 1.0) -> None:
-        """Refuse dashpots that the step does not bear, where automata have a part of their mass."""
+    def _refuse_damping(self, parameters: AutomataParameters) -> None:
+        """Refuse dashpots that the step does not bear."""
         given = parameters.contact_damping
         # Of several materials the stiffest contact with the lightest whole automaton: on the safe side.
-        whole = part * min(solid.density for solid in chosen_materials(parameters)) * float(self.body.volume.max())
+        whole = min(solid.density for solid in chosen_materials(parameters)) * float(self.body.volume.max())
         limit = ALLOWED_PART * damping_limit(
             self.packing.lattice.slots, float(self._ground.normal.max()), whole, self.step_size
         )
@@ -126,16 +125,8 @@ class CrackingSpecimen(LinkedSpecimen):
 
     def _make_medium(self) -> None:
         histories = {name: self._block[name] for name in _HISTORIES}
-        bonds = Bonds(**histories, mixture=self._mixture, ties=self.ties)
+        bonds = Bonds(**histories, mixture=self._mixture)
         self.medium = Medium(self.body, self._ground, bonds, self._law)
-
-    def tie(self, ties: Ties) -> None:
-        """Let a parent carry faces along: their histories are those of their slots, which have no neighbours."""
-        super().tie(ties._replace(materials=self._materials[ties.automata]))
-        self._mixture = mix_again(self._mixture, self.body)
-        # An automaton with a tied face has lost a quarter of its mass to those that carry the face.
-        self._refuse_damping(self._parameters, 0.75)
-        self._make_medium()
 
     def start(self) -> None:
         """Link all pairs, and have contacts found before the first step."""
@@ -319,12 +310,8 @@ class CrackingSpecimen(LinkedSpecimen):
         return events[events[:, 1] < len(self._parameters.leading_criterion.causes)]
 
     def held_pairs(self) -> IntArray:
-        """Return the automata that links and tied faces hold together, shape (m, 2)."""
-        held = [self._pairs[self.linked() == 1.0, :2]]
-        if self.ties is not None:
-            whole = self._block["weight"][self.ties.automata, self.ties.slots] == 1.0
-            held += [np.stack([self.ties.automata, ends], axis=1)[whole] for ends in self.ties.ends.T]
-        return np.concatenate(held)
+        """Return the automata that links hold together, shape (m, 2)."""
+        return self._pairs[self.linked() == 1.0, :2]
 
     def damage(self) -> FloatArray:
         """Return what part of the faces of each automaton is broken, shape (n,)."""

@@ -1,4 +1,4 @@
-"""The four edges of a specimen: which automata belong to each, which faces a zigzag has, and how a traction is shared out."""
+"""The four edges of a specimen: which automata belong to each, and how a traction is shared out."""
 
 from __future__ import annotations
 
@@ -20,25 +20,6 @@ def edge_automata(packing: Packing, name: str, depth: float = 0.0) -> npt.NDArra
     zigzag = 0.5 * packing.diameter if packing.lattice.name == "hexagonal" and axis == 0 else 0.0
     reach = max(depth, zigzag) + ON_THE_OUTLINE * packing.diameter
     return np.flatnonzero(place >= place.max() - reach).astype(np.int64)
-
-
-def zigzag_faces(packing: Packing, name: str) -> list[tuple[int, int]]:
-    """Return the whole automata between those that stand outermost on an edge, and the slots of their outer faces.
-
-    Where one of the two beside such a face is missing, as at the end of an odd number of rows, there is none.
-    """
-    axis, far = EDGES[name]
-    if packing.lattice.name != "hexagonal" or axis != 0:
-        return []
-    slot, above, below = (0, 1, 5) if far else (3, 2, 4)
-    x, automata = packing.reference[:, 0], edge_automata(packing, name)
-    depth = np.abs(x - x[automata].max() if far else x - x[automata].min())
-    outermost = depth <= ON_THE_OUTLINE * packing.diameter
-    whole = packing.classes.volume >= (1.0 - ON_THE_OUTLINE) * packing.lattice.volume * packing.diameter**2
-    near = packing.neighbours[automata]
-    tied = whole[packing.kind[automata]] & ~outermost[automata] & (near[:, slot] == automata)
-    tied &= outermost[near[:, above]] & outermost[near[:, below]]
-    return [(one, slot) for one in automata[tied].tolist()]
 
 
 def shared_areas(packing: Packing, name: str, automata: npt.NDArray[np.int64], area: float) -> FloatArray:

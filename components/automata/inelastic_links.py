@@ -23,7 +23,6 @@ import numpy.typing as npt
 from ..support.float_arrays import FloatArray
 from ..support.jit import internal, internal_inlined, jit
 from .breaking.dispatch import failure
-from .inelastic_zigzag_faces import add_face_stresses, add_tied_forces, faces_energy, update_faces
 from .link_histories import bond_strains, opposite_slot, pair_strains, strain_rates
 from .material_mixture import both_shear, lame_of, mean_shear, shear_of, volumetric_stress
 from .pair import mirrored_slots, orient, turned
@@ -84,7 +83,6 @@ def bond_stresses(body, bonds, displacement, half, dilation, stress_out, begin, 
                 px, py, pxy = px + ax, py + ay, pxy + axy
             xx, yy, xy = xx + px, yy + py, xy + pxy
         stress_out[i, 0], stress_out[i, 1], stress_out[i, 2] = xx, yy, xy
-    add_face_stresses(bonds.ties, body, bonds, displacement, half, dilation, stress_out)
 
 
 @internal_inlined
@@ -119,7 +117,6 @@ def bond_forces(body, bonds, displacement, half, dilation, force_out, torque_out
                 px, py, turning = px + ax, py + ay, turning + at
             fx, fy, torque = fx + px, fy + py, torque + turning
         force_out[i, 0], force_out[i, 1], torque_out[i] = fx, fy, torque
-    add_tied_forces(bonds.ties, body, bonds, displacement, half, dilation, force_out, torque_out)
 
 
 @internal_inlined
@@ -182,7 +179,7 @@ def volume_energy(body, bonds, displacement, half, i):
 def bond_energy(body, bonds, displacement, half):
     """Return the energy that is stored in all links and volumes [J]."""
     slots, moduli = body.directions.shape[0], bonds.mixture.moduli
-    total = faces_energy(bonds.ties, body, bonds, displacement, half)
+    total = 0.0
     for i in range(body.kind.size):
         total += volume_energy(body, bonds, displacement, half, i)
         for slot in range(slots // 2):
@@ -229,8 +226,6 @@ def update_bonds(body, bonds, law, motion, half, dilation, stress, time, mark_ou
                 if value >= limit:
                     mark_out[i, slot] = value
                     marked += 1
-    if not law.elastic:
-        lost += update_faces(bonds.ties, body, bonds, law, motion, half, dilation, stress, time)
     return marked, lost
 
 

@@ -25,7 +25,6 @@ from .link_histories import opposite_slot, pair_strains
 from .link_release import LINKING, pair_and_volumes, put_weight, scheduled_weight
 from .pair import turned
 from .volumetric_strain import bond_dilation, condensation
-from .zigzag_relinking import face_load, strain_face
 
 # Part of the energy that is rounding.
 _ROUNDING = 1e-9
@@ -277,12 +276,7 @@ def strain_link(body, ground, bonds, motion, half, contacts, row, weight, part, 
             eps - bonds.plastic[one, own, 0],
             gamma - bonds.plastic[one, own, 1],
         )
-    u, ties = motion.displacement, bonds.ties
-    first_along, first_across = face_load(ties, body, bonds, u, half, i, slot)
-    second_along, second_across = face_load(ties, body, bonds, u, half, j, back)
     put_weight(body, bonds, contacts.pairs, row, weight)
-    strain_face(ties, body, bonds, u, half, i, slot, first_along, first_across)
-    strain_face(ties, body, bonds, u, half, j, back, second_along, second_across)
     area, others, slope = body.face[body.kind[i], slot], 0.0, 0.0
     for one, own in ((i, slot), (j, back)):
         others += 0.5 * body.lame * bond_dilation(body, bonds, motion.displacement, half, one)

@@ -11,7 +11,6 @@ from ..support.jit import inlined, internal_inlined, jit
 from .kernel_arrays import Body
 from .material_mixture import Mixture
 from .pair import strains, turned
-from .zigzag_faces import Ties
 
 
 class Bonds(NamedTuple):
@@ -25,7 +24,6 @@ class Bonds(NamedTuple):
         origin: strains along and across from which those of a link count, shape (n, slots, 2); where no pair is linked again
             they are all 0, and this has shape (0, slots).
         mixture: moduli of automata of several materials; no part of the state.
-        ties: faces that a parent carries along, see `zigzag_faces`; None without. No part of the state.
     """
 
     weight: FloatArray
@@ -34,14 +32,13 @@ class Bonds(NamedTuple):
     inelastic: FloatArray
     origin: FloatArray
     mixture: Mixture
-    ties: Ties | None
 
 
-def intact_bonds(body: Body, mixture: Mixture, ties: Ties | None = None) -> Bonds:
+def intact_bonds(body: Body, mixture: Mixture) -> Bonds:
     """Return links that all hold."""
     shape = body.neighbours.shape
     plastic, origin = np.zeros((*shape, 2)), np.zeros((0, shape[1]))
-    return Bonds(np.ones(shape), plastic, np.zeros(shape), np.zeros(shape), origin, mixture, ties)
+    return Bonds(np.ones(shape), plastic, np.zeros(shape), np.zeros(shape), origin, mixture)
 
 
 @inlined

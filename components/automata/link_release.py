@@ -8,7 +8,6 @@ from __future__ import annotations
 from ..support.jit import internal, internal_inlined
 from .contact import FIRST, SECOND, SLOT, START, contact_energy
 from .inelastic_links import pair_energy, volume_energy
-from .inelastic_zigzag_faces import faces_energy_of
 from .link_histories import opposite_slot
 from .strain_division import divisions_around
 
@@ -36,12 +35,10 @@ def scheduled_weight(pairs, row, tick, release):
 
 @internal
 def pair_and_volumes(body, ground, bonds, motion, half, contacts, row):
-    """Return the energy of a contact, of its link, of both volumes and their tied faces, less that of divisions [J]."""
+    """Return the energy of a contact, of its link, of both volumes, less that of divisions [J]."""
     i, j, slot = contacts.pairs[row, FIRST], contacts.pairs[row, SECOND], contacts.pairs[row, SLOT]
     energy = volume_energy(body, bonds, motion.displacement, half, i) + volume_energy(body, bonds, motion.displacement, half, j)
     energy += bonds.weight[i, slot] * pair_energy(body, bonds, motion.displacement, half, i, slot)
-    energy += faces_energy_of(bonds.ties, body, bonds, motion.displacement, half, i)
-    energy += faces_energy_of(bonds.ties, body, bonds, motion.displacement, half, j)
     energy -= divisions_around(bonds.mixture.moduli, body, bonds, motion.displacement, half, i, j)
     return energy + contact_energy(ground, bonds, motion, contacts, row, 0.0)
 

@@ -10,17 +10,15 @@ import numpy as np
 from ..events import EventDetail
 from ..state_block import Block, Layout
 from ..support.float_arrays import FloatArray
-from . import parallel_steps
 from .elastic_energy import elastic_energy
 from .kernel_arrays import Body, Motion, Scratch
-from .linked_steps import advance, advance_tied
+from .linked_steps import advance
 from .linked_sweep import KEPT, update_forces
 from .loads_and_grips import Conditions
 from .packing import Packing
 from .pair import largest_strain, orient
 from .stress import stresses
-from .sweep_order import Part, make_parts
-from .zigzag_faces import Ties, add_tie_stresses, add_ties, tie_energy, tie_faces
+from .sweep_order import Part, make_part
 
 
 class LinkedSpecimen:
@@ -31,38 +29,28 @@ class LinkedSpecimen:
         growing: its own lists in the state.
         event_kinds: what can happen.
         event_details: units of these, and what their indices count.
-        whole: the order of the work for one thread.
-        parts: the same for as many threads as the specimen is large enough for.
-        ties: faces that an edge or a parent carries along; None without.
+        whole: the order of the work.
     """
 
     fields: Layout = {}
     growing: Layout = {}
     event_kinds: Mapping[str, str] = {}
     event_details: Mapping[str, EventDetail] = {}
-    ties: Ties | None = None
 
     def __init__(
         self, packing: Packing, body: Body, conditions: Conditions, scratch: Scratch, step: float, limit: float
     ) -> None:
         """Take what there is: the packing, what it is made of, inputs, scratch, the step [s] and the speed limit [m/s]."""
         self.packing, self.body, self.conditions, self.scratch = packing, body, conditions, scratch
-        self._untied = body
         self.step_size, self.speed_limit = step, limit
         self.count = len(packing.kind)
         self._links = len(packing.pairs())
         self._prepare_sweeps()
 
     def _prepare_sweeps(self) -> None:
-        """Make the order of the work, for one thread and for two."""
-        self.whole: Part = make_parts(self.body)[0]
-        self.parts: list[Part] = make_parts(self.body, 2) if self.count >= parallel_steps.LEAST_AUTOMATA else [self.whole]
+        """Make the order of the work, through the automata."""
+        self.whole: Part = make_part(self.body)
         self._kept = np.zeros((len(self.conditions.marked), KEPT))
-
-    def tie(self, ties: Ties) -> None:
-        """Let these faces be carried along, and no others; a parent that advances it calls `zigzag_faces.add_ties`."""
-        self.ties, self.body = ties, tie_faces(self._untied, ties)
-        self._prepare_sweeps()
 
     def bind(self, block: Block) -> None:
         """Take the state."""
@@ -74,10 +62,6 @@ class LinkedSpecimen:
 
     def advance(self, tick: int, ticks: int) -> int:
         """Advance from a tick with the loads and velocities that the conditions have now; 0, or a status."""
-        if self.ties is not None:
-            return advance_tied(self.body, self.whole, self.ties, *self.arguments(ticks))
-        if len(self.parts) > 1 and parallel_steps.available():
-            return parallel_steps.advance(self.body, self.parts, *self.arguments(ticks))
         return advance(self.body, self.whole, *self.arguments(ticks))
 
     def arguments(self, ticks: int) -> tuple[Any, ...]:
@@ -96,8 +80,6 @@ class LinkedSpecimen:
         scratch = self.scratch
         orient(motion.rotation, scratch.half, 0, self.count)
         update_forces(self.body, self.whole, motion, scratch)
-        if self.ties is not None:
-            add_ties(self.body, self.ties, motion, scratch)
         return scratch.dilation
 
     def forces(self) -> FloatArray:
@@ -110,8 +92,6 @@ class LinkedSpecimen:
         found, theta = np.empty((self.count, 3)), self.dilation()
         u, half = self.motion.displacement, self.scratch.half
         stresses(self.body, u, half, theta, found, 0, self.count)
-        if self.ties is not None:
-            add_tie_stresses(self.body, self.ties, u, half, theta, found)
         return found
 
     def linked(self) -> FloatArray:
@@ -147,8 +127,6 @@ class LinkedSpecimen:
         """Return the energies that a motion stores [J]; its rotations stay in the scratch."""
         theta, u, half = self._strain(motion), motion.displacement, self.scratch.half
         found = elastic_energy(self.body, u, half, theta, 0, self.count)
-        if self.ties is not None:
-            found += tie_energy(self.body, self.ties, u, half)
         return {"elastic_energy": found}
 
     def report(self) -> dict[str, float]:

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 from ..support.jit import internal, jit
-from .linked_sweep import DRIFT_KICK_DRIFT, STILL, sweep
-from .motion import add_loads, drift, held_speed, hold, keep_velocities, kick, settle_loads
-from .zigzag_faces import add_ties
+from .linked_sweep import DRIFT_KICK_DRIFT, sweep
+from .motion import add_loads, hold, keep_velocities, settle_loads
 
 # What `advance` returns.
 DONE, TOO_FAST = 0, 1
@@ -106,49 +105,5 @@ def advance(
             time,
         )  # fmt: skip
         if fast or not fastest <= limit:
-            return TOO_FAST
-    return DONE
-
-
-@jit
-def advance_tied(
-    body, part, ties, reference, motion, scratch, marked, kept, load, load_before, grip, grip_before, tallies, time, ticks,
-    speed_limit,
-):  # fmt: skip
-    """Advance a packing with tied faces: a sweep that moves nothing, what the ties add, then the kick.
-
-    Args:
-        body: as `zigzag_faces.tie_faces` gives it.
-        part: see `advance`.
-        ties: `Ties`.
-        reference: as for `advance`, as the next ones.
-        motion: see there.
-        scratch: see there.
-        marked: see there.
-        kept: see there.
-        load: see there.
-        load_before: see there.
-        grip: see there.
-        grip_before: see there.
-        tallies: see there.
-        time: see there.
-        ticks: see there.
-        speed_limit: see there.
-
-    Returns:
-        As `advance`.
-    """
-    automata, limit = body.kind.size, speed_limit * speed_limit
-    for _ in range(ticks):
-        drift(motion, 0.5 * time, 0, automata)
-        sweep(body, part, motion, scratch, marked, kept, time, limit, STILL)
-        add_ties(body, ties, motion, scratch)
-        add_loads(load, reference, motion, scratch.force, scratch.torque, time, load_before, tallies[0])
-        keep_velocities(grip, motion, grip_before)
-        fastest = kick(body, motion, scratch.force, scratch.torque, time, 0, automata)
-        hold(body, grip, reference, motion, scratch.force, scratch.torque, time, grip_before, tallies[1])
-        settle_loads(load, motion, time, load_before, tallies[0])
-        drift(motion, 0.5 * time, 0, automata)
-        if not held_speed(motion.velocity, fastest, limit) <= limit:
             return TOO_FAST
     return DONE

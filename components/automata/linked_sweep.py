@@ -432,18 +432,3 @@ def update_forces(body: Any, part: Any, motion: Any, scratch: Any) -> None:
         scratch: a `Scratch`, overwritten.
     """
     sweep(body, part, motion, scratch, _NOBODY, _NOTHING, 0.0, 0.0, STILL)
-
-
-@jit
-def copy_ghosts(part, displacement, velocity, rotation, spin):
-    """Copy what a part needs of others before they move; arrays as for `sweep`."""
-    at = 0
-    for low, high in ((part.ranges[0, 0], part.begin), (part.end, part.ranges[0, 1])):
-        for i in range(low, high):
-            for k in range(2):
-                part.ghost_displacement[2 * at + k], part.ghost_velocity[2 * at + k] = (
-                    displacement[2 * i + k],
-                    velocity[2 * i + k],
-                )
-            part.ghost_rotation[at], part.ghost_spin[at] = rotation[i], spin[i]
-            at += 1

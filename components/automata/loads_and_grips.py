@@ -14,8 +14,8 @@ from ..errors import ParameterError
 from ..inputs import Held, input_mean
 from ..support.float_arrays import FloatArray
 from ..variables import Variable
-from .boundaries import Fixed, Free, Periodic, PrescribedVelocity, Symmetry, Traction
-from .edges import EDGES, edge_automata, shared_areas, traction_levers, zigzag_faces
+from .boundaries import Fixed, PrescribedVelocity, Symmetry, Traction
+from .edges import EDGES, edge_automata, shared_areas, traction_levers
 from .motion import HOLDS_ROTATION, HOLDS_X, HOLDS_Y, Grip, Load
 from .packing import Packing
 from .parameters import AutomataParameters, Place
@@ -51,10 +51,6 @@ class Conditions:
         grip_before: memory for `motion.hold`.
         held_edges: edge that prescribes motion -> its automata, shape (m,), and of which components it is that edge that
             does, shape (m, 2).
-        faces: automata between those of a zigzag whose motion an edge prescribes, and the slots of their faces, which move
-            with it.
-        upright: the automata of such zigzags.
-        level: those of the edges along x that are neither free nor periodic.
     """
 
     def __init__(self, parameters: AutomataParameters, packing: Packing) -> None:
@@ -66,29 +62,10 @@ class Conditions:
         self._edges = {
             name: edge_automata(packing, name, getattr(boundary, "depth", 0.0)) for name, boundary in self._boundaries.items()
         }
-        self._tie_zigzags()
         self._fill_load()
         self._fill_grip()
         self._refuse_held_forces()
         self.marked = np.unique(np.concatenate([self.load.automata, self.grip.automata]))
-
-    def _tie_zigzags(self) -> None:
-        """Let the outermost automata of a zigzag carry the faces between them, where an edge prescribes their motion.
-
-        If it held the automata behind these faces instead, it would act a third of a diameter inside.
-        """
-        self.faces: list[tuple[int, int]] = []
-        self.upright, self.level = set[int](), set[int]()
-        for name, boundary in self._boundaries.items():
-            if EDGES[name][0] == 1 and not isinstance(boundary, (Free, Periodic)):
-                self.level.update(self._edges[name].tolist())
-            reach = getattr(boundary, "depth", 0.0)
-            if isinstance(boundary, (Fixed, PrescribedVelocity, Symmetry)) and reach < 0.499 * self._packing.diameter:
-                faces = zigzag_faces(self._packing, name)
-                self._edges[name] = np.setdiff1d(self._edges[name], [one for one, _ in faces])
-                if faces:
-                    self.faces += faces
-                    self.upright.update(self._edges[name].tolist())
 
     def _fill_load(self) -> None:
         p, start = self._parameters, len(self._forced)

@@ -46,11 +46,6 @@ def mix(body: Body, moduli: FloatArray) -> Mixture:
     return Mixture(moduli, np.where(differ, 1.0 / stiffness, 0.0), np.zeros(differ.shape))
 
 
-def mix_again(mixture: Mixture, body: Body) -> Mixture:
-    """Return the mixture of automata whose body has changed: of its free faces follows how stiff links are."""
-    return mix(body, mixture.moduli) if mixture.moduli.ndim == 2 else mixture
-
-
 @internal_inlined
 def shear_of(moduli, i, whole):
     """Return G of an automaton [Pa]; `whole` is that of a specimen of one material."""

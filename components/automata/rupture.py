@@ -11,7 +11,6 @@ from .link_histories import opposite_slot
 from .link_release import lower_weight
 from .strain_division import bond_dilations, division_energy
 from .volumetric_strain import bond_dilation
-from .zigzag_strains import tied_shares
 
 
 @jit
@@ -95,8 +94,7 @@ def rest_distance(body, ground, bonds, motion, half, dilation, i, slot):
 @internal
 def _part_of_volume(body, bonds, motion, half, i, slot):
     """Return the part of the energy of a volume that belongs to one of its links, by its share in the strain [J]."""
-    shares, _ = tied_shares(bonds.ties, body, bonds, i)
-    kind = body.kind[i]
+    shares, kind = 0.0, body.kind[i]
     for other in range(body.directions.shape[0]):
         shares += bonds.weight[i, other] * body.share[kind, other]
     return volume_energy(body, bonds, motion.displacement, half, i) * body.share[kind, slot] / shares

@@ -67,15 +67,10 @@ class Part(NamedTuple):
     ghost_spin: FloatArray
 
 
-def make_parts(body: Body, parts: int = 1) -> list[Part]:
-    """Return a packing in so many parts, at most; one where neighbours lie far apart in memory, as at closed ends."""
-    count = len(body.kind)
+def make_part(body: Body) -> Part:
+    """Return a packing as one part."""
     runs, kinds, offsets = _find_runs(body)
-    reach = int(np.abs(offsets).max(initial=0))
-    if parts * 2 * _DEPTHS[0] * reach > count:
-        parts = 1
-    ends = [count * part // parts for part in range(parts + 1)]
-    return [_make_part(runs, kinds, offsets, reach, begin, end) for begin, end in zip(ends[:-1], ends[1:], strict=True)]
+    return _make_part(runs, kinds, offsets, int(np.abs(offsets).max(initial=0)), 0, len(body.kind))
 
 
 def _find_runs(body: Body) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64], npt.NDArray[np.int64]]:

@@ -6,7 +6,6 @@ from ..support.jit import internal, internal_inlined
 from .link_histories import bond_strains, free_share
 from .material_mixture import lame_of, shear_of
 from .pair import mirrored_slots
-from .zigzag_strains import add_tied_strains, tied_shares
 
 
 @internal_inlined
@@ -29,8 +28,7 @@ def _stiffening(body, bonds, i, free):
 @internal_inlined
 def condensation(body, bonds, i):
     """Return 1 + a of an automaton: what its free and released faces make of the volumetric strain."""
-    _, released = tied_shares(bonds.ties, body, bonds, i)
-    return _stiffening(body, bonds, i, _free_shares(body, bonds, i) + released)
+    return _stiffening(body, bonds, i, _free_shares(body, bonds, i))
 
 
 @internal_inlined
@@ -53,8 +51,7 @@ def _link_strains(body, bonds, displacement, half, i):
 @internal_inlined
 def bond_dilation(body, bonds, displacement, half, i):
     """Return the volumetric strain of an automaton, both halves of its links being strained alike."""
-    strain = _link_strains(body, bonds, displacement, half, i)
-    return add_tied_strains(bonds.ties, body, bonds, displacement, half, i, strain) / condensation(body, bonds, i)
+    return _link_strains(body, bonds, displacement, half, i) / condensation(body, bonds, i)
 
 
 @internal
@@ -70,18 +67,6 @@ def uniform_dilations(body, bonds, displacement, half, dilation_out, begin, end)
         begin: first automaton.
         end: after the last one.
     """
-    # To ask of each automaton whether it is tied would make this loop many times as slow.
     for i in range(begin, end):
         strain = _link_strains(body, bonds, displacement, half, i)
         dilation_out[i] = strain / _stiffening(body, bonds, i, _free_shares(body, bonds, i))
-    _replace_tied(bonds.ties, body, bonds, displacement, half, dilation_out, begin, end)
-
-
-@internal
-def _replace_tied(ties, body, bonds, displacement, half, dilation_out, begin, end):
-    """Write the volumetric strains of tied automata; None stands for none."""
-    if ties is not None:
-        for place in range(ties.touched.size):
-            i = ties.touched[place]
-            if begin <= i < end:
-                dilation_out[i] = bond_dilation(body, bonds, displacement, half, i)

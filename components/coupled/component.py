@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from ..automata import sweep_order
 from ..automata.component import Automata
 from ..automata.conclusions import describe_pieces
 from ..automata.cracking_specimen import CrackingSpecimen
@@ -16,8 +17,6 @@ from ..automata.linked_steps import TOO_FAST as TOO_FAST_ALONE
 from ..automata.linked_sweep import KEPT, update_forces
 from ..automata.motion import TALLY_ROWS, WORK
 from ..automata.neighbours import SKIN
-from ..automata.sweep_order import make_parts
-from ..automata.zigzag_faces import Ties, add_ties, tie_faces
 from ..balances import Balance
 from ..component import Component
 from ..drawables import Drawable, Points
@@ -31,7 +30,6 @@ from ..state_block import Layout
 from ..support.float_arrays import FloatArray
 from ..variables import Variable
 from . import energies_and_momenta as sums
-from . import parallel_steps
 from .automata_inputs import EdgeInputs
 from .exchange import (
     EXCHANGE_TALLY,
@@ -41,7 +39,7 @@ from .exchange import (
     Exchange,
 )
 from .initial_forces import follow_nodes, join_forces, write_forces
-from .interface import Interface, carried_mass, find_interface, weigh
+from .interface import Interface, carried_mass, find_interface
 from .kicks_and_drifts import AutomataPart, Cracking, GridPart, Seam, Steps, drive_body
 from .parameters import CoupledParameters
 from .places import Places, common_sides
@@ -49,7 +47,6 @@ from .side_contacts import Sides, find_near, free_sides, include_nodes, make_sid
 from .step_sizes import choose_steps
 from .strays import describe_strays, find_strays
 from .ticks import BREAK, DONE, INVERTED, MICRO, PROGRESS, ROW, SEARCH, TOO_FAST, advance
-from .zigzag_interface import find_ties
 
 # No automaton may cross this part of its diameter in one of its steps.
 _LARGEST_MOVE = 0.1
@@ -82,41 +79,30 @@ class Coupled(Component):
     def _build(self) -> None:
         # Built by themselves first: their frequencies bound the step, and the size of their states is known then.
         grid, automata = make_part(Grid, self, "grid"), make_part(Automata, self, "automata")
-        ties = self._find_interface(grid, automata)
-        frequency = automata.largest_frequency if ties is None else automata.tied_frequency(ties)
-        chosen = choose_steps(self.parameters, 2.0 / grid.highest_frequency, 2.0 / frequency)
+        self._find_interface(grid, automata)
+        chosen = choose_steps(self.parameters, 2.0 / grid.highest_frequency, 2.0 / automata.largest_frequency)
         self.step_size, self.micro_steps = chosen.step, chosen.micro
         self.grid_step_part, self.automata_step_part = chosen.grid_part, chosen.automata_part
-        self._lay_out_state(grid, automata, ties)
+        self._lay_out_state(grid, automata)
         self.carried_mass: FloatArray = carried_mass(self.interface, len(self.grid.mesh.nodes), self._automata_mass)
         self.mass: FloatArray = np.concatenate([self.grid.mass, self._automata_mass])
-        cells, yielding = len(self.grid.mesh.cells), bool(self.grid.event_kinds)
-        # Cells that yield note events in their order.
-        self._has_two_halves = not yielding and parallel_steps.are_worth_it(cells, self.automata.count, self.micro_steps)
-        self.grid.attach(self.carried_mass, 2 if self._has_two_halves else 1, self.interface.nodes.tolist())
+        self.grid.attach(self.carried_mass, 1, self.interface.nodes.tolist())
         self._make_parts()
 
-    def _find_interface(self, grid: Grid, automata: Automata) -> Ties | None:
-        """Find the interface; return the faces of automata that it carries along, None where there are none."""
+    def _find_interface(self, grid: Grid, automata: Automata) -> None:
+        """Find the interface."""
         mesh, packing, shape = grid.mesh, automata.packing, automata.parameters.shape
         origin = np.array(self.parameters.origin)
         places = Places(packing, shape, origin, automata.parameters.periodic)
-        # What does not fit is refused here: ties are looked for where all sides fit.
         self.interface: Interface = find_interface(
             mesh, grid.parameters.boundaries, grid.joined, packing, automata.mass, shape, origin, places
         )
-        ties = find_ties(mesh, common_sides(mesh, shape, origin), packing, automata.body, places, automata.conditions)
         self._automata_mass: FloatArray = automata.mass
-        if ties is not None:
-            body = tie_faces(automata.body, ties)
-            self._automata_mass = body.mass[body.kind]
-            self.interface = weigh(self.interface, self._automata_mass)
         if self.parameters.side_contacts:
             self._free_sides: IntArray = free_sides(mesh, common_sides(mesh, shape, origin))
             self.interface = include_nodes(self.interface, self._free_sides.reshape(-1))
-        return ties
 
-    def _lay_out_state(self, grid: Grid, automata: Automata, ties: Ties | None) -> None:
+    def _lay_out_state(self, grid: Grid, automata: Automata) -> None:
         n, rows = automata.count, len(self.interface.nodes)
         growing: Layout = {}
         if self.parameters.side_contacts:
@@ -130,8 +116,6 @@ class Coupled(Component):
         micro = self.step_size / self.micro_steps
         self.grid = make_part(Grid, self, "grid", step_size=self.step_size, memory=self._block["grid"])
         self.automata = make_part(Automata, self, "automata", step_size=micro, memory=self._block["automata"])
-        if ties is not None:
-            self.automata.tie(ties)
         self._include(self.grid, "grid")
         self._include(self.automata, "automata", self.micro_steps)
 
@@ -151,14 +135,13 @@ class Coupled(Component):
         body, edges = drive_body(automata.steps.body, self.interface.automata), self._edge_inputs.edges
         marked = np.unique(np.concatenate([self.interface.automata, edges.load.automata, edges.grip.automata]))
         self._automata_part = AutomataPart(
-            body, make_parts(body)[0], self.reference, automata.motion, scratch, edges, marked, np.zeros((len(marked), KEPT)),
-            self._block["tallies"],
+            body, sweep_order.make_part(body), self.reference, automata.motion, scratch, edges, marked,
+            np.zeros((len(marked), KEPT)), self._block["tallies"],
         )  # fmt: skip
         limit = _LARGEST_MOVE * automata.packing.diameter / (self.step_size / self.micro_steps)
         scheme = self.parameters.scheme
-        swept = scheme != "literal" and automata.steps.ties is None and not automata.parameters.has_bonds
+        swept = scheme != "literal" and not automata.parameters.has_bonds
         self._steps = Steps(self.step_size, self.micro_steps, scheme == "momentum", limit, 1 if swept else None)
-        self._halves = make_parts(body, 2) if swept and self._has_two_halves else []
         self._cracking = automata.steps if isinstance(automata.steps, CrackingSpecimen) else None
         self._sides = self._make_sides()
         # The kinds of steps, as `advance` wants to know them.
@@ -319,7 +302,7 @@ class Coupled(Component):
 
     def _start(self, seed: int | None, values: Mapping[str, FloatArray]) -> Mapping[str, Any]:
         for prefix, part in (("grid", self.grid), ("automata", self.automata)):
-            part.begin(seed, part_values(prefix, values))
+            part._start(seed, part_values(prefix, values))
         self._divided = None
         grid, automata = self._grid_part(), self._automata_part
         exchange = self._seam.exchange
@@ -337,13 +320,11 @@ class Coupled(Component):
 
     def _write_automata_forces(self) -> None:
         """Write the forces of the automata where they are."""
-        automata, cracking, ties = self._automata_part, self._cracking_part(), self.automata.steps.ties
+        automata, cracking = self._automata_part, self._cracking_part()
         if cracking is not None:
             write_forces(cracking, automata.motion, automata.scratch)
             return
         update_forces(automata.body, automata.part, automata.motion, automata.scratch)
-        if ties is not None:
-            add_ties(automata.body, ties, automata.motion, automata.scratch)
 
     @property
     def _in_lockstep(self) -> bool:
@@ -398,7 +379,7 @@ class Coupled(Component):
     def _divide_inputs(self) -> None:
         """Hand each part the inputs that are its own."""
         for prefix, part in (("grid", self.grid), ("automata", self.automata)):
-            part.adopt_inputs(part_values(prefix, self._held))
+            part._hold(part_values(prefix, self._held))
         self._automata_follow_profile = self.automata.follows_profile
         self._divided = self._held
 
@@ -421,15 +402,10 @@ class Coupled(Component):
 
     def _run(self, grid: GridPart, factors: FloatArray, tick: int) -> int:
         """Advance by as many ticks as there are factors; 0, or a status."""
-        if len(self._halves) > 1 and parallel_steps.available():
-            status = parallel_steps.advance(
-                grid, self._automata_part, self._halves, self._seam, factors, self._steps, tick, self._failed
-            )
-            return status if status in (DONE, INVERTED) else _AUTOMATA_FAILED + TOO_FAST_ALONE
         self._progress[:] = 0
         while True:
             status = advance(
-                grid, self._automata_part, self._cracking_part(), self.automata.steps.ties, self._seam, factors, self._steps,
+                grid, self._automata_part, self._cracking_part(), self._seam, factors, self._steps,
                 self._impulses, self._literal, tick, self._progress, self._failed,
             )  # fmt: skip
             if status in (DONE, INVERTED):
@@ -445,13 +421,13 @@ class Coupled(Component):
     def _explain(self, status: int) -> StepError:
         if status == INVERTED:
             self.grid.failed_at[:] = self._failed
-            return self.grid.explain(1).of_part("grid")
+            return self.grid._explain(1).of_part("grid")
         return self._explain_automata(status - _AUTOMATA_FAILED)
 
     def _explain_automata(self, status: int) -> StepError:
         """Return the error of the automata as one of the whole."""
         self.automata.adopt(max(int(self._failed[1]) - 1, 0) * self.micro_steps, {})
-        return self.automata.explain(status).of_part("automata")
+        return self.automata._explain(status).of_part("automata")
 
     # -- reading ----------------------------------------------------------------------------------------------------
 

@@ -1,13 +1,12 @@
 """The interface of a grid and automata: which nodes move with which automata, and with what weights.
 
 Sides of cells that lie on the outline of the automata belong to it. A side is n diameters long: automata stand on its ends,
-which are nodes of the grid, and n - 1 between them, where the displacement is that of the linear field along the side. Along
-y automata of a hexagonal packing stand every second row, sqrt(3) diameters apart; see `zigzag_interface` for the others.
+which are nodes of the grid, and n - 1 between them, where the displacement is that of the linear field along the side. A
+hexagonal packing meets the grid along its rows alone, which lie along x.
 """
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from typing import Any, NamedTuple
 
@@ -78,7 +77,7 @@ def find_interface(
     sides = common_sides(mesh, shape, origin)
     # First, since the staircase of the automata along such a side overlaps cells too.
     for side in sides.tolist():
-        _refuse_oblique_sides(mesh, packing, side)
+        _refuse_zigzags(mesh, packing, side)
     refuse_overlaps(mesh, packing, places, shape, origin)
     if not len(sides):
         _refuse_gap(mesh, packing, origin)
@@ -139,24 +138,15 @@ def _refuse_conditions(mesh: Mesh, boundaries: Mapping[str, Boundary], common: I
                 )
 
 
-def is_upright(mesh: Mesh, packing: Packing, side: list[int]) -> bool:
-    """Return whether a side lies along y."""
-    return bool(abs(mesh.nodes[side[1], 0] - mesh.nodes[side[0], 0]) <= ON_THE_OUTLINE * packing.diameter)
-
-
-def spacing(packing: Packing, upright: bool) -> float:
-    """Return how far automata stand apart on a side along y or along x [m]."""
-    return packing.diameter * (math.sqrt(3.0) if upright and packing.lattice.name == "hexagonal" else 1.0)
-
-
-def _refuse_oblique_sides(mesh: Mesh, packing: Packing, side: list[int]) -> None:
-    """Refuse sides along neither axis of a hexagonal packing."""
+def _refuse_zigzags(mesh: Mesh, packing: Packing, side: list[int]) -> None:
+    """Refuse sides that do not lie along the rows of a hexagonal packing."""
     way = mesh.nodes[side[1]] - mesh.nodes[side[0]]
-    if packing.lattice.name == "hexagonal" and np.abs(way).min() > ON_THE_OUTLINE * packing.diameter:
+    if packing.lattice.name == "hexagonal" and abs(way[1]) > ON_THE_OUTLINE * packing.diameter:
         x, y = mesh.nodes[side[0]]
         raise ParameterError(
-            f"at ({x:.9g}, {y:.9g}) m the interface lies along neither x nor y",
-            expected="for a hexagonal packing sides along x and y alone",
+            f"at ({x:.9g}, {y:.9g}) m the interface does not lie along the rows of the hexagonal packing",
+            expected="sides along x alone",
+            hint="turn the body by 90 degrees, so that the grid meets rows of automata, or take packing = square",
             at=("automata", "packing"),
         )
 
@@ -165,15 +155,14 @@ def _automata_of(mesh: Mesh, packing: Packing, places: Places, side: list[int]) 
     """Return the automata on a side and where they stand on it, from 0 to 1."""
     start, end = mesh.nodes[side[0]], mesh.nodes[side[1]]
     way = end - start
-    upright = is_upright(mesh, packing, side)
-    apart = spacing(packing, upright)
-    count = float(np.sqrt(way[0] * way[0] + way[1] * way[1])) / apart
+    count = float(np.sqrt(way[0] * way[0] + way[1] * way[1])) / packing.diameter
     where = f"interface between ({start[0]:.9g}, {start[1]:.9g}) m and ({end[0]:.9g}, {end[1]:.9g}) m, nodes {side}"
     if round(count) < 1 or abs(count - round(count)) > ON_THE_OUTLINE * max(count, 1.0):
-        unit = f"diameters of {packing.diameter:g} m"
-        if apart != packing.diameter:
-            unit = f"times sqrt(3) diameters ({apart:.9g} m, two rows of the hexagonal packing)"
-        raise ParameterError(f"the {where}, is {count:.9g} {unit} long", expected="a whole number", at="automata.diameter")
+        raise ParameterError(
+            f"the {where}, is {count:.9g} diameters of {packing.diameter:g} m long",
+            expected="a whole number",
+            at="automata.diameter",
+        )
     parts = np.arange(round(count) + 1) / round(count)
     points = start + parts[:, None] * way
     automata, distance = places.find(points)
@@ -243,15 +232,9 @@ def _make_interface(hanging: dict[int, tuple[int, int, float]], joined: IntArray
     first = np.cumsum([0, *(len(acts[node]) for node in nodes)]).astype(np.int64)
     free = np.ones(len(mass), dtype=np.uint8)
     free[automata] = 0
-    found = Interface(np.array(nodes, dtype=np.int64), automata, ends, weights, first, acting, shares, np.zeros(0), free)
-    return weigh(found, mass)
-
-
-def weigh(interface: Interface, mass: FloatArray) -> Interface:
-    """Return the interface with the masses that its nodes carry where automata have these masses, shape (n,) [kg]."""
-    carried = interface.shares * mass[interface.automata[interface.acting]]
-    total = [carried[begin:end].sum() for begin, end in zip(interface.first, interface.first[1:], strict=False)]
-    return interface._replace(mass=np.array(total))
+    carried = shares * mass[automata[acting]]
+    total = np.array([carried[begin:end].sum() for begin, end in zip(first, first[1:], strict=False)])
+    return Interface(np.array(nodes, dtype=np.int64), automata, ends, weights, first, acting, shares, total, free)
 
 
 def carried_mass(interface: Interface, count: int, mass: FloatArray) -> FloatArray:

@@ -2,7 +2,7 @@
 
 Automata whose links all hold are swept: in one pass through memory they drift, their forces are computed, and they are kicked
 (`automata.linked_sweep`). Of those that the interface or an input moves, a sweep notes what they were before the kick, and the
-rest is done here. Other automata (which may break, or whose faces are tied) take a pass for each of these.
+rest is done here. Automata that may break take a pass for each of these.
 """
 
 from __future__ import annotations
@@ -18,7 +18,6 @@ from ..automata.kernel_arrays import Body, Motion, Scratch
 from ..automata.link_release import TRAVEL
 from ..automata.linked_sweep import sweep
 from ..automata.sweep_order import Part
-from ..automata.zigzag_faces import add_ties
 from ..grid import kernels as grid_kernels
 from ..grid.kernel_arrays import Conditions, Grid, State
 from ..grid.mesh import IntArray
@@ -105,7 +104,7 @@ class Steps(NamedTuple):
         micro: steps of the automata in it.
         by_momentum: whether interface nodes get the mean of the velocities of both sides; see `exchange.kicked`.
         speed_limit: of automata [m/s].
-        swept: 1 where one sweep moves the automata, computes their forces and kicks them, as links all hold and none is tied;
+        swept: 1 where one sweep moves the automata, computes their forces and kicks them, as links all hold;
             else None, and what follows a sweep is not compiled.
     """
 
@@ -131,13 +130,12 @@ def drive_body(body: Body, driven: IntArray) -> Body:
 
 
 @internal
-def update_automata_forces(automata, cracking, ties, seam, steps, time, tick, moves):
+def update_automata_forces(automata, cracking, seam, steps, time, tick, moves):
     """Write the forces and torques of links and contacts, and what of them acts on interface nodes; or sweep.
 
     Args:
         automata: an `AutomataPart`.
         cracking: a `Cracking`, its links judged; None for automata that stay linked and elastic.
-        ties: `Ties` of these, None without.
         seam: a `Seam`.
         steps: a `Steps`.
         time: since the forces were computed last [s].
@@ -151,8 +149,6 @@ def update_automata_forces(automata, cracking, ties, seam, steps, time, tick, mo
     if cracking is None:
         limit = steps.speed_limit * steps.speed_limit
         fast = sweep(automata.body, automata.part, motion, scratch, automata.marked, automata.kept, time, limit, moves)
-        if ties is not None:
-            add_ties(automata.body, ties, motion, scratch)
     else:
         add_forces(cracking.medium, motion, scratch, cracking.contacts, cracking.contact_count, cracking.losses, time, tick)
     gather_forces(seam.interface, scratch.force, seam.exchange.automata_force)

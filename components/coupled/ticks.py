@@ -34,14 +34,13 @@ BEGIN, MOVE, ACT = 0, 1, 2
 
 
 @jit
-def advance(grid, automata, cracking, ties, seam, factors, steps, impulses, literal, tick, progress, failure_out):
+def advance(grid, automata, cracking, seam, factors, steps, impulses, literal, tick, progress, failure_out):
     """Advance by whole ticks, or up to where links break or contacts have to be found anew.
 
     Args:
         grid: a `GridPart`.
         automata: an `AutomataPart`.
         cracking: a `Cracking`; None for automata that stay linked and elastic.
-        ties: `Ties`, see `automata.zigzag_faces`; None without.
         seam: a `Seam`.
         factors: of the signals of the grid in the middle of each tick, shape (ticks, signals); how many rows, so many ticks.
         steps: a `Steps`.
@@ -86,7 +85,7 @@ def advance(grid, automata, cracking, ties, seam, factors, steps, impulses, lite
             moves, first = STILL, False
             if steps.swept is not None:
                 moves = DRIFT_TWO_HALF_KICKS if again or progress[MICRO] + 1 < steps.micro else DRIFT_HALF_KICK
-            status += update_automata_forces(automata, cracking, ties, seam, steps, time, own_tick, moves)
+            status += update_automata_forces(automata, cracking, seam, steps, time, own_tick, moves)
             if cracking is not None:
                 add_side_forces(cracking.sides, grid, automata, seam.exchange)
             if impulses is not None:

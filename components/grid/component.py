@@ -16,6 +16,7 @@ from ..events import EventDetail
 from ..inputs import Held
 from ..materials.elastic import Material, material
 from ..materials.hypoelastic import logarithmic_strain
+from ..materials.plastic_law import yield_limit
 from ..profiles import CompiledProfile
 from ..support.float_arrays import FloatArray, norms
 from ..support.stable_step import refuse_large_step, suggest_step
@@ -28,6 +29,7 @@ from .mesh import IntArray, Mesh, cell_areas
 from .nodal_conditions import cells_of_sides
 from .parameters import GridParameters, Place
 from .stability import highest_frequency
+from .yielding import NoYield
 
 # A cell with so little of its area has passed what the step was chosen for.
 _COMPRESSED = 0.5
@@ -75,7 +77,8 @@ class Grid(Component):
         self._off_nodes: list[str] = []
         self._forced = self._nodes_at("forced_nodes", p.forced_nodes)
         self._receivers = self._nodes_at("receivers", p.receivers)
-        self._plastic = any(math.isfinite(p.plastic_laws[number].constants()[0]) for number in np.unique(self.cell_material))
+        self._laws = {number: p.plastic_laws[number].constants() for number in np.unique(self.cell_material).tolist()}
+        self._plastic = any(law is not None for law in self._laws.values())
         self.attach(None)
         self._refuse_held_forces()
         self.mass: FloatArray = self._assembly.mass
@@ -252,16 +255,20 @@ class Grid(Component):
         return np.sqrt(0.5 * spread + 3.0 * xy * xy)
 
     def _yield_ratio(self) -> FloatArray:
-        strength, hardening, friction, _ = self._grid.laws[self.cell_material].T
-        limit = strength + hardening * self._state.plastic_strain + friction * self._pressure()
-        # At the tip of a cone there is no stress left that could grow.
-        at_tip = limit <= 1e-9 * strength
-        ratio = np.where(at_tip, 1.0, self._equivalent_stress() / np.where(at_tip, 1.0, limit))
-        return np.where(np.isfinite(strength), ratio, 0.0)
+        ratio, strain, pressure = np.zeros(len(self.mesh.cells)), self._state.plastic_strain, self._pressure()
+        equivalent = self._equivalent_stress()
+        for number, law in self._laws.items():
+            if law is not None:
+                cells = self.cell_material == number
+                limit = yield_limit(law, strain[cells], pressure[cells])
+                # At the tip of a cone there is no stress left that could grow.
+                at_tip = limit <= 1e-9 * yield_limit(law, 0.0, 0.0)
+                ratio[cells] = np.where(at_tip, 1.0, equivalent[cells] / np.where(at_tip, 1.0, limit))
+        return ratio
 
     def has_limit(self, ratio: str, index: int) -> bool:
         """Return whether the material of a cell can yield."""
-        return bool(np.isfinite(self._grid.laws[self.cell_material[index], 0]))
+        return self._laws[int(self.cell_material[index])] is not None
 
     def _start(self, seed: int | None, values: Mapping[str, FloatArray]) -> Mapping[str, Any]:
         state = self._state
@@ -310,7 +317,7 @@ class Grid(Component):
 
     def _update_forces(self, step: float) -> int:
         """Advance stresses elastically by velocity x step [s], and write the forces; return a cell that is inverted, or -1."""
-        elastic = self._grid._replace(laws=np.full_like(self._grid.laws, np.inf))
+        elastic = self._grid._replace(laws=NoYield())
         groups, events, counts = self._conditions.groups, np.zeros((1, 5)), np.zeros(1, dtype=np.int64)
         return int(kernels.forces(elastic, self._state, groups, self._corner, step, 0, events, counts))
 

@@ -6,7 +6,7 @@ again and again where a mesh does not fit the cache.
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -27,7 +27,7 @@ class Grid(NamedTuple):
         half_inverse: 1 / (2 mass), shape (n,) [1/kg].
         material: number of each cell's material, shape (m,).
         moduli: Lame's constants of each material, shape (materials, 2) [Pa].
-        laws: plastic law of each material, see `PlasticLaw.constants`, shape (materials, 4).
+        laws: plastic laws of the materials, see `yielding.law_list`.
         hourglass: stiffness of each cell against its two hourglass modes, shape (m,) [Pa].
         slots: where the corner forces of a cell begin, shape (m,).
         node_slots: the corner forces on a node, one for each corner that a cell can turn to it, shape (n, 4).
@@ -45,7 +45,7 @@ class Grid(NamedTuple):
     half_inverse: FloatArray
     material: IndexArray
     moduli: FloatArray
-    laws: FloatArray
+    laws: Any
     hourglass: FloatArray
     slots: IndexArray
     node_slots: IndexArray

@@ -16,6 +16,7 @@ from .boundaries import Boundary
 from .mesh import IntArray, Mesh
 from .nodal_conditions import EdgeInput
 from .tiling import make_schedule
+from .yielding import law_list
 
 
 @dataclass(frozen=True)
@@ -110,7 +111,7 @@ def assemble(
         half_inverse=0.5 / mass,
         material=cell_material.astype(np.uint32),
         moduli=moduli,
-        laws=np.array([law.constants() for law in laws]),
+        laws=law_list(laws),
         hourglass=hourglass_stiffness(mesh, moduli[cell_material], hourglass),
         slots=plan.slots,
         node_slots=plan.node_slots,

@@ -14,10 +14,11 @@ from math import sqrt
 
 import numpy as np
 
-from ..materials.drucker_prager import return_to_cone
-from ..materials.hypoelastic import elastic_increment, energy_density, rotate_by_half, rotate_stress, rotation_of
+from ..materials.hypoelastic import PlaneTensor, elastic_increment, energy_density, rotate_by_half, rotate_stress, rotation_of
+from ..materials.tensors import Moduli
 from ..support.jit import internal, internal_inlined, jit
 from .kernel_arrays import ABSORBED, ANGULAR, BOUNDARY_ANGULAR, BOUNDARY_IMPULSE, IMPULSE, WORK
+from .yielding import CellStep, plastic_step
 
 # A slower node is at rest [m/s]. Ahead of a wave velocities fall off to where they, or products of what follows from them, are
 # no normal numbers any more, with which a processor is tens of times as slow.
@@ -26,45 +27,6 @@ _REST = 1e-140
 _YIELDED = 0
 # Indices are unsigned throughout the long loops: numba then need not look for negative ones.
 _ONE, _TWO, _THREE = np.uint32(1), np.uint32(2), np.uint32(3)
-
-
-@internal_inlined
-def yield_cell(law, moduli, hardened, area, old, trial):
-    """Return the stresses xx, yy, zz, xy of a cell that may yield, plastic strain and work of the step, scale, q and its limit.
-
-    The scale is that of the return: it multiplies the trial deviator, and is 1 where nothing flows.
-
-    Args:
-        law: constants of its law, shape (4,); see `PlasticLaw.constants`.
-        moduli: Lame's constants, shape (2,) [Pa].
-        hardened: equivalent plastic strain before the step.
-        area: in the middle of the step [m2].
-        old: stresses before the step, turned [Pa].
-        trial: stresses of an elastic step [Pa].
-    """
-    shear = moduli[1]
-    bulk = moduli[0] + 2.0 * shear / 3.0
-    hardening, friction, dilatancy = law[1], law[2], law[3]
-    strength = law[0] + hardening * hardened
-    xx, yy, zz, xy = trial
-    pressure = -(xx + yy + zz) / 3.0
-    sxx, syy, szz = xx + pressure, yy + pressure, zz + pressure
-    q = sqrt(1.5 * (sxx * sxx + syy * syy + szz * szz + 2.0 * (xy * xy)))
-    limit = strength + friction * pressure
-    strain, left, new_pressure = return_to_cone(q, pressure, strength, bulk, shear, hardening, friction, dilatancy)
-    scale = left / q if strain > 0.0 and q > 0.0 else 1.0
-    gone = 1.0 - scale
-    new_xx, new_yy, new_zz = scale * sxx - new_pressure, scale * syy - new_pressure, scale * szz - new_pressure
-    new_xy = scale * xy
-    middle_pressure = -(old[0] + old[1] + old[2]) / 6.0 + 0.5 * new_pressure
-    sheared = (
-        (0.5 * (old[0] + new_xx) + middle_pressure) * (gone * sxx)
-        + (0.5 * (old[1] + new_yy) + middle_pressure) * (gone * syy)
-        + (0.5 * (old[2] + new_zz) + middle_pressure) * (gone * szz)
-        + (old[3] + new_xy) * (gone * xy)
-    ) / (2.0 * shear)
-    work = area * (sheared - middle_pressure * ((new_pressure - pressure) / bulk))
-    return (new_xx, new_yy, new_zz, new_xy), strain, work, scale, q, limit
 
 
 @internal_inlined
@@ -88,6 +50,15 @@ def corner_forces(stress, hourglass, diagonals, pattern):
 
 
 @internal
+def note_yield(events, counts, tick, cell, flow):
+    """Write the event of a cell that yields for the first time."""
+    row = counts[0]
+    events[row, 0], events[row, 1], events[row, 2] = tick, _YIELDED, cell
+    events[row, 3], events[row, 4] = flow.equivalent, flow.limit
+    counts[0] = row + 1
+
+
+@internal
 def advance_cells(grid, state, corner_out, tile, step, tick, events, counts):
     """Advance stresses and energies of a tile whose nodes have drifted, and write the corner forces; strains of mid-step.
 
@@ -99,7 +70,7 @@ def advance_cells(grid, state, corner_out, tile, step, tick, events, counts):
     stresses, twists, energy, stiffness = state.stress, state.hourglass_force, state.energy, grid.hourglass
     material, moduli, laws = grid.material, grid.moduli, grid.laws
     plastic_strains, plastic_works = state.plastic_strain, state.plastic_work
-    failed, half = np.int64(-1), 0.5 * step
+    failed, half, yields = np.int64(-1), 0.5 * step, len(plastic_strains) > 0
     for c in range(np.uint64(grid.tiles[tile, 0]), np.uint64(grid.tiles[tile + 1, 0])):
         n0, n1, n2, n3 = cells[c, 0], cells[c, 1], cells[c, 2], cells[c, 3]
         x0, y0, x1, y1 = x[n0, 0] + u[n0, 0], x[n0, 1] + u[n0, 1], x[n1, 0] + u[n1, 0], x[n1, 1] + u[n1, 1]
@@ -134,23 +105,31 @@ def advance_cells(grid, state, corner_out, tile, step, tick, events, counts):
         turned_xx, turned_yy, turned_xy = rotate_by_half(exx, eyy, shear_strain, cosine, sine)
         dxx, dyy, dzz, dxy = elastic_increment(turned_xx, turned_yy, turned_xy, moduli[number, 0], moduli[number, 1])
         txx, tyy, tzz, txy = sxx + dxx, syy + dyy, szz + dzz, sxy + dxy
-        if laws[number, 0] < np.inf:
-            (txx, tyy, tzz, txy), strain, work, kept, q, limit = yield_cell(
-                laws[number], moduli[number], plastic_strains[c], 0.5 * twice, (sxx, syy, szz, sxy), (txx, tyy, tzz, txy)
+        if yields:
+            flow = plastic_step(
+                laws,
+                number,
+                CellStep(
+                    Moduli(moduli[number, 0], moduli[number, 1]),
+                    plastic_strains[c],
+                    0.5 * twice,
+                    PlaneTensor(sxx, syy, szz, sxy),
+                    PlaneTensor(txx, tyy, tzz, txy),
+                ),
             )
-            if strain > 0.0:
+            txx, tyy, tzz, txy = flow.stress
+            if flow.strain > 0.0:
                 if plastic_strains[c] == 0.0:
-                    row = counts[0]
-                    events[row, 0], events[row, 1], events[row, 2], events[row, 3], events[row, 4] = tick, _YIELDED, c, q, limit
-                    counts[0] = row + 1
-                plastic_strains[c] += strain
+                    note_yield(events, counts, tick, c, flow)
+                plastic_strains[c] += flow.strain
                 # The hourglass force stands for deviators within the cell: it returns with that of the cell. The strain that
                 # flows is (1 - kept) q / rate; the mean of the force before and after the step does its work.
+                work, kept = flow.work, flow.kept
                 if rate > 0.0:
-                    flow = (1.0 - kept) * (qx * (hx + kept * qx) + qy * (hy + kept * qy)) / (2.0 * rate)
+                    twisted = (1.0 - kept) * (qx * (hx + kept * qx) + qy * (hy + kept * qy)) / (2.0 * rate)
                     qx, qy = kept * qx, kept * qy
-                    work += flow
-                    energy[c] += flow
+                    work += twisted
+                    energy[c] += twisted
                 plastic_works[c] += work
         twists[c, 0], twists[c, 1] = qx, qy
         # The kick before the drift saw the old stress as it was then, not turned with the cell.

@@ -12,6 +12,7 @@ from ..support.float_arrays import FloatArray
 from ..support.stable_step import ResultCache
 from . import kernels
 from .kernel_arrays import Conditions, Grid, State
+from .yielding import NoYield
 
 # Strains so small that the geometry stays what it is, to rounding.
 _SMALL = 1e-13
@@ -29,14 +30,15 @@ def highest_frequency(grid: Grid, conditions: Conditions, corner: FloatArray) ->
         corner: scratch of the kernels; its last row is 0.
     """
     # Of plastic laws nothing counts, and of the conditions where nodes cannot move and which move as one.
-    inputs = (*grid._replace(laws=np.zeros(0)), conditions.nodes, conditions.prescribed, conditions.groups)
+    nothing = np.zeros(0)
+    inputs = (*grid._replace(laws=nothing), conditions.nodes, conditions.prescribed, conditions.groups)
     return _found.get(inputs, lambda: _compute_frequency(grid, conditions, corner))
 
 
 def _compute_frequency(grid: Grid, conditions: Conditions, corner: FloatArray) -> float:
     n, m = len(grid.reference), len(grid.cells)
     nothing = np.zeros(0)
-    elastic = grid._replace(laws=np.full_like(grid.laws, np.inf))
+    elastic = grid._replace(laws=NoYield())
     state = State(
         np.zeros((n, 2)), np.zeros((n, 2)), np.zeros((n, 2)), np.zeros((m, 4)), np.zeros((m, 2)), np.zeros(m), nothing, nothing
     )

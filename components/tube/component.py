@@ -233,7 +233,7 @@ class Tube(Component):
     ) -> Mapping[str, Any]:
         """Write the start state of a part; what is wrong with its values is told as of this component."""
         try:
-            return part.begin(seed, {**part_values(prefix, values), **more})
+            return part._start(seed, {**part_values(prefix, values), **more})
         except ParameterError as error:
             raise ParameterError(*(_fault_of_part(fault, prefix) for fault in error.faults)) from None
 
@@ -295,8 +295,8 @@ class Tube(Component):
             }
             self._failed_tick = tick * self.gas_steps + step
             self.gas.adopt(self._failed_tick, {})
-            self.gas.adopt_inputs({**own, "area": gas.area})
-            status = self.gas.advance(1)
+            self.gas._hold({**own, "area": gas.area})
+            status = self.gas._advance(1)
             if status:
                 return _GAS + status
         self._let_out(tick)
@@ -344,8 +344,8 @@ class Tube(Component):
             solid, state, _, _ = self.shell.tables()
             exchange.keep_surface(self.interface, state, velocity, area)
             self.shell.adopt(self._failed_tick, {})
-            self.shell.adopt_inputs({"pressure": acting - room})
-            status = self.shell.advance(1)
+            self.shell._hold({"pressure": acting - room})
+            status = self.shell._advance(1)
             if status:
                 return _SHELL + status
             exchange.add_work(self.interface, solid, state, velocity, area, acting, room, self._works, self._block["tally"])
@@ -371,7 +371,7 @@ class Tube(Component):
     def _explain_part(self, part: Component, prefix: str, status: int, steps: int) -> StepError:
         """Return the error of a part as one of the whole."""
         part.adopt(self._failed_tick, {})
-        error = part.explain(status).of_part(prefix)
+        error = part._explain(status).of_part(prefix)
         if part is self.shell and error.index is not None:
             x = self.parameters.position + self.shell.place_of_point(error.index)[0]
             error = error.with_hint(f"x is that of the shell; of the gas it is {x:.4g} m")

@@ -111,8 +111,14 @@ class Row:
         if self.most is not None:
             return self._judge(self.ours <= self.most, f"{_digits(self.ours - self.most)} above")
         gap = self.ours - self.number
-        away = f"{_digits(100.0 * gap / self.number)} %" if self.number and not isinstance(self.ours, int) else _digits(gap)
-        return self._judge(abs(gap) <= self.tolerance * (1.0 + 1e-9), f"{away} off")
+        away = (
+            f"{_digits(100.0 * gap / self.number)} % off"
+            if self.number and not isinstance(self.ours, int)
+            else f"{_digits(gap)} off"
+        )
+        if self.number and abs(gap) > 10.0 * abs(self.number):
+            away = f"{_digits(self.ours / self.number)} times as large"
+        return self._judge(abs(gap) <= self.tolerance * (1.0 + 1e-9), away)
 
     def _judge(self, agrees: bool, away: str) -> str:
         if not agrees:
@@ -125,7 +131,7 @@ class Row:
         if isinstance(self.ours, str | int):
             return str(self.ours)
         if self.found is None or "e" in self.found:
-            return _digits(self.ours, 4 if self.found is None else 5)
+            return _digits(self.ours, 4 if self.found is None else len(self.found.partition("e")[0].replace(".", "")))
         text = f"{self.ours:.{len(self.found.partition('.')[2])}f}"
         if len(self.draws):
             low, high = np.percentile(self.draws, (5, 95))

@@ -126,32 +126,6 @@ def inner(medium: Coupled, margin: float) -> tuple[FloatArray, FloatArray]:
     return found[0], found[1]
 
 
-def beside_zigzag(n: int = 1, rows: int = 1, laws: Mapping[str, Any] | None = None, **parameters: Any) -> Coupled:
-    """Return four columns of cells, and a hexagonal packing to the right of them: cells of n diameters and 2 x `rows` rows."""
-    wide, high = float(n), 2.0 * rows * ROW
-    grid = {"mesh": mesh(4, 4, cell_size=[wide, high])}
-    automata = {"shape": rectangle(8.0 * n, 4.0 * high), "packing": "hexagonal", **(laws or {})}
-    return coupled(grid, automata, origin=[4.0 * wide, 0.0], **parameters)
-
-
-def hexagonal_inclusion(n: int = 1, rows: int = 1, laws: Mapping[str, Any] | None = None, **parameters: Any) -> Coupled:
-    """Return a block of cells with a hexagonal packing in a hole: two zigzags, and corners."""
-    wide, high = float(n), 2.0 * rows * ROW
-    hole = {"name": "box", "x": [2.0 * wide, 6.0 * wide], "y": [2.0 * high, 6.0 * high]}
-    grid = {"mesh": mesh(8, 8, cell_size=[wide, high], holes=[hole])}
-    automata = {"shape": rectangle(4.0 * wide, 4.0 * high), "packing": "hexagonal", **(laws or {})}
-    return coupled(grid, automata, origin=[2.0 * wide, 2.0 * high], **parameters)
-
-
-def hexagonal_cradle(n: int = 1, rows: int = 1, laws: Mapping[str, Any] | None = None, **parameters: Any) -> Coupled:
-    """Return a block of cells in a hexagonal packing, on three sides: corners of three quarters."""
-    w, h = float(n), 2.0 * rows * ROW
-    corners = [[-4, -4], [7, -4], [7, 3], [3, 3], [3, 0], [0, 0], [0, 3], [-4, 3]]
-    polygon = {"name": "polygon", "corners": [[w * x, h * y] for x, y in corners]}
-    grid = {"mesh": mesh(3, 3, cell_size=[w, h])}
-    return coupled(grid, {"shape": polygon, "packing": "hexagonal", **(laws or {})}, **parameters)
-
-
 def contains_cells(middles: FloatArray, half: FloatArray, points: FloatArray) -> Any:
     """Return which points lie in one of the equal cells about these middles, of half a width and half a height."""
     inside = np.zeros(len(points), dtype=bool)
@@ -164,7 +138,7 @@ def strip(packing: str, cells: int, automata: int, step: float = 0.2, n: int = 1
     """Return a strip that is closed on itself across, cells and then automata up to a rigid end; and its axis.
 
     Args:
-        packing: of the automata; "zigzag" for a hexagonal one that meets the grid along y.
+        packing: of the automata.
         cells: how many there are along the strip.
         automata: about so many lengths of a cell they fill.
         step: internal step.
@@ -174,13 +148,6 @@ def strip(packing: str, cells: int, automata: int, step: float = 0.2, n: int = 1
         across = {"bottom": "periodic", "top": "periodic"}
         body = {"shape": rectangle(float(automata), 2.0), "boundaries": {**across, "right": "fixed"}}
         grid = {"mesh": mesh(cells, 2), "boundaries": across}
-        return coupled(grid, body, n, origin=[float(cells), 0.0], step_size=step), 0
-    if packing == "zigzag":
-        across = {"bottom": "periodic", "top": "periodic"}
-        body = {
-            "shape": rectangle(float(automata), 4 * ROW), "packing": "hexagonal", "boundaries": {**across, "right": "fixed"},
-        }  # fmt: skip
-        grid = {"mesh": mesh(cells, 2, cell_size=TALL), "boundaries": across}
         return coupled(grid, body, n, origin=[float(cells), 0.0], step_size=step), 0
     across = {"left": "periodic", "right": "periodic"}
     rows = 2 * round(n * automata / ROW / 2)

@@ -8,7 +8,15 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from ...materials.stress_invariants import equivalent_stress, largest_principal, mean_stress
+from ...materials.tensors import (
+    determinant,
+    equivalent_square,
+    equivalent_stress,
+    largest_principal,
+    load_deformation,
+    load_symmetric,
+    mean_stress,
+)
 from ...support.float_arrays import FloatArray
 from ...support.jit import jit
 from ..column_means import ColumnMeans
@@ -78,11 +86,9 @@ def find_parting(solid, state, judged, found, nearest, tick):
                 continue
         elif judged.decisive == _PRINCIPAL_STRESS:
             # The largest principal stress is at most the mean one plus two thirds of the equivalent one.
-            stress = judged.means.stress[p]
-            xx, yy, zz, xy, yz, zx = stress[0], stress[1], stress[2], stress[3], stress[4], stress[5]
-            left = 1.5 * (_SAFE * largest * judged.limit[p] - mean_stress(xx, yy, zz))
-            a, b, c = xx - yy, yy - zz, zz - xx
-            if left > 0.0 and 0.5 * (a * a + b * b + c * c) + 3.0 * (xy * xy + yz * yz + zx * zx) < left * left:
+            stress = load_symmetric(judged.means.stress, p)
+            left = 1.5 * (_SAFE * largest * judged.limit[p] - mean_stress(stress))
+            if left > 0.0 and equivalent_square(stress) < left * left:
                 continue
         value, nx, ny, nz = decisive_value(judged.means.stress, state, judged, p)
         if judged.cracks[p] == 0 and value > nearest[0] * judged.limit[p] and value > _NOTED * judged.limit[p]:
@@ -109,14 +115,8 @@ def decisive_value(stresses, state, judged, p):
         judged: `Judgement`.
         p: the point.
     """
-    h = state.gradient
-    xx, yy, zz = 1.0 + h[p, 0], 1.0 + h[p, 4], 1.0 + h[p, 8]
-    volume = (
-        xx * (yy * zz - h[p, 5] * h[p, 7]) + h[p, 1] * (h[p, 5] * h[p, 6] - h[p, 3] * zz)
-        + h[p, 2] * (h[p, 3] * h[p, 7] - yy * h[p, 6])
-    )  # fmt: skip
-    t = stresses
-    stress, nx, ny, nz = largest_principal(t[p, 0], t[p, 1], t[p, 2], t[p, 3], t[p, 4], t[p, 5])
+    volume = determinant(load_deformation(state.gradient, p))
+    stress, nx, ny, nz = largest_principal(load_symmetric(stresses, p))
     if judged.decisive == _PLASTIC_STRAIN:
         return state.plastic_strain[p] if stress > judged.tension else 0.0, nx, ny, nz
     if judged.decisive == _PRINCIPAL_STRESS:
@@ -161,6 +161,6 @@ def write_ratios(state, judged, out):
 def write_triaxiality(stress, out):
     """Write the mean stress over the equivalent one at each point, 0 where there is no stress."""
     for p in range(out.size):
-        xx, yy, zz = stress[p, 0], stress[p, 1], stress[p, 2]
-        equivalent = equivalent_stress(xx, yy, zz, stress[p, 3], stress[p, 4], stress[p, 5])
-        out[p] = mean_stress(xx, yy, zz) / equivalent if equivalent > 0.0 else 0.0
+        tensor = load_symmetric(stress, p)
+        equivalent = equivalent_stress(tensor)
+        out[p] = mean_stress(tensor) / equivalent if equivalent > 0.0 else 0.0

@@ -8,10 +8,9 @@ from typing import Any, Self
 
 import numpy as np
 
-from ...components.component import refuse_unknown_events
 from ...components.drawables import Drawable
 from ...components.errors import LogError, ParameterError, one_line
-from ...components.events import Event, EventDetail
+from ...components.events import Event, EventDetail, refuse_unknown_events
 from ...components.inputs import input_value
 from ...components.profiles import CompiledProfile
 from ...components.snapshot import Snapshot
