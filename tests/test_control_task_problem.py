@@ -14,9 +14,8 @@ from granular_env.components.oscillator import Oscillator
 from granular_env.control.drive import Drive, DriveShape
 from granular_env.control.named_environments import task_names
 from granular_env.control.task_problem import TaskProblem
-from granular_env.domains.chain import ChainVectorEnv
 from granular_env.domains.chain.tasks import ENVIRONMENTS
-from granular_env.envs import ComponentEnv
+from granular_env.envs import ComponentEnv, ComponentVectorEnv
 
 SMALL = {"grains": 12, "deadline": 80, "place": 6.0, "amplitude": 4.0}
 SEEDS = [7, 11, 40]
@@ -107,7 +106,7 @@ def swing(monkeypatch, tmp_path):
 
 
 def test_without_a_native_batch_gymnasiums_own_gives_the_single_returns(swing):
-    assert isinstance(swing.vector(2), SyncVectorEnv) and not swing.is_native
+    assert isinstance(swing.vector(2), SyncVectorEnv)
     chosen = drives(swing, 3)
     found, steps = swing.returns(chosen, SEEDS)
     for member in range(3):
@@ -128,6 +127,6 @@ def test_make_vec_takes_gymnasiums_own_batch_where_there_is_no_native_one():
     try:
         batch = gymnasium.make_vec("own/Swing-v0", num_envs=2)
         assert isinstance(batch, SyncVectorEnv)
-        assert isinstance(gymnasium.make_vec("granular_env/Protection-v1", num_envs=2, grains=4), ChainVectorEnv)
+        assert isinstance(gymnasium.make_vec("granular_env/Protection-v1", num_envs=2, grains=4).unwrapped, ComponentVectorEnv)
     finally:
         del gymnasium.registry["own/Swing-v0"]

@@ -145,7 +145,7 @@ def test_the_search_works_from_a_folder(site):
         pytest.skip("no Chromium here")
     with browser.Browser() as opened:
         opened.open(site / "index.html")
-        for word in ("open_log", "to_xarray", "ChainVectorEnv"):
+        for word in ("open_log", "to_xarray", "ComponentVectorEnv"):
             assert any(word in item for item in opened.evaluate(SEARCH.replace("WORD", word))), word
 
 

@@ -78,7 +78,7 @@ def make_environment(make: Callable[..., Any], arguments: Mapping[str, Any], nam
             error of this package; or it is no environment of a component.
     """
     from granular_env.envs.environment import ComponentEnv
-    from granular_env.envs.pickling import known_arguments
+    from granular_env.envs.factory import known_arguments
     from granular_env.envs.task import Task
 
     known = known_arguments(make)

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import ExitStack
-from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +14,7 @@ import numpy.typing as npt
 from granular_env.components.errors import ParameterError
 from granular_env.components.variables import parse_element
 from granular_env.domains import domain_of
-from granular_env.envs.task import no_objective
+from granular_env.envs.task import RowTask, no_objective
 
 from .drive import Drive
 from .named_environments import find_environment, make_environment, registered_name
@@ -74,14 +73,14 @@ class TaskProblem:
     @property
     def rate(self) -> float | None:
         """The environment's own limit of the action's change per control step."""
-        rate = getattr(getattr(self.env, "actuator", None), "rate", math.inf)
+        rate = self.env.actuator.rate
         return None if math.isinf(rate) else float(rate)
 
     @property
     def gradient_runs(self) -> float:
         """Return the cost of an objective with its slopes, in forward runs; 0 where there are no gradients."""
         gradients = self._domain.load("gradients")
-        return float(gradients.RUNS) if gradients is not None and self.is_native else 0.0
+        return float(gradients.RUNS) if gradients is not None and isinstance(self.env.task, RowTask) else 0.0
 
     # -- many at a time ---------------------------------------------------------------------------------------------
 
@@ -126,24 +125,14 @@ class TaskProblem:
     def vector(self, count: int, hold: int = 1, clock: int = 0) -> Any:
         """Return a Gymnasium `VectorEnv` of so many environments, which resets in the same step.
 
-        It is the native batch of the component's domain where there is one, otherwise Gymnasium's own.
+        It is native where the task judges rows, otherwise Gymnasium's own.
         """
-        from gymnasium.vector import AutoresetMode, SyncVectorEnv
-
-        arguments = {**self._arguments, "hold": hold, "clock": clock}
+        from granular_env.envs import make_batch
 
         def make(**arguments: Any) -> Any:
             return make_environment(self._make, arguments, self.name)
 
-        if self.is_native:
-            return self._domain.load("batch")(make, count, autoreset_mode=AutoresetMode.SAME_STEP, info="brief", **arguments)
-        return SyncVectorEnv([partial(make, **arguments)] * count, autoreset_mode=AutoresetMode.SAME_STEP)
-
-    @property
-    def is_native(self) -> bool:
-        """Return whether the domain's native batch can run this environment."""
-        kind = self._domain.load("environment")
-        return kind is not None and isinstance(self.env, kind)
+        return make_batch(make, count, autoreset_mode="SameStep", **{**self._arguments, "hold": hold, "clock": clock})
 
     # -- one at a time ----------------------------------------------------------------------------------------------
 
@@ -193,7 +182,7 @@ class TaskProblem:
             StepError: the drive breaks the physics.
         """
         gradients = self._domain.load("gradients")
-        if gradients is None or not self.is_native:
+        if gradients is None or not isinstance(self.env.task, RowTask):
             raise no_objective(self.env.task)
         return gradients.value_and_grad(self.env, drive, seeds, self.stage)
 

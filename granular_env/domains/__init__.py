@@ -21,13 +21,10 @@ class Environment:
     Attributes:
         entry_point: what makes the single one.
         reward_threshold: the return at which the task counts as solved.
-        batch: a class of native batches, batch(make, count, **arguments); None where there is none: `gymnasium.make_vec` then
-            makes Gymnasium's own, and `granular-env describe` says so.
     """
 
     entry_point: str
     reward_threshold: float
-    batch: str | None = None
 
 
 @dataclass(frozen=True)
@@ -36,8 +33,8 @@ class Domain:
 
     Attributes:
         environments: a mapping registered name -> `Environment`.
-        batch: a `VectorEnv` class that runs many of the domain's environments natively: batch(make, count, **arguments).
-        environment: the class of the environments that this batch can run.
+        rows: a class that shows components as rows of arrays and advances them together, for tasks that judge rows and for
+            native batches, see `chain.rows.ChainRows`.
         gradients: a module with `RUNS` (cost of one gradient in forward runs) and `value_and_grad(env, drive, seeds, stage)`,
             the smooth objective of a task and its derivatives with respect to the actions, for studies.
         watch: a class of observers with a `history`, made with the time between two frames [s].
@@ -49,8 +46,7 @@ class Domain:
     """
 
     environments: str | None = None
-    batch: str | None = None
-    environment: str | None = None
+    rows: str | None = None
     gradients: str | None = None
     watch: str | None = None
     columns: str | None = None
@@ -68,8 +64,7 @@ DOMAINS: dict[str, Domain] = {
     "automata": Domain(environments="granular_env.domains.automata.tasks:ENVIRONMENTS"),
     "chain": Domain(
         environments="granular_env.domains.chain.tasks:ENVIRONMENTS",
-        batch="granular_env.domains.chain.envs.vector_environment:ChainVectorEnv",
-        environment="granular_env.domains.chain.envs.environment:ChainEnv",
+        rows="granular_env.domains.chain.rows:ChainRows",
         gradients="granular_env.domains.chain.control.episode_gradient",
         watch="granular_env.domains.chain.measurement.observer:Watch",
         columns="granular_env.domains.chain.measurement.columns",

@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 from pydantic import Field
 
-from granular_env.envs.time_observation import clock_readings
+from granular_env.envs.sensors import clock_readings
 
 from .method import MethodTable
 from .policy_search import Single
@@ -166,7 +166,7 @@ class HeldPolicy:
         if self._step % self._hold == 0:
             seen = np.asarray(observations)
             if self._clock:
-                times = clock_readings(self._step, self._steps, self._clock)
+                times = clock_readings(np.array([self._step]), self._steps, self._clock)
                 seen = np.hstack([seen, np.broadcast_to(times, (len(seen), self._clock))])
             with one_thread():
                 # One at a time: in a batch the sums of a network have other last bits.
