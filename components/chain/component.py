@@ -18,10 +18,11 @@ from ..support.float_arrays import FloatArray
 from ..variables import Variable
 from . import layout
 from .geometry import Geometry, geometry, smoothness, step_times_frequency, suggested_step_size
-from .integrators import SCHEMES, UNSOUND, Entries, entries
+from .integrators import SCHEMES, TOO_MUCH_WORK, UNSOUND, Entries, entries
+from .integrators.dop853 import most_trials
 from .laws import Dissipative, Law
 from .parameters import WALLS, ChainParameters
-from .state import ChainState, chain_state
+from .state import ChainState, state_of
 from .validity import Validity
 
 # Where a contact sees fewer force evaluations a step is refused.
@@ -30,6 +31,8 @@ _LEAST_FORCES = 16.0
 _STOPPED_IN_A_STEP = 0.3
 
 _NO_PIECES = np.zeros((0, 2))
+# A status: a tick takes more work than is allowed.
+_EXHAUSTED = 2
 # Beyond these a unit is likely to be wrong [m, kg/m^3, kg/m^3, m/s]; a heavy striker may weigh as much as many grains.
 _LARGE_RADIUS, _LIGHT_DENSITY, _HEAVY_DENSITY, _SLOW_SOUND = 0.1, 100.0, 1e6, 20.0
 _NUMBERING = "place i is left of grain i, the last one right of the last grain; 0 where there is no contact"
@@ -76,8 +79,8 @@ class Chain(Component):
         self._wanted_forces = self._scheme.wanted_forces / smoothness(p.law.exponent)
         self.step_size = self._suggested_step() if p.step_size is None else p.step_size
         self.scheme = self._scheme.damped if isinstance(p.law, Dissipative) else self._scheme.numbers
-        self._entries: Entries = entries(p.law.contacts, self.scheme)
-        self._advance_held = self._entries.advance_held
+        self.entries: Entries = entries(p.law.contacts, self.scheme)
+        self._advance_held = self.entries.advance_held
         self._grains = slice(1, p.grains + 1)
         width = layout.row_width(p.grains)
         last = layout.FREE_ROW + self._scheme.history_rows
@@ -146,6 +149,7 @@ class Chain(Component):
         numbers = rows[layout.SCALARS]
         numbers[layout.STEP], numbers[layout.GRAVITY], numbers[layout.GRAINS] = self.step_size, p.gravity, p.grains
         numbers[layout.SPEED_LIMIT] = chain.sound_speed.min()
+        numbers[layout.TOLERANCE], numbers[layout.EXPONENT] = p.tolerance, p.law.exponent
         for first, end, place in ((layout.LEFT_FREE, p.left, 0), (layout.RIGHT_FREE, p.right, -1)):
             numbers[first : first + 4] = end == "free", end == "piston", chain.mass[place], chain.static_force[place]
 
@@ -162,10 +166,12 @@ class Chain(Component):
 
         wanted, refused = np.full(self.parameters.grains + 1, np.inf), np.full(self.parameters.grains + 1, np.inf)
         deep = self.parameters.overlap_limit * chain.smaller_radius[places]
-        wanted[places] = largest_overlap(self._wanted_forces)
-        refused[places] = np.minimum(deep, largest_overlap(_LEAST_FORCES))
+        # An adaptive scheme resolves its contacts by itself.
+        adaptive = self._scheme.adaptive
+        wanted[places] = np.inf if adaptive else largest_overlap(self._wanted_forces)
+        refused[places] = deep if adaptive else np.minimum(deep, largest_overlap(_LEAST_FORCES))
         law = self.parameters.law
-        if isinstance(law, Dissipative):
+        if isinstance(law, Dissipative) and not adaptive:
             constants, whole = (
                 chain.law_constants[places],
                 chain.reduced_mass[places] / self.step_size,
@@ -246,9 +252,9 @@ class Chain(Component):
             self._table[layout.U, self._grains] = displacement
         self._refuse_start()
         if self.parameters.law.has_history:
-            self._entries.begin_histories(self._table)
+            self.entries.begin_histories(self._table)
             # Contacts that start beyond yield got there before the clock began.
-            self._entries.update_histories(self._table)
+            self.entries.update_histories(self._table)
             self._table[layout.LOST] = 0.0
         kinetic, potential, momentum = self._sums()
         self._table[layout.TALLY, layout.START_ENERGY], self._table[layout.TALLY, layout.START_MOMENTUM] = (
@@ -280,9 +286,7 @@ class Chain(Component):
     def _advance(self, ticks: int) -> int:
         # The speed of a step from Python depends on these lines.
         if self._profiled:
-            done = self._entries.advance(
-                self._table, self._drive, self._left_pieces, self._left, self._right, self._tick, ticks
-            )
+            done = self.entries.advance(self._table, self._drive, self._left_pieces, self._left, self._right, self._tick, ticks)
         else:
             held = self._held
             left = held[self.left_input] if self._left_moves else 0.0
@@ -304,6 +308,9 @@ class Chain(Component):
         The state alone decides what is refused. LIMIT decides only how soon the kernel returns: after the caution it need not
         return for contacts that are seen too seldom.
         """
+        if done >= TOO_MUCH_WORK:
+            self._failed_tick = self._tick + done - TOO_MUCH_WORK
+            return _EXHAUSTED
         unsound = done >= UNSOUND
         done -= UNSOUND if unsound else 0
         self._failed_tick = self._tick + done
@@ -336,6 +343,8 @@ class Chain(Component):
 
     def _explain(self, status: int) -> StepError:
         time = (self._failed_tick if status else self._tick) * self.step_size
+        if status == _EXHAUSTED:
+            return self._exhaustion_error(time)
         # Before the first tick no peak is known; afterwards the peak is what the kernel judges.
         overlap = self._peak if status else self._overlap()
         name, index, _ = self._worst(overlap)
@@ -363,6 +372,14 @@ class Chain(Component):
             time=time, at=(name, index), variable=name, index=index, value=value, limit=limit,
         )  # fmt: skip
 
+    def _exhaustion_error(self, time: float) -> StepError:
+        most = most_trials(self.parameters.grains)
+        return StepError(
+            f"the tick that ends at {time:.9g} s needs more than {most} trial steps of {self.parameters.integrator!r}; take a "
+            f"smaller step_size (now {self.step_size:g} s) or a larger tolerance",
+            time=time, variable="step_size", index=None, value=self.step_size, limit=self.step_size,
+        )  # fmt: skip
+
     # -- reading ----------------------------------------------------------------------------------------------------
 
     @property
@@ -373,7 +390,7 @@ class Chain(Component):
     @property
     def state(self) -> ChainState:
         """Return the chain as jitted functions see it, such as those of `differentiable_quantities`; to be read only."""
-        return getattr(chain_state, "py_func", chain_state)(self.parameters.law.contacts, self._table)
+        return state_of(self.parameters.law.contacts, self._table)
 
     def detached_table(self, rows: int = 0) -> FloatArray:
         """Copy the table with `rows` more behind it, for runs beside the chain: overlaps are refused, not warned of."""
@@ -415,7 +432,7 @@ class Chain(Component):
 
     def _sums(self) -> tuple[float, float, float]:
         """Kinetic energy, potential energy (elastic, and of the weight), momentum."""
-        kinetic, elastic, momentum = self._entries.energies(self._table, self.geometry.mass)
+        kinetic, elastic, momentum = self.entries.energies(self._table, self.geometry.mass)
         if self.parameters.gravity != 0.0:
             elastic -= float((self._weight * self._table[layout.U, self._grains]).sum())
         return kinetic, elastic, momentum
@@ -439,7 +456,7 @@ class Chain(Component):
 
     def _contact_force(self) -> FloatArray:
         forces = np.empty(self.parameters.grains + 1)
-        self._entries.contact_forces(self._table, forces)
+        self.entries.contact_forces(self._table, forces)
         return forces
 
     def _force_in(self, contact: int) -> float:
@@ -456,7 +473,7 @@ class Chain(Component):
         return Validity.of(
             self.geometry, self.parameters.law, self._peak[places],
             self._scheme.evaluations / self.step_size,
-            wanted_forces=self._wanted_forces,
+            wanted_forces=self._wanted_forces, adaptive=self._scheme.adaptive,
         )  # fmt: skip
 
     def report(self) -> dict[str, float]:
@@ -469,7 +486,7 @@ class Chain(Component):
     def cautions(self) -> list[str]:
         """Return a sentence for each assumption that the run so far has left behind."""
         said = self._size_sentences() + self.validity().cautions()
-        if self._dissipation_in_a_step() > _STOPPED_IN_A_STEP:
+        if self._dissipation_in_a_step() > _STOPPED_IN_A_STEP and not self._scheme.adaptive:
             said.append(self._dissipation_sentence())
         return said
 

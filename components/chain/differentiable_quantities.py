@@ -1,8 +1,8 @@
 """Quantities of a chain for jitted code, with their pullbacks: what sensors, tasks and objectives read.
 
-A quantity is read off a `ChainState`: grain i, from 0, is column i + 1 of its rows; contact j lies between columns j and j + 1, so
-that contacts 0 and n are the walls'. `x_pullback(chain, adjoint, ..., slope)` adds slope times the derivative of `x(chain, ...)`
-to `adjoint`, a `ChainState` too. Forces have the bits of the component's outputs. `Chain.state` is one.
+A quantity is a function of a `ChainState`, such as `Chain.state`: grain i, from 0, is column i + 1 of its rows; contact j lies
+between columns j and j + 1, so that contacts 0 and n are the walls'. `x_pullback(chain, adjoint, ..., slope)` adds slope times
+the derivative of `x(chain, ...)` to `adjoint`, a `ChainState` too. Forces have the bits of the component's outputs.
 
 A peak over time is not smooth: it is replaced by the p-norm over the control steps, f0 (sum_t (f_t / f0)^p)^(1/p), p even. It
 lies above the largest |f_t|, by a factor of m^(1/p) at most for m equal peaks; `peak_feature` is its summand, `peak_value` the

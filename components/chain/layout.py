@@ -11,8 +11,8 @@ from __future__ import annotations
 # the contact law in addition to the stiffness.
 STIFFNESS, REST_OVERLAP, INVERSE_MASS, MASS, LIMIT, SCALARS, LAW_CONSTANTS = range(7)
 MOST_LAW_CONSTANTS = 3
-# Scratch: the polynomials of the drive about the present tick; a second row of displacements; three rows of the dissipative part
-# of a step.
+# Scratch: the polynomials of the drive about the present tick; a second row of displacements; three rows of the dissipative
+# part of a step.
 LEFT_DRIVE, RIGHT_DRIVE, OTHER_U, DISSIPATION = range(9, 13)
 DISSIPATION_ROWS = 3
 # History: state only where the law has any; a law with k rows has the last k of these. LOST is the energy that has become heat
@@ -35,7 +35,7 @@ SMALLEST_OVERLAP = 1e-150
 
 # Columns of the row SCALARS.
 STEP, GRAVITY, SPEED_LIMIT, GRAINS, LEFT_FREE, LEFT_PISTON, LEFT_MASS, LEFT_STATIC = range(8)
-RIGHT_FREE, RIGHT_PISTON, RIGHT_MASS, RIGHT_STATIC = range(8, 12)
+RIGHT_FREE, RIGHT_PISTON, RIGHT_MASS, RIGHT_STATIC, TOLERANCE, EXPONENT = range(8, 14)
 
 # A core tells a store from a load by the last twelve bits of their addresses: rows a multiple of 4096 bytes (512 columns)
 # apart, or nearly, make it wait. They are at least 80 columns longer than such a multiple, or 32 shorter.

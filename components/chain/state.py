@@ -1,6 +1,6 @@
 """A chain as kernels see it: its law, its table, and its numbers.
 
-The adjoint of a chain is a second table, in which each number is the derivative of an objective by the number in the same place.
+The adjoint of a chain is a second table, in which each number is the derivative of an objective by the one in the same place.
 """
 
 from __future__ import annotations
@@ -11,6 +11,7 @@ from ..support.float_arrays import FloatArray
 from ..support.jit import inlined
 from .laws.functions import contact_law
 from .layout import (
+    EXPONENT,
     GRAINS,
     GRAVITY,
     HISTORY,
@@ -29,6 +30,7 @@ from .layout import (
     SPEED_LIMIT,
     STEP,
     STIFFNESS,
+    TOLERANCE,
 )  # fmt: skip
 
 
@@ -56,6 +58,8 @@ class Settings(NamedTuple):
         step: length of a tick [s].
         gravity: acceleration [m/s^2].
         speed_limit: largest velocity of a grain [m/s].
+        tolerance: of adaptive integrators.
+        exponent: p of F ~ d^p.
         left: end.
         right: end.
     """
@@ -64,6 +68,8 @@ class Settings(NamedTuple):
     step: float
     gravity: float
     speed_limit: float
+    tolerance: float
+    exponent: float
     left: End
     right: End
 
@@ -89,6 +95,11 @@ def chain_state(kind, table):
     a = table[SCALARS]
     left = End(a[LEFT_FREE] > 0.0, a[LEFT_PISTON] > 0.0, a[LEFT_MASS], a[LEFT_STATIC])
     right = End(a[RIGHT_FREE] > 0.0, a[RIGHT_PISTON] > 0.0, a[RIGHT_MASS], a[RIGHT_STATIC])
-    settings = Settings(int(a[GRAINS]), a[STEP], a[GRAVITY], a[SPEED_LIMIT], left, right)
+    settings = Settings(int(a[GRAINS]), a[STEP], a[GRAVITY], a[SPEED_LIMIT], a[TOLERANCE], a[EXPONENT], left, right)
     law = contact_law(kind, table[STIFFNESS], table[LAW_CONSTANTS:LEFT_DRIVE], table[HISTORY:LOST])
     return ChainState(law, table, settings)
+
+
+def state_of(kind: type, table: FloatArray) -> ChainState:
+    """Return the same in Python, to call jitted functions with it."""
+    return getattr(chain_state, "py_func", chain_state)(kind, table)

@@ -39,23 +39,24 @@ class Validity:
     time_scale_ratio: float
     forces_per_contact: float
     wanted_forces: float
+    adaptive: bool
     plastic: bool = False
 
     @staticmethod
-    def of(chain: Geometry, law: Law, peak: FloatArray, force_rate: float, *, wanted_forces: float) -> Validity:
+    def of(chain: Geometry, law: Law, peak: FloatArray, force_rate: float, *, wanted_forces: float, adaptive: bool) -> Validity:
         """Make it from the largest overlap of each contact, shape (contacts,) [m], and force evaluations per second.
 
         Only spheres have a pressure and a contact radius; plastic ones no pressure above that at which they yield.
         """
         if not np.any(peak > 0.0):
-            return Validity(math.nan, math.nan, math.nan, math.nan, math.nan, wanted_forces)
+            return Validity(math.nan, math.nan, math.nan, math.nan, math.nan, wanted_forces, adaptive)
         places = np.flatnonzero(peak > 0.0)
         peak, real = peak[places], np.arange(len(chain.stiffness))[chain.contact_slice][places]
         stiffness, radius = chain.stiffness[real], chain.reduced_radius[real]
         duration = _duration(chain.reduced_mass[real], chain.steepest[real], peak, law.exponent)
         if law.exponent != 1.5:
             time_scale_ratio, forces = float((duration / _oscillation(chain)[real]).min()), float(duration.min() * force_rate)
-            return Validity(math.nan, math.nan, math.nan, time_scale_ratio, forces, wanted_forces)
+            return Validity(math.nan, math.nan, math.nan, time_scale_ratio, forces, wanted_forces, adaptive)
         # 3F / (2 pi a^2) with F = k d^1.5 and a^2 = R* d.
         pressure = 1.5 / math.pi * stiffness * np.sqrt(peak) / radius
         by_law = law.yield_pressures(stiffness, radius, chain.law_constants[real])
@@ -67,6 +68,7 @@ class Validity:
             time_scale_ratio=float((duration / _oscillation(chain)[real]).min()),
             forces_per_contact=float(duration.min() * force_rate),
             wanted_forces=wanted_forces,
+            adaptive=adaptive,
             plastic=by_law is not None,
         )
 
@@ -98,7 +100,7 @@ class Validity:
                 f"collisions last {self.time_scale_ratio:.2g} oscillations of a grain "
                 f"(a static contact law wants more than {_SLOW_CONTACT:g})"
             )
-        if self.forces_per_contact < self.wanted_forces:
+        if self.forces_per_contact < self.wanted_forces and not self.adaptive:
             said.append(
                 f"a contact got {self.forces_per_contact:.0f} force evaluations ({self.wanted_forces:.0f} are wanted): "
                 "take a smaller step_size"

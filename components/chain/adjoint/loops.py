@@ -1,7 +1,7 @@
-"""The loops over control steps that Python calls: forward, with a tape; backward; and over the states that an objective judges.
+"""The loops over control steps that Python calls: forward, backward, and over the states that an objective judges.
 
-A block is a number of control steps that follow each other. `states` has the displacements and velocities after each of them, shape
-(steps, 2, columns), and `tape` the rows that each of their ticks needs on the way back.
+A block is a number of control steps that follow each other. `states` has the displacements and velocities after each of them,
+shape (steps, 2, columns), and `tape` the rows that each of their ticks needs on the way back.
 """
 
 from __future__ import annotations
@@ -30,8 +30,9 @@ class Loops(NamedTuple):
 
     Attributes:
         forward: forward(table, drive, tick, ticks, states, tape) runs a block; the number of control steps done.
-        backward: backward(table, adjoint, drive, ticks, tape, sources, input_adjoints) reverses a block, adding to the adjoint of
-            the state after each control step its `sources`; the last control step that has a sound derivative.
+        backward: backward(table, adjoint, drive, ticks, tape, sources, input_adjoints) reverses a block; to the adjoint of the
+            state after each control step it adds its `sources`. It returns 0, or one more than the control step in which a
+            derivative became infinite.
         finish: finish(table, adjoint) ends the way back.
     """
 
@@ -44,11 +45,11 @@ class JudgeLoops(NamedTuple):
     """The loops of an objective for a law.
 
     Attributes:
-        note: note(table, drive, states, span, constants, sums) adds the features of a block; the control steps that left the sums
-            finite. The block begins with step span[0] of span[1].
-        pullback: pullback(table, adjoint, drive, input_adjoints, states, sources, span, numbers) writes the derivatives by the states
-            into `sources`, and adds those by constants to `adjoint`; `numbers` are constants and slopes. It returns the control
-            steps whose derivatives are finite.
+        note: note(table, drive, states, span, constants, sums) adds the features of a block; the control steps that left the
+            sums finite. The block begins with step span[0] of span[1].
+        pullback: pullback(table, adjoint, drive, input_adjoints, states, sources, span, numbers) writes the derivatives by the
+            states into `sources`, and adds those by constants to `adjoint`; `numbers` are constants and slopes. It returns the
+            control steps whose derivatives are finite.
     """
 
     note: Any

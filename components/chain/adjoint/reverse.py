@@ -1,7 +1,7 @@
 """The backward sweep: the transpose of each drift, kick and dissipative flow, in reverse order, at the states of the tape.
 
-The adjoint of a chain is a table like that of the chain, with the derivative of the objective by each number in its place. In its
-rows of scratch lie, while a stage is reversed, for each grain c = kick w v_adjoint (FORCE_ADJOINT, the derivative by the force on
+The adjoint of a chain is a table like that of the chain, with the derivative of the objective by each number in its place. While
+a stage is reversed, its rows of scratch hold for each grain c = kick w v_adjoint (FORCE_ADJOINT, the derivative by the force on
 it) and the sum of c times that force (INVERSE_MASS_SUM, w times the derivative by the inverse mass w), for each contact its
 force (FORCE) and g = dF/dd times the derivative by that (OVERLAP_ADJOINT, the derivative by its overlap).
 """
@@ -159,7 +159,7 @@ def _reverse_pistons(chain, adjoint, input_adjoint, e):
 
 @internal
 def _reverse_places(chain, adjoint, input_adjoint, e):
-    """Reverse the places at e: the place at the tick plus the input's integral. Return the adjoints of the places at the tick."""
+    """Reverse the places at e, which are those at the tick plus the input's integral; return the adjoints of those."""
     u, h, n, left, right = adjoint.rows[U], chain.settings.step, chain.settings.grains, 0.0, 0.0
     if chain.settings.left.is_piston:
         left, u[1] = u[1], 0.0

@@ -5,11 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-from . import compositions, hamming, runge_kutta
+from . import compositions, dop853, hamming, runge_kutta
 from .compositions import Composition, DampedComposition
-from .scheme import UNSOUND, Entries, entries
+from .scheme import TOO_MUCH_WORK, UNSOUND, Entries, entries
 
-__all__ = ["SCHEMES", "UNSOUND", "Composition", "DampedComposition", "Entries", "Scheme", "entries"]
+__all__ = ["SCHEMES", "TOO_MUCH_WORK", "UNSOUND", "Composition", "DampedComposition", "Entries", "Scheme", "entries"]
 
 
 @dataclass(frozen=True)
@@ -20,12 +20,13 @@ class Scheme:
         numbers: the tuple for whose class `one_tick` is registered.
         damped: the same where contacts dissipate.
         order: of the error while no contact opens or closes; 2 at most for damped compositions.
-        evaluations: force evaluations of a step.
+        evaluations: force evaluations of a step (a trial's, where it is adaptive).
         history_rows: rows of state in addition to displacement, velocity and peak.
         scratch_rows: rows of scratch.
         step_factor: the step for the accuracy of the default, in units of PEFRL's.
         pressed_angle: largest step x the lattice's highest angular frequency, under a static load.
         wanted_forces: force evaluations that a contact should see, so that velocities are about as exact as 1e-3.
+        adaptive: whether it takes as many steps within a tick as its error asks for.
     """
 
     numbers: Any
@@ -37,6 +38,7 @@ class Scheme:
     step_factor: float = 1.0
     pressed_angle: float = 0.5
     wanted_forces: float = 60.0
+    adaptive: bool = False
 
     @property
     def explicit(self) -> bool:
@@ -61,4 +63,5 @@ SCHEMES = {
         pressed_angle=0.2,
         wanted_forces=30.0,
     ),
+    "dop853": Scheme(dop853.DOP853, dop853.DOP853, 8, 12, scratch_rows=dop853.SCRATCH_ROWS, adaptive=True),
 }

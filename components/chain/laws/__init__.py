@@ -69,4 +69,5 @@ class _KnownLaws(Mapping[str, type[Law]]):
         return len(list(iter(self)))
 
 
-ChosenLaw = Annotated[SerializeAsAny[Law], ByName(_KnownLaws())]
+CHOSEN_LAWS = _KnownLaws()
+ChosenLaw = Annotated[SerializeAsAny[Law], ByName(CHOSEN_LAWS)]
