@@ -86,7 +86,7 @@ class Coupled(Component):
         self._lay_out_state(grid, automata)
         self.carried_mass: FloatArray = carried_mass(self.interface, len(self.grid.mesh.nodes), self._automata_mass)
         self.mass: FloatArray = np.concatenate([self.grid.mass, self._automata_mass])
-        self.grid.attach(self.carried_mass, 1, self.interface.nodes.tolist())
+        self.grid.attach(self.carried_mass, self.interface.nodes.tolist())
         self._make_parts()
 
     def _find_interface(self, grid: Grid, automata: Automata) -> None:
@@ -332,7 +332,7 @@ class Coupled(Component):
 
     def _grid_part(self) -> GridPart:
         grid, state, conditions, corner = self.grid.tables()
-        return GridPart(grid, state, conditions, corner, self.grid.tally, *self.grid.event_room())
+        return GridPart(grid, state, conditions, corner, self.grid.tally, self.grid.event_room())
 
     def _cracking_part(self) -> Cracking | None:
         """Return the histories and contacts of the automata; None where they have none."""
@@ -397,7 +397,7 @@ class Coupled(Component):
             grid = grid._replace(conditions=grid.conditions._replace(drive=drive))
             factors = np.concatenate([factors, np.ones((ticks, 1))], axis=1)
         status = self._run(grid, factors, tick)
-        self.grid.keep_events(grid.counts)
+        self.grid.keep_events(grid.yields)
         return status
 
     def _run(self, grid: GridPart, factors: FloatArray, tick: int) -> int:

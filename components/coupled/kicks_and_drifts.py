@@ -19,7 +19,7 @@ from ..automata.link_release import TRAVEL
 from ..automata.linked_sweep import sweep
 from ..automata.sweep_order import Part
 from ..grid import kernels as grid_kernels
-from ..grid.kernel_arrays import Conditions, Grid, State
+from ..grid.kernel_arrays import Conditions, Grid, State, Yields
 from ..grid.mesh import IntArray
 from ..support.float_arrays import FloatArray
 from ..support.jit import internal
@@ -30,15 +30,14 @@ from .side_contacts import Sides
 
 
 class GridPart(NamedTuple):
-    """The grid, its state, nodes with conditions, scratch, tally, and room for events with their number."""
+    """The grid, its state, nodes with conditions, scratch, tally, and the events of cells that yield."""
 
     grid: Grid
     state: State
     conditions: Conditions
     corner: FloatArray
     tally: FloatArray
-    events: FloatArray
-    counts: IntArray
+    yields: Yields
 
 
 class AutomataPart(NamedTuple):
@@ -267,36 +266,22 @@ def begin_grid(grid, factors, row, step):
 
 
 @internal
-def advance_cells(grid, place, step, tick, again):
-    """Advance a part of the cells, and kick the nodes that belong to that part alone and have no conditions.
+def finish_cells(grid, seam, step, tick, again):
+    """Advance the cells, kick the nodes without conditions, and finish the forces on the others.
 
     Args:
         grid: a `GridPart`.
-        place: number of the part.
+        seam: a `Seam`, which keeps the forces of the grid on the interface.
         step: internal step [s].
         tick: at the end of this one.
-        again: whether the next tick follows in this call: then nodes without conditions begin it at once.
+        again: whether the next tick follows in this call: then nodes without conditions start it.
 
     Returns:
         A cell that is inverted, or -1.
     """
-    return grid_kernels.advance_part(grid.grid, grid.state, grid.corner, place, step, tick, again, grid.events, grid.counts)
-
-
-@internal
-def join_cells(grid, seam, step, again):
-    """Finish what `advance_cells` began, all parts being advanced: nodes between them, and forces on nodes with conditions."""
-    grid_kernels.finish_tile(grid.grid, grid.state, grid.corner, len(grid.grid.tiles) - 2, step, again)
-    grid_kernels.join(grid.state, grid.conditions.groups)
+    cells, nodes = len(grid.grid.cells), len(grid.grid.reference)
+    failed = grid_kernels.advance_cells(grid.grid, grid.state, grid.corner, step, tick, grid.yields, 0, cells)
+    grid_kernels.finish_nodes(grid.grid, grid.state, grid.corner, step, again, 0, nodes)
+    grid_kernels.finish_forces(grid.grid, grid.state, grid.conditions.groups, grid.corner)
     keep_grid_forces(seam.interface, seam.exchange, grid.state)
-
-
-@internal
-def finish_cells(grid, seam, step, tick, again):
-    """Advance the cells as above, one part after the other; return a cell that is inverted, or -1."""
-    failed = np.int64(-1)
-    for place in range(len(grid.grid.parts) - 1):
-        bad = advance_cells(grid, place, step, tick, again)
-        failed = bad if failed < 0 else failed
-    join_cells(grid, seam, step, again)
     return failed

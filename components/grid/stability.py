@@ -49,14 +49,13 @@ def _compute_frequency(grid: Grid, conditions: Conditions, corner: FloatArray) -
     for group in conditions.groups:
         members = group[group >= 0]
         shape[members] = shape[members[0]]
-    events, counts = np.zeros((1, 5)), np.zeros(1, dtype=np.int64)
 
     def force(moved: FloatArray) -> FloatArray:
         # In one step of 1 s.
         state.velocity[:] = moved
         state.stress[:] = 0.0
         state.hourglass_force[:] = 0.0
-        kernels.forces(elastic, state, conditions.groups, corner, 1.0, 0, events, counts)
+        kernels.update_forces(elastic, state, conditions.groups, corner, 1.0)
         return state.force
 
     return stable_step.highest_frequency(

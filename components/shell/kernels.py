@@ -29,7 +29,6 @@ from ..materials.tensors import (
 )
 from ..materials.thermoviscoplastic import advance_stress, elastic_moduli
 from ..support.jit import internal, internal_inlined, jit
-from .hourglass import hold_columns
 from .kernel_arrays import (
     BOUNDARY_IMPULSE,
     BOUNDARY_WORK,
@@ -48,34 +47,17 @@ LARGEST_PLASTIC_STRAIN, LARGEST_TEMPERATURE, LARGEST_STRAIN_OF_TICK = 10.0, 1e4,
 
 
 @jit
-def advance(solid, state, scratch, signals, pressures, tally, first_tick, failed):
-    """Advance by as many ticks as `signals` has rows; return 0 or a status of `kernel_arrays`.
+def drift(solid, state, scratch, signals, pressures, tally):
+    """Make the first half kick, and move the nodes; tally what prescribed velocities do.
 
     Args:
         solid: `kernel_arrays.Solid`.
         state: `kernel_arrays.State`.
         scratch: `kernel_arrays.Scratch`.
-        signals: means over each tick: the factor of the pressure, then velocities of edges, shape (ticks, k).
-        pressures: what the factor is multiplied by at each station of the inner surface, shape (stations,) [Pa].
+        signals: of the tick, as the next two in `ticks.Inputs`.
+        pressures: at the stations [Pa].
         tally: shape (TALLY,).
-        first_tick: before the first of these ticks.
-        failed: of a failure the point and the tick, shape (2,).
     """
-    for row in range(signals.shape[0]):
-        failed[1] = first_tick + row + 1
-        drift(solid, state, scratch, signals[row], pressures, tally)
-        status = update_stresses(solid, state, scratch, 0, solid.body.volume.size, failed)
-        if status != 0:
-            return status
-        hold_columns(solid, state, scratch, 0, solid.hourglass.partner.shape[0])
-        gather_forces(solid, state, scratch, 0, solid.body.mass.size)
-        kick(solid, state, scratch, signals[row], pressures, tally)
-    return 0
-
-
-@jit
-def drift(solid, state, scratch, signals, pressures, tally):
-    """Make the first half kick, and move the nodes; tally what prescribed velocities do."""
     body, surface, step = solid.body, solid.surface, solid.step
     u, v, f, mass, prescribed = state.displacement, state.velocity, state.force, body.mass, body.prescribed
     half, factor = 0.5 * step, signals[0]
@@ -159,18 +141,6 @@ def edge(surface, u, first, second):
         (x[second, 1] + u[b, 1]) - (x[first, 1] + u[a, 1]),
         (x[second, 2] + u[b, 2]) - (x[first, 2] + u[a, 2]),
     )
-
-
-def update_forces(solid, state, scratch, failed):
-    """Advance stresses to the displacements of now, and write the forces; return 0 or a status of `kernel_arrays`.
-
-    For callers outside of `advance`. It is not compiled: a kernel that calls kernels holds their machine code once more.
-    """
-    status = update_stresses(solid, state, scratch, 0, solid.body.volume.size, failed)
-    if status == 0:
-        hold_columns(solid, state, scratch, 0, solid.hourglass.partner.shape[0])
-        gather_forces(solid, state, scratch, 0, solid.body.mass.size)
-    return status
 
 
 @jit
@@ -330,11 +300,15 @@ def norm_ratio(image, vector, mass):
 
 
 @jit
-def interpolate(begin, lowest, offsets, kind, first, values, field, out):
-    """Write a field at points, from its parameters at the nodes, shape (n, 3): u(X_p) = sum_J N_J u_J."""
+def interpolate(stencils, field, out):
+    """Write a field at points, from its parameters at the nodes, shape (n, 3): u(X_p) = sum_J N_J u_J.
+
+    `stencils` are the `Stencils` of the points.
+    """
+    begin, lowest, offsets, values = stencils.begin, stencils.lowest, stencils.offsets, stencils.values
     for p in range(out.shape[0]):
         x, y, z = 0.0, 0.0, 0.0
-        row = first[kind[p]]
+        row = stencils.first[stencils.kind[p]]
         for entry in range(begin[p], begin[p + 1]):
             j, value = lowest[p] + offsets[entry], values[row]
             row += np.uint32(1)
