@@ -25,8 +25,8 @@ class Objective:
     """A number J of a driven chain, which is to become small: three jitted functions and what they need.
 
     `chain` is a `ChainState`: its rows are those of `layout.py`, grain i (from 0) in column i + 1, contact j between columns j
-    and j + 1. `adjoint` is a `ChainState` too, with the derivative of J by each number in its place: a feature of the velocity of
-    column 5 adds to `adjoint.rows[V, 5]`, and one that weighs it with the mass adds to `adjoint.rows[MASS, 5]` too.
+    and j + 1. `adjoint` is a `ChainState` too, with the derivative of J by each number in its place: a feature of the velocity
+    of column 5 adds to `adjoint.rows[V, 5]`, and one that weighs it with the mass adds to `adjoint.rows[MASS, 5]` too.
 
     Attributes:
         note: note(chain, step, steps, inputs, constants, sums): after control step `step` (0 to steps - 1) add the features to

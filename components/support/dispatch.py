@@ -63,7 +63,8 @@ def dispatched(function: Callable[..., Any], *, inlined: bool = False, has_defau
         return add
 
     compiled.__signature__ = inspect.signature(function)  # type: ignore[attr-defined]
-    overload(call, jit_options={**_COMPILED, "forceinline": inlined})(compiled)
+    options: Any = {**_COMPILED, "forceinline": inlined}
+    overload(call, jit_options=options)(compiled)
     call.register, call.implementations = register, implementations  # type: ignore[attr-defined]
     return call
 

@@ -15,7 +15,6 @@ from typing import Any, TypeVar
 
 import numba
 import numpy as np
-from numba.core import sigutils
 
 from .notice import tell
 
@@ -147,15 +146,3 @@ def _plugin_sources() -> list[Path]:
     specs = [util.find_spec(name) for name in sorted(_hashed_packages()) if name != __name__.partition(".")[0]]
     files = [Path(spec.origin) for spec in specs if spec is not None and spec.origin]
     return [file.parent if file.name == "__init__.py" else file for file in files]
-
-
-def entry_point(function: Callable[..., Any], signature: str) -> Callable[..., Any]:
-    """Return the machine code of a jitted function for one signature: no look-up of the arguments' types at each call.
-
-    That look-up costs as much as a step of twenty grains. Whoever calls it promises the types.
-    """
-    if not hasattr(function, "compile"):  # the JIT is off
-        return function
-    compiled: Any = function
-    compiled.compile(signature)
-    return compiled.overloads[sigutils.normalize_signature(signature)[0]].entry_point

@@ -18,7 +18,7 @@ from ..laws.law import Law, missing_parts
 from ..layout import LEFT_FREE, LEFT_PISTON, RIGHT_FREE, RIGHT_PISTON, SCALARS, U, V
 from ..objective import Objective
 from .loops import JudgeLoops, judge_loops, loops
-from .schemes import reverse_tick
+from .reverse import reverse_tick
 
 # Control steps of a block where nothing is kept for the way back.
 _LONG_BLOCK = 256

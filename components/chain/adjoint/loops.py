@@ -19,8 +19,7 @@ from ..drive import drive_of
 from ..integrators.scheme import advance
 from ..layout import U, V
 from ..state import chain_state
-from .reverse import finish_sums
-from .schemes import reverse_tick
+from .reverse import finish_sums, reverse_tick
 
 _LARGEST = np.finfo(np.float64).max
 

@@ -1,13 +1,14 @@
 """The backward sweep: the transpose of each drift, kick and dissipative flow, in reverse order, at the states of the tape.
 
-The adjoint of a chain is a table like that of the chain, with the derivative of the objective by each number in its place. While
-a stage is reversed, its rows of scratch hold for each grain c = kick w v_adjoint (FORCE_ADJOINT, the derivative by the force on
-it) and the sum of c times that force (INVERSE_MASS_SUM, w times the derivative by the inverse mass w), for each contact its
-force (FORCE) and g = dF/dd times the derivative by that (OVERLAP_ADJOINT, the derivative by its overlap).
+The adjoint of a chain is a table like that of the chain, with the derivative of the objective by each number in its place.
+While a stage is reversed, its rows of scratch hold for each grain c = kick w v_adjoint (FORCE_ADJOINT, the derivative by the
+force on it) and the sum of c times that force (INVERSE_MASS_SUM, w times the derivative by the inverse mass w), for each
+contact its force (FORCE) and g = dF/dd times the derivative by that (OVERLAP_ADJOINT, the derivative by its overlap).
 """
 
 from __future__ import annotations
 
+from ...support.dispatch import dispatched
 from ...support.jit import internal, internal_inlined
 from .. import forces
 from ..integrators.compositions import Composition, DampedComposition
@@ -28,7 +29,6 @@ from ..layout import (
     U,
     V,
 )  # fmt: skip
-from .schemes import reverse_tick
 
 # Scratch of the adjoint table. The dissipative part uses the approaches before each half sweep, and two rows more.
 OVERLAP_ADJOINT, FORCE, FORCE_ADJOINT = range(DISSIPATION, DISSIPATION + 3)
@@ -36,6 +36,20 @@ INVERSE_MASS_SUM = LEFT_DRIVE
 _PER_SPEED_ADJOINT, _LEAST_ADJOINT = DISSIPATION, DISSIPATION + 1
 _APPROACHES = (RIGHT_DRIVE, HISTORY, HISTORY + 1)
 _SPEED_ADJOINT, _IMPULSE = HISTORY + 2, LOST
+
+
+@dispatched
+def reverse_tick(scheme, chain, adjoint, inputs, input_adjoint, tape):
+    """Carry the adjoint from the end of a tick to its begin, and add the derivatives by the inputs to `input_adjoint`.
+
+    Args:
+        scheme: the integrator.
+        chain: a `ChainState` with the constants of the run.
+        adjoint: a `ChainState` of the adjoint table.
+        inputs: held left and right, shape (2,).
+        input_adjoint: likewise.
+        tape: the rows that `one_tick` wrote in that tick.
+    """
 
 
 @reverse_tick.register(Composition)

@@ -204,12 +204,12 @@ def _book_kick(chain, drive, stage, before, f):
     left, right, tally = chain.settings.left, chain.settings.right, chain.rows[TALLY]
     first, last = forces.end_values(chain, chain.rows[V])
     e, time = stage
+    forces.add(tally, IMPULSE_LEFT, time * f.first)
     if left.is_piston:
         forces.add(tally, IMPULSE_LEFT, time * f.second)
         forces.add(tally, WORK_LEFT, time * f.second * value(drive.left, e))
     else:
         push = f.first if left.is_free else 0.0
-        forces.add(tally, IMPULSE_LEFT, time * f.first)
         forces.add(tally, WORK_LEFT, time * push * (0.5 * (before[0] + first)))
     if right.is_piston:
         forces.add(tally, IMPULSE_RIGHT, -time * f.before_last)
