@@ -98,12 +98,3 @@ def test_a_task_drives_and_sees_elements() -> None:
     assert reward == info["velocity[2,0]"] == velocity > 0.0 and observation[1] == pytest.approx(velocity / 0.5)
     with pytest.raises(ParameterError, match=r"action: got nan for force\[-1,0\]"):
         env.step([0.0, np.nan])
-
-
-@pytest.mark.parametrize("names", [("force", "force[0,0]"), ("force[2,0]", "force[-1,0]"), ("force", " force")])
-def test_an_element_is_driven_once(names) -> None:
-    class Twice(Tear):
-        actions = dict.fromkeys(names, 1.0)
-
-    with pytest.raises(ParameterError, match="actions: got .* twice, expected each element once"):
-        ComponentEnv(ge.make("discs", rows=1, columns=3), Twice())

@@ -50,7 +50,6 @@ if TYPE_CHECKING:
 def sweep(
     *,
     plan: str,
-    *,
     out: str | None,
     engine: str,
     address: str | None,

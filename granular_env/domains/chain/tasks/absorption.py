@@ -11,7 +11,6 @@ from numpy.random import Generator
 
 from granular_env.components.chain import Chain
 from granular_env.components.chain.differentiable_quantities import energy_between, energy_between_pullback
-from granular_env.components.chain.layout import GRAINS, SCALARS
 from granular_env.components.chain.objective import Objective
 from granular_env.components.support.float_arrays import FloatArray
 from granular_env.components.support.jit import jit
@@ -26,15 +25,15 @@ from .matched_end import SENSORS, MatchedForce, MatchedPiston, Sensors
 
 
 @jit
-def _note(a, step, steps, inputs, constants, sums):
+def _note(chain, step, steps, inputs, constants, sums):
     if step == steps - 1:
-        sums[0] += energy_between(a, 1, int(a[SCALARS, GRAINS])) / constants[0]
+        sums[0] += energy_between(chain, 1, chain.settings.grains) / constants[0]
 
 
 @jit
-def _pullback(a, adjoint, step, steps, inputs, input_adjoint, constants, slopes):
+def _pullback(chain, adjoint, step, steps, inputs, input_adjoint, constants, slopes):
     if step == steps - 1:
-        energy_between_pullback(a, adjoint, 1, int(a[SCALARS, GRAINS]), slopes[0] / constants[0])
+        energy_between_pullback(chain, adjoint, 1, chain.settings.grains, slopes[0] / constants[0])
 
 
 class AbsorptionTask(DrivenEndTask):

@@ -12,8 +12,8 @@ import numpy as np
 import numpy.typing as npt
 
 from granular_env.components.chain import Chain
+from granular_env.components.chain.laws.functions import ENERGY_ROOT
 from granular_env.components.chain.laws.law import lacks
-from granular_env.components.chain.laws.placeholders import ENERGY_ROOT
 from granular_env.components.errors import ParameterError, StepError, caution, nearest, one_line
 from granular_env.components.support.jit import jit
 from granular_env.components.support.validation import positive_number, whole_number
