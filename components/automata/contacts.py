@@ -203,13 +203,12 @@ def contact_energy(medium, motion, contacts, row, later):
 
 
 @internal_inlined
-def _dashpot_force(medium, relative, i, j, nx, ny, push):
+def _dashpot_force(medium, closing, i, j, stiffness, push):
     """Return what the dashpot of a contact adds to its push, so that both together do not pull [N]."""
-    body, ground = medium.body, medium.ground
-    closing = -(relative.vx * nx + relative.vy * ny)
+    body = medium.body
     first, second = body.mass[body.layout.place[i]], body.mass[body.layout.place[j]]
     mass = first * second / (first + second)
-    return max(2.0 * ground.damping * np.sqrt(stiffnesses(ground, i, j)[0] * mass) * closing, -push)
+    return max(2.0 * medium.ground.damping * np.sqrt(stiffness * mass) * closing, -push)
 
 
 @internal
@@ -257,7 +256,8 @@ def add_contacts(medium, motion, contacts, time, forces):
         nx, ny = x / r, y / r
         push, drag = weight * normal * overlap, weight * tangential * kept
         if ground.damping > 0.0:
-            more = _dashpot_force(medium, relative, i, j, nx, ny, push)
+            closing = -(relative.vx * nx + relative.vy * ny)
+            more = _dashpot_force(medium, closing, i, j, weight * normal, push)
             contacts.dashpot[row, 0], contacts.dashpot[row, 1] = -more * nx, -more * ny
             push += more
         fx, fy = -push * nx - drag * ny, -push * ny + drag * nx

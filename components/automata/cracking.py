@@ -169,13 +169,14 @@ class CrackingSpecimen(LinkedSpecimen):
         """Break the links whose criterion is met, and make links again whose time it is, in the step of that number."""
         failing = int(find_failing(self.medium, self.scratch))
         if failing:
-            events = self._block.room("events", failing)
+            known = self._block.count("events")
+            events = self._block.room("events", failing)[known:]
+            contacts = self.contacts(failing)
             broken = break_links(
-                self.medium, self.motion, self.scratch, self._pairs, self.contacts(failing), events,
-                self._block.count("events"), tick,
+                self.medium, self.motion, self.scratch, self._pairs, self._numbers, contacts, events, tick
             )  # fmt: skip
             self._set_count(self._block.count("contacts") + broken)
-            self._block.set_count("events", self._block.count("events") + broken)
+            self._block.set_count("events", known + broken)
         if self.medium.law.linking_ticks:
             if tick % self.medium.law.linking_ticks == 0:
                 self._link_contacts(tick)

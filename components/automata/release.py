@@ -115,7 +115,7 @@ def _released_energy(medium, motion, scratch, contacts, row, tick):
 
 
 @jit
-def break_links(medium, motion, scratch, pairs, contacts, events, known, tick):
+def break_links(medium, motion, scratch, pairs, numbers, contacts, events, tick):
     """Break the links whose criterion is met: each becomes a contact and an event; there must be room for them.
 
     Args:
@@ -123,33 +123,33 @@ def break_links(medium, motion, scratch, pairs, contacts, events, known, tick):
         motion: a `lattice.Motion`.
         scratch: a `lattice.Scratch`, with strains and stresses of the present positions.
         pairs: see `packing.Packing.pairs`, shape (links, 3).
+        numbers: of the links in these, shape (directions, m).
         contacts: `contacts.Contacts`, written from row `count` on.
-        events: rows as `events.event_rows` says, written from row `known` on.
-        known: how many events there are.
+        events: rows as `events.event_rows` says, one for each link that breaks.
         tick: number of the step.
 
     Returns:
         How many links broke.
     """
     broken, layout = 0, medium.body.layout
-    for number in range(pairs.shape[0]):
-        i, j, q = pairs[number, 0], pairs[number, 1], pairs[number, 2]
+    for i in range(layout.place.size):
         p = layout.place[i]
-        if medium.histories.weight[q, p] != 1.0:
-            continue
-        value, limit, cause = failure_of(medium, scratch, q, p)
-        if not value >= limit:
-            continue
-        at = contacts.count + broken
-        row = contacts.pairs[at]
-        row[FIRST], row[SECOND], row[SLOT], row[START] = i, j, q, tick
-        if i > j:
-            row[FIRST], row[SECOND], row[SLOT] = j, i, q + layout.offset.size
-        contacts.slid[at] = 0.0
-        contacts.rest[at] = _rest_distance(medium, motion, scratch, i, j, q)
-        event = events[known + broken]
-        event[0], event[1], event[2], event[3], event[4] = tick + 1, cause, number, value, limit
-        broken += 1
+        for q in range(layout.offset.size):
+            if medium.histories.weight[q, p] != 1.0:
+                continue
+            value, limit, cause = failure_of(medium, scratch, q, p)
+            if not value >= limit:
+                continue
+            at, number = contacts.count + broken, numbers[q, p]
+            j, row = pairs[number, 1], contacts.pairs[at]
+            row[FIRST], row[SECOND], row[SLOT], row[START] = i, j, q, tick
+            if i > j:
+                row[FIRST], row[SECOND], row[SLOT] = j, i, q + layout.offset.size
+            contacts.slid[at] = 0.0
+            contacts.rest[at] = _rest_distance(medium, motion, scratch, i, j, q)
+            event = events[broken]
+            event[0], event[1], event[2], event[3], event[4] = tick + 1, cause, number, value, limit
+            broken += 1
     if broken:
         _lower_first(medium, contacts, broken, tick)
         strain_medium(medium, motion, scratch)
