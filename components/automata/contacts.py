@@ -33,7 +33,8 @@ import numpy.typing as npt
 
 from ..support.float_arrays import FloatArray
 from ..support.jit import internal, internal_inlined, jit
-from .energies import link_at
+from .energies import link_at, medium_energy
+from .links import strain_medium
 
 # Columns of `Contacts.pairs`.
 FIRST, SECOND, SLOT, START = 0, 1, 2, 3
@@ -118,7 +119,7 @@ def contact_weight(medium, pairs, row):
     """Return the part of a contact that acts: all of it but where its link is not released yet."""
     if pairs[row, SLOT] < 0:
         return 1.0
-    q, p = link_at(medium.body, pairs[row, FIRST], pairs[row, SECOND], pairs[row, SLOT])
+    q, p = link_at(medium.body.layout, pairs[row, FIRST], pairs[row, SECOND], pairs[row, SLOT])
     return 1.0 - medium.histories.weight[q, p]
 
 
@@ -289,12 +290,13 @@ def dashpot_power(medium, contacts, motion):
 
 
 @jit
-def all_contact_energy(medium, motion, contacts, later):
-    """Return the energy of all contacts [J]; `later` as for `contact_energy`."""
+def stored_energies(medium, motion, scratch, contacts, later):
+    """Return the energy of links and volumes, and that of contacts [J]; `later` as for `contact_energy`."""
+    strain_medium(medium, motion, scratch)
     total = 0.0
     for row in range(contacts.count):
         total += contact_energy(medium, motion, contacts, row, later)
-    return total
+    return medium_energy(medium, scratch), total
 
 
 @jit
@@ -407,11 +409,12 @@ def _insert(pairs, begin, found, first, second):
 
 
 @jit
-def slots_of_links(medium, neighbours, pairs, slot_out):
+def slots_of_links(layout, weight, neighbours, pairs, slot_out):
     """Write in which slot of the first automaton each pair is or was linked, -1 for none, -2 for one that holds.
 
     Args:
-        medium: a `links.Medium`.
+        layout: a `lattice.Layout`.
+        weight: see `links.Histories`.
         neighbours: see `packing.Packing`, shape (n, slots).
         pairs: shape (k, 2).
         slot_out: shape (k,).
@@ -421,8 +424,8 @@ def slots_of_links(medium, neighbours, pairs, slot_out):
         slot_out[row] = -1
         for slot in range(neighbours.shape[1]):
             if neighbours[first, slot] == second:
-                q, p = link_at(medium.body, first, second, slot)
-                slot_out[row] = -2 if medium.histories.weight[q, p] == 1.0 else slot
+                q, p = link_at(layout, first, second, slot)
+                slot_out[row] = -2 if weight[q, p] == 1.0 else slot
 
 
 def merge(

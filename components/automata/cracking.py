@@ -18,14 +18,14 @@ from .contacts import (
     Contacts,
     Ground,
     add_contact_forces,
-    all_contact_energy,
     can_be_found,
     find_pairs,
     merge,
     pressing_contacts,
     slots_of_links,
+    stored_energies,
 )
-from .energies import largest_link_strain, medium_energy
+from .energies import largest_link_strain
 from .lattice import Body
 from .linked import LinkedSpecimen
 from .links import (
@@ -37,10 +37,10 @@ from .links import (
     make_mixture,
     make_tractions,
     measure_medium,
-    measure_strains,
 )
 from .materials import IntArray, chosen_materials, law_rows, make_criterion, make_response
 from .packing import Packing
+from .pair import measure_pairs
 from .parameters import AutomataParameters
 from .release import LOSSES, NEVER_FOUND, TRAVEL, break_links
 from .stability import ALLOWED_PART, damping_limit
@@ -202,7 +202,7 @@ class CrackingSpecimen(LinkedSpecimen):
         period = tuple(self.medium.ground.period.tolist())
         pairs = find_pairs(positions, np.union1d(self.exposed(), self._strained()), reach, period)
         slots = np.empty(len(pairs), np.int64)
-        slots_of_links(self.medium, self.packing.neighbours, pairs, slots)
+        slots_of_links(self.body.layout, self.medium.histories.weight, self.packing.neighbours, pairs, slots)
         old, slid, rest = (self._block[name] for name in ("contacts", "slid", "rest"))
         weight = self._weights_of(old)
         rows, slid, rest = merge(old, slid, rest, pairs, slots, (weight > 0.0) & (weight < 1.0), self.count)
@@ -226,7 +226,7 @@ class CrackingSpecimen(LinkedSpecimen):
 
     def _strained(self) -> IntArray:
         """Return the automata that have a strained link, shape (k,)."""
-        measure_strains(self.medium, self.motion, self.scratch)
+        measure_pairs(self.body, self.motion, self.scratch)
         direction, links = self._pairs[:, 2], self.scratch.links
         eps, gamma = links.eps[direction, self._link_places], links.gamma[direction, self._link_places]
         strained = ~((np.abs(eps) <= _STRAINED) & (np.abs(gamma) <= _STRAINED))
@@ -328,10 +328,8 @@ class CrackingSpecimen(LinkedSpecimen):
 
     def energies(self, since: float) -> dict[str, float]:
         """Return the energies that the present fields store with the histories as they are [J]."""
-        measure_strains(self.medium, self.motion, self.scratch)
-        elastic = medium_energy(self.medium, self.scratch)
         # Contacts were let slide when the forces were computed.
-        contact = all_contact_energy(self.medium, self.motion, self.contacts(), since)
+        elastic, contact = stored_energies(self.medium, self.motion, self.scratch, self.contacts(), since)
         return {"elastic_energy": float(elastic), "contact_energy": float(contact)}
 
     def report(self) -> dict[str, float]:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from ..support.dispatch import dispatched
 from ..support.jit import internal, internal_inlined, jit
+from .links import Mixture, Uniform
 
 
 @internal_inlined
@@ -12,24 +14,24 @@ def opposite_slot(directions, slot):
 
 
 @internal_inlined
-def link_at(body, i, j, slot):
+def link_at(layout, i, j, slot):
     """Return the direction of a link and the place where it begins, from its two automata and its slot at the first.
 
-    `neighbours` has no part in this: a link of a closed specimen begins at an automaton, or at the ghost of one too.
+    In a closed specimen a link may begin at a ghost too; this is the place where it begins at an automaton.
     """
-    directions = body.layout.offset.size
+    directions = layout.offset.size
     if slot < directions:
-        return slot, body.layout.place[i]
-    return slot - directions, body.layout.place[j]
+        return slot, layout.place[i]
+    return slot - directions, layout.place[j]
 
 
 @internal
-def put(field, body, i, j, slot, value):
+def put(field, layout, i, j, slot, value):
     """Write a value of a link, of a closed specimen also where its ghost begins."""
-    q, p = link_at(body, i, j, slot)
+    q, p = link_at(layout, i, j, slot)
     field[q, p] = value
-    end = body.layout.place[j] if slot < body.layout.offset.size else body.layout.place[i]
-    field[q, end - body.layout.offset[q]] = value
+    end = layout.place[j] if slot < layout.offset.size else layout.place[i]
+    field[q, end - layout.offset[q]] = value
 
 
 @internal_inlined
@@ -82,10 +84,19 @@ def volume_energy(medium, scratch, p):
     return 0.5 * medium.body.volume[p] * medium.body.lame[p] * condensation(medium, p) * theta * theta
 
 
-@internal
-def division_energy(medium, scratch, q, p):
+@dispatched
+def division_energy(mixture, medium, scratch, q, p):
     """Return by how much the division of its strain lowers the energy of a link, for a weight of 1 [J]."""
-    body, compliance = medium.body, medium.mixture.compliance[q, p]
+
+
+@division_energy.register(Uniform)
+def _no_energy(mixture, medium, scratch, q, p):
+    return 0.0
+
+
+@division_energy.register(Mixture)
+def _division_energy(mixture, medium, scratch, q, p):
+    body, compliance = medium.body, mixture.compliance[q, p]
     if compliance == 0.0:
         return 0.0
     j = p + body.layout.offset[q]
@@ -93,6 +104,42 @@ def division_energy(medium, scratch, q, p):
     eps = scratch.links.eps[q, p] - medium.histories.origin_eps[q, p]
     stress = (body.shear[p] - body.shear[j]) * eps + 0.5 * (body.lame[p] * theta - body.lame[j] * other)
     return 0.5 * body.face[q, p] * body.diameter * compliance * stress * stress
+
+
+@dispatched
+def divisions_around(mixture, medium, scratch, first, second, link):
+    """Return by how much the divisions of strains lower the energies of all links of two neighbours [J].
+
+    Args:
+        mixture: of the medium.
+        medium: a `links.Medium`.
+        scratch: a `lattice.Scratch`.
+        first: place of an automaton.
+        second: place of its neighbour.
+        link: direction of their link, and where it begins.
+    """
+
+
+@divisions_around.register(Uniform)
+def _no_divisions(mixture, medium, scratch, first, second, link):
+    return 0.0
+
+
+@divisions_around.register(Mixture)
+def _divisions_around(mixture, medium, scratch, first, second, link):
+    # The link itself is there at both of its ends.
+    total, layout = -_weighted_division(medium, scratch, link[0], link[1]), medium.body.layout
+    for end in (first, second):
+        for q in range(layout.offset.size):
+            total += _weighted_division(medium, scratch, q, end)
+            total += _weighted_division(medium, scratch, q, end - layout.offset[q])
+    return total
+
+
+@internal
+def _weighted_division(medium, scratch, q, p):
+    place = _source(medium.body.layout, p)
+    return medium.histories.weight[q, p] * division_energy(medium.mixture, medium, scratch, q, place)
 
 
 @internal
@@ -109,26 +156,13 @@ def pair_and_volumes(medium, scratch, i, j, slot):
     """Return the energy of the link of two automata and of both volumes, less that of divisions of their links [J]."""
     body = medium.body
     first, second = body.layout.place[i], body.layout.place[j]
-    q, p = link_at(body, i, j, slot)
+    q, p = link_at(body.layout, i, j, slot)
     energy = volume_energy(medium, scratch, first) + volume_energy(medium, scratch, second)
     energy += medium.histories.weight[q, p] * link_energy(medium, scratch, q, p)
-    if medium.mixture.is_mixed:
-        for end in (first, second):
-            for k in range(body.layout.offset.size):
-                energy -= _weighted_division(medium, scratch, k, end)
-                energy -= _weighted_division(medium, scratch, k, end - body.layout.offset[k])
-        # The link itself has been counted at both of its ends.
-        energy += _weighted_division(medium, scratch, q, p)
-    return energy
+    return energy - divisions_around(medium.mixture, medium, scratch, first, second, (q, p))
 
 
 @internal
-def _weighted_division(medium, scratch, q, p):
-    place = _source(medium.body.layout, p)
-    return medium.histories.weight[q, p] * division_energy(medium, scratch, q, place)
-
-
-@jit
 def medium_energy(medium, scratch):
     """Return the energy that is stored in all links and volumes [J]."""
     total, body = 0.0, medium.body
@@ -138,9 +172,8 @@ def medium_energy(medium, scratch):
         for q in range(body.layout.offset.size):
             weight = medium.histories.weight[q, p]
             if weight > 0.0:
-                total += weight * link_energy(medium, scratch, q, p)
-                if medium.mixture.is_mixed:
-                    total -= weight * division_energy(medium, scratch, q, p)
+                energy = link_energy(medium, scratch, q, p) - division_energy(medium.mixture, medium, scratch, q, p)
+                total += weight * energy
     return total
 
 

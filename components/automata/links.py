@@ -62,22 +62,27 @@ class Histories(NamedTuple):
     origin_gamma: FloatArray
 
 
+class Uniform(NamedTuple):
+    """Moduli of links, each of shape (directions, m): G_i + G_j, and 2 G_ij [Pa]."""
+
+    along: FloatArray
+    across: FloatArray
+
+
 class Mixture(NamedTuple):
-    """Moduli of links, and the division of their strains, each of shape (directions, m).
+    """Moduli of links within and between several materials, and the division of their strains, each of shape (directions, m).
 
     Attributes:
         along: G_i + G_j [Pa].
         across: 2 G_ij [Pa].
         compliance: 1 / D of links between two materials, 0 of the others [1/Pa].
         division: scratch: d.
-        is_mixed: whether there are several materials.
     """
 
     along: FloatArray
     across: FloatArray
     compliance: FloatArray
     division: FloatArray
-    is_mixed: bool
 
 
 class Tractions(NamedTuple):
@@ -128,7 +133,7 @@ class Medium(NamedTuple):
     Attributes:
         body: a `lattice.Body`.
         histories: `Histories`.
-        mixture: a `Mixture`.
+        mixture: `Uniform`, or a `Mixture`.
         tractions: `Tractions`.
         law: a `Law`.
         ground: a `contacts.Ground`.
@@ -136,13 +141,13 @@ class Medium(NamedTuple):
 
     body: Body
     histories: Histories
-    mixture: Mixture
+    mixture: Any
     tractions: Tractions
     law: Law
     ground: Any
 
 
-def make_mixture(body: Body, is_mixed: bool) -> Mixture:
+def make_mixture(body: Body, several: bool) -> Uniform | Mixture:
     """Return the moduli of the links of automata."""
     along, across, compliance = (np.ones(body.face.shape) for _ in range(3))
     compliance[:] = 0.0
@@ -163,7 +168,7 @@ def make_mixture(body: Body, is_mixed: bool) -> Mixture:
         i, j = slice(0, len(coupling) - o), slice(o, None)
         stiffness = along[q, i] + (coupling[i] + coupling[j])
         compliance[q, i] = np.where(differing[q], 1.0 / stiffness, 0.0)
-    return Mixture(along, across, compliance, np.zeros(body.face.shape), is_mixed)
+    return Mixture(along, across, compliance, np.zeros(body.face.shape)) if several else Uniform(along, across)
 
 
 def make_tractions(body: Body) -> Tractions:
@@ -187,8 +192,7 @@ def strain_medium(medium, motion, scratch):
     sum_shares(body, medium.tractions.counted, scratch.links, theta)
     _multiply(theta, scratch.forces.stiffening)
     update_ghosts(body.layout, theta)
-    if medium.mixture.is_mixed:
-        _divide_strains(medium, scratch)
+    divide_strains(medium.mixture, medium, scratch)
     _multiply_into(theta, body.lame, medium.tractions.pressure)
     _multiply_into(theta, body.shear, medium.tractions.deviator)
 
@@ -234,10 +238,19 @@ def _count_strains(row, out):
         out[p] = row.weight[p] * (row.eps[p] - row.origin_eps[p]) + (1.0 - row.weight[p]) * row.plastic_eps[p]
 
 
-@internal
-def _divide_strains(medium, scratch):
+@dispatched
+def divide_strains(mixture, medium, scratch):
     """Divide the strains of links between two materials, and give the volumetric strains what that changes."""
-    body, mixture, links, theta = medium.body, medium.mixture, scratch.links, scratch.forces.dilation
+
+
+@divide_strains.register(Uniform)
+def _divide_nothing(mixture, medium, scratch):
+    return None
+
+
+@divide_strains.register(Mixture)
+def _divide_strains(mixture, medium, scratch):
+    body, links, theta = medium.body, scratch.links, scratch.forces.dilation
     for q in range(body.layout.offset.size):
         o = body.layout.offset[q]
         for p in range(theta.size - o):
@@ -274,7 +287,7 @@ class _Row(NamedTuple):
     deviator: tuple[FloatArray, FloatArray]
 
 
-@internal_inlined
+@internal
 def _row_of(medium, scratch, q):
     links, h, tractions, o = scratch.links, medium.histories, medium.tractions, medium.body.layout.offset[q]
     end = medium.body.mass.size - o
@@ -294,10 +307,23 @@ def pull_medium(medium, scratch):
         end = body.mass.size - body.layout.offset[q]
         row = _row_of(medium, scratch, q)
         _write_tractions(row, mixture.along[q, :end], mixture.across[q, :end], row.normal, row.tangential)
-        if mixture.is_mixed:
-            for p in range(end):
-                shear = body.shear[p] - body.shear[p + body.layout.offset[q]]
-                row.normal[p] += shear * mixture.division[q, p]
+        add_division(mixture, body, q, row.normal)
+
+
+@dispatched
+def add_division(mixture, body, q, normal):
+    """Add what the division of strains gives the tractions of the links of one direction."""
+
+
+@add_division.register(Uniform)
+def _add_nothing(mixture, body, q, normal):
+    return None
+
+
+@add_division.register(Mixture)
+def _add_division(mixture, body, q, normal):
+    for p in range(normal.size):
+        normal[p] += (body.shear[p] - body.shear[p + body.layout.offset[q]]) * mixture.division[q, p]
 
 
 @internal
@@ -362,12 +388,6 @@ def measure_medium(medium, motion, scratch):
     force_medium(medium, scratch)
 
 
-@jit
-def measure_strains(medium, motion, scratch):
-    """Write the strains of all links, and the volumetric strains, for readings."""
-    strain_medium(medium, motion, scratch)
-
-
 # -- breaking ---------------------------------------------------------------------------------------------------------------
 
 
@@ -378,7 +398,7 @@ class _Stress(NamedTuple):
     second: tuple[FloatArray, FloatArray, FloatArray]
 
 
-@internal_inlined
+@internal
 def _stress_of(medium, q):
     o, stress = medium.body.layout.offset[q], medium.tractions.stress
     end = medium.body.mass.size - o

@@ -19,7 +19,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..support.jit import internal, internal_inlined
+from ..support.jit import internal, internal_inlined, jit
 
 _QUARTER_TURNS = 2.0 / np.pi
 # pi / 2 in three parts, the first two so short that their products with a small whole number are exact (Cody and Waite).
@@ -80,6 +80,12 @@ def strain_links(body, motion, scratch):
         second = (places[0][o:], places[1][o:], places[2][o:], places[3][o:])
         strains, direction = (links.eps[q, :end], links.gamma[q, :end]), (links.ex[q, :end], links.ey[q, :end])
         _strain(first, second, body.normal[q, 0], body.normal[q, 1], 1.0 / body.diameter, strains, direction)
+
+
+@jit
+def measure_pairs(body, motion, scratch):
+    """Call `strain_links` from Python."""
+    strain_links(body, motion, scratch)
 
 
 @internal

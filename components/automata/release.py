@@ -22,14 +22,14 @@ def weight_of(medium, pairs, row):
     """Return the weight of the link of a contact; 0 where there never was one."""
     if pairs[row, SLOT] < 0:
         return 0.0
-    q, p = link_at(medium.body, pairs[row, FIRST], pairs[row, SECOND], pairs[row, SLOT])
+    q, p = link_at(medium.body.layout, pairs[row, FIRST], pairs[row, SECOND], pairs[row, SLOT])
     return medium.histories.weight[q, p]
 
 
 @internal_inlined
 def put_weight(medium, pairs, row, weight):
     """Write the weight of the link of a contact."""
-    put(medium.histories.weight, medium.body, pairs[row, FIRST], pairs[row, SECOND], pairs[row, SLOT], weight)
+    put(medium.histories.weight, medium.body.layout, pairs[row, FIRST], pairs[row, SECOND], pairs[row, SLOT], weight)
 
 
 @internal_inlined
@@ -181,9 +181,7 @@ def _rest_distance(medium, motion, scratch, i, j, q):
     if not (most > 0.0 and normal < 0.0):
         return min(body.diameter, r)
     stiffness, _ = stiffnesses(medium.ground, i, j)
-    energy = link_energy(medium, scratch, q, p)
-    if medium.mixture.is_mixed:
-        energy -= division_energy(medium, scratch, q, p)
+    energy = link_energy(medium, scratch, q, p) - division_energy(medium.mixture, medium, scratch, q, p)
     energy += _part_of_volume(medium, scratch, p, body.first_share[q, p])
     energy += _part_of_volume(medium, scratch, end, body.second_share[q, p])
     return r + min(most, -normal * body.face[q, p] / stiffness, np.sqrt(max(2.0 * energy / stiffness, 0.0)))

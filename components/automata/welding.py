@@ -91,7 +91,7 @@ def _linking_pressure(medium, motion, scratch, contacts, row):
     overlap = contacts.rest[row] - r
     if not overlap > 0.0 or r == 0.0:
         return -1.0
-    q, p = link_at(body, i, j, slot)
+    q, p = link_at(body.layout, i, j, slot)
     if abs(scratch.links.gamma[q, p]) > 1.0 + scratch.links.eps[q, p]:
         return -1.0
     if abs(sliding_speed(approach(medium, motion, i, j), x / r, y / r, r)) > medium.law.linking[1]:
@@ -129,7 +129,7 @@ def link_contacts(medium, motion, scratch, numbers, contacts, kind, events, tick
         pressure = _linking_pressure(medium, motion, scratch, contacts, row)
         if not pressure >= medium.law.linking[0]:
             continue
-        q, p = link_at(medium.body, contacts.pairs[row, FIRST], contacts.pairs[row, SECOND], contacts.pairs[row, SLOT])
+        q, p = link_at(medium.body.layout, contacts.pairs[row, FIRST], contacts.pairs[row, SECOND], contacts.pairs[row, SLOT])
         contacts.pairs[row, START] = -1 - tick
         event = events[known]
         event[0], event[1], event[2], event[3], event[4] = tick + 1, kind, numbers[q, p], pressure, medium.law.linking[0]
@@ -159,7 +159,7 @@ def raise_weights(specimen, contacts, tick, time, near):
             continue
         raised = True
         after = scheduled_weight(contacts.pairs, row, tick, medium.law.release)
-        q, p = link_at(medium.body, contacts.pairs[row, FIRST], contacts.pairs[row, SECOND], contacts.pairs[row, SLOT])
+        q, p = link_at(medium.body.layout, contacts.pairs[row, FIRST], contacts.pairs[row, SECOND], contacts.pairs[row, SLOT])
         near.origins[0], near.origins[1] = medium.histories.origin_eps[q, p], medium.histories.origin_gamma[q, p]
         count = _gather_members(medium, motion, contacts, row, near)
         energy = whole_energy(medium, motion, scratch, contacts, row)
@@ -209,8 +209,8 @@ def _put_back(medium, contacts, pair):
 @internal
 def _put_origin(medium, contacts, row, eps, gamma):
     i, j, slot = contacts.pairs[row, FIRST], contacts.pairs[row, SECOND], contacts.pairs[row, SLOT]
-    put(medium.histories.origin_eps, medium.body, i, j, slot, eps)
-    put(medium.histories.origin_gamma, medium.body, i, j, slot, gamma)
+    put(medium.histories.origin_eps, medium.body.layout, i, j, slot, eps)
+    put(medium.histories.origin_gamma, medium.body.layout, i, j, slot, gamma)
 
 
 @internal
@@ -266,7 +266,7 @@ def _strain_link(medium, motion, scratch, contacts, pair, part, more):
     """
     body, h, links, row = medium.body, medium.histories, scratch.links, pair.row
     i, j, slot = contacts.pairs[row, FIRST], contacts.pairs[row, SECOND], contacts.pairs[row, SLOT]
-    q, p = link_at(body, i, j, slot)
+    q, p = link_at(body.layout, i, j, slot)
     # The link may begin at the second automaton: the force on that is the opposite one.
     sign = 1.0 if slot < body.layout.offset.size else -1.0
     twice = 2.0 * body.shear[p] * (1.0 + h.stiffness[q, p])
