@@ -1,9 +1,8 @@
-"""What `step`, `save` and `restore` of 64 grains cost from Python, and what the undo costs one-tick calls of larger chains."""
+"""The cost of `step`, `save` and `restore` of 64 grains from Python, and of the copy of the state in one-tick calls."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Any
 
 import numpy as np
 
@@ -34,40 +33,25 @@ def measure(calls: int = 2000, rounds: int = 101) -> Iterator[Figure]:
     times = interleaved({"step": step, "physics": physics, "snapshot": snapshot, "empty": empty}, rounds)
     yield from _figures(times, calls)
     for grains in (200, 300, 1200, 5000, 20_000):
-        yield _undo_figure(grains, max(calls * 200 // grains, 20), rounds)
+        yield _copy_figure(grains, max(calls * 200 // grains, 20), rounds)
 
 
-class _NoUndo:
-    """An undo that does nothing."""
-
-    is_small, counts_arrays, until, limit = False, True, -1, 0
-    steps: tuple[()] = ()
-
-    def prepare(self, tick: int) -> None: ...
-    def note(self, ticks: int, held: object) -> None: ...
-    def forget(self) -> None: ...
-
-
-def _undo_figure(grains: int, calls: int, rounds: int) -> Figure:
-    # One chain for both, as where a state lies in memory costs it some percents.
+def _copy_figure(grains: int, calls: int, rounds: int) -> Figure:
     chain = chains.pressed(grains, left="free")
-    undo, none = chain._undo, _NoUndo()
+    block, step, copies = chain._block, chain.step_size, range(calls)
 
-    def steps(present: Any) -> None:
-        chain._undo = present
-        for _ in range(calls):
-            chain.step(left_force=1.0)
+    def steps() -> None:
+        for _ in copies:
+            chain.step(step, left_force=1.0)
 
-    def nothing() -> None:
-        for _ in range(calls):
-            none.prepare(0)
-            none.note(1, {})
+    def back_up() -> None:
+        for _ in copies:
+            block.back_up()
 
-    # What the steps without an undo call in its place is no part of a step.
-    times = interleaved({"with": lambda: steps(undo), "without": lambda: steps(none), "nothing": nothing}, rounds)
-    share = 100.0 * (1.0 - 1.0 / ratio(times["with"], times["without"] - times["nothing"]))
-    note = f"a call {microseconds(times['with'], calls):.2f} us, a state of {chain.state_bytes / 1024:.0f} KB"
-    return Figure(f"undo in one-tick calls, {grains} grains", share, "%", at_most=5.0, note=note)
+    times = interleaved({"steps": steps, "copies": back_up}, rounds)
+    share = 100.0 * ratio(times["copies"], times["steps"])
+    note = f"a call {microseconds(times['steps'], calls):.2f} us, a state of {chain.state_bytes / 1024:.0f} KB"
+    return Figure(f"the copy of the state in one-tick calls, {grains} grains", share, "%", note=note)
 
 
 def _figures(times: Times, calls: int) -> Iterator[Figure]:

@@ -10,7 +10,9 @@ import numba
 import numpy as np
 
 import granular_env as ge
-from granular_env.components.grid import kernels, parallel_steps
+from granular_env.components.grid import kernels
+from granular_env.components.grid.component import LEAST_CELLS
+from granular_env.components.grid.kernel_arrays import Yields
 
 from .figures import Figure
 from .timing import interleaved, ratio, repeats_for
@@ -19,10 +21,10 @@ MEDIUM = {"density": 1.0, "young": 2.5, "poisson": 0.25}
 # Of the roof of memory, for a mesh that fits no cache; and what a second thread has to give it.
 WANTED, LEAST_GAIN = 0.4, 1.3
 # The smallest square for which two threads are used: they must not be slower there than one.
-SMALLEST = math.isqrt(parallel_steps.LEAST_CELLS - 1) + 1
+SMALLEST = math.isqrt(LEAST_CELLS - 1) + 1
 _SAMPLE_SECONDS = 0.2
 # Arrays that a tick reads, and those that it writes as well, of `kernel_arrays.Grid` and `kernel_arrays.State`.
-_READ = ("reference", "cells", "half_inverse", "material", "hourglass", "slots", "node_slots", "order", "special")
+_READ = ("reference", "cells", "half_inverse", "material", "hourglass", "node_slots", "special")
 _WRITTEN = ("displacement", "velocity", "stress", "hourglass_force", "energy")
 
 
@@ -49,8 +51,8 @@ def bytes_of_tick(grid: Any) -> int:
 
 def _arguments(grid: Any, ticks: int) -> tuple[Any, ...]:
     return (
-        grid._grid, grid._state, grid._conditions, np.ones((ticks, 1)), grid._corner, grid._block["tally"], grid.step_size, 0,
-        np.zeros((1, 5)), np.zeros(1, dtype=np.int64), grid.failed_at,
+        grid.tables(), np.ones((ticks, 1)), grid._block["tally"], grid.step_size, 0,
+        Yields(np.zeros((1, 5)), np.zeros(1, dtype=np.int64)), grid.failed_at,
     )  # fmt: skip
 
 
@@ -87,10 +89,7 @@ def _two_threads(side: int, rounds: int, at_least: float) -> Figure:
     grid = noisy(side)
     ticks = repeats_for(lambda: _advance_alone(grid, 1), _SAMPLE_SECONDS)
     arguments = _arguments(grid, ticks)
-    advances = (
-        {"one": kernels.advance, "two": parallel_steps.advance} if len(grid._grid.parts) > 2 else {"one": kernels.advance}
-    )
-    times = interleaved({name: lambda a=advance: a(*arguments) for name, advance in advances.items()}, rounds, wall=True)
-    gain = ratio(times["one"], times["two"]) if "two" in times else 1.0
-    note = "two parts" if "two" in times else "too small for two threads"
-    return Figure(f"one thread / two, {len(grid.mesh.nodes)} nodes", gain, at_least=at_least, note=note)
+    advances = {"one": lambda: kernels.advance(*arguments), "two": lambda: kernels.advance_in_parts(*arguments, 2)}
+    times = interleaved(advances, rounds, wall=True)
+    gain = ratio(times["one"], times["two"])
+    return Figure(f"one thread / two, {len(grid.mesh.nodes)} nodes", gain, at_least=at_least, note="two parts")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Iterator
 from typing import Any
 
@@ -9,7 +10,7 @@ import numba
 import numpy as np
 
 import granular_env as ge
-from granular_env.components.shell import kernels, parallel_steps
+from granular_env.components.shell import ticks as ticking
 
 from .figures import Figure
 from .grid import triad
@@ -74,11 +75,16 @@ def words_moved(tube: Any) -> float:
     return (indices + points + nodes) / len(body.mass)
 
 
-def one_thread(tube: Any, ticks: int) -> Callable[[], object]:
-    """Return what advances a tube by some ticks in one thread."""
+def in_threads(tube: Any, ticks: int, threads: int) -> Callable[[], object]:
+    """Return a function that advances a tube by some ticks in a number of threads."""
     solid, state, scratch, tally = tube.tables()
     inputs = np.ones((ticks, 1)), np.full(tube.lattice.shape[0], 5e6), tally, 0, np.zeros(2, dtype=np.int64)
-    return lambda: kernels.advance(solid, state, scratch, *inputs)
+
+    def advance() -> None:
+        os.environ["GRANULAR_ENV_THREADS"] = str(threads)
+        ticking.advance(solid, state, scratch, *inputs)
+
+    return advance
 
 
 def measure(along: int = 101, around: int = 128, triad_words: int = 4_000_000, rounds: int = 7) -> Iterator[Figure]:
@@ -90,10 +96,10 @@ def measure(along: int = 101, around: int = 128, triad_words: int = 4_000_000, r
     for name, (material, notch) in _BODIES.items():
         tube = loaded_tube(along, around, material, **notch)
         nodes = len(tube.mass)
-        ticks = repeats_for(one_thread(tube, 1), _SAMPLE_SECONDS)
+        ticks = repeats_for(in_threads(tube, 1, 1), _SAMPLE_SECONDS)
         times = interleaved(
             {
-                "solid": one_thread(tube, ticks), "triad": lambda: triad(a, b, c, moves),
+                "solid": in_threads(tube, ticks, 1), "triad": lambda: triad(a, b, c, moves),
                 "sums": lambda: outer_products(u, g, total, sums),
             },
             rounds,
@@ -102,7 +108,7 @@ def measure(along: int = 101, around: int = 128, triad_words: int = 4_000_000, r
         word = float(np.median(times["triad"])) / (3 * moves * triad_words)
         operation = float(np.median(times["sums"])) / (18 * sums * _CACHED)
         moving = words_moved(tube) * word
-        body = tube.tables()[0].body
+        body = tube.tables().solid.body
         operations = (_OF_NEIGHBOUR * len(body.offsets) + _OF_POINT * len(body.kind)) / nodes
         computing = operations * operation
         yield Figure(
@@ -123,10 +129,5 @@ def measure(along: int = 101, around: int = 128, triad_words: int = 4_000_000, r
 
 def _two_threads(tube: Any, rounds: int) -> Figure:
     """Return what a second thread gives a tube."""
-    one = one_thread(tube, 4)
-    solid, state, scratch, tally = tube.tables()
-    inputs = np.ones((4, 1)), np.full(tube.lattice.shape[0], 5e6), tally, 0, np.zeros(2, dtype=np.int64)
-    if not parallel_steps.divides(solid):
-        return Figure("solid, one thread / two", 1.0, note="too small, or one core")
-    times = interleaved({"one": one, "two": lambda: parallel_steps.advance(solid, state, scratch, *inputs)}, rounds, wall=True)
+    times = interleaved({"one": in_threads(tube, 4, 1), "two": in_threads(tube, 4, 2)}, rounds, wall=True)
     return Figure(f"solid, one thread / two, {len(tube.mass)} nodes", ratio(times["one"], times["two"]), at_least=LEAST_GAIN)

@@ -1,12 +1,15 @@
-"""The fate of a conserved quantity: what is stored, what came in, what was lost, and what the numerics left over."""
+"""Balances of conserved quantities: stored, supplied and lost amounts, and the residual of the numerics."""
 
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import Any
 
+import numpy as np
+
 from .support.float_arrays import FloatArray
+from .variables import Variable
 
 # A number, or a vector: momentum in the plane has two components.
 Amount = float | FloatArray
@@ -14,15 +17,15 @@ Amount = float | FloatArray
 
 @dataclasses.dataclass(frozen=True, slots=True)
 class Balance:
-    """The fate of a conserved quantity since the reset; each entry is an output variable of its name.
+    """The balance of a conserved quantity since the reset; each entry is an output variable of its name.
 
     Attributes:
         quantity: such as "energy"; `<quantity>_residual` is a variable too.
         unit: of all entries.
-        stored: what there is now, by entry, such as {"kinetic_energy": 2.0}.
-        supplied: what inputs and boundaries have given since the reset.
-        lost: what has gone into forms that do not come back, since the reset.
-        initial: what was stored at the reset.
+        stored: present amounts by entry, such as {"kinetic_energy": 2.0}.
+        supplied: amounts from inputs and boundaries since the reset.
+        lost: amounts dissipated or irreversibly stored since the reset.
+        initial: amount stored at the reset.
     """
 
     quantity: str
@@ -46,5 +49,24 @@ class Balance:
 
     @property
     def entries(self) -> dict[str, Amount]:
-        """All entries by name, the residual among them."""
+        """All entries by name, including the residual."""
         return {**self.stored, **self.lost, **self.supplied, f"{self.quantity}_residual": self.residual}
+
+
+def balance_variables(balance: Balance) -> Iterable[Variable]:
+    """Yield an output variable for each entry of a balance."""
+    kinds = (
+        (balance.stored, "stored"),
+        (balance.lost, "lost since the reset"),
+        (balance.supplied, "supplied by inputs and boundaries since the reset"),
+    )
+    quantity = balance.quantity.replace("_", " ")
+    for entries, what in kinds:
+        for name, amount in entries.items():
+            words = name.replace("_", " ")
+            # A store is named after what it holds: kinetic energy, momentum.
+            text = words if what == "stored" and quantity in words else f"{words}: {quantity} {what}"
+            yield Variable(name, "output", balance.unit, np.shape(amount), text)
+    added, given = (" + ".join(names) for names in ([*balance.stored, *balance.lost], balance.supplied))
+    text = f"{added} - {quantity} at the reset{f' - ({given})' if given else ''}: the error of the numerics"
+    yield Variable(f"{balance.quantity}_residual", "output", balance.unit, np.shape(balance.residual), text)

@@ -1,6 +1,6 @@
 """Conditions of the edges of a body in the plane that several components share, by name.
 
-A component adds those that it alone has, and what it alone can say about one; see `grid.boundaries`, `automata.boundaries`.
+A component adds those that it alone has, and what it alone can say about one; see `grid.boundaries`, `automata.parameters`.
 """
 
 from __future__ import annotations
@@ -11,9 +11,9 @@ from typing import ClassVar, Literal
 import numpy as np
 import numpy.typing as npt
 
-from .contract import Variable
 from .support.parameter_fields import field
 from .support.tagged_union import Named
+from .variables import Variable
 
 OPPOSITE = {"left": "right", "right": "left", "bottom": "top", "top": "bottom"}
 

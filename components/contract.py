@@ -2,24 +2,23 @@
 
     component = SomeComponent(**parameters)          # SI units; ParameterError names what is wrong
     component.reset(velocity=..., seed=...)          # start values
-    component.step(1e-6, left_force=3.0)             # advance exactly so long, inputs held
+    component.step(1e-6, left_force=3.0)             # advance by exactly this time, inputs held
     component.get("velocity")                        # any variable, a copy
     state = component.save(); component.restore(state)
     component.balances(); component.events()         # energy, momentum, ...: stored, supplied, lost; what happened when
 
-Time is an integer tick: ``time = tick * step_size``. A step happens whole or not at all. ``step(n h)`` is bit-equal to n
-times ``step(h)``, with any pause, save and restore between. Inputs keep their value until they are set again, `reset` puts
-them back to their start. `component.Component` keeps these promises for every `Physics`; `oscillator.py` is the shortest
+Time is an integer tick: ``time = tick * step_size``. A call of `step` completes or leaves the state from before the call.
+``step(n h)`` is bit-equal to n times ``step(h)``, with any pause, save and restore between. Inputs keep their value until
+they are set again; `reset` returns them to their start. Everything can be read at any time; `step`, `reset` and `restore` are
+refused in the middle of a step. `component.Component` keeps these promises for every `Physics`; `oscillator.py` is the shortest
 complete component.
 """
 
 from __future__ import annotations
 
-import dataclasses
-import math
 from abc import ABCMeta, abstractmethod
 from collections.abc import Callable, Iterable, Mapping
-from typing import Any, ClassVar, Literal
+from typing import Any, ClassVar
 
 from .balances import Balance
 from .drawables import Drawable
@@ -27,46 +26,16 @@ from .errors import StepError
 from .events import EventDetail
 from .inputs import Held
 from .support.float_arrays import FloatArray
-
-
-@dataclasses.dataclass(frozen=True, slots=True)
-class Variable:
-    """One named quantity of a component: everything that a file, a space, a schema or a page needs to know of it."""
-
-    name: str
-    causality: Literal["parameter", "input", "output"]
-    unit: str
-    shape: tuple[int, ...]
-    description: str
-    dtype: str = "float64"
-    start: Any = None
-    minimum: float = -math.inf
-    maximum: float = math.inf
-    state: bool = False
-    """True for a part of the state: it can be given to `reset`, and logs hash it."""
-    axes: tuple[str, ...] = ()
-    """Names of what each index of its shape counts, such as ("grain",): variables with the same axis share it in a data set."""
-    nominal: float = 1.0
-    """Usual magnitude, for scaling."""
-    variability: Literal["", "constant", "fixed", "tunable", "discrete", "continuous"] = ""
-    """FMI's word for when it may change; by default "fixed" for parameters, "continuous" for the others."""
-    initial: Literal["", "exact", "approx", "calculated"] = ""
-    """FMI's word for its start; by default "exact" for what is given, "calculated" for what follows from it."""
-
-    def __post_init__(self) -> None:
-        if not self.variability:
-            object.__setattr__(self, "variability", "fixed" if self.causality == "parameter" else "continuous")
-        if not self.initial:
-            object.__setattr__(self, "initial", "exact" if self.state or self.causality != "output" else "calculated")
+from .variables import Variable
 
 
 class Physics(metaclass=ABCMeta):
     """The part of a component that its author writes; `component.Component` does the rest."""
 
     event_kinds: ClassVar[Mapping[str, str]] = {}
-    """Kinds of events that can happen -> what they are; then the state has a list of events."""
+    """Kinds of events that can happen -> what they are; the state then has a list of events."""
     event_details: ClassVar[Mapping[str, EventDetail]] = {}
-    """Unit of some or all of these kinds, what their indices count, and the output that says how near each is to one."""
+    """For some or all of these kinds: unit, what their indices count, and the output that measures how near an event is."""
     step_size: float
     """Length of one internal step [s]; set by `_build`."""
 
@@ -76,18 +45,18 @@ class Physics(metaclass=ABCMeta):
 
     @abstractmethod
     def _declare(self) -> Iterable[Variable]:
-        """Declare inputs and outputs; parameters and the entries of balances are declared for you, if you do not."""
+        """Declare inputs and outputs; parameters and the entries of balances are declared automatically."""
 
     def _outputs(self) -> dict[str, Callable[[], Any]]:
-        """Return how to read each output of `_declare` that is no part of the block: name -> function that returns its value.
+        """Return the readers of the outputs that are not arrays of the block: name -> function that returns the value.
 
-        An array that lies in the block need not be copied: `get` does that.
+        An array in the block need not be copied: `get` copies it.
         """
         return {}
 
     @abstractmethod
     def _start(self, seed: int | None, values: Mapping[str, FloatArray]) -> Mapping[str, Any]:
-        """Write the start state into the (zeroed) block; return the inputs' start values that are not those declared.
+        """Write the start state into the (zeroed) block; return the start values of inputs that differ from those declared.
 
         `super()._start(seed, values)` writes the values of state variables that are parts of the block.
         """
@@ -95,14 +64,14 @@ class Physics(metaclass=ABCMeta):
     def _apply(self, held: Mapping[str, Held]) -> None:  # noqa: B027 - most components have nothing to prepare
         """Prepare for the inputs that are held from now on, one of which is, or just was, a profile.
 
-        Where all are numbers and arrays this is not called: `_advance` finds them in `self._held`.
+        Not called for numbers and arrays: `_advance` finds them in `self._held`.
         """
 
     @abstractmethod
     def _advance(self, ticks: int) -> int:
-        """Advance the block by whole ticks from `self._tick`; 0, or a status that `_explain` turns into an error.
+        """Advance the block by whole ticks from `self._tick`; return 0, or a status that `_explain` turns into an error.
 
-        It depends on the block, the tick and the inputs held alone: after a failure earlier steps are made again.
+        The result depends on the block, the tick and the inputs held alone.
         """
 
     @abstractmethod
@@ -111,23 +80,23 @@ class Physics(metaclass=ABCMeta):
 
     @abstractmethod
     def balances(self) -> tuple[Balance, ...]:
-        """Return what became of energy, momentum, ... since the reset: always the same entries, in the same order."""
+        """Return the balances of energy, momentum, ... since the reset: always the same entries, in the same order."""
 
     @classmethod
     def memory_needed(cls, parameters: Any) -> int:
-        """Bytes that building and stepping take at least, from the parameters alone; 0 where they are too few to matter."""
+        """Return the least bytes that building and stepping take, from the parameters alone; 0 if they hardly matter."""
         return 0
 
     def report(self) -> dict[str, float]:
-        """Figures that say how far the model's own assumptions held, name with unit -> value."""
+        """Return figures that measure how far the model's own assumptions held, name with unit -> value."""
         return {}
 
     def drawables(self) -> tuple[Drawable, ...]:
-        """Return what viewers can draw; what comes first matters most."""
+        """Return what viewers can draw, the most important first."""
         return ()
 
     def nearest_kind(self, ratio: str, index: int) -> str:
-        """Return the kind of event that is near at an index, of those that an output decides; "" where it is not known.
+        """Return the kind of event that is near at an index, of those that an output decides; "" if it is not known.
 
         Args:
             ratio: name of the output, the `EventDetail.ratio` of several kinds.
@@ -136,18 +105,18 @@ class Physics(metaclass=ABCMeta):
         return ""
 
     def has_limit(self, ratio: str, index: int) -> bool:
-        """Return whether there is a limit at an index that could be passed, unlike in a cell that cannot yield.
+        """Return whether an element has a limit that it could pass; a cell that cannot yield has none.
 
         Args:
-            ratio: name of the output that says how near it is, the `EventDetail.ratio` of kinds of events.
+            ratio: name of the output, the `EventDetail.ratio` of kinds of events.
             index: of the link, cell, ...
         """
         return True
 
     def conclusions(self) -> list[str]:
-        """Return sentences on what has become of the system, such as whether it broke, where, and why or why not."""
+        """Return sentences on the outcome of the run, such as whether the body broke, where, and why or why not."""
         return []
 
     def cautions(self) -> list[str]:
-        """Sentences for every assumption that the run so far has left behind."""
+        """Return a sentence for every assumption of the model that the run has violated so far."""
         return []

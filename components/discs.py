@@ -12,15 +12,14 @@ import numpy as np
 
 from .balances import Balance
 from .component import Component
-from .contract import Variable
 from .drawables import Drawable, Links, Points
 from .errors import ParameterError, StepError
 from .events import EventDetail
 from .inputs import input_mean
-from .support.excess_error import excess_error
 from .support.float_arrays import FloatArray, norms
 from .support.parameter_fields import field
 from .support.validation import Parameters
+from .variables import Variable
 
 
 class DiscsParameters(Parameters):
@@ -87,7 +86,7 @@ class Discs(Component):
         self._block["start"] = sum(energies.values()), *momentum
         return {}
 
-    @np.errstate(all="ignore")  # the status tells
+    @np.errstate(all="ignore")  # the status reports it
     def _advance(self, ticks: int) -> int:
         u, v, h, p = self._block["displacement"], self._block["velocity"], self.step_size, self.parameters
         for tick in range(self._tick, self._tick + ticks):
@@ -107,7 +106,7 @@ class Discs(Component):
 
     def _explain(self, status: int) -> StepError:
         speed, limit = norms(self._block["velocity"]), self.parameters.radius / self.step_size
-        return excess_error("velocity", "m/s", speed, limit, self.time, "a radius in a step; take a smaller step_size")
+        return self._excess_error("velocity", "m/s", speed, limit, "a radius in a step; take a smaller step_size")
 
     def _geometry(self) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Return the way from centre to centre of each pair, its length, and how far each disc is beyond the walls [m]."""

@@ -3,10 +3,17 @@
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Iterable
+from typing import Any
 
+import numpy as np
+
+from .errors import ParameterError, nearest, one_line
 from .state_block import LARGEST, Field
+from .support.float_arrays import FloatArray
+from .support.validation import whole_number
 
-# Ticks and indices are whole numbers that a float holds.
+# Ticks and indices are integers that a float represents exactly.
 MOST_INDEX = 2**53
 
 
@@ -41,7 +48,7 @@ class EventDetail:
     Attributes:
         unit: of value and limit; "" where it is not said.
         counts: name of the drawable whose elements its indices count: points, links or cells; "" for none.
-        ratio: name of the output that says of each index what decides over its limit, 1 being an event; "" for none.
+        ratio: name of the output that holds, for each index, the deciding quantity over its limit: 1 is an event; "" for none.
         ends_validity: whether an assumption of the model fails at such an event, so that later results are not valid.
     """
 
@@ -49,3 +56,42 @@ class EventDetail:
     counts: str = ""
     ratio: str = ""
     ends_validity: bool = False
+
+
+def decode_events(rows: FloatArray, kinds: Iterable[str], kind: str | None, index: int | None, source: str) -> list[Event]:
+    """Return events from rows whose kinds are numbered in alphabetical order.
+
+    Args:
+        rows: shape (events, 5), as `event_rows` describes.
+        kinds: all kinds that can happen.
+        kind: only of this kind.
+        index: only of this link, grain, ...
+        source: for messages.
+
+    Raises:
+        ParameterError: there is no such kind, or the index is none.
+    """
+    refuse_unknown_events(kinds, kind, index, source)
+    names = sorted(kinds)
+    return [
+        Event(int(tick), names[int(number)], None if place < 0 else int(place), value, limit)
+        for tick, number, place, value, limit in rows.tolist()
+        if kind in (None, names[int(number)]) and index in (None, int(place))
+    ]
+
+
+def refuse_unknown_events(kinds: Iterable[str], kind: Any, index: Any, source: str) -> None:
+    """Raise `ParameterError` for a kind of event that cannot happen, and for an index that is none."""
+    known = list(kinds)
+    if kind is not None and kind not in known:
+        hint = nearest(str(kind), known)
+        raise ParameterError(f"got {one_line(kind)}", expected="a kind of event", hint=hint, at="kind", source=source)
+    if index is not None:
+        whole_number("index", index, 0)
+
+
+def renumber_kinds(rows: FloatArray, names: list[str], kinds: Iterable[str]) -> FloatArray:
+    """Renumber, in place, the kinds of rows from the order of `names` to the alphabetical order of all `kinds`."""
+    order = sorted(kinds)
+    rows[:, 1] = np.array([order.index(name) for name in names], dtype=np.float64)[rows[:, 1].astype(np.int64)]
+    return rows

@@ -12,29 +12,26 @@ from .errors import Location, ParameterError, location_text
 from .number_arrays import number_array
 from .profiles import CompiledProfile, Profile
 from .support.validation import finite_number
+from .variables import Variable
 
-# A number for an input of shape (); for another one a read-only array of its shape. Or a profile of the input's shape.
+# A number for a scalar input, a read-only array of its shape for an array input, or a profile of the input's shape.
 Held = float | npt.NDArray[np.float64] | CompiledProfile
 
 
-def hold_input(
-    name: str, value: Any, *, shape: tuple[int, ...], unit: str, minimum: float, maximum: float, step_size: float
-) -> Held:
-    """Return what a component holds of the value that is given for one of its inputs.
+def hold_input(variable: Variable, value: Any, step_size: float) -> Held:
+    """Return what a component holds for the value that is given for one of its inputs.
 
     Args:
-        name: of the input, for messages.
-        value: a number (for an array input: for all elements), an array of the input's shape, or a profile.
-        shape: of the input.
-        unit: of the input.
-        minimum: the least value that is allowed; profiles are not checked against it.
-        maximum: the largest value that is allowed.
+        variable: the input.
+        value: a number (for an array input: for all elements), an array of the input's shape, or a profile. Profiles are not
+            checked against the bounds of the input.
         step_size: of the component [s].
 
     Raises:
-        ParameterError: it is neither, it is out of bounds, or a profile of another step size or shape.
+        ParameterError: it is none of these, it is out of bounds, or a profile of another step size or shape.
     """
-    at = ("input", name)
+    at, shape, unit = ("input", variable.name), variable.shape, variable.unit
+    minimum, maximum = variable.minimum, variable.maximum
     if isinstance(value, (Profile, CompiledProfile)):
         return _hold_profile(at, value, shape, step_size)
     if shape == () or not (isinstance(value, (list, tuple)) or getattr(value, "ndim", 0)):
@@ -43,15 +40,15 @@ def hold_input(
             raise ParameterError(f"got {number:g} {unit}", expected=f"{minimum:g} to {maximum:g}", at=at)
         return number if shape == () else read_only(np.full(shape, number))
     array = number_array(at, value, f"a number, an array of shape {shape} or a Profile", (shape,))
-    bounded = minimum > -math.inf or maximum < math.inf
-    if bounded and (outside := ~((minimum <= array) & (array <= maximum))).any():
+    outside = ~((minimum <= array) & (array <= maximum))
+    if outside.any():
         where = tuple(int(index) for index in np.argwhere(outside)[0])
         raise ParameterError(f"got {array[where]:g} {unit}", expected=f"{minimum:g} to {maximum:g}", at=(*at, *where))
     return read_only(array)
 
 
 def read_only(array: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
-    """Return the array, closed to writing."""
+    """Make an array read-only, and return it."""
     array.setflags(write=False)
     return array
 

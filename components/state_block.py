@@ -1,4 +1,4 @@
-"""The memory that the changing state of a component lies in: a fixed part with named views, and lists that grow."""
+"""The memory of the changing state of a component: a fixed part with named views, and lists that grow."""
 
 from __future__ import annotations
 
@@ -18,14 +18,13 @@ LARGEST = sys.float_info.max
 
 
 class Field(NamedTuple):
-    """The declaration of one array of a state, or of the rows of a list that grows; a plain tuple will do.
-
-    Without limits a float may be any finite number.
+    """The declaration of one array of a state, or of the rows of a list that grows; a plain tuple is accepted too.
 
     Attributes:
         dtype: of 8 bytes: "f8", "i8" or "u8".
         shape: of the array, or of one row of a list.
-        low: smallest value, a number or an array that broadcasts against the shape; integers need both limits.
+        low: smallest value, a number or an array that broadcasts against the shape. Floats may be any finite number by
+            default; integers need both limits.
         high: largest value, likewise.
         capacity: largest number of rows of a list.
     """
@@ -43,86 +42,68 @@ Layout = Mapping[str, tuple[Any, ...]]
 class Block:
     """The changing state of a component: memory with named views, and lists that grow.
 
-    What has a fixed size lies in one piece of memory, so that a snapshot is one copy. A list that grows has an array with a
-    capacity, which is raised between ticks; a snapshot holds the rows in use. The numbers of rows in use are the last words of
-    the memory, so a parent that owns the memory of parts has those of their lists too, and with `include` the rows.
+    Everything of fixed size lies in one array, so that a snapshot is one copy. A list has an array with a capacity, which is
+    raised between ticks; a snapshot holds the rows in use. The numbers of rows in use are the last words of the memory.
+    A parent that owns the memory of its parts therefore owns the row counts of their lists; `include` adds the rows.
 
     Attributes:
-        memory: what has a fixed size, shape (words,).
-        memory_bytes: the same as bytes.
-        views: each part of it, by name.
-        grows: whether there are lists, of its own or of parts.
+        memory: everything of fixed size, shape (words,).
+        memory_bytes: the same memory as bytes.
+        views: each array in it, by name.
+        grows: whether there are lists, its own or those of parts.
     """
 
-    def __init__(
-        self,
-        memory: FloatArray | None = None,
-        /,
-        growing: Layout | None = None,
-        **fields: tuple[Any, ...],
-    ) -> None:
+    def __init__(self, memory: FloatArray | None = None, /, growing: Layout | None = None, **fields: tuple[Any, ...]) -> None:
         """Lay out the state in fresh zeros, or in the memory given.
 
         Args:
-            memory: shape (words,); see `words`.
+            memory: shape (words,).
             growing: name of a list -> the `Field` of its rows.
             **fields: name -> `Field`, one after the other.
-
-        Raises:
-            ParameterError: a dtype of another size, or integers without a range.
         """
-        lists = growing or {}
-        # What `refuse_beyond_range` checks, by name.
-        self._fields = {name: Field(*field) for name, field in (*fields.items(), *lists.items())}
-        for name, field in self._fields.items():
-            kind = np.dtype(field.dtype)
-            if kind.itemsize != 8 or kind.kind not in "iuf":
-                raise ParameterError(f"got the type {field.dtype!r}", expected="'f8', 'i8' or 'u8'", at=("state", name))
-            if kind.kind != "f" and (np.min(field.low) == -LARGEST or np.max(field.high) == LARGEST):
-                expected = f"their smallest and largest value, such as ({field.dtype!r}, {field.shape}, 0, 9)"
-                raise ParameterError("got integers without a range", expected=expected, at=("state", name))
-        layout = {name: self._fields[name] for name in fields}
+        lists = {name: Field(*field) for name, field in (growing or {}).items()}
+        layout = {name: Field(*field) for name, field in fields.items()}
+        # Checked by `refuse_beyond_range`.
+        self.fields = {**layout, **lists}
         if lists:
             layout["_counts"] = Field("i8", (len(lists),))
         sizes = {name: math.prod(field.shape) for name, field in layout.items()}
         self.memory: FloatArray = np.zeros(sum(sizes.values())) if memory is None else memory
-        # Assigning between byte views is the quickest copy there is from Python.
+        # Assignment between byte views is the fastest copy in Python.
         self.memory_bytes = self.memory.reshape(-1).data.cast("B")
         self.views: dict[str, np.ndarray] = {}
-        self._words = dict[str, int]()  # at which each of them begins
+        self._words = dict[str, int]()  # where each view begins
         offset = 0
         for name, field in layout.items():
             part = self.memory[offset : offset + sizes[name]]
             self.views[name], self._words[name] = part.view(field.dtype).reshape(field.shape), offset
             offset += sizes[name]
-        self._lists = {name: np.zeros((_FIRST_CAPACITY, *self._fields[name].shape), self._fields[name].dtype) for name in lists}
+        self._lists = {name: np.zeros((_FIRST_CAPACITY, *field.shape), field.dtype) for name, field in lists.items()}
         self._places = {name: place for place, name in enumerate(lists)}
         # All lists whose counts lie in this memory: its own, and those of parts.
         self._tables: list[tuple[Block, str]] = [(self, name) for name in lists]
         self.grows = bool(lists)
+        # Allocated once, at the first call: repeated large allocations would fragment the heap.
+        self._backup, self._backup_rows = memoryview(b""), b""
 
     def include(self, part: Block) -> None:
-        """Take the lists of a part, which lies in this block's memory, into copies of this one; they stay the part's.
+        """Add the lists of a part, whose memory is a piece of this memory, to the copies of this block.
 
         Raises:
             ValueError: the part lies elsewhere.
         """
         if not np.shares_memory(self.memory, part.memory) or self._word_of(part) + part.memory.size > self.memory.size:
             raise ValueError("the part does not lie in this block's memory")
-        # The part declares what may lie there.
+        # The part declares the ranges of its memory.
         for name, view in self.views.items():
             if np.may_share_memory(view, part.memory):
-                self._fields.pop(name, None)
+                self.fields.pop(name, None)
         self._tables += part._tables
         self.grows = bool(self._tables)
 
     def _word_of(self, part: Block) -> int:
-        """Return the number of the word of this memory at which that of a part, or of itself, begins."""
+        """Return the word of this memory at which the memory of a part, or its own, begins."""
         return 0 if part is self else (part.memory.ctypes.data - self.memory.ctypes.data) // 8
-
-    def _count_word(self, name: str) -> int:
-        """Return the number of the word of this memory that holds how long a list is: they are the last ones."""
-        return self.memory.size - len(self._lists) + self._places[name]
 
     def __getitem__(self, name: str) -> np.ndarray:
         return self.views[name] if name in self.views else self._lists[name][: self.count(name)]
@@ -132,23 +113,25 @@ class Block:
 
     @property
     def nbytes(self) -> int:
-        """Bytes of the state, of lists the rows in use."""
+        """Size of the state [bytes]; of lists the rows in use."""
         return self.memory.nbytes + sum(block[name].nbytes for block, name in self._tables)
 
+    # -- lists ------------------------------------------------------------------------------------------------------
+
     def has_list(self, name: str) -> bool:
-        """Return whether there is a list of this name that grows."""
+        """Return whether there is a list of this name."""
         return name in self._lists
 
     def count(self, name: str) -> int:
-        """Return how many rows of a list are in use; 0 where there is no such list."""
+        """Return the number of rows of a list in use; 0 if there is no such list."""
         place = self._places.get(name)
         return 0 if place is None else int(self.views["_counts"][place])
 
     def room(self, name: str, rows: int) -> np.ndarray:
-        """Return the whole array of a list, its capacity raised so that so many further rows fit; then set `set_count`.
+        """Return the whole array of a list, with capacity for `rows` more; then call `set_count`.
 
         Raises:
-            GranularError: there is not so much memory.
+            GranularError: it does not fit into memory.
         """
         used, array = self.count(name), self._lists[name]
         if used + rows > len(array):
@@ -160,53 +143,71 @@ class Block:
         return array
 
     def set_count(self, name: str, count: int) -> None:
-        """Say how many rows of a list are in use.
-
-        Raises:
-            ValueError: the list has no room for them.
-        """
-        if not 0 <= count <= len(self._lists[name]):
-            raise ValueError(f"the list {name!r} has room for {len(self._lists[name])} rows, got {count}: call `room` first")
+        """Set the number of rows of a list in use, within the capacity that `room` gave."""
         self.views["_counts"][self._places[name]] = count
 
     def append(self, name: str, row: Any) -> None:
-        """Put a row at the end of a list.
-
-        Raises:
-            ValueError: there is no such list, or its rows have another length.
-        """
-        if name not in self._lists:
-            raise ValueError(f"there is no list {name!r} that grows; known: {', '.join(self._lists) or 'none'}")
+        """Append a row to a list."""
         count = self.count(name)
         self.room(name, 1)[count] = row
         self.set_count(name, count + 1)
 
+    # -- copies -----------------------------------------------------------------------------------------------------
+
     def clear(self) -> None:
-        """Set all to 0, lists to no rows."""
+        """Set everything to 0, and the lists to no rows."""
         self.memory[:] = 0.0
+
+    def back_up(self) -> None:
+        """Copy the state, for `undo`."""
+        if not self._backup:
+            self._backup = memoryview(bytearray(self.memory.nbytes))
+        self._backup[:] = self.memory_bytes
+        if self.grows:
+            self._backup_rows = b"".join(self._rows())
+
+    def undo(self) -> None:
+        """Restore the state that `back_up` copied."""
+        self._load(self._backup, self._backup_rows)
 
     def to_bytes(self) -> bytes:
         """Return the state: the fixed part, then the rows in use of each list."""
-        if not self._tables:
-            return self.memory.tobytes()
-        return b"".join([self.memory.data, *self._rows()])
+        return b"".join([self.memory_bytes, *self._rows()]) if self.grows else bytes(self.memory_bytes)
 
-    def rows_to_bytes(self) -> bytes:
-        """Return the rows in use of each list, which `to_bytes` puts behind the fixed part."""
-        return b"".join(self._rows())
+    def load(self, data: bytes) -> None:
+        """Restore a state that `to_bytes` gave, which `sizes_in` has checked."""
+        if self.grows:
+            whole, fixed = memoryview(data), self.memory.nbytes
+            self._load(whole[:fixed], whole[fixed:])
+        else:
+            self.memory_bytes[:] = data
 
     def _rows(self) -> list[memoryview]:
         return [block[name].data for block, name in self._tables]
 
+    def _load(self, fixed: memoryview, rows: bytes | memoryview) -> None:
+        words, offset = np.frombuffer(fixed, np.int64), 0
+        for block, name in self._tables:
+            array, count = block._lists[name], int(words[self._count_word(block, name)])
+            kept = np.frombuffer(rows, array.dtype, count * array[:1].size, offset).reshape(count, *array.shape[1:])
+            block.set_count(name, 0)
+            block.room(name, count)[:count] = kept
+            offset += kept.nbytes
+        self.memory_bytes[:] = fixed
+
+    def _count_word(self, block: Block, name: str) -> int:
+        """Return the word of this memory that holds the number of rows of a list, its own or one of a part."""
+        return self._word_of(block) + block.memory.size - len(block._lists) + block._places[name]
+
+    # -- states of unknown origin -----------------------------------------------------------------------------------
+
     def sizes_in(self, data: bytes) -> list[int] | None:
-        """Return the bytes of each list in a state that `to_bytes` gave; None where it is no such state."""
+        """Return the bytes of each list in a state that `to_bytes` gave; None if it is no such state."""
         fixed = self.memory.nbytes
-        if not self._tables:  # as usual, and on the way of every restore of an environment
-            return [] if len(data) == fixed else None
         if len(data) < fixed:
             return None
         words = np.frombuffer(data, np.int64, fixed // 8)
-        counts = [int(words[self._word_of(block) + block._count_word(name)]) for block, name in self._tables]
+        counts = [int(words[self._count_word(block, name)]) for block, name in self._tables]
         sizes = [count * block._lists[name][:1].nbytes for count, (block, name) in zip(counts, self._tables, strict=True)]
         return sizes if all(count >= 0 for count in counts) and fixed + sum(sizes) == len(data) else None
 
@@ -226,16 +227,16 @@ class Block:
         return found
 
     def refuse_beyond_range(self, arrays: Mapping[str, np.ndarray], at: tuple[str, ...]) -> None:
-        """Check what `arrays_in` gave of this block against the declared ranges and capacities.
+        """Check the arrays of `arrays_in` against the declared ranges and capacities.
 
         Raises:
             ParameterError: a value or the length of a list is out of range.
         """
-        for name, field in self._fields.items():
+        for name, field in self.fields.items():
             array = arrays[name]
             if name in self._lists and len(array) > field.capacity:
                 raise ParameterError(f"got {len(array)} rows", expected=f"at most {field.capacity}", at=(*at, name))
-            sound = (array >= field.low) & (array <= field.high)  # NaN is neither
+            sound = (array >= field.low) & (array <= field.high)  # False for NaN
             if not sound.all():
                 where = tuple(np.argwhere(~sound)[0].tolist())
                 low, high = (np.broadcast_to(limit, array.shape)[where] for limit in (field.low, field.high))
@@ -243,21 +244,3 @@ class Block:
                 if high >= LARGEST:
                     expected = "a finite number" if low == -LARGEST else f"{low:.17g} or more"
                 raise ParameterError(f"got {array[where]:.17g}", expected=expected, at=(*at, name, *where))
-
-    def load(self, data: bytes) -> None:
-        """Go back to a state that `to_bytes` gave; `ValueError` where it is none of this layout."""
-        if self.sizes_in(data) is None:
-            raise ValueError(f"a state of {len(data)} bytes")
-        whole, fixed = memoryview(data), self.memory.nbytes
-        self.load_parts(whole[:fixed], whole[fixed:])
-
-    def load_parts(self, fixed: memoryview, rows: bytes | memoryview) -> None:
-        """Go back to a state: `memory_bytes` as they were, and what `rows_to_bytes` gave then."""
-        words, offset = np.frombuffer(fixed, np.int64), 0
-        for block, name in self._tables:
-            array, count = block._lists[name], int(words[self._word_of(block) + block._count_word(name)])
-            kept = np.frombuffer(rows, array.dtype, count * array[:1].size, offset).reshape(count, *array.shape[1:])
-            block.set_count(name, 0)
-            block.room(name, count)[:count] = kept
-            offset += kept.nbytes
-        self.memory[:] = words.view(np.float64)

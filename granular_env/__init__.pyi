@@ -1,9 +1,7 @@
 from . import domains, viewing
-from .atlas import run_atlas
 from .components.catalogue import make
 from .components.chain import Chain
 from .components.component import Component
-from .components.contract import Variable
 from .components.errors import (
     ExperimentError,
     GranularError,
@@ -17,7 +15,8 @@ from .components.errors import (
 from .components.materials.elastic import Material
 from .components.profiles import Profile
 from .components.snapshot import Snapshot
-from .control.study.runner import run_study
+from .components.variables import Variable
+from .control.runner import run_study
 from .recording import open_log, record, recover, verify
 from .resumption import resume
 from .run_loop import run
@@ -46,7 +45,6 @@ __all__ = [
     "recover",
     "resume",
     "run",
-    "run_atlas",
     "run_study",
     "run_sweep",
     "verify",

@@ -11,7 +11,6 @@ _INSTALL = {
     "rerun": ("rerun-sdk", "pip install 'granular-env[view]'"),
     "matplotlib": ("matplotlib", "pip install 'granular-env[view]'"),
     "pandas": ("pandas", "pip install 'granular-env[sweep]'"),
-    "pyarrow": ("pyarrow", "pip install 'granular-env[sweep]'"),
     "ray": ("ray", "pip install 'granular-env[ray]'"),
     "xarray": ("xarray", "pip install 'granular-env[data]'"),
 }

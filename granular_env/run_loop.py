@@ -28,8 +28,8 @@ from granular_env.components.errors import (
     one_line,
 )
 from granular_env.components.inputs import Held
-from granular_env.components.observer import Observer
 from granular_env.components.profiles import Profile
+from granular_env.components.stepping import Observer
 from granular_env.components.support.memory_limits import refuse_beyond
 from granular_env.components.support.validation import finite_number
 from granular_env.documents import Overrides
@@ -38,14 +38,16 @@ from granular_env.experiments.preparation import Prepared, prepare
 from granular_env.experiments.stop_rules import StopWatch
 from granular_env.progress import Progress, progress_bar
 
-# A piece of a run lasts about so long [s], so that Ctrl-C, the progress bar and the recorder get their turn.
+# Wall time of a piece of a run [s], so that Ctrl-C, the progress bar and the recorder get their turn. Each piece copies the
+# state once: large states have longer pieces, so that the copy takes at most 5 % of a piece at this rate [bytes/s].
 _PIECE_SECONDS = 0.02
-# A piece becomes at most so many times as long as the one before.
+_COPY_SHARE, _COPY_RATE = 0.05, 2e9
+# Largest ratio of the lengths of a piece and the one before.
 _GROWTH = 64
 # A run that is shown live takes so long [s], where nothing else is asked for: all shipped experiments are over in less.
 _LIVE_SECONDS = 10.0
 # Copies of the state that a recorder holds at a time: snapshots that wait to be written, and their bytes on the way.
-_COPIES_RECORDED = 4
+_COPIES_RECORDED = 6
 
 Inputs = Mapping[str, Held | Profile]
 
@@ -104,7 +106,7 @@ def run(
         log: where to record it.
         overrides: keys of the experiment to set, such as ``{"component.grains": 500, "duration": 1e-3}``.
         progress: show a bar with simulated time, speed and the energy's residual; or call this with the part that is done.
-        live: open rerun and show the run while it goes on.
+        live: show the run in rerun.
         pace: with `live`, the wall time that the run takes at least [s], so that it can be watched; 0 lets it go as fast as it
             can. By default 10 s.
         overwrite: whether an existing log may be replaced.
@@ -125,7 +127,7 @@ def run(
         if live:
             _show_live(stack, ready.component, loaded.name, ready.ticks * ready.component.step_size, seconds)
         if log is not None:
-            _tell_size(ready, Path(log).parent, progress is True)
+            _report_size(ready, Path(log).parent, progress is True)
             _record(stack, ready.component, log, overwrite, loaded.to_dict(), **loaded.record.model_dump())
         return advance(
             ready.component,
@@ -154,7 +156,7 @@ def replay(
         LogError: it is no log, or it cannot be re-run.
     """
     from granular_env.recording import open_log
-    from granular_env.recording.replay.steps import check_work
+    from granular_env.recording.rerun import check_work
 
     where = f"log {str(log)!r}"
     with (
@@ -193,20 +195,20 @@ def advance(
     issued: list[str] | None = None,
     closing: ExitStack | None = None,
 ) -> RunResult:
-    """Advance a component to a tick: the loop itself, for `run` and `replay`.
+    """Advance a component from its present tick to another one: the loop of `run`, `replay`, `resume` and branches.
 
     Args:
-        component: where it starts from is where it stands.
+        component: what is advanced.
         end: the tick to reach.
         inputs: given to the first step; they hold from then on.
         changes: further inputs, by the tick from which they hold.
         stops: rules that end it early.
-        title: what the progress bar is called.
+        title: of the progress bar.
         progress: show the bar, or call this with the part that is done.
-        observers: they look on while it lasts.
+        observers: of the component, while the loop lasts.
         log: the path that the result names.
-        issued: the list that warnings are gathered in.
-        closing: what is closed when the stepping is over (the recorder).
+        issued: list of the warnings.
+        closing: closed when the stepping is over (the recorder).
     """
     first, began = component.tick, perf_counter()
     stopped_by, interrupted = None, False
@@ -223,8 +225,7 @@ def advance(
         try:
             stopped_by = _loop(component, end, {first: inputs, **(changes or {})}, stops, interrupt, show)
         except KeyboardInterrupt:
-            # The second Ctrl-C, or one that another handler turned into this: the step it fell into was undone.
-            interrupted = True
+            interrupted = True  # by the second Ctrl-C: the step under way was undone
         seconds = perf_counter() - began
         interrupted = interrupted or (interrupt.pressed and component.tick < end and stopped_by is None)
         if closing is not None:
@@ -253,6 +254,7 @@ def _loop(
 ) -> str | None:
     """Step until the end, a stop rule (its sentence is returned), or Ctrl-C."""
     piece, turns = 1, sorted(changes)
+    length = max(_PIECE_SECONDS, component.state_bytes / _COPY_RATE / _COPY_SHARE)
     while component.tick < end and not interrupt.pressed:
         tick, begin = component.tick, perf_counter()
         stop = min(end, tick + piece)
@@ -264,12 +266,12 @@ def _loop(
             show(component)
         if stop == looked and stops is not None and (met := stops.stop_reason(component)) is not None:
             return met
-        piece = _next_piece(piece, stop - tick, perf_counter() - begin)
+        piece = _next_piece(piece, stop - tick, (perf_counter() - begin) / length)
     return None
 
 
 def _step_up_to(component: Component, stop: int, inputs: Inputs) -> None:
-    """Step to a tick; where that fails, to the last one before the failure, so that observers and the log have it."""
+    """Step to a tick; if that fails, to the last tick before the failure, so that the log contains it."""
     tick, step = component.tick, component.step_size
     try:
         component.step((stop - tick) * step, **inputs)
@@ -282,23 +284,23 @@ def _step_up_to(component: Component, stop: int, inputs: Inputs) -> None:
         raise
 
 
-def _next_piece(piece: int, done: int, seconds: float) -> int:
-    """Return more ticks where a whole piece was quick, half as many where it was slow.
+def _next_piece(piece: int, done: int, took: float) -> int:
+    """Return more ticks after a whole piece that was fast, half as many after one that was slow.
 
     Args:
-        piece: ticks that were to be done.
+        piece: ticks that were planned.
         done: ticks that were done.
-        seconds: wall time that they took.
+        took: wall time over that of a piece.
     """
-    if seconds > 2.0 * _PIECE_SECONDS:
+    if took > 2.0:
         return max(1, piece // 2)
-    if done < piece or seconds > 0.5 * _PIECE_SECONDS:
+    if done < piece or took > 0.5:
         return piece
-    return piece * max(2, min(_GROWTH, int(0.5 * _PIECE_SECONDS / max(seconds, 1e-9))))
+    return piece * max(2, min(_GROWTH, int(0.5 / max(took, 1e-9))))
 
 
 class Interrupt:
-    """Ctrl-C as a flag, read between two pieces, so that no step and no write is cut; the second one raises at once."""
+    """Turns the first Ctrl-C into a flag that is read between two pieces; the second one raises at once."""
 
     def __init__(self) -> None:
         self.pressed = False
@@ -323,7 +325,7 @@ class Interrupt:
 
 @contextmanager
 def memory_errors(what: str, kind: type[GranularError]) -> Iterator[None]:
-    """Memory that runs out in the middle, as an error of the family."""
+    """Turn `MemoryError` into an error of that `kind`."""
     try:
         yield
     except MemoryError as error:
@@ -332,7 +334,7 @@ def memory_errors(what: str, kind: type[GranularError]) -> Iterator[None]:
 
 @contextmanager
 def collect_warnings() -> Iterator[list[str]]:
-    """Collect this package's warnings as sentences, each once, and issue them as usual at the end of the block."""
+    """Collect this package's warnings as sentences, each once, and issue them at the end of the block."""
     issued: list[str] = []
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always", GranularWarning)
@@ -347,8 +349,9 @@ def collect_warnings() -> Iterator[list[str]]:
 def _record(
     stack: ExitStack, component: Component, path: str | os.PathLike[str], overwrite: bool, experiment: Any, **options: Any
 ) -> None:
+    """Record a component until the stack closes."""
     from granular_env.recording import record
-    from granular_env.recording.recorder.record import note_log_on_error
+    from granular_env.recording.recorder import note_log_on_error
 
     refuse_unrecordable(component)
     try:
@@ -365,7 +368,7 @@ def refuse_unrecordable(component: Component) -> None:
 
 
 def _live_seconds(live: bool, pace: float | None) -> float | None:
-    """Return the wall time that a live run takes at least [s], None for no such time; refuse what cannot be shown."""
+    """Return the least wall time of a live run [s], None for no limit; refuse a live run without a screen."""
     if not live:
         if pace is not None:
             hint = ("pass ", Option("live"))
@@ -381,14 +384,12 @@ def _live_seconds(live: bool, pace: float | None) -> float | None:
     return seconds or None
 
 
-def _tell_size(ready: Prepared, folder: Path, at_once: bool) -> None:
-    """Say how large the log may become: at once on the terminal, else where that is a lot as a warning of the run.
+def _report_size(ready: Prepared, folder: Path, at_once: bool) -> None:
+    """Print the estimated size of the log on the terminal, or warn of a large one; refuse one that does not fit."""
+    from granular_env.experiments.cost import LARGE_LOG, NOTED_LOG, refuse_full_disk, size_note
 
-    Raise `ExperimentError` where the log cannot fit.
-    """
-    from granular_env.experiments.cost import LARGE_LOG, TOLD_LOG, size_note
-
-    note = size_note(ready, folder, TOLD_LOG if at_once else LARGE_LOG)
+    refuse_full_disk(ready, folder)
+    note = size_note(ready, NOTED_LOG if at_once else LARGE_LOG)
     if note and at_once:
         print(f"note: {note}", file=sys.stderr)
     elif note:
@@ -404,7 +405,7 @@ def _show_live(stack: ExitStack, component: Component, title: str, duration: flo
 def _progress_display(
     stack: ExitStack, title: str, component: Component, end: int, progress: Progress
 ) -> Callable[[Component], None]:
-    """Return what shows on a progress bar where the component is; it looks and changes nothing."""
+    """Return a function that shows the progress of the component on a bar."""
     first, begun = component.tick, perf_counter()
     bar = stack.enter_context(progress_bar(title, end, done=first, show=progress))
 
@@ -418,18 +419,18 @@ def _progress_display(
     return show
 
 
-# Less energy than this is the rounding of a state at rest, of which nothing is a part [J].
+# Less energy than this is the rounding of a state at rest [J].
 _LEAST_ENERGY = 1e-24
 
 
 def energy_residual(component: Component) -> str:
-    """Return in words the energy that the numerics made or lost, beside the energy that was there."""
+    """Return in words the residual of the energy, absolute and over the energy of the system."""
     residual, share = _energy_residual(component)
     return f"energy residual {residual:+.2e} J" + (f" ({share:+.1e})" if share is not None else "")
 
 
 def _energy_residual(component: Component) -> tuple[float, float | None]:
-    """Return the residual [J], and its part of the energy that was there; None where there was none."""
+    """Return the residual [J], and its ratio to the energy of the system; None if that is zero."""
     energy = next((balance for balance in component.balances() if balance.quantity == "energy"), None)
     if energy is None:
         return 0.0, None

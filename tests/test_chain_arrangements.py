@@ -12,7 +12,7 @@ import granular_env as ge
 from granular_env.cli import main
 from granular_env.components.chain.arrangements import ARRANGEMENTS
 from granular_env.components.materials.elastic import PRESETS
-from granular_env.components.support.rational_powers import integer_power, nth_root
+from granular_env.components.support.elementary_functions import integer_power, nth_root
 
 R = 3e-3
 DIMER = {"name": "dimer", "radius": [R, 1.5e-3], "material": ["steel", "aluminium"]}

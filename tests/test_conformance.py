@@ -1,7 +1,7 @@
-"""What the contract promises, tested for every component of the catalogue.
+"""The promises of the contract, tested for every component of the catalogue.
 
-The drives are in support/component_examples.py; a new component is tested by adding an entry there. What a component must
-refuse is in test_conformance_refusals.py.
+The drives are in support/component_examples.py; a new component is tested by adding an entry there. Refusals are in
+test_conformance_refusals.py.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ import copy
 import pickle
 import subprocess
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from functools import cache
 from pathlib import Path
@@ -25,22 +25,21 @@ from support.conformance_tools import (
     Watcher,
     bits,
     drive,
-    every_component,
     every_example,
     growing_load,
     load_until_refused,
+    on_three_components,
     readings,
 )
+from support.declarations import check_declarations
 
 from granular_env.components import catalogue
 from granular_env.components.component import Component
-from granular_env.components.drawables import Cells, Curve, Points, drawn_outputs, element_count
+from granular_env.components.drawables import element_count
 from granular_env.components.errors import GranularError, ParameterError, StepError
-from granular_env.components.oscillator import Oscillator
 from granular_env.components.snapshot import Snapshot
-from granular_env.components.stepping import LIFE_CYCLE
 from granular_env.recording import record, verify
-from granular_env.recording.format.drawables import drawable_facts, drawables_from
+from granular_env.recording.drawables import drawable_facts, drawables_from
 
 ROOT = Path(__file__).resolve().parent.parent
 
@@ -54,32 +53,15 @@ def test_every_component_has_an_example(name: str) -> None:
 
 
 @every_example
-def test_variables_are_described_in_full(example: Example) -> None:
+def test_declarations_fit_together(example: Example) -> None:
     component = example.make()
-    for key, variable in component.variables.items():
-        assert key == variable.name
-        assert key.isidentifier() and key == key.lower()
-        assert variable.causality in ("parameter", "input", "output")
-        assert variable.unit.strip(), f"{key} has no unit (write 1 for a pure number)"
-        assert variable.description.strip(), f"{key} has no text"
-        assert all(isinstance(extent, int) and extent >= 0 for extent in variable.shape)
-        assert variable.minimum < variable.maximum
-        if variable.causality != "parameter":
-            assert np.shape(component.get(key)) == variable.shape
-            assert np.asarray(component.get(key)).dtype == variable.dtype
-    assert set(type(component).Parameters.model_fields) == {
-        v.name for v in component.variables.values() if v.causality == "parameter"
-    }
+    check_declarations(component)
+    for name, field in component.Parameters.model_fields.items():
+        assert field.description, f"parameter {name} has no description"
+        assert isinstance(field.json_schema_extra, dict) and field.json_schema_extra.get("unit"), f"parameter {name}: no unit"
     assert any(variable.state for variable in component.variables.values())
-
-
-@every_example
-def test_parameters_say_what_they_are(example: Example) -> None:
-    for name, field in type(example.make()).Parameters.model_fields.items():
-        assert field.description, f"parameter {name} has no text"
-        assert isinstance(field.json_schema_extra, dict) and field.json_schema_extra.get("unit"), (
-            f"parameter {name} has no unit"
-        )
+    facts, arrays = drawable_facts(component.drawables())
+    assert len(drawables_from(facts, arrays, component.variables)) == len(component.drawables()), "a log can hold them"
 
 
 @every_example
@@ -90,35 +72,6 @@ def test_state_variables_can_be_started(example: Example) -> None:
             value = 0.5 * np.asarray(component.get(variable.name))
             component.reset(**{variable.name: value})
             np.testing.assert_array_equal(component.get(variable.name), value)
-
-
-@every_example
-def test_what_a_viewer_draws_exists(example: Example) -> None:
-    component = example.make()
-    drawables = component.drawables()
-    assert len({drawable.name for drawable in drawables}) == len(drawables)
-    facts, arrays = drawable_facts(drawables)
-    assert len(drawables_from(facts, arrays, component.variables)) == len(drawables), "a log can hold them"
-    for drawable in drawables:
-        for output in drawn_outputs([drawable]):
-            assert component.variables[output].causality == "output"
-        shape = {name: component.variables[getattr(drawable, name)].shape for name in FITTING if getattr(drawable, name, "")}
-        for name, one in shape.items():
-            assert one in FITTING[name](drawable), f"{name} of {drawable.name} has the shape {one}"
-
-
-# Outputs of a drawable -> shapes that fit it.
-FITTING = {
-    "displacement": lambda one: (
-        [np.shape(one.reference if isinstance(one, Points) else one.nodes), (len(one.reference),)]
-        if isinstance(one, Points)
-        else [one.nodes.shape]
-    ),
-    "colour": lambda one: [one.radius.shape],
-    "rotation": lambda one: [one.radius.shape],
-    "state": lambda one: [(len(one.connectivity if isinstance(one, Cells) else one.pairs),)],
-    "field": lambda one: [one.coordinate.shape] if isinstance(one, Curve) else [(len(one.nodes),), (len(one.connectivity),)],
-}
 
 
 @every_example
@@ -246,7 +199,7 @@ from support.component_examples import EXAMPLES
 from support.conformance_tools import drive
 from granular_env.components.snapshot import Snapshot
 from granular_env.recording import record, verify
-from granular_env.recording.format.drawables import drawable_facts, drawables_from
+from granular_env.recording.drawables import drawable_facts, drawables_from
 sent, answers = pickle.load(sys.stdin.buffer), {}
 for example in EXAMPLES:
     driven, continued = example.started(), example.make()
@@ -310,43 +263,6 @@ def test_save_and_restore_at_every_step(example: Example, mode: str) -> None:
     assert hopping.report() == straight.report()
 
 
-def steps_made_twice(component: Component, example: Example) -> tuple[object, object]:
-    """Return what the same steps lead to, made twice from one snapshot with others between."""
-    half = {name: 0.5 * value for name, value in example.inputs.items()}
-    component.step(3 * component.step_size, **example.inputs)
-    start, found = component.save(), []
-    for others in (2, 5):
-        component.restore(start)
-        component.step(4 * component.step_size, **half)
-        component.step(**example.all_profiles(component))
-        found.append(bits(component))
-        component.step(others * component.step_size, **example.inputs)
-        component.reset()
-    return found[0], found[1]
-
-
-@every_example
-def test_steps_are_the_same_after_others(example: Example) -> None:
-    """The undo rests on it: `_advance` depends on the block, the tick and the inputs held alone."""
-    first, second = steps_made_twice(example.started(), example)
-    assert first == second
-
-
-@pytest.mark.parametrize("what", ["generator", "counter"])
-def test_a_state_beside_the_block_is_noticed(what: str) -> None:
-    generator, calls = np.random.default_rng(0), [0]
-
-    class Part(Oscillator):
-        def _advance(self, ticks: int) -> int:
-            calls[0] += 1
-            self._block["velocity"][...] += 1e-6 * (generator.random() if what == "generator" else calls[0])
-            return super()._advance(ticks)
-
-    example = Example("part", Part, start={"position": 1.0}, inputs={"force": 0.5})
-    first, second = steps_made_twice(example.started(), example)
-    assert first != second
-
-
 @cache
 def twins(label: str) -> tuple[Component, Component]:
     """Two components of an example, made once."""
@@ -383,15 +299,6 @@ def test_a_long_step_equals_its_parts(example: Example, data: st.DataObject) -> 
             cut.step(part * cut.step_size, **(inputs if index == 0 else {}))
     assert bits(cut) == bits(whole)
     assert cut.report() == whole.report()
-
-
-@every_example
-def test_setting_the_same_inputs_again_changes_nothing(example: Example) -> None:
-    held, repeated = example.started(), example.started()
-    held.step(30 * held.step_size, **example.inputs)
-    for _ in range(30):
-        repeated.step(None, **example.inputs)
-    assert bits(repeated) == bits(held)
 
 
 @every_example
@@ -449,20 +356,6 @@ def momentum_scale(component: Component) -> float:
     return float(np.sqrt(2.0 * mass * component.get("kinetic_energy")))
 
 
-@every_example
-def test_entries_of_balances_are_variables(example: Example) -> None:
-    component = example.started()
-    drive(component, example, 30)
-    entries = component.balance_values()
-    assert tuple(entries) == component.balance_names
-    for balance in component.balances():
-        assert f"{balance.quantity}_residual" in entries
-        for name, amount in balance.entries.items():
-            variable = component.variables[name]
-            assert (variable.causality, variable.unit, variable.shape) == ("output", balance.unit, np.shape(amount))
-            assert np.array_equal(component.get(name), amount) and np.array_equal(entries[name], amount)
-
-
 # -- events -----------------------------------------------------------------------------------------------------------
 
 
@@ -489,100 +382,28 @@ def test_events_are_in_order_and_of_known_kinds(example: Example) -> None:
 
 # -- the life cycle -----------------------------------------------------------------------------------------------------
 
-CALLS = {
-    "step": lambda component: component.step(),
-    "reset": lambda component: component.reset(),
-    "restore": lambda component: component.restore(component.save()),
-    "get": lambda component: [component.get(name) for name in component.variables],
-    "peek": lambda component: [component.peek(name) for name in component.variables],
-    "save": lambda component: component.save(),
-    "balances": lambda component: component.balances(),
-    "events": lambda component: component.events(),
-    "drawables": lambda component: component.drawables(),
-    "report": lambda component: component.report(),
-    "cautions": lambda component: component.cautions(),
-    "conclusions": lambda component: component.conclusions(),
-    "observe": lambda component: component.observe(Watcher(10**6)),
-    "ignore": lambda component: component.ignore(Watcher(10**6)),
-}
-
-
-def test_every_call_of_the_life_cycle_is_walked() -> None:
-    assert CALLS.keys() == LIFE_CYCLE.keys()
-
-
-def in_phase(component: Component, phase: str, call: Callable[[Component], object]) -> None:
-    """Make the call on a component, which has just been reset, in that phase of its life."""
-    if phase == "ready":
-        call(component)
-    elif phase == "failed":
-        component.step()
-        with pytest.raises(Interruption):
-            interrupt(component)
-        assert component.phase == "failed" and component.tick == 1
-        call(component)
-    else:
-        calling = Calling(call)
-        component.observe(calling)
-        try:
-            component.step()
-        finally:
-            component.ignore(calling)
-        assert calling.phase == "stepping"
-
-
-class Interruption(Exception):
-    """Something that goes wrong in a step."""
-
 
 class Calling(Watcher):
-    """Makes a call in the middle of a step."""
-
-    def __init__(self, call: Callable[[Component], object]) -> None:
-        super().__init__(1)
-        self.call, self.phase = call, ""
+    """Calls everything in the middle of a step."""
 
     def on_sample(self, component: Component) -> None:
-        self.phase = component.phase
-        self.call(component)
-        self.next_tick = component.tick + 1
+        for name, call in {
+            "step": component.step,
+            "reset": component.reset,
+            "restore": lambda: component.restore(component.save()),
+        }.items():
+            with pytest.raises(GranularError, match=f"{name}: .*in the middle of a step"):
+                call()
+        super().on_sample(component)
 
 
-def interrupt(component: Component) -> None:
-    """Fail a step of a component."""
-
-    def fail(component: Component) -> None:
-        raise Interruption
-
-    failing = Calling(fail)
-    component.observe(failing)
-    try:
-        component.step()
-    finally:
-        component.ignore(failing)
-
-
-@every_component
-@pytest.mark.parametrize("phase", ["ready", "stepping", "failed"])
-def test_what_is_legal_when(example: Example, phase: str) -> None:
-    component = example.started()
-    for call, phases in LIFE_CYCLE.items():
-        component.reset(**example.start)
-        if phase in phases:
-            in_phase(component, phase, CALLS[call])
-        else:
-            with pytest.raises(GranularError, match=f"{call}: .*in the middle of a step"):
-                in_phase(component, phase, CALLS[call])
-
-
-@every_example
-def test_a_failure_is_over_with_the_next_success(example: Example) -> None:
-    for call in ("step", "reset", "restore"):
-        component = example.started()
-        with pytest.raises(Interruption):
-            interrupt(component)
-        CALLS[call](component)
-        assert component.phase == "ready"
+@on_three_components
+def test_everything_can_be_read_in_the_middle_of_a_step_and_nothing_changed(example: Example) -> None:
+    component, alone = example.started(), example.started()
+    component.observe(Calling(2))
+    for one in (component, alone):
+        one.step(5 * one.step_size, **example.inputs)
+    assert bits(component) == bits(alone)
 
 
 # -- memory ---------------------------------------------------------------------------------------------------------------

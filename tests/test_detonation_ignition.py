@@ -4,13 +4,10 @@ from __future__ import annotations
 
 from typing import Any
 
-import numpy as np
 import pytest
 
 import granular_env as ge
-from granular_env.components.detonation import DetonationTube, ignition, kernel_arrays
-from granular_env.components.detonation.boundaries import ENDS, Closed
-from granular_env.components.detonation.reactions import REACTIONS, PressureBurn
+from granular_env.components.detonation import DetonationTube, ignition
 from granular_env.components.errors import StepError
 from granular_env.components.profiles import Profile
 
@@ -63,27 +60,6 @@ def test_slow_heat_needs_about_the_power_of_the_closed_form() -> None:
     assert not is_dud(heated(POWER * LONG, LONG))
 
 
-def test_the_pressure_that_was_reached_is_said() -> None:
-    """Of half of the heat: p0 and half of the rise to the trigger."""
-    tube = heated(0.5 * HEAT, BRIEF)
-    trigger = 0.2 * tube.front.burnt.pressure
-    assert f"its largest pressure was {0.5 * (1e5 + trigger) / trigger:.2f} of the 675.7 kPa" in tube.conclusions()[0]
-    assert f"was given {0.5 * HEAT:.3g} J; it needs {HEAT:.3g} J within 20 us" in tube.cautions()[0]
-
-
-@pytest.mark.parametrize(
-    ("where", "words"),
-    [
-        ({"ignition_zone": [0.1, 0.12]}, "within 10 us, or about 8.15 MW for longer"),
-        ({"left": "absorbing"}, "within 10 us, or about 8.15 MW for longer"),
-        ({"right": "open"}, "within 20 us, or about 4.07 MW for longer"),
-        ({"ignition_zone": [0.0, 0.4]}, "it needs 2.03e+03 J (ignition_power)"),
-    ],
-)
-def test_gas_leaves_a_zone_where_there_is_no_wall(where: dict[str, Any], words: str) -> None:
-    assert words in heated(0.0, BRIEF, **where).cautions()[0]
-
-
 @pytest.mark.parametrize("reaction", ["pressure_burn", "arrhenius", "constant_volume"])
 def test_gas_without_a_spark_has_not_ignited(reaction: str) -> None:
     assert is_dud(heated(0.0, BRIEF, reaction=reaction))
@@ -99,31 +75,12 @@ def test_a_burn_that_takes_more_heat_than_there_is_names_the_pressure() -> None:
         heated(19.1, BRIEF, reaction="constant_volume", length=0.5, cells=250, left="open", right="closed")
 
 
-@pytest.mark.parametrize("inert", [{"gas": "air"}, {"reaction": "inert"}])
-def test_an_inert_gas_does_not_complain(inert: dict[str, Any]) -> None:
-    tube = heated(20.0, BRIEF, **inert)
-    assert not tube.cautions() and tube.conclusions()[0].startswith("the gas does not react")
-
-
 def test_a_diaphragm_that_bursts_and_air_that_comes_in_are_no_ignition() -> None:
     bursting = heated(0.5 * HEAT, BRIEF, duration=2e-3, right={"name": "diaphragm", "burst_pressure": 1.05e5})
     assert [event.kind for event in bursting.events()] == ["diaphragm_opened"] and is_dud(bursting)
     entered = DetonationTube(length=0.4, cells=200, initial_pressure=1e5, right="open")
     entered.step(1e-3, right_pressure=2e5)
     assert entered.get("progress")[-1] > 0.9 and is_dud(entered)
-
-
-def test_a_shock_that_ignites_later_takes_the_sentence_back() -> None:
-    """A region of 2 MPa of burnt gas: its shock has 0.29 of the Chapman-Jouguet pressure, and 0.6 once it is reflected."""
-    law = {"name": "pressure_burn", "trigger": 0.45}
-    tube = DetonationTube(
-        length=0.2, cells=200, initial_pressure=1e5, reaction=law,
-        regions=[{"x": [0.0, 0.1], "pressure": 2e6, "temperature": 3000.0, "progress": 1.0}],
-    )  # fmt: skip
-    tube.step(5e-5)
-    assert "the gas burns no more" in tube.cautions()[0]
-    tube.step(1e-4)
-    assert tube.cautions() == [] and "0% of it is unburnt" in tube.conclusions()[0]
 
 
 def test_a_slow_flame_is_no_detonation() -> None:
@@ -139,38 +96,6 @@ def test_a_detonation_is_concluded_and_not_warned_of_at_any_tick() -> None:
         tube.step(2e-7)
         assert tube.dud == ""
     assert tube.conclusions()[0].startswith("the gas ignited 7.6 us after the start: 0% of it is unburnt")
-
-
-def test_a_reaction_that_no_kernel_knows_is_refused_by_name(monkeypatch: pytest.MonkeyPatch) -> None:
-    class Deflagration(PressureBurn):
-        code = 7
-        name: Any = "deflagration"
-
-    monkeypatch.setitem(REACTIONS, "deflagration", Deflagration)
-    tube = DetonationTube(initial_pressure=1e5, reaction="deflagration")
-    before = tube.save().data
-    with pytest.raises(StepError, match="reaction: got 'deflagration', whose code 7 no kernel knows"):
-        tube.step(1e-6)
-    assert tube.save().data == before
-
-
-def test_an_end_that_no_kernel_knows_is_no_wall(monkeypatch: pytest.MonkeyPatch) -> None:
-    class Valve(Closed):
-        code = 9
-        name: Any = "valve"
-
-    monkeypatch.setitem(ENDS, "valve", Valve)
-    with pytest.raises(StepError, match="fell to nan"):
-        DetonationTube(initial_pressure=1e5, left="valve").step(1e-6)
-
-
-def test_the_words_belong_to_the_state() -> None:
-    """They survive a snapshot, without a step."""
-    tube = heated(0.5 * HEAT, BRIEF)
-    other = tube.clone()
-    other.restore(tube.save())
-    assert (other.conclusions(), other.cautions()) == (tube.conclusions(), tube.cautions())
-    assert np.isfinite(tube.tables()[4][kernel_arrays.PEAK])
 
 
 def test_a_tube_around_gas_that_has_not_ignited_is_not_whole_without_a_word() -> None:

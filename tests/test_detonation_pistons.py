@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import math
-import re
-
 import numpy as np
 import pytest
 from support.gas_tools import AIR, air_tube, run_for
@@ -144,59 +141,7 @@ def test_what_a_piston_cannot_do_is_refused() -> None:
     assert (tube.time, tube.get("left_position")) == (0.0, 0.0)
 
 
-def piston_tube(step_size: float, right: float | None, **parameters: object) -> DetonationTube:
-    """Return air between a piston on the left and, where a velocity is given for it, one on the right."""
-    return air_tube(30, left="piston", right="closed" if right is None else "piston", step_size=step_size, **parameters)
-
-
 # Velocities of the left and the right piston, and whether waves become too fast for the cells within 300 ticks of 0.012.
-@pytest.mark.parametrize(
-    ("left", "right", "ends"),
-    [
-        (-2.0, None, True), (-0.3, None, False), (0.1, None, False), (0.5, None, True), (1.5, None, True),
-        (-0.3, -0.4, True), (0.1, -0.4, True), (0.5, -0.4, True), (-0.3, 0.6, False), (0.5, 0.6, False), (1.5, 0.6, True),
-    ],
-)  # fmt: skip
-def test_the_courant_number_that_is_reported_is_the_one_that_is_judged(left: float, right: float | None, ends: bool) -> None:
-    """It exceeds 0.9 exactly where a step is refused, in the output before that step where it did so already."""
-    inputs = {"left_velocity": left} | ({} if right is None else {"right_velocity": right})
-    tube, refused, number = piston_tube(0.012, right), None, 0.0
-    while refused is None and tube.tick < 300:
-        number = tube.get("courant_number")
-        try:
-            tube.step(tube.step_size, **inputs)
-        except ge.StepError as error:
-            refused = error
-        else:
-            # The ends rest before the first step, which begins to move them.
-            assert number <= 0.9 or tube.tick == 1
-    assert (refused is not None) == ends
-    if refused is None:
-        return
-    assert refused.variable == "courant_number" and refused.value > refused.limit == 0.9
-    assert f"reached {refused.value:.4g} in cell" in str(refused)
-    if refused.time == tube.time and tube.tick > 0:
-        assert number == pytest.approx(refused.value, rel=1e-12)
-    assert ("no fixed one lasts until the ends meet" in str(refused)) == (left > (right or 0.0))
-    # The step that is advised goes on from there, with a Courant number about as low as that of the advice, 0.7.
-    advised = re.search(r"take a step_size of (\S+) s or less", str(refused))
-    assert advised is not None
-    smaller = piston_tube(float(advised[1]), right)
-    smaller.step((math.ceil(refused.time / smaller.step_size) + 1) * smaller.step_size, **inputs)
-    assert smaller.get("courant_number") == pytest.approx(0.7, abs=0.1)
-
-
-def test_a_long_step_is_refused_with_the_numbers_of_the_tick_that_fails() -> None:
-    """Also of a profile, whose velocity is that of the tick and not of the beginning of the step."""
-    ramp = ge.Profile.table(np.array([0.0, 1.2]), np.array([0.0, 1.8]))
-    whole, ticked = (piston_tube(0.012, None) for _ in range(2))
-    with pytest.raises(ge.StepError, match="courant_number") as at_once:
-        whole.step(100 * whole.step_size, left_velocity=ramp)
-    with pytest.raises(ge.StepError, match="courant_number") as step_by_step:
-        while True:
-            ticked.step(ticked.step_size, left_velocity=ramp)
-    assert str(at_once.value) == str(step_by_step.value)
-    assert at_once.value.value > 0.9
 
 
 def test_gas_that_moves_with_its_cells_is_judged_as_seen_from_them() -> None:
@@ -208,15 +153,6 @@ def test_gas_that_moves_with_its_cells_is_judged_as_seen_from_them() -> None:
     assert tube.get("courant_number") < 0.8
     assert tube.get("left_piston_pressure") == pytest.approx(gas_beside(speed)[0], rel=5e-3)
     close_to_rounding(tube)
-
-
-def test_a_start_is_judged_with_ends_at_rest_whatever_they_did_before() -> None:
-    tube = air_tube(20, left="piston", step_size=5e-3)
-    tube.step(0.05, left_velocity=1.0)
-    with pytest.raises(ge.ParameterError, match="step_size: .*waves in cell 0 run at 9.18322 m/s"):
-        tube.reset(velocity=-8.0)
-    tube.reset(velocity=-7.5)  # 8.7 m/s at rest, 9.7 m/s as seen from cells that move at 1 m/s, where 9 m/s may be
-    assert tube.get("courant_number") == pytest.approx((7.5 + SOUND) * 0.1)
 
 
 def test_ends_that_would_nearly_meet_in_a_step_are_refused_by_their_velocity() -> None:

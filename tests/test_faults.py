@@ -16,9 +16,8 @@ from granular_env.components.errors import Fault, GranularError, ParameterError,
 from granular_env.experiments import load_experiment
 from granular_env.experiments.preparation import branch_inputs, prepare
 from granular_env.recording import open_log
-from granular_env.recording.container.limits import Limits
-from granular_env.recording.reader.component_from_header import build
-from granular_env.recording.replay.steps import advance, restore
+from granular_env.recording.container import Limits
+from granular_env.recording.rerun import advance, build, restore
 from granular_env.sweep import check_sweep
 from granular_env.viewing.rerun.live import LiveViewer
 
@@ -319,7 +318,7 @@ def test_an_element_of_a_profile_is_set_in_its_pattern() -> None:
     [
         ({"component.columns": 3}, "with override 'component.columns=3': input.force.pattern: got an array of shape (10, 2)"),
         ({"input.force.pattern": [1]}, "override 'input.force.pattern=[1]': input.force.pattern: got an array of shape (1,)"),
-        ({}, "experiment 'discs/broken-row' with grid.component.columns, grid.input.force.peak: input.force.pattern"),
+        ({}, "plan: experiment 'discs/broken-row': input.force.pattern"),
     ],
 )
 def test_a_sweep_blames_what_was_given_to_it(overrides: dict[str, Any], beginning: str, tmp_path) -> None:
@@ -333,7 +332,6 @@ def test_a_sweep_blames_what_was_given_to_it(overrides: dict[str, Any], beginnin
 @pytest.mark.parametrize(
     ("call", "text"),
     [
-        (lambda: ge.run_atlas(3, "out"), "paper: got 3, expected the name of a paper, or a Paper"),
         (lambda: ge.Snapshot.from_bytes("x"), "got 'x', expected the bytes of a packed block"),
         (lambda: ge.run(3), "experiment: got 3, expected a name or a path"),
         (lambda: ge.run_study(3), "study: got 3, expected a name or a path"),

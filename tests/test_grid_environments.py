@@ -8,7 +8,6 @@ import pytest
 from gymnasium.utils.env_checker import check_env
 
 import granular_env as ge
-from granular_env.components.errors import ParameterError
 from granular_env.domains.grid.tasks.buried_target import fastest_drive, make_buried_target, target_response
 from granular_env.envs.policies import OpenLoop, play
 
@@ -76,36 +75,3 @@ def test_a_copy_goes_on_with_the_same_bits() -> None:
     for one in (env, other):
         one.step(-np.ones(4))
     np.testing.assert_array_equal(env.component.get("velocity"), other.component.get("velocity"))
-
-
-@pytest.mark.parametrize(
-    ("arguments", "words"),
-    [
-        ({"loads": 99}, "loads: got 99, expected at most 14"),
-        ({"target": [0.0, 0.1]}, "target: got .* expected a point of the block"),
-        ({"target": 3.0}, "target: got 3.0, expected two numbers"),
-        ({"force": -1.0}, "force"),
-        ({"laods": 3}, "laods"),
-    ],
-)
-def test_bad_arguments_are_refused(arguments: dict, words: str) -> None:
-    with pytest.raises(ParameterError, match=words):
-        make_buried_target(**arguments)
-
-
-def test_the_picture_shows_the_cells_in_the_colours_of_their_speed() -> None:
-    env = make_buried_target(deadline=11, loads=2, render_mode="rgb_array")
-    env.reset(seed=0)
-    still = env.render()
-    for _ in range(6):
-        env.step(np.ones(4))
-    moved = env.render()
-    assert still is not None and moved is not None and still.shape == moved.shape == (360, 960, 3)
-
-    def reddish(picture: np.ndarray) -> int:
-        red, green, _ = np.moveaxis(picture.astype(int), -1, 0)
-        return int(np.count_nonzero(red > green + 30))
-
-    assert reddish(still) == 0 < 100 < reddish(moved)
-    # A block 0.3 m wide and 0.18 m deep: as many pixels as its share of the picture, without gaps between the cells.
-    assert np.count_nonzero((still != 255).any(axis=-1)) > 0.95 * (360 - 80) ** 2 * 0.3 / 0.18

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
-from typing import Literal
+from typing import NamedTuple
 
 import numpy as np
 import pytest
@@ -13,12 +13,14 @@ from support.grid_tools import MEDIUM, bar, block
 import granular_env as ge
 from granular_env.cli import main
 from granular_env.components.grid import Grid
-from granular_env.components.materials.drucker_prager import return_to_cone
+from granular_env.components.grid.yielding import CellStep, NoYield, Skipped, Yielding, plastic_step
+from granular_env.components.materials.drucker_prager import DruckerPragerConstants
 from granular_env.components.materials.elastic import Material
-from granular_env.components.materials.plastic_law import PlasticLaw
-from granular_env.components.materials.plastic_law_catalogue import PLASTIC_LAWS
-from granular_env.components.support.parameter_fields import field
-from granular_env.recording.replay.near_misses import nearest_to_events
+from granular_env.components.materials.hypoelastic import PlaneTensor
+from granular_env.components.materials.plastic_law import return_stress
+from granular_env.components.materials.tensors import Moduli
+from granular_env.components.support.jit import jit
+from granular_env.recording.near_misses import nearest_to_events
 
 YIELD = 1e-4
 SHEAR, BULK = MEDIUM.shear_modulus, MEDIUM.young / (3.0 * (1.0 - 2.0 * MEDIUM.poisson))
@@ -118,28 +120,39 @@ def test_the_tip_moves_with_the_hardening_of_the_step(hardening: float, q: float
         strain = 0.5 * (low + high)
         opened = (-(1.0 + hardening * strain) / friction - p) / bulk
         low, high = (strain, high) if q / (3.0 * shear) + opened > strain else (low, strain)
-    found, left, pressure = return_to_cone(q, p, 1.0, bulk, shear, hardening, friction, dilatancy)
+    law, moduli = DruckerPragerConstants(1.0, hardening, friction, dilatancy), Moduli(bulk - 2.0 * shear / 3.0, shear)
+    found, left, pressure = return_stress(law, moduli, 0.0, q, p)
     assert left == 0.0
     assert found == pytest.approx(low, rel=1e-12)
     assert pressure == pytest.approx(-(1.0 + hardening * low) / friction, rel=1e-12)
 
 
-class Cap(PlasticLaw):
-    """A law that no kernel was told about."""
+class Tresca(NamedTuple):
+    """A law of this test: it yields at a constant equivalent stress and returns to it."""
 
-    name: Literal["cap"] = field("cap", "a law of a test", "1")
-
-    def constants(self) -> tuple[float, float, float, float]:
-        """Return constants that neither of the shipped laws has."""
-        return 2.0 * YIELD, 0.1, 0.2, 0.1
+    strength: float
 
 
-def test_a_law_is_its_constants_whatever_its_class(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setitem(PLASTIC_LAWS, "cap", Cap)
-    grid = strained({"name": "cap"}, [[-9e-4, 2e-4], [0.0, 0.0]])
-    q, p = invariants(grid)
-    assert grid.get("plastic_strain")[0] > 0.0
-    assert q == pytest.approx(2.0 * YIELD + 0.1 * grid.get("plastic_strain")[0] + 0.2 * p, rel=1e-12)
+@jit
+def steps_of_materials(laws, step):
+    return [plastic_step(laws, material, step) for material in range(3)]
+
+
+def test_a_law_is_a_named_tuple_with_two_functions_and_materials_mix() -> None:
+    """Kernels take each material's own law, and elastic materials keep their trial stress."""
+    trial = PlaneTensor(0.0, 0.0, 0.0, 2.0)
+    step = CellStep(Moduli(1.0, 1.0), 0.0, 1.0, PlaneTensor(0.0, 0.0, 0.0, 0.0), trial)
+    laws = Skipped(Yielding(Tresca(1.0), NoYield()))
+    first, second, third = steps_of_materials(laws, step)
+    assert first.stress == third.stress == trial and first.strain == third.strain == 0.0
+    assert second.equivalent == pytest.approx(2.0 * math.sqrt(3.0)) and second.limit == 1.0
+    assert second.stress.xy == pytest.approx(1.0 / math.sqrt(3.0), rel=1e-15)
+    assert second.strain == pytest.approx((2.0 * math.sqrt(3.0) - 1.0) / 3.0, rel=1e-15)
+
+
+def test_a_law_without_its_functions_is_refused_by_name() -> None:
+    with pytest.raises(TypeError, match="return_stress: got a law tuple, expected one of DruckerPragerConstants"):
+        return_stress((1.0,), Moduli(1.0, 1.0), 0.0, 1.0, 0.0)
 
 
 def punch_pressure(columns: int, *settlements: float) -> list[float]:

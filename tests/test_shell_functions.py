@@ -12,9 +12,8 @@ import granular_env as ge
 from granular_env.components.shell.geometry.bodies import Plate, Rod, Tube
 from granular_env.components.shell.geometry.lattice import Lattice
 from granular_env.components.shell.geometry.lattice_axis import Axis, closed_axis, even_axis
-from granular_env.components.shell.neighbour_lists import compact, compress, expand
 from granular_env.components.shell.quadrature import gauss_points, integration_points
-from granular_env.components.shell.shape_functions import UnspannedBasisError, decompose, quartic_spline, solve
+from granular_env.components.shell.shape_functions import quartic_spline
 from granular_env.components.shell.stencils import make_stencils
 from granular_env.components.shell.zero_modes import RIGID_MOTIONS, gradient_matrices, zero_mode_count
 
@@ -24,26 +23,6 @@ BODIES = {
     "half-tube": Tube(along=4, around=13, half=True),
     "rod": Rod(along=5, across=4),
 }
-
-
-@pytest.mark.parametrize(("spread", "kind"), [(3, np.uint16), (65_535, np.uint16), (65_536, np.uint32)])
-def test_lists_of_neighbours_are_kept_in_the_fewest_bytes_that_hold_them(spread: int, kind: type) -> None:
-    begin = np.array([0, 0, 2, 2, 5, 5], dtype=np.uint32)
-    numbers = np.array([3_000_000_000, 3_000_000_000 + spread, 7, 9, 8], dtype=np.uint32)
-    lowest, offsets = compress(begin, numbers)
-    assert lowest.tolist() == [0, 3_000_000_000, 0, 7, 0]
-    assert offsets.dtype == kind
-    assert np.array_equal(expand(begin, lowest, offsets), numbers)
-    assert [compact(np.array([value])).dtype for value in (255, 256, 65_536)] == [np.uint8, np.uint16, np.uint32]
-
-
-def test_bodies_of_any_size_have_lists_of_the_same_types() -> None:
-    """Kernels are compiled for types."""
-    found = set()
-    for around in (24, 96):
-        body = ge.make("shell", body={"name": "tube", "along": 5, "around": around}).tables()[0].body
-        found.add(tuple(one.dtype.name for one in body))
-    assert len(found) == 1
 
 
 def value_matrix(nodes: int, stencils: Any) -> np.ndarray:
@@ -185,18 +164,3 @@ def test_the_spline_is_smooth_where_it_ends() -> None:
     value, slope = quartic_spline(np.array([0.0, 0.5, 1.0 - 1e-9, 1.0, -0.5]))
     np.testing.assert_allclose(value, [1.0, 0.3125, 0.0, 0.0, 0.3125], atol=1e-15)
     np.testing.assert_allclose(slope, [0.0, -1.5, 0.0, 0.0, 1.5], atol=1e-15)
-
-
-def test_the_decomposition_solves() -> None:
-    random = np.random.default_rng(1)
-    full = random.normal(size=(5, 4, 4))
-    full = np.einsum("sij,skj->sik", full, full)
-    lower, pivots = decompose([[full[:, i, j] for j in range(i + 1)] for i in range(4)])
-    right = random.normal(size=(4, 5))
-    found = np.array(solve(lower, pivots, list(right)))
-    np.testing.assert_allclose(np.einsum("sij,js->is", full, found), right, atol=1e-10)
-    with pytest.raises(UnspannedBasisError, match="of point 2 do not span") as caught:
-        full[2, 3] = full[2, 2]
-        full[2, :, 3] = full[2, :, 2]
-        decompose([[full[:, i, j] for j in range(i + 1)] for i in range(4)])
-    assert caught.value.point == 2

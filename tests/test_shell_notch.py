@@ -10,11 +10,11 @@ import pytest
 from support.solid_tools import RADIUS, WALL
 
 import granular_env as ge
+from granular_env.components.materials.thermoviscoplastic import Thermoviscoplastic
 from granular_env.components.shell.geometry.bodies import BODIES
 from granular_env.components.shell.quadrature import integration_points
 from granular_env.components.shell.stencils import make_stencils
 from granular_env.components.shell.zero_modes import RIGID_MOTIONS, stiffness_matrix
-from granular_env.domains.tube.gato_shie_2010.flow_stress_saturation import saturation
 
 SLOT = {"length": 0.006, "depth": 0.0006, "width": 0.0005, "columns": 1}
 TUBE = {"name": "tube", "length": 0.02, "along": 15, "around": 40, "notch": SLOT}
@@ -134,41 +134,12 @@ def test_a_ligament_that_flows_bears_no_more_than_its_flow_stress(along: int, wi
     strain = solid.get("plastic_strain").reshape(along, 4, 2)[below, 1]
     assert strain.min() > 0.005
     assert np.abs(stress[..., 2]).max() < 0.3
-    most = 2.0 / math.sqrt(3.0) * saturation()
+    law = Thermoviscoplastic()
+    most = 2.0 / math.sqrt(3.0) * (1.0 + 1.0 / law.reference_strain) ** law.hardening_exponent
     assert 1.0 < stress[..., 0].mean() < most
     # The force at the end over the section of the ligament.
     force = solid.get("stress").reshape(along, 4, 2, 6)[:4, 1, :, 0].mean() * WALL / (WALL - 0.0006) / 275e6
     assert force < 1.1 * most
-
-
-@pytest.mark.parametrize(
-    ("notch", "message"),
-    [
-        ({"length": 0.05}, r"body.notch.length: got 0.05 m, expected at most 0.02 m, all of the body"),
-        ({"position": 0.019}, r"body.notch.position: got a notch from 0.016 to 0.022 m, expected one within 0 to 0.02 m"),
-        ({"position": 5.0}, r"body.notch.position: got 5 m for its middle, outside of the body, expected 0 to 0.02 m$"),
-        ({"around": 7.0}, r"body.notch.around: got 7 rad for its middle, outside of the body, expected 0 to 6.283185 rad"),
-        ({"position": 0.02}, r"body.notch.position: got 0.02 m, where half of the notch lies beyond the edge 'end'"),
-        ({"depth": 0.00089}, r"body.notch.depth: got 0.00089 m, expected less than the wall, 0.00089 m"),
-        ({"length": 0.002}, r"body.notch.length: got a length of 0.002 m with nodes 0.001429 m apart, expected at least 3"),
-        ({"spacing": 0.0002}, r"body.along: too few nodes for the notch"),
-        ({"width": 1e-9}, r"body.around: too few nodes for the notch: distances would grow by"),
-        ({"depth": 1e-300}, r"body.notch.depth: got 1e-300, expected 1e-40 to 1e\+40"),
-        ({"depth": 1e-12}, r"body.notch.depth: got 1e-12 m, where nodes would lie 20 times closer than below it"),
-        ({"depth": 2e-5}, r"body.notch.depth: got 2e-05 m, .* expected at least 4.3e-05 m with 3 layers; give more layers"),
-        ({"direction": "hoop", "length": 0.13, "width": 0.004}, r"body.notch.length: got 0.13 m, expected at most 0.129685 m"),
-        ({"width": 1e30}, r"body.notch.width: got 1e\+30 m, expected at most 0.129685 m"),
-        ({"spacing": 1e-18}, r"body.along: too few nodes for the notch: it takes"),
-        ({"direction": "radial"}, r"body.notch.direction: got 'radial'"),
-        ({"columns": 0}, r"body.notch.columns: got 0"),
-        ({"columns": 2.5}, r"body.notch.columns: got 2.5"),
-        ({"columns": 1001}, r"body.notch.columns: got 1001"),
-        ({"columns": 15}, r"body.around: too few nodes for the notch: distances would grow by .*, or fewer columns of it"),
-    ],
-)
-def test_notches_that_cannot_be_are_refused(notch: dict[str, Any], message: str) -> None:
-    with pytest.raises(ge.GranularError, match=message):
-        ge.make("shell", body={**TUBE, "notch": {**SLOT, **notch}})
 
 
 def test_columns_of_a_notch_are_odd_in_number_and_an_edge_does_not_hold_its_bottom() -> None:
@@ -181,13 +152,6 @@ def test_columns_of_a_notch_are_odd_in_number_and_an_edge_does_not_hold_its_bott
     held = (plate.tables()[0].body.prescribed > 0).all(axis=1)
     assert held.sum() == 13 * 21 - plate.lattice.hollow.columns.sum()
     np.testing.assert_allclose(plate.nodes[held, 2], WALL, rtol=1e-12)
-
-
-def test_a_notch_wants_layers_and_points_that_do_not_see_across_it() -> None:
-    with pytest.raises(ge.GranularError, match=r"body.layers: got 2, expected at least 3 with a notch"):
-        lattice_of({**TUBE, "layers": 2})
-    with pytest.raises(ge.GranularError, match=r"radius: got 2.7 spacings, expected less than 2 with a notch"):
-        ge.make("shell", body=TUBE, basis="quadratic")
 
 
 # A slot of three columns, deep and shallow.

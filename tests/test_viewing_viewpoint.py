@@ -12,9 +12,9 @@ import pytest
 from support.tube_tools import BODY, cracking_tube
 
 import granular_env as ge
-from granular_env.components.contract import Variable
 from granular_env.components.drawables import Cells, Points
 from granular_env.components.events import Event, EventDetail
+from granular_env.components.variables import Variable
 from granular_env.viewing.figures.plane import Plane, load_plane, words
 from granular_env.viewing.rerun.blueprint import blueprint
 from granular_env.viewing.rerun.caption import caption

@@ -11,17 +11,16 @@ from typing import Any
 import numpy as np
 
 from ..balances import Balance
+from ..boundaries import Traction
 from ..component import Component
-from ..contract import Variable
 from ..drawables import Drawable, Links, Points
 from ..errors import ParameterError, StepError
 from ..materials.elastic import Material
 from ..profiles import CompiledProfile
-from ..support.excess_error import excess_error
 from ..support.float_arrays import FloatArray, norms
 from ..support.round_numbers import round_down_to_125
+from ..variables import Variable
 from . import linked, loads
-from .boundaries import PrescribedVelocity, Traction
 from .conclusions import describe_links, describe_pieces
 from .cracking import TOO_FAR, CrackingSpecimen, intact_medium
 from .edges import EDGES, Conditions
@@ -30,7 +29,7 @@ from .linked import LinkedSpecimen
 from .links import measure_medium
 from .materials import chosen_materials, lame_constants, material_numbers
 from .packing import LATTICES, Packing, pack
-from .parameters import AutomataParameters
+from .parameters import AutomataParameters, PrescribedVelocity
 from .stability import ALLOWED_PART, DEFAULT_PART, largest_frequency, step_limit
 from .theory import uniaxial_strength
 
@@ -221,7 +220,7 @@ class Automata(Component):
         if status == TOO_FAR:
             variable, unit, limit, meaning = "displacement", "m", 1e9 * self.parameters.diameter, "a thousand million diameters"
         advice = f"{meaning}; take a smaller step_size, or load the specimen less"
-        return excess_error(variable, unit, norms(self._block[variable]), limit, self.time, advice)
+        return self._excess_error(variable, unit, norms(self._block[variable]), limit, advice)
 
     # -- reading ----------------------------------------------------------------------------------------------------
 

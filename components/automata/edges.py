@@ -9,16 +9,15 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from ..boundaries import Boundary, edge_variable, prescribed_components
-from ..contract import Variable
+from ..boundaries import Boundary, Symmetry, Traction, edge_variable, prescribed_components
 from ..errors import ParameterError
 from ..inputs import Held, input_mean
 from ..support.float_arrays import FloatArray
-from .boundaries import Fixed, PrescribedVelocity, Symmetry, Traction
+from ..variables import Variable
 from .lattice import Layout
 from .loads import HOLDS_ROTATION, HOLDS_X, HOLDS_Y, Grip, Load
 from .packing import Packing
-from .parameters import AutomataParameters, Place
+from .parameters import AutomataParameters, Fixed, Place, PrescribedVelocity
 from .shapes import ON_THE_OUTLINE, Rectangle
 
 # Edge -> axis across it, and whether it is at the far end of that axis.

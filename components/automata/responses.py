@@ -22,8 +22,7 @@ from pydantic import SerializeAsAny
 from ..support.dispatch import dispatched
 from ..support.float_arrays import FloatArray
 from ..support.jit import internal_inlined
-from ..support.magnitudes import Magnitude, NotNegativeMagnitude
-from ..support.parameter_fields import field
+from ..support.parameter_fields import Magnitude, NotNegativeMagnitude, field
 from ..support.tagged_union import Named, OneOrEach
 
 # What is left at least of the shear modulus of a pair: that of one that is worn out, which then stays as it is. The stress that

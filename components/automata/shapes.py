@@ -12,8 +12,7 @@ from pydantic import SerializeAsAny, model_validator
 from ..errors import one_line
 from ..regions import Box, ChosenArea
 from ..support.float_arrays import FloatArray
-from ..support.magnitudes import SignedPair
-from ..support.parameter_fields import field
+from ..support.parameter_fields import SignedPair, field
 from ..support.tagged_union import ByName, Named
 from ..support.validation import refusal
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from ..support.counter_random import uniform
 from ..support.jit import jit
-from ..support.result_cache import ResultCache
+from ..support.stable_step import ResultCache
 from .lattice import Body, Motion, Scratch, make_motion, make_scratch, update_ghosts
 
 # Amplitude of displacements over the diameter and of rotations: what is not linear is as small as this.

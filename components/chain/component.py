@@ -9,7 +9,6 @@ import numpy as np
 
 from ..balances import Balance
 from ..component import Component
-from ..contract import Variable
 from ..drawables import Points
 from ..errors import ParameterError, StepError
 from ..inputs import Held
@@ -18,6 +17,7 @@ from ..state_block import LARGEST, Block
 from ..support.addresses import location
 from ..support.float_arrays import FloatArray
 from ..support.jit import entry_point
+from ..variables import Variable
 from . import equations_of_motion as equations
 from . import layout
 from .geometry import Geometry, geometry, smoothness, step_times_frequency, suggested_step_size

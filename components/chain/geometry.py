@@ -9,9 +9,9 @@ import numpy as np
 
 from ..errors import ParameterError
 from ..materials.elastic import Material, material
+from ..support.elementary_functions import fifth_root
 from ..support.float_arrays import FloatArray
 from ..support.powers import power
-from ..support.rational_powers import fifth_root
 from ..support.round_numbers import round_down_to_125
 from .arrangements.random_radii import draw_radii
 from .laws import Dissipative

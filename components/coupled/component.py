@@ -16,7 +16,6 @@ from ..automata.linked import TOO_FAST as TOO_FAST_ALONE
 from ..automata.loads import TALLY_ROWS, WORK
 from ..balances import Balance
 from ..component import Component
-from ..contract import Variable
 from ..drawables import Drawable, Points
 from ..errors import StepError
 from ..grid import kernel_arrays
@@ -26,6 +25,7 @@ from ..inputs import Held
 from ..parts import make_part, part_drawable, part_readers, part_values, part_variables
 from ..state_block import Layout
 from ..support.float_arrays import FloatArray
+from ..variables import Variable
 from . import sums
 from .exchange import EXCHANGE_TALLY, IMPULSE, WORK_ON_AUTOMATA, WORK_ON_GRID, Exchange
 from .interface import Interface, carried_mass, find_interface
@@ -85,7 +85,7 @@ class Coupled(Component):
         self._lay_out_state(grid, automata)
         self.carried_mass: FloatArray = carried_mass(self.interface, len(self.grid.mesh.nodes), self._automata_mass)
         self.mass: FloatArray = np.concatenate([self.grid.mass, self._automata_mass])
-        self.grid.attach(self.carried_mass, 1, self.interface.nodes.tolist())
+        self.grid.attach(self.carried_mass, self.interface.nodes.tolist())
         self._make_parts()
 
     def _find_interface(self, grid: Grid, automata: Automata) -> None:
@@ -296,7 +296,7 @@ class Coupled(Component):
 
     def _start(self, seed: int | None, values: Mapping[str, FloatArray]) -> Mapping[str, Any]:
         for prefix, part in (("grid", self.grid), ("automata", self.automata)):
-            part.begin(seed, part_values(prefix, values))
+            part._start(seed, part_values(prefix, values))
         self._divided = None
         grid, automata, steps = self._grid_part(), self._automata_part, self.automata.steps
         steps.load()
@@ -330,7 +330,7 @@ class Coupled(Component):
 
     def _grid_part(self) -> GridPart:
         grid, state, conditions, corner = self.grid.tables()
-        return GridPart(grid, state, conditions, corner, self.grid.tally, *self.grid.event_room())
+        return GridPart(grid, state, conditions, corner, self.grid.tally, self.grid.event_room())
 
     def _cracking_part(self) -> Cracking | None:
         """Return the histories and contacts of the automata; None where they have none."""
@@ -378,7 +378,7 @@ class Coupled(Component):
     def _divide_inputs(self) -> None:
         """Hand each part the inputs that are its own."""
         for prefix, part in (("grid", self.grid), ("automata", self.automata)):
-            part.adopt_inputs(part_values(prefix, self._held))
+            part._hold(part_values(prefix, self._held))
         self._automata_follow_profile = self.automata.follows_profile
         self._divided = self._held
 
@@ -396,7 +396,7 @@ class Coupled(Component):
             grid = grid._replace(conditions=grid.conditions._replace(drive=drive))
             factors = np.concatenate([factors, np.ones((ticks, 1))], axis=1)
         status = self._run(grid, factors, tick)
-        self.grid.keep_events(grid.counts)
+        self.grid.keep_events(grid.yields)
         return status
 
     def _run(self, grid: GridPart, factors: FloatArray, tick: int) -> int:
@@ -419,13 +419,13 @@ class Coupled(Component):
     def _explain(self, status: int) -> StepError:
         if status == INVERTED:
             self.grid.failed_at[:] = self._course.failure
-            return self.grid.explain(1).of_part("grid")
+            return self.grid._explain(1).of_part("grid")
         return self._explain_automata(status - _AUTOMATA_FAILED)
 
     def _explain_automata(self, status: int) -> StepError:
         """Return the error of the automata as one of the whole."""
         self.automata.adopt(max(int(self._course.failure[1]) - 1, 0) * self.micro_steps, {})
-        return self.automata.explain(status).of_part("automata")
+        return self.automata._explain(status).of_part("automata")
 
     # -- reading ----------------------------------------------------------------------------------------------------
 

@@ -8,8 +8,7 @@ from pydantic import model_validator
 
 from ..automata.parameters import AutomataParameters
 from ..grid.parameters import GridParameters
-from ..support.magnitudes import refuse_far
-from ..support.parameter_fields import Pair, Positive, field
+from ..support.parameter_fields import Pair, Positive, field, refuse_far
 from ..support.validation import Parameters, refusal
 
 Scheme = Literal["force", "momentum", "literal"]

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-import numpy as np
-
 from ..automata.contacts import Contacts
 from ..automata.lattice import Body, Motion, Scratch, update_ghost_velocities
 from ..automata.linked import link_forces
@@ -13,8 +11,7 @@ from ..automata.loads import count_fast, drift, kick, largest_speed
 from ..automata.release import TRAVEL
 from ..automata.ticks import Specimen, add_forces
 from ..grid import kernels as grid_kernels
-from ..grid.kernel_arrays import Conditions, Grid, State
-from ..grid.mesh import IntArray
+from ..grid.kernel_arrays import Conditions, Grid, State, Yields
 from ..support.float_arrays import FloatArray
 from ..support.jit import internal, jit
 from .exchange import Exchange, assemble, follow, gather_forces, keep_grid_forces
@@ -24,15 +21,14 @@ from .side_contacts import Sides, add_side_forces
 
 
 class GridPart(NamedTuple):
-    """The grid, its state, nodes with conditions, scratch, tally, and room for events with their number."""
+    """The grid, its state, nodes with conditions, scratch, tally, and the events of cells that yield."""
 
     grid: Grid
     state: State
     conditions: Conditions
     corner: FloatArray
     tally: FloatArray
-    events: FloatArray
-    counts: IntArray
+    yields: Yields
 
 
 class AutomataPart(NamedTuple):
@@ -160,7 +156,7 @@ def begin_grid(grid, factors, row, step):
 
 @internal
 def finish_cells(grid, seam, step, tick, again):
-    """Advance the cells, and kick the nodes that have no conditions.
+    """Advance the cells, kick the nodes without conditions, and finish the forces on the others.
 
     Args:
         grid: a `GridPart`.
@@ -172,12 +168,10 @@ def finish_cells(grid, seam, step, tick, again):
     Returns:
         A cell that is inverted, or -1.
     """
-    failed = np.int64(-1)
-    for place in range(len(grid.grid.parts) - 1):
-        bad = grid_kernels.advance_part(grid.grid, grid.state, grid.corner, place, step, tick, again, grid.events, grid.counts)
-        failed = bad if failed < 0 else failed
-    grid_kernels.finish_tile(grid.grid, grid.state, grid.corner, len(grid.grid.tiles) - 2, step, again)
-    grid_kernels.join(grid.state, grid.conditions.groups)
+    cells, nodes = len(grid.grid.cells), len(grid.grid.reference)
+    failed = grid_kernels.advance_cells(grid.grid, grid.state, grid.corner, step, tick, grid.yields, 0, cells)
+    grid_kernels.finish_nodes(grid.grid, grid.state, grid.corner, step, again, 0, nodes)
+    grid_kernels.finish_forces(grid.grid, grid.state, grid.conditions.groups, grid.corner)
     keep_grid_forces(seam.interface, seam.exchange, grid.state)
     return failed
 

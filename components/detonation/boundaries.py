@@ -6,8 +6,7 @@ from typing import Annotated, ClassVar, Literal
 
 from pydantic import SerializeAsAny
 
-from ..support.magnitudes import Magnitude
-from ..support.parameter_fields import field
+from ..support.parameter_fields import Magnitude, field
 from ..support.tagged_union import ByName, Named
 
 # Codes for kernels; a diaphragm that has opened is an open end.

@@ -9,21 +9,19 @@ import numpy as np
 
 from ..balances import Balance
 from ..component import Component
-from ..contract import Variable
 from ..drawables import Cells, Curve, Drawable
 from ..errors import ParameterError, StepError
 from ..events import EventDetail
 from ..support.float_arrays import FloatArray
 from ..support.round_numbers import round_down_to_125
+from ..variables import Variable
 from . import ignition, kernel_arrays, kernels, moving_mesh
-from .boundaries import ABSORBING, DIAPHRAGM, OPEN, PISTON, Diaphragm
+from .boundaries import DIAPHRAGM, OPEN, PISTON, Diaphragm
 from .chapman_jouguet import Detonation, Flow, chapman_jouguet
 from .input_signals import area_pattern, tick_signals
-from .kernel_arrays import Medium, State, Tube
+from .kernel_arrays import Events, Medium, State, Tables, Tube
 from .limiters import LIMITERS
 from .parameters import DetonationParameters
-from .reactions.reaction import CONSTANT_VOLUME, CONSTANTS, INERT
-from .slow_shock_detection import find_slow_shock
 
 # The Courant number of the default step, for the fastest wave that is expected.
 _SUGGESTED_COURANT = 0.5
@@ -37,11 +35,6 @@ _BYTES_OF_CELL = 500
 # Cells over which the speed of the front is measured, where so many have burnt, and the least number: a burn of a few cells
 # makes the arrival in one cell uncertain by a tenth of the time that the front takes to cross it.
 _SPEED_CELLS, _LEAST_SPEED_CELLS = 50, 10
-# Heat acts at constant volume within this part of the time in which sound crosses the zone, or half of it from two exits.
-_AT_ONCE = 0.3
-# A tube with a smaller part of unburnt gas has burnt; a front below this part of D is no detonation; and gas that has not burnt
-# for the time in which a detonation crosses so many cells burns no more.
-_UNBURNT, _SLOW, _IDLE_CELLS = 0.01, 0.5, 10.0
 # No pistons push or pull a tube to less or more than these parts of its length.
 _SHORTEST, _LONGEST = 1e-9, 1e9
 _STATE = ("density", "momentum", "energy", "fuel", "velocity", "pressure", "progress", "area", "arrival", "flags")
@@ -89,7 +82,7 @@ class DetonationTube(Component):
         self.step_size = self._suggest_step() if p.step_size is None else p.step_size
         self._medium = Medium(
             self.gas.gamma, self.gas.gas_constant, self.gas.heat_release, p.cell_size, self.step_size, LIMITERS[p.limiter],
-            p.chosen_reaction.code, p.initial_temperature,
+            p.initial_temperature,
         )  # fmt: skip
         self._tube = self._make_tube()
         self._scratch = kernel_arrays.make_scratch(p.cells)
@@ -118,7 +111,7 @@ class DetonationTube(Component):
         return Tube(
             ends=np.array([p.left.code, p.right.code]),
             burst=np.array([getattr(end, "burst_pressure", 0.0) for end in (p.left, p.right)]),
-            reaction=np.array([*constants, *[0.0] * (CONSTANTS - len(constants))]),
+            reaction=constants,
             heated=np.array(self._cells_between(*p.ignition_zone)),
             gauges=gauges,
         )
@@ -250,8 +243,8 @@ class DetonationTube(Component):
         return moving | {
             "temperature": lambda: state.pressure / (state.density * self.gas.gas_constant),
             "arrival_time": lambda: state.arrival,
-            "left_front": lambda: self._fronts()[0],
-            "right_front": lambda: self._fronts()[1],
+            "left_front": lambda: self.fronts()[0],
+            "right_front": lambda: self.fronts()[1],
             "front_speed": self._front_speed,
             "cj_ratio": lambda: self._front_speed() / self.front.speed,
             "courant_number": lambda: self._courant_number(float(self._wave_speeds(self._cell_velocities(self._tick)).max())),
@@ -281,7 +274,7 @@ class DetonationTube(Component):
         left, right = self._end_velocities(tick)
         return np.asarray(left + (right - left) * (np.arange(p.cells) + 0.5) / p.cells)
 
-    def _fronts(self) -> tuple[float, float]:
+    def fronts(self) -> tuple[float, float]:
         """Return where the progress passes 1/2 for the first and for the last time, linear between cells [m]."""
         progress = self._state.progress
         burnt = np.flatnonzero(progress >= kernels.BURNT)
@@ -405,26 +398,21 @@ class DetonationTube(Component):
         """Return the default step, for a detonation that is still to come; infinity where the gas is inert [s]."""
         return self._suggest_step() if self.gas.heat_release > 0.0 else np.inf
 
-    def tables(self) -> tuple[Medium, Tube, State, kernel_arrays.Scratch, FloatArray]:
-        """Return what the kernels work on, for a parent that calls them itself; the last one is the tally."""
-        return self._medium, self._tube, self._state, self._scratch, self._block["tally"]
+    def tables(self) -> Tables:
+        """Return the arrays of the kernels, for a parent that calls them itself."""
+        return Tables(self._medium, self._tube, self._state, self._scratch, self._block["tally"])
 
     def _advance(self, ticks: int) -> int:
         signals = tick_signals(self._held, self._tick, ticks)
-        counts = np.array([self._block.count("events")])
+        used = np.array([self._block.count("events")])
         # Each gauge, the first ignition, both ends and both diaphragms once.
-        events = self._block.room("events", len(self.parameters.gauges) + 5)
+        events = Events(self._block.room("events", len(self.parameters.gauges) + 5), used)
+        tables, tick, failed = self.tables(), self._tick, self._failed
         if self.parameters.has_pistons:
-            status = moving_mesh.advance(
-                self._medium, self._tube, self._state, self._walls, self._places, self._scratch, signals, self._block["tally"],
-                self._tick, events, counts, self._failed,
-            )  # fmt: skip
+            status = moving_mesh.advance(tables, self._walls, self._places, signals, tick, events, failed)
         else:
-            status = kernels.advance(
-                self._medium, self._tube, self._state, self._scratch, signals, area_pattern(self._held), self._block["tally"],
-                self._tick, events, counts, self._failed,
-            )  # fmt: skip
-        self._block.set_count("events", int(counts[0]))
+            status = kernels.advance(tables, signals, area_pattern(self._held), tick, events, failed)
+        self._block.set_count("events", int(used[0]))
         return int(status)
 
     def _explain(self, status: int) -> StepError:
@@ -435,12 +423,6 @@ class DetonationTube(Component):
             return self._explain_fast_waves(status, cell, tick)
         if status == kernel_arrays.ENDS_TOO_FAST:
             return self._explain_fast_ends(tick)
-        if status == kernel_arrays.UNKNOWN_REACTION:
-            name = self.parameters.chosen_reaction.name
-            return StepError(
-                f"got {name!r}, whose code {self._medium.law} no kernel knows; add it to `react` in detonation/kernels.py",
-                time=time, at="reaction", variable="reaction", index=None, value=self._medium.law, limit=CONSTANT_VOLUME,
-            )  # fmt: skip
         if status == kernel_arrays.BAD_AREA:
             area = float(tick_signals(self._held, tick - 1, 1)[0, kernel_arrays.AREA] * area_pattern(self._held)[cell])
             now = float(state.area[cell])
@@ -553,77 +535,21 @@ class DetonationTube(Component):
     @property
     def dud(self) -> str:
         """Words for gas that could detonate and does not: not ignited, burning no more or slowly; "" for other gas."""
-        if self._medium.law == INERT or self._unburnt_part() <= _UNBURNT:
-            return ""
-        if self._block["tally"][kernel_arrays.IDLE] * self.step_size > _IDLE_CELLS * self.cell_size / self.front.speed:
-            return "the gas burns no more" if self._state.flags[kernel_arrays.IGNITED] else "the gas has not ignited"
-        return "the gas burns without a detonation" if 0.0 < self.get("cj_ratio") < _SLOW else ""
+        return ignition.describe_dud(self)
 
-    def _unburnt_part(self) -> float:
+    @property
+    def unburnt_part(self) -> float:
+        """Part of the gas in the tube that has not reacted."""
         state = self._state
         return float((state.fuel * state.area).sum() / (state.density * state.area).sum())
 
     def conclusions(self) -> list[str]:
         """Return whether the gas has ignited, where and when, and how much of it is unburnt."""
-        if self._medium.law == INERT:
-            least, largest = (1e-3 * float(one) for one in (self._state.pressure.min(), self._state.pressure.max()))
-            return [f"the gas does not react; its pressure is {least:.4g} to {largest:.4g} kPa"]
-        if not self._state.flags[kernel_arrays.IGNITED]:
-            peak = max(float(self._block["tally"][kernel_arrays.PEAK]), float(self._state.pressure.max()))
-            law, state = self.parameters.chosen_reaction, self._state
-            return [
-                f"the gas has not ignited: {law.describe_ignition(self._tube.reaction, peak, state.density, state.pressure)}"
-            ]
-        begin, end = self._fronts()
-        first, ratio = self.events("ignited"), self.get("cj_ratio")
-        time = f"{1e6 * first[0].tick * self.step_size:.4g} us after the start" if first else "before the start"
-        runs = f"; the front ran at {ratio:.3f} of the speed of Chapman and Jouguet" if ratio else ""
-        return [
-            f"{self.dud or f'the gas ignited {time}'}: {self._unburnt_part():.0%} of it is unburnt; burnt gas lies from "
-            f"{begin:.4g} to {end:.4g} m{runs}"
-        ]
+        return [ignition.conclude(self)]
 
     def cautions(self) -> list[str]:
-        """Return a sentence for gas that does not burn, for assumptions of the reaction, and for a slow strong shock."""
-        law = self.parameters.chosen_reaction
-        return [*self._caution_of_dud(), *law.cautions(self.cell_size), *self._caution_of_slow_shock()]
-
-    def _caution_of_dud(self) -> list[str]:
-        """Return the heat or the power that the ignition zone lacks where the gas does not burn."""
-        dud = self.dud
-        if not dud:
-            return []
-        said = f"{dud}, and its pressure is not that of a detonation"
-        needed = self.parameters.chosen_reaction.ignition_pressure(self.front, (self.ahead.pressure, self.ahead.density))
-        if self._state.flags[kernel_arrays.IGNITED] or np.isnan(needed):
-            return [f"{said}; give more ignition_power, or a longer ignition_zone"]
-        first, last = (int(cell) for cell in self._tube.heated)
-        p, areas = self.parameters, self._state.area
-        sides = ((first > 0, p.left, areas[first]), (last < p.cells, p.right, areas[last - 1]))
-        # Areas through which gas leaves the zone; none at a wall.
-        exits = [float(area) for inside, end, area in sides if inside or end.code in (OPEN, ABSORBING)]
-        length = (last - first) * self.cell_size / max(len(exits), 1)
-        heat = ignition.heat_at_once(self.gas, self.ahead, needed, float(areas[first:last].sum()) * self.cell_size)
-        power = ignition.steady_power(self.gas, self.ahead, needed, sum(exits))
-        sound = float(np.sqrt(self.gas.gamma * self.ahead.pressure / self.ahead.density))
-        given = float(self._block["tally"][kernel_arrays.IGNITION])
-        enough = ", which is enough but came too slowly" if given >= heat else ""
-        slowly = f" within {1e6 * _AT_ONCE * length / sound:.3g} us, or about {1e-6 * power:.3g} MW for longer" if exits else ""
-        return [f"{said}: the ignition zone was given {given:.3g} J{enough}; it needs {heat:.3g} J{slowly} (ignition_power)"]
-
-    def _caution_of_slow_shock(self) -> list[str]:
-        p, state = self.parameters, self._state
-        # Cells that move with a piston are other ones in each tick.
-        if p.has_pistons or p.limiter != "monotonized_central":
-            return []
-        shock = find_slow_shock(state.density, state.velocity, state.pressure)
-        if shock is None:
-            return []
-        return [
-            f"a strong shock at {self.centres[shock.cell]:.4g} m moves at about {100.0 * shock.speed:.2g} % of its speed "
-            "through the gas: behind such slow ones the limiter monotonized_central leaves waves of up to 5 % of the pressure; "
-            "take the limiter minmod (2 %) or first_order (0.2 %)"
-        ]
+        """Return a sentence for gas that does not burn, and for assumptions of the reaction."""
+        return [*ignition.cautions(self), *self.parameters.chosen_reaction.cautions(self.cell_size)]
 
     def drawables(self) -> tuple[Drawable, ...]:
         """Return the tube from the side, coloured by pressure, and pressure, velocity, temperature and progress along it."""

@@ -13,8 +13,7 @@ from typing import Annotated, NamedTuple
 from pydantic import AfterValidator
 
 from ..errors import ParameterError
-from ..support.magnitudes import Magnitude, NotNegativeMagnitude
-from ..support.parameter_fields import field
+from ..support.parameter_fields import Magnitude, NotNegativeMagnitude, field
 from ..support.validation import Parameters
 
 # Bounds of gamma: what lies between them covers every gas.

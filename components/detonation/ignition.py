@@ -1,4 +1,4 @@
-"""Heat that raises the pressure of the ignition zone to what a reaction needs.
+"""Ignition: whether the gas burns, and the heat that raises the pressure of the ignition zone to what a reaction needs.
 
 Heat that comes before sound has crossed the zone acts at constant volume, E = V (p - p0) / (gamma - 1). Heat that comes slowly
 expands the gas: at the pressure p hot gas leaves the zone with the velocity u behind a shock of that pressure, and takes away
@@ -14,9 +14,22 @@ Source: of u, E. F. Toro, Riemann Solvers and Numerical Methods for Fluid Dynami
 from __future__ import annotations
 
 import math
+from typing import TYPE_CHECKING
 
+from . import kernel_arrays
+from .boundaries import ABSORBING, OPEN
 from .chapman_jouguet import Flow
 from .gases import Gas
+from .reactions.reaction import can_react
+
+if TYPE_CHECKING:
+    from .component import DetonationTube
+
+# Heat acts at constant volume within this part of the time in which sound crosses the zone, or half of it from two exits.
+_AT_ONCE = 0.3
+# A tube with a smaller part of unburnt gas has burnt; a front below this part of D is no detonation; and gas that has not burnt
+# for the time in which a detonation crosses so many cells burns no more.
+_UNBURNT, _SLOW, _IDLE_CELLS = 0.01, 0.5, 10.0
 
 
 def heat_at_once(gas: Gas, ahead: Flow, pressure: float, volume: float) -> float:
@@ -29,3 +42,56 @@ def steady_power(gas: Gas, ahead: Flow, pressure: float, area: float) -> float:
     gamma, excess = gas.gamma, pressure - ahead.pressure
     speed = excess * math.sqrt(2.0 / (ahead.density * ((gamma + 1.0) * pressure + (gamma - 1.0) * ahead.pressure)))
     return gamma / (gamma - 1.0) * pressure * speed * area
+
+
+def describe_dud(gas: DetonationTube) -> str:
+    """Return words for gas that could detonate and does not; "" for other gas."""
+    _, tube, state, _, tally = gas.tables()
+    if not can_react(tube.reaction) or gas.unburnt_part <= _UNBURNT:
+        return ""
+    if tally[kernel_arrays.IDLE] * gas.step_size > _IDLE_CELLS * gas.cell_size / gas.front.speed:
+        return "the gas burns no more" if state.flags[kernel_arrays.IGNITED] else "the gas has not ignited"
+    return "the gas burns without a detonation" if 0.0 < gas.get("cj_ratio") < _SLOW else ""
+
+
+def conclude(gas: DetonationTube) -> str:
+    """Return a sentence on whether the gas has ignited, where and when, and how much of it is unburnt."""
+    _, tube, state, _, tally = gas.tables()
+    if not can_react(tube.reaction):
+        least, largest = (1e-3 * float(one) for one in (state.pressure.min(), state.pressure.max()))
+        return f"the gas does not react; its pressure is {least:.4g} to {largest:.4g} kPa"
+    if not state.flags[kernel_arrays.IGNITED]:
+        peak, law = max(float(tally[kernel_arrays.PEAK]), float(state.pressure.max())), gas.parameters.chosen_reaction
+        return f"the gas has not ignited: {law.describe_ignition(tube.reaction, peak, state.density, state.pressure)}"
+    begin, end = gas.fronts()
+    first, ratio = gas.events("ignited"), gas.get("cj_ratio")
+    time = f"{1e6 * first[0].tick * gas.step_size:.4g} us after the start" if first else "before the start"
+    runs = f"; the front ran at {ratio:.3f} of the speed of Chapman and Jouguet" if ratio else ""
+    return (
+        f"{describe_dud(gas) or f'the gas ignited {time}'}: {gas.unburnt_part:.0%} of it is unburnt; burnt gas lies from "
+        f"{begin:.4g} to {end:.4g} m{runs}"
+    )
+
+
+def cautions(gas: DetonationTube) -> list[str]:
+    """Return the heat or the power that the ignition zone lacks where the gas does not burn."""
+    dud = describe_dud(gas)
+    if not dud:
+        return []
+    said = f"{dud}, and its pressure is not that of a detonation"
+    p, ahead, (_, tube, state, _, tally) = gas.parameters, gas.ahead, gas.tables()
+    needed = p.chosen_reaction.ignition_pressure(gas.front, (ahead.pressure, ahead.density))
+    if state.flags[kernel_arrays.IGNITED] or math.isnan(needed):
+        return [f"{said}; give more ignition_power, or a longer ignition_zone"]
+    first, last = (int(cell) for cell in tube.heated)
+    sides = ((first > 0, p.left, state.area[first]), (last < p.cells, p.right, state.area[last - 1]))
+    # Areas through which gas leaves the zone; none at a wall.
+    exits = [float(area) for inside, end, area in sides if inside or end.code in (OPEN, ABSORBING)]
+    length = (last - first) * gas.cell_size / max(len(exits), 1)
+    heat = heat_at_once(gas.gas, ahead, needed, float(state.area[first:last].sum()) * gas.cell_size)
+    power = steady_power(gas.gas, ahead, needed, sum(exits))
+    sound = math.sqrt(gas.gas.gamma * ahead.pressure / ahead.density)
+    given = float(tally[kernel_arrays.IGNITION])
+    enough = ", which is enough but came too slowly" if given >= heat else ""
+    slowly = f" within {1e6 * _AT_ONCE * length / sound:.3g} us, or about {1e-6 * power:.3g} MW for longer" if exits else ""
+    return [f"{said}: the ignition zone was given {given:.3g} J{enough}; it needs {heat:.3g} J{slowly} (ignition_power)"]

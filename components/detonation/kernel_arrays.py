@@ -6,7 +6,7 @@ kept beside it.
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -26,7 +26,6 @@ class Medium(NamedTuple):
         cell_size: [m].
         step_size: [s].
         limiter: of slopes; see `limiters`.
-        law: code of the reaction; see `reactions`.
         outside_temperature: of what flows in through open ends [K].
     """
 
@@ -36,7 +35,6 @@ class Medium(NamedTuple):
     cell_size: float
     step_size: float
     limiter: float
-    law: int
     outside_temperature: float
 
 
@@ -74,14 +72,14 @@ class Tube(NamedTuple):
     Attributes:
         ends: code of the left and the right end, shape (2,); see `boundaries`.
         burst: pressure at which the diaphragm at each end opens, shape (2,) [Pa].
-        reaction: constants of the reaction, shape (k,).
+        reaction: constants of the reaction, a named tuple; see `reactions`.
         heated: first cell of the ignition zone, and the one behind its last, shape (2,).
         gauges: number of the gauge in each cell, -1 where there is none, shape (n,).
     """
 
     ends: IntArray
     burst: FloatArray
-    reaction: FloatArray
+    reaction: Any
     heated: IntArray
     gauges: IntArray
 
@@ -90,20 +88,33 @@ class Scratch(NamedTuple):
     """Memory that holds nothing between ticks.
 
     Attributes:
-        density, velocity, pressure, fraction: of the stage, a ghost cell at each end, shape (n + 2,); the fraction is what has
-            not reacted.
+        stage: density, velocity, pressure and the part that has not reacted, a ghost cell at each end, shape (4, n + 2).
         slopes: limited differences of these four over half a cell, shape (4, n + 2).
         fluxes: of mass, momentum, energy and fuel through each face, shape (4, n + 1).
         first: density, momentum, energy and fuel after the first stage, shape (4, n).
     """
 
-    density: FloatArray
-    velocity: FloatArray
-    pressure: FloatArray
-    fraction: FloatArray
+    stage: FloatArray
     slopes: FloatArray
     fluxes: FloatArray
     first: FloatArray
+
+
+class Tables(NamedTuple):
+    """All that the kernels work on; `tally` has the entries named below, shape (TALLY,)."""
+
+    medium: Medium
+    tube: Tube
+    state: State
+    scratch: Scratch
+    tally: FloatArray
+
+
+class Events(NamedTuple):
+    """The rows of events, with room for more, and how many are in use, shape (1,)."""
+
+    rows: FloatArray
+    used: IntArray
 
 
 # Flags: whether the end is open now; whether anything has burnt; whether a front has reached the end.
@@ -115,12 +126,11 @@ MASS, IMPULSE, ENERGY, WALL_IMPULSE, WALL_WORK, IGNITION, OVERWRITTEN, PEAK, IDL
 POWER, LEFT_PRESSURE, RIGHT_PRESSURE, AREA, LEFT_VELOCITY, RIGHT_VELOCITY, SIGNALS = 0, 1, 2, 3, 4, 5, 6
 # Statuses of a tick. The last two are those of a moving mesh, whose state is then that from before the tick: waves too fast for
 # its cells at the velocities that the ends have in this tick, and ends that would leave less than half of the tube.
-NOT_POSITIVE, TOO_FAST, BAD_AREA, UNKNOWN_REACTION, TOO_FAST_AHEAD, ENDS_TOO_FAST = 1, 2, 3, 4, 5, 6
+NOT_POSITIVE, TOO_FAST, BAD_AREA, TOO_FAST_AHEAD, ENDS_TOO_FAST = 1, 2, 3, 4, 5
 # By so much a cross-section may grow or shrink in a tick: the pressure of the gas in it is then right within 4 %.
 LARGEST_RATIO = 2.0
 
 
 def make_scratch(cells: int) -> Scratch:
     """Return scratch for so many cells."""
-    rows = [np.zeros(cells + 2) for _ in range(4)]
-    return Scratch(rows[0], rows[1], rows[2], rows[3], np.zeros((4, cells + 2)), np.zeros((4, cells + 1)), np.zeros((4, cells)))
+    return Scratch(*(np.zeros((4, size)) for size in (cells + 2, cells + 2, cells + 1, cells)))

@@ -11,7 +11,8 @@ crosses a face leaves one cell and enters the other: mass, energy and momentum a
 
 from __future__ import annotations
 
-from math import nan, sqrt
+from math import sqrt
+from typing import NamedTuple
 
 from ..support.jit import internal, internal_inlined, jit
 from .boundaries import ABSORBING, DIAPHRAGM
@@ -33,18 +34,13 @@ from .kernel_arrays import (
     OVERWRITTEN,
     PEAK,
     POWER,
-    RIGHT_PRESSURE,
     RIGHT_REACHED,
     TOO_FAST,
-    UNKNOWN_REACTION,
     WALL_IMPULSE,
     WALL_WORK,
 )  # fmt: skip
 from .limiters import limited_difference
-from .reactions.arrhenius import burn_by_arrhenius
-from .reactions.constant_volume import burn_at_constant_volume
-from .reactions.pressure_burn import burn_by_pressure
-from .reactions.reaction import ARRHENIUS, CONSTANT_VOLUME, INERT, PRESSURE_BURN
+from .reactions.reaction import can_react, react
 
 # The largest Courant number (|u| + c) dt / dx at which a tick is made.
 LARGEST_COURANT = 0.9
@@ -58,45 +54,41 @@ AT_REST = (0.0, 0.0)
 
 
 @jit
-def advance(medium, tube, state, scratch, signals, areas, tally, first_tick, events, counts, failed):
+def advance(tables, signals, areas, first_tick, events, failed):
     """Advance by as many ticks as `signals` has rows; return 0 or a status of `kernel_arrays`.
 
     Args:
-        medium: the gas and the numbers of the scheme; this and the following three are tuples of `kernel_arrays`.
-        tube: the constant tables.
-        state: what changes.
-        scratch: memory.
+        tables: `kernel_arrays.Tables`, whose state and tally are updated.
         signals: the means of the inputs over each tick, shape (ticks, SIGNALS).
         areas: what the area's factor is multiplied by, shape (n,) [m^2].
-        tally: shape (TALLY,).
         first_tick: before the first of these ticks.
-        events: room for further rows.
-        counts: rows of events in use, shape (1,).
+        events: `kernel_arrays.Events`, updated.
         failed: of a failure the cell and the tick, shape (2,).
     """
     for row in range(signals.shape[0]):
         tick = first_tick + row + 1
         failed[1] = tick
-        status = change_area(medium, state, areas, signals[row, AREA], tally, failed)
+        status = change_area(tables, areas, signals[row, AREA], failed)
         if status != 0:
             return status
-        status = flow(medium, tube, state, scratch, signals[row], tally, tick, events, counts, failed)
+        status = flow(tables, signals[row], tick, events, failed)
         if status != 0:
             return status
-        add_heat(medium, tube, state, signals[row, POWER], tally)
-        status = finish(medium, tube, state, AT_REST, tally, tick, events, counts, failed)
+        add_heat(tables, signals[row, POWER])
+        status = finish(tables, AT_REST, tick, events, failed)
         if status != 0:
             return status
     return 0
 
 
 @internal
-def change_area(medium, state, areas, factor, tally, failed):
+def change_area(tables, areas, factor, failed):
     """Let the walls move to a new area, before the tick, and tally the work that they do; return 0 or a status.
 
     Each cell is compressed at the mean of its pressures before and after, without flow along the tube.
     """
-    area, gamma = state.area, medium.gamma
+    state, gamma = tables.state, tables.medium.gamma
+    area = state.area
     half = 0.5 * (gamma - 1.0)
     work = 0.0
     for i in range(area.size):
@@ -116,132 +108,135 @@ def change_area(medium, state, areas, factor, tally, failed):
             state.pressure[i] = after
             area[i] = new
             work -= 0.5 * (before + after) * change
-    tally[WALL_WORK] += work * medium.cell_size
+    tables.tally[WALL_WORK] += work * tables.medium.cell_size
     return 0
 
 
 @internal
-def flow(medium, tube, state, scratch, signals, tally, tick, events, counts, failed):
+def load_stage(state, stage):
+    """Write density, velocity, pressure and unreacted part of the state to a stage."""
+    for i in range(state.density.size):
+        stage[0, i + 1] = state.density[i]
+        stage[1, i + 1] = state.velocity[i]
+        stage[2, i + 1] = state.pressure[i]
+        stage[3, i + 1] = state.fuel[i] / state.density[i]
+
+
+@internal
+def load_first_stage(tables, failed):
+    """Write the stage that follows from the first one; return 0, or a status where it leaves no gas or no pressure."""
+    medium, state, stage, first = tables.medium, tables.state, tables.scratch.stage, tables.scratch.first
+    for i in range(state.density.size):
+        r, momentum, energy, fuel = first[0, i], first[1, i], first[2, i], first[3, i]
+        u = momentum / r
+        p = (medium.gamma - 1.0) * (energy - 0.5 * momentum * u - fuel * medium.heat)
+        stage[0, i + 1], stage[1, i + 1], stage[2, i + 1], stage[3, i + 1] = r, u, p, fuel / r
+        if not (r > 0.0 and p > 0.0):
+            failed[0], state.density[i], state.pressure[i] = i, r, p
+            return NOT_POSITIVE
+    return 0
+
+
+@internal
+def flow(tables, signals, tick, events, failed):
     """Move the gas by one step of Heun: a whole step, and a second one from there, of which the mean is taken.
 
     Returns 0, or a status where the first one leaves no gas in a cell, or no pressure.
     """
-    n = state.density.size
-    for i in range(n):
-        scratch.density[i + 1] = state.density[i]
-        scratch.velocity[i + 1] = state.velocity[i]
-        scratch.pressure[i + 1] = state.pressure[i]
-        scratch.fraction[i + 1] = state.fuel[i] / state.density[i]
-    compute_fluxes(medium, tube, state, scratch, signals, tick, events, counts)
-    tally_ends(medium, state, scratch, tally)
-    update_first(medium, state, scratch, tally)
-    density, momentum, energy, fuel = scratch.first[0], scratch.first[1], scratch.first[2], scratch.first[3]
-    for i in range(n):
-        r = density[i]
-        u, y = momentum[i] / r, fuel[i] / r
-        scratch.density[i + 1] = r
-        scratch.velocity[i + 1] = u
-        scratch.fraction[i + 1] = y
-        p = (medium.gamma - 1.0) * (energy[i] - 0.5 * momentum[i] * u - fuel[i] * medium.heat)
-        scratch.pressure[i + 1] = p
-        if not (r > 0.0 and p > 0.0):
-            failed[0], state.density[i], state.pressure[i] = i, r, p
-            return NOT_POSITIVE
-    compute_fluxes(medium, tube, state, scratch, signals, tick, events, counts)
-    tally_ends(medium, state, scratch, tally)
-    update_second(medium, state, scratch, tally)
+    load_stage(tables.state, tables.scratch.stage)
+    compute_fluxes(tables, signals, tick, events)
+    tally_ends(tables)
+    update_first(tables)
+    status = load_first_stage(tables, failed)
+    if status != 0:
+        return status
+    compute_fluxes(tables, signals, tick, events)
+    tally_ends(tables)
+    update_second(tables)
     return 0
 
 
 @internal
-def compute_fluxes(medium, tube, state, scratch, signals, tick, events, counts):
+def compute_fluxes(tables, signals, tick, events):
     """Write the fluxes through all faces, of the stage whose cells are in scratch."""
-    n = state.density.size
-    fill_ghosts(tube, state, scratch)
-    compute_slopes(medium, scratch)
-    density, velocity, pressure, fraction = scratch.density, scratch.velocity, scratch.pressure, scratch.fraction
+    medium, scratch = tables.medium, tables.scratch
+    fill_ghosts(tables)
+    compute_slopes(medium.limiter, scratch)
+    density, velocity, pressure, fraction = scratch.stage[0], scratch.stage[1], scratch.stage[2], scratch.stage[3]
     dr, du, dp, dy = scratch.slopes[0], scratch.slopes[1], scratch.slopes[2], scratch.slopes[3]
     mass, impulse, energy, fuel = scratch.fluxes[0], scratch.fluxes[1], scratch.fluxes[2], scratch.fluxes[3]
-    for i in range(1, n):
+    for i in range(1, tables.state.density.size):
         j = i + 1
         left = (density[i] + dr[i], velocity[i] + du[i], pressure[i] + dp[i], fraction[i] + dy[i])
         right = (density[j] - dr[j], velocity[j] - du[j], pressure[j] - dp[j], fraction[j] - dy[j])
         mass[i], impulse[i], energy[i], fuel[i] = hllc_flux(medium, left, right)
-    compute_end_fluxes(medium, tube, state, scratch, signals, tick, events, counts)
+    compute_end_fluxes(tables, signals, tick, events)
 
 
 @internal
-def compute_slopes(medium, scratch):
+def compute_slopes(limiter, scratch):
     """Write the limited differences over half a cell."""
     for row in range(4):
-        values = scratch.density
-        if row == 1:
-            values = scratch.velocity
-        elif row == 2:
-            values = scratch.pressure
-        elif row == 3:
-            values = scratch.fraction
-        slopes = scratch.slopes[row]
+        values, slopes = scratch.stage[row], scratch.slopes[row]
         for i in range(1, values.size - 1):
             here = values[i]
-            slopes[i] = 0.5 * limited_difference(medium.limiter, here - values[i - 1], values[i + 1] - here)
+            slopes[i] = 0.5 * limited_difference(limiter, here - values[i - 1], values[i + 1] - here)
 
 
 @internal
-def compute_end_fluxes(medium, tube, state, scratch, signals, tick, events, counts):
+def compute_end_fluxes(tables, signals, tick, events):
     """Write the fluxes at both ends; a diaphragm on which the pressure is too high opens."""
-    n = state.density.size
-    density, velocity, pressure, fraction = scratch.density, scratch.velocity, scratch.pressure, scratch.fraction
-    dr, du, dp, dy = scratch.slopes[0], scratch.slopes[1], scratch.slopes[2], scratch.slopes[3]
-    mass, impulse, energy, fuel = scratch.fluxes[0], scratch.fluxes[1], scratch.fluxes[2], scratch.fluxes[3]
+    medium, tube, state, scratch = tables.medium, tables.tube, tables.state, tables.scratch
+    n, stage, slopes = state.density.size, scratch.stage, scratch.slopes
     for side in range(2):
-        i, sign = (1, -1.0) if side == 0 else (n, 1.0)
-        face = 0 if side == 0 else n
+        i, face, sign = (1, 0, -1.0) if side == 0 else (n, n, 1.0)
         inner = (
-            density[i] + sign * dr[i], velocity[i] + sign * du[i], pressure[i] + sign * dp[i], fraction[i] + sign * dy[i]
+            stage[0, i] + sign * slopes[0, i], stage[1, i] + sign * slopes[1, i], stage[2, i] + sign * slopes[2, i],
+            stage[3, i] + sign * slopes[3, i],
         )  # fmt: skip
-        outside = signals[LEFT_PRESSURE] if side == 0 else signals[RIGHT_PRESSURE]
+        outside = signals[LEFT_PRESSURE + side]
         is_open = state.flags[LEFT_OPEN + side] != 0
         found = end_flux(medium, inner, sign, tube.ends[side], is_open, outside)
         if tube.ends[side] == DIAPHRAGM and not is_open and found[1] >= tube.burst[side]:
             state.flags[LEFT_OPEN + side] = 1
-            add_event(events, counts, tick, _OPENED, side, found[1], tube.burst[side])
+            add_event(events, tick, _OPENED, side, found[1], tube.burst[side])
             found = end_flux(medium, inner, sign, tube.ends[side], True, outside)
-        mass[face], impulse[face], energy[face], fuel[face] = found
-
-
-@internal_inlined
-def add_event(events, counts, tick, kind, index, value, limit):
-    """Append a row to the events."""
-    row = counts[0]
-    events[row, 0], events[row, 1], events[row, 2], events[row, 3], events[row, 4] = tick, kind, index, value, limit
-    counts[0] = row + 1
+        fluxes = scratch.fluxes
+        fluxes[0, face], fluxes[1, face], fluxes[2, face], fluxes[3, face] = found
 
 
 @internal
-def fill_ghosts(tube, state, scratch):
+def add_event(events, tick, kind, index, value, limit):
+    """Append a row to the events."""
+    rows, row = events.rows, events.used[0]
+    rows[row, 0], rows[row, 1], rows[row, 2], rows[row, 3], rows[row, 4] = tick, kind, index, value, limit
+    events.used[0] = row + 1
+
+
+@internal
+def fill_ghosts(tables):
     """Write the ghost cells: the mirror image at a wall, a copy elsewhere."""
+    state, stage = tables.state, tables.scratch.stage
     n = state.density.size
     for side in range(2):
         ghost, cell = (0, 1) if side == 0 else (n + 1, n)
-        wall = tube.ends[side] != ABSORBING and state.flags[LEFT_OPEN + side] == 0
-        scratch.density[ghost] = scratch.density[cell]
-        scratch.velocity[ghost] = -scratch.velocity[cell] if wall else scratch.velocity[cell]
-        scratch.pressure[ghost] = scratch.pressure[cell]
-        scratch.fraction[ghost] = scratch.fraction[cell]
+        wall = tables.tube.ends[side] != ABSORBING and state.flags[LEFT_OPEN + side] == 0
+        stage[0, ghost], stage[2, ghost], stage[3, ghost] = stage[0, cell], stage[2, cell], stage[3, cell]
+        stage[1, ghost] = -stage[1, cell] if wall else stage[1, cell]
 
 
 @internal
-def tally_ends(medium, state, scratch, tally):
+def tally_ends(tables):
     """Add to the tally what one stage, half a step, lets in at the ends."""
+    state, fluxes, tally = tables.state, tables.scratch.fluxes, tables.tally
     n = state.density.size
-    half = 0.5 * medium.step_size
+    half = 0.5 * tables.medium.step_size
     for side in range(2):
         sign, area, face = (1.0, state.area[0], 0) if side == 0 else (-1.0, state.area[n - 1], n)
         share = sign * half * area
-        tally[MASS + side] += share * scratch.fluxes[0, face]
-        tally[IMPULSE + side] += share * scratch.fluxes[1, face]
-        tally[ENERGY + side] += share * scratch.fluxes[2, face]
+        tally[MASS + side] += share * fluxes[0, face]
+        tally[IMPULSE + side] += share * fluxes[1, face]
+        tally[ENERGY + side] += share * fluxes[2, face]
 
 
 @internal_inlined
@@ -253,13 +248,23 @@ def face_areas(area, i):
     return 0.5 * (before + here), 0.5 * (here + behind)
 
 
+class Losses(NamedTuple):
+    """What a cell loses in a whole step, per volume, and the force of its walls on the gas [N]."""
+
+    density: float
+    momentum: float
+    energy: float
+    fuel: float
+    wall_force: float
+
+
 @internal_inlined
 def losses_of(fluxes, area, pressure, rate, i):
-    """Return what a cell loses in a whole step: density, momentum, energy, fuel; and the force of its walls on it."""
+    """Return the `Losses` of a cell; `rate` is the step over the length of a cell [s/m]."""
     mass, impulse, energy, fuel = fluxes[0], fluxes[1], fluxes[2], fluxes[3]
     before, behind = face_areas(area, i)
     k, p = rate / area[i], pressure[i + 1]
-    return (
+    return Losses(
         k * (behind * mass[i + 1] - before * mass[i]),
         k * (behind * (impulse[i + 1] - p) - before * (impulse[i] - p)),
         k * (behind * energy[i + 1] - before * energy[i]),
@@ -269,36 +274,39 @@ def losses_of(fluxes, area, pressure, rate, i):
 
 
 @internal
-def update_first(medium, state, scratch, tally):
+def update_first(tables):
     """Write what a whole step makes of the state."""
+    medium, state, scratch = tables.medium, tables.state, tables.scratch
     first, rate, wall = scratch.first, medium.step_size / medium.cell_size, 0.0
     for i in range(state.area.size):
-        density, momentum, energy, fuel, force = losses_of(scratch.fluxes, state.area, scratch.pressure, rate, i)
-        first[0, i] = state.density[i] - density
-        first[1, i] = state.momentum[i] - momentum
-        first[2, i] = state.energy[i] - energy
-        first[3, i] = state.fuel[i] - fuel
-        wall += force
-    tally[WALL_IMPULSE] += 0.5 * medium.step_size * wall
+        lost = losses_of(scratch.fluxes, state.area, scratch.stage[2], rate, i)
+        first[0, i] = state.density[i] - lost.density
+        first[1, i] = state.momentum[i] - lost.momentum
+        first[2, i] = state.energy[i] - lost.energy
+        first[3, i] = state.fuel[i] - lost.fuel
+        wall += lost.wall_force
+    tables.tally[WALL_IMPULSE] += 0.5 * medium.step_size * wall
 
 
 @internal
-def update_second(medium, state, scratch, tally):
+def update_second(tables):
     """Write the mean of the state and of what a second whole step makes of the first."""
+    medium, state, scratch = tables.medium, tables.state, tables.scratch
     first, rate, wall = scratch.first, medium.step_size / medium.cell_size, 0.0
     for i in range(state.area.size):
-        density, momentum, energy, fuel, force = losses_of(scratch.fluxes, state.area, scratch.pressure, rate, i)
-        state.density[i] = 0.5 * (state.density[i] + (first[0, i] - density))
-        state.momentum[i] = 0.5 * (state.momentum[i] + (first[1, i] - momentum))
-        state.energy[i] = 0.5 * (state.energy[i] + (first[2, i] - energy))
-        state.fuel[i] = 0.5 * (state.fuel[i] + (first[3, i] - fuel))
-        wall += force
-    tally[WALL_IMPULSE] += 0.5 * medium.step_size * wall
+        lost = losses_of(scratch.fluxes, state.area, scratch.stage[2], rate, i)
+        state.density[i] = 0.5 * (state.density[i] + (first[0, i] - lost.density))
+        state.momentum[i] = 0.5 * (state.momentum[i] + (first[1, i] - lost.momentum))
+        state.energy[i] = 0.5 * (state.energy[i] + (first[2, i] - lost.energy))
+        state.fuel[i] = 0.5 * (state.fuel[i] + (first[3, i] - lost.fuel))
+        wall += lost.wall_force
+    tables.tally[WALL_IMPULSE] += 0.5 * medium.step_size * wall
 
 
 @internal
-def add_heat(medium, tube, state, heat_rate, tally):
+def add_heat(tables, heat_rate):
     """Heat the ignition zone evenly by a power [W] over the tick."""
+    medium, state, tube = tables.medium, tables.state, tables.tube
     if heat_rate != 0.0:
         first, last = tube.heated[0], tube.heated[1]
         volume = 0.0
@@ -307,31 +315,17 @@ def add_heat(medium, tube, state, heat_rate, tally):
         added = medium.step_size * heat_rate / volume
         for i in range(first, last):
             state.energy[i] += added
-        tally[IGNITION] += medium.step_size * heat_rate
-
-
-@internal_inlined
-def react(medium, tube, density, pressure, fraction):
-    """Return the part that has not reacted after a tick, and the pressure that a law has written over the old one.
-
-    The part is NaN where no kernel knows the law.
-    """
-    if medium.law == PRESSURE_BURN:
-        return burn_by_pressure(tube.reaction, pressure, fraction, medium.step_size), pressure
-    if medium.law == ARRHENIUS:
-        return burn_by_arrhenius(tube.reaction, density, pressure, fraction, medium.step_size), pressure
-    if medium.law == CONSTANT_VOLUME:
-        return burn_at_constant_volume(tube.reaction, density, pressure, fraction)
-    return nan, pressure
+        tables.tally[IGNITION] += medium.step_size * heat_rate
 
 
 @internal
-def finish(medium, tube, state, motion, tally, tick, events, counts, failed):
+def finish(tables, motion, tick, events, failed):
     """Let the gas react, compute velocity, pressure and progress, note what happened; return 0 or a status.
 
     Where cells move, as `motion` says, waves are too fast if they are for a cell at rest and for the cell as it moved: how it
     moves next is known at the next tick alone, which begins with a check of its own (`moving_mesh.refuse_long_tick`).
     """
+    medium, state, tally, law = tables.medium, tables.state, tables.tally, tables.tube.reaction
     gamma, heat = medium.gamma, medium.heat
     allowed = LARGEST_COURANT * medium.cell_size / medium.step_size
     overwritten, peak, idle = 0.0, tally[PEAK], tally[IDLE] + 1.0
@@ -344,11 +338,9 @@ def finish(medium, tube, state, motion, tally, tick, events, counts, failed):
         if not (density > 0.0 and pressure > 0.0 and density < 1e300):
             state.pressure[i] = pressure
             return NOT_POSITIVE
-        if medium.law != INERT and fraction > 0.0:
+        if can_react(law) and fraction > 0.0:
             peak = pressure if pressure > peak else peak
-            new, written = react(medium, tube, density, pressure, fraction)
-            if not new >= 0.0:
-                return UNKNOWN_REACTION
+            new, written = react(law, density, pressure, fraction, medium.step_size)
             if new != fraction:
                 burns = fraction - new > _LEAST_BURN
                 fraction = new
@@ -372,7 +364,7 @@ def finish(medium, tube, state, motion, tally, tick, events, counts, failed):
         if burns and progress >= BURNT and state.arrival[i] < 0.0:
             part = (BURNT - old) / (progress - old) if old < BURNT else 0.0
             state.arrival[i] = (tick - 1 + part) * medium.step_size
-            note_front(tube, state, i, progress, tick, events, counts)
+            note_front(tables.tube, state, i, progress, tick, events)
         if burns and state.flags[IGNITED]:
             idle = 0.0
     tally[OVERWRITTEN] += overwritten * medium.cell_size
@@ -381,18 +373,18 @@ def finish(medium, tube, state, motion, tally, tick, events, counts, failed):
 
 
 @internal
-def note_front(tube, state, cell, progress, tick, events, counts):
+def note_front(tube, state, cell, progress, tick, events):
     """Note that a front has passed a cell: the first that burns, a gauge, an end."""
     flags, last = state.flags, state.density.size - 1
     starts = flags[IGNITED] == 0
     if starts:
         flags[IGNITED] = 1
-        add_event(events, counts, tick, _IGNITED, cell, progress, BURNT)
+        add_event(events, tick, _IGNITED, cell, progress, BURNT)
     if tube.gauges[cell] >= 0:
-        add_event(events, counts, tick, _FRONT_PASSED, tube.gauges[cell], progress, BURNT)
+        add_event(events, tick, _FRONT_PASSED, tube.gauges[cell], progress, BURNT)
     if cell == 0 and not starts and flags[LEFT_REACHED] == 0:
         flags[LEFT_REACHED] = 1
-        add_event(events, counts, tick, _END_REACHED, 0, progress, BURNT)
+        add_event(events, tick, _END_REACHED, 0, progress, BURNT)
     if cell == last and not starts and flags[RIGHT_REACHED] == 0:
         flags[RIGHT_REACHED] = 1
-        add_event(events, counts, tick, _END_REACHED, 1, progress, BURNT)
+        add_event(events, tick, _END_REACHED, 1, progress, BURNT)

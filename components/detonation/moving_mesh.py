@@ -17,8 +17,18 @@ from math import sqrt
 from ..support.jit import internal, jit
 from .boundaries import PISTON
 from .fluxes import hllc_flux, piston_pressure
-from .kernel_arrays import ENDS_TOO_FAST, LEFT_VELOCITY, NOT_POSITIVE, POWER, RIGHT_VELOCITY, TOO_FAST_AHEAD, Medium
-from .kernels import LARGEST_COURANT, add_heat, compute_end_fluxes, compute_slopes, fill_ghosts, finish, tally_ends
+from .kernel_arrays import ENDS_TOO_FAST, LEFT_VELOCITY, POWER, RIGHT_VELOCITY, TOO_FAST_AHEAD, Medium, Tables
+from .kernels import (
+    LARGEST_COURANT,
+    add_heat,
+    compute_end_fluxes,
+    compute_slopes,
+    fill_ghosts,
+    finish,
+    load_first_stage,
+    load_stage,
+    tally_ends,
+)
 
 # Columns of the walls: where the ends are, and the mean pressure on them over the last tick.
 LEFT, RIGHT, LEFT_WALL_PRESSURE, RIGHT_WALL_PRESSURE, WALLS = 0, 1, 2, 3, 4
@@ -27,46 +37,41 @@ NOWHERE = -1e300
 
 
 @jit
-def advance(medium, tube, state, walls, places, scratch, signals, tally, first_tick, events, counts, failed):
+def advance(tables, walls, places, signals, first_tick, events, failed):
     """Advance as `kernels.advance` does, with ends that move; the cross-section is one number, and stays.
 
     Args:
-        medium: the gas and the numbers of the scheme, its cell size of no weight.
-        tube: the constant tables.
-        state: what changes.
+        tables: `kernel_arrays.Tables`; the cell size of its medium has no effect.
         walls: of the ends, shape (WALLS,).
         places: where the front passed each cell, shape (n,) [m].
-        scratch: memory.
         signals: the means of the inputs over each tick, shape (ticks, SIGNALS).
-        tally: shape (TALLY,).
         first_tick: before the first of these ticks.
-        events: room for further rows.
-        counts: rows of events in use, shape (1,).
+        events: `kernel_arrays.Events`, updated.
         failed: of a failure the cell and the tick, shape (2,).
     """
-    n, step = state.density.size, medium.step_size
+    given, state = tables.medium, tables.state
+    n, step = state.density.size, given.step_size
     for row in range(signals.shape[0]):
         tick = first_tick + row + 1
         failed[1] = tick
         velocities = (signals[row, LEFT_VELOCITY], signals[row, RIGHT_VELOCITY])
         before = (walls[RIGHT] - walls[LEFT]) / n
         motion = (velocities[0], (velocities[1] - velocities[0]) / n)
-        status = refuse_long_tick(medium, state, motion, before, failed)
+        status = refuse_long_tick(given, state, motion, before, failed)
         if status != 0:
             return status
         walls[LEFT] += step * velocities[0]
         walls[RIGHT] += step * velocities[1]
         after = (walls[RIGHT] - walls[LEFT]) / n
-        status = flow(
-            medium, tube, state, walls, scratch, signals[row], velocities, (before, after), tally, tick, events, counts, failed
-        )
+        status = flow(tables, walls, signals[row], velocities, (before, after), tick, events, failed)
         if status != 0:
             return status
-        now = Medium(
-            medium.gamma, medium.gas_constant, medium.heat, after, step, medium.limiter, medium.law, medium.outside_temperature
-        )
-        add_heat(now, tube, state, signals[row, POWER], tally)
-        status = finish(now, tube, state, motion, tally, tick, events, counts, failed)
+        medium = Medium(
+            given.gamma, given.gas_constant, given.heat, after, step, given.limiter, given.outside_temperature
+        )  # fmt: skip
+        now = Tables(medium, tables.tube, state, tables.scratch, tables.tally)
+        add_heat(now, signals[row, POWER])
+        status = finish(now, motion, tick, events, failed)
         if status != 0:
             return status
         for i in range(n):
@@ -96,73 +101,55 @@ def refuse_long_tick(medium, state, motion, size, failed):
 
 
 @internal
-def flow(medium, tube, state, walls, scratch, signals, velocities, sizes, tally, tick, events, counts, failed):
+def flow(tables, walls, signals, velocities, sizes, tick, events, failed):
     """Move gas and faces by one step of Heun, as `kernels.flow` does; return 0 or a status.
 
     Args:
-        medium: this and the following four as of `advance`.
-        tube: the constant tables.
-        state: what changes.
+        tables: this and the following as of `advance`.
         walls: of the ends.
-        scratch: memory.
         signals: the inputs of the tick.
         velocities: of the two ends [m/s].
         sizes: of a cell before and after the tick [m].
-        tally: this and the following four as of `advance`.
         tick: the one that is made.
-        events: room for further rows.
-        counts: rows of events in use.
+        events: updated.
         failed: of a failure the cell and the tick.
     """
-    n = state.density.size
-    before, after = sizes
-    step, gamma = medium.step_size, medium.gamma
-    for i in range(n):
-        scratch.density[i + 1] = state.density[i]
-        scratch.velocity[i + 1] = state.velocity[i]
-        scratch.pressure[i + 1] = state.pressure[i]
-        scratch.fraction[i + 1] = state.fuel[i] / state.density[i]
+    state, step, (before, after) = tables.state, tables.medium.step_size, sizes
+    first, f = tables.scratch.first, tables.scratch.fluxes
+    load_stage(state, tables.scratch.stage)
     walls[LEFT_WALL_PRESSURE] = walls[RIGHT_WALL_PRESSURE] = 0.0
-    compute_fluxes(medium, tube, state, walls, scratch, signals, velocities, tick, events, counts)
-    tally_ends(medium, state, scratch, tally)
-    first, fluxes = scratch.first, scratch.fluxes
-    for i in range(n):
-        first[0, i] = (before * state.density[i] - step * (fluxes[0, i + 1] - fluxes[0, i])) / after
-        first[1, i] = (before * state.momentum[i] - step * (fluxes[1, i + 1] - fluxes[1, i])) / after
-        first[2, i] = (before * state.energy[i] - step * (fluxes[2, i + 1] - fluxes[2, i])) / after
-        first[3, i] = (before * state.fuel[i] - step * (fluxes[3, i + 1] - fluxes[3, i])) / after
-        r = first[0, i]
-        u = first[1, i] / r
-        p = (gamma - 1.0) * (first[2, i] - 0.5 * first[1, i] * u - first[3, i] * medium.heat)
-        scratch.density[i + 1], scratch.velocity[i + 1], scratch.pressure[i + 1] = r, u, p
-        scratch.fraction[i + 1] = first[3, i] / r
-        if not (r > 0.0 and p > 0.0):
-            failed[0], state.density[i], state.pressure[i] = i, r, p
-            return NOT_POSITIVE
-    compute_fluxes(medium, tube, state, walls, scratch, signals, velocities, tick, events, counts)
-    tally_ends(medium, state, scratch, tally)
+    compute_fluxes(tables, walls, signals, velocities, tick, events)
+    tally_ends(tables)
+    for i in range(state.density.size):
+        first[0, i] = (before * state.density[i] - step * (f[0, i + 1] - f[0, i])) / after
+        first[1, i] = (before * state.momentum[i] - step * (f[1, i + 1] - f[1, i])) / after
+        first[2, i] = (before * state.energy[i] - step * (f[2, i + 1] - f[2, i])) / after
+        first[3, i] = (before * state.fuel[i] - step * (f[3, i + 1] - f[3, i])) / after
+    status = load_first_stage(tables, failed)
+    if status != 0:
+        return status
+    compute_fluxes(tables, walls, signals, velocities, tick, events)
+    tally_ends(tables)
     half = 0.5 / after
-    for i in range(n):
-        state.density[i] = half * (before * state.density[i] + (after * first[0, i] - step * (fluxes[0, i + 1] - fluxes[0, i])))
-        state.momentum[i] = half * (
-            before * state.momentum[i] + (after * first[1, i] - step * (fluxes[1, i + 1] - fluxes[1, i]))
-        )
-        state.energy[i] = half * (before * state.energy[i] + (after * first[2, i] - step * (fluxes[2, i + 1] - fluxes[2, i])))
-        state.fuel[i] = half * (before * state.fuel[i] + (after * first[3, i] - step * (fluxes[3, i + 1] - fluxes[3, i])))
+    for i in range(state.density.size):
+        state.density[i] = half * (before * state.density[i] + (after * first[0, i] - step * (f[0, i + 1] - f[0, i])))
+        state.momentum[i] = half * (before * state.momentum[i] + (after * first[1, i] - step * (f[1, i + 1] - f[1, i])))
+        state.energy[i] = half * (before * state.energy[i] + (after * first[2, i] - step * (f[2, i + 1] - f[2, i])))
+        state.fuel[i] = half * (before * state.fuel[i] + (after * first[3, i] - step * (f[3, i + 1] - f[3, i])))
     return 0
 
 
 @internal
-def compute_fluxes(medium, tube, state, walls, scratch, signals, velocities, tick, events, counts):
+def compute_fluxes(tables, walls, signals, velocities, tick, events):
     """Write the fluxes through all faces as these move, of the stage whose cells are in scratch."""
-    n = state.density.size
-    fill_ghosts(tube, state, scratch)
-    if tube.ends[0] == PISTON:
-        scratch.velocity[0] = 2.0 * velocities[0] - scratch.velocity[1]
-    if tube.ends[1] == PISTON:
-        scratch.velocity[n + 1] = 2.0 * velocities[1] - scratch.velocity[n]
-    compute_slopes(medium, scratch)
-    density, velocity, pressure, fraction = scratch.density, scratch.velocity, scratch.pressure, scratch.fraction
+    medium, ends, scratch, n = tables.medium, tables.tube.ends, tables.scratch, tables.state.density.size
+    fill_ghosts(tables)
+    density, velocity, pressure, fraction = scratch.stage[0], scratch.stage[1], scratch.stage[2], scratch.stage[3]
+    if ends[0] == PISTON:
+        velocity[0] = 2.0 * velocities[0] - velocity[1]
+    if ends[1] == PISTON:
+        velocity[n + 1] = 2.0 * velocities[1] - velocity[n]
+    compute_slopes(medium.limiter, scratch)
     dr, du, dp, dy = scratch.slopes[0], scratch.slopes[1], scratch.slopes[2], scratch.slopes[3]
     mass, impulse, energy, fuel = scratch.fluxes[0], scratch.fluxes[1], scratch.fluxes[2], scratch.fluxes[3]
     change = (velocities[1] - velocities[0]) / n
@@ -172,9 +159,9 @@ def compute_fluxes(medium, tube, state, walls, scratch, signals, velocities, tic
         right = (density[j] - dr[j], velocity[j] - du[j] - w, pressure[j] - dp[j], fraction[j] - dy[j])
         m, f, e, y = hllc_flux(medium, left, right)
         mass[i], impulse[i], energy[i], fuel[i] = m, f + w * m, e + w * (f + 0.5 * w * m), y
-    compute_end_fluxes(medium, tube, state, scratch, signals, tick, events, counts)
+    compute_end_fluxes(tables, signals, tick, events)
     for side in range(2):
-        if tube.ends[side] == PISTON:
+        if ends[side] == PISTON:
             i, face, sign, w = (1, 0, -1.0, velocities[0]) if side == 0 else (n, n, 1.0, velocities[1])
             out = sign * (velocity[i] - w) + du[i]
             p = piston_pressure(medium.gamma, density[i] + sign * dr[i], out, pressure[i] + sign * dp[i])

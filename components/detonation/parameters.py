@@ -6,8 +6,7 @@ import math
 
 from pydantic import model_validator
 
-from ..support.magnitudes import Magnitude, NotNegativeMagnitude, SignedMagnitude, SignedPair
-from ..support.parameter_fields import field
+from ..support.parameter_fields import Magnitude, NotNegativeMagnitude, SignedMagnitude, SignedPair, field
 from ..support.validation import Parameters
 from .boundaries import ChosenEnd, Closed, Diaphragm, Piston
 from .gases import MIXTURES, Gas, GasName, gas_at

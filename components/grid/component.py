@@ -10,25 +10,30 @@ import numpy as np
 
 from ..balances import Balance
 from ..component import Component
-from ..contract import Variable
 from ..drawables import Cells, Drawable, Points
 from ..errors import ParameterError, StepError
 from ..events import EventDetail
 from ..inputs import Held
 from ..materials.elastic import Material, material
 from ..materials.hypoelastic import logarithmic_strain
+from ..materials.plastic_law import yield_limit
 from ..profiles import CompiledProfile
 from ..support.float_arrays import FloatArray, norms
+from ..support.parts import thread_count
 from ..support.stable_step import refuse_large_step, suggest_step
-from . import kernel_arrays, kernels, parallel_steps
+from ..variables import Variable
+from . import kernel_arrays, kernels
 from .boundaries import Free
-from .input_signals import make_drive, signal_factors
-from .kernel_setup import Assembly, assemble
+from .kernel_arrays import Tables, Yields
+from .kernel_setup import Assembly, assemble, make_drive, signal_factors
 from .mesh import IntArray, Mesh, cell_areas
 from .nodal_conditions import cells_of_sides
 from .parameters import GridParameters, Place
 from .stability import highest_frequency
+from .yielding import NoYield
 
+# Below this number of cells a tick is too short for threads: measured, see docs/benchmarks.md.
+LEAST_CELLS = 100_000
 # A cell with so little of its area has passed what the step was chosen for.
 _COMPRESSED = 0.5
 # A point that is farther from its node, in sides of the smallest cell, has been moved there.
@@ -75,7 +80,8 @@ class Grid(Component):
         self._off_nodes: list[str] = []
         self._forced = self._nodes_at("forced_nodes", p.forced_nodes)
         self._receivers = self._nodes_at("receivers", p.receivers)
-        self._plastic = any(math.isfinite(p.plastic_laws[number].constants()[0]) for number in np.unique(self.cell_material))
+        self._laws = {number: p.plastic_laws[number].constants() for number in np.unique(self.cell_material).tolist()}
+        self._plastic = any(law is not None for law in self._laws.values())
         self.attach(None)
         self._refuse_held_forces()
         self.mass: FloatArray = self._assembly.mass
@@ -143,30 +149,21 @@ class Grid(Component):
             )
         return node
 
-    def attach(self, mass: FloatArray | None, parts: int | None = None, pushed: Sequence[int] = ()) -> None:
+    def attach(self, mass: FloatArray | None, pushed: Sequence[int] = ()) -> None:
         """Let nodes carry masses of another body too, whose forces a parent adds to those of the cells.
 
         To be called before the first step.
 
         Args:
             mass: shape (n,) [kg].
-            parts: in how many parts the parent's threads advance the cells; default: as those of this component do.
             pushed: nodes to which the parent adds forces although they carry no such mass.
         """
-        self._assembly: Assembly = self._assemble(mass, self._parts() if parts is None else parts, pushed)
-        self._grid, self._conditions, self._corner = self._assembly.grid, self._assembly.conditions, self._assembly.corner
-
-    def _assemble(self, attached: FloatArray | None, parts: int, pushed: Sequence[int] = ()) -> Assembly:
         p = self.parameters
-        return assemble(
+        self._assembly: Assembly = assemble(
             self.mesh, self._materials, self.cell_material, laws=p.plastic_laws, boundaries=p.boundaries,
-            forced=self._forced.tolist(), hourglass=p.hourglass, parts=parts, attached=attached,
-            pushed=pushed,
+            forced=self._forced.tolist(), hourglass=p.hourglass, attached=mass, pushed=pushed,
         )  # fmt: skip
-
-    def _parts(self) -> int:
-        """Return in how many parts threads can advance the grid: yielding cells note events, in the order of cells."""
-        return 2 if len(self.mesh.cells) >= parallel_steps.LEAST_CELLS and not self._plastic else 1
+        self._grid, self._conditions, self._corner = self._assembly.grid, self._assembly.conditions, self._assembly.corner
 
     def _lay_out_state(self) -> None:
         n, m = len(self.mesh.nodes), len(self.mesh.cells)
@@ -252,16 +249,20 @@ class Grid(Component):
         return np.sqrt(0.5 * spread + 3.0 * xy * xy)
 
     def _yield_ratio(self) -> FloatArray:
-        strength, hardening, friction, _ = self._grid.laws[self.cell_material].T
-        limit = strength + hardening * self._state.plastic_strain + friction * self._pressure()
-        # At the tip of a cone there is no stress left that could grow.
-        at_tip = limit <= 1e-9 * strength
-        ratio = np.where(at_tip, 1.0, self._equivalent_stress() / np.where(at_tip, 1.0, limit))
-        return np.where(np.isfinite(strength), ratio, 0.0)
+        ratio, strain, pressure = np.zeros(len(self.mesh.cells)), self._state.plastic_strain, self._pressure()
+        equivalent = self._equivalent_stress()
+        for number, law in self._laws.items():
+            if law is not None:
+                cells = self.cell_material == number
+                limit = yield_limit(law, strain[cells], pressure[cells])
+                # At the tip of a cone there is no stress left that could grow.
+                at_tip = limit <= 1e-9 * yield_limit(law, 0.0, 0.0)
+                ratio[cells] = np.where(at_tip, 1.0, equivalent[cells] / np.where(at_tip, 1.0, limit))
+        return ratio
 
     def has_limit(self, ratio: str, index: int) -> bool:
         """Return whether the material of a cell can yield."""
-        return bool(np.isfinite(self._grid.laws[self.cell_material[index], 0]))
+        return self._laws[int(self.cell_material[index])] is not None
 
     def _start(self, seed: int | None, values: Mapping[str, FloatArray]) -> Mapping[str, Any]:
         state = self._state
@@ -310,9 +311,8 @@ class Grid(Component):
 
     def _update_forces(self, step: float) -> int:
         """Advance stresses elastically by velocity x step [s], and write the forces; return a cell that is inverted, or -1."""
-        elastic = self._grid._replace(laws=np.full_like(self._grid.laws, np.inf))
-        groups, events, counts = self._conditions.groups, np.zeros((1, 5)), np.zeros(1, dtype=np.int64)
-        return int(kernels.forces(elastic, self._state, groups, self._corner, step, 0, events, counts))
+        elastic = self._grid._replace(laws=NoYield())
+        return int(kernels.update_forces(elastic, self._state, self._conditions.groups, self._corner, step))
 
     def _refuse_parting(self, name: str, value: FloatArray) -> None:
         for group in self._assembly.joined:
@@ -336,9 +336,9 @@ class Grid(Component):
         """Return what came in, or went out, through the conditions since the reset; see `kernel_arrays`."""
         return self._block["tally"]
 
-    def tables(self) -> tuple[kernel_arrays.Grid, kernel_arrays.State, kernel_arrays.Conditions, FloatArray]:
-        """Return what the kernels work on, for a parent that calls them itself; the last one is their scratch."""
-        return self._grid, self._state, self._conditions, self._corner
+    def tables(self) -> Tables:
+        """Return the arrays of the kernels, for a parent that calls them itself."""
+        return Tables(self._grid, self._state, self._conditions, self._corner)
 
     def factors(self, tick: int, ticks: int) -> FloatArray:
         """Lay out what the held inputs do; return the means of the signals over each of `ticks` ticks from `tick` on."""
@@ -349,26 +349,24 @@ class Grid(Component):
         return signal_factors(self._signals, tick, ticks)
 
     def _advance(self, ticks: int) -> int:
-        factors, (events, counts) = self.factors(self._tick, ticks), self.event_room()
-        advance = parallel_steps.advance if len(self._grid.parts) > 2 and parallel_steps.available() else kernels.advance
-        status = advance(
-            self._grid, self._state, self._conditions, factors, self._corner, self._block["tally"], self.step_size, self._tick,
-            events, counts, self.failed_at,
-        )  # fmt: skip
-        self.keep_events(counts)
+        factors, yields = self.factors(self._tick, ticks), self.event_room()
+        given = (self.tables(), factors, self._block["tally"], self.step_size, self._tick, yields, self.failed_at)
+        parts = 1 if self._plastic or len(self.mesh.cells) < LEAST_CELLS else thread_count()
+        status = kernels.advance(*given) if parts == 1 else kernels.advance_in_parts(*given, parts)
+        self.keep_events(yields)
         return int(status)
 
-    def event_room(self) -> tuple[FloatArray, IntArray]:
-        """Return room for an event of each cell that can yield, and how many rows of it are in use, shape (1,)."""
+    def event_room(self) -> Yields:
+        """Return room for an event of each cell that can yield."""
         if not self._plastic:
-            return np.zeros((1, 5)), np.zeros(1, dtype=np.int64)
+            return Yields(np.zeros((1, 5)), np.zeros(1, dtype=np.int64))
         count = self._block.count("events")
-        return self._block.room("events", len(self.mesh.cells) - count), np.array([count])
+        return Yields(self._block.room("events", len(self.mesh.cells) - count), np.array([count]))
 
-    def keep_events(self, counts: IntArray) -> None:
-        """Note how many rows of `event_room` are in use now."""
+    def keep_events(self, yields: Yields) -> None:
+        """Store how many rows of `event_room` are in use."""
         if self._plastic:
-            self._block.set_count("events", int(counts[0]))
+            self._block.set_count("events", int(yields.used[0]))
 
     def _explain(self, status: int) -> StepError:
         cell, tick = (int(number) for number in self.failed_at)

@@ -1,12 +1,11 @@
-"""Tuples of plain arrays for kernels: the mesh, the state, the nodes with conditions, and scratch.
+"""Tuples of plain arrays for kernels: the mesh, the state, the nodes with conditions, scratch.
 
-n nodes, m cells. A corner force is that of one cell on one of its nodes; corner forces lie in scratch, in slots that are used
-again and again where a mesh does not fit the cache.
+n nodes, m cells. A corner force is that of one cell on one of its nodes.
 """
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -18,7 +17,7 @@ Int32Array = npt.NDArray[np.int32]
 
 
 class Grid(NamedTuple):
-    """The constant arrays: mesh, masses, materials, and the order of the work.
+    """The constant arrays: mesh, masses, materials.
 
     Attributes:
         reference: nodes before anything moves, shape (n, 2) [m].
@@ -27,15 +26,10 @@ class Grid(NamedTuple):
         half_inverse: 1 / (2 mass), shape (n,) [1/kg].
         material: number of each cell's material, shape (m,).
         moduli: Lame's constants of each material, shape (materials, 2) [Pa].
-        laws: plastic law of each material, see `PlasticLaw.constants`, shape (materials, 4).
+        laws: plastic laws of the materials, see `yielding.law_list`.
         hourglass: stiffness of each cell against its two hourglass modes, shape (m,) [Pa].
-        slots: where the corner forces of a cell begin, shape (m,).
-        node_slots: the corner forces on a node, one for each corner that a cell can turn to it, shape (n, 4).
-        further: corner forces beyond these, (node, slot), shape (k, 2).
-        order: nodes in the order in which their last cell is done, shape (n,).
-        tiles: first cell, first place in `order`, first row of `further` of each tile, and the ends, shape (tiles + 1, 3). The
-            last tile has no cells: its nodes lie between two parts.
-        parts: first tile of each part, and the end, shape (parts + 1,).
+        node_slots: rows of the corner forces on a node, one for each corner that a cell can turn to it, shape (n, 4).
+        further: corner forces beyond these, (node, row), shape (k, 2).
         special: 1 for nodes that are not moved with the others but in `Conditions`, shape (n,).
     """
 
@@ -45,14 +39,10 @@ class Grid(NamedTuple):
     half_inverse: FloatArray
     material: IndexArray
     moduli: FloatArray
-    laws: FloatArray
+    laws: Any
     hourglass: FloatArray
-    slots: IndexArray
     node_slots: IndexArray
     further: IndexArray
-    order: IndexArray
-    tiles: npt.NDArray[np.int64]
-    parts: npt.NDArray[np.int64]
     special: npt.NDArray[np.uint8]
 
 
@@ -103,6 +93,22 @@ class Conditions(NamedTuple):
     groups: Int32Array
     drive: FloatArray
     begin: FloatArray
+
+
+class Tables(NamedTuple):
+    """All that the kernels work on; `corner` is scratch for the corner forces, shape (4 m + 1, 2), its last row 0 [N]."""
+
+    grid: Grid
+    state: State
+    conditions: Conditions
+    corner: FloatArray
+
+
+class Yields(NamedTuple):
+    """The events of cells that yield for the first time: rows, shape (capacity, 5), and how many are in use, shape (1,)."""
+
+    rows: FloatArray
+    used: npt.NDArray[np.int64]
 
 
 # Entries of the tally: what came in, or went out, through the conditions since the reset.

@@ -8,14 +8,16 @@ from typing import Any
 
 import numpy as np
 
+from ..inputs import Held
 from ..materials.elastic import Material
 from ..materials.plastic_law_catalogue import PlasticLaw
+from ..profiles import CompiledProfile
 from ..support.float_arrays import FloatArray
 from . import kernel_arrays, nodal_conditions
 from .boundaries import Boundary
 from .mesh import IntArray, Mesh
 from .nodal_conditions import EdgeInput
-from .tiling import make_schedule
+from .yielding import law_list
 
 
 @dataclass(frozen=True)
@@ -23,7 +25,7 @@ class Assembly:
     """The arrays for kernels beside the state, and what they were made from.
 
     Attributes:
-        grid: mesh, masses, materials, order of the work.
+        grid: mesh, masses, materials.
         conditions: nodes with conditions; without a drive.
         corner: scratch of the kernels.
         mass: of each node by itself, shape (n,) [kg].
@@ -56,7 +58,6 @@ def assemble(
     boundaries: Mapping[str, Boundary],
     forced: Sequence[int] = (),
     hourglass: float = 1.0,
-    parts: int = 1,
     others: Sequence[int] = (),
     attached: FloatArray | None = None,
     pushed: Sequence[int] = (),
@@ -71,7 +72,6 @@ def assemble(
         boundaries: of edges by name.
         forced: nodes with the input `force`.
         hourglass: stiffness against hourglass modes, as a part of full integration's.
-        parts: parts of the mesh that threads can advance side by side.
         others: nodes that a parent moves: only their forces are written.
         attached: masses of another body that nodes carry too, whose forces a parent adds to those of the cells; nodes that
             carry some become nodes with conditions, shape (n,) [kg].
@@ -91,9 +91,9 @@ def assemble(
     )
     own_mass = lump(mesh, density * mesh.areas)
     damped = nodal_conditions.dashpots(mesh, boundaries, density, longitudinal, shear, own_mass)
-    plan = make_schedule(count, mesh.cells, parts)
+    node_slots, further = _corners_of_nodes(count, mesh.cells)
     more = np.zeros(count) if attached is None else attached
-    apart = np.concatenate([plan.further[:, 0].astype(np.int64), np.flatnonzero(more), np.array(pushed, np.int64)])
+    apart = np.concatenate([further[:, 0], np.flatnonzero(more), np.array(pushed, np.int64)])
     nodes = nodal_conditions.special_nodes(joined, inputs, prescribed, damped, apart)
     places = np.full(count, -1, dtype=np.int64)
     places[nodes] = np.arange(len(nodes))
@@ -110,14 +110,10 @@ def assemble(
         half_inverse=0.5 / mass,
         material=cell_material.astype(np.uint32),
         moduli=moduli,
-        laws=np.array([law.constants() for law in laws]),
+        laws=law_list(laws),
         hourglass=hourglass_stiffness(mesh, moduli[cell_material], hourglass),
-        slots=plan.slots,
-        node_slots=plan.node_slots,
-        further=plan.further,
-        order=plan.order,
-        tiles=plan.tiles,
-        parts=plan.parts,
+        node_slots=node_slots.astype(np.uint32),
+        further=further.astype(np.uint32),
         special=special,
     )
     damping = np.array([damped.get(node, np.zeros(3)) for node in nodes.tolist()]).reshape(-1, 3)
@@ -133,7 +129,9 @@ def assemble(
     )
     leaders = nodal_conditions.leading_rows(prescribed, places, joined, len(nodes))
     sides = nodal_conditions.absorbing_sides(mesh, boundaries)
-    return Assembly(grid, held, np.zeros((plan.rows, 2)), own_mass, places, joined, leaders, held_edges, inputs, sides)
+    return Assembly(
+        grid, held, np.zeros((4 * len(mesh.cells) + 1, 2)), own_mass, places, joined, leaders, held_edges, inputs, sides
+    )
 
 
 def lump(mesh: Mesh, amounts: FloatArray) -> FloatArray:
@@ -168,3 +166,59 @@ def _prescribed_flags(
     for node, components in prescribed.items():
         flags[places[node], list(components)] = 1.0
     return (nodal_conditions.join_rows(flags, places, joined) > 0.0).astype(np.uint8)
+
+
+def _corners_of_nodes(nodes: int, cells: IntArray) -> tuple[IntArray, IntArray]:
+    """Return the rows of the corner forces on each node, one for each corner, shape (nodes, 4), and the pairs beyond these.
+
+    Row 4 m is that of no cell.
+    """
+    rows = np.full((nodes, 4), 4 * len(cells), dtype=np.int64)
+    beyond = []
+    for corner in range(4):
+        own = 4 * np.arange(len(cells)) + corner
+        who, first = np.unique(cells[:, corner], return_index=True)
+        rows[who, corner] = own[first]
+        rest = np.ones(len(cells), dtype=bool)
+        rest[first] = False
+        beyond.append(np.stack([cells[rest, corner], own[rest]], axis=1))
+    return rows, np.concatenate(beyond)
+
+
+def make_drive(
+    assembly: Assembly, held: Mapping[str, Held], static_force: FloatArray
+) -> tuple[list[CompiledProfile], FloatArray]:
+    """Return the profiles among the held inputs, and the drive: see `kernel_arrays.Conditions`.
+
+    The first signal is 1 and holds all that does not change; the others are the profiles.
+
+    Args:
+        assembly: its nodes with conditions.
+        held: the held inputs by name.
+        static_force: on each side of the absorbing edges, half of it on each of its nodes, shape (k, 2) [N].
+    """
+    values = [held[one.variable.name] for one in assembly.inputs]
+    profiles = [value for value in values if isinstance(value, CompiledProfile)]
+    forces = np.zeros((1 + len(profiles), len(assembly.conditions.nodes), 2))
+    velocities = np.zeros_like(forces)
+    for end in (0, 1):
+        np.add.at(forces[0], assembly.places[assembly.absorbing_sides[:, end]], 0.5 * static_force)
+    signal = 0
+    for one, value in zip(assembly.inputs, values, strict=True):
+        profile = isinstance(value, CompiledProfile)
+        signal += profile
+        target, row = velocities if one.velocity else forces, signal if profile else 0
+        target[row, assembly.places[one.nodes]] += one.act(value.pattern if profile else value)
+    flags = assembly.conditions.prescribed > 0
+    for row in range(len(forces)):
+        led = np.take_along_axis(velocities[row], assembly.leaders, axis=0)
+        forces[row] = np.where(flags, led, nodal_conditions.join_rows(forces[row], assembly.places, assembly.joined))
+    return profiles, forces
+
+
+def signal_factors(profiles: list[CompiledProfile], tick: int, ticks: int) -> FloatArray:
+    """Return the mean of each signal over each of `ticks` ticks from `tick` on, shape (ticks, 1 + profiles); the first is 1."""
+    factors = np.ones((ticks, 1 + len(profiles)))
+    for place, profile in enumerate(profiles):
+        factors[:, 1 + place] = profile.mean_factors(tick, ticks)
+    return factors

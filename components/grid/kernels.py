@@ -5,7 +5,7 @@ node; hourglass modes have the stiffness of a fully integrated cell. A tick is a
 half kick (velocity Verlet), which is Wilkins' leapfrog with the velocities of whole ticks. Every node gathers its forces in a
 fixed order, and pairs them so that mirror images along x or y have mirrored bits.
 
-A parent that advances the grid together with something else calls `drift`, `forces` and `kick` itself.
+A parent that advances the grid together with another body calls `kick`, `drift`, `advance_cells` and `finish_nodes` itself.
 """
 
 from __future__ import annotations
@@ -14,10 +14,12 @@ from math import sqrt
 
 import numpy as np
 
-from ..materials.drucker_prager import return_to_cone
-from ..materials.hypoelastic import elastic_increment, energy_density, rotate_by_half, rotate_stress, rotation_of
+from ..materials.hypoelastic import PlaneTensor, elastic_increment, energy_density, rotate_by_half, rotate_stress, rotation_of
+from ..materials.tensors import Moduli
 from ..support.jit import internal, internal_inlined, jit
-from .kernel_arrays import ABSORBED, ANGULAR, BOUNDARY_ANGULAR, BOUNDARY_IMPULSE, IMPULSE, WORK
+from ..support.parts import call_in_parts, split
+from .kernel_arrays import ABSORBED, ANGULAR, BOUNDARY_ANGULAR, BOUNDARY_IMPULSE, IMPULSE, WORK, Yields
+from .yielding import CellStep, plastic_step
 
 # A slower node is at rest [m/s]. Ahead of a wave velocities fall off to where they, or products of what follows from them, are
 # no normal numbers any more, with which a processor is tens of times as slow.
@@ -25,46 +27,7 @@ _REST = 1e-140
 # Number of the event kind for a cell that yields first.
 _YIELDED = 0
 # Indices are unsigned throughout the long loops: numba then need not look for negative ones.
-_ONE, _TWO, _THREE = np.uint32(1), np.uint32(2), np.uint32(3)
-
-
-@internal_inlined
-def yield_cell(law, moduli, hardened, area, old, trial):
-    """Return the stresses xx, yy, zz, xy of a cell that may yield, plastic strain and work of the step, scale, q and its limit.
-
-    The scale is that of the return: it multiplies the trial deviator, and is 1 where nothing flows.
-
-    Args:
-        law: constants of its law, shape (4,); see `PlasticLaw.constants`.
-        moduli: Lame's constants, shape (2,) [Pa].
-        hardened: equivalent plastic strain before the step.
-        area: in the middle of the step [m2].
-        old: stresses before the step, turned [Pa].
-        trial: stresses of an elastic step [Pa].
-    """
-    shear = moduli[1]
-    bulk = moduli[0] + 2.0 * shear / 3.0
-    hardening, friction, dilatancy = law[1], law[2], law[3]
-    strength = law[0] + hardening * hardened
-    xx, yy, zz, xy = trial
-    pressure = -(xx + yy + zz) / 3.0
-    sxx, syy, szz = xx + pressure, yy + pressure, zz + pressure
-    q = sqrt(1.5 * (sxx * sxx + syy * syy + szz * szz + 2.0 * (xy * xy)))
-    limit = strength + friction * pressure
-    strain, left, new_pressure = return_to_cone(q, pressure, strength, bulk, shear, hardening, friction, dilatancy)
-    scale = left / q if strain > 0.0 and q > 0.0 else 1.0
-    gone = 1.0 - scale
-    new_xx, new_yy, new_zz = scale * sxx - new_pressure, scale * syy - new_pressure, scale * szz - new_pressure
-    new_xy = scale * xy
-    middle_pressure = -(old[0] + old[1] + old[2]) / 6.0 + 0.5 * new_pressure
-    sheared = (
-        (0.5 * (old[0] + new_xx) + middle_pressure) * (gone * sxx)
-        + (0.5 * (old[1] + new_yy) + middle_pressure) * (gone * syy)
-        + (0.5 * (old[2] + new_zz) + middle_pressure) * (gone * szz)
-        + (old[3] + new_xy) * (gone * xy)
-    ) / (2.0 * shear)
-    work = area * (sheared - middle_pressure * ((new_pressure - pressure) / bulk))
-    return (new_xx, new_yy, new_zz, new_xy), strain, work, scale, q, limit
+_ONE, _TWO, _THREE = np.uint64(1), np.uint64(2), np.uint64(3)
 
 
 @internal_inlined
@@ -88,19 +51,38 @@ def corner_forces(stress, hourglass, diagonals, pattern):
 
 
 @internal
-def advance_cells(grid, state, corner_out, tile, step, tick, events, counts):
-    """Advance stresses and energies of a tile whose nodes have drifted, and write the corner forces; strains of mid-step.
+def note_yield(yields, tick, cell, flow):
+    """Add the event of a cell that yields for the first time."""
+    row = yields.used[0]
+    rows = yields.rows
+    rows[row, 0], rows[row, 1], rows[row, 2], rows[row, 3], rows[row, 4] = tick, _YIELDED, cell, flow.equivalent, flow.limit
+    yields.used[0] = row + 1
+
+
+@jit
+def advance_cells(grid, state, corner_out, step, tick, yields, begin, end):
+    """Advance stresses and energies of the cells begin..end-1 after their nodes have drifted, and write the corner forces.
+
+    Args:
+        grid: see `kernel_arrays.Grid`.
+        state: `stress`, `hourglass_force`, `energy` and the plastic arrays are updated.
+        corner_out: force of each cell on each of its nodes, shape (4 m + 1, 2); the last row is 0 [N].
+        step: length of the drift [s].
+        tick: at the end of the step, for events.
+        yields: a `kernel_arrays.Yields`, to which first yields are added.
+        begin: the first cell.
+        end: after the last cell.
 
     Returns:
-        The first cell that is not convex any more, or -1. See `forces` for the arguments.
+        The first cell that is not convex, or -1.
     """
     # Arrays are taken out of their tuples before the loop: inside, each access would count references.
-    cells, x, u, v, slots = grid.cells, grid.reference, state.displacement, state.velocity, grid.slots
+    cells, x, u, v = grid.cells, grid.reference, state.displacement, state.velocity
     stresses, twists, energy, stiffness = state.stress, state.hourglass_force, state.energy, grid.hourglass
     material, moduli, laws = grid.material, grid.moduli, grid.laws
     plastic_strains, plastic_works = state.plastic_strain, state.plastic_work
-    failed, half = np.int64(-1), 0.5 * step
-    for c in range(np.uint64(grid.tiles[tile, 0]), np.uint64(grid.tiles[tile + 1, 0])):
+    failed, half, plastic = np.int64(-1), 0.5 * step, len(plastic_strains) > 0
+    for c in range(np.uint64(begin), np.uint64(end)):
         n0, n1, n2, n3 = cells[c, 0], cells[c, 1], cells[c, 2], cells[c, 3]
         x0, y0, x1, y1 = x[n0, 0] + u[n0, 0], x[n0, 1] + u[n0, 1], x[n1, 0] + u[n1, 0], x[n1, 1] + u[n1, 1]
         x2, y2, x3, y3 = x[n2, 0] + u[n2, 0], x[n2, 1] + u[n2, 1], x[n3, 0] + u[n3, 0], x[n3, 1] + u[n3, 1]
@@ -134,23 +116,31 @@ def advance_cells(grid, state, corner_out, tile, step, tick, events, counts):
         turned_xx, turned_yy, turned_xy = rotate_by_half(exx, eyy, shear_strain, cosine, sine)
         dxx, dyy, dzz, dxy = elastic_increment(turned_xx, turned_yy, turned_xy, moduli[number, 0], moduli[number, 1])
         txx, tyy, tzz, txy = sxx + dxx, syy + dyy, szz + dzz, sxy + dxy
-        if laws[number, 0] < np.inf:
-            (txx, tyy, tzz, txy), strain, work, kept, q, limit = yield_cell(
-                laws[number], moduli[number], plastic_strains[c], 0.5 * twice, (sxx, syy, szz, sxy), (txx, tyy, tzz, txy)
+        if plastic:
+            flow = plastic_step(
+                laws,
+                number,
+                CellStep(
+                    Moduli(moduli[number, 0], moduli[number, 1]),
+                    plastic_strains[c],
+                    0.5 * twice,
+                    PlaneTensor(sxx, syy, szz, sxy),
+                    PlaneTensor(txx, tyy, tzz, txy),
+                ),
             )
-            if strain > 0.0:
+            txx, tyy, tzz, txy = flow.stress
+            if flow.strain > 0.0:
                 if plastic_strains[c] == 0.0:
-                    row = counts[0]
-                    events[row, 0], events[row, 1], events[row, 2], events[row, 3], events[row, 4] = tick, _YIELDED, c, q, limit
-                    counts[0] = row + 1
-                plastic_strains[c] += strain
+                    note_yield(yields, tick, c, flow)
+                plastic_strains[c] += flow.strain
                 # The hourglass force stands for deviators within the cell: it returns with that of the cell. The strain that
                 # flows is (1 - kept) q / rate; the mean of the force before and after the step does its work.
+                work, kept = flow.work, flow.kept
                 if rate > 0.0:
-                    flow = (1.0 - kept) * (qx * (hx + kept * qx) + qy * (hy + kept * qy)) / (2.0 * rate)
+                    twisted = (1.0 - kept) * (qx * (hx + kept * qx) + qy * (hy + kept * qy)) / (2.0 * rate)
                     qx, qy = kept * qx, kept * qy
-                    work += flow
-                    energy[c] += flow
+                    work += twisted
+                    energy[c] += twisted
                 plastic_works[c] += work
         twists[c, 0], twists[c, 1] = qx, qy
         # The kick before the drift saw the old stress as it was then, not turned with the cell.
@@ -158,7 +148,7 @@ def advance_cells(grid, state, corner_out, tile, step, tick, events, counts):
         energy[c] += (0.25 * twice) * ((mean_xx * exx + mean_yy * eyy) + 2.0 * (mean_xy * shear_strain))
         stresses[c, 0], stresses[c, 1], stresses[c, 2], stresses[c, 3] = txx, tyy, tzz, txy
         cx, cy, dx, dy = corner_forces((txx, tyy, txy), (qx, qy), (ax, ay, bx, by), (px, py))
-        slot = slots[c]
+        slot = np.uint64(4) * c
         corner_out[slot, 0], corner_out[slot, 1] = cx - qx, cy - qy
         corner_out[slot + _ONE, 0], corner_out[slot + _ONE, 1] = dx + qx, dy + qy
         corner_out[slot + _TWO, 0], corner_out[slot + _TWO, 1] = -cx - qx, -cy - qy
@@ -176,57 +166,50 @@ def gather(slots, corner, n, k):
     return (corner[slots[n, 0], k] + corner[slots[n, 1], k]) + (corner[slots[n, 2], k] + corner[slots[n, 3], k])
 
 
-@internal
-def gather_tile(grid, state, corner, tile):
-    """Write the forces on the nodes whose last cell is in a tile."""
-    slots, order, force, further = grid.node_slots, grid.order, state.force, grid.further
-    for place in range(np.uint64(grid.tiles[tile, 1]), np.uint64(grid.tiles[tile + 1, 1])):
-        n = order[place]
+@jit
+def write_forces(grid, state, corner, begin, end):
+    """Write the forces on the nodes begin..end-1 from the corner forces."""
+    slots, force = grid.node_slots, state.force
+    for n in range(np.uint64(begin), np.uint64(end)):
         force[n, 0], force[n, 1] = gather(slots, corner, n, 0), gather(slots, corner, n, 1)
-    add_further(further, force, corner, grid.tiles[tile, 2], grid.tiles[tile + 1, 2])
 
 
-@internal_inlined
-def add_further(further, force, corner, begin, end):
-    """Add the corner forces of nodes with more cells than one for each corner."""
-    for row in range(begin, end):
-        n, slot = further[row, 0], further[row, 1]
-        force[n, 0] += corner[slot, 0]
-        force[n, 1] += corner[slot, 1]
+@jit
+def finish_nodes(grid, state, corner, step, again, begin, end):
+    """Write the forces on the nodes begin..end-1, and kick those without conditions for the second half of a step.
 
-
-@internal
-def finish_tile(grid, state, corner, tile, step, again):
-    """Kick the nodes whose last cell is in a tile for the second half of a step.
-
-    Where the next tick follows at once (`again`) it begins for them: half a kick, and the drift. Of nodes with conditions only
-    the force is written.
+    Where another tick follows (`again`) they start it: half a kick, then the drift.
     """
-    slots, order, special, half_inverse = grid.node_slots, grid.order, grid.special, grid.half_inverse
+    slots, special, half_inverse = grid.node_slots, grid.special, grid.half_inverse
     force, velocity, displacement = state.force, state.velocity, state.displacement
-    for place in range(np.uint64(grid.tiles[tile, 1]), np.uint64(grid.tiles[tile + 1, 1])):
-        n = order[place]
+    for n in range(np.uint64(begin), np.uint64(end)):
         fx, fy = gather(slots, corner, n, 0), gather(slots, corner, n, 1)
+        force[n, 0], force[n, 1] = fx, fy
         if special[n]:
-            force[n, 0], force[n, 1] = fx, fy
             continue
         weight = step * half_inverse[n]
         vx, vy = velocity[n, 0] + weight * fx, velocity[n, 1] + weight * fy
         if again:
-            vx, vy = vx + weight * fx, vy + weight * fy
-            vx, vy = moving(vx), moving(vy)
+            vx, vy = moving(vx + weight * fx), moving(vy + weight * fy)
             displacement[n, 0] += step * vx
             displacement[n, 1] += step * vy
-        else:
-            force[n, 0], force[n, 1] = fx, fy
         velocity[n, 0], velocity[n, 1] = vx, vy
-    add_further(grid.further, force, corner, grid.tiles[tile, 2], grid.tiles[tile + 1, 2])
 
 
-@internal_inlined
-def join(state, groups):
+@internal
+def finish_forces(grid, state, groups, corner):
+    """Add the corner forces of nodes with more cells than one for each corner, and sum the forces of joined nodes."""
+    further, force = grid.further, state.force
+    for row in range(len(further)):
+        n, slot = further[row, 0], further[row, 1]
+        force[n, 0] += corner[slot, 0]
+        force[n, 1] += corner[slot, 1]
+    join(force, groups)
+
+
+@internal
+def join(force, groups):
     """Give all nodes of each group the sum of their forces."""
-    force = state.force
     for row in range(len(groups)):
         a, b, c, d = groups[row, 0], groups[row, 1], groups[row, 2], groups[row, 3]
         for k in range(2):
@@ -238,28 +221,18 @@ def join(state, groups):
 
 
 @jit
-def forces(grid, state, groups, corner, step, tick, events, counts):
-    """Advance all stresses by a step after the nodes have drifted, and write the forces on all nodes.
+def update_forces(grid, state, groups, corner, step):
+    """Advance all stresses elastically by a step [s] after the nodes have drifted, and write the forces on all nodes.
 
-    Args:
-        grid: see `kernel_arrays.Grid`.
-        state: `stress`, `hourglass_force`, `energy` and the plastic ones are updated, `force` is written.
-        groups: nodes that move as one; see `kernel_arrays.Conditions`.
-        corner: scratch, shape (rows of the schedule, 2); the last row is 0.
-        step: length of the drift [s].
-        tick: at the end of the step, for events.
-        events: room for a row for each cell that can yield, shape (capacity, 5).
-        counts: rows of `events` in use, shape (1,).
+    For a grid whose `laws` do not yield. `groups` are the nodes that move as one; see `kernel_arrays.Conditions`.
 
     Returns:
-        The first cell that is not convex any more, or -1.
+        The first cell that is not convex, or -1.
     """
-    failed = -1
-    for tile in range(len(grid.tiles) - 1):
-        bad = advance_cells(grid, state, corner, tile, step, tick, events, counts)
-        failed = bad if failed < 0 else failed
-        gather_tile(grid, state, corner, tile)
-    join(state, groups)
+    nothing = Yields(np.zeros((1, 5)), np.zeros(1, np.int64))
+    failed = advance_cells(grid, state, corner, step, 0, nothing, 0, len(grid.cells))
+    write_forces(grid, state, corner, 0, len(grid.reference))
+    finish_forces(grid, state, groups, corner)
     return failed
 
 
@@ -372,80 +345,68 @@ def finish_conditions(grid, state, conditions, step, tally):
 
 
 @jit
-def advance_part(grid, state, corner, part, step, tick, again, events, counts):
-    """Advance one part of the mesh by a tick, tile after tile: as soon as the cells around a node are done it is kicked.
-
-    So nothing is read from memory twice in a tick. Two threads can advance two parts of one grid.
-
-    Args:
-        grid: see `kernel_arrays.Grid`.
-        state: see `kernel_arrays.State`; updated.
-        corner: scratch, shape (rows of the schedule, 2); the last row is 0.
-        part: its number.
-        step: internal step [s].
-        tick: at the end of this one.
-        again: whether the next tick follows at once, and is begun.
-        events: as of `advance`.
-        counts: as of `advance`.
-
-    Returns:
-        The first cell that is not convex any more, or -1.
-    """
-    for tile in range(grid.parts[part], grid.parts[part + 1]):
-        failed = advance_cells(grid, state, corner, tile, step, tick, events, counts)
-        if failed >= 0:
-            return failed
-        finish_tile(grid, state, corner, tile, step, again)
-    return np.int64(-1)
+def begin_advance(body, factors, step):
+    """Start a sequence of ticks: half a kick, then drift every node. See `advance` for the arguments."""
+    count = len(body.grid.reference)
+    kick(body.grid, body.state, step, 0, count)
+    drift(body.grid, body.state, step, 0, count)
+    begin_conditions(body.grid, body.state, body.conditions, factors, 0, step)
 
 
 @jit
-def begin_advance(grid, state, conditions, factors, step):
-    """Begin the first tick of some: half a kick and the drift of all nodes. See `advance` for the arguments."""
-    kick(grid, state, step, 0, len(grid.reference))
-    drift(grid, state, step, 0, len(grid.reference))
-    begin_conditions(grid, state, conditions, factors, 0, step)
+def finish_tick(body, factors, tally, row, step):
+    """Finish a tick after `finish_nodes`: nodes with conditions; start the next tick for them where one follows."""
+    finish_forces(body.grid, body.state, body.conditions.groups, body.corner)
+    finish_conditions(body.grid, body.state, body.conditions, step, tally)
+    if row + 1 < len(factors):
+        begin_conditions(body.grid, body.state, body.conditions, factors, row + 1, step)
 
 
 @jit
-def finish_tick(grid, state, conditions, factors, corner, tally, row, step):
-    """Finish a tick after all parts: the nodes between them, those with conditions; begin the next where there is one."""
-    again = row + 1 < len(factors)
-    finish_tile(grid, state, corner, len(grid.tiles) - 2, step, again)
-    join(state, conditions.groups)
-    finish_conditions(grid, state, conditions, step, tally)
-    if again:
-        begin_conditions(grid, state, conditions, factors, row + 1, step)
-
-
-@jit
-def advance(grid, state, conditions, factors, corner, tally, step, tick, events, counts, failure_out):
+def advance(body, factors, tally, step, tick, yields, failure_out):
     """Advance the grid by whole ticks.
 
     Args:
-        grid: see `kernel_arrays.Grid`.
-        state: see `kernel_arrays.State`; updated.
-        conditions: see `kernel_arrays.Conditions`; its `begin` is scratch.
-        factors: the means of the signals over each tick, shape (ticks, signals); how many rows, so many ticks.
-        corner: scratch, shape (rows of the schedule, 2); the last row is 0.
-        tally: work and impulses since the reset, updated, shape (layout.TALLY,).
+        body: a `kernel_arrays.Tables`; its state is updated.
+        factors: the means of the signals over each tick, shape (ticks, signals).
+        tally: work and impulses since the reset, updated, shape (TALLY,).
         step: internal step [s].
         tick: at the beginning.
-        events: room for a row for each cell that can yield, shape (capacity, 5).
-        counts: rows of `events` in use, shape (1,); updated.
-        failure_out: where a cell is not convex any more, its number and the tick, shape (2,).
+        yields: a `kernel_arrays.Yields`, updated.
+        failure_out: the number of a cell that is not convex, and the tick, shape (2,).
 
     Returns:
-        0, or 1 where a cell is not convex any more.
+        0, or 1 where a cell is not convex.
     """
-    begin_advance(grid, state, conditions, factors, step)
+    grid, state, corner = body.grid, body.state, body.corner
+    begin_advance(body, factors, step)
     for row in range(len(factors)):
-        for part in range(len(grid.parts) - 1):
-            failed = advance_part(grid, state, corner, part, step, tick + row + 1, row + 1 < len(factors), events, counts)
-            if failed >= 0:
-                failure_out[0], failure_out[1] = failed, tick + row + 1
-                return 1
-        finish_tick(grid, state, conditions, factors, corner, tally, row, step)
+        failed = advance_cells(grid, state, corner, step, tick + row + 1, yields, 0, len(grid.cells))
+        if failed >= 0:
+            failure_out[0], failure_out[1] = failed, tick + row + 1
+            return 1
+        finish_nodes(grid, state, corner, step, row + 1 < len(factors), 0, len(grid.reference))
+        finish_tick(body, factors, tally, row, step)
+    return 0
+
+
+def advance_in_parts(body, factors, tally, step, tick, yields, failure_out, parts):
+    """Advance like `advance` with the cells, then the nodes, in contiguous parts, one thread each; the bits are the same.
+
+    For a grid that cannot yield: the events of cells that yield are in the order of the cells.
+    """
+    grid, state, corner = body.grid, body.state, body.corner
+    cells, nodes = split(len(grid.cells), parts), split(len(grid.reference), parts)
+    begin_advance(body, factors, step)
+    for row in range(len(factors)):
+        now, again = tick + row + 1, row + 1 < len(factors)
+        found = call_in_parts(advance_cells, [(grid, state, corner, step, now, yields, *part) for part in cells])
+        failed = [int(cell) for cell in found if cell >= 0]
+        if failed:
+            failure_out[0], failure_out[1] = failed[0], now
+            return 1
+        call_in_parts(finish_nodes, [(grid, state, corner, step, again, *part) for part in nodes])
+        finish_tick(body, factors, tally, row, step)
     return 0
 
 

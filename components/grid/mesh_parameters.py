@@ -11,8 +11,7 @@ from pydantic import AfterValidator, Field, SerializeAsAny, model_validator
 
 from ..errors import ParameterError
 from ..regions import ChosenArea
-from ..support.magnitudes import refuse_absurd, refuse_far
-from ..support.parameter_fields import Index, Pair, Positive, PositivePair, field
+from ..support.parameter_fields import Index, Pair, Positive, PositivePair, field, refuse_absurd, refuse_far
 from ..support.tagged_union import ByName, Named
 from .mesh import Mesh, rectangle, without_cells
 

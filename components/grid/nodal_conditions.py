@@ -11,9 +11,9 @@ import numpy.typing as npt
 
 from .. import boundaries as shared
 from ..boundaries import OPPOSITE, edge_variable
-from ..contract import Variable
 from ..errors import ParameterError
 from ..support.float_arrays import FloatArray
+from ..variables import Variable
 from .boundaries import Absorbing, Boundary, Fixed, Periodic, PrescribedVelocity, Symmetry, Traction
 from .mesh import IntArray, Mesh
 

@@ -10,8 +10,7 @@ from ..errors import nearest
 from ..materials.elastic import Material, Preset, constants_of, preset_list
 from ..materials.plastic_law_catalogue import ChosenPlasticity, Elastic
 from ..regions import ChosenArea
-from ..support.magnitudes import refuse_absurd
-from ..support.parameter_fields import Index, Pair, Positive, field
+from ..support.parameter_fields import Index, Pair, Positive, field, refuse_absurd
 from ..support.validation import Parameters, refusal
 from .boundaries import ChosenBoundary
 from .mesh_parameters import ChosenShape, Rectangle

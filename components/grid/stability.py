@@ -9,9 +9,10 @@ import numpy as np
 from ..support import stable_step
 from ..support.counter_random import uniform
 from ..support.float_arrays import FloatArray
-from ..support.result_cache import ResultCache
+from ..support.stable_step import ResultCache
 from . import kernels
 from .kernel_arrays import Conditions, Grid, State
+from .yielding import NoYield
 
 # Strains so small that the geometry stays what it is, to rounding.
 _SMALL = 1e-13
@@ -29,14 +30,15 @@ def highest_frequency(grid: Grid, conditions: Conditions, corner: FloatArray) ->
         corner: scratch of the kernels; its last row is 0.
     """
     # Of plastic laws nothing counts, and of the conditions where nodes cannot move and which move as one.
-    inputs = (*grid._replace(laws=np.zeros(0)), conditions.nodes, conditions.prescribed, conditions.groups)
+    nothing = np.zeros(0)
+    inputs = (*grid._replace(laws=nothing), conditions.nodes, conditions.prescribed, conditions.groups)
     return _found.get(inputs, lambda: _compute_frequency(grid, conditions, corner))
 
 
 def _compute_frequency(grid: Grid, conditions: Conditions, corner: FloatArray) -> float:
     n, m = len(grid.reference), len(grid.cells)
     nothing = np.zeros(0)
-    elastic = grid._replace(laws=np.full_like(grid.laws, np.inf))
+    elastic = grid._replace(laws=NoYield())
     state = State(
         np.zeros((n, 2)), np.zeros((n, 2)), np.zeros((n, 2)), np.zeros((m, 4)), np.zeros((m, 2)), np.zeros(m), nothing, nothing
     )
@@ -47,14 +49,13 @@ def _compute_frequency(grid: Grid, conditions: Conditions, corner: FloatArray) -
     for group in conditions.groups:
         members = group[group >= 0]
         shape[members] = shape[members[0]]
-    events, counts = np.zeros((1, 5)), np.zeros(1, dtype=np.int64)
 
     def force(moved: FloatArray) -> FloatArray:
         # In one step of 1 s.
         state.velocity[:] = moved
         state.stress[:] = 0.0
         state.hourglass_force[:] = 0.0
-        kernels.forces(elastic, state, conditions.groups, corner, 1.0, 0, events, counts)
+        kernels.update_forces(elastic, state, conditions.groups, corner, 1.0)
         return state.force
 
     return stable_step.highest_frequency(

@@ -1,25 +1,32 @@
 """Drucker-Prager plasticity with a flow rule of its own and linear hardening, by return to the cone or to its tip.
 
 q <= Y + H e + a p, p the pressure (positive in compression), a the friction; the flow dilates: the plastic volume strain is b
-times the equivalent plastic strain e, b the dilatancy. A trial stress outside goes back by
-e' = (q - Y - H e - a p) / (3 mu + K a b + H), q -> q - 3 mu e', p -> p + K b e'; where that would pass the tip of the cone, to
+times the equivalent plastic strain e, b the dilatancy. A trial stress outside returns by
+e' = (q - Y - H e - a p) / (3 mu + K a b + H), q -> q - 3 mu e', p -> p + K b e'. A stress beyond the tip of the cone returns to
 the tip p = -(Y + H e) / a, and e grows by q / 3 mu and by the plastic volume strain. With b = 0 the return is Wilkins' radial
-one, with a = 0 too that of von Mises. The usual sqrt(J2) + alpha I1 = k has alpha = a / (3 sqrt 3), k = Y / sqrt 3.
+one. The usual sqrt(J2) + alpha I1 = k has alpha = a / (3 sqrt 3), k = Y / sqrt 3.
 Source: D. C. Drucker, W. Prager, Q. Appl. Math. 10 (1952) 157; the return as in E. A. de Souza Neto, D. Peric, D. R. J. Owen,
 Computational Methods for Plasticity (2008), section 8.3.
 """
 
 from __future__ import annotations
 
-from typing import Literal
+from typing import Literal, NamedTuple
 
 from pydantic import model_validator
 
 from ..errors import ParameterError
-from ..support.jit import inlined
-from ..support.magnitudes import Magnitude, NotNegativeMagnitude
-from ..support.parameter_fields import field
-from .plastic_law import PlasticLaw
+from ..support.parameter_fields import Magnitude, NotNegativeMagnitude, field
+from .plastic_law import PlasticLaw, Returned, return_stress, yield_limit
+
+
+class DruckerPragerConstants(NamedTuple):
+    """Yield stress Y [Pa], hardening H [Pa], friction a, dilatancy b."""
+
+    yield_stress: float
+    hardening: float
+    friction: float
+    dilatancy: float
 
 
 class DruckerPrager(PlasticLaw):
@@ -41,34 +48,29 @@ class DruckerPrager(PlasticLaw):
             )
         return self
 
-    def constants(self) -> tuple[float, float, float, float]:
-        """Return yield stress, hardening, friction, dilatancy."""
-        return self.yield_stress, self.hardening, self.friction, self.dilatancy
+    def constants(self) -> DruckerPragerConstants:
+        """Return Y, H, a and b."""
+        return DruckerPragerConstants(self.yield_stress, self.hardening, self.friction, self.dilatancy)
 
 
-@inlined
-def return_to_cone(equivalent, pressure, strength, bulk, shear, hardening, friction, dilatancy):
-    """Return the equivalent plastic strain, and q and p [Pa] after the return; 0 and the trial's own inside.
+@yield_limit.register(DruckerPragerConstants)
+def _limit(law, plastic_strain, pressure):
+    return law.yield_stress + law.hardening * plastic_strain + law.friction * pressure
 
-    Args:
-        equivalent: q of the trial stress [Pa].
-        pressure: p of the trial stress [Pa].
-        strength: yield stress at no pressure now [Pa].
-        bulk: bulk modulus [Pa].
-        shear: shear modulus [Pa].
-        hardening: slope of the yield stress [Pa].
-        friction: a.
-        dilatancy: b.
-    """
-    beyond = equivalent - strength - friction * pressure
+
+@return_stress.register(DruckerPragerConstants)
+def _return(law, moduli, plastic_strain, equivalent, pressure):
+    strength = law.yield_stress + law.hardening * plastic_strain
+    bulk = moduli.first_lame + 2.0 * moduli.shear / 3.0
+    beyond = equivalent - strength - law.friction * pressure
     if beyond <= 0.0:
-        return 0.0, equivalent, pressure
-    strain = beyond / (3.0 * shear + bulk * friction * dilatancy + hardening)
-    left = equivalent - 3.0 * shear * strain
+        return Returned(0.0, equivalent, pressure)
+    strain = beyond / (3.0 * moduli.shear + bulk * law.friction * law.dilatancy + law.hardening)
+    left = equivalent - 3.0 * moduli.shear * strain
     if left >= 0.0:
-        return strain, left, pressure + bulk * dilatancy * strain
-    # Past the tip: what deviator there is goes, and the pressure returns to the tip. What opens there counts as plastic too,
-    # and hardening moves the tip by H / a times that.
-    strain = equivalent / (3.0 * shear) + (-strength / friction - pressure) / bulk
-    strain /= 1.0 + hardening / (friction * bulk)
-    return strain, 0.0, -(strength + hardening * strain) / friction
+        return Returned(strain, left, pressure + bulk * law.dilatancy * strain)
+    # Beyond the tip the deviator vanishes and the pressure returns to that of the tip. The opening counts as plastic strain,
+    # and hardening moves the tip by H / a times that strain.
+    strain = equivalent / (3.0 * moduli.shear) + (-strength / law.friction - pressure) / bulk
+    strain /= 1.0 + law.hardening / (law.friction * bulk)
+    return Returned(strain, 0.0, -(strength + law.hardening * strain) / law.friction)

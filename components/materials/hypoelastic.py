@@ -11,11 +11,22 @@ equations (6) to (9).
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
 from ..support.elementary_functions import logarithm
 from ..support.float_arrays import FloatArray
 from ..support.jit import internal_inlined
+
+
+class PlaneTensor(NamedTuple):
+    """A symmetric tensor in plane strain: its entries in the plane, and zz."""
+
+    xx: float
+    yy: float
+    zz: float
+    xy: float
 
 
 @internal_inlined

@@ -1,24 +1,39 @@
-"""The base of the plastic laws: a law is the constants of one yield condition, so that kernels choose among none.
+"""The base of the plastic laws, and the two functions of a law that kernels call.
 
-q <= Y + H e + a p, with the plastic volume strain b e; `drucker_prager` has the return of a stress that is outside.
+A law states the equivalent stress q = sqrt(3/2 s:s) at which a material yields, and how a trial stress beyond it returns.
+`constants` gives the law as kernels see it: a named tuple, whose class selects `yield_limit` and `return_stress`.
 """
 
 from __future__ import annotations
 
-import math
 from abc import abstractmethod
-from typing import Literal
+from typing import Any, Literal, NamedTuple
 
+from ..support.dispatch import dispatched
 from ..support.parameter_fields import field
 from ..support.tagged_union import Named
+
+
+class Returned(NamedTuple):
+    """The return of a trial stress to the yield surface.
+
+    Attributes:
+        plastic_strain: equivalent plastic strain of the step; 0 inside the surface.
+        equivalent: q after the return [Pa].
+        pressure: p after the return [Pa].
+    """
+
+    plastic_strain: float
+    equivalent: float
+    pressure: float
 
 
 class PlasticLaw(Named):
     """A law of when and how a material yields, chosen by its `name`."""
 
     @abstractmethod
-    def constants(self) -> tuple[float, float, float, float]:
-        """Return yield stress Y [Pa], hardening H [Pa], friction a, dilatancy b; an infinite Y where nothing yields."""
+    def constants(self) -> Any:
+        """Return the law as kernels see it, a named tuple; None where nothing yields."""
 
 
 class Elastic(PlasticLaw):
@@ -26,6 +41,24 @@ class Elastic(PlasticLaw):
 
     name: Literal["elastic"] = field("elastic", "a material that never yields", "1")
 
-    def constants(self) -> tuple[float, float, float, float]:
-        """Return a yield stress that nothing reaches."""
-        return math.inf, 0.0, 0.0, 0.0
+    def constants(self) -> None:
+        """Return None."""
+        return
+
+
+@dispatched
+def yield_limit(law, plastic_strain, pressure):
+    """Return the equivalent stress at which the material yields [Pa], after a plastic strain and at a pressure [Pa]."""
+
+
+@dispatched
+def return_stress(law, moduli, plastic_strain, equivalent, pressure):
+    """Return the `Returned` of a trial stress.
+
+    Args:
+        law: constants of the law.
+        moduli: a `Moduli`.
+        plastic_strain: equivalent, before the step.
+        equivalent: q of the trial stress [Pa].
+        pressure: p of the trial stress [Pa].
+    """

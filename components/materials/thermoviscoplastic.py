@@ -28,12 +28,12 @@ from __future__ import annotations
 import math
 from typing import Literal, NamedTuple
 
+from ..support.dispatch import dispatched
 from ..support.jit import inlined, internal_inlined
-from ..support.magnitudes import Magnitude, NotNegativeMagnitude
-from ..support.parameter_fields import field
+from ..support.parameter_fields import Magnitude, NotNegativeMagnitude, field
 from ..support.powers import exponential, power
 from ..support.tagged_union import Named
-from .stress_invariants import equivalent_stress
+from .tensors import Moduli, SymmetricTensor, contract, equivalent_stress, mean_stress, trace, trial_stress
 
 # What is left of flow stress and Young's modulus at least, and the largest Poisson's ratio.
 _LEAST, _LARGEST_POISSON = 1e-3, 0.49
@@ -84,11 +84,11 @@ class Thermoviscoplastic(Named):
         return self.reference_temperature + min(rises) if min(rises) < math.inf else None
 
     def constants(self, step_size: float) -> FlowConstants:
-        """Return what kernels want to know, for ticks of this length [s]."""
+        """Return the law as kernels see it, for ticks of this length [s]; its class is that of the integrator."""
         slope = 1.0 if self.temperature_dependent else 0.0
         strain = self.reference_rate * step_size
-        return FlowConstants(
-            implicit=self.integrator == "implicit",
+        integrator = ImplicitFlow if self.integrator == "implicit" else TangentFlow
+        return integrator(
             young=self.young,
             young_slope=slope * self.young_slope,
             young_curvature=slope * self.young_curvature,
@@ -112,10 +112,9 @@ class Thermoviscoplastic(Named):
 
 
 class FlowConstants(NamedTuple):
-    """The law as kernels see it.
+    """The constants of the law in kernels. The class of a law is one of the two integrators below.
 
     Attributes:
-        implicit: whether the flow of a tick is found by the implicit integrator; else by the tangent modulus.
         young, young_slope, young_curvature: E [Pa], its losses [Pa/K], [Pa/K^2].
         poisson, poisson_slope: nu, its growth [1/K].
         yield_stress, yield_curvature: sigma_0 [Pa], its loss [Pa/K^2].
@@ -129,7 +128,6 @@ class FlowConstants(NamedTuple):
         heating: chi / (rho c) [K m^3/J].
     """
 
-    implicit: bool
     young: float
     young_slope: float
     young_curvature: float
@@ -151,14 +149,47 @@ class FlowConstants(NamedTuple):
     heating: float
 
 
+class ImplicitFlow(FlowConstants):
+    """The law with the implicit integrator."""
+
+
+class TangentFlow(FlowConstants):
+    """The law with the tangent modulus."""
+
+
+class Flow(NamedTuple):
+    """The plastic flow of a tick.
+
+    Attributes:
+        strain: equivalent plastic strain of the tick.
+        along: stress whose deviator is the direction of the flow [Pa].
+        equivalent: equivalent stress of `along` [Pa].
+        before: equivalent stress before the tick [Pa].
+    """
+
+    strain: float
+    along: SymmetricTensor
+    equivalent: float
+    before: float
+
+
+class Advanced(NamedTuple):
+    """A point after a tick: Kirchhoff stress [Pa], plastic strain, temperature [K], plastic work of the tick [J/m^3]."""
+
+    stress: SymmetricTensor
+    plastic_strain: float
+    temperature: float
+    work: float
+
+
 @internal_inlined
 def elastic_moduli(law, temperature):
-    """Return Lame's constants lambda and mu [Pa] at a temperature [K]."""
+    """Return the `Moduli` at a temperature [K]."""
     rise = temperature - law.reference_temperature
     young = max(law.young - (law.young_slope + law.young_curvature * rise) * rise, _LEAST * law.young)
     poisson = min(law.poisson + law.poisson_slope * rise, _LARGEST_POISSON)
     shear = 0.5 * young / (1.0 + poisson)
-    return 2.0 * shear * poisson / (1.0 - 2.0 * poisson), shear
+    return Moduli(2.0 * shear * poisson / (1.0 - 2.0 * poisson), shear)
 
 
 @internal_inlined
@@ -193,43 +224,76 @@ def flow_stress(law, strain, temperature):
     return stress * hardening_of(law, strain)
 
 
-@inlined
-def advance_stress(law, xx, yy, zz, xy, yz, zx, dxx, dyy, dzz, dxy, dyz, dzx, strain, temperature):
-    """Advance one point by a tick; return the six stresses [Pa], plastic strain, temperature [K], plastic work [J/m^3].
+@dispatched
+def find_flow(law, stress, trial, strain, plastic_strain, temperature, shear):
+    """Return the `Flow` of a tick.
 
-    `law` is a `FlowConstants`; xx to zx the Kirchhoff stress before the tick, turned by its spin already (`turn_stress`) [Pa];
-    dxx to dzx the strain of the tick, D dt (`strain_and_spin`); `strain` the equivalent plastic strain and `temperature` [K]
-    those before the tick.
+    Args:
+        law: an `ImplicitFlow` or a `TangentFlow`.
+        stress: Kirchhoff stress before the tick, turned by its spin [Pa].
+        trial: elastic stress after the tick [Pa].
+        strain: of the tick, D dt.
+        plastic_strain: equivalent, before the tick.
+        temperature: before the tick [K].
+        shear: mu [Pa].
     """
-    first_lame, shear = elastic_moduli(law, temperature)
-    double, volume = 2.0 * shear, first_lame * (dxx + dyy + dzz)
-    # The trial stress: all of the strain is elastic.
-    txx, tyy, tzz = xx + volume + double * dxx, yy + volume + double * dyy, zz + volume + double * dzz
-    txy, tyz, tzx = xy + double * dxy, yz + double * dyz, zx + double * dzx
-    if law.implicit:
-        # D_p goes along the deviator of the trial stress.
-        pxx, pyy, pzz, pxy, pyz, pzx = txx, tyy, tzz, txy, tyz, tzx
-        begin, trial = equivalent_stress(xx, yy, zz, xy, yz, zx), equivalent_stress(txx, tyy, tzz, txy, tyz, tzx)
-        flow = implicit_flow(law, begin, trial, strain, temperature, shear)
-        length = trial
-    else:
-        # And here along that of the stress before.
-        pxx, pyy, pzz, pxy, pyz, pzx = xx, yy, zz, xy, yz, zx
-        begin = equivalent_stress(xx, yy, zz, xy, yz, zx)
-        along = xx * dxx + yy * dyy + zz * dzz + 2.0 * (xy * dxy + yz * dyz + zx * dzx)
-        along -= (xx + yy + zz) * (dxx + dyy + dzz) / 3.0
-        flow = tangent_flow(law, begin, along, strain, temperature, shear)
-        length = begin
-    if flow == 0.0:
-        return txx, tyy, tzz, txy, tyz, tzx, strain, temperature, 0.0
-    scale, mean = 3.0 * shear * flow / length, (pxx + pyy + pzz) / 3.0
-    txx, tyy, tzz = txx - scale * (pxx - mean), tyy - scale * (pyy - mean), tzz - scale * (pzz - mean)
-    txy, tyz, tzx = txy - scale * pxy, tyz - scale * pyz, tzx - scale * pzx
-    end = equivalent_stress(txx, tyy, tzz, txy, tyz, tzx)
-    work = (end if law.implicit else 0.5 * (begin + end)) * flow
+
+
+@find_flow.register(ImplicitFlow)
+def _find_implicit_flow(law, stress, trial, strain, plastic_strain, temperature, shear):
+    before, after = equivalent_stress(stress), equivalent_stress(trial)
+    return Flow(implicit_flow(law, before, after, plastic_strain, temperature, shear), trial, after, before)
+
+
+@find_flow.register(TangentFlow)
+def _find_tangent_flow(law, stress, trial, strain, plastic_strain, temperature, shear):
+    before = equivalent_stress(stress)
+    along = contract(stress, strain) - trace(stress) * trace(strain) / 3.0
+    return Flow(tangent_flow(law, before, along, plastic_strain, temperature, shear), stress, before, before)
+
+
+@dispatched
+def working_stress(law, before, after):
+    """Return the equivalent stress that does the plastic work of a tick [Pa], from those before and after it."""
+
+
+@working_stress.register(ImplicitFlow)
+def _working_stress_after(law, before, after):
+    return after
+
+
+@working_stress.register(TangentFlow)
+def _mean_working_stress(law, before, after):
+    return 0.5 * (before + after)
+
+
+@inlined
+def advance_stress(law, stress, strain, plastic_strain, temperature):
+    """Advance one point by a tick; return it as an `Advanced`.
+
+    Args:
+        law: an `ImplicitFlow` or a `TangentFlow`.
+        stress: Kirchhoff stress before the tick, turned by its spin (`turn_stress`) [Pa].
+        strain: of the tick, D dt (`strain_and_spin`).
+        plastic_strain: equivalent, before the tick.
+        temperature: before the tick [K].
+    """
+    moduli = elastic_moduli(law, temperature)
+    trial = trial_stress(stress, strain, moduli)
+    flow = find_flow(law, stress, trial, strain, plastic_strain, temperature, moduli.shear)
+    if flow.strain == 0.0:
+        return Advanced(trial, plastic_strain, temperature, 0.0)
+    along, mean = flow.along, mean_stress(flow.along)
+    scale = 3.0 * moduli.shear * flow.strain / flow.equivalent
+    xx, yy = trial.xx - scale * (along.xx - mean), trial.yy - scale * (along.yy - mean)
+    zz = trial.zz - scale * (along.zz - mean)
+    xy, yz, zx = trial.xy - scale * along.xy, trial.yz - scale * along.yz, trial.zx - scale * along.zx
+    after = equivalent_stress(SymmetricTensor(xx, yy, zz, xy, yz, zx))
+    work = working_stress(law, flow.before, after) * flow.strain
     rise = law.heating * work
-    swelling = expansion_of(law, temperature) * rise * (3.0 * first_lame + double)
-    return txx - swelling, tyy - swelling, tzz - swelling, txy, tyz, tzx, strain + flow, temperature + rise, work
+    swelling = expansion_of(law, temperature) * rise * (3.0 * moduli.first_lame + 2.0 * moduli.shear)
+    relaxed = SymmetricTensor(xx - swelling, yy - swelling, zz - swelling, xy, yz, zx)
+    return Advanced(relaxed, plastic_strain + flow.strain, temperature + rise, work)
 
 
 @inlined

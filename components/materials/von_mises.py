@@ -1,18 +1,24 @@
 """Von Mises plasticity with linear isotropic hardening, by radial return.
 
 q = sqrt(3/2 s:s) <= Y + H e, e the equivalent plastic strain, q the equivalent stress. A trial stress outside is scaled back
-along its deviator, e' = (q - Y - H e) / (3 mu + H); the pressure stays: the return of `drucker_prager` without friction. For
-plane strain with H = 0 that is exact where the direction of the strain does not turn.
+along its deviator, e' = (q - Y - H e) / (3 mu + H); the pressure stays. For plane strain with H = 0 that is exact where the
+direction of the strain does not turn.
 Source: M. L. Wilkins, Methods in Computational Physics 3 (1964) 211.
 """
 
 from __future__ import annotations
 
-from typing import Literal
+from typing import Literal, NamedTuple
 
-from ..support.magnitudes import Magnitude, NotNegativeMagnitude
-from ..support.parameter_fields import field
-from .plastic_law import PlasticLaw
+from ..support.parameter_fields import Magnitude, NotNegativeMagnitude, field
+from .plastic_law import PlasticLaw, Returned, return_stress, yield_limit
+
+
+class VonMisesConstants(NamedTuple):
+    """Yield stress Y [Pa] and hardening H [Pa]."""
+
+    yield_stress: float
+    hardening: float
 
 
 class VonMises(PlasticLaw):
@@ -22,6 +28,20 @@ class VonMises(PlasticLaw):
     yield_stress: Magnitude = field(..., "equivalent stress at first yield", "Pa")
     hardening: NotNegativeMagnitude = field(0.0, "increase of the yield stress with equivalent plastic strain", "Pa")
 
-    def constants(self) -> tuple[float, float, float, float]:
-        """Return yield stress, hardening, no friction, no dilatancy."""
-        return self.yield_stress, self.hardening, 0.0, 0.0
+    def constants(self) -> VonMisesConstants:
+        """Return Y and H."""
+        return VonMisesConstants(self.yield_stress, self.hardening)
+
+
+@yield_limit.register(VonMisesConstants)
+def _limit(law, plastic_strain, pressure):
+    return law.yield_stress + law.hardening * plastic_strain
+
+
+@return_stress.register(VonMisesConstants)
+def _return(law, moduli, plastic_strain, equivalent, pressure):
+    beyond = equivalent - (law.yield_stress + law.hardening * plastic_strain)
+    if beyond <= 0.0:
+        return Returned(0.0, equivalent, pressure)
+    strain = beyond / (3.0 * moduli.shear + law.hardening)
+    return Returned(strain, equivalent - 3.0 * moduli.shear * strain, pressure)

@@ -1,12 +1,19 @@
-"""Boundaries of the body, by name: clamped, symmetry, moved, platen, wall; an edge that is not named is free."""
+"""Boundaries of the body, by name: clamped, symmetry, moved, platen, wall; an edge that is not named is free.
+
+And the signals of their inputs.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Literal, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
+from ..inputs import Held
+from ..profiles import CompiledProfile
+from ..support.float_arrays import FloatArray
 from .geometry.bodies import EDGES, Tube
 from .geometry.lattice import Lattice
 from .kernel_arrays import IntArray
@@ -63,3 +70,30 @@ def make_conditions(body: object, lattice: Lattice, boundaries: dict[EdgeName, B
         elif kind == "wall":
             wall[:] = lattice.nodes[nodes[0], 0], 1.0 if end == 0 else -1.0
     return Conditions(prescribed, moved, wall)
+
+
+def tick_signals(held: Mapping[str, Held], moved: Mapping[str, int], tick: int, ticks: int) -> FloatArray:
+    """Return the mean factor of the pressure and the mean velocities of moved edges over each of `ticks` ticks from `tick` on.
+
+    Returns:
+        Shape (ticks, 1 + 3 edges).
+    """
+    signals = np.ones((ticks, 1 + 3 * len(moved)))
+    if isinstance(held["pressure"], CompiledProfile):
+        signals[:, 0] = held["pressure"].mean_factors(tick, ticks)
+    for place, (edge, axis) in enumerate(moved.items()):
+        velocity = held[f"{edge}_velocity"]
+        columns = slice(1 + 3 * place, 4 + 3 * place) if axis < 0 else slice(1 + 3 * place + axis, 2 + 3 * place + axis)
+        signals[:, columns] = pattern_of(velocity)
+        if isinstance(velocity, CompiledProfile):
+            signals[:, columns] *= velocity.mean_factors(tick, ticks)[:, None]
+    return signals
+
+
+def pattern_of(held: Held) -> FloatArray:
+    """Return a copy of what the signal of an array input is multiplied by.
+
+    Held arrays are read-only and those of some profiles are not: kernels would be compiled for both.
+    """
+    pattern = held.pattern if isinstance(held, CompiledProfile) else held
+    return np.array(1.0 if pattern is None else pattern, dtype=np.float64)

@@ -14,6 +14,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from ..materials.tensors import SymmetricTensor, store_symmetric
 from ..support.float_arrays import FloatArray
 from ..support.jit import internal, jit
 from .geometry.lattice import Lattice
@@ -65,18 +66,10 @@ def write_column_means(stress, means):
     half, out, through = means.halfway, means.stress, stress.shape[0] // means.alike.shape[0]
     for p in range(stress.shape[0]):
         q, r = neighbours(means, p, 0, through)
-        xx, yy, zz = mean(stress, p, q, r, 0), mean(stress, p, q, r, 1), mean(stress, p, q, r, 2)
-        xy, yz, zx = mean(stress, p, q, r, 3), mean(stress, p, q, r, 4), mean(stress, p, q, r, 5)
-        half[p, 0], half[p, 1], half[p, 2], half[p, 3], half[p, 4], half[p, 5] = rotate_stress(
-            means.cosine[p], means.sine[p], xx, yy, zz, xy, yz, zx
-        )
+        store_symmetric(half, p, rotate_about_x(means.cosine[p], means.sine[p], mean_of_three(stress, p, q, r)))
     for p in range(stress.shape[0]):
         q, r = neighbours(means, p, 2, through)
-        xx, yy, zz = mean(half, p, q, r, 0), mean(half, p, q, r, 1), mean(half, p, q, r, 2)
-        xy, yz, zx = mean(half, p, q, r, 3), mean(half, p, q, r, 4), mean(half, p, q, r, 5)
-        out[p, 0], out[p, 1], out[p, 2], out[p, 3], out[p, 4], out[p, 5] = rotate_stress(
-            means.cosine[p], -means.sine[p], xx, yy, zz, xy, yz, zx
-        )
+        store_symmetric(out, p, rotate_about_x(means.cosine[p], -means.sine[p], mean_of_three(half, p, q, r)))
 
 
 @internal
@@ -94,15 +87,20 @@ def neighbours(means, p, side, through):
 
 
 @internal
-def mean(values, p, q, r, entry):
-    """Return the mean of an entry at three points, the first with twice the weight."""
-    return 0.5 * values[p, entry] + 0.25 * (values[q, entry] + values[r, entry])
+def mean_of_three(stress, p, q, r):
+    """Return the mean of the stresses of three points, the first with twice the weight."""
+    s = stress
+    return SymmetricTensor(
+        0.5 * s[p, 0] + 0.25 * (s[q, 0] + s[r, 0]), 0.5 * s[p, 1] + 0.25 * (s[q, 1] + s[r, 1]),
+        0.5 * s[p, 2] + 0.25 * (s[q, 2] + s[r, 2]), 0.5 * s[p, 3] + 0.25 * (s[q, 3] + s[r, 3]),
+        0.5 * s[p, 4] + 0.25 * (s[q, 4] + s[r, 4]), 0.5 * s[p, 5] + 0.25 * (s[q, 5] + s[r, 5]),
+    )  # fmt: skip
 
 
 @internal
-def rotate_stress(c, s, xx, yy, zz, xy, yz, zx):
-    """Return a stress in a frame that is rotated about x."""
-    return (
-        xx, c * c * yy - 2.0 * c * s * yz + s * s * zz, s * s * yy + 2.0 * c * s * yz + c * c * zz, c * xy - s * zx,
-        c * s * (yy - zz) + (c * c - s * s) * yz, s * xy + c * zx,
+def rotate_about_x(c, s, t):
+    """Return a symmetric tensor in a frame that is rotated about x."""
+    return SymmetricTensor(
+        t.xx, c * c * t.yy - 2.0 * c * s * t.yz + s * s * t.zz, s * s * t.yy + 2.0 * c * s * t.yz + c * c * t.zz,
+        c * t.xy - s * t.zx, c * s * (t.yy - t.zz) + (c * c - s * s) * t.yz, s * t.xy + c * t.zx,
     )  # fmt: skip

@@ -10,25 +10,26 @@ import numpy as np
 
 from ..balances import Balance
 from ..component import Component
-from ..contract import Variable
 from ..drawables import Cells, Drawable, Points
 from ..errors import ParameterError, StepError
 from ..support.float_arrays import FloatArray
 from ..support.stable_step import longest_suggested_step, refuse_large_step, suggest_step
-from . import energies, kernel_arrays, kernels, parallel_steps
+from ..variables import Variable
+from . import energies, kernel_arrays, kernels
+from .boundaries import pattern_of, tick_signals
 from .column_means import ColumnMeans, make_column_means, write_column_means
 from .fracture.breaking_body import KINDS, LOST_KINDS, BreakingBody
-from .fracture.criterion_evaluation import write_triaxiality
+from .fracture.judgement import write_triaxiality
 from .fracture.law import FractureLaw
 from .fracture.outcome import BULGED, BULGED_STRAIN, OUTCOMES, WHOLE
 from .fracture.principal_stress import PrincipalStress
 from .geometry.lattice import Lattice
-from .input_signals import pattern_of, tick_signals
-from .kernel_arrays import IntArray, Solid, State
+from .kernel_arrays import IntArray, Solid, State, Tables
 from .kernel_setup import Assembly, assemble, station_means, surface_quads
 from .parameters import ShellParameters
 from .quadrature import RuleName
 from .stability import CRACKED, WALL_STIFFNESS, highest_frequency
+from .ticks import advance, update_forces
 
 _STATE = ("displacement", "velocity", "force", "gradient", "stress", "plastic_strain", "temperature", "plastic_work", "area")
 # What a node, and an integration point, take at least: tables, state, its copy, scratch, and the stencils by which fields are
@@ -245,8 +246,8 @@ class Shell(Component):
         """Return a field where the nodes are, from its parameters, shape (n, 3)."""
         if self._breaking is not None:
             return self._breaking.node_field(self._block, parameters)
-        some, out = self.assembly.node_stencils, np.zeros_like(parameters)
-        kernels.interpolate(some.begin, some.lowest, some.offsets, some.kind, some.first, some.values, parameters, out)
+        out = np.zeros_like(parameters)
+        kernels.interpolate(self.assembly.node_stencils, parameters, out)
         return out
 
     def _at_nodes(self, values: FloatArray) -> FloatArray:
@@ -335,7 +336,8 @@ class Shell(Component):
             self._update_forces()
         if "nodal_velocity" in values:
             self._write_start("nodal_velocity", state.velocity, values)
-        kernels.measure_wall(self._solid, state, self._block["tally"])
+        if self._whole.wall[1]:
+            kernels.measure_wall(self._solid, state, self._block["tally"])
         kernels.write_areas(self._solid, state)
         sums = self._sums()
         self._block["start"][:] = sums["energy"], *sums["momentum"]
@@ -344,7 +346,7 @@ class Shell(Component):
     def _update_forces(self) -> int:
         """Advance stresses elastically to the displacements of now, and write the forces; return 0 or a status."""
         elastic = self._solid._replace(plastic=False)
-        return int(kernels.update_forces(elastic, self._state, self._scratch, self._failed))
+        return update_forces(elastic, self._state, self._scratch, self._failed)
 
     def _refuse_bad_start(self) -> None:
         if not (self._state.temperature > 0.0).all():
@@ -367,9 +369,9 @@ class Shell(Component):
                 at=("start", name, node, direction),
             )
 
-    def tables(self) -> tuple[Solid, State, kernel_arrays.Scratch, FloatArray]:
-        """Return what the kernels work on, for a parent that calls them itself; the last one is the tally."""
-        return self._solid, self._state, self._scratch, self._block["tally"]
+    def tables(self) -> Tables:
+        """Return the arrays of the kernels, for a parent that calls them itself."""
+        return Tables(self._solid, self._state, self._scratch, self._block["tally"])
 
     def _advance(self, ticks: int) -> int:
         signals = tick_signals(self._held, self.assembly.conditions.moved, self._tick, ticks)
@@ -378,12 +380,9 @@ class Shell(Component):
             return self._breaking.advance(
                 self._block, self._state, self._scratch, signals, pressures, self._tick, self._failed, self._add_event
             )
-        advance = parallel_steps.advance if parallel_steps.divides(self._whole) else kernels.advance
-        return int(
-            advance(
-                self._solid, self._state, self._scratch, signals, pattern_of(self._held["pressure"]), self._block["tally"],
-                self._tick, self._failed,
-            )
+        return advance(
+            self._solid, self._state, self._scratch, signals, pattern_of(self._held["pressure"]), self._block["tally"],
+            self._tick, self._failed,
         )  # fmt: skip
 
     def _explain(self, status: int) -> StepError:

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from ..materials.stress_invariants import elastic_energy_density, largest_principal
+from ..materials.tensors import SymmetricTensor, elastic_energy_density, largest_principal, load_deformation, load_symmetric
 from ..materials.thermoviscoplastic import elastic_moduli
 from ..support.jit import jit
 from .hourglass import hourglass_energy
@@ -36,15 +36,12 @@ def sum_nodes(body, state, out):
 def sum_points(solid, state, out):
     """Write the elastic energy and the plastic work, shape (2,) [J]."""
     elastic, plastic, law = 0.0, 0.0, solid.law
-    lame, shear = elastic_moduli(law, law.reference_temperature)
+    moduli = elastic_moduli(law, law.reference_temperature)
     for p in range(solid.body.volume.size):
-        stress = state.stress[p]
         if solid.plastic:
-            lame, shear = elastic_moduli(law, state.temperature[p])
+            moduli = elastic_moduli(law, state.temperature[p])
             plastic += solid.body.volume[p] * state.plastic_work[p]
-        elastic += solid.body.volume[p] * elastic_energy_density(
-            stress[0], stress[1], stress[2], stress[3], stress[4], stress[5], lame, shear
-        )
+        elastic += solid.body.volume[p] * elastic_energy_density(load_symmetric(state.stress, p), moduli)
     out[0], out[1] = elastic, plastic
 
 
@@ -62,8 +59,7 @@ def wall_energy(solid, state):
 def write_largest_principal(stress, out):
     """Write the largest principal stress of each point [Pa]."""
     for p in range(out.size):
-        xx, yy, zz, xy, yz, zx = stress[p, 0], stress[p, 1], stress[p, 2], stress[p, 3], stress[p, 4], stress[p, 5]
-        out[p], _, _, _ = largest_principal(xx, yy, zz, xy, yz, zx)
+        out[p] = largest_principal(load_symmetric(stress, p)).value
 
 
 @jit
@@ -71,13 +67,13 @@ def smallest_stretch(gradient):
     """Return the smallest principal stretch of all points: the root of the least eigenvalue of F^T F, at least 1e-6."""
     least = 1.0e300
     for p in range(gradient.shape[0]):
-        h = gradient[p]
-        ax, bx, cx, ay, by, cy, az, bz, cz = 1.0 + h[0], h[1], h[2], h[3], 1.0 + h[4], h[5], h[6], h[7], 1.0 + h[8]
-        largest, _, _, _ = largest_principal(
-            -(ax * ax + ay * ay + az * az), -(bx * bx + by * by + bz * bz), -(cx * cx + cy * cy + cz * cz),
-            -(ax * bx + ay * by + az * bz), -(bx * cx + by * cy + bz * cz), -(cx * ax + cy * ay + cz * az),
+        f = load_deformation(gradient, p)
+        square = SymmetricTensor(
+            -(f.xx * f.xx + f.yx * f.yx + f.zx * f.zx), -(f.xy * f.xy + f.yy * f.yy + f.zy * f.zy),
+            -(f.xz * f.xz + f.yz * f.yz + f.zz * f.zz), -(f.xx * f.xy + f.yx * f.yy + f.zx * f.zy),
+            -(f.xy * f.xz + f.yy * f.yz + f.zy * f.zz), -(f.xz * f.xx + f.yz * f.yx + f.zz * f.zx),
         )  # fmt: skip
-        least = min(least, -largest)
+        least = min(least, -largest_principal(square).value)
     return sqrt(max(least, 1e-12))
 
 

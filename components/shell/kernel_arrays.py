@@ -5,17 +5,18 @@ n nodes, m integration points, c columns of nodes through the thickness.
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
 from ..materials.thermoviscoplastic import FlowConstants
 from ..support.float_arrays import FloatArray
-from .neighbour_lists import CompactArray
-from .neighbour_lists import IndexArray as IndexArray
 
 IntArray = npt.NDArray[np.int64]
+IndexArray = npt.NDArray[np.uint32]
+# Of one, two or four bytes.
+CompactArray = npt.NDArray[np.unsignedinteger[Any]]
 # Columns, -1 for none.
 ColumnArray = npt.NDArray[np.int32]
 
@@ -164,6 +165,15 @@ class Solid(NamedTuple):
     reference: FloatArray
 
 
+class Tables(NamedTuple):
+    """All that the kernels work on; `tally` has the entries named below, shape (TALLY,)."""
+
+    solid: Solid
+    state: State
+    scratch: Scratch
+    tally: FloatArray
+
+
 # Entries of the tally since the reset; three each where it is a vector. WALL_FORCE is that of now.
 PRESSURE_WORK, BOUNDARY_WORK, PRESSURE_IMPULSE, BOUNDARY_IMPULSE, WALL_IMPULSE, WALL_FORCE, TALLY = 0, 1, 2, 5, 8, 9, 10
 # Statuses of a tick: a point is inverted, strained too much in one tick, has flown or become hot beyond measure.
@@ -173,3 +183,28 @@ INVERTED, STRAINED, FLOWN, HEATED = 1, 2, 3, 4
 def make_scratch(points: int, columns: int, surface: int) -> Scratch:
     """Return scratch for so many integration points, columns and nodes of the inner surface."""
     return Scratch(np.zeros((points, 9)), np.zeros((columns, 3)), np.zeros((surface, 3)))
+
+
+def compress(begin: npt.NDArray[Any], numbers: npt.NDArray[Any]) -> tuple[IndexArray, CompactArray]:
+    """Return the lowest number of each list, 0 of one that is empty, and all numbers less that of their list.
+
+    Args:
+        begin: where each of n lists begins in `numbers`, and the end of the last, shape (n + 1,).
+        numbers: of all lists, one after the other, whole ones from 0.
+    """
+    counts = np.diff(begin.astype(np.int64))
+    lowest = np.zeros(len(counts), dtype=np.uint32)
+    filled = counts > 0
+    lowest[filled] = np.minimum.reduceat(numbers, begin[:-1][filled].astype(np.int64))
+    # Never one byte: kernels are compiled for types, and would be once more for bodies of few nodes.
+    return lowest, compact(numbers - np.repeat(lowest, counts), np.uint16)
+
+
+def expand(begin: npt.NDArray[Any], lowest: IndexArray, offsets: CompactArray) -> IndexArray:
+    """Return the numbers of all lists, as `compress` took them."""
+    return np.repeat(lowest, np.diff(begin.astype(np.int64))) + offsets
+
+
+def compact(numbers: npt.NDArray[Any], smallest: type[np.unsignedinteger[Any]] = np.uint8) -> CompactArray:
+    """Return whole numbers from 0 in the first type from a smallest one on that holds the largest of them."""
+    return numbers.astype(np.promote_types(smallest, np.min_scalar_type(int(numbers.max(initial=0)))))

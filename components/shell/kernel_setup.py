@@ -13,8 +13,7 @@ from ..support.float_arrays import FloatArray
 from .boundaries import Conditions, edge_nodes, make_conditions
 from .geometry.lattice import Lattice
 from .hourglass import make_hourglass
-from .kernel_arrays import Body, ColumnArray, Hourglass, IntArray, Solid, Surface
-from .neighbour_lists import CompactArray, IndexArray, compact, compress
+from .kernel_arrays import Body, ColumnArray, CompactArray, Hourglass, IndexArray, IntArray, Solid, Surface, compact, compress
 from .parameters import ShellParameters
 from .quadrature import IntegrationPoints, LinePoints, integration_points, points_at_planes
 from .shape_functions import UnspannedBasisError

@@ -15,9 +15,20 @@ from math import sqrt
 import numpy as np
 
 from ..materials.finite_strain import nominal_stress, strain_and_spin, turn_stress
+from ..materials.tensors import (
+    Tensor,
+    add,
+    contract,
+    determinant,
+    load_deformation,
+    load_symmetric,
+    store_symmetric,
+    subtract,
+    trace,
+    trial_stress,
+)
 from ..materials.thermoviscoplastic import advance_stress, elastic_moduli
 from ..support.jit import internal, internal_inlined, jit
-from .hourglass import hold_columns
 from .kernel_arrays import (
     BOUNDARY_IMPULSE,
     BOUNDARY_WORK,
@@ -36,34 +47,17 @@ LARGEST_PLASTIC_STRAIN, LARGEST_TEMPERATURE, LARGEST_STRAIN_OF_TICK = 10.0, 1e4,
 
 
 @jit
-def advance(solid, state, scratch, signals, pressures, tally, first_tick, failed):
-    """Advance by as many ticks as `signals` has rows; return 0 or a status of `kernel_arrays`.
+def drift(solid, state, scratch, signals, pressures, tally):
+    """Make the first half kick, and move the nodes; tally what prescribed velocities do.
 
     Args:
         solid: `kernel_arrays.Solid`.
         state: `kernel_arrays.State`.
         scratch: `kernel_arrays.Scratch`.
-        signals: means over each tick: the factor of the pressure, then velocities of edges, shape (ticks, k).
-        pressures: what the factor is multiplied by at each station of the inner surface, shape (stations,) [Pa].
+        signals: of the tick, as the next two in `ticks.Inputs`.
+        pressures: at the stations [Pa].
         tally: shape (TALLY,).
-        first_tick: before the first of these ticks.
-        failed: of a failure the point and the tick, shape (2,).
     """
-    for row in range(signals.shape[0]):
-        failed[1] = first_tick + row + 1
-        drift(solid, state, scratch, signals[row], pressures, tally)
-        status = update_stresses(solid, state, scratch, 0, solid.body.volume.size, failed)
-        if status != 0:
-            return status
-        hold_columns(solid, state, scratch, 0, solid.hourglass.partner.shape[0])
-        gather_forces(solid, state, scratch, 0, solid.body.mass.size)
-        kick(solid, state, scratch, signals[row], pressures, tally)
-    return 0
-
-
-@jit
-def drift(solid, state, scratch, signals, pressures, tally):
-    """Make the first half kick, and move the nodes; tally what prescribed velocities do."""
     body, surface, step = solid.body, solid.surface, solid.step
     u, v, f, mass, prescribed = state.displacement, state.velocity, state.force, body.mass, body.prescribed
     half, factor = 0.5 * step, signals[0]
@@ -149,18 +143,6 @@ def edge(surface, u, first, second):
     )
 
 
-def update_forces(solid, state, scratch, failed):
-    """Advance stresses to the displacements of now, and write the forces; return 0 or a status of `kernel_arrays`.
-
-    For callers outside of `advance`. It is not compiled: a kernel that calls kernels holds their machine code once more.
-    """
-    status = update_stresses(solid, state, scratch, 0, solid.body.volume.size, failed)
-    if status == 0:
-        hold_columns(solid, state, scratch, 0, solid.hourglass.partner.shape[0])
-        gather_forces(solid, state, scratch, 0, solid.body.mass.size)
-    return status
-
-
 @jit
 def update_stresses(solid, state, scratch, begin, end, failed):
     """Advance the stresses of some points to the displacements of now, and write what pulls on their nodes.
@@ -171,8 +153,8 @@ def update_stresses(solid, state, scratch, begin, end, failed):
     body, law, u = solid.body, solid.law, state.displacement
     starts, lowest, offsets = body.begin, body.lowest, body.offsets
     kind, first, gradients = body.kind, body.first, body.gradients
-    old, stress, pull = state.gradient, state.stress, scratch.pull
-    lame, shear = elastic_moduli(law, law.reference_temperature)
+    old, stresses, pull = state.gradient, state.stress, scratch.pull
+    moduli = elastic_moduli(law, law.reference_temperature)
     for p in range(begin, end):
         axx, axy, axz, ayx, ayy, ayz, azx, azy, azz = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
         row, low = first[kind[p]], lowest[p]
@@ -197,73 +179,62 @@ def update_stresses(solid, state, scratch, begin, end, failed):
         axy, axz = c * axy + s * axz, c * axz - s * axy
         ayy, ayz = c * ayy + s * ayz, c * ayz - s * ayy
         azy, azz = c * azy + s * azz, c * azz - s * azy
-        gxx, gyy, gzz = 1.0 + axx, 1.0 + ayy, 1.0 + azz
-        determinant = gxx * (gyy * gzz - ayz * azy) + axy * (ayz * azx - ayx * gzz) + axz * (ayx * azy - gyy * azx)
-        if not (determinant > 0.0 and determinant < 1e300):
-            failed[0], pull[p, 0], pull[p, 1] = p, determinant, 0.0
+        after = Tensor(1.0 + axx, axy, axz, ayx, 1.0 + ayy, ayz, azx, azy, 1.0 + azz)
+        volume = determinant(after)
+        if not (volume > 0.0 and volume < 1e300):
+            failed[0], pull[p, 0], pull[p, 1] = p, volume, 0.0
             return INVERTED
-        dxx, dyy, dzz, dxy, dyz, dzx, wxy, wyz, wzx = strain_and_spin(
-            1.0 + old[p, 0], old[p, 1], old[p, 2], old[p, 3], 1.0 + old[p, 4], old[p, 5], old[p, 6], old[p, 7],
-            1.0 + old[p, 8], gxx, axy, axz, ayx, gyy, ayz, azx, azy, gzz,
-        )  # fmt: skip
-        largest = max(abs(dxx), abs(dyy), abs(dzz), abs(dxy), abs(dyz), abs(dzx))
+        strain, spin = strain_and_spin(load_deformation(old, p), after)
+        largest = max(abs(strain.xx), abs(strain.yy), abs(strain.zz), abs(strain.xy), abs(strain.yz), abs(strain.zx))
         if not largest < LARGEST_STRAIN_OF_TICK:
             failed[0], pull[p, 0], pull[p, 1] = p, largest, LARGEST_STRAIN_OF_TICK
             return STRAINED
         old[p, 0], old[p, 1], old[p, 2], old[p, 3], old[p, 4] = axx, axy, axz, ayx, ayy
         old[p, 5], old[p, 6], old[p, 7], old[p, 8] = ayz, azx, azy, azz
-        xx, yy, zz, xy, yz, zx = turn_stress(
-            stress[p, 0], stress[p, 1], stress[p, 2], stress[p, 3], stress[p, 4], stress[p, 5], wxy, wyz, wzx
-        )
+        turned = turn_stress(load_symmetric(stresses, p), spin)
         if solid.plastic:
-            txx, tyy, tzz, txy, tyz, tzx, strain, temperature, work = advance_stress(
-                law, xx, yy, zz, xy, yz, zx, dxx, dyy, dzz, dxy, dyz, dzx, state.plastic_strain[p], state.temperature[p]
-            )
-            if not strain < LARGEST_PLASTIC_STRAIN:
-                failed[0], pull[p, 0], pull[p, 1] = p, strain, LARGEST_PLASTIC_STRAIN
+            new = advance_stress(law, turned, strain, state.plastic_strain[p], state.temperature[p])
+            if not new.plastic_strain < LARGEST_PLASTIC_STRAIN:
+                failed[0], pull[p, 0], pull[p, 1] = p, new.plastic_strain, LARGEST_PLASTIC_STRAIN
                 return FLOWN
-            if not temperature < LARGEST_TEMPERATURE:
-                failed[0], pull[p, 0], pull[p, 1] = p, temperature, LARGEST_TEMPERATURE
+            if not new.temperature < LARGEST_TEMPERATURE:
+                failed[0], pull[p, 0], pull[p, 1] = p, new.temperature, LARGEST_TEMPERATURE
                 return HEATED
-            if work > 0.0:
-                lame, shear = elastic_moduli(law, state.temperature[p])
-                state.plastic_work[p] += dissipation(
-                    lame, shear, xx, yy, zz, xy, yz, zx, txx, tyy, tzz, txy, tyz, tzx, dxx, dyy, dzz, dxy, dyz, dzx
-                )
-            xx, yy, zz, xy, yz, zx = txx, tyy, tzz, txy, tyz, tzx
-            state.plastic_strain[p], state.temperature[p] = strain, temperature
+            if new.work > 0.0:
+                moduli = elastic_moduli(law, state.temperature[p])
+                state.plastic_work[p] += dissipation(moduli, turned, new.stress, strain)
+            stress = new.stress
+            state.plastic_strain[p], state.temperature[p] = new.plastic_strain, new.temperature
         else:
-            volumetric, double = lame * (dxx + dyy + dzz), 2.0 * shear
-            xx, yy, zz = xx + volumetric + double * dxx, yy + volumetric + double * dyy, zz + volumetric + double * dzz
-            xy, yz, zx = xy + double * dxy, yz + double * dyz, zx + double * dzx
-        stress[p, 0], stress[p, 1], stress[p, 2] = xx, yy, zz
-        stress[p, 3], stress[p, 4], stress[p, 5] = xy, yz, zx
-        pxx, pxy, pxz, pyx, pyy, pyz, pzx, pzy, pzz = nominal_stress(
-            gxx, axy, axz, ayx, gyy, ayz, azx, azy, gzz, xx, yy, zz, xy, yz, zx
-        )
-        volume = body.volume[p]
-        c, s = volume * c, volume * s
-        volume *= stretch
-        pull[p, 0], pull[p, 1], pull[p, 2] = volume * pxx, volume * pxy, volume * pxz
-        pull[p, 3], pull[p, 4], pull[p, 5] = c * pyx - s * pzx, c * pyy - s * pzy, c * pyz - s * pzz
-        pull[p, 6], pull[p, 7], pull[p, 8] = s * pyx + c * pzx, s * pyy + c * pzy, s * pyz + c * pzz
+            stress = trial_stress(turned, strain, moduli)
+        store_symmetric(stresses, p, stress)
+        write_point_pull(body, p, nominal_stress(after, stress), pull)
     return 0
 
 
 @internal_inlined
-def dissipation(lame, shear, axx, ayy, azz, axy, ayz, azx, bxx, byy, bzz, bxy, byz, bzx, dxx, dyy, dzz, dxy, dyz, dzx):
+def write_point_pull(body, p, nominal, pull_out):
+    """Write the nominal stress of a point times its volume, in the frame of the point [N m]."""
+    pull, volume = pull_out, body.volume[p]
+    c, s = volume * body.cosine[p], volume * body.sine[p]
+    volume *= body.along[p]
+    pull[p, 0], pull[p, 1], pull[p, 2] = volume * nominal.xx, volume * nominal.xy, volume * nominal.xz
+    pull[p, 3], pull[p, 6] = c * nominal.yx - s * nominal.zx, s * nominal.yx + c * nominal.zx
+    pull[p, 4], pull[p, 7] = c * nominal.yy - s * nominal.zy, s * nominal.yy + c * nominal.zy
+    pull[p, 5], pull[p, 8] = c * nominal.yz - s * nominal.zz, s * nominal.yz + c * nominal.zz
+
+
+@internal_inlined
+def dissipation(moduli, before, after, strain):
     """Return the work of a tick that is not stored, by the mean of both stresses: plastic, and against thermal expansion.
 
-    a is the turned stress before the tick, b that after it [Pa], d the strain of the tick; then Lame's constants [Pa].
+    `before` and `after` are the turned stress before the tick and the stress after it [Pa], `strain` that of the tick.
     """
-    mxx, myy, mzz, mxy, myz, mzx = axx + bxx, ayy + byy, azz + bzz, axy + bxy, ayz + byz, azx + bzx
-    work = mxx * dxx + myy * dyy + mzz * dzz + 2.0 * (mxy * dxy + myz * dyz + mzx * dzx)
-    shape = (
-        mxx * (bxx - axx) + myy * (byy - ayy) + mzz * (bzz - azz)
-        + 2.0 * (mxy * (bxy - axy) + myz * (byz - ayz) + mzx * (bzx - azx))
-    )  # fmt: skip
-    trace = (mxx + myy + mzz) * (bxx + byy + bzz - axx - ayy - azz)
-    return 0.5 * (work - (shape - trace * lame / (3.0 * lame + 2.0 * shear)) / (2.0 * shear))
+    twice_mean, change = add(before, after), subtract(after, before)
+    traces = trace(twice_mean) * (after.xx + after.yy + after.zz - before.xx - before.yy - before.zz)
+    traces = traces * moduli.first_lame / (3.0 * moduli.first_lame + 2.0 * moduli.shear)
+    stored = (contract(twice_mean, change) - traces) / (2.0 * moduli.shear)
+    return 0.5 * (contract(twice_mean, strain) - stored)
 
 
 @jit
@@ -329,11 +300,15 @@ def norm_ratio(image, vector, mass):
 
 
 @jit
-def interpolate(begin, lowest, offsets, kind, first, values, field, out):
-    """Write a field at points, from its parameters at the nodes, shape (n, 3): u(X_p) = sum_J N_J u_J."""
+def interpolate(stencils, field, out):
+    """Write a field at points, from its parameters at the nodes, shape (n, 3): u(X_p) = sum_J N_J u_J.
+
+    `stencils` are the `Stencils` of the points.
+    """
+    begin, lowest, offsets, values = stencils.begin, stencils.lowest, stencils.offsets, stencils.values
     for p in range(out.shape[0]):
         x, y, z = 0.0, 0.0, 0.0
-        row = first[kind[p]]
+        row = stencils.first[stencils.kind[p]]
         for entry in range(begin[p], begin[p + 1]):
             j, value = lowest[p] + offsets[entry], values[row]
             row += np.uint32(1)

@@ -7,8 +7,8 @@ import numpy as np
 from ..support import stable_step
 from ..support.counter_random import uniform
 from ..support.float_arrays import FloatArray
-from ..support.result_cache import ResultCache
-from . import kernels
+from ..support.stable_step import ResultCache
+from . import kernels, ticks
 from .kernel_arrays import Solid, State, make_scratch
 
 # Displacements, over the size of the stencils, that leave the geometry as it is.
@@ -55,7 +55,7 @@ def _compute_frequency(solid: Solid) -> float:
         state.displacement[:] = displacement
         state.gradient[:] = 0.0
         state.stress[:] = 0.0
-        kernels.update_forces(solid._replace(plastic=False), state, scratch, failed)
+        ticks.update_forces(solid._replace(plastic=False), state, scratch, failed)
         return state.force
 
     return stable_step.highest_frequency(

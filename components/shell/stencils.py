@@ -16,7 +16,7 @@ import numpy.typing as npt
 from ..support.float_arrays import FloatArray
 from .geometry.lattice import Lattice
 from .geometry.lattice_axis import Axis, IntArray
-from .neighbour_lists import CompactArray, IndexArray, compress, expand
+from .kernel_arrays import CompactArray, IndexArray, compress, expand
 from .quadrature import LinePoints
 from .shape_functions import BasisName, UnspannedBasisError, moving_least_squares, quartic_spline
 

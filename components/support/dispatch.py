@@ -15,7 +15,7 @@ from numba.extending import overload
 
 from .jit import OPTIONS
 
-_COMPILED = {**OPTIONS, "no_cpython_wrapper": True}
+_COMPILED: Any = {**OPTIONS, "no_cpython_wrapper": True}
 
 
 def dispatched(function: Callable[..., Any]) -> Any:

@@ -1,7 +1,7 @@
-"""Elementary functions, a Fourier transform and a spline by + - x / and sqrt alone: the same bits on every machine.
+"""Elementary functions, rational powers, a Fourier transform and a spline by + - x / and sqrt alone: reproducible bits.
 
-numpy and the C library choose among several versions of exp, log, sin and pow by the CPU that they find, and their last bits
-differ. What becomes a constant of an environment uses these. In compiled loops `powers.power` is x^p.
+numpy and the C library choose among several versions of exp, log, sin and pow by CPU, and their last bits differ. Constants of
+components and environments use these functions. In compiled loops use `powers.power` for x^p.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from .float_arrays import FloatArray
 
 # ln 2 in two parts: the first has so few bits that its product with a small whole number is exact.
 _LN2_HIGH, _LN2_LOW = 0.693147180369123816490, 1.90821492927058770002e-10
-_NEWTON_STEPS = 60
+_NEWTON_STEPS, _MOST_STEPS = 60, 200
 
 
 def exponential(x: npt.ArrayLike) -> FloatArray:
@@ -135,4 +135,62 @@ def _power(x: FloatArray, exponent: int) -> FloatArray:
     result = np.ones(x.shape)
     for _ in range(exponent):
         result = result * x
+    return result
+
+
+def two_thirds_power(value: FloatArray) -> FloatArray:
+    """Return value^(2/3) for an array of numbers >= 0, by Newton's iteration on y sqrt(y) = value."""
+    # y^1.5 is convex and 1 + value lies above the root, so the iteration decreases monotonically.
+    root = np.where(value > 0.0, 1.0 + value, 0.0)
+    before = root
+    for left in range(_MOST_STEPS, 0, -1):
+        slope = np.sqrt(root)
+        better = np.where(root > 0.0, root - (root * slope - value) / np.where(slope > 0.0, 1.5 * slope, 1.0), 0.0)
+        better = np.maximum(better, 0.0)
+        if np.all(np.abs(better - root) <= 1e-16 * root):
+            break
+        if np.array_equal(better, before):  # alternates between two neighbours
+            root = root if left % 2 == 0 else better
+            break
+        before, root = root, better
+    return np.where(value > 0.0, root, 0.0)
+
+
+def fifth_root(value: float) -> float:
+    """Return value^(1/5) for a finite number > 0, by Newton's iteration."""
+    if not 0.0 < value < float("inf"):
+        raise ValueError(f"fifth_root of {value}")
+    scale = 1.0
+    while value > 32.0:
+        value, scale = value / 32.0, scale * 2.0
+    while value < 1.0:
+        value, scale = value * 32.0, scale * 0.5
+    root = 2.0
+    for _ in range(60):
+        fourth = root * root * root * root
+        better = root - (root * fourth - value) / (5.0 * fourth)
+        if better >= root:
+            break
+        root = better
+    return root * scale
+
+
+def nth_root(value: float, degree: int) -> float:
+    """Return value^(1/degree) for a finite number > 0 and a degree from 1, by bisection down to two neighbouring floats."""
+    if not (0.0 < value < float("inf") and degree >= 1):
+        raise ValueError(f"root of degree {degree} of {value}")
+    low, high = min(1.0, value), max(1.0, value)
+    while True:
+        middle = low + 0.5 * (high - low)
+        if not low < middle < high:
+            return high
+        low, high = (middle, high) if integer_power(middle, degree) < value else (low, middle)
+
+
+def integer_power(base: float, exponent: int) -> float:
+    """Return base^exponent for an exponent from 0, by squaring: about 2 log2(exponent) multiplications."""
+    result = 1.0
+    while exponent:
+        result = result * base if exponent & 1 else result
+        base, exponent = base * base, exponent >> 1
     return result

@@ -19,7 +19,7 @@ from numba.core import sigutils
 
 from .notice import tell
 
-_settings: Any = numba.config
+_settings: Any = numba.config  # pyright: ignore[reportPrivateImportUsage]
 # Whether anything is compiled at all.
 JIT = not _settings.DISABLE_JIT
 # Options of every kernel. Kernels raise nothing, and a division that may raise would keep a loop from being vectorised.
@@ -64,7 +64,8 @@ def _compile(function: F, **options: Any) -> F:
     folder = cache_folder() if function.__module__.partition(".")[0] in _hashed_packages() else None
     before, _settings.CACHE_DIR = _settings.CACHE_DIR, str(folder or "")
     try:
-        return numba.njit(**OPTIONS, **options, cache=folder is not None)(function)
+        compiled: Any = numba.njit(**OPTIONS, **options, cache=folder is not None)
+        return compiled(function)
     finally:
         _settings.CACHE_DIR = before
 
@@ -78,7 +79,7 @@ def cache_folder() -> Path | None:
     """
     try:
         kernels = cache_base() / "kernels"
-        folder = kernels / source_hash()
+        folder = kernels / _hash_with_plugins()
         is_new = not folder.is_dir()
         folder.mkdir(mode=0o700, parents=True, exist_ok=True)
         os.utime(folder)
@@ -109,13 +110,24 @@ def _delete_old(kernels: Path) -> None:
 
 @cache
 def source_hash() -> str:
-    """Hash the sources of all components and of plug-ins, and the versions of Python, numba and numpy."""
+    """Hash the sources of all components, and the versions of Python, numba and numpy."""
     state = hashlib.sha256(f"{sys.version} {numba.__version__} {np.__version__}".encode())
-    for root in (Path(__file__).resolve().parent.parent, *_plugin_sources()):
-        for path in sorted(root.rglob("*.py")) if root.is_dir() else [root]:
-            state.update(str(path.relative_to(root)).encode())
-            state.update(path.read_bytes())
+    _hash_sources(state, Path(__file__).resolve().parent.parent)
     return state.hexdigest()[:16]
+
+
+def _hash_with_plugins() -> str:
+    """Hash the sources of components and of plug-ins: their kernels and laws are compiled together."""
+    state = hashlib.sha256(source_hash().encode())
+    for root in _plugin_sources():
+        _hash_sources(state, root)
+    return state.hexdigest()[:16]
+
+
+def _hash_sources(state: Any, root: Path) -> None:
+    for path in sorted(root.rglob("*.py")) if root.is_dir() else [root]:
+        state.update(str(path.relative_to(root)).encode())
+        state.update(path.read_bytes())
 
 
 @cache

@@ -1,23 +1,61 @@
-"""Field types and bounds that the parameter models of components share."""
+"""Types of parameter fields: units, bounds, and magnitudes whose squares and products stay finite."""
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import Annotated, Any
 
-from pydantic import Field
+from pydantic import AfterValidator, Field
 from pydantic.fields import FieldInfo
+
+from ..errors import Location
+from .validation import refusal
+
+# Bounds of lengths, moduli and similar constants.
+LEAST, MOST = 1e-40, 1e40
+
+
+def refuse_absurd(values: Iterable[tuple[Location, float]]) -> None:
+    """Refuse positive numbers, each with its location, below `LEAST` or above `MOST`."""
+    for location, value in values:
+        if not LEAST <= value <= MOST:
+            raise refusal(f"got {value:g}", f"{LEAST:g} to {MOST:g}", at=location)
+
+
+def refuse_far(values: Iterable[tuple[Location, float]]) -> None:
+    """Refuse coordinates, each with its location, whose magnitude is above `MOST`."""
+    for location, value in values:
+        if not abs(value) <= MOST:
+            raise refusal(f"got {value:g}", f"{-MOST:g} to {MOST:g}", at=location)
+
+
+def _validate_magnitude(value: float) -> float:
+    if value != 0.0:
+        refuse_absurd([((), abs(value))])
+    return value
+
+
+def _validate_signed(value: float) -> float:
+    refuse_far([((), value)])
+    return value
+
 
 Positive = Annotated[float, Field(gt=0.0)]
 NotNegative = Annotated[float, Field(ge=0.0)]
 Index = Annotated[int, Field(ge=0)]
 Pair = Annotated[list[float], Field(min_length=2, max_length=2)]
 PositivePair = Annotated[list[Positive], Field(min_length=2, max_length=2)]
+# The same within the bounds above.
+Magnitude = Annotated[float, Field(gt=0.0), AfterValidator(_validate_magnitude)]
+NotNegativeMagnitude = Annotated[float, Field(ge=0.0), AfterValidator(_validate_magnitude)]
+SignedMagnitude = Annotated[float, AfterValidator(_validate_signed)]
+SignedPair = Annotated[list[SignedMagnitude], Field(min_length=2, max_length=2)]
 
 
 def field(default: Any, description: str, unit: str, *, without: str | None = None, **bounds: Any) -> Any:
-    """Return a parameter with its meaning and unit; `without` says what its absence means where nothing is worked out then."""
-    told: dict[str, Any] = {"unit": unit} if without is None else {"unit": unit, "left_out": without}
-    return Field(default, description=description, json_schema_extra=told, **bounds)
+    """Return a parameter field with its meaning and unit; `without` says what an absent value means if it is not computed."""
+    extra: dict[str, Any] = {"unit": unit} if without is None else {"unit": unit, "left_out": without}
+    return Field(default, description=description, json_schema_extra=extra, **bounds)
 
 
 def unit_of(field: FieldInfo) -> str:
@@ -26,7 +64,7 @@ def unit_of(field: FieldInfo) -> str:
 
 
 def left_out(field: FieldInfo) -> str:
-    """Return what it means that a parameter has no value: that it is worked out, or that there is nothing of it."""
+    """Return what an absent value means: "automatic" if it is computed, or the declared words."""
     return _extra(field, "left_out", "automatic")
 
 

@@ -1,9 +1,11 @@
-"""The largest stable step of leapfrog, 2 / omega, and the highest frequency of a body at rest that it follows from."""
+"""The largest stable step of leapfrog, 2 / omega, from the highest frequency of a body at rest."""
 
 from __future__ import annotations
 
+import hashlib
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -14,6 +16,28 @@ from .round_numbers import round_down_to_125
 
 # The part of the largest stable step that is allowed, and the part that is suggested.
 ALLOWED, SUGGESTED = 0.9, 0.8
+_KEPT = 16
+
+
+class ResultCache:
+    """The last results of a function: a body that is built twice computes its frequencies once."""
+
+    def __init__(self) -> None:
+        self._results: dict[bytes, Any] = {}
+
+    def get(self, inputs: Iterable[Any], compute: Callable[[], Any]) -> Any:
+        """Return what `compute` gives, or gave before for the same bits of `inputs`: all numbers and arrays that it reads."""
+        digest = hashlib.blake2b(digest_size=32)
+        for value in inputs:
+            array = np.ascontiguousarray(value)
+            digest.update(f"{array.dtype.str}{array.shape}".encode())
+            digest.update(array.reshape(-1).view(np.uint8).data)
+        key = digest.digest()
+        if key not in self._results:
+            if len(self._results) == _KEPT:
+                del self._results[next(iter(self._results))]
+            self._results[key] = compute()
+        return self._results[key]
 
 
 def highest_frequency(

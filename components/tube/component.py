@@ -12,9 +12,7 @@ import numpy as np
 
 from ..balances import Balance
 from ..component import Component
-from ..contract import Variable
 from ..detonation.component import DetonationTube
-from ..detonation.kernel_arrays import WALL_WORK
 from ..drawables import Cells, Drawable, Points
 from ..errors import Fault, ParameterError, StepError
 from ..events import EventDetail
@@ -22,6 +20,7 @@ from ..inputs import input_mean
 from ..parts import Part, make_part, part_drawable, part_readers, part_values, part_variables
 from ..shell.component import Shell
 from ..support.float_arrays import FloatArray
+from ..variables import Variable
 from . import balances, exchange
 from .interface_overlaps import Interface, find_overlaps
 from .parameters import MOST_STEPS, TubeParameters
@@ -122,7 +121,7 @@ class Tube(Component):
         return math.ceil(steps)
 
     def _find_interface(self) -> Interface:
-        surface, (along, ring, _) = self.shell.tables()[0].surface, self.shell.lattice.axes
+        surface, (along, ring, _) = self.shell.tables().solid.surface, self.shell.lattice.axes
         stations, bounds = along.count, along.bounds + self.parameters.position
         begin, cell, length, offset = find_overlaps(bounds, self.gas.cell_size, self.gas.parameters.cells)
         shares = np.tile(ring.widths / ring.widths.sum(), stations)
@@ -187,7 +186,7 @@ class Tube(Component):
 
     def _outputs(self) -> dict[str, Callable[[], Any]]:
         found: dict[str, Callable[[], Any]] = {
-            "gas_area": lambda: self.gas.tables()[2].area,
+            "gas_area": lambda: self.gas.tables().state.area,
             "shell_pressure": self._shell_pressure,
             "radial_displacement": self._radial_displacement,
             "gas_kinetic_energy": lambda: self.gas.balances()[0].stored["kinetic_energy"],
@@ -201,7 +200,7 @@ class Tube(Component):
 
     def _shell_pressure(self) -> FloatArray:
         out = np.zeros(len(self.interface.width))
-        exchange.write_pressures(self.interface, self.gas.tables()[2].pressure, out)
+        exchange.write_pressures(self.interface, self.gas.tables().state.pressure, out)
         return out
 
     def _radial_displacement(self) -> FloatArray:
@@ -220,7 +219,7 @@ class Tube(Component):
 
     def _start(self, seed: int | None, values: Mapping[str, FloatArray]) -> Mapping[str, Any]:
         self._begin(self.shell, "shell", seed, values, {})
-        state = self.shell.tables()[1]
+        state = self.shell.tables().state
         self._block["awake"][0] = any(bool(one.any()) for one in (state.displacement, state.velocity, state.stress))
         present = self._present_area()
         area = present if self.parameters.coupling.moves_gas else self.gas.areas
@@ -233,14 +232,14 @@ class Tube(Component):
     ) -> Mapping[str, Any]:
         """Write the start state of a part; what is wrong with its values is told as of this component."""
         try:
-            return part.begin(seed, {**part_values(prefix, values), **more})
+            return part._start(seed, {**part_values(prefix, values), **more})
         except ParameterError as error:
             raise ParameterError(*(_fault_of_part(fault, prefix) for fault in error.faults)) from None
 
     def _present_area(self) -> FloatArray:
         """Return the cross-section of the cells of the gas that the shell leaves them as it is now, shape (cells,) [m^2]."""
         interface, widening = self.interface, self._block["widening"]
-        exchange.write_widening(interface, self.shell.tables()[1], widening)
+        exchange.write_widening(interface, self.shell.tables().state, widening)
         growth = self._to_cells(interface.length * np.repeat(widening, np.diff(interface.begin)))
         return interface.area * (1.0 + growth / self.gas.cell_size)
 
@@ -259,7 +258,7 @@ class Tube(Component):
     def _advance_tick(self, tick: int) -> int:
         """Advance gas, then shell, by an internal step; then let the gas feel how the wall has moved."""
         before, after = self._pressures[0], self._pressures[1]
-        gas = self.gas.tables()[2]
+        gas = self.gas.tables().state
         exchange.write_pressures(self.interface, gas.pressure, before)
         status = self._advance_gas(tick)
         if status:
@@ -271,7 +270,7 @@ class Tube(Component):
         status = self._advance_shell(tick, before, after)
         if status:
             return status
-        exchange.write_widening(self.interface, self.shell.tables()[1], self._block["widening"])
+        exchange.write_widening(self.interface, self.shell.tables().state, self._block["widening"])
         if self.parameters.coupling.moves_gas:
             return self._move_wall(tick, after)
         self._note_growth(tick)
@@ -286,7 +285,7 @@ class Tube(Component):
 
     def _advance_gas(self, tick: int) -> int:
         """Advance the gas with the area that it has, and let it out through openings."""
-        gas = self.gas.tables()[2]
+        gas = self.gas.tables().state
         for step in range(self.gas_steps):
             own = {
                 name.removeprefix("gas_"): input_mean(value, tick, step, self.gas_steps)
@@ -295,8 +294,8 @@ class Tube(Component):
             }
             self._failed_tick = tick * self.gas_steps + step
             self.gas.adopt(self._failed_tick, {})
-            self.gas.adopt_inputs({**own, "area": gas.area})
-            status = self.gas.advance(1)
+            self.gas._hold({**own, "area": gas.area})
+            status = self.gas._advance(1)
             if status:
                 return _GAS + status
         self._let_out(tick)
@@ -307,7 +306,7 @@ class Tube(Component):
         p, interface = self.parameters, self.interface
         if p.vent is None and not self._cracks_leak:
             return
-        medium, _, gas, _, _ = self.gas.tables()
+        medium, gas = self.gas.tables().medium, self.gas.tables().state
         self._openings[:] = 0.0
         if self._cracks_leak and self.shell.event_count:
             areas = np.repeat(self.shell.peek("crack_area") / interface.width, np.diff(interface.begin))
@@ -335,30 +334,28 @@ class Tube(Component):
 
     def _advance_shell(self, tick: int, before: FloatArray, after: FloatArray) -> int:
         """Advance the shell under pressures that go linearly through the tick, and count the work."""
-        room, acting, (velocity, area) = self.parameters.room_pressure, self._pressures[2], self._before
+        room, acting = self.parameters.room_pressure, self._pressures[2]
         self._works[:] = 0.0
         for step in range(self.shell_steps):
             acting[:] = before + (step + 0.5) / self.shell_steps * (after - before)
             self._failed_tick = tick * self.shell_steps + step
             # Those of a shell that parts in this step are others afterwards.
             solid, state, _, _ = self.shell.tables()
-            exchange.keep_surface(self.interface, state, velocity, area)
+            exchange.keep_surface(self.interface, state, self._before)
             self.shell.adopt(self._failed_tick, {})
-            self.shell.adopt_inputs({"pressure": acting - room})
-            status = self.shell.advance(1)
+            self.shell._hold({"pressure": acting - room})
+            status = self.shell._advance(1)
             if status:
                 return _SHELL + status
-            exchange.add_work(self.interface, solid, state, velocity, area, acting, room, self._works, self._block["tally"])
+            exchange.add_work(self.interface, solid, state, self._before, acting, room, self._works, self._block["tally"])
         return 0
 
     def _move_wall(self, tick: int, pressures: FloatArray) -> int:
         """Give the gas the cross-section that the shell leaves it, and take the work of this tick from it."""
-        medium, _, gas, _, tally = self.gas.tables()
         self._failed_tick = tick
         status = exchange.move_wall(
-            medium, gas, self.interface, pressures, self._block["widening"], self._works, self._cells[0], self._cells[1],
-            tally[WALL_WORK : WALL_WORK + 1], self._failed,
-        )  # fmt: skip
+            self.gas.tables(), self.interface, pressures, self._block["widening"], self._works, self._cells, self._failed
+        )
         return _WALL + status if status else 0
 
     def _explain(self, status: int) -> StepError:
@@ -371,7 +368,7 @@ class Tube(Component):
     def _explain_part(self, part: Component, prefix: str, status: int, steps: int) -> StepError:
         """Return the error of a part as one of the whole."""
         part.adopt(self._failed_tick, {})
-        error = part.explain(status).of_part(prefix)
+        error = part._explain(status).of_part(prefix)
         if part is self.shell and error.index is not None:
             x = self.parameters.position + self.shell.place_of_point(error.index)[0]
             error = error.with_hint(f"x is that of the shell; of the gas it is {x:.4g} m")
@@ -382,7 +379,7 @@ class Tube(Component):
     def _explain_wall(self) -> StepError:
         """Return the error for a cell that the wall leaves without pressure."""
         cell, time = int(self._failed[0]), (self._failed_tick + 1) * self.step_size
-        value = float(self.gas.tables()[2].pressure[cell])
+        value = float(self.gas.tables().state.pressure[cell])
         return StepError(
             f"fell to {value:g} Pa in cell {cell}, x = {self.gas.centres[cell]:.6g} m, at {time:.9g} s, expected "
             f"more than 0: the wall moved too far in a tick; take a smaller step_size (now {self.step_size:g} s)",

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from math import sqrt
 
+from ..detonation.kernel_arrays import WALL_WORK
 from ..detonation.limiters import limited_difference
 from ..shell.kernels import surface_area
 from ..support.jit import internal, jit
@@ -81,17 +82,17 @@ def write_widening(interface, state, out):
 
 
 @jit
-def keep_surface(interface, state, velocity_out, area_out):
-    """Write velocities and areas of the inner surface as they are, both of shape (s, 3)."""
+def keep_surface(interface, state, out):
+    """Write velocities and areas of the inner surface as they are, shape (2, s, 3)."""
     for s in range(interface.nodes.size):
         j = interface.nodes[s]
         for i in range(3):
-            velocity_out[s, i] = state.velocity[j, i]
-            area_out[s, i] = state.area[s, i]
+            out[0, s, i] = state.velocity[j, i]
+            out[1, s, i] = state.area[s, i]
 
 
 @jit
-def add_work(interface, solid, state, velocity, area, pressures, room_pressure, works, tally):
+def add_work(interface, solid, state, before, pressures, room_pressure, works, tally):
     """Add what the gas did on the wall in a step of the shell, and what the wall did on the room.
 
     Each node sweeps the mean of its areas before and after, times the mean of its velocities: as the shell counts it.
@@ -100,8 +101,7 @@ def add_work(interface, solid, state, velocity, area, pressures, room_pressure, 
         interface: an `Interface`.
         solid: `shell.kernel_arrays.Solid` as it was before the step, when nothing had parted in it.
         state: of the shell, after the step.
-        velocity: of the inner surface before the step, shape (s, 3) [m/s].
-        area: of the same, shape (s, 3) [m^2].
+        before: velocities [m/s] and areas [m^2] of the inner surface before the step, shape (2, s, 3).
         pressures: of the gas, that acted at the stations, shape (stations,) [Pa].
         room_pressure: on the outer surface [Pa].
         works: of the gas at each station, is added to, shape (stations,) [J].
@@ -113,33 +113,31 @@ def add_work(interface, solid, state, velocity, area, pressures, room_pressure, 
         for i in range(3):
             if solid.body.prescribed[j, i] == 0:
                 new = x if i == 0 else (y if i == 1 else z)
-                swept += (area[s, i] + new) * (velocity[s, i] + state.velocity[j, i])
+                swept += (before[1, s, i] + new) * (before[0, s, i] + state.velocity[j, i])
         swept *= 0.25 * solid.step
         works[k] += pressures[k] * swept
         tally[ROOM_WORK] += room_pressure * swept
 
 
 @jit
-def move_wall(medium, gas, interface, pressures, widening, works, growth, taken, wall_work, failed):
+def move_wall(tables, interface, pressures, widening, works, scratch, failed):
     """Give the gas the cross-section that the shell leaves it, and take the work from it that it did on the wall.
 
     Mass and momentum of each cell stay what they are. Overlaps share the work of their station by pressure and length.
 
     Args:
-        medium: `detonation.kernel_arrays.Medium`.
-        gas: `detonation.kernel_arrays.State`.
+        tables: `detonation.kernel_arrays.Tables`.
         interface: an `Interface`.
         pressures: of the gas at the stations now, shape (stations,) [Pa].
         widening: of the stations now, see `write_widening`, shape (stations,).
         works: of the gas at each station in this tick, shape (stations,) [J].
-        growth: scratch, shape (cells,).
-        taken: scratch, shape (cells,).
-        wall_work: tally of the work of the walls on the gas, shape (1,) [J].
+        scratch: shape (2, cells).
         failed: of a failure the cell, shape (1,).
 
     Returns:
         0, or EMPTIED.
     """
+    medium, gas, growth, taken = tables.medium, tables.state, scratch[0], scratch[1]
     growth[:] = 0.0
     taken[:] = 0.0
     for k in range(widening.size):
@@ -161,7 +159,7 @@ def move_wall(medium, gas, interface, pressures, widening, works, growth, taken,
             gas.fuel[i] *= ratio
             gas.energy[i] = (gas.energy[i] * old - taken[i] / size) / new
             gas.area[i] = new
-            wall_work[0] -= taken[i]
+            tables.tally[WALL_WORK] -= taken[i]
             if not update_pressure(medium, gas, i):
                 return EMPTIED
     return 0

@@ -9,8 +9,7 @@ from pydantic import model_validator
 from ..detonation.parameters import DetonationParameters
 from ..shell.geometry.bodies import Tube
 from ..shell.parameters import COARSE_RING, ShellParameters
-from ..support.magnitudes import Magnitude, NotNegativeMagnitude
-from ..support.parameter_fields import field
+from ..support.parameter_fields import Magnitude, NotNegativeMagnitude, field
 from ..support.validation import Parameters
 from .couplings import ChosenCoupling, OneWay
 

@@ -8,23 +8,21 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import click
 
-from granular_env.cli.command import command
-from granular_env.cli.completion import folders, names
-from granular_env.cli.exit_status import Status
+from granular_env.cli.command import Status, command
 from granular_env.cli.kinds import refuse_other_kinds
-from granular_env.cli.options import Overrides, large_option, output_options, set_option
+from granular_env.cli.options import FOLDER, Overrides, Shipped, large_option, output_options, set_option
 
 if TYPE_CHECKING:
     from granular_env.sweep import Sweep
 
 
 @command("sweep")
-@click.argument("plan", help="A plan of `granular-env list`, or a TOML file.", shell_complete=names("plans of sweeps"))
+@click.argument("plan", help="A plan of `granular-env list`, or a TOML file.", type=Shipped("plans of sweeps"))
 @click.option(
     "-o",
     "--out",
     metavar="FOLDER",
-    shell_complete=folders,
+    type=FOLDER,
     help="Where results are kept (default: sweeps/ and the plan's name).",
 )
 @click.option(
@@ -44,6 +42,8 @@ if TYPE_CHECKING:
     default="lost",
     help="Compute again the tasks that the machine failed (lost, the default), or all that failed.",
 )
+@click.option("--part", metavar="I/N", help="Compute the tasks I, I + N, I + 2N, ... alone, for job arrays.")
+@click.option("--merge", is_flag=True, help="Compute nothing; write the table of the results of all parts.")
 @set_option("A key of the experiment, for every task, such as component.grains=500.")
 @large_option("Lift the limit on the number of tasks.")
 @output_options("table")
@@ -55,40 +55,57 @@ def sweep(
     workers: int | None,
     time_limit: float | None,
     retry: Literal["lost", "failed"],
+    part: str | None,
+    merge: bool,
     overrides: Overrides,
     allow_large: bool,
     quiet: bool,
     for_programs: bool,
 ) -> int:
     """Run an experiment at many values of its keys, into one table; tasks that have a result are not run again."""
-    from granular_env.sweep import run_sweep
-    from granular_env.sweep.console import closing
+    from granular_env.sweep import load_plan, open_sweep, run_sweep
+    from granular_env.sweep.console import closing_text
+    from granular_env.sweep.runner import results_folder
     from granular_env.sweep.store import TABLE
 
     refuse_other_kinds(plan, "sweep")
-    done = run_sweep(
-        plan,
-        out,
-        engine=engine,
-        workers=workers,
-        address=address,
-        overrides=overrides,
-        progress=not quiet and not for_programs,
-        allow_large=allow_large,
-        time_limit=time_limit,
-        retry=retry,
-    )
+    if merge:
+        done = open_sweep(results_folder(load_plan(plan), out))
+        done.write()
+    else:
+        done = run_sweep(
+            plan,
+            out,
+            engine=engine,
+            workers=workers,
+            address=address,
+            overrides=overrides,
+            progress=not quiet and not for_programs,
+            allow_large=allow_large,
+            time_limit=time_limit,
+            retry=retry,
+            part=_parse_part(part) if part else (0, 1),
+        )
     if for_programs:
         print(json.dumps(_facts(done), indent=2))
     else:
-        print(shlex.quote(str(done.folder / TABLE)) if quiet else closing(done))
+        print(shlex.quote(str(done.folder / TABLE)) if quiet else closing_text(done, part or ""))
     return Status.INTERRUPTED if done.interrupted else Status.DIFFERENT if done.failed else Status.DONE
 
 
-def _facts(sweep: Sweep) -> dict[str, Any]:
-    from granular_env.sweep.store import CSV, TABLE
+def _parse_part(text: str) -> tuple[int, int]:
+    index, _, count = text.partition("/")
+    if not (index.isdecimal() and count.isdecimal() and int(index) < int(count)):
+        raise click.BadParameter(
+            f"got {text!r}, expected I/N with 0 <= I < N; of 3 parts the first is 0/3 and the last is 2/3", param_hint="--part"
+        )
+    return int(index), int(count)
 
-    pending = sweep.size - sweep.done - sweep.failed
+
+def _facts(sweep: Sweep) -> dict[str, Any]:
+    from granular_env.sweep.store import TABLE
+
+    pending = sweep.outcomes.count("pending")
     counts = {"tasks": sweep.size, "done": sweep.done, "failed": sweep.failed, "pending": pending}
-    files = {"folder": str(sweep.folder), "table": str(sweep.folder / TABLE), "csv": str(sweep.folder / CSV)}
+    files = {"folder": str(sweep.folder), "table": str(sweep.folder / TABLE)}
     return {**counts, "interrupted": sweep.interrupted, "errors": sweep.errors, "units": sweep.units, **files}

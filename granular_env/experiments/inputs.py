@@ -21,10 +21,10 @@ from pydantic import Field, PlainValidator, TypeAdapter, field_validator
 
 from granular_env.components.component import Component
 from granular_env.components.errors import ExperimentError, Fault, ParameterError, nearest, one_line
-from granular_env.components.indexing import is_index
 from granular_env.components.number_arrays import number_array
 from granular_env.components.profiles import Profile
 from granular_env.components.support.validation import as_refusal, refusal
+from granular_env.components.variables import is_index
 from granular_env.documents import ByKey, Table
 
 # What people write for a CSV table's path; no spelling check would find it.
@@ -179,10 +179,7 @@ class CsvTable(ProfileTable):
     def build(self, folder: Path, unit: str) -> Profile:
         """See `Profile.from_csv`."""
         keys = self.model_dump(exclude={"profile", "path", "pattern"})
-        try:
-            return Profile.from_csv(folder / self.path, unit=unit, name=self.path, **keys)
-        except ParameterError as error:
-            raise ParameterError(*(fault.with_source_in_words() for fault in error.faults)) from None
+        return Profile.from_csv(folder / self.path, unit=unit, name=self.path, **keys)
 
 
 class PiecewiseTable(ProfileTable):

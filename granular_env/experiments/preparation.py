@@ -9,11 +9,11 @@ from typing import Any, ClassVar
 
 from granular_env.components import catalogue
 from granular_env.components.component import Component
-from granular_env.components.contract import Variable
 from granular_env.components.errors import ExperimentError, Location, ParameterError, StepError, caution, nearest
 from granular_env.components.number_arrays import number_array, start_array
 from granular_env.components.profiles import CompiledProfile, Profile
 from granular_env.components.support.float_arrays import FloatArray
+from granular_env.components.variables import Variable
 from granular_env.documents import Document, Overrides, load
 
 from .experiment import Experiment

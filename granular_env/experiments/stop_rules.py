@@ -20,8 +20,8 @@ from pydantic import Field, PrivateAttr, model_validator
 
 from granular_env.components.component import Component
 from granular_env.components.errors import ParameterError
-from granular_env.components.indexing import Element, parse_element
 from granular_env.components.support.validation import as_refusal
+from granular_env.components.variables import Element, parse_element
 from granular_env.documents import Table
 
 

@@ -1,13 +1,11 @@
 """Sweeps: one experiment at many values of its keys, in local processes or on a Ray cluster, into one table.
 
-A plan is a TOML file (`plan.py`): an experiment, a grid or samples of its keys (`parameter_values.py`), what is measured of
-each run (`measures.py`). `planned_runs.py` makes tasks of it, each with a hash of everything that decides its result;
-`worker.py` runs one; `engines/` say where; `store.py` keeps what is known on disk from moment to moment, `table.py` makes a
-table of it.
+A plan is a TOML file (`plan.py`): an experiment, a grid or samples of its keys (`parameter_values.py`), and what is measured of
+each run (`measures.py`). `tasks.py` makes tasks of it, each with a hash of everything that decides its result; `worker.py`
+computes one; `engines/` say where; `store.py` keeps the results on disk, and `table.py` makes a table of them.
 
     sweep = ge.run_sweep("solitary-wave-speed", "sweeps/speed")
     sweep.table                     # pandas
-    sweep.dataset                   # xarray, a dimension for each key of the grid
 """
 
 from .plan import load_plan, shipped_plans

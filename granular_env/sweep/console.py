@@ -12,77 +12,66 @@ from granular_env.output_files import count_of
 from granular_env.progress import Progress, progress_bar
 from granular_env.terminal_text import printable, table
 
-from .store import CSV, TABLE
+from .store import TABLE
 from .table import Sweep
 from .worker import Result
 
-# A table of so many rows is printed.
+# Longer tables are not printed.
 _MOST_ROWS = 24
-_WAYS = {"pandas": ".table for pandas", "xarray": ".dataset for xarray"}
-# So many errors are told at the end; the table has all of them.
+# The first errors are printed; the table has all of them.
 _MOST_ERRORS = 3
 
 
 @contextmanager
-def bar(title: str, size: int, known: Sequence[Result], progress: Progress) -> Iterator[Callable[[Sequence[Result]], None]]:
-    """Show a progress bar: tasks done and failed, their rate, the time that is left.
+def sweep_progress(title: str, size: int, known: Sequence[Result], progress: Progress) -> Iterator[Callable[[Result], None]]:
+    """Show a progress bar: tasks done and failed, their rate, the time left.
 
     Args:
-        title: what stands before it.
-        size: how many tasks there are.
-        known: results that there are already.
+        title: of the bar.
+        size: number of tasks.
+        known: earlier results.
         progress: whether to show it, or what is called instead.
     """
     with progress_bar(title, size, done=len(known), show=progress) as shown:
-        begun, first, done, failed = perf_counter(), len(known), len(known), _failures(known)
+        begun, first, outcomes = perf_counter(), len(known), [one.outcome for one in known]
 
-        def report(results: Sequence[Result]) -> None:
-            nonlocal done, failed
-            done, failed = done + len(results), failed + _failures(results)
-            rate = (done - first) / max(perf_counter() - begun, 1e-9)
-            shown.update(done, f"{done}/{size}", f"{failed} failed", f"{rate:,.3g} tasks/s")
+        def report(result: Result) -> None:
+            outcomes.append(result.outcome)
+            rate = (len(outcomes) - first) / max(perf_counter() - begun, 1e-9)
+            failed = len(outcomes) - outcomes.count("done") if shown.is_due() else 0
+            shown.update(len(outcomes), f"{len(outcomes)}/{size}", f"{failed} failed", f"{rate:,.3g} tasks/s")
 
         yield report
 
 
-def _failures(results: Sequence[Result]) -> int:
-    return sum(result.outcome != "done" for result in results)
-
-
-def closing(sweep: Sweep) -> str:
-    """Say how it went, where the table is, and the lines that open it."""
-    pending = sweep.size - sweep.done - sweep.failed
-    waiting = f", {pending} pending" if pending else ""
-    lines = [f"{count_of(sweep.size, 'task')}: {sweep.done} done, {sweep.failed} failed{waiting}"]
+def closing_text(sweep: Sweep, part: str = "") -> str:
+    """Return the counts of tasks, the errors, and the lines that open the table; of a part, what to do when all are done."""
+    pending = sweep.outcomes.count("pending")
+    counts = f"{sweep.done} done, {sweep.failed} failed" + (f", {pending} pending" if pending else "")
+    lines = [f"{count_of(sweep.size, 'task')}: {counts}"]
     errors = list(sweep.errors.items())
     lines += [f"failed: task {number}: {error}" for number, error in errors[:_MOST_ERRORS]]
     if len(errors) > _MOST_ERRORS:
-        lines.append(f"failed: {len(errors) - _MOST_ERRORS} more; the column 'error' of the table tells why")
+        lines.append(f"failed: {len(errors) - _MOST_ERRORS} more; the column 'error' of the table says why")
     if sweep.interrupted:
-        lines.append("interrupted: what is done is kept; the same command goes on from there")
+        lines.append("interrupted: the results so far are kept; the same command continues")
+    if part:
+        return "\n".join([*lines, f"part {part}: when all parts are done, the command with --merge writes the table"])
     if 0 < sweep.done and sweep.size <= _MOST_ROWS:
         lines += ["", table(_rows(sweep)), ""]
-    lines += [f"table: {shlex.quote(str(sweep.folder / TABLE))} (and {CSV})", "  import granular_env as ge"]
-    return "\n".join([*lines, f"  sweep = ge.open_sweep({str(sweep.folder)!r})      # {_ways_in()}"])
+    pandas = ".table for pandas, " if importlib.util.find_spec("pandas") is not None else ""
+    advice = "" if pandas else "; pip install 'granular-env[sweep]' adds .table for pandas"
+    lines += [f"table: {shlex.quote(str(sweep.folder / TABLE))}", "  import granular_env as ge"]
+    return "\n".join([*lines, f"  sweep = ge.open_sweep({str(sweep.folder)!r})      # {pandas}.columns() for lists{advice}"])
 
 
 def _rows(sweep: Sweep) -> list[list[str]]:
-    """Return headings with units, and the keys that vary, the measures and what failed of each task."""
+    """Return headings with units, and the keys that vary, the measures and the outcome of each task."""
     columns, about = sweep.columns(), sweep.description
-    shown = ["task", *about["grid"], *about["samples"], *(["repetition"] if about["repetitions"] else []), *about["measures"]]
-    shown += ["outcome"] if sweep.done < sweep.size else []
-    units = sweep.units
-    heads = [f"{name} [{units[name]}]" if units.get(name, "1") != "1" else name for name in shown]
-    return [heads, *([_cell(columns[name][row]) for name in shown] for row in range(sweep.size))]
+    shown = ["task", *about.keys, *about.measures, *(["outcome"] if sweep.done < sweep.size else [])]
+    rows = ([_cell(columns[name][row]) for name in shown] for row in range(sweep.size))
+    return [[sweep.heading(name) for name in shown], *rows]
 
 
 def _cell(value: object) -> str:
     return f"{value:.6g}" if isinstance(value, float) else printable(value)
-
-
-def _ways_in() -> str:
-    """Return what opens the table with the packages that are here, and what installs the others."""
-    ways = [way for package, way in _WAYS.items() if importlib.util.find_spec(package) is not None]
-    missing = [package for package in _WAYS if importlib.util.find_spec(package) is None]
-    advice = f"; pip install 'granular-env[sweep]' adds {' and '.join(missing)}" if missing else ""
-    return ", ".join([*ways, ".columns() for lists"]) + advice

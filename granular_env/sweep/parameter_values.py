@@ -8,8 +8,8 @@
     count = 100
     "component.radius" = { distribution = "uniform", from = 2e-3, to = 4e-3 }
 
-What sample i is, depends on the seed, the key and i alone: neither on how many there are nor on the other keys. Powers are
-rounded to 12 digits, so that a plan has the same values, and its tasks the same hashes, whatever library computes logarithms.
+Sample i depends on the seed, the key and i alone: neither on the number of samples nor on the other keys. Powers are rounded
+to 12 digits, so that a plan has the same values, and its tasks the same hashes, with any library that computes logarithms.
 """
 
 from __future__ import annotations
@@ -17,7 +17,6 @@ from __future__ import annotations
 import hashlib
 import math
 from collections.abc import Mapping
-from fractions import Fraction
 from typing import Annotated, Any, Literal, Self
 
 from pydantic import AfterValidator, Field, PlainValidator, TypeAdapter, model_validator
@@ -26,7 +25,7 @@ from granular_env.components.errors import one_line
 from granular_env.components.support.counter_random import uniform
 from granular_env.components.support.serialization import canonical_json
 from granular_env.components.support.validation import refusal
-from granular_env.documents import ByKey, Table
+from granular_env.documents import Table
 
 
 def _check_value(value: Any) -> Any:
@@ -60,95 +59,54 @@ class Range(Table):
 
     def values(self) -> list[float | int]:
         """Return all of them; whole numbers where the ends and the step are."""
-        steps = max(self.count - 1, 1)
-        found: list[float | int] = [self._value(i, steps) for i in range(1, self.count - 1)]
-        found = [self.begin, *found, self.end][: self.count]
-        whole = self.spacing == "linear" and all(float(value).is_integer() for value in found)
-        return [int(value) for value in found] if whole else [float(value) for value in found]
-
-    def _value(self, place: int, steps: int) -> float:
-        if self.spacing == "log":
-            return between_by_ratio(self.begin, self.end, place / steps)
-        # Correctly rounded: whole numbers come out whole.
-        first = Fraction(self.begin)
-        return float(first + (Fraction(self.end) - first) * place / steps)
+        parts = [i / max(self.count - 1, 1) for i in range(self.count)]
+        place = between_by_ratio if self.spacing == "log" else _between
+        found = [self.begin, *(place(self.begin, self.end, part) for part in parts[1:-1]), self.end][: self.count]
+        is_whole = self.spacing == "linear" and all(float(value).is_integer() for value in found)
+        return [int(value) if is_whole else float(value) for value in found]
 
 
-class Between(Table):
-    """Base of the distributions of numbers between two ends."""
+class Distribution(Table):
+    """A distribution of a key's values.
 
-    distribution: Any
-    begin: float = Field(alias="from", description="the least value")
-    end: float = Field(alias="to", description="the greatest value")
+    uniform: every number alike. log_uniform: every ratio alike. integer: every whole number alike, the ends among them.
+    choice: one of a list.
+    """
+
+    distribution: Literal["uniform", "log_uniform", "integer", "choice"] = Field(description="how values are drawn")
+    begin: float | None = Field(None, alias="from", description="the least value")
+    end: float | None = Field(None, alias="to", description="the greatest value")
+    values: list[Value] = Field([], description="those to choose from")
 
     @model_validator(mode="after")
-    def _check_order(self) -> Self:
-        if not self.begin < self.end:
-            raise refusal(f"from is {self.begin:g} and to is {self.end:g}", "from < to")
+    def _check_ends(self) -> Self:
+        low, high, kind = self.begin, self.end, self.distribution
+        if kind == "choice":
+            if not self.values or low is not None or high is not None:
+                raise refusal("it chooses from values, and has no from and to", "values = [...]", at=("values",))
+        elif low is None or high is None or not low < high or self.values:
+            raise refusal(f"from is {low} and to is {high}", "from < to, and no values")
+        elif kind == "log_uniform" and low <= 0.0:
+            raise refusal(f"log_uniform needs values above 0, got {low:g}", at=("from",))
+        elif kind == "integer" and not (low.is_integer() and high.is_integer() and abs(high) < 2.0**52):
+            raise refusal(f"integer needs whole numbers, got from = {low:g} and to = {high:g}")
         return self
-
-
-class Uniform(Between):
-    """Every number alike."""
-
-    distribution: Literal["uniform"] = "uniform"
-
-    def draw(self, number: float) -> float:
-        """Return the value that belongs to a number in [0, 1)."""
-        return self.begin + number * (self.end - self.begin)
-
-
-class LogUniform(Between):
-    """Every ratio alike."""
-
-    distribution: Literal["log_uniform"] = "log_uniform"
-
-    @model_validator(mode="after")
-    def _check_sign(self) -> Self:
-        if self.begin <= 0.0:
-            raise refusal(f"log_uniform needs values above 0, got {self.begin:g}", at=("from",))
-        return self
-
-    def draw(self, number: float) -> float:
-        """Return the value that belongs to a number in [0, 1)."""
-        return between_by_ratio(self.begin, self.end, number)
-
-
-class Integer(Between):
-    """Every whole number alike, the ends among them."""
-
-    distribution: Literal["integer"] = "integer"
-
-    @model_validator(mode="after")
-    def _check_whole(self) -> Self:
-        if not (self.begin.is_integer() and self.end.is_integer() and abs(self.end) < 2.0**52):
-            raise refusal(f"integer needs whole numbers, got from = {self.begin:g} and to = {self.end:g}")
-        return self
-
-    def draw(self, number: float) -> int:
-        """Return the value that belongs to a number in [0, 1)."""
-        return int(self.begin) + int(number * (self.end - self.begin + 1.0))
-
-
-class Choice(Table):
-    """One of a list."""
-
-    distribution: Literal["choice"] = "choice"
-    values: list[Value] = Field(min_length=1, description="those to choose from")
 
     def draw(self, number: float) -> Any:
         """Return the value that belongs to a number in [0, 1)."""
-        return self.values[int(number * len(self.values))]
-
-
-Distribution = Uniform | LogUniform | Integer | Choice
+        if self.distribution == "choice":
+            return self.values[int(number * len(self.values))]
+        low, high = self.begin or 0.0, self.end or 0.0
+        if self.distribution == "integer":
+            return int(low) + int(number * (high - low + 1.0))
+        return between_by_ratio(low, high, number) if self.distribution == "log_uniform" else low + number * (high - low)
 
 
 class Samples(Table):
     """The [samples] table: how many, and keys with their distributions."""
 
     model_config = {"extra": "allow"}
-    __pydantic_extra__: dict[str, Annotated[Distribution, ByKey("distribution")]]  # pyright: ignore[reportIncompatibleVariableOverride]
+    __pydantic_extra__: dict[str, Distribution]  # pyright: ignore[reportIncompatibleVariableOverride]
 
     count: int = Field(ge=1, description="how many samples")
     seed: int = Field(0, ge=0, lt=2**63, description="of the draws")
@@ -178,6 +136,11 @@ def _axis(given: Any) -> list[Any] | Range:
 
 
 Axis = Annotated[list[Any] | Range, PlainValidator(_axis)]
+
+
+def _between(begin: float, end: float, part: float) -> float:
+    """Return begin + part (end - begin), to 12 digits."""
+    return float(f"{begin + part * (end - begin):.12g}")
 
 
 def between_by_ratio(begin: float, end: float, part: float) -> float:

@@ -24,7 +24,7 @@ from typing import Annotated, Any, ClassVar, Literal, Self
 
 from pydantic import BeforeValidator, Field, PrivateAttr, model_validator
 
-from granular_env.components.errors import ExperimentError, Fault, GranularError, Location, Override, location_text
+from granular_env.components.errors import ExperimentError, Fault, GranularError, Override
 from granular_env.components.support.validation import refusal
 from granular_env.documents import Document, Overrides, Table, load
 from granular_env.documents.overrides import source_of, to_overrides
@@ -61,9 +61,12 @@ class Logs(Table):
             raise refusal("give keep or every, not both")
         return self
 
-    def wants(self, task: int) -> bool:
-        """Return whether a task's log is kept however it ends."""
-        return self.keep == "all" if self.every is None else task % self.every == 0
+    def of_task(self, number: int) -> Literal["never", "failed", "always"]:
+        """Return when the log of a task is kept."""
+        if self.every is not None:
+            return "always" if number % self.every == 0 else "never"
+        choices: dict[str, Literal["never", "failed", "always"]] = {"none": "never", "failed": "failed", "all": "always"}
+        return choices[self.keep]
 
 
 class Plan(Document):
@@ -111,22 +114,18 @@ class Plan(Document):
         return plan
 
     @model_validator(mode="after")
-    def _check_columns(self) -> Self:
-        for column in self.measure:
-            if column in OWN_COLUMNS or column in self.keys:
-                taken = "the table has a column of this name already"
-                raise refusal(taken, hint="choose another", at=("measure", column))
-        return self
-
-    @model_validator(mode="after")
     def _check_keys(self) -> Self:
-        """Refuse a key that is given in two places: only one of them could hold."""
+        """Refuse a key that is given in two places, of which only one could hold, and a measure with the name of a column."""
         seen: dict[str, str] = {}
         for table, keys in self._tables():
             for key in keys:
                 if key in seen:
                     raise refusal(f"this key is in {seen[key]} too", hint="give it once", at=(table, key))
                 seen[key] = table
+        for column in self.measure:
+            if column in OWN_COLUMNS or column in self.keys:
+                received = "the table has a column of this name already"
+                raise refusal(received, hint="choose another", at=("measure", column))
         return self
 
     def _tables(self) -> list[tuple[str, list[str]]]:
@@ -158,7 +157,7 @@ class Plan(Document):
     def load_experiment(self) -> Experiment:
         """Return its experiment with the keys that are the same in every task: a shipped one, or a file beside the plan."""
         beside = self.folder / self.experiment
-        # What is neither is told of with the nearest shipped name.
+        # For any other name, `load_experiment` names the nearest shipped one.
         is_file = self.experiment not in shipped_experiments() and (beside.exists() or beside.suffix == ".toml")
         try:
             overrides = (*to_overrides(self.set), *self._of_experiment)
@@ -167,29 +166,16 @@ class Plan(Document):
             raise self.error_of(error) from error
 
     def error_of(self, error: GranularError) -> ExperimentError:
-        """Return the error of an experiment as one of the plan: what its tables set is located there."""
+        """Return the error of an experiment as one of the plan, or of the override from outside that holds the fault."""
         return ExperimentError(*map(self._fault_of, error.faults))
 
     def _fault_of(self, fault: Fault) -> Fault:
-        source = fault.source
-        if isinstance(source, Override):
-            own = source in self._of_experiment
-            return fault if own else replace(fault, location=self._place(source, *fault.location), source=self.origin)
-        if not fault.location or fault.location[0] not in Experiment.model_fields:
-            return fault.of(self.origin)
-        held_by = source_of(fault.location, f"experiment {self.experiment!r}", self._of_experiment)
-        if isinstance(held_by, str) and isinstance(source, tuple):
-            # No override from outside matters, but keys of the plan do.
-            keys = [location_text(self._place(one)) for one in source if isinstance(one, Override)]
-            held_by = f"{held_by} with {', '.join(keys)}"
-        placed = replace(fault, source=held_by)
-        return placed if isinstance(held_by, Override) else placed.of(self.origin)
-
-    def _place(self, override: Override, *location: str | int) -> Location:
-        """Return where in the plan a key is set that a task has from it."""
-        key = ".".join(override.key)
-        table = next((table for table, keys in self._tables() if key in keys), "set")
-        return (table, *(location or override.key))
+        if isinstance(fault.source, Override):
+            return fault if fault.source in self._of_experiment else replace(fault, source=self.origin)
+        if fault.location[:1] and fault.location[0] in Experiment.model_fields:
+            held_by = source_of(fault.location, f"experiment {self.experiment!r}", self._of_experiment)
+            fault = replace(fault, source=held_by)
+        return fault if isinstance(fault.source, Override) else fault.of(self.origin)
 
 
 def _one_level(content: Mapping[str, Any]) -> dict[str, Any]:

@@ -1,168 +1,104 @@
 """The folder of a sweep's results.
 
-    sweep.json        the plan's tasks, their values and hashes; written anew when a plan is computed again
-    results.jsonl     one line for each task that is over, appended as they come: whatever ends the program, they stay
-    table.parquet     the table, made of both at the end
-    table.csv         the same as text
-    logs/HASH.mcap    the logs that the plan keeps
-    inputs/           the CSV files that the experiment names, by their content
+    sweep.json            the tasks of the plan: their values and hashes
+    results.jsonl         a line for each task that is over, appended as they come: they survive the end of the program
+    results-I-of-N.jsonl  the same of part I of N
+    table.csv             the table, made of these files at the end
+    logs/HASH.mcap        the logs that the plan keeps
+    inputs/               the CSV files that the experiment names, by their content
 
-Results are known by their task's hash. A plan that was edited finds there what still holds.
+Results are found by the hash of their task: an edited plan finds those that are still valid.
 """
 
 from __future__ import annotations
 
 import json
-import math
 import os
-from collections.abc import Iterable, Sequence
-from contextlib import suppress
 from pathlib import Path
-from time import perf_counter
-from typing import Annotated, Any, Self
+from typing import Any, Literal, Self
 
-from pydantic import BaseModel, ConfigDict, Field, StringConstraints, ValidationError, model_validator
+from pydantic import BaseModel, ConfigDict, ValidationError
 
 from granular_env.components.errors import SweepError
 from granular_env.output_files import lock, replacing
 
-from .measures import OWN_COLUMNS
 from .worker import Result
 
-FORMAT, VERSION = "granular-env sweep", 1
-# Wall time between two waits for the disk [s].
-_SYNC_SECONDS = 5.0
-DESCRIPTION, JOURNAL, TABLE, CSV = "sweep.json", "results.jsonl", "table.parquet", "table.csv"
-# Files of a process that was killed while it wrote them; see `output_files.replacing`.
-_PARTS = ".*.part"
-
-
-_Hash = Annotated[str, StringConstraints(pattern="^[0-9a-f]{32}$")]
+DESCRIPTION, JOURNALS, TABLE = "sweep.json", "results*.jsonl", "table.csv"
 
 
 class Description(BaseModel):
-    """The content of `sweep.json` besides its format and version."""
+    """The content of `sweep.json`.
+
+    Attributes:
+        keys: column -> its value in each task: the keys of the experiment that vary, then sample, repetition and seed.
+        measures: column -> measure, in words.
+        units: column -> SI unit.
+        hashes: of the tasks.
+    """
 
     model_config = ConfigDict(strict=True, frozen=True)
 
+    format: Literal["granular-env sweep"] = "granular-env sweep"
+    version: Literal[2] = 2
     name: str
-    plan: str
     program: str
     experiment: str
-    grid: dict[str, list[Any]]
-    samples: list[str]
-    sample_count: int = Field(ge=0)
-    repetitions: int = Field(ge=0)
+    keys: dict[str, list[Any]]
     measures: dict[str, str]
-    units: dict[str, str] = {}
-    tasks: list[tuple[list[Any], int, int, Annotated[int, Field(ge=0, lt=2**63)] | None, _Hash]]
-
-    @model_validator(mode="after")
-    def _of_a_piece(self) -> Self:
-        names = [*self.grid, *self.samples, *self.measures]
-        if len(set(names)) < len(names) or set(self.measures) & set(OWN_COLUMNS):
-            raise ValueError("two columns have one name")
-        if (self.sample_count > 0) != bool(self.samples):
-            raise ValueError("sample_count does not fit the samples")
-        size = math.prod(map(len, self.grid.values())) * (self.sample_count or 1) * (self.repetitions or 1)
-        if size != len(self.tasks):
-            raise ValueError(f"{len(self.tasks)} tasks, expected {size}")
-        if any(len(task[0]) != len(self.grid) + len(self.samples) for task in self.tasks):
-            raise ValueError("a task has another number of values than there are keys")
-        return self
+    units: dict[str, str]
+    hashes: list[str]
 
 
 class Store:
-    """The results of one sweep while it is computed; use it as a context manager.
+    """The results of one sweep, or of one part of it, while it is computed; a context manager.
 
     Args:
         folder: made if need be.
+        description: the sweep.
+        part: (i, n), see `run_sweep`.
 
     Raises:
-        SweepError: another process computes here, it is no folder of a sweep, or it cannot be written.
+        SweepError: another process computes here, the folder is of something else, or it cannot be written.
     """
 
-    def __init__(self, folder: Path) -> None:
-        self.folder = folder
-        self._synced = perf_counter()
+    def __init__(self, folder: Path, description: Description, part: tuple[int, int] = (0, 1)) -> None:
+        self.folder, self.description = folder, description
+        self._name = "results.jsonl" if part == (0, 1) else f"results-{part[0]}-of-{part[1]}.jsonl"
 
     def __enter__(self) -> Self:
-        if self.folder.exists() and not self.folder.is_dir():
-            raise SweepError(f"{str(self.folder)!r} is a file", expected="a folder", hint="the sweep's results go into it")
+        folder, named = self.folder, f"{str(self.folder)!r}"
+        if folder.exists() and not folder.is_dir():
+            raise SweepError(f"{named} is a file", expected="a folder", hint="the sweep's results go into it")
+        if (folder / DESCRIPTION).exists():
+            if (other := read_description(folder).name) != self.description.name:
+                received = f"{named} holds the results of the plan {other!r}, this one is {self.description.name!r}"
+                raise SweepError(received, hint="choose another folder")
+        elif folder.is_dir() and any(path.suffix not in (".jsonl", ".part") for path in folder.iterdir()):
+            raise SweepError(f"{named} holds other files and no sweep", hint="choose another folder for the results")
+        busy = "another process computes this sweep there, or this part of it"
         try:
-            if self.folder.is_dir() and not (self.folder / DESCRIPTION).exists() and _foreign(self.folder):
-                raise SweepError(
-                    f"{str(self.folder)!r} holds other files and no sweep", hint="choose another folder for the results"
-                )
-            self.folder.mkdir(parents=True, exist_ok=True)
-            self._journal = (self.folder / JOURNAL).open("ab")
+            folder.mkdir(parents=True, exist_ok=True)
+            self._journal = (folder / self._name).open("a+b")
+            lock(self._journal, SweepError(busy, hint="wait for it, or choose another folder", source=named))
+            if self._journal.seek(0, os.SEEK_END):
+                self._journal.seek(-1, os.SEEK_END)
+                if self._journal.read() != b"\n":  # a kill has cut off the last line
+                    self._journal.write(b"\n")
+            with replacing(folder / DESCRIPTION, SweepError) as part:
+                part.write_text(self.description.model_dump_json(), encoding="utf-8")
         except OSError as error:
             raise self._unwritable(error) from error
-        busy = SweepError(
-            "another process computes a sweep there",
-            hint="wait for it, or choose another folder",
-            source=f"{str(self.folder)!r}",
-        )
-        try:
-            lock(self._journal, busy)
-        except OSError as error:
-            self._journal.close()
-            raise self._unwritable(error) from error
-        except SweepError:
-            self._journal.close()
-            raise
         return self
 
     def __exit__(self, *_: object) -> None:
-        with suppress(OSError):
-            os.fsync(self._journal.fileno())
         self._journal.close()
 
-    def begin(self, description: dict[str, Any]) -> dict[str, Result]:
-        """Say which tasks there are; returns what is known of them from before.
-
-        Raises:
-            SweepError: the folder has the results of another plan, or of a program that kept them otherwise.
-        """
-        if (self.folder / DESCRIPTION).exists():
-            before = read_description(self.folder)
-            if before["name"] != description["name"]:
-                raise SweepError(
-                    f"{str(self.folder)!r} holds the results of the plan {before['name']!r}, this one is "
-                    f"{description['name']!r}",
-                    hint="choose another folder",
-                )
-        for part in self.folder.glob(_PARTS):
-            part.unlink(missing_ok=True)
-        self._mend()
-        with replacing(self.folder / DESCRIPTION, SweepError) as part:
-            part.write_text(json.dumps({"format": FORMAT, "version": VERSION, **description}), encoding="utf-8")
-        return read_results(self.folder)
-
-    def _mend(self) -> None:
-        """End a last line that was cut off in the middle, so that the next result begins a new line."""
-        path = self.folder / JOURNAL
-        with path.open("rb") as file:
-            if file.seek(0, os.SEEK_END) and file.seek(-1, os.SEEK_END) is not None and file.read(1) != b"\n":
-                self._append(b"\n")
-
-    def add(self, results: Iterable[Result]) -> None:
-        """Keep results: they are in the file when this returns, and on the disk some seconds later at the latest."""
-        self._append(b"".join(_line(result) for result in results))
-        if perf_counter() >= self._synced + _SYNC_SECONDS:
-            self._sync()
-
-    def _sync(self) -> None:
-        """Wait until the disk has the results so far: a power cut takes what the system has not written yet."""
+    def add(self, result: Result) -> None:
+        """Append a result to the journal."""
+        row = [result.hash, result.outcome, result.values, result.error, result.notes]
         try:
-            os.fsync(self._journal.fileno())
-        except OSError as error:
-            raise self._unwritable(error) from error
-        self._synced = perf_counter()
-
-    def _append(self, data: bytes) -> None:
-        try:
-            self._journal.write(data)
+            self._journal.write(json.dumps(row, separators=(",", ":")).encode() + b"\n")
             self._journal.flush()
         except OSError as error:
             raise self._unwritable(error) from error
@@ -174,73 +110,39 @@ class Store:
         )
 
 
-def _foreign(folder: Path) -> bool:
-    return any(path.name != JOURNAL and not path.match(_PARTS) for path in folder.iterdir())
-
-
-def _line(result: Result) -> bytes:
-    row: Sequence[Any] = [result.hash, result.outcome, result.values, result.error, result.notes]
-    return json.dumps(row, separators=(",", ":")).encode() + b"\n"
-
-
-def read_description(folder: Path) -> dict[str, Any]:
-    """Return the description that `Store.begin` wrote.
+def read_description(folder: Path) -> Description:
+    """Return the description of the sweep in a folder.
 
     Raises:
         SweepError: there is none, or one that this program does not read.
     """
     path = folder / DESCRIPTION
     try:
-        found = json.loads(data := path.read_bytes())
+        return Description.model_validate_json(path.read_bytes())
     except FileNotFoundError:
-        raise SweepError(
-            "no sweep is there", expected="the folder that `granular-env sweep` wrote", source=f"{str(folder)!r}"
-        ) from None
-    except (OSError, ValueError, RecursionError) as error:
-        raise SweepError(
-            f"cannot be read: {getattr(error, 'strerror', None) or error}",
-            hint="compute the sweep anew",
-            source=f"{str(path)!r}",
-        ) from None
-    if not isinstance(found, dict) or found.get("format") != FORMAT:
-        raise SweepError("no description of a sweep", hint="compute the sweep anew", source=f"{str(path)!r}")
-    if found.get("version") != VERSION:
-        raise SweepError(
-            f"got {found.get('version')!r}",
-            expected=f"{VERSION}, the version that this program reads",
-            hint="update granular-env, or choose another folder",
-            at="version",
-            source=f"{str(path)!r}",
-        )
-    try:
-        Description.model_validate_json(data)
-    except (ValidationError, RecursionError) as error:
-        first = error.errors()[0] if isinstance(error, ValidationError) else {"loc": (), "msg": "it is nested too deeply"}
-        raise SweepError(first["msg"], hint="compute the sweep anew", at=tuple(first["loc"]), source=f"{str(path)!r}") from None
-    return found
+        expected = "the folder that `granular-env sweep` wrote"
+        raise SweepError("no sweep is there", expected=expected, source=f"{str(folder)!r}") from None
+    except OSError as error:
+        raise SweepError(f"cannot be read: {error.strerror or error}", source=f"{str(path)!r}") from None
+    except ValidationError as error:
+        first = error.errors()[0]
+        hint = "compute the sweep again, in another folder"
+        raise SweepError(first["msg"], hint=hint, at=tuple(first["loc"]), source=f"{str(path)!r}") from None
 
 
 def read_results(folder: Path) -> dict[str, Result]:
-    """Hash -> the last result of that task; lines that were cut off are passed over."""
-    found = {}
-    try:
-        with (folder / JOURNAL).open("rb") as lines:
-            for line in lines:
-                if (result := _result(line)) is not None:
-                    found[result.hash] = result
-    except FileNotFoundError:
-        pass
-    except OSError as error:
-        raise SweepError(f"cannot be read: {error.strerror or error}", source=f"{str(folder / JOURNAL)!r}") from None
+    """Return hash -> result of all journals in a folder.
+
+    Of several results of a task the last one counts, but none replaces one that is done. Lines that were cut off are ignored.
+    """
+    found: dict[str, Result] = {}
+    for path in sorted(folder.glob(JOURNALS)):
+        for line in path.read_bytes().split(b"\n"):
+            try:
+                task_hash, outcome, values, error, notes = json.loads(line)
+                result = Result(task_hash, outcome, tuple(map(float, values)), error, notes)
+            except (ValueError, TypeError):
+                continue
+            if task_hash not in found or found[task_hash].outcome != "done":
+                found[task_hash] = result
     return found
-
-
-def _result(line: bytes) -> Result | None:
-    try:
-        hashed, outcome, values, error, notes = json.loads(line)
-        numbers = tuple(float(value) for value in values)
-    except (ValueError, TypeError, RecursionError):
-        return None
-    if not line.endswith(b"\n") or outcome not in ("done", "failed", "lost"):
-        return None
-    return Result(str(hashed), outcome, numbers, str(error), str(notes))

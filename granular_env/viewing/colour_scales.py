@@ -8,8 +8,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from granular_env.colours import symmetric_limit
-from granular_env.components.contract import Variable
 from granular_env.components.support.float_arrays import FloatArray
+from granular_env.components.variables import Variable
 
 from .unit_labels import label_with_unit
 

@@ -10,10 +10,10 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from granular_env.components.contract import Variable
 from granular_env.components.drawables import Curve, Drawable, main_points
 from granular_env.components.errors import ParameterError
 from granular_env.components.support.float_arrays import FloatArray
+from granular_env.components.variables import Variable
 
 from .input_curves import acting_stretches, component_names, values_at
 from .scene_data import MAXIMUM_POINTS, MAXIMUM_SHOWN_PARTICLES, Motion, cuts_of, evenly_picked, sample_frames

@@ -12,8 +12,7 @@ from typing import Literal, NamedTuple
 
 from pydantic import model_validator
 
-from ...support.magnitudes import Magnitude
-from ...support.parameter_fields import field
+from ...support.parameter_fields import Magnitude, field
 from ...support.validation import refusal
 from .criterion import Criterion, failure
 

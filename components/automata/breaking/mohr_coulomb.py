@@ -11,8 +11,7 @@ from __future__ import annotations
 import math
 from typing import Literal, NamedTuple
 
-from ...support.magnitudes import Magnitude, NotNegativeMagnitude
-from ...support.parameter_fields import field
+from ...support.parameter_fields import Magnitude, NotNegativeMagnitude, field
 from .criterion import Criterion, failure
 
 

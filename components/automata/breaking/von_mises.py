@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from typing import Literal, NamedTuple
 
-from ...support.magnitudes import Magnitude
-from ...support.parameter_fields import field
+from ...support.parameter_fields import Magnitude, field
 from .criterion import Criterion, failure
 
 

@@ -10,8 +10,8 @@ from pydantic import model_validator
 
 from ...errors import ParameterError
 from ...materials.elastic import Material, Preset
+from ...support.elementary_functions import integer_power, nth_root
 from ...support.parameter_fields import Positive, field
-from ...support.rational_powers import integer_power, nth_root
 from .arrangement import Arrangement, FloatArray, alternatives
 
 # Outside of this range a grain has no mass that a chain takes [m].

@@ -20,9 +20,9 @@ from typing import ClassVar, Literal
 import numpy as np
 
 from ...errors import ParameterError
+from ...support.elementary_functions import two_thirds_power
 from ...support.jit import inlined, jit
 from ...support.parameter_fields import NotNegative, Positive, field
-from ...support.rational_powers import two_thirds_power
 from ..layout import DISSIPATED, LAW_CONSTANTS, SMALLEST_OVERLAP, STIFFNESS
 from .hertz import hertz_energy, hertz_force
 from .law import YIELD_PRESSURE, FloatArray, Law

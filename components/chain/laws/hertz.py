@@ -12,9 +12,9 @@ from __future__ import annotations
 from math import sqrt
 from typing import ClassVar, Literal
 
+from ...support.elementary_functions import two_thirds_power
 from ...support.jit import inlined
 from ...support.parameter_fields import field
-from ...support.rational_powers import two_thirds_power
 from ..layout import SMALLEST_OVERLAP, STIFFNESS
 from .law import FloatArray, Law
 

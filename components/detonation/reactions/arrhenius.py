@@ -10,17 +10,15 @@ the default activation, the speed of the steady wave is right within 0.7, 0.2, 0
 from __future__ import annotations
 
 import math
-from typing import ClassVar, Literal
+from typing import Any, Literal, NamedTuple
 
 from ...support.elementary_functions import exponential
 from ...support.float_arrays import FloatArray
-from ...support.jit import internal_inlined
-from ...support.magnitudes import Magnitude
-from ...support.parameter_fields import field
+from ...support.parameter_fields import Magnitude, field
 from ...support.powers import power
 from ..chapman_jouguet import Detonation
 from ..gases import Gas
-from .reaction import ARRHENIUS, Reaction
+from .reaction import Reacted, Reaction, can_react, react
 
 _ONE_OVER_E, _LN2 = 0.36787944117144233, 0.6931471805599453
 # Beyond this exponent there is no reaction, for `power`.
@@ -30,29 +28,35 @@ _INTERVALS = 400
 _LEAST_CELLS = 10.0
 
 
+class ArrheniusConstants(NamedTuple):
+    """The rate k [1/s] and the activation energy E [J/kg]."""
+
+    rate: float
+    energy: float
+
+
 class Arrhenius(Reaction):
     """A rate that grows with p / rho, so that the shock's heat starts it."""
 
-    code: ClassVar[int] = ARRHENIUS
     name: Literal["arrhenius"] = field("arrhenius", "one step, k Y exp(-E rho / p)", "1")
     activation: Magnitude = field(2.5, "activation energy E over p / rho behind the leading shock", "1", le=40.0)
     half_reaction_length: Magnitude = field(
         5e-3, "length behind the shock in which half of the gas reacts, in the steady wave", "m"
     )
 
-    def constants(self, gas: Gas, front: Detonation, ahead: tuple[float, float], cell_size: float) -> tuple[float, ...]:
+    def constants(self, gas: Gas, front: Detonation, ahead: tuple[float, float], cell_size: float) -> ArrheniusConstants:
         """Return the rate k [1/s] and the activation energy E [J/kg]."""
         energy = self.activation * front.shocked.pressure / front.shocked.density
-        return half_reaction_integral(gas, front, ahead, energy) / self.half_reaction_length, energy
+        return ArrheniusConstants(half_reaction_integral(gas, front, ahead, energy) / self.half_reaction_length, energy)
 
     def ignition_pressure(self, front: Detonation, ahead: tuple[float, float]) -> float:
         """Return the pressure at which gas of the initial density is as hot as behind the leading shock [Pa]."""
         return ahead[1] * front.shocked.pressure / front.shocked.density
 
-    def describe_ignition(self, constants: FloatArray, peak: float, density: FloatArray, pressure: FloatArray) -> str:
+    def describe_ignition(self, constants: Any, peak: float, density: FloatArray, pressure: FloatArray) -> str:
         """Return the time ln 2 / (k exp(-E rho / p)) in which half of the hottest gas would react."""
-        exponent = min(float(constants[1] * (density / pressure).min()), _LARGEST_EXPONENT)
-        half = _LN2 / float(constants[0]) * float(exponential(exponent))
+        exponent = min(float(constants.energy * (density / pressure).min()), _LARGEST_EXPONENT)
+        half = _LN2 / constants.rate * float(exponential(exponent))
         return f"half of it would react in {1e3 * half:.3g} ms where it is hottest now"
 
     def cautions(self, cell_size: float) -> list[str]:
@@ -85,10 +89,15 @@ def half_reaction_integral(gas: Gas, front: Detonation, ahead: tuple[float, floa
     return total * step / 3.0
 
 
-@internal_inlined
-def burn_by_arrhenius(constants, density, pressure, fraction, step):
-    """Return what has not reacted after a step, of what had not before it."""
-    exponent = constants[1] * density / pressure
-    rate = constants[0] * power(_ONE_OVER_E, exponent) if exponent < _LARGEST_EXPONENT else 0.0
+@can_react.register(ArrheniusConstants)
+def _can_react(law):
+    return True
+
+
+@react.register(ArrheniusConstants)
+def _react(law, density, pressure, fraction, step):
+    exponent = law.energy * density / pressure
+    rate = law.rate * power(_ONE_OVER_E, exponent) if exponent < _LARGEST_EXPONENT else 0.0
     decay = step * rate
-    return fraction * power(_ONE_OVER_E, decay) if decay < _LARGEST_EXPONENT else 0.0
+    left = fraction * power(_ONE_OVER_E, decay) if decay < _LARGEST_EXPONENT else 0.0
+    return Reacted(left, pressure)

@@ -13,26 +13,32 @@ Source: C. L. Mader, Numerical Modeling of Detonations (1979), as it is used for
 
 from __future__ import annotations
 
-from typing import ClassVar, Literal
+from typing import Literal, NamedTuple
 
-from ...support.jit import internal_inlined
 from ...support.parameter_fields import field
 from ..chapman_jouguet import Detonation
 from ..gases import Gas
-from .reaction import CONSTANT_VOLUME, Reaction
+from .reaction import Reacted, Reaction, can_react, react
 
 _NOTHING = 1e-8
+
+
+class ConstantVolumeConstants(NamedTuple):
+    """V0 and V_CJ [m^3/kg], and P_CJ [Pa]."""
+
+    initial_volume: float
+    burnt_volume: float
+    burnt_pressure: float
 
 
 class ConstantVolume(Reaction):
     """Pressure is overwritten while the gas is compressed; a documented negative result."""
 
-    code: ClassVar[int] = CONSTANT_VOLUME
     name: Literal["constant_volume"] = field("constant_volume", "overwrites the pressure; a negative result", "1")
 
-    def constants(self, gas: Gas, front: Detonation, ahead: tuple[float, float], cell_size: float) -> tuple[float, ...]:
+    def constants(self, gas: Gas, front: Detonation, ahead: tuple[float, float], cell_size: float) -> ConstantVolumeConstants:
         """Return V0, V_CJ [m^3/kg] and P_CJ [Pa]."""
-        return 1.0 / ahead[1], 1.0 / front.burnt.density, front.burnt.pressure
+        return ConstantVolumeConstants(1.0 / ahead[1], 1.0 / front.burnt.density, front.burnt.pressure)
 
     def cautions(self, cell_size: float) -> list[str]:
         """Return the sentence that this law is wrong."""
@@ -42,11 +48,15 @@ class ConstantVolume(Reaction):
         ]
 
 
-@internal_inlined
-def burn_at_constant_volume(constants, density, pressure, fraction):
-    """Return what has not reacted, and the pressure that is written over the old one."""
-    new = 1.0 - (1.0 / density - constants[0]) / (constants[1] - constants[0])
+@can_react.register(ConstantVolumeConstants)
+def _can_react(law):
+    return True
+
+
+@react.register(ConstantVolumeConstants)
+def _react(law, density, pressure, fraction, step):
+    new = 1.0 - (1.0 / density - law.initial_volume) / (law.burnt_volume - law.initial_volume)
     burns = 0.0 <= new and new <= 1.0 and fraction > _NOTHING
     new = 0.0 if fraction < new and new < 0.9 else new
-    written = (1.0 - new) * constants[2] if new < 0.99 else pressure
-    return (new if burns else fraction), (written if burns else pressure)
+    written = (1.0 - new) * law.burnt_pressure if new < 0.99 else pressure
+    return Reacted(new if burns else fraction, written if burns else pressure)

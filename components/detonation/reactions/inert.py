@@ -2,14 +2,33 @@
 
 from __future__ import annotations
 
-from typing import ClassVar, Literal
+from typing import Literal, NamedTuple
 
 from ...support.parameter_fields import field
-from .reaction import INERT, Reaction
+from ..chapman_jouguet import Detonation
+from ..gases import Gas
+from .reaction import Reacted, Reaction, can_react, react
+
+
+class InertConstants(NamedTuple):
+    """A gas that does not react has no constants."""
 
 
 class Inert(Reaction):
     """A gas that does not react."""
 
-    code: ClassVar[int] = INERT
     name: Literal["inert"] = field("inert", "no reaction", "1")
+
+    def constants(self, gas: Gas, front: Detonation, ahead: tuple[float, float], cell_size: float) -> InertConstants:
+        """Return the class by which kernels choose the law."""
+        return InertConstants()
+
+
+@can_react.register(InertConstants)
+def _can_react(law):
+    return False
+
+
+@react.register(InertConstants)
+def _react(law, density, pressure, fraction, step):
+    return Reacted(fraction, pressure)

@@ -9,25 +9,30 @@ gas burns before its shock has come: the front outruns it, a weak detonation.
 
 from __future__ import annotations
 
-from typing import ClassVar, Literal
+from typing import Any, Literal, NamedTuple
 
 from ...errors import ParameterError
 from ...support.float_arrays import FloatArray
-from ...support.jit import internal_inlined
 from ...support.parameter_fields import field
 from ..chapman_jouguet import Detonation
 from ..gases import Gas
-from .reaction import PRESSURE_BURN, Reaction
+from .reaction import Reacted, Reaction, can_react, react
 
 # Measured at triggers of 0.1 to 0.3: from here on the speed is that of Chapman and Jouguet within 0.4 %.
 _LEAST_PRODUCT = 0.3
 LARGEST_TRIGGER = 0.5
 
 
+class PressureBurnConstants(NamedTuple):
+    """The pressure that starts the burn [Pa], and the rate of the burn [1/s]."""
+
+    trigger: float
+    rate: float
+
+
 class PressureBurn(Reaction):
     """Gas burns over a few cells once the pressure passes a trigger."""
 
-    code: ClassVar[int] = PRESSURE_BURN
     name: Literal["pressure_burn"] = field("pressure_burn", "burn over a few cells, triggered by pressure", "1")
     trigger: float = field(
         0.2, "pressure that starts the burn, as a part of the Chapman-Jouguet pressure", "1", ge=0.05, le=LARGEST_TRIGGER
@@ -43,7 +48,7 @@ class PressureBurn(Reaction):
             "its shock has come, a weak detonation that is too fast; take a larger width"
         ]
 
-    def constants(self, gas: Gas, front: Detonation, ahead: tuple[float, float], cell_size: float) -> tuple[float, ...]:
+    def constants(self, gas: Gas, front: Detonation, ahead: tuple[float, float], cell_size: float) -> PressureBurnConstants:
         """Return the trigger [Pa] and the rate [1/s]; `ParameterError` where the gas ahead of the front would burn at once."""
         if ahead[0] >= self.trigger * front.burnt.pressure:
             part = ahead[0] / front.burnt.pressure
@@ -56,22 +61,25 @@ class PressureBurn(Reaction):
                 hint=f"take a larger trigger, or {weak}" if possible else f"give more gas.heat_release, or take {weak}",
                 at=("reaction", "trigger"),
             )
-        return self.trigger * front.burnt.pressure, front.speed / (self.width * cell_size)
+        return PressureBurnConstants(self.trigger * front.burnt.pressure, front.speed / (self.width * cell_size))
 
     def ignition_pressure(self, front: Detonation, ahead: tuple[float, float]) -> float:
         """Return the trigger [Pa]."""
         return self.trigger * front.burnt.pressure
 
-    def describe_ignition(self, constants: FloatArray, peak: float, density: FloatArray, pressure: FloatArray) -> str:
+    def describe_ignition(self, constants: Any, peak: float, density: FloatArray, pressure: FloatArray) -> str:
         """Return the largest pressure of unburnt gas compared with the trigger."""
-        return (
-            f"its largest pressure was {peak / constants[0]:.2f} of the {1e-3 * constants[0]:.4g} kPa that start pressure_burn"
-        )
+        part, needed = peak / constants.trigger, 1e-3 * constants.trigger
+        return f"its largest pressure was {part:.2f} of the {needed:.4g} kPa that start pressure_burn"
 
 
-@internal_inlined
-def burn_by_pressure(constants, pressure, fraction, step):
-    """Return what has not reacted after a step, of what had not before it."""
-    left = fraction - step * constants[1]
+@can_react.register(PressureBurnConstants)
+def _can_react(law):
+    return True
+
+
+@react.register(PressureBurnConstants)
+def _react(law, density, pressure, fraction, step):
+    left = fraction - step * law.rate
     left = left if left > 0.0 else 0.0
-    return left if pressure > constants[0] else fraction
+    return Reacted(left if pressure > law.trigger else fraction, pressure)

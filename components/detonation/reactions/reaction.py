@@ -1,26 +1,52 @@
-"""The base of reaction laws, and their codes for kernels."""
+"""The base of reaction laws, and the functions of a law that kernels call."""
 
 from __future__ import annotations
 
 import math
-from typing import ClassVar
+from abc import abstractmethod
+from typing import Any, NamedTuple
 
+from ...support.dispatch import dispatched
 from ...support.float_arrays import FloatArray
 from ...support.tagged_union import Named
 from ..chapman_jouguet import Detonation
 from ..gases import Gas
 
-INERT, PRESSURE_BURN, ARRHENIUS, CONSTANT_VOLUME = 0, 1, 2, 3
-CONSTANTS = 4
+
+class Reacted(NamedTuple):
+    """The part of the gas that has not reacted after a tick, and the pressure that a law has written over the old one [Pa]."""
+
+    fraction: float
+    pressure: float
+
+
+@dispatched
+def react(law, density, pressure, fraction, step):
+    """Return the `Reacted` of a cell.
+
+    Args:
+        law: constants of the reaction.
+        density: [kg/m^3].
+        pressure: [Pa].
+        fraction: part that has not reacted before the tick.
+        step: length of the tick [s].
+    """
+
+
+@dispatched
+def can_react(law):
+    """Return whether the law ever burns gas."""
 
 
 class Reaction(Named):
-    """A law of how the gas reacts, chosen by its `name`."""
+    """A law of how the gas reacts, chosen by its `name`.
 
-    code: ClassVar[int]
+    `constants` gives the law as kernels see it: a named tuple, whose class selects `react` and `can_react`.
+    """
 
-    def constants(self, gas: Gas, front: Detonation, ahead: tuple[float, float], cell_size: float) -> tuple[float, ...]:
-        """Return up to CONSTANTS numbers for the kernel.
+    @abstractmethod
+    def constants(self, gas: Gas, front: Detonation, ahead: tuple[float, float], cell_size: float) -> Any:
+        """Return the law as kernels see it.
 
         Args:
             gas: with its heat release.
@@ -28,13 +54,12 @@ class Reaction(Named):
             ahead: initial pressure [Pa] and density [kg/m^3].
             cell_size: [m].
         """
-        return ()
 
     def ignition_pressure(self, front: Detonation, ahead: tuple[float, float]) -> float:
         """Return the pressure to which gas has to be heated at constant volume to ignite [Pa]; NaN where there is none."""
         return math.nan
 
-    def describe_ignition(self, constants: FloatArray, peak: float, density: FloatArray, pressure: FloatArray) -> str:
+    def describe_ignition(self, constants: Any, peak: float, density: FloatArray, pressure: FloatArray) -> str:
         """Return how near gas that has not ignited came to it.
 
         Args:

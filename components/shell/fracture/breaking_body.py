@@ -9,20 +9,20 @@ from typing import Any
 
 import numpy as np
 
-from ...contract import Variable
 from ...drawables import Drawable, Links, Points
 from ...errors import ParameterError
 from ...events import MOST_INDEX, EventDetail
 from ...materials.elastic import Material, rayleigh_speed
 from ...state_block import LARGEST, Block, Layout
 from ...support.float_arrays import FloatArray
-from .. import kernels, parallel_steps
+from ...variables import Variable
+from .. import kernels
 from ..column_means import write_column_means
 from ..kernel_arrays import ColumnArray, IntArray, Scratch, Solid, State
 from ..kernel_setup import Assembly, station_means, surface_quads
 from ..parameters import ShellParameters
+from ..ticks import Failure, Inputs, begin_tick, finish_tick, note_failure
 from .cracks import Cracks, Parting
-from .criterion_evaluation import find_parting, write_ratios
 from .facets import facet_rows
 from .force_recalculation import (
     erode,
@@ -34,12 +34,22 @@ from .force_recalculation import (
     work_of_half_kick,
     write_pull,
 )
-from .grips import UNBREAKABLE, points_in_grips
+from .judgement import UNBREAKABLE, find_parting, points_in_grips, write_ratios
 from .law import FractureLaw
 from .open_area import crack_length, open_areas
-from .outcome import AXIAL, OUTCOMES, CutSides, connects_ends, crack_along, crack_around, outcome
+from .outcome import (
+    AXIAL,
+    OUTCOMES,
+    CutSides,
+    connects_ends,
+    crack_along,
+    crack_around,
+    growth,
+    outcome,
+    part_faster,
+    tip_speed,
+)
 from .pieces import ACROSS, ALONG, Marks
-from .tips import growth, part_faster, tip_speed
 from .visibility import Visibility
 
 PARTED, ERODED, SPENT, TORN = "point_parted", "point_eroded", "point_spent", "point_torn"
@@ -60,8 +70,6 @@ _LARGEST = 1e300
 _VOLUMES = (0.5, 2.0)
 _FEWEST = {"linear": 4, "quadratic": 10}
 AddEvent = Callable[[int, str, int, float, float], None]
-# Signals of a tick, pressures of the stations, and the tally, as `kernels.drift` takes them.
-Inputs = tuple[FloatArray, FloatArray, FloatArray]
 
 
 class BreakingBody:
@@ -119,18 +127,18 @@ class BreakingBody:
         self, block: Block, state: State, scratch: Scratch, signals: FloatArray, pressures: FloatArray, first_tick: int,
         failed: IntArray, add_event: AddEvent,
     ) -> int:  # fmt: skip
-        """Advance as `kernels.advance` does, and part at the end of each tick what has passed its limit."""
+        """Advance as `ticks.advance` does, and part at the end of each tick the points beyond their limit."""
         solid = self.solid(block)
         for row in range(len(signals)):
             tick = first_tick + row
-            inputs = signals[row], pressures, block["tally"]
-            failures = self._advance_tick(solid, state, scratch, inputs, tick, failed)
+            inputs = Inputs(signals[row], pressures, block["tally"])
+            failures = begin_tick(solid, state, scratch, inputs, self.cracks.is_beside_crack)
             for failure in failures:
-                if not self.cracks.is_beside_crack(failure[1]):
-                    parallel_steps.note_failure(failure, scratch, failed)
-                    return failure[0]
+                if not self.cracks.is_beside_crack(failure.point):
+                    return note_failure(failure, scratch, tick, failed)
             if failures:
-                solid = self._tear(block, state, scratch, inputs, failures, tick + 1, add_event)
+                solid = self._tear(block, state, scratch, failures, tick + 1, add_event)
+            finish_tick(solid, state, scratch, inputs)
             write_column_means(state.stress, self.cracks.judged.means)
             count = find_parting(solid, state, self.cracks.judged, self._found, block["nearest"], tick + 1)
             if count:
@@ -170,36 +178,12 @@ class BreakingBody:
             more = self.cracks.erode(list(found))
             parting = parting.joined(more, {point: (ratio, _VOLUMES[ratio > 1.0]) for point, ratio in found.items()})
 
-    def _advance_tick(
-        self, solid: Solid, state: State, scratch: Scratch, inputs: Inputs, tick: int, failed: IntArray
-    ) -> list[parallel_steps.Failure]:
-        """Advance by a tick; return the points at which that failed, after which the tick is yet to be finished."""
-        signals, pressures, tally = inputs
-        bears = self.cracks.is_beside_crack
-        if not parallel_steps.divides(solid):
-            status = int(kernels.advance(solid, state, scratch, signals[None], pressures, tally, tick, failed))
-            if status == 0:
-                return []
-            point = int(failed[0])
-            first = status, point, float(scratch.pull[point, 0]), float(scratch.pull[point, 1])
-            if not bears(point):
-                return [first]
-            others = parallel_steps.update_part(solid, state, scratch, point + 1, self.point_count, bears)
-            return [first, *others]
-        failed[1] = tick + 1
-        kernels.drift(solid, state, scratch, signals, pressures, tally)
-        failures = parallel_steps.update_stresses(solid, state, scratch, bears)
-        if not failures:
-            parallel_steps.finish_tick(solid, state, scratch, signals, pressures, tally)
-        return failures
-
     def _tear(
-        self, block: Block, state: State, scratch: Scratch, inputs: Inputs, failures: list[parallel_steps.Failure], tick: int,
-        add_event: AddEvent,
-    ) -> Solid:  # fmt: skip
-        """Let points at which a tick failed bear nothing any more, and finish the tick; return the tables."""
+        self, block: Block, state: State, scratch: Scratch, failures: list[Failure], tick: int, add_event: AddEvent
+    ) -> Solid:
+        """Erode the points at which a tick failed; return the tables with which it is finished."""
         whole = self.cracks.solid
-        torn = {point: (value, limit) for _, point, value, limit in failures}
+        torn = {failure.point: (failure.value, failure.limit) for failure in failures}
         losses = block["losses"]
         losses[_ERODED] += sum(work_of_half_kick(whole, state, point) for point in torn)
         parting = self._without_distorted(self.cracks.erode(list(torn))._replace(torn=torn), state)
@@ -208,7 +192,6 @@ class BreakingBody:
         state.gradient[parting.changed] = new_gradients(solid, state, parting.changed)
         write_pull(solid, state, scratch, parting.changed)
         self._note(block, parting, tick, add_event)
-        parallel_steps.finish_tick(solid, state, scratch, *inputs)
         return solid
 
     def _surroundings(self, changed: IntArray) -> tuple[IntArray, IntArray, IntArray]:
@@ -273,13 +256,13 @@ class BreakingBody:
                 seen.values[row : row + len(neighbours)] = neighbours == node
         self._seen_facets = facets
         out = np.zeros_like(parameters)
-        kernels.interpolate(seen.begin, seen.lowest, seen.offsets, seen.kind, seen.first, seen.values, parameters, out)
+        kernels.interpolate(seen.seen, parameters, out)
         return out
 
     def point_field(self, parameters: FloatArray) -> FloatArray:
         """Return a field at the points; 0 at eroded ones."""
-        body, out = self.cracks.solid.body, np.zeros((self.point_count, 3))
-        kernels.interpolate(body.begin, body.lowest, body.offsets, body.kind, body.first, self.values, parameters, out)
+        out = np.zeros((self.point_count, 3))
+        kernels.interpolate(self.cracks.visibility.seen, parameters, out)
         return out
 
     @property

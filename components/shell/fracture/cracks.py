@@ -12,14 +12,13 @@ from ...support.float_arrays import FloatArray
 from ..column_means import make_column_means
 from ..geometry.lattice import Lattice
 from ..kernel_arrays import ColumnArray, IntArray, Solid, State
-from ..neighbour_lists import CompactArray, IndexArray, compress
 from ..quadrature import IntegrationPoints
+from ..shape_functions import write_hold
 from ..stencils import Stencils
-from .compiled_shape_functions import write_hold
-from .criterion_evaluation import Judgement, decisive_value, index_normal
 from .facets import mark_links
+from .judgement import Judgement, index_normal, judge
 from .law import FractureLaw
-from .pieces import Marks, crack_lips, detached_columns, find_connected, label_columns, severed_links
+from .pieces import Marks, crack_lips, detached_columns, label_columns, severed_links
 from .visibility import Visibility
 
 # A facet runs beside its point: half way to the next nodes where points lie at nodes, otherwise next to the point.
@@ -30,8 +29,6 @@ _EQUAL = 1e-9
 _STIFFEST = 2.0
 # A node that points see less than this part as much as before any crack is loosened: nothing sees it any more.
 _LOOSE = 0.2
-# Part of the yield stress that a point has to bear to part by its strain: one that a crack has unloaded does not.
-_TENSION = 0.5
 # Points whose stiffness is computed at a time.
 _AT_A_TIME = 4096
 # Time for a point that has parted to unload: that of sound over so many of the longest spacings.
@@ -89,17 +86,16 @@ class Cracks:
         columns = len(points.volume) // self._through
         along, across, thickness = lattice.axes
         lines = points.lines
-        limits, tension = law.limits(solid.law, columns, self._through), _TENSION * solid.law.yield_stress
+        limits = law.limits(solid.law, columns, self._through)
         self.judged = Judgement(
-            int(law.decisive), limits, tension, along.slope(lines[0].at), across.slope(lines[1].at),
+            law.constants(solid.law), limits, along.slope(lines[0].at), across.slope(lines[1].at),
             thickness.slope(lines[2].at), thickness.at(lines[2].at) if lattice.bent else np.ones(self._through),
             np.zeros((len(points.volume), 3)), np.zeros(len(points.volume), dtype=np.int64),
             np.zeros(len(points.volume), dtype=np.int64), self._ticks_to_unload(solid), make_column_means(lattice, points),
         )  # fmt: skip
-        self._connected = self._find_connected()
         self._hold = np.zeros(lattice.node_count)
         even = self.visibility
-        write_hold(solid.body, even.kind, even.first, even.values, np.arange(lattice.node_count), self._hold)
+        write_hold(solid.body, even.seen, np.arange(lattice.node_count), self._hold)
         self._stiffest = _STIFFEST * self._largest_stiffness()
         self.clear()
 
@@ -147,8 +143,8 @@ class Cracks:
         bridge that the lattice leaves between cracks.
         """
         means, limit = self.judged.means, self.judged.limit
-        decided = {int(p): float(decisive_value(means.stress, state, self.judged, p)[0]) for p in found}
-        own = {p: float(decisive_value(state.stress, state, self.judged, p)[0]) / limit[p] for p in decided}
+        decided = {int(p): float(judge(means.stress, state, self.judged, p)[0]) for p in found}
+        own = {p: float(judge(state.stress, state, self.judged, p)[0]) / limit[p] for p in decided}
         order = sorted(decided, key=lambda p: (-own[p], p))
         facets: list[FloatArray] = []
         values: list[tuple[float, float]] = []
@@ -203,7 +199,7 @@ class Cracks:
         seen, body = self.visibility, self._whole.body
         nodes = np.unique(np.concatenate([self._stencils.neighbours(p) for p in points])).astype(np.int64)
         hold = np.zeros(len(nodes))
-        write_hold(body, seen.kind, seen.first, seen.values, nodes, hold)
+        write_hold(body, seen.seen, nodes, hold)
         losing = set[int]()
         known = {int(j) for j in self.loosened} | set(loosened)
         for node in nodes[hold < _LOOSE * self._hold[nodes]].tolist():
@@ -249,7 +245,7 @@ class Cracks:
 
     def _choose_facet(self, state: State, p: int) -> FloatArray:
         """Return the facet of a point: on the side where a crack is already, otherwise where more is loaded."""
-        _, nx, ny, nz = decisive_value(self.judged.means.stress, state, self.judged, p)
+        _, nx, ny, nz = judge(self.judged.means.stress, state, self.judged, p)
         normal = np.array(index_normal(self._whole, state, self.judged, p, nx, ny, nz))
         side = self._open_side(p, normal) or self._loaded_side(state, p, normal) or 1
         first = self._facet(p, normal, side)
@@ -299,7 +295,7 @@ class Cracks:
             beyond = float((offset * normal).sum())
             if abs(beyond) > 0.3:
                 sums[int(beyond > 0.0)] += (
-                    float(decisive_value(self.judged.means.stress, state, self.judged, q)[0]) / self.judged.limit[q]
+                    float(judge(self.judged.means.stress, state, self.judged, q)[0]) / self.judged.limit[q]
                 )
         difference = sums[1] - sums[0]
         return 0 if abs(difference) <= _EQUAL * (abs(sums[0]) + abs(sums[1])) else (1 if difference > 0.0 else -1)
@@ -353,14 +349,6 @@ class Cracks:
             body=body, hourglass=whole.hourglass._replace(partner=self._ties()), surface=whole.surface._replace(around=around)
         )
 
-    def _find_connected(self) -> tuple[IndexArray, IndexArray, CompactArray]:
-        """Return what each point connects before any crack, as `label_columns` takes it."""
-        some = self._stencils
-        ends, columns = np.zeros(len(some.kind) + 1, dtype=np.uint32), np.zeros(len(some.offsets), dtype=np.uint32)
-        layers = self._lattice.shape[2]
-        find_connected(some.begin, some.lowest, some.offsets, some.kind, some.first, some.values, layers, ends, columns)
-        return ends, *compress(ends, columns[: ends[-1]])
-
     def _label_pieces(self) -> tuple[IntArray, Marks]:
         """Return the number of the piece of each column, that of its first column, and whether anything bears it."""
         n, m, layers = self._lattice.shape
@@ -369,12 +357,7 @@ class Cracks:
             return labels, ~borne
         blind = np.zeros(len(self._points.volume), dtype=bool)
         blind[self.eroded.astype(np.int64)] = True
-        seen = self.visibility
-        shared, connected = len(self._stencils.first) - 1, self._connected
-        label_columns(
-            seen.begin, seen.lowest, seen.offsets, seen.kind, seen.first, seen.values, blind, layers, shared, *connected,
-            labels, borne,
-        )  # fmt: skip
+        label_columns(self.visibility.seen, blind, layers, labels, borne)
         return labels, borne
 
     @property

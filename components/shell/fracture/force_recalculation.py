@@ -5,13 +5,13 @@ from __future__ import annotations
 import numpy as np
 
 from ...materials.finite_strain import nominal_stress
-from ...materials.stress_invariants import elastic_energy_density
+from ...materials.tensors import elastic_energy_density, load_deformation, load_symmetric
 from ...materials.thermoviscoplastic import elastic_moduli
 from ...support.float_arrays import FloatArray
 from ...support.jit import jit
 from ..hourglass import add_energy_of_ties, hold_columns
 from ..kernel_arrays import IntArray, Solid, State
-from ..kernels import gather_forces
+from ..kernels import gather_forces, write_point_pull
 
 
 def new_gradients(solid: Solid, state: State, points: IntArray) -> FloatArray:
@@ -30,9 +30,9 @@ def volume_ratios(gradients: FloatArray) -> FloatArray:
 
 def work_of_half_kick(solid: Solid, state: State, point: int) -> float:
     """Return minus the work of a point's stress on the nodes in the half kick before a tick's new stresses [J]."""
-    pull, h, t = np.zeros(9), state.gradient[point], state.stress[point]
-    change = new_gradients(solid, state, np.array([point]))[0] - h
-    write_nominal_stress(h, t, pull)
+    pull = np.zeros(9)
+    change = new_gradients(solid, state, np.array([point]))[0] - state.gradient[point]
+    write_nominal_stress(state, point, pull)
     stress = pull.reshape(3, 3)
     work = 0.0
     for i in range(3):
@@ -42,11 +42,10 @@ def work_of_half_kick(solid: Solid, state: State, point: int) -> float:
 
 
 @jit
-def write_nominal_stress(h, t, out):
-    """Write the nominal stress from a displacement gradient, shape (9,), and a Kirchhoff stress, shape (6,)."""
-    out[0], out[1], out[2], out[3], out[4], out[5], out[6], out[7], out[8] = nominal_stress(
-        1.0 + h[0], h[1], h[2], h[3], 1.0 + h[4], h[5], h[6], h[7], 1.0 + h[8], t[0], t[1], t[2], t[3], t[4], t[5]
-    )
+def write_nominal_stress(state, p, out):
+    """Write the nominal stress of a point, shape (9,)."""
+    nominal = nominal_stress(load_deformation(state.gradient, p), load_symmetric(state.stress, p))
+    out[0], out[1], out[2], out[3], out[4], out[5], out[6], out[7], out[8] = nominal
 
 
 @jit
@@ -71,18 +70,9 @@ def write_gradients(solid, state, points, out):
 @jit
 def write_pull(solid, state, scratch, points):
     """Write what some points pull with, without ties, from the stresses and gradients as they are."""
-    body, pull, h, t = solid.body, scratch.pull, state.gradient, state.stress
     for p in points:
-        pxx, pxy, pxz, pyx, pyy, pyz, pzx, pzy, pzz = nominal_stress(
-            1.0 + h[p, 0], h[p, 1], h[p, 2], h[p, 3], 1.0 + h[p, 4], h[p, 5], h[p, 6], h[p, 7], 1.0 + h[p, 8],
-            t[p, 0], t[p, 1], t[p, 2], t[p, 3], t[p, 4], t[p, 5],
-        )  # fmt: skip
-        volume = body.volume[p]
-        c, s = volume * body.cosine[p], volume * body.sine[p]
-        volume *= body.along[p]
-        pull[p, 0], pull[p, 1], pull[p, 2] = volume * pxx, volume * pxy, volume * pxz
-        pull[p, 3], pull[p, 4], pull[p, 5] = c * pyx - s * pzx, c * pyy - s * pzy, c * pyz - s * pzz
-        pull[p, 6], pull[p, 7], pull[p, 8] = s * pyx + c * pzx, s * pyy + c * pzy, s * pyz + c * pzz
+        nominal = nominal_stress(load_deformation(state.gradient, p), load_symmetric(state.stress, p))
+        write_point_pull(solid.body, p, nominal, scratch.pull)
 
 
 @jit
@@ -128,12 +118,11 @@ def leapfrog_energy(solid, state, nodes):
 def erode(solid, state, points):
     """Take the stress from some points, and return the elastic energy that they had [J]."""
     law, energy = solid.law, 0.0
-    lame, shear = elastic_moduli(law, law.reference_temperature)
+    moduli = elastic_moduli(law, law.reference_temperature)
     for p in points:
         if solid.plastic:
-            lame, shear = elastic_moduli(law, state.temperature[p])
-        t = state.stress[p]
-        energy += solid.body.volume[p] * elastic_energy_density(t[0], t[1], t[2], t[3], t[4], t[5], lame, shear)
+            moduli = elastic_moduli(law, state.temperature[p])
+        energy += solid.body.volume[p] * elastic_energy_density(load_symmetric(state.stress, p), moduli)
         state.stress[p] = 0.0
         state.gradient[p] = 0.0
     return energy

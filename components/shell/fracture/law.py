@@ -1,33 +1,59 @@
-"""The base of fracture laws."""
+"""The base of fracture laws, and the functions of a law that kernels call.
+
+`constants` gives a law as kernels see it: a named tuple, whose class selects `decisive_value` and `may_exceed`.
+"""
 
 from __future__ import annotations
 
-from enum import IntEnum
-from typing import Any, ClassVar
+from abc import abstractmethod
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
 from ...materials.thermoviscoplastic import FlowConstants
 from ...support.counter_random import uniform
+from ...support.dispatch import dispatched
 from ...support.float_arrays import FloatArray
-from ...support.magnitudes import NotNegativeMagnitude
-from ...support.parameter_fields import field
+from ...support.parameter_fields import NotNegativeMagnitude, field
 from ...support.tagged_union import Named
 
 _STREAM = 3
 
 
-class Decisive(IntEnum):
-    """The quantities that the kernels can compare with the limit of a law."""
+class Point(NamedTuple):
+    """An integration point as a law judges it.
 
-    PRINCIPAL_STRESS = 0
-    PLASTIC_STRAIN = 1
+    Attributes:
+        principal: largest principal Kirchhoff stress [Pa].
+        volume: over that at the start.
+        plastic_strain: equivalent; 0 of an elastic body.
+    """
+
+    principal: float
+    volume: float
+    plastic_strain: float
+
+
+@dispatched
+def decisive_value(law, point):
+    """Return the value that a law compares with its limit, at a `Point`."""
+
+
+@dispatched
+def may_exceed(law, value, stress, plastic_strain):
+    """Return False where a cheap bound shows that the decisive value is not above a value.
+
+    Args:
+        law: constants of a fracture law.
+        value: in the unit of the limit.
+        stress: Kirchhoff stress of the point, a `SymmetricTensor` [Pa].
+        plastic_strain: of the point.
+    """
 
 
 class FractureLaw(Named):
     """A law of when a point parts, chosen by its `name`; its crack is normal to the largest principal stress."""
 
-    decisive: ClassVar[Decisive]
     unit: ClassVar[str]
     quantity: ClassVar[str]
     scatter: float = field(
@@ -38,28 +64,18 @@ class FractureLaw(Named):
         0.0, "length beside clamped and moved edges within which nothing parts, as a fitting holds it there", "m"
     )
 
-    def __init_subclass__(cls, **arguments: Any) -> None:
-        """Refuse a law that is decided by what no kernel computes: another one would stand in for it.
-
-        Raises:
-            TypeError: `decisive` is none of `Decisive`.
-        """
-        super().__init_subclass__(**arguments)
-        given = getattr(cls, "decisive", None)
-        if not isinstance(given, Decisive):
-            raise TypeError(
-                f"{cls.__name__}.decisive: got {given!r}, expected one of {', '.join(Decisive.__members__)}; another quantity "
-                "needs a member of Decisive and a branch in criterion_evaluation.decisive_value"
-            )
-
     @property
     def needs_flow(self) -> bool:
         """True where it asks for a material that flows: for its plastic strain, or its yield stress."""
         return False
 
+    @abstractmethod
     def limit(self, law: FlowConstants) -> float:
         """Return what decides where a point parts, in `unit`."""
-        raise NotImplementedError
+
+    @abstractmethod
+    def constants(self, law: FlowConstants) -> Any:
+        """Return the law as kernels see it, a named tuple."""
 
     def limits(self, law: FlowConstants, columns: int, through: int) -> FloatArray:
         """Return the limit of each point, the same for all of a column, shape (columns * through,)."""

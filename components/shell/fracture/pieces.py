@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from ...support.jit import jit
+from ...support.jit import internal, jit
 from ..geometry.lattice import Lattice
 from ..kernel_arrays import IntArray
 
@@ -17,91 +17,49 @@ _CONNECTS = 0.01
 
 
 @jit
-def find_connected(begin, lowest, offsets, kind, first_rows, values, layers, ends, columns):
-    """Write the columns of which points of a body without cracks see a node, one point after the other.
-
-    Args:
-        begin: where the neighbours of each point begin, shape (m + 1,).
-        lowest: the neighbour of each point that has the least number, shape (m,).
-        offsets: the neighbours, counted from the lowest one, shape (entries,).
-        kind: number of each point's rows, shape (m,).
-        first_rows: where those begin, shape (kinds,).
-        values: shape functions, shape (rows,).
-        layers: nodes of a column.
-        ends: written: where those of each point end in `columns`, shape (m + 1,), the first one 0.
-        columns: written, shape (entries,).
-    """
-    count = 0
-    for p in range(kind.size):
-        last = -1
-        for entry in range(begin[p], begin[p + 1]):
-            column = np.int64(lowest[p] + offsets[entry]) // layers
-            if abs(values[first_rows[kind[p]] + entry - begin[p]]) > _CONNECTS and column != last:
-                columns[count] = last = column
-                count += 1
-        ends[p + 1] = count
-
-
-@jit
-def label_columns(
-    begin, lowest, offsets, kind, first_rows, values, blind, layers, shared, ends, lowest_column, column_offsets, labels, borne
-):
+def label_columns(stencils, blind, layers, labels, borne):
     """Write for each column of nodes the first column that points connect with it.
 
     A point that bears stress connects all columns of which it sees a node, unless it hardly does.
 
     Args:
-        begin: where the neighbours of each point begin, shape (m + 1,).
-        lowest: the neighbour of each point that has the least number, shape (m,).
-        offsets: the neighbours, counted from the lowest one, shape (entries,).
-        kind: number of each point's rows, shape (m,).
-        first_rows: where those begin, shape (kinds,).
-        values: shape functions, shape (rows,).
+        stencils: `Stencils` of the points.
         blind: which points bear nothing, shape (m,).
         layers: nodes of a column.
-        shared: points of a smaller kind see what they saw before any crack.
-        ends: where the columns that each of those connects end, see `find_connected`, shape (m + 1,).
-        lowest_column: the one of each point that has the least number, shape (m,).
-        column_offsets: these columns, counted from the lowest one.
         labels: written, shape (columns,).
         borne: written: whether any point sees each column, shape (columns,).
     """
+    begin, lowest, offsets, values = stencils.begin, stencils.lowest, stencils.offsets, stencils.values
     for column in range(labels.size):
         labels[column], borne[column] = column, False
     for p in range(blind.size):
         if blind[p]:
             continue
-        first, last = -1, -1
-        plain = kind[p] < shared
-        from_entry, to_entry = np.int64(begin[p]), np.int64(begin[p + 1])
-        if plain:
-            from_entry, to_entry = np.int64(ends[p]), np.int64(ends[p + 1])
-        for entry in range(from_entry, to_entry):
-            if plain:
-                column = np.int64(lowest_column[p] + column_offsets[entry])
-            else:
-                if not abs(values[first_rows[kind[p]] + entry - begin[p]]) > _CONNECTS:
-                    continue
-                column = np.int64(lowest[p] + offsets[entry]) // layers
-                if column == last:
-                    continue
-                last = column
+        first, last, row = -1, -1, stencils.first[stencils.kind[p]]
+        for entry in range(begin[p], begin[p + 1]):
+            column = np.int64(lowest[p] + offsets[entry]) // layers
+            if column == last or not abs(values[row + entry - begin[p]]) > _CONNECTS:
+                continue
+            last = column
             borne[column] = True
-            second = column
-            while labels[second] != second:
-                second = labels[second]
+            root = find_root(labels, column)
             if first < 0:
-                first = second
-            elif first < second:
-                labels[second] = first
+                first = root
+            elif first < root:
+                labels[root] = first
             else:
-                labels[first] = second
-                first = second
+                labels[first] = root
+                first = root
     for column in range(labels.size):
-        root = column
-        while labels[root] != root:
-            root = labels[root]
-        labels[column] = root
+        labels[column] = find_root(labels, column)
+
+
+@internal
+def find_root(labels, column):
+    """Return the first column of the piece of a column."""
+    while labels[column] != column:
+        column = labels[column]
+    return column
 
 
 def severed_links(links: npt.NDArray[np.uint8]) -> Marks:

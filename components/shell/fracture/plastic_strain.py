@@ -2,18 +2,25 @@
 
 from __future__ import annotations
 
-from typing import ClassVar, Literal
+from typing import ClassVar, Literal, NamedTuple
 
 from ...materials.thermoviscoplastic import FlowConstants
-from ...support.magnitudes import Magnitude
-from ...support.parameter_fields import field
-from .law import Decisive, FractureLaw
+from ...support.parameter_fields import Magnitude, field
+from .law import FractureLaw, decisive_value, may_exceed
+
+# Part of the yield stress that a point has to bear to part.
+_TENSION = 0.5
+
+
+class PlasticStrainConstants(NamedTuple):
+    """Largest principal stress below which nothing parts [Pa]: a point that a crack has unloaded does not."""
+
+    tension: float
 
 
 class PlasticStrain(FractureLaw):
     """The equivalent plastic strain decides, where the largest principal stress is above half the yield stress."""
 
-    decisive: ClassVar[Decisive] = Decisive.PLASTIC_STRAIN
     unit: ClassVar[str] = "1"
     quantity: ClassVar[str] = "the plastic strain"
     name: Literal["plastic_strain"] = field("plastic_strain", "the equivalent plastic strain decides", "1")
@@ -27,3 +34,17 @@ class PlasticStrain(FractureLaw):
     def limit(self, law: FlowConstants) -> float:
         """Return the plastic strain at which a point parts."""
         return self.strain
+
+    def constants(self, law: FlowConstants) -> PlasticStrainConstants:
+        """Return the tension below which nothing parts."""
+        return PlasticStrainConstants(_TENSION * law.yield_stress)
+
+
+@decisive_value.register(PlasticStrainConstants)
+def _strain_in_tension(law, point):
+    return point.plastic_strain if point.principal > law.tension else 0.0
+
+
+@may_exceed.register(PlasticStrainConstants)
+def _may_exceed(law, value, stress, plastic_strain):
+    return plastic_strain > value

@@ -6,23 +6,28 @@ to 3 depends on the mesh.
 
 from __future__ import annotations
 
-from typing import ClassVar, Literal
+from typing import ClassVar, Literal, NamedTuple
 
 from pydantic import model_validator
 
 from ...errors import ParameterError
+from ...materials.tensors import equivalent_square, mean_stress
 from ...materials.thermoviscoplastic import FlowConstants
-from ...support.magnitudes import Magnitude
-from ...support.parameter_fields import field
-from .law import Decisive, FractureLaw
+from ...support.parameter_fields import Magnitude, field
+from .law import FractureLaw, decisive_value, may_exceed
 
 _FACTOR = 3.0
+# Kirchhoff stresses below this part of a limit give no Cauchy stress beyond it: a body in tension does not shrink so far.
+_SAFE = 0.8
+
+
+class PrincipalStressConstants(NamedTuple):
+    """The law has no constants but its limit."""
 
 
 class PrincipalStress(FractureLaw):
     """The largest principal stress decides."""
 
-    decisive: ClassVar[Decisive] = Decisive.PRINCIPAL_STRESS
     unit: ClassVar[str] = "Pa"
     quantity: ClassVar[str] = "the largest principal stress"
     name: Literal["principal_stress"] = field("principal_stress", "the largest principal stress decides", "1")
@@ -47,3 +52,19 @@ class PrincipalStress(FractureLaw):
     def limit(self, law: FlowConstants) -> float:
         """Return the stress at which a point parts [Pa]."""
         return self.factor * law.yield_stress if self.stress is None else self.stress
+
+    def constants(self, law: FlowConstants) -> PrincipalStressConstants:
+        """Return the class by which kernels choose the law."""
+        return PrincipalStressConstants()
+
+
+@decisive_value.register(PrincipalStressConstants)
+def _cauchy_stress(law, point):
+    return point.principal / point.volume
+
+
+@may_exceed.register(PrincipalStressConstants)
+def _may_exceed(law, value, stress, plastic_strain):
+    # The largest principal stress is at most the mean one plus two thirds of the equivalent one.
+    left = 1.5 * (_SAFE * value - mean_stress(stress))
+    return not (left > 0.0 and equivalent_square(stress) < left * left)

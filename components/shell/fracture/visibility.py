@@ -10,11 +10,9 @@ import numpy.typing as npt
 
 from ...support.float_arrays import FloatArray
 from ..geometry.lattice import Lattice
-from ..kernel_arrays import IntArray
-from ..neighbour_lists import IndexArray
-from ..shape_functions import BasisName
+from ..kernel_arrays import IndexArray, IntArray
+from ..shape_functions import BasisName, least_squares_rows
 from ..stencils import Stencils, weights_at
-from .compiled_shape_functions import least_squares_rows
 from .facets import LatticeTable, mark_hidden
 
 _BASIS_SIZES = {"linear": 4, "quadratic": 10}
@@ -59,6 +57,13 @@ class Visibility:
         self._kinds, self._rows = self._blind + 1, len(even.values) + self._slots
         # Kinds that no point has any more, by the number of their rows.
         self._left = defaultdict[int, list[int]](list)
+
+    @property
+    def seen(self) -> Stencils:
+        """The stencils with the rows of the points that have lost neighbours."""
+        return self._stencils._replace(
+            kind=self.kind, first=self.first, values=self.values, gradients=self.gradients, along=self.along
+        )
 
     def near(self, place: FloatArray) -> IntArray:
         """Return the points whose neighbours a facet at a place may hide."""

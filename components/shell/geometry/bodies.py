@@ -8,8 +8,7 @@ from typing import Annotated, Literal
 import numpy as np
 from pydantic import SerializeAsAny
 
-from ...support.magnitudes import Magnitude
-from ...support.parameter_fields import field
+from ...support.parameter_fields import Magnitude, field
 from ...support.tagged_union import ByName, Named
 from .lattice import Lattice
 from .lattice_axis import Axis, closed_axis, even_axis, refuse_coinciding

@@ -8,8 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ...errors import ParameterError
-from ...support.magnitudes import Magnitude, NotNegativeMagnitude
-from ...support.parameter_fields import field
+from ...support.parameter_fields import Magnitude, NotNegativeMagnitude, field
 from ...support.validation import Parameters
 from .grading import covers, graded_axis, whole_length
 from .lattice_axis import Axis, refuse_coinciding

@@ -1,149 +1,103 @@
-"""Local processes: fresh interpreters that stay warm, get bundles of tasks, and may be killed.
-
-A process reports its results every few hundredths of a second. A process that ends is replaced, and the tasks that it had not
-reported are run again. With a time limit each bundle is one task.
-"""
+"""Local processes: fresh interpreters that stay warm, and end with the program that started them."""
 
 from __future__ import annotations
 
-import math
 import os
-from collections.abc import Iterator, Sequence
-from contextlib import suppress
-from multiprocessing.connection import Connection, wait
+import signal
+import sys
+import threading
+from collections.abc import Collection, Iterator
+from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
+from concurrent.futures.process import BrokenProcessPool
+from contextlib import contextmanager
+from dataclasses import replace
+from multiprocessing import get_context
+from multiprocessing.connection import Connection
 from pathlib import Path
-from time import monotonic, perf_counter
 
-from granular_env.components.errors import Fault, Option, SweepError
-from granular_env.workers import Worker, stop_all
+from ..worker import Job, Result, Task, compute_task
+from .engine import LOOK_SECONDS, Engine, LostError
 
-from ..batches import TaskBatches
-from ..worker import Computer, Job, Order, Result
-
-_BUNDLE_SECONDS, _TELL_SECONDS = 0.2, 0.05
-# Wall time between two looks at the time limit [s].
-_LOOK_SECONDS = 0.2
-# A process that ends before it begins was not killed by a task.
-_MOST_STILLBORN = 3
+# One thread each: as many processes as cores are at work.
+_THREADS: dict[str, str] = dict.fromkeys(
+    ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS"), "1"
+)
 
 
-def in_processes(job: Job, orders: Sequence[Order], folder: Path, workers: int | None) -> Iterator[list[Result]]:
-    """Yield the results as they come."""
-    count, limit = max(1, min(workers or available_cores(), len(orders))), job.time_limit
-    bundles, stillborn = TaskBatches(orders, count, 0.0 if limit else _BUNDLE_SECONDS), 0
-    crew = [_Worker(job, folder) for _ in range(count)]
-    try:
-        while len(bundles) or any(worker.given for worker in crew):
-            for worker in crew:
-                if not worker.given and (bundle := bundles.take()):
-                    worker.give(bundle)
-            for place, worker in enumerate(crew):
-                if limit and monotonic() > worker.begun_task + limit:
-                    worker.stop()
-                    crew[place] = _Worker(job, folder)
-                    yield [Result(order.hash, "lost", error=over_time(limit)) for order in worker.given.values()]
-            for ready in wait([worker.connection for worker in crew], _LOOK_SECONDS if limit else None):
-                place = next(place for place, worker in enumerate(crew) if worker.connection is ready)
-                worker = crew[place]
-                try:
-                    found, seconds = worker.receive()
-                except (EOFError, OSError):
-                    reason, left = worker.exit_reason(), list(worker.given.values())
-                    crew[place] = _Worker(job, folder)
-                    if worker.begun:
-                        yield bundles.requeue(left, reason)
-                        continue
-                    bundles.back(left)
-                    stillborn += 1
-                    if stillborn >= _MOST_STILLBORN:
-                        begun = f"the processes end before they begin ({reason})"
-                        raise SweepError(Fault(received=begun, hint=("try ", Option("engine", "serial")))) from None
-                    continue
-                stillborn = 0
-                if found:
-                    bundles.note_time(len(found), seconds)
-                    yield found
-    finally:
-        stop_all(crew)
+class Processes(Engine):
+    """Computes tasks in local processes; one that ends is replaced.
 
+    Each process has a pool of its own, because a process that ends breaks its pool. The processes watch a pipe whose other end
+    is here alone: they end with this program, even if it is killed.
+    """
 
-def over_time(limit: float) -> str:
-    """Return the error of a task that took longer than the time limit."""
-    return f"took longer than the time limit of {limit:g} s"
+    def __init__(self, job: Job, folder: Path, workers: int | None) -> None:
+        self.capacity = workers or available_cores()
+        self._job, self._folder = replace(job, files={}), folder  # the files are in the folder
+        self._context = get_context("spawn")  # a fork of a process that has run kernels may hang
+        self._watched, self._lifeline = self._context.Pipe(duplex=False)
+        self._idle, self._busy = list[ProcessPoolExecutor](), dict[Future[Result], ProcessPoolExecutor]()
+
+    def submit(self, task: Task) -> Future[Result]:
+        """Begin to compute a task in an idle process, or in a new one."""
+        pool = self._idle.pop() if self._idle else ProcessPoolExecutor(1, self._context, _begin, (self._watched,))
+        with _worker_settings():
+            future = pool.submit(compute_task, self._job, task, self._folder)
+        self._busy[future] = pool
+        return future
+
+    def wait(self, handles: Collection[Future[Result]]) -> Collection[Future[Result]]:
+        """Wait for a task, at most for two seconds."""
+        return wait(handles, LOOK_SECONDS, FIRST_COMPLETED).done
+
+    def result(self, handle: Future[Result]) -> Result:
+        """Return the result of a task."""
+        pool = self._busy.pop(handle)
+        try:
+            found = handle.result()
+        except BrokenProcessPool:
+            raise LostError("its process ended (killed, out of memory, or a crash of compiled code)") from None
+        self._idle.append(pool)
+        return found
+
+    def close(self) -> None:
+        """End all processes, and wait for them."""
+        self._lifeline.close()
+        for pool in (*self._idle, *self._busy.values()):
+            pool.shutdown(cancel_futures=True)
+        self._watched.close()
 
 
 def available_cores() -> int:
-    """Return the cores that this process may use."""
+    """Return the number of cores that this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+def _begin(lifeline: Connection) -> None:
+    """Prepare a new process: it ignores Ctrl-C, which is for its parent, and ends when the parent's end of the pipe closes."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+
+    def end_with_parent() -> None:
+        lifeline.poll(None)
+        os._exit(1)
+
+    threading.Thread(target=end_with_parent, daemon=True).start()
+
+
+@contextmanager
+def _worker_settings() -> Iterator[None]:
+    """Start processes with one thread each, without Ctrl-C, and without the caller's script, which would run again there."""
+    main, environment = vars(sys.modules["__main__"]), dict(os.environ)
+    script = {name: main[name] for name in ("__spec__", "__file__") if name in main}
+    mask = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     try:
-        return len(os.sched_getaffinity(0))
-    except AttributeError:
-        return os.cpu_count() or 1
-
-
-class _Worker(Worker):
-    """One process, and the tasks that it was given and has not reported.
-
-    Attributes:
-        begun: whether the process has answered.
-        begun_task: when it began its present task; infinity before that.
-        given: hash -> task.
-    """
-
-    def __init__(self, job: Job, folder: Path) -> None:
-        super().__init__(_serve, job, folder)
-        self.begun, self.begun_task = False, math.inf
-        self.given: dict[str, Order] = {}
-
-    def give(self, bundle: Sequence[Order]) -> None:
-        """Hand a bundle over; a process that has ended is found out when it is listened to."""
-        self.given, self.begun_task = {order.hash: order for order in bundle}, math.inf
-        with suppress(OSError):
-            self.connection.send(bundle)
-
-    def receive(self) -> tuple[list[Result], float]:
-        """Return results, and how long they took [s].
-
-        Raises:
-            EOFError: the process has ended.
-            SweepError: the process cannot compute this job.
-        """
-        answer = self.connection.recv()
-        if isinstance(answer, SweepError):
-            raise answer
-        found, seconds = answer
-        for result in found:
-            del self.given[result.hash]
-        self.begun_task = monotonic() if self.begun and self.given else math.inf
-        self.begun = True
-        return found, seconds
-
-
-def _serve(connection: Connection, job: Job, folder: Path) -> None:
-    """Compute bundles in a worker process until its parent closes the pipe or exits."""
-
-    def tell() -> None:
-        connection.send(([], 0.0))
-
-    try:
-        computer = Computer(job, folder)
-    except SweepError as error:
-        connection.send(error)
-        return
-    tell()
-    while True:
-        bundle = connection.recv()
-        for order in bundle:
-            computer.warm(order, tell)
-        tell()
-        _work(connection, computer, bundle)
-
-
-def _work(connection: Connection, computer: Computer, bundle: Sequence[Order]) -> None:
-    found: list[Result] = []
-    began = perf_counter()
-    for place, order in enumerate(bundle, start=1):
-        found.append(computer.compute(order))
-        spent = perf_counter() - began
-        if place == len(bundle) or spent > _TELL_SECONDS:
-            connection.send((found, spent))
-            found, began = [], perf_counter()
+        main["__spec__"] = None
+        main.pop("__file__", None)
+        os.environ.update(_THREADS)
+        yield
+    finally:
+        main.update(script)
+        for name in _THREADS:
+            del os.environ[name]
+        os.environ.update(environment)
+        signal.pthread_sigmask(signal.SIG_SETMASK, mask)

@@ -1,0 +1,242 @@
+"""Closed forms for movable cellular automata; no step calls them. SI units."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from ..errors import ParameterError
+from ..materials.elastic import Material
+from ..support.parameter_fields import MOST
+from .breaking import Criterion
+from .breaking.criterion import LinkStress, failure
+from .packing import LATTICES
+
+# -- waves ------------------------------------------------------------------------------------------------------------------
+
+
+def longitudinal_speed(density: float, shear: float, lame: float) -> float:
+    """Return the speed of longitudinal waves, sqrt((lambda + 2 G) / rho) [m/s].
+
+    Args:
+        density: [kg/m^3].
+        shear: G [Pa].
+        lame: lambda [Pa].
+    """
+    return math.sqrt((lame + 2.0 * shear) / density)
+
+
+def shear_speed(density: float, shear: float) -> float:
+    """Return the speed of shear waves, sqrt(G / rho) [m/s].
+
+    Args:
+        density: [kg/m^3].
+        shear: G [Pa].
+    """
+    return math.sqrt(shear / density)
+
+
+def lattice_frequencies(
+    packing: str, wave_vector: Any, *, density: float, shear: float, lame: float, diameter: float
+) -> npt.NDArray[np.float64]:
+    """Return the three angular frequencies of a wave vector, in increasing order, shape (3,) [rad/s].
+
+    For q exp(i k.x), q = (u_x, u_y, w), the strains of the pair along N are
+
+        eps = N.u (e - 1) / D,   gamma = T.u (e - 1) / D - w (1 + e) / 2,   e = exp(i D k.N),
+
+    and the energy of a cell is (1/2) q* K q with K = sum over pairs S D G (eps* eps + gamma* gamma) + V lambda theta* theta.
+
+    Args:
+        packing: "square" or "hexagonal".
+        wave_vector: shape (2,) [rad/m].
+        density: [kg/m^3].
+        shear: G [Pa].
+        lame: lambda [Pa].
+        diameter: of the automata [m].
+    """
+    if packing not in LATTICES:
+        raise ParameterError(f"got {packing!r}", expected=f"one of {', '.join(LATTICES)}", at="packing")
+    lattice, k = LATTICES[packing], np.asarray(wave_vector, dtype=np.float64)
+    face, volume = lattice.face * diameter, lattice.volume * diameter**2
+    stiffness, dilation = np.zeros((3, 3), complex), np.zeros(3, complex)
+    for nx, ny in lattice.directions:
+        phase = np.exp(1j * diameter * (k[0] * nx + k[1] * ny))
+        eps = np.array([nx, ny, 0.0]) * (phase - 1.0) / diameter
+        gamma = np.array([-ny, nx, 0.0]) * (phase - 1.0) / diameter - np.array([0.0, 0.0, 0.5]) * (1.0 + phase)
+        stiffness += face * diameter * shear * (np.outer(eps.conj(), eps) + np.outer(gamma.conj(), gamma))
+        dilation += face * diameter / (2.0 * volume) * eps
+    stiffness += volume * lame * np.outer(dilation.conj(), dilation)
+    mass = density * volume * np.array([1.0, 1.0, diameter**2 / 8.0])
+    squares = np.linalg.eigvalsh(stiffness / np.sqrt(np.outer(mass, mass)))
+    return np.sqrt(np.maximum(squares, 0.0))
+
+
+def rotation_frequency(density: float, shear: float, diameter: float) -> float:
+    """Return the frequency at which all automata rotate to and fro in step, sqrt(32 G / rho) / D, of both packings [rad/s]."""
+    return math.sqrt(32.0 * shear / density) / diameter
+
+
+def leapfrog_frequency(frequency: float, step: float) -> float:
+    """Return the frequency with which leapfrog integrates an oscillation: sin(w h / 2) = W h / 2 [rad/s].
+
+    Args:
+        frequency: W of the exact motion [rad/s].
+        step: h, below 2 / W [s].
+    """
+    if not 0.0 < frequency * step < 2.0:
+        raise ParameterError(f"got {step:g} s", expected=f"less than 2 / frequency = {2.0 / frequency:g} s", at="step")
+    return 2.0 / step * math.asin(0.5 * frequency * step)
+
+
+# -- collisions and strength ---------------------------------------------------------------------------------------------------
+
+
+def restitution(damping_ratio: float) -> float:
+    """Return speed of leaving over speed of approach for a spring and a dashpot that do not pull.
+
+    e = exp(-(pi - 2 a) tan a), sin a = zeta. Schwager & Poeschel (2007), Granular Matter 9, 465, equation 20.
+
+    Args:
+        damping_ratio: zeta, from 0 up to below 1; `contact_damping` of a specimen.
+    """
+    if not 0.0 <= damping_ratio < 1.0:
+        raise ValueError(f"damping_ratio: got {damping_ratio:g}, expected at least 0 and less than 1")
+    angle = math.asin(damping_ratio)
+    return math.exp(-(math.pi - 2.0 * angle) * math.tan(angle))
+
+
+def uniaxial_strength(
+    packing: str, criterion: Criterion, material: Material, *, angle: float = 0.0, compression: bool = False
+) -> float:
+    """Return the uniaxial stress in plane strain at which the first links of a homogeneous specimen break [Pa].
+
+    With s = +1 or -1 along the load and a the angle between the load and the direction of a link, a unit stress gives the link
+
+        sigma_n = s cos^2 a,        tau = s sin a cos a,        sigma_zz = nu s,
+        eps = ((1 - nu^2) cos^2 a - nu (1 + nu) sin^2 a) s / E,        gamma = (1 + nu) tau / E.
+
+    The strength is the reciprocal of the largest ratio of value to limit among the links. It does not depend on the direction
+    for criteria of the stress, `von_mises` and `drucker_prager`.
+
+    Args:
+        packing: "square" or "hexagonal".
+        criterion: of the links.
+        material: of the automata.
+        angle: of the load to the x axis [rad].
+        compression: whether the load presses.
+
+    Returns:
+        A positive stress; infinite where no load of this kind breaks a link.
+    """
+    if packing not in LATTICES:
+        raise ParameterError(f"got {packing!r}", expected=f"one of {', '.join(LATTICES)}", at="packing")
+    unit, nu = -1.0 if compression else 1.0, material.poisson
+    equivalent, mean = equivalent_stress(unit, 0.0, nu * unit, 0.0), unit * (1.0 + nu) / 3.0
+    largest, law = 0.0, criterion.law()
+    for x, y in LATTICES[packing].directions:
+        # Rounded, so that a link along the load has no shear at all.
+        along, across = (round(one, 12) for one in _components(x, y, angle))
+        normal, tangential = unit * along * along, unit * along * across
+        eps = (1.0 + nu) * ((1.0 - nu) * along * along - nu * across * across) * unit / material.young
+        gamma = (1.0 + nu) * abs(tangential) / material.young
+        value, limit, _ = failure(law, LinkStress(eps, gamma, normal, tangential, equivalent, mean, 1.0, 0))
+        largest = max(largest, value / limit)
+    return 1.0 / largest if largest > 1.0 / MOST else math.inf
+
+
+def _components(x: float, y: float, angle: float) -> tuple[float, float]:
+    """Return the components of a direction along and across another one."""
+    return x * math.cos(angle) + y * math.sin(angle), y * math.cos(angle) - x * math.sin(angle)
+
+
+def fracture_toughness(tensile: float, diameter: float) -> float:
+    """Return the stress intensity at which a sharp crack in mode I starts, sigma_t sqrt(pi D / 2) [Pa m^(1/2)].
+
+    The mean of K / sqrt(2 pi r) over the face of the first link ahead of the tip, 0 < r < D, is its tensile strength. Cracks
+    that cut links along x start at 1.02 to 1.08 times this in a square packing and 0.92 to 0.97 times this in a hexagonal one,
+    at 0.85 to 0.89 times this along y there (static lattices, nu from 0 to 0.4).
+
+    Args:
+        tensile: sigma_t, traction along a link that breaks it [Pa].
+        diameter: D [m].
+    """
+    return tensile * math.sqrt(0.5 * math.pi * diameter)
+
+
+def equivalent_stress(xx: float, yy: float, zz: float, xy: float) -> float:
+    """Return von Mises' equivalent stress of a stress without components xz and yz [Pa]."""
+    squares = (xx - yy) ** 2 + (yy - zz) ** 2 + (zz - xx) ** 2
+    return math.sqrt(0.5 * squares + 3.0 * xy**2)
+
+
+def drucker_prager_stress(equivalent: float, mean: float, compressive: float, tensile: float) -> float:
+    """Return what breaks a pair when it reaches the compressive strength, ((a + 1) / 2) s_eq + (3 / 2) (a - 1) s_m [Pa].
+
+    Args:
+        equivalent: s_eq [Pa].
+        mean: s_m, tension positive [Pa].
+        compressive: strength in uniaxial compression [Pa].
+        tensile: strength in uniaxial tension, a = compressive / tensile [Pa].
+    """
+    a = compressive / tensile
+    return 0.5 * (a + 1.0) * equivalent + 1.5 * (a - 1.0) * mean
+
+
+def splitting_tension(force: float, radius: float, thickness: float) -> float:
+    """Return the tension in the centre of a disc that two opposite point forces press, P / (pi R t) [Pa].
+
+    Hondros (1959), Aust. J. Appl. Sci. 10, 243.
+
+    Args:
+        force: P [N].
+        radius: R [m].
+        thickness: t [m].
+    """
+    return force / (math.pi * radius * thickness)
+
+
+def platen_stress(strain: float, pressure: float, young: float, poisson: float) -> float:
+    """Return the axial pressure on a specimen that is compressed in plane strain, E e / (1 - nu^2) + nu / (1 - nu) p [Pa].
+
+    Args:
+        strain: e, axial compression, positive.
+        pressure: p on the sides [Pa].
+        young: E [Pa].
+        poisson: nu.
+    """
+    return young * strain / (1.0 - poisson * poisson) + poisson / (1.0 - poisson) * pressure
+
+
+def confined_strength(pressure: float, cohesion: float, friction: float) -> float:
+    """Return the axial pressure at which pairs of a hexagonal packing slide by Mohr and Coulomb [Pa].
+
+    The normals of the pairs that slide lie at 60 degrees to the rows. With q along the axis and p on the sides their tractions
+    are tau = sqrt(3) / 4 (q - p) and sigma_n = -(p + 3 q) / 4, so that they slide at
+
+        q = (cohesion + (sqrt(3) + friction) / 4 p) / ((sqrt(3) - 3 friction) / 4).
+
+    Args:
+        pressure: p [Pa].
+        cohesion: shear traction that breaks a pair without pressure [Pa].
+        friction: tan(phi), below 1 / sqrt(3): beyond, no axial pressure makes them slide.
+    """
+    axial = _axial_part(friction)
+    return math.inf if axial == 0.0 else (cohesion + 0.25 * (math.sqrt(3.0) + friction) * pressure) / axial
+
+
+def confining_pressure(strain: float, young: float, poisson: float, friction: float, cohesion: float = 0.0) -> float:
+    """Return the pressure on the sides at which a specimen compressed so far just does not slide [Pa].
+
+    That is where `platen_stress` is `confined_strength`; 0 where none is needed. Arguments as there.
+    """
+    axial = _axial_part(friction)
+    needed = platen_stress(strain, 0.0, young, poisson) * axial - cohesion
+    return max(needed / (0.25 * (math.sqrt(3.0) + friction) - poisson / (1.0 - poisson) * axial), 0.0)
+
+
+def _axial_part(friction: float) -> float:
+    return max(0.25 * (math.sqrt(3.0) - 3.0 * friction), 0.0)

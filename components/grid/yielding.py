@@ -1,0 +1,138 @@
+"""The plastic step of a cell in plane strain, for one or several materials.
+
+The laws of the materials are a list of named tuples, so that their types decide what is compiled: a material that yields is a
+`Yielding`, an elastic one before it a `Skipped`, and all materials after the last one that yields are the `NoYield` at the end.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from math import sqrt
+from typing import Any, NamedTuple
+
+from ..materials.hypoelastic import PlaneTensor
+from ..materials.plastic_law import PlasticLaw, return_stress, yield_limit
+from ..support.dispatch import dispatched
+from ..support.jit import internal
+
+
+class NoYield(NamedTuple):
+    """The end of the list: no further material yields."""
+
+
+class Skipped(NamedTuple):
+    """A material that does not yield, and the others."""
+
+    others: Any
+
+
+class Yielding(NamedTuple):
+    """The law of a material that yields, and the others."""
+
+    law: Any
+    others: Any
+
+
+class CellStep(NamedTuple):
+    """An elastic step of a cell.
+
+    Attributes:
+        moduli: Lame's constants [Pa].
+        plastic_strain: equivalent, before the step.
+        area: in the middle of the step [m2].
+        old: stress before the step, turned [Pa].
+        trial: stress after the step [Pa].
+    """
+
+    moduli: Any
+    plastic_strain: float
+    area: float
+    old: PlaneTensor
+    trial: PlaneTensor
+
+
+class PlasticStep(NamedTuple):
+    """The stress after the plastic return of a step.
+
+    Attributes:
+        stress: xx, yy, zz, xy [Pa].
+        strain: equivalent plastic strain of the step.
+        work: plastic work [J].
+        kept: factor of the trial deviator, 1 where nothing flows.
+        equivalent: of the trial stress [Pa].
+        limit: at which it yields [Pa].
+    """
+
+    stress: PlaneTensor
+    strain: float
+    work: float
+    kept: float
+    equivalent: float
+    limit: float
+
+
+def law_list(laws: Sequence[PlasticLaw]) -> Any:
+    """Return the laws of the materials as kernels see them."""
+    found: Any = NoYield()
+    for constants in reversed([law.constants() for law in laws]):
+        if constants is not None:
+            found = Yielding(constants, found)
+        elif found != NoYield():
+            found = Skipped(found)
+    return found
+
+
+@dispatched
+def plastic_step(laws, material, step):
+    """Return the `PlasticStep` of a cell.
+
+    Args:
+        laws: list of laws.
+        material: number of the material, from 0.
+        step: a `CellStep`.
+    """
+
+
+@plastic_step.register(NoYield)
+def _stay_elastic(laws, material, step):
+    return PlasticStep(step.trial, 0.0, 0.0, 1.0, 0.0, 0.0)
+
+
+@plastic_step.register(Skipped)
+def _skip_first(laws, material, step):
+    if material == 0:
+        return PlasticStep(step.trial, 0.0, 0.0, 1.0, 0.0, 0.0)
+    return plastic_step(laws.others, material - 1, step)
+
+
+@plastic_step.register(Yielding)
+def _yield_first(laws, material, step):
+    if material == 0:
+        return yield_cell(laws.law, step)
+    return plastic_step(laws.others, material - 1, step)
+
+
+@internal
+def yield_cell(law, step):
+    """Return the `PlasticStep` of a cell whose material has a law."""
+    trial, moduli = step.trial, step.moduli
+    bulk = moduli.first_lame + 2.0 * moduli.shear / 3.0
+    pressure = -(trial.xx + trial.yy + trial.zz) / 3.0
+    sxx, syy, szz, sxy = trial.xx + pressure, trial.yy + pressure, trial.zz + pressure, trial.xy
+    q = sqrt(1.5 * (sxx * sxx + syy * syy + szz * szz + 2.0 * (sxy * sxy)))
+    limit = yield_limit(law, step.plastic_strain, pressure)
+    found = return_stress(law, moduli, step.plastic_strain, q, pressure)
+    kept = found.equivalent / q if found.plastic_strain > 0.0 and q > 0.0 else 1.0
+    gone, after = 1.0 - kept, found.pressure
+    stress = PlaneTensor(kept * sxx - after, kept * syy - after, kept * szz - after, kept * sxy)
+    # The mean of the stress before and after does the work: on the plastic strain of the deviator and on the dilation.
+    old = step.old
+    middle = -(old.xx + old.yy + old.zz) / 6.0 + 0.5 * after
+    sheared = (
+        (0.5 * (old.xx + stress.xx) + middle) * (gone * sxx)
+        + (0.5 * (old.yy + stress.yy) + middle) * (gone * syy)
+        + (0.5 * (old.zz + stress.zz) + middle) * (gone * szz)
+        + (old.xy + stress.xy) * (gone * sxy)
+    ) / (2.0 * moduli.shear)
+    work = step.area * (sheared - middle * ((after - pressure) / bulk))
+    return PlasticStep(stress, found.plastic_strain, work, kept, q, limit)

@@ -1,0 +1,184 @@
+"""The judgement of points: the value that decides whether each one parts, and the plane of its crack."""
+
+from __future__ import annotations
+
+from math import sqrt
+from typing import Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from ...errors import ParameterError
+from ...materials.tensors import (
+    determinant,
+    equivalent_stress,
+    largest_principal,
+    load_deformation,
+    load_symmetric,
+    mean_stress,
+)
+from ...support.float_arrays import FloatArray
+from ...support.jit import internal, jit
+from ..column_means import ColumnMeans
+from ..geometry.bodies import EDGES
+from ..kernel_setup import Assembly
+from ..parameters import ShellParameters
+from .law import Point, decisive_value, may_exceed
+from .pieces import Marks
+
+# A point parts a second time in a direction whose cosine with the first one is smaller.
+_ANOTHER_DIRECTION = 0.7
+# A plane whose normal is so much along the thickness is parallel to the wall, any other one goes straight through it.
+_PARALLEL = 0.9
+# Ratios to the limit below this one are not noted.
+_NOTED = 0.5
+# The limit of what does not part: above any stress and strain, its square is finite.
+UNBREAKABLE = 1e100
+_GRIPPED = ("clamped", "moved")
+
+
+class Judgement(NamedTuple):
+    """The tables by which points are judged.
+
+    Attributes:
+        law: constants of the fracture law.
+        limit: at which each point parts, shape (m,).
+        along, across, through: distances of planes at the points along each axis, an angle where the axis is one [m].
+        radius: at the points through the thickness, 1 where the body is straight, shape (points through,).
+        normal: of the first crack of each point, in index space, shape (m, 3).
+        cracks: number of each point's cracks, shape (m,).
+        since: tick of the last one, shape (m,).
+        wait: ticks that a point has to unload once it has parted.
+        means: the stresses that are judged.
+    """
+
+    law: Any
+    limit: FloatArray
+    along: FloatArray
+    across: FloatArray
+    through: FloatArray
+    radius: FloatArray
+    normal: FloatArray
+    cracks: npt.NDArray[np.int64]
+    since: npt.NDArray[np.int64]
+    wait: int
+    means: ColumnMeans
+
+
+@jit
+def find_parting(solid, state, judged, found, nearest, tick):
+    """Write the points that pass their limit, ascending, and return how many there are.
+
+    A point that has parted passes it where its stress has another direction, or where it has had time to unload.
+
+    Args:
+        solid: `kernel_arrays.Solid`.
+        state: after a tick.
+        judged: `Judgement`, with the means of the stresses of `state`.
+        found: written, shape (m,).
+        nearest: the largest ratio to the limit so far of points that had not parted, from a half on, its point and its tick,
+            updated, shape (3,).
+        tick: its number.
+    """
+    count = 0
+    for p in range(judged.limit.size):
+        largest = min(max(nearest[0], _NOTED), 1.0)
+        if not may_exceed(judged.law, largest * judged.limit[p], load_symmetric(judged.means.stress, p), flown(state, p)):
+            continue
+        value, nx, ny, nz = judge(judged.means.stress, state, judged, p)
+        if judged.cracks[p] == 0 and value > nearest[0] * judged.limit[p] and value > _NOTED * judged.limit[p]:
+            nearest[0], nearest[1], nearest[2] = value / judged.limit[p], p, tick
+        if value > judged.limit[p]:
+            if judged.cracks[p] > 0 and tick < judged.since[p] + judged.wait:
+                if judged.cracks[p] > 1:
+                    continue
+                a, b, c = index_normal(solid, state, judged, p, nx, ny, nz)
+                if abs(a * judged.normal[p, 0] + b * judged.normal[p, 1] + c * judged.normal[p, 2]) >= _ANOTHER_DIRECTION:
+                    continue
+            found[count] = p
+            count += 1
+    return count
+
+
+@internal
+def flown(state, p):
+    """Return the plastic strain of a point, 0 of an elastic body."""
+    return state.plastic_strain[p] if state.plastic_strain.size > 0 else 0.0
+
+
+@jit
+def judge(stresses, state, judged, p):
+    """Return what decides at a point, to be compared with its limit, and the direction of the largest principal stress.
+
+    Args:
+        stresses: by which the point is judged: their means, or those of the points themselves, shape (m, 6) [Pa].
+        state: `kernel_arrays.State`.
+        judged: `Judgement`.
+        p: the point.
+    """
+    volume = determinant(load_deformation(state.gradient, p))
+    stress, nx, ny, nz = largest_principal(load_symmetric(stresses, p))
+    return decisive_value(judged.law, Point(stress, volume, flown(state, p))), nx, ny, nz
+
+
+@jit
+def index_normal(solid, state, judged, p, nx, ny, nz):
+    """Return the unit normal, in index space, of the reference plane that has this normal (nx, ny, nz) now.
+
+    It is either in the surface of the body or through the thickness, and points towards growing indices.
+    """
+    h = state.gradient
+    x = nx * (1.0 + h[p, 0]) + ny * h[p, 3] + nz * h[p, 6]
+    y = nx * h[p, 1] + ny * (1.0 + h[p, 4]) + nz * h[p, 7]
+    z = nx * h[p, 2] + ny * h[p, 5] + nz * (1.0 + h[p, 8])
+    c, s = solid.body.cosine[p], solid.body.sine[p]
+    around, out = c * y - s * z, s * y + c * z
+    size = sqrt(x * x + around * around + out * out)
+    if abs(out) > _PARALLEL * size:
+        return 0.0, 0.0, 1.0
+    through = judged.through.size
+    column, layer = p // through, p % through
+    a = x * judged.along[column // judged.across.size]
+    b = around * judged.across[column % judged.across.size] * judged.radius[layer]
+    size = sqrt(a * a + b * b)
+    if a < 0.0 and -a >= abs(b) or b < 0.0 and -b > abs(a):
+        size = -size
+    return a / size, b / size, 0.0
+
+
+@jit
+def write_ratios(state, judged, out):
+    """Write what decides over its limit at each point."""
+    for p in range(out.size):
+        value, _, _, _ = judge(judged.means.stress, state, judged, p)
+        out[p] = value / judged.limit[p]
+
+
+@jit
+def write_triaxiality(stress, out):
+    """Write the mean stress over the equivalent one at each point, 0 where there is no stress."""
+    for p in range(out.size):
+        tensor = load_symmetric(stress, p)
+        equivalent = equivalent_stress(tensor)
+        out[p] = mean_stress(tensor) / equivalent if equivalent > 0.0 else 0.0
+
+
+def points_in_grips(p: ShellParameters, assembly: Assembly, length: float) -> Marks:
+    """Return which points lie within a length of an edge that is clamped or moved, shape (m,).
+
+    Raises:
+        ParameterError: there is no such edge, or they are all points.
+    """
+    places: FloatArray = assembly.points.all_places()
+    found: Marks = places[:, 0] < -1.0
+    for edge, kind in p.boundaries.items():
+        if kind in _GRIPPED and length > 0.0:
+            number, end = EDGES[edge]
+            axis = assembly.lattice.axes[number]
+            found |= abs(axis.at(places[:, number]) - axis.positions[end]) < length
+    at = ("fracture", "grip_length")
+    if length > 0.0 and not any(kind in _GRIPPED for kind in p.boundaries.values()):
+        raise ParameterError(f"got {length:g} m, but no edge is {' or '.join(_GRIPPED)}", hint="leave it out", at=at)
+    if found.all():
+        raise ParameterError(f"got {length:g} m, so that nothing of the body could part", hint="give a smaller one", at=at)
+    return found

@@ -1,0 +1,131 @@
+"""Exact and classical solutions for thin walls: tubes under pressure, beams and bars, pieces of a ring, travelling loads."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from ..support.float_arrays import FloatArray
+
+# A long tube of an elastic material under inner pressure, its length held.
+#
+# Source: S. P. Timoshenko, J. N. Goodier, Theory of Elasticity (1951), 28; for the critical speed W. M. Beltman, J. E.
+# Shepherd,
+# J. Sound Vib. 252 (2002) 617.
+
+
+def breathing_frequency(young: float, poisson: float, density: float, radius: float) -> float:
+    """Return the frequency [Hz] at which a thin tube of that mean radius breathes: plane strain along it."""
+    return math.sqrt(young / (density * (1.0 - poisson * poisson))) / (2.0 * math.pi * radius)
+
+
+def lame_displacement(young: float, poisson: float, inner: float, wall: float, pressure: float, radius: float) -> float:
+    """Return the radial displacement [m] at a radius, of plane strain."""
+    outer = inner + wall
+    scale = pressure * inner * inner / (outer * outer - inner * inner)
+    return (1.0 + poisson) / young * scale * ((1.0 - 2.0 * poisson) * radius + outer * outer / radius)
+
+
+def static_hoop_stress(inner: float, wall: float, pressure: float) -> float:
+    """Return the mean hoop stress [Pa] of a static pressure."""
+    return pressure * inner / wall
+
+
+def critical_speed(young: float, poisson: float, density: float, radius: float, wall: float) -> float:
+    """Return the speed [m/s] at which a load that travels along a thin tube resonates with its flexural waves."""
+    squared = young * wall / (density * radius) / math.sqrt(3.0 * (1.0 - poisson * poisson))
+    return math.sqrt(squared)
+
+
+# Vibrations of a slender beam that is clamped at one end, by Euler and Bernoulli, and of a bar along itself.
+#
+# Valid where the length is more than ten thicknesses. Source: S. P. Timoshenko, Vibration Problems in Engineering (1937), 34,
+# 53.
+
+
+# The first root of cos(k) cosh(k) = -1.
+_FIRST_ROOT = 1.8751040687119612
+
+
+def cantilever_frequency(young: float, density: float, length: float, thickness: float) -> float:
+    """Return the first frequency of bending [Hz] of a clamped strip of rectangular cross-section."""
+    wave_number = _FIRST_ROOT / length
+    return wave_number**2 * math.sqrt(young * thickness**2 / (12.0 * density)) / (2.0 * math.pi)
+
+
+def cantilever_shape(x: FloatArray, length: float) -> FloatArray:
+    """Return the shape of that mode, 0 at the clamped end and 1 at the free one."""
+    k = _FIRST_ROOT
+    share = (math.cosh(k) + math.cos(k)) / (math.sinh(k) + math.sin(k))
+    s = k * x / length
+    return 0.5 * (np.cosh(s) - np.cos(s) - share * (np.sinh(s) - np.sin(s)))
+
+
+def clamped_bar_frequency(young: float, density: float, length: float) -> float:
+    """Return the first frequency [Hz] of a bar along itself, clamped at one end."""
+    return math.sqrt(young / density) / (4.0 * length)
+
+
+# The number of pieces of an expanding ring, after N. F. Mott.
+#
+# Where the ring has parted, a release runs away from the fracture, and behind it nothing parts any more. In a rigid, perfectly
+# plastic ring it has come c sqrt(e) far when the strain has grown by e, with c = sqrt(2 Y / rho) / rate. Fractures begin at
+# random, k of them per length and strain, so that after e a part exp(-4/3 k c e^(3/2)) of the ring is not released yet, and
+# their
+# number per length is
+#
+#     n = k int_0^inf exp(-4/3 k c e^(3/2)) de = Gamma(5/3) k (4 k c / 3)^(-2/3).
+#
+# Source: N. F. Mott, Proc. R. Soc. London A 189 (1947) 300; D. Grady, Fragmentation of Rings and Shells (2006), chapter 3.
+
+
+def mott_fragments(radius: float, rate: float, flow_stress: float, density: float, frequency: float) -> float:
+    """Return the mean number of pieces of a ring.
+
+    Args:
+        radius: when it parts [m].
+        rate: of the hoop strain [1/s].
+        flow_stress: Y [Pa].
+        density: [kg/m^3].
+        frequency: k, of the fractures that begin per length and strain [1/m].
+    """
+    release = math.sqrt(2.0 * flow_stress / density) / rate
+    spacing = (4.0 * frequency * release / 3.0) ** (2.0 / 3.0) / (math.gamma(5.0 / 3.0) * frequency)
+    return 2.0 * math.pi * radius / spacing
+
+
+# A step of pressure that travels along a long thin tube, of an elastic material without axial force.
+#
+#     D w'''' + rho h w_tt + E h w / R^2 = p H(v t - x),    D = E h^3 / 12 (1 - nu^2)
+#
+# In the frame of the front, with w_0 = p R^2 / E h, q = (v / v_c)^2, b^4 = E h / R^2 D and s = b (x - v t):
+#
+#     w / w_0 = 1 - e^(a s) (cos(c s) + q sin(c s) / sqrt(1 - q^2)) / 2 behind it for v < v_c, 2 a^2 = 1 - q, 2 c^2 = 1 + q,
+#     w / w_0 = 1 - (q + r) cos(s sqrt(q - r)) / 2 r behind it for v > v_c, r = sqrt(q^2 - 1).
+#
+# Long waves follow a fast front, as their energy is slower; short ones precede it. Source: S. C. Tang, J. Eng. Mech. Div.
+# ASCE 91
+# (1965) 97; W. M. Beltman, J. E. Shepherd, J. Sound Vib. 252 (2002) 617.
+
+
+def front_amplification(ratio: float) -> float:
+    """Return the largest radial displacement behind a steady front, over the static one p R^2 / E h.
+
+    Args:
+        ratio: speed of the front over the critical one, see `tubes.critical_speed`.
+
+    Returns:
+        1.03 for a slow front, infinity for a critical one (which takes for ever to become steady), 2 for a fast one.
+    """
+    square = ratio * ratio
+    if square == 1.0:
+        return math.inf
+    if square > 1.0:
+        root = math.sqrt(square * square - 1.0)
+        return 1.0 + (square + root) / (2.0 * root)
+    decay, turn = math.sqrt(0.5 * (1.0 - square)), math.sqrt(0.5 * (1.0 + square))
+    lead = square / math.sqrt(1.0 - square * square)
+    # Where the slope vanishes for the first time behind the front.
+    s = (math.atan2(decay + turn * lead, turn - decay * lead) - math.pi) / turn
+    return 1.0 - 0.5 * math.exp(decay * s) * (math.cos(turn * s) + lead * math.sin(turn * s))

@@ -1,0 +1,94 @@
+"""Section 3: the Rayleigh wave
+
+Along the free surface a wave runs in which the medium moves on ellipses; below a small depth there is nothing of it.
+"""
+
+import numpy as np
+
+from granular_env.components.grid.theory import rayleigh_ellipse, rayleigh_speed
+from granular_env.components.support.float_arrays import FloatArray
+from half_space import EARLY, LATE, LOAD, MATERIAL, S_SPEED, Motion, crest, exact_velocity, motion
+from pages import Page, show
+
+SPEED = rayleigh_speed(MATERIAL)
+LENGTH = SPEED * LOAD
+SIDES = {"grid": -1.0, "automata": 1.0}
+DEPTHS = np.linspace(0.0, 1.0, 41) * LENGTH
+QUICKLY = "half of its energy is gone in half of its length"
+
+
+def within(time: float = LATE, samples: int = 2001) -> FloatArray:
+    """Return distances from the load within the wave: behind its front, while the load lasted [m]."""
+    return np.linspace(SPEED * (time - LOAD), SPEED * time, samples)
+
+
+def surface_crest(moving: Motion, side: float, time: float = LATE) -> float:
+    """Return how far from the load the crest of the vertical velocity on the surface is, to the right (side 1) or left [m]."""
+    x = within(time)
+    return crest(x, moving.at(side * x, np.zeros_like(x))[:, 1])
+
+
+def turns(last: Motion, side: float) -> bool:
+    """Return whether the velocity at the surface turns by more than half a turn against the sense of rolling."""
+    x = within()
+    velocity = last.at(side * x, np.zeros_like(x)) * [side, 1.0]
+    speed = np.hypot(velocity[:, 0], velocity[:, 1])
+    own = speed > 0.3 * speed.max()
+    # A wave that has passed a point is ahead of it: along x the velocity turns clockwise where in time it turns anticlockwise.
+    angle = np.unwrap(np.arctan2(velocity[own, 1], velocity[own, 0]))
+    return bool(angle[0] - angle[-1] > np.pi)
+
+
+def axes_ratio(last: Motion, side: float) -> float:
+    """Return the vertical over the horizontal axis of the ellipse at the surface, from the spectra of both components."""
+    x = np.linspace(SPEED * (LATE - 1.5 * LOAD), SPEED * (LATE + 0.5 * LOAD), 8004)
+    spectrum = np.abs(np.fft.rfft(last.at(side * x, np.zeros_like(x)) * np.hanning(len(x))[:, None], axis=0))[1:16]
+    return float(np.sqrt((spectrum[:, 1] ** 2).sum() / (spectrum[:, 0] ** 2).sum()))
+
+
+def energies(last: Motion, side: float) -> FloatArray:
+    """Return the mean squares of the velocity within the wave at the depths [m2/s2]."""
+    x = within()
+    return np.array([(last.at(side * x, np.full_like(x, -depth)) ** 2).sum(axis=1).mean() for depth in DEPTHS])
+
+
+def main(page: Page) -> None:
+    """Measure speed, ellipse and decay in the grid and in the automata."""
+    last = motion("symmetric")
+    for part, side, speed_known in (("grid", -1.0, "0.905"), ("automata", 1.0, "0.913")):
+        page.head(f"In the {part}")
+        places = [surface_crest(motion("symmetric", time), side, time) for time in (EARLY, LATE)]
+        speed = (places[1] - places[0]) / (LATE - EARLY) / S_SPEED
+        behind = "slightly behind S" if 0.8 < speed < 1.0 else "not"
+        page.compare("it runs", "slightly behind S", behind, reading="more than 0.8 of its speed")
+        page.value("speed of its crest between 40 and 70 µs over that of S", speed, found=speed_known)
+        page.compare("polarisation", "elliptical", "elliptical" if turns(last, side) else "not")
+        page.value("vertical over horizontal axis", axes_ratio(last, side), found="1.47")
+        energy = energies(last, side) / energies(last, side)[0]
+        below = int(np.argmax(energy < 0.5))
+        depth = float(np.interp(0.5, energy[[below, below - 1]], DEPTHS[[below, below - 1]])) / LENGTH
+        page.compare("with depth it", "decays quickly", "decays quickly" if depth < 0.5 else "does not", reading=QUICKLY)
+        page.value("depth at which half is left, over its length", depth, found="0.29")
+    page.head("In theory")
+    page.value("speed over that of S", SPEED / S_SPEED, found="0.9194")
+    page.value("vertical over horizontal axis, any frequency", rayleigh_ellipse(MATERIAL), found="1.4679")
+    page.say(
+        f"Energies are kinetic, of a layer within the length of the wave, {1e3 * LENGTH:.0f} mm, against that at the surface."
+    )
+
+    with page.plot("The path of the velocity at the surface as the Rayleigh wave passes; in a wave of one frequency an ellipse",
+                   "horizontal velocity, mm/s", "vertical velocity, mm/s") as axes:  # fmt: skip
+        for style, (part, side) in zip(("-", "--"), SIDES.items(), strict=True):
+            velocity = 1e3 * last.at(side * within(samples=201), np.zeros(201))
+            axes.plot(side * velocity[:, 0], velocity[:, 1], style, label=part)
+    with page.plot("Kinetic energy within the wave over that at the surface; the rest below is of the S wave, which is near.",
+                   "depth, in lengths of the wave", "kinetic energy") as axes:  # fmt: skip
+        for style, (part, side) in zip(("-", "--"), SIDES.items(), strict=True):
+            axes.plot(DEPTHS / LENGTH, energies(last, side) / energies(last, side)[0], style, label=part)
+        x, depths = within(samples=61), np.array([0.05, 0.1, 0.2, 0.3, 0.4, 0.6, 0.8, 1.0])
+        squares = [(exact_velocity(x, np.full_like(x, depth * LENGTH)) ** 2).sum(axis=1).mean() for depth in depths]
+        axes.plot(depths, squares / energies(last, -1.0)[0], "o", label="exact solution")
+
+
+if __name__ == "__main__":
+    show(main)
