@@ -23,7 +23,7 @@ def noisy(packing: str, side: int) -> Any:
     """A specimen of about side x side linked automata that all move."""
     row = 0.5 * 3.0**0.5 if packing == "hexagonal" else 1.0
     shape = {"name": "rectangle", "width": float(side), "height": side * row}
-    automata = ge.make("automata", shape=shape, diameter=1.0, packing=packing, material=MEDIUM)
+    automata: Any = ge.make("automata", shape=shape, diameter=1.0, packing=packing, material=MEDIUM)
     automata.reset(velocity=1e-4 * np.random.default_rng(1).standard_normal((automata.count, 2)))
     return automata
 

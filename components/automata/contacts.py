@@ -77,14 +77,14 @@ class Contacts(NamedTuple):
         slid: xi of each, shape (m,) [m].
         rest: distance R of each, 0 for one that was just found: `add_contacts` then writes it, shape (m,) [m].
         dashpot: force of the dashpot on the first automaton, for the kick that follows, shape (m, 2) [N]; scratch.
-        count: how many contacts there are; the lists may have more room.
+        used: how many contacts there are; the lists may have more room.
     """
 
     pairs: npt.NDArray[np.int64]
     slid: FloatArray
     rest: FloatArray
     dashpot: FloatArray
-    count: int
+    used: int
 
 
 @internal_inlined
@@ -227,7 +227,7 @@ def add_contacts(medium, motion, contacts, time, forces):
         The energies that friction took, and dashpots beyond `dashpot_power` [J].
     """
     rubbed, damped, ground = 0.0, 0.0, medium.ground
-    for row in range(contacts.count):
+    for row in range(contacts.used):
         i, j = contacts.pairs[row, FIRST], contacts.pairs[row, SECOND]
         x, y, r = separation(medium, motion, i, j)
         known, before = contacts.rest[row], contacts.slid[row]
@@ -282,7 +282,7 @@ def add_contact_forces(medium, motion, contacts, forces):
 def dashpot_power(medium, contacts, motion):
     """Return what the dashpots take at these velocities, with the forces that they have [W]."""
     power = 0.0
-    for row in range(contacts.count):
+    for row in range(contacts.used):
         relative = approach(medium, motion, contacts.pairs[row, FIRST], contacts.pairs[row, SECOND])
         power += contacts.dashpot[row, 0] * relative.vx
         power += contacts.dashpot[row, 1] * relative.vy
@@ -294,7 +294,7 @@ def stored_energies(medium, motion, scratch, contacts, later):
     """Return the energy of links and volumes, and that of contacts [J]; `later` as for `contact_energy`."""
     strain_medium(medium, motion, scratch)
     total = 0.0
-    for row in range(contacts.count):
+    for row in range(contacts.used):
         total += contact_energy(medium, motion, contacts, row, later)
     return medium_energy(medium, scratch), total
 
@@ -303,7 +303,7 @@ def stored_energies(medium, motion, scratch, contacts, later):
 def pressing_contacts(medium, motion, contacts):
     """Return how many contacts press, and their largest overlap [m]."""
     touching, largest = 0, 0.0
-    for row in range(contacts.count):
+    for row in range(contacts.used):
         _, _, r = separation(medium, motion, contacts.pairs[row, FIRST], contacts.pairs[row, SECOND])
         if contact_weight(medium, contacts.pairs, row) > 0.0:
             touching += 1 if r < contacts.rest[row] else 0

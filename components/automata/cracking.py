@@ -254,7 +254,7 @@ class CrackingSpecimen(LinkedSpecimen):
         measure_medium(self.medium, self.motion, self.scratch)
         # Contacts slide and find their rest where forces are added: here only copies of them.
         contacts = self.contacts()
-        copies = Contacts(*(one.copy() for one in contacts[:4]), contacts.count)
+        copies = contacts._replace(slid=contacts.slid.copy(), rest=contacts.rest.copy(), dashpot=contacts.dashpot.copy())
         add_contact_forces(self.medium, self.motion, copies, self.scratch.forces)
 
     def stress(self) -> FloatArray:

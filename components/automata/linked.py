@@ -164,7 +164,6 @@ class LinkedSpecimen:
     def bind(self, block: Block) -> None:
         """Take the state."""
         self._block = block
-        self._state = tuple(block[name] for name in ("displacement", "velocity", "rotation", "spin"))
         self.inputs = Inputs(self.conditions.load, self.conditions.grip, block["tallies"])
 
     def start(self) -> None:
@@ -172,11 +171,13 @@ class LinkedSpecimen:
 
     def load(self) -> None:
         """Write the state to the fields."""
-        load(self.body.layout, *self._state, self.motion)
+        block = self._block
+        load(self.body.layout, block["displacement"], block["velocity"], block["rotation"], block["spin"], self.motion)
 
     def store(self) -> None:
         """Write the fields to the state."""
-        store(self.body.layout, *self._state, self.motion)
+        block = self._block
+        store(self.body.layout, block["displacement"], block["velocity"], block["rotation"], block["spin"], self.motion)
 
     def advance(self, tick: int, ticks: int) -> int:
         """Advance the fields from a tick with the loads and velocities that the conditions have now; return a status."""

@@ -63,7 +63,7 @@ def lower_weights(medium, contacts, tick):
         Whether weights of others rise: see `welding.raise_weights`.
     """
     rising = False
-    for row in range(contacts.count):
+    for row in range(contacts.used):
         weight = weight_of(medium, contacts.pairs, row)
         if 0.0 < weight < 1.0:
             if contacts.pairs[row, START] >= 0:
@@ -89,10 +89,10 @@ def settle_weights(medium, motion, scratch, contacts, tick, losses):
         tick: number of the internal step.
         losses: see FRACTURE, updated in place.
     """
-    for row in range(contacts.count):
+    for row in range(contacts.used):
         if 0.0 < weight_of(medium, contacts.pairs, row) < 1.0 and contacts.pairs[row, START] >= 0:
             losses[FRACTURE] += _released_energy(medium, motion, scratch, contacts, row, tick)
-    for row in range(contacts.count):
+    for row in range(contacts.used):
         if 0.0 < weight_of(medium, contacts.pairs, row) < 1.0:
             weight = scheduled_weight(contacts.pairs, row, tick, medium.law.release)
             put_weight(medium, contacts.pairs, row, weight)
@@ -124,7 +124,7 @@ def break_links(medium, motion, scratch, pairs, numbers, contacts, events, tick)
         scratch: a `lattice.Scratch`, with strains and stresses of the present positions.
         pairs: see `packing.Packing.pairs`, shape (links, 3).
         numbers: of the links in these, shape (directions, m).
-        contacts: `contacts.Contacts`, written from row `count` on.
+        contacts: `contacts.Contacts`, written from row `used` on.
         events: rows as `events.event_rows` says, one for each link that breaks.
         tick: number of the step.
 
@@ -140,7 +140,7 @@ def break_links(medium, motion, scratch, pairs, numbers, contacts, events, tick)
             value, limit, cause = failure_of(medium, scratch, q, p)
             if not value >= limit:
                 continue
-            at, number = contacts.count + broken, numbers[q, p]
+            at, number = contacts.used + broken, numbers[q, p]
             j, row = pairs[number, 1], contacts.pairs[at]
             row[FIRST], row[SECOND], row[SLOT], row[START] = i, j, q, tick
             if i > j:
@@ -160,7 +160,7 @@ def break_links(medium, motion, scratch, pairs, numbers, contacts, events, tick)
 @internal
 def _lower_first(medium, contacts, broken, tick):
     """Give links that have just broken the mean weight of their first step."""
-    for row in range(contacts.count, contacts.count + broken):
+    for row in range(contacts.used, contacts.used + broken):
         after = scheduled_weight(contacts.pairs, row, tick, medium.law.release)
         put_weight(medium, contacts.pairs, row, 0.5 * (1.0 + after))
 

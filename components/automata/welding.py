@@ -60,7 +60,7 @@ class _Pair(NamedTuple):
         before: weight of the link before the step.
         after: weight after it; the kick is made with the mean of both.
         near: its `Neighbourhood`.
-        count: how many automata are in that.
+        members: how many automata are in that.
         time: of the drift before the step [s].
         energy: `release.whole_energy` before [J].
         work: `_drift_work` before [J].
@@ -70,7 +70,7 @@ class _Pair(NamedTuple):
     before: float
     after: float
     near: Neighbourhood
-    count: int
+    members: int
     time: float
     energy: float
     work: float
@@ -104,7 +104,7 @@ def _linking_pressure(medium, motion, scratch, contacts, row):
 def count_linkable(medium, motion, scratch, contacts):
     """Return how many contacts are linked again now; arguments as for `link_contacts`."""
     found = 0
-    for row in range(contacts.count):
+    for row in range(contacts.used):
         if _linking_pressure(medium, motion, scratch, contacts, row) >= medium.law.linking[0]:
             found += 1
     return found
@@ -125,7 +125,7 @@ def link_contacts(medium, motion, scratch, numbers, contacts, kind, events, tick
         tick: number of the step.
     """
     known = 0
-    for row in range(contacts.count):
+    for row in range(contacts.used):
         pressure = _linking_pressure(medium, motion, scratch, contacts, row)
         if not pressure >= medium.law.linking[0]:
             continue
@@ -153,7 +153,7 @@ def raise_weights(specimen, contacts, tick, time, near):
     """
     medium, motion, scratch = specimen.medium, specimen.motion, specimen.scratch
     raised = False
-    for row in range(contacts.count):
+    for row in range(contacts.used):
         weight = weight_of(medium, contacts.pairs, row)
         if contacts.pairs[row, SLOT] < 0 or contacts.pairs[row, START] >= 0 or weight == 1.0:
             continue
@@ -313,7 +313,7 @@ def _gather_members(medium, motion, contacts, row, near):
 def _drift(medium, motion, scratch, contacts, pair, time):
     """Move a neighbourhood for a time from where it was gathered, and write its strains."""
     near, forces, layout = pair.near, scratch.forces, medium.body.layout
-    for place in range(pair.count):
+    for place in range(pair.members):
         member = near.members[place]
         motion.x[member] = near.places[place, 0] + time * motion.vx[member]
         motion.y[member] = near.places[place, 1] + time * motion.vy[member]
