@@ -6,13 +6,13 @@
 
 R is the distance at rest: the diameter D, or less where two automata were nearer than that when their contact began; it then
 grows with r up to D, so that no contact begins with an energy that nothing gave. xi is what the contact has slid since it
-closed, less what friction has let go; what friction takes of its energy is lost. S' is the face of a whole cell, less for parts
-of cells, c the share of one pair in the volume: a contact is as stiff as the link was. While a link is released, its contact
-takes over, with 1 - w of these.
+closed, less the part that friction has released; friction dissipates the energy of that part. S' is the face of a whole cell,
+less for parts of cells, c the share of one pair in the volume: a contact is as stiff as the link was. While a link is released,
+its contact takes over, with 1 - w of these.
 
-A dashpot may press beside the spring: N_d = -c dr/dt, c = 2 zeta sqrt(k_n m), 1/m = 1/m_i + 1/m_j, at least -N, so that both
-together do not pull. Its force belongs to the velocities before a kick; what it takes is counted with the mean of those before
-and after it, which is exact.
+A dashpot may act in addition to the spring: N_d = -c dr/dt, c = 2 zeta sqrt(k_n m), 1/m = 1/m_i + 1/m_j, at least -N, so that
+both together do not pull. Its force belongs to the velocities before a kick; what it takes is counted with the mean of those
+before and after it, which is exact.
 
 All that a contact takes is counted as the work that the kicks before and after a drift do on it, half of each, less the change
 of its energy. In the drift in which a pair closes, of the way c, that is k_n o (c - o) / 2 too much, with o the overlap after
@@ -73,7 +73,7 @@ class Contacts(NamedTuple):
 
     Attributes:
         pairs: first automaton, second one, slot of the first where they were linked once (or -1), internal step t in which the
-            link broke, or -1 - t where it was made anew; shape (m, 4), int64.
+            link broke, or -1 - t where it was made again; shape (m, 4), int64.
         slid: xi of each, shape (m,) [m].
         rest: distance R of each, 0 for one that was just found: `add_contacts` then writes it, shape (m,) [m].
         dashpot: force of the dashpot on the first automaton, for the kick that follows, shape (m, 2) [N]; scratch.
@@ -248,7 +248,7 @@ def add_contacts(medium, motion, contacts, time, forces):
         # Nothing is kept where the pair has come apart.
         most = ground.friction * normal * max(overlap, 0.0) / tangential
         kept = min(max(slid, -most), most)
-        # The kicks before and after give the mean of both forces times the way: what is let go costs that mean.
+        # The kicks before and after give the mean of both forces times the way: the released part costs that mean.
         earlier = _earlier_weight(medium, contacts.pairs, row, weight)
         rubbed += 0.5 * earlier * tangential * (before + kept) * (slid - kept)
         contacts.slid[row] = kept

@@ -49,7 +49,7 @@ from .welding import count_linkable, link_contacts, make_neighbourhood, raise_we
 
 # Status of `advance` in addition to that of an automaton that is too fast.
 TOO_FAR = 2
-# So far may the fastest automaton move before contacts are found again, in diameters.
+# Distance that the fastest automaton may move before contacts are found again, in diameters.
 _MOST_TRAVEL = 0.5 * SKIN
 # The search includes automata inside a body with a link that is strained by more. Below that, second neighbours are at least
 # 2 (1 - 0.05) sin(45 degrees - 0.05) = 1.28 diameters apart, and the next search follows before they have met.
@@ -57,7 +57,7 @@ _STRAINED = 0.05
 # Parts of the state of each link that flows, and of one that may be made again.
 _FLOWING = "plastic_eps", "plastic_gamma", "stiffness", "inelastic"
 _WELDED = "origin_eps", "origin_gamma"
-# What `losses` of the state hold, in its order.
+# Entries of `losses` in the state, in order.
 _LOSSES = "fracture_energy", "friction_energy", "inelastic_energy", "damping_energy", "linking_energy"
 
 
@@ -113,7 +113,7 @@ class CrackingSpecimen(LinkedSpecimen):
         self._surface = (faces == 0.0).any(axis=1)
 
     def _refuse_damping(self, parameters: AutomataParameters) -> None:
-        """Refuse dashpots that the step does not bear."""
+        """Refuse dashpots that are not stable with this step."""
         given = parameters.contact_damping
         # Of several materials the stiffest contact with the lightest whole automaton: on the safe side.
         whole = min(solid.density for solid in chosen_materials(parameters)) * float(self.body.volume[self.place].max())
@@ -237,7 +237,7 @@ class CrackingSpecimen(LinkedSpecimen):
         return self.medium.ground.part * self.medium.ground.normal
 
     def contacts(self, more: int = 0) -> Contacts:
-        """Return the lists of contacts, with room for so many more."""
+        """Return the lists of contacts, with room for more of them."""
         pairs, slid, rest = (self._block.room(name, more) for name in ("contacts", "slid", "rest"))
         if len(self._dashpot) < len(pairs):
             self._dashpot = np.zeros((len(pairs), 2))

@@ -94,15 +94,15 @@ class Motion(NamedTuple):
 
 
 class Links(NamedTuple):
-    """What the links do in the present positions, each of shape (directions, m).
+    """Strains and forces of links in the present positions, each of shape (directions, m).
 
     Attributes:
         eps: strain along the link.
         gamma: strain across the link.
         ex: present direction, x.
         ey: present direction, y.
-        first: force along x on the automaton where the link begins [N]; or what it adds to a sum there.
-        second: force along y there [N]; or what it adds to a sum at its other end.
+        first: force along x on the automaton where the link begins [N]; or a term of a sum there.
+        second: force along y there [N]; or a term of a sum at its other end.
         torque: on both automata, over the radius [N].
     """
 
@@ -116,7 +116,7 @@ class Links(NamedTuple):
 
 
 class Forces(NamedTuple):
-    """What acts on automata, and what their forces follow from; each of shape (m,).
+    """Forces on automata, and the fields from which they follow; each of shape (m,).
 
     Attributes:
         x: force [N].
@@ -125,7 +125,7 @@ class Forces(NamedTuple):
         cosine: cos - 1 of half the rotation.
         sine: sin of half the rotation.
         dilation: volumetric strain theta.
-        stiffening: 1 / (1 + a): what free faces make of the volumetric strain.
+        stiffening: 1 / (1 + a): factor of free faces in the volumetric strain.
     """
 
     x: FloatArray

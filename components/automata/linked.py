@@ -167,7 +167,7 @@ class LinkedSpecimen:
         self.inputs = Inputs(self.conditions.load, self.conditions.grip, block["tallies"])
 
     def start(self) -> None:
-        """Write the start of its own parts of the state."""
+        """Write the initial histories."""
 
     def load(self) -> None:
         """Write the state to the fields."""
@@ -233,11 +233,11 @@ class LinkedSpecimen:
         return 0.0
 
     def damage(self) -> FloatArray:
-        """Return what part of the faces of each automaton is broken, shape (n,)."""
+        """Return the broken part of the faces of each automaton, shape (n,)."""
         return np.zeros(self.count)
 
     def stored(self, since: float) -> dict[str, float]:
-        """Return the energies that are stored, but those of motion [J]; the forces were computed last so long ago [s]."""
+        """Return the stored energies without those of motion [J]; `since` is the time since the last force evaluation [s]."""
         self.load()
         return self.energies(since)
 

@@ -41,7 +41,7 @@ from .responses import Flow, FlowOfEach, History, NoFlow, flow_of, respond
 
 
 class Histories(NamedTuple):
-    """What links remember, each of shape (directions, m).
+    """Histories of links, each of shape (directions, m).
 
     Attributes:
         weight: 1 for a link that holds, less while it is released, 0 afterwards and without a link.
@@ -86,13 +86,13 @@ class Mixture(NamedTuple):
 
 
 class Tractions(NamedTuple):
-    """What a force evaluation writes.
+    """Results of a force evaluation.
 
     Attributes:
         counted: strain of each link that counts in the volumetric strain, shape (directions, m).
         normal: traction along each link, shape (directions, m) [Pa].
         tangential: traction across each link, likewise [Pa].
-        virial: what links add to the stress for a share of 1, shape (3, directions, m) [Pa].
+        virial: terms of links in the stress for a share of 1, shape (3, directions, m) [Pa].
         stress: xx, yy and xy of the automata, tension positive, shape (3, m) [Pa].
         pressure: lambda theta of the automata, shape (m,) [Pa].
         deviator: G theta of the automata, shape (m,) [Pa].
@@ -172,7 +172,7 @@ def make_mixture(body: Body, several: bool) -> Uniform | Mixture:
 
 
 def make_tractions(body: Body) -> Tractions:
-    """Return room for what a force evaluation writes."""
+    """Return room for the results of a force evaluation."""
     counted, normal, tangential = (np.zeros(body.face.shape) for _ in range(3))
     fields = np.zeros((3, *body.face.shape)), np.zeros((3, len(body.mass))), np.zeros(len(body.mass)), np.zeros(len(body.mass))
     return Tractions(counted, normal, tangential, *fields)
@@ -211,7 +211,7 @@ def _multiply_into(values, factors, out):
 
 @internal
 def _soften(medium, scratch):
-    """Write 1 / (1 + a): what free and released faces make of the volumetric strains."""
+    """Write 1 / (1 + a): the factor of free and released faces in the volumetric strains."""
     body, histories, free, stiffening = medium.body, medium.histories, medium.tractions.counted, scratch.forces.stiffening
     for q in range(body.layout.offset.size):
         _free_faces(histories.weight[q], histories.stiffness[q], free[q])
@@ -240,7 +240,7 @@ def _count_strains(row, out):
 
 @dispatched
 def divide_strains(mixture, medium, scratch):
-    """Divide the strains of links between two materials, and give the volumetric strains what that changes."""
+    """Divide the strains of links between two materials, and correct the volumetric strains."""
 
 
 @divide_strains.register(Uniform)

@@ -1,4 +1,4 @@
-"""Loads and grips in a kick, drifts, and what they add up to: momenta, kinetic energies, what boundaries and forces give."""
+"""Loads and grips in a kick, drifts, and their sums: momenta, kinetic energies, work and impulse of boundaries and forces."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ class Grip(NamedTuple):
 
 
 class Inputs(NamedTuple):
-    """Loads and grips, and the tallies of what they gave, shape (2, TALLY_ROWS)."""
+    """Loads and grips, and tallies of their work and impulses, shape (2, TALLY_ROWS)."""
 
     load: Load
     grip: Grip
@@ -124,7 +124,7 @@ def keep_velocities(place, motion, before):
 
 @internal
 def kick_with_inputs(body, motion, forces, inputs, time):
-    """Kick automata with the forces that there are and with loads; then give held automata their velocities.
+    """Kick automata with the forces and with loads; then give held automata their velocities.
 
     Args:
         body: a `lattice.Body`.
@@ -169,7 +169,7 @@ def settle_loads(load, motion, time, tally):
 
 @internal
 def hold(body, motion, forces, inputs, time):
-    """Give held automata their velocities after a kick, and tally what the grip did for that; arguments as above."""
+    """Give held automata their velocities after a kick, and tally the work and impulse of the grip; arguments as above."""
     grip, tally = inputs.grip, inputs.tallies[1]
     for row in range(grip.place.size):
         p, held = grip.place[row], grip.held[row]

@@ -1,6 +1,6 @@
 """Links that break: each becomes a contact and an event, and its weight falls over several steps.
 
-What a change of weights takes of the energy of the link, of both volumes and of the contact is counted in the step itself.
+Each step counts the energy that a change of weights takes from the link, both volumes and the contact.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from .contacts import FIRST, SECOND, SLOT, START, contact_energy, separation, st
 from .energies import division_energy, link_at, link_energy, pair_and_volumes, put, volume_energy
 from .links import failure_of, pull_medium, strain_medium
 
-# Places in a tally of losses, and what stands for "contacts have to be found again" in the last one.
+# Places in a tally of losses, and the value of the last one that makes the next step find contacts.
 FRACTURE, FRICTION, INELASTIC, DAMPING, LINKING, TRAVEL, LOSSES = 0, 1, 2, 3, 4, 5, 6
 NEVER_FOUND = 1e300
 
@@ -78,8 +78,8 @@ def lower_weights(medium, contacts, tick):
 def settle_weights(medium, motion, scratch, contacts, tick, losses):
     """Give links whose weights change those after an internal step, and count the energy that releasing them takes.
 
-    What one of them takes depends on the weights of the others at its ends: each is counted while the others have the mean
-    of theirs, with which the sum is that of all together, but for what is of third order in the change of a step.
+    The energy that one of them takes depends on the weights of the others at its ends: each is counted while the others have
+    the mean of theirs, with which the sum is that of all together, but for what is of third order in the change of a step.
 
     Args:
         medium: a `links.Medium`; weights are updated.

@@ -25,8 +25,8 @@ from ..support.jit import internal_inlined
 from ..support.parameter_fields import Magnitude, NotNegativeMagnitude, field
 from ..support.tagged_union import Named, OneOrEach
 
-# What is left at least of the shear modulus of a pair: that of one that is worn out, which then stays as it is. The stress that
-# decides is of both automata, and their other pairs may hold it above the limit for ever.
+# Smallest part of the shear modulus that is left: a worn-out pair keeps it. The stress that decides is of both automata, and
+# their other pairs may hold it above the limit for ever.
 WORN_OUT = 1e-6
 
 
@@ -142,7 +142,7 @@ def _flow_of_each(law, number):
 
 
 class History(NamedTuple):
-    """Plastic strains along and across a pair, what is left of its stiffness, and its inelastic strain."""
+    """Plastic strains along and across a pair, the remaining part of its stiffness, and its inelastic strain."""
 
     eps: float
     gamma: float

@@ -95,8 +95,8 @@ def step_limit(frequency: float) -> float:
 def damping_limit(slots: int, stiffness: float, mass: float, step: float) -> float:
     """Return the largest damping ratio of contacts with which a packing of automata that all touch is stable.
 
-    With the velocities before a kick, leapfrog bears (w h)^2 + 2 h c w^2 / k < 4. The stiffest motion without friction has
-    w^2 = s w_0^2, w_0^2 = 2 k / m that of two automata, s half the number of neighbours: zeta < 1 / (s w_0 h) - w_0 h / 4.
+    With the velocities before a kick, leapfrog is stable for (w h)^2 + 2 h c w^2 / k < 4. The stiffest motion without friction
+    has w^2 = s w_0^2, w_0^2 = 2 k / m that of two automata, s half the number of neighbours: zeta < 1 / (s w_0 h) - w_0 h / 4.
 
     Args:
         slots: neighbours of an automaton.

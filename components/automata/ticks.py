@@ -1,9 +1,9 @@
 """Internal steps of a specimen whose links may yield and break, and whose pieces touch.
 
-The forces of a position are computed in two parts, `judge_links` and `add_forces`. Between them lies what needs more room in
-lists: links that break (`release.break_links`) or are made again (`welding.link_contacts`). A parent that moves the automata
-itself calls these; `advance` puts them between the halves of a drift, as `linked.advance` does with the forces of linked
-automata.
+The forces of a position are computed in two parts, `judge_links` and `add_forces`. Between them lies the work that needs more
+room in lists: links that break (`release.break_links`) or are made again (`welding.link_contacts`). A parent that moves the
+automata itself calls these; `advance` puts them between the halves of a drift, as `linked.advance` does with the forces of
+linked automata.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from .links import Medium, count_failing, force_medium, let_flow, pull_medium, s
 from .loads import count_fast, drift, kick_with_inputs, largest_speed
 from .release import DAMPING, FRICTION, INELASTIC, TRAVEL, lower_weights, settle_weights
 
-# What `advance` returns: all steps are done, or what has to be done now.
+# Results of `advance`: all steps are done, or the reason why it stopped.
 DONE, TOO_FAST, SEARCH, BREAK = 0, 1, 2, 3
 
 
@@ -80,7 +80,7 @@ def judge_links(specimen, contacts, time, tick):
 
 @internal
 def add_forces(specimen, contacts, time, tick):
-    """Write the forces and torques of links and contacts, and end what `judge_links` began; arguments as there."""
+    """Write the forces and torques of links and contacts, and complete the step of `judge_links`; arguments as there."""
     medium, motion, scratch, losses = specimen.medium, specimen.motion, specimen.scratch, specimen.losses
     force_medium(medium, scratch)
     rubbed, damped = add_contacts(medium, motion, contacts, time, scratch.forces)
@@ -91,7 +91,7 @@ def add_forces(specimen, contacts, time, tick):
 
 @internal
 def move(specimen, inputs, contacts, time):
-    """Kick with the forces that there are and with the loads, and drift to the end of an internal step.
+    """Kick with the forces and with the loads, and drift to the end of an internal step.
 
     Args:
         specimen: a `Specimen`; its motion, forces and losses are updated, of which TRAVEL by the way of the fastest automaton.

@@ -180,8 +180,8 @@ def raise_weights(specimen, contacts, tick, time, near):
 def _raise_weight(medium, motion, scratch, contacts, pair, part, more):
     """Raise the weight of a link, strain it as `_strain_link` does, and return the energy that this takes [J].
 
-    The strains of the drift before are let go, so that the kick does not feel them: what the forces would have done in it more
-    than they do is no loss.
+    The strains of the drift before are released, so that the kick does not feel them: what the forces would have done in it
+    more than they do is no loss.
 
     Args:
         medium: a `links.Medium`; its histories are updated.

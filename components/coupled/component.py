@@ -346,7 +346,7 @@ class Coupled(Component):
         return self._sides._replace(pairs=self._block.room("side_pairs", 0), used=self._block.count("side_pairs"))
 
     def _find_contacts(self) -> int:
-        """Find anew what may touch, automata and sides; a status where automata are too far out or too fast."""
+        """Find again which automata and sides may touch; a status where automata are too far out or too fast."""
         assert self._cracking is not None
         status = self._cracking.find_contacts()
         if not status and self._sides is not None:

@@ -98,7 +98,7 @@ def settle_loads(edges, motion, time):
 
 @internal
 def settle_grip(edges, body, motion, forces, time):
-    """Tally what held automata were given over a whole tick of `time` [s], with the forces after it."""
+    """Tally work and impulse of grips over a whole tick of `time` [s], with the forces after it."""
     grip, old, tally = edges.grip, edges.grip_force, edges.tallies[1]
     for row in range(grip.place.size):
         p, held = grip.place[row], grip.held[row]

@@ -49,7 +49,7 @@ class AutomataPart(NamedTuple):
 
 
 class Cracking(NamedTuple):
-    """The histories and contacts of automata that break or yield; None stands for automata that stay linked and elastic.
+    """The histories and contacts of automata that break or yield; None where automata stay linked and elastic.
 
     Attributes:
         specimen: an `automata.ticks.Specimen` with the same motion and scratch.
@@ -76,7 +76,7 @@ class Seam(NamedTuple):
 
 @internal
 def update_automata_forces(automata, cracking, seam, time, tick):
-    """Write the forces and torques of links and contacts, and what of them acts on interface nodes.
+    """Write the forces and torques of links and contacts, and the forces that act on interface nodes.
 
     Args:
         automata: an `AutomataPart`.
@@ -94,7 +94,7 @@ def update_automata_forces(automata, cracking, seam, time, tick):
 
 @internal
 def note_travel(automata, cracking, time):
-    """Add the way of the fastest automaton in a drift of `time` [s] to what decides when contacts are found again."""
+    """Add the way of the fastest automaton in a drift of `time` [s] to the distance after which contacts are found again."""
     cracking.specimen.losses[TRAVEL] += time * largest_speed(automata.motion)
 
 
@@ -122,7 +122,7 @@ def are_too_fast(automata, limit):
 
 @internal
 def settle_edges(automata, time):
-    """Tally what loads and grip gave the automata in a micro-step of `time` [s] that has ended."""
+    """Tally work and impulse of loads and grip in a micro-step of `time` [s] that has ended."""
     settle_loads(automata.edges, automata.motion, time)
     settle_grip(automata.edges, automata.body, automata.motion, automata.scratch.forces, time)
 

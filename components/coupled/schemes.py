@@ -1,11 +1,11 @@
-"""The three schemes of a tick, and what each does at its four stages.
+"""The three schemes of a tick and their four stages.
 
 Both parts move by kick, drift, kick. In `Lockstep` (one micro-step) an interface node feels the sum of both forces, m a = F
 with the masses of both: leapfrog for the whole, which conserves momentum and its discrete energy to rounding.
 
 `Impulses` are reversible multiple time steps (M. Tuckerman, B. Berne, G. Martyna, J. Chem. Phys. 97 (1992) 1990): the forces of
-the cells kick once before and once after the micro-steps of the automata, with which the interface nodes move. What passes is
-impulses W^T F and velocities W v of micro-steps, never a force that is held.
+the cells kick once before and once after the micro-steps of the automata, with which the interface nodes move. The parts
+exchange impulses W^T F and velocities W v of micro-steps, never a force that is held.
 
 `Literal` are the sub-steps of Psakhie et al. as written (section 2.3, steps 2 to 4), which are unstable. The automata make
 their steps first, those of the interface with the velocity that the nodes had. Then the nodes feel the mean of the forces of
@@ -242,9 +242,9 @@ def use_mean_velocities(grid, seam, step):
 
 @internal
 def end_micro_steps(grid, seam):
-    """Give the interface nodes their own velocities back, and let `finish_conditions` go on from these.
+    """Give the interface nodes their own velocities back, and let `finish_conditions` continue from these.
 
-    What automata gave to prescribed components is taken up by the boundary, which therefore gave that back.
+    The boundary takes up the impulse of automata on prescribed components, and has given the opposite.
     """
     interface, exchange, state, conditions, tally = seam.interface, seam.exchange, grid.state, grid.conditions, grid.tally
     for row in range(interface.nodes.size):

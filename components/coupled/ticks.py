@@ -1,7 +1,7 @@
 """Ticks of the grid and of the automata on one state, in stages.
 
-`advance` can stop where the lists of contacts and of broken links need more room, and go on from there. See `schemes` for what
-the stages do. What a run does not need is not compiled: `cracking` is None for automata that stay linked and elastic.
+`advance` can stop where the lists of contacts and of broken links need more room, and continue from there. See `schemes` for
+the stages. Code that a run does not need is not compiled: `cracking` is None for automata that stay linked and elastic.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from .parts import are_too_fast, note_travel, update_automata_forces
 from .schemes import act, begin_tick, end_tick, move
 from .side_contacts import add_side_forces, note_travel_of_sides
 
-# What `advance` returns: all ticks are done, one has failed, or what has to be done before it goes on.
+# Results of `advance`: all ticks are done, one has failed, or the reason why it stopped.
 DONE, INVERTED, TOO_FAST, SEARCH, BREAK = 0, 1, 2, 3, 4
 # Entries of `Course.progress`: the tick in the call, the step of the automata in it, and the stage of that.
 ROW, MICRO, STAGE, PROGRESS = 0, 1, 2, 3
@@ -31,7 +31,7 @@ class Course(NamedTuple):
     """How far a call has come.
 
     Attributes:
-        progress: where to go on, and where `advance` has stopped, shape (PROGRESS,); zeros at the beginning of a call.
+        progress: where `advance` has stopped and continues, shape (PROGRESS,); zeros at the beginning of a call.
         failure: where a cell is inverted, its number; and the tick at which anything failed, shape (2,).
     """
 
