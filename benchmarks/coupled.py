@@ -30,8 +30,8 @@ def parts(side: int, n: int) -> dict[str, dict[str, Any]]:
     return {"grid": {"mesh": mesh, "material": MEDIUM}, "automata": automata}
 
 
-def measure(side: int = 300, rounds: int = 11, smallest: int = SMALLEST) -> Iterator[Figure]:
-    """Lockstep with automata of the cells' size, and two micro-steps with those of half of it; then a second thread."""
+def measure(side: int = 300, rounds: int = 11) -> Iterator[Figure]:
+    """Lockstep with automata of the cells' size, and two micro-steps with those of half of it."""
     random = np.random.default_rng(1)
     for n, micro in ((1, 1), (2, 2)):
         both = parts(side if n == 1 else max(side // 2, 2), n)
@@ -64,8 +64,6 @@ def measure(side: int = 300, rounds: int = 11, smallest: int = SMALLEST) -> Iter
             note=f"{each['coupled'] / (cells + count):.0f} ns a cell or step of an automaton; alone {each['grid'] / cells:.0f} "
             f"a cell, {each['automata'] / count:.0f} a step of an automaton",
         )  # fmt: skip
-    yield _two_threads(side, rounds, LEAST_GAIN)
-    yield _two_threads(smallest, rounds, 1.0)
 
 
 @contextlib.contextmanager
@@ -79,23 +77,3 @@ def one_core() -> Iterator[None]:
     finally:
         if cores:
             os.sched_setaffinity(0, cores)
-
-
-def _two_threads(side: int, rounds: int, at_least: float) -> Figure:
-    """Both halves of one body by two threads, against the same body by one."""
-    medium: Any = ge.make("coupled", **parts(side, 1), micro_steps=1)
-    count = len(medium.grid.mesh.cells) + medium.automata.count
-    if not medium._halves:
-        return Figure("one thread / two, a coupled body", 1.0, at_least=at_least, note="too small for two threads")
-    velocity = 1e-4 * np.random.default_rng(1).standard_normal((medium.automata.count, 2))
-    medium.reset(automata_velocity=velocity)
-    ticks, halves = repeats_for(lambda: medium._advance(1), _SAMPLE_SECONDS), medium._halves
-
-    def advance(threads: int) -> None:
-        medium._halves = halves if threads == 2 else []
-        medium._advance(ticks)
-
-    times = interleaved({"one": lambda: advance(1), "two": lambda: advance(2)}, rounds, wall=True)
-    return Figure(
-        f"one thread / two, {count} cells and automata in lockstep", ratio(times["one"], times["two"]), at_least=at_least
-    )

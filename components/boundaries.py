@@ -1,6 +1,6 @@
 """Conditions of the edges of a body in the plane that several components share, by name.
 
-A component adds those that it alone has, and what it alone can say about one; see `grid.boundaries`, `automata.boundaries`.
+A component adds those that it alone has, and what it alone can say about one; see `grid.boundaries`, `automata.parameters`.
 """
 
 from __future__ import annotations

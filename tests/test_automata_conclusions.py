@@ -3,22 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from pathlib import Path
 from typing import Any
 
 import pytest
 from support.automata_tools import block
 from support.coupled_tools import between, coupled, inclusion, mesh, rectangle
 
-import granular_env as ge
-from granular_env.cli import main
 from granular_env.components.automata.conclusions import describe_pieces
 from granular_env.components.coupled import Coupled
 from granular_env.components.drawables import Points
-from granular_env.recording.near_misses import nearest_to_events
 
 EDGES = {"left": "fixed", "right": {"name": "velocity"}}
-WEAK = {"name": "mohr_coulomb", "cohesion": 0.004, "tensile": 0.003, "internal_friction": 0.5}
 
 
 def notched_bar() -> Any:
@@ -44,21 +39,6 @@ def test_a_bar_that_parts_says_where_and_in_which_pieces() -> None:
     assert "at (4.5, " in links
     # Of 9 columns, of which the outer ones are halves, 5 are left of the weak links: 4.5 diameters of 8.
     assert pieces == "2 pieces; the largest has 56.25 % of the mass"
-
-
-def test_links_that_were_made_again_are_told() -> None:
-    welding = {"name": "cold_welding", "pressure": 1e-6, "slip_speed": 1.0}
-    criterion = {"name": "strain", "tensile": 1e-3}
-    bar = block(columns=8, rows=2, boundaries=EDGES, criterion=criterion, relinking=welding, step_size=0.05, release_ticks=4)
-    while not bar.events():
-        bar.step(0.05, right_velocity=[1e-3, 0.0])
-    bar.step(40.0, right_velocity=[-2e-3, 0.0])
-    broke = {one.index for one in bar.events("stretch_break")}
-    held = len(broke) - int(bar.get("broken_links"))
-    assert (
-        held > 0
-        and f"{len(broke)} of {len(bar.get('linked'))} links broke, {held} of which hold again; " in bar.conclusions()[0]
-    )
 
 
 def test_automata_that_cannot_break_say_nothing() -> None:
@@ -97,19 +77,3 @@ def test_a_core_that_comes_off_is_a_piece_of_grid_and_automata() -> None:
     # All but the half core and the grid on its left side.
     assert pieces == "grid and automata: 2 pieces; the largest has 55 % of the mass"
     assert {one.colour for one in medium.drawables() if isinstance(one, Points)} == {"grid_speed", "automata_speed"}
-
-
-@pytest.mark.parametrize(("motion", "cause"), [([1e-5, 0.0], "tension_break"), ([0.0, 1e-5], "shear_break")])
-def test_a_log_says_by_which_cause_a_link_was_near(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str], motion: list[float], cause: str
-) -> None:
-    # Between smooth plates along x the block is sheared, and pulled across.
-    bar = block(columns=2, rows=8, boundaries={"left": "fixed", "right": "velocity"}, criterion=WEAK, step_size=0.05)
-    with ge.record(bar, tmp_path / "near.mcap", every=10.0):
-        bar.step(100.0, right_velocity=motion)
-    with ge.open_log(tmp_path / "near.mcap") as log:
-        (found,) = nearest_to_events(log)
-    assert found.nearest == cause and found.kinds == ("shear_break", "tension_break") and found.all_instants == 2001
-    assert main(["events", str(tmp_path / "near.mcap"), "--nearest"]) == 0
-    told = " ".join(capsys.readouterr().out.split())
-    assert f"(limit of {cause}; nothing passed it; {found.instants} of 2001 instants examined)" in told

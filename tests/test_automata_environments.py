@@ -14,7 +14,7 @@ import granular_env as ge
 from granular_env.components.automata.theory import confined_strength, confining_pressure, platen_stress
 from granular_env.components.errors import ParameterError
 from granular_env.domains.automata.tasks.confinement import drive_through, make_confinement
-from granular_env.envs.policies import OpenLoop, play
+from granular_env.envs.policies import play
 
 NAME = "granular_env/Confinement-v3"
 SCALE = 6e7  # Pa at action 1
@@ -56,24 +56,13 @@ def test_the_return_is_what_broke_and_what_the_pressure_cost(returns) -> None:
         assert returns[name][0] == pytest.approx(-returns[name][1]["broken_part"] - 0.2 * mean, abs=1e-6)
 
 
-def test_a_specimen_that_is_lost_ends_the_episode_as_if_all_were_broken() -> None:
-    env = make_confinement(lost=0.02, strain=7e-3, deadline=25)
-    env.reset(seed=0)
-    total, over, count = 0.0, False, 0
-    while not over:
-        _, reward, over, truncated, info = env.step([-1.0])  # sides cannot be pulled: as 0
-        total, count = total + reward, count + 1
-        assert not truncated and not env.component.get("left_traction").any()
-    assert info["broken_part"] > 0.02 and total == pytest.approx(-1.0) and count < 25
-
-
 def test_each_episode_draws_its_strengths() -> None:
     """By the seed of reset; a saved state knows them; with `strength_seed` all have one."""
     env = make_confinement(deadline=4, internal_steps=2)
 
     def strengths(seed: int | None) -> np.ndarray:
         env.reset(seed=seed)
-        return env.component.steps._law.factors
+        return env.component.steps.medium.law.factors
 
     first, second = strengths(1), strengths(2)
     assert (first != second).any() and (first == strengths(1)).all() and (first != strengths(None)).any()
@@ -82,20 +71,12 @@ def test_each_episode_draws_its_strengths() -> None:
     state = env.save()
     env.reset(seed=2)
     env.restore(state)
-    np.testing.assert_array_equal(env.component.steps._law.factors, first)
+    np.testing.assert_array_equal(env.component.steps.medium.law.factors, first)
     one = make_confinement(strength_seed=3, deadline=4, internal_steps=2)
     one.reset(seed=1)
     assert not one.draws_component and one.component.parameters.strength_seed == 3
     with pytest.raises(ParameterError, match="strength_seed"):
         one.restore(state)
-
-
-def test_the_deadline_ends_or_cuts_off() -> None:
-    for clock, expected in ((2, (True, False)), (0, (False, True))):
-        env = make_confinement(deadline=2, internal_steps=1, clock=clock)
-        env.reset(seed=0)
-        env.step([0.0])
-        assert env.step([0.0])[2:4] == expected
 
 
 def test_both_sides_are_pressed_and_the_middle_bears_what_theory_says() -> None:
@@ -112,27 +93,6 @@ def test_both_sides_are_pressed_and_the_middle_bears_what_theory_says() -> None:
     # The load grows within the time that P waves need to cross the specimen ten times: it rings by some percents.
     assert -xx == pytest.approx(pressure, rel=0.1)
     assert -yy == pytest.approx(platen_stress(1.75e-3, pressure, 5e10, 0.25), rel=0.05)
-
-
-def test_the_pressure_follows_by_its_largest_change_and_noise_does_not_break_the_specimen() -> None:
-    env = make_confinement(deadline=4, internal_steps=2)
-    env.reset(seed=0)
-    held = []
-    for action in (1.0, 1.0, -1.0, 0.02):
-        env.step([action])
-        held.append(float(env.component.get("left_traction")[0]) / SCALE)
-    assert held == pytest.approx([0.05, 0.1, 0.05, 0.02])
-    free = make_confinement(deadline=1, internal_steps=2, action_rate=None)
-    free.reset(seed=0)
-    free.step([1.0])
-    assert free.component.get("left_traction")[0] == SCALE
-    with pytest.raises(ParameterError, match="action_rate: got 0"):
-        make_confinement(action_rate=0.0)
-    noise = np.random.default_rng(0).normal(0.0, 0.1, 50)
-    policy = OpenLoop(np.clip(make_confinement().task.theory / SCALE + noise, 0.0, 1.0))
-    assert (
-        play(make_confinement(action_rate=None), policy, seed=0)[0] < -1.0 < -0.3 < play(make_confinement(), policy, seed=0)[0]
-    )
 
 
 def test_theory_is_consistent() -> None:
@@ -165,43 +125,6 @@ def test_saved_states_and_copies_go_on_with_the_same_bits_also_while_it_cracks()
     for one in others:
         np.testing.assert_array_equal(env.component.get("velocity"), one.component.get("velocity"))
         assert one.task.counters == env.task.counters
-
-
-def test_without_a_native_batch_gymnasiums_own_serves(capsys: pytest.CaptureFixture[str]) -> None:
-    from granular_env.cli import main
-
-    envs = gymnasium.make_vec(NAME, num_envs=2, deadline=3, internal_steps=1)
-    observations, _ = envs.reset(seed=0)
-    assert isinstance(envs, gymnasium.vector.SyncVectorEnv)
-    assert observations.shape == envs.step(np.zeros((2, 1), np.float32))[0].shape == (2, 970)
-    main(["describe", "automata"])
-    words = " ".join(capsys.readouterr().out.split())
-    assert "Confinement-v3" in words and "SyncVectorEnv" in words
-
-
-def test_a_drive_through_numbers_is_linear_between_them() -> None:
-    np.testing.assert_allclose(drive_through([0.0, 1.0, 0.0], 4), [0.25, 0.75, 0.75, 0.25])
-
-
-@pytest.mark.parametrize(
-    ("arguments", "word"),
-    [
-        ({"pressure": -1.0}, "pressure"),
-        ({"strain": 0.0}, "strain"),
-        ({"presure": 1.0}, "presure"),
-        ({"price": -1.0}, "price"),
-        ({"lost": 2.0}, "lost"),
-    ],
-)
-def test_bad_arguments_are_refused(arguments: dict, word: str) -> None:
-    with pytest.raises(ParameterError, match=word):
-        make_confinement(**arguments)
-
-
-def test_random_pressures_are_worse_than_theory(returns) -> None:
-    env = make_confinement()
-    drive = np.random.default_rng(0).uniform(0.0, 1.0, 50)
-    assert play(env, OpenLoop(drive), seed=0)[0] < returns["theory"][0]
 
 
 def test_an_episode_is_recorded_with_the_loads_that_the_task_adds(tmp_path) -> None:

@@ -7,14 +7,11 @@ from typing import Any
 
 import numpy as np
 import pytest
+from support.automata_tools import forces_at
 
 import granular_env as ge
 from granular_env.components.automata import Automata, theory
-from granular_env.components.automata.kernel_arrays import Motion
-from granular_env.components.automata.linked_sweep import update_forces
-from granular_env.components.automata.sweep_order import make_part
 from granular_env.components.errors import ParameterError, StepError
-from granular_env.components.profiles import Profile
 
 ROW = 0.5 * math.sqrt(3.0)
 BOTH = pytest.mark.parametrize("packing", ["square", "hexagonal"])
@@ -37,8 +34,7 @@ def residual(automata: Automata, gradient: np.ndarray) -> tuple[np.ndarray, np.n
     """Forces and torques on all automata under a homogeneous displacement gradient and the rotation that belongs to it."""
     turn = 0.5 * (gradient[1, 0] - gradient[0, 1])
     automata.reset(displacement=automata.packing.reference @ gradient.T, rotation=turn)
-    automata.steps.dilation()
-    return automata.scratch.force.copy(), automata.scratch.torque.copy()
+    return automata.steps.forces(), automata.steps.torques()
 
 
 # -- homogeneous strains ------------------------------------------------------------------------------------------------
@@ -117,21 +113,6 @@ def test_a_held_zigzag_is_held_with_both_of_its_rows() -> None:
     np.testing.assert_array_equal(automata.conditions.grip.automata, np.flatnonzero(automata.packing.reference[:, 0] <= 0.5))
 
 
-@pytest.mark.parametrize("top", ["free", "traction"])
-def test_walls_at_a_zigzag_keep_the_balances(top: str) -> None:
-    """Energy to second order in the step, the momenta to rounding."""
-    residuals = []
-    for part in (1.0, 0.5):
-        automata = block("hexagonal", boundaries={"left": "fixed", "right": "velocity", "top": top}, step_size=0.2 * part)
-        inputs = {"top_traction": [1e-3, -2e-3]} if top == "traction" else {}
-        automata.step(150.0, right_velocity=Profile.half_sine(0.01, 60.0) * [1.0, 0.3], **inputs)
-        energy, momentum, angular, mass = automata.balances()
-        work = energy.supplied["input_work"]
-        residuals.append(abs(energy.residual) / work)
-        assert np.abs(momentum.residual).max() <= 1e-11 and abs(angular.residual) <= 1e-11 and mass.residual == 0.0
-    assert residuals[0] <= 1e-4 and residuals[1] <= 0.4 * residuals[0]
-
-
 @pytest.mark.parametrize("laws", [{}, {"criterion": {"name": "strain", "tensile": 1.0}}], ids=["linked", "breakable"])
 @pytest.mark.parametrize("ends", ["smooth", "traction"])
 @pytest.mark.parametrize("ratio", [0.0, 1.0, 4.0], ids="lambda / G = {}".format)
@@ -149,27 +130,6 @@ def test_a_bar_in_uniaxial_stress_is_at_rest_to_its_corners(packing: str, ratio:
     # Free corners would turn at a speed of about the strain times that of waves, which is 1.
     assert automata.get("speed").max() <= 1e-10 * abs(stretch)
     assert np.abs(automata.get("angular_velocity")).max() <= 1e-10 * abs(stretch)
-
-
-@pytest.mark.parametrize("laws", [{}, {"criterion": {"name": "strain", "tensile": 1.0}}], ids=["linked", "breakable"])
-def test_tractions_on_corners_keep_the_balances(laws: dict) -> None:
-    """A traction acts off the centre of a quarter cell; work, impulse and moment are those of its point."""
-    automata = block("hexagonal", boundaries=dict.fromkeys(("left", "right", "bottom", "top"), "traction"), **laws)
-    automata.step(
-        400 * automata.step_size, left_traction=[2e-4, -1e-4], right_traction=[1e-4, 3e-4], bottom_traction=[-1e-4, 2e-4],
-        top_traction=[3e-4, 1e-4],
-    )  # fmt: skip
-    energy, momentum, angular, _ = automata.balances()
-    assert np.abs(momentum.residual).max() <= 1e-13 and abs(angular.residual) <= 1e-12
-    # Strains are 1e-3: the energy of linear springs is kept to their square.
-    assert abs(energy.residual) <= 1e-5 * energy.supplied["input_work"]
-
-
-@BOTH
-def test_a_packing_has_the_mass_of_its_shape(packing: str) -> None:
-    automata = block(packing, thickness=0.5)
-    width, height = 8.0, automata.packing.reference[:, 1].max()
-    assert automata.get("mass") == pytest.approx(0.5 * width * height, rel=1e-12)
 
 
 # -- rigid motions --------------------------------------------------------------------------------------------------------
@@ -223,27 +183,6 @@ def row_velocity(automata: Automata) -> np.ndarray:
     return automata.get("velocity")[automata.packing.reference[:, 1] == 0.0, 0]
 
 
-def speed_error(packing: str, length: float) -> float:
-    """Relative error of the speed of a pulse over 400 diameters, from the place of its energy."""
-    automata = strip(packing, 700, step_size=0.2)
-    travelling_pulse(automata, length, 100.0)
-    places, speed = np.arange(701.0), theory.longitudinal_speed(1.0, 1.0, 1.0)
-    centre = [0.0, 0.0]
-    for number in range(2):
-        energy = row_velocity(automata) ** 2
-        centre[number] = float((places * energy).sum() / energy.sum())
-        if number == 0:
-            automata.step(round(400.0 / speed / 0.2) * 0.2)
-    return abs((centre[1] - centre[0]) / (speed * automata.time) - 1.0)
-
-
-@BOTH
-def test_the_speed_of_a_pulse_is_of_second_order(packing: str) -> None:
-    long, short = speed_error(packing, 80.0), speed_error(packing, 40.0)
-    assert long <= 6e-4
-    assert 3.5 <= short / long <= 4.5
-
-
 @BOTH
 def test_a_pulse_comes_back_from_a_rigid_end_as_it_was(packing: str) -> None:
     automata = strip(packing, 400, {"right": "fixed"})
@@ -266,11 +205,7 @@ def test_a_plane_wave_keeps_the_discrete_energy_and_the_momentum(packing: str) -
     mass, h = automata.mass, automata.step_size
 
     def force_at(displacement: np.ndarray) -> np.ndarray:
-        scratch = automata.scratch
-        still = np.zeros(automata.count)
-        whole = make_part(automata.body)
-        update_forces(automata.body, whole, Motion(displacement, displacement, still, still), scratch)
-        return scratch.force.copy()
+        return forces_at(automata, displacement, np.zeros(automata.count))[0]
 
     # Leapfrog's middles of steps are its whole steps: v there is that of the tick, u lies half a step before and after it.
     found, momenta = [], []
@@ -364,25 +299,6 @@ def test_a_step_above_the_limit_is_refused_and_one_far_above_would_blow_up(packi
     assert automata.get("kinetic_energy") < 1e-6
 
 
-@pytest.mark.parametrize("parameters", [{}, {"criterion": {"name": "strain", "tensile": 1.0}}], ids=["linked", "breakable"])
-@BOTH
-def test_a_report_says_how_large_the_step_and_the_strains_are(packing: str, parameters: dict[str, Any]) -> None:
-    largest = 2.0 / block(packing).largest_frequency
-    automata = block(packing, step_size=0.6 * largest, **parameters)
-    assert automata.report()["step over the largest stable one, at rest"] == pytest.approx(0.6, rel=1e-5)
-    assert automata.report()["largest strain of a link now"] == 0.0
-    # Along x, in which rows of both packings lie; across oblique pairs it is less.
-    automata.reset(displacement=automata.packing.reference * [-0.02, 0.0])
-    assert automata.report()["largest strain of a link now"] == pytest.approx(0.02, rel=1e-12)
-
-
-def test_a_rotating_lattice_without_surfaces_has_the_closed_form() -> None:
-    edges = dict.fromkeys(("left", "right", "bottom", "top"), "periodic")
-    for packing in ("square", "hexagonal"):
-        found = block(packing, material=solid(0.0), boundaries=edges).largest_frequency
-        assert found == pytest.approx(theory.rotation_frequency(1.0, 1.0, 1.0), rel=1e-3)
-
-
 # -- symmetry ---------------------------------------------------------------------------------------------------------------
 
 
@@ -418,19 +334,6 @@ def test_a_traction_stretches_a_specimen_as_hooke_says(packing: str) -> None:
     assert abs(automata.get("energy_residual")) <= 1e-3 * automata.get("input_work")
 
 
-def test_velocities_that_are_prescribed_are_met_and_their_impulse_is_known() -> None:
-    automata = block("hexagonal", boundaries={"bottom": "fixed", "top": "velocity"})
-    automata.step(10.0, top_velocity=[1e-4, -2e-4])
-    y = automata.packing.reference[:, 1]
-    np.testing.assert_array_equal(automata.get("velocity")[y > y.max() - 0.1], np.broadcast_to([1e-4, -2e-4], (9, 2)))
-    assert not automata.get("velocity")[y < 0.1].any()
-    for quantity in ("momentum", "angular_momentum"):
-        largest = np.abs(automata.get("boundary_impulse")).max() * 10.0
-        assert np.abs(automata.get(f"{quantity}_residual")).max() <= 1e-12 * largest
-    # The start is a jump of the velocity, which the boundary pays for in whole.
-    assert abs(automata.get("energy_residual")) <= 0.05 * automata.get("input_work")
-
-
 @BOTH
 @pytest.mark.parametrize("law", [{}, {"criterion": {"name": "strain", "tensile": 1.0}}], ids=["linked", "breakable"])
 def test_plates_bear_what_the_specimen_bears(packing: str, law: dict[str, object]) -> None:
@@ -446,82 +349,9 @@ def test_plates_bear_what_the_specimen_bears(packing: str, law: dict[str, object
     np.testing.assert_allclose(automata.get("bottom_reaction"), [0.0, expected], rtol=1e-5, atol=1e-12)
 
 
-@BOTH
-@pytest.mark.parametrize("law", [{}, {"criterion": {"name": "strain", "tensile": 1.0}}], ids=["linked", "breakable"])
-def test_what_plates_hold_is_not_too_fast(packing: str, law: dict[str, object]) -> None:
-    """A nearly incompressible specimen glued to plates: their corners would fly off, were they not held."""
-    soft = ge.Material(density=1.0, young=2.5, poisson=0.42)
-    automata = block(packing, 12, 10, material=soft, boundaries={"bottom": "fixed", "top": "velocity"}, **law)
-    height = automata.packing.reference[:, 1].max()
-    pressed = round(0.18 * height / 0.01 / automata.step_size)
-    automata.step(pressed * automata.step_size, top_velocity=[0.0, -0.01])
-    assert automata.get("speed").max() < 0.05
-    assert abs(automata.get("energy_residual")) <= 1e-4 * automata.get("input_work")
-
-
-def test_a_smooth_plate_lets_its_automata_slide() -> None:
-    smooth = {"name": "velocity", "components": "y"}
-    automata = block("square", boundaries={"bottom": "symmetry", "top": smooth, "left": "symmetry"})
-    automata.step(400.0, top_velocity=ge.Profile.table([0.0, 200.0, 400.0], [0.0, -1e-5, 0.0]) * [0.0, 1.0])
-    top = automata.packing.reference[:, 1] == 8.0
-    assert np.ptp(automata.get("displacement")[top, 1]) <= 1e-15
-    # Uniaxial stress in plane strain: eps_x = -nu / (1 - nu) eps_y = -eps_y / 3; it was pressed within 400 s and still rings.
-    stretch = automata.get("displacement")[top, 1][0] / 8.0
-    assert automata.get("displacement")[-1, 0] / 8.0 == pytest.approx(-stretch / 3.0, rel=0.05)
-
-
 # -- refusals ---------------------------------------------------------------------------------------------------------------
 
 # Polygons that touch themselves: in a slit, and where two squares meet.
-SLIT = [[0, 0], [4, 0], [4, 4], [2, 4], [2, 1], [2, 4], [0, 4]]
-TWO_SQUARES = [[0, 0], [2, 0], [2, 2], [4, 2], [4, 4], [2, 4], [2, 2], [0, 2]]
-
-
-@pytest.mark.parametrize(
-    ("parameters", "words"),
-    [
-        (
-            {"shape": {"name": "rectangle", "width": 8.3, "height": 8.0}},
-            r"shape\.width: 8\.3 m is 8\.3 rows of 1 m.*8 m or 9 m",
-        ),
-        ({"shape": {"name": "rectangle", "width": 0.2, "height": 0.3}}, "whole number; use 1 m"),
-        ({"shape": {"name": "disc", "radius": 0.4}}, "holds no two automata of diameter 1 m"),
-        ({"shape": {"name": "polygon", "corners": [[0, 0], [4, 0], [4, 4.5], [0, 4.5]]}}, r"corners\[2\].*4\.5 m is 4\.5 rows"),
-        ({"shape": {"name": "polygon", "corners": [[0, 0], [4, 0], [1, 3], [3, 3.5]]}}, "side 1 crosses side 3"),
-        (
-            {"shape": {"name": "polygon", "corners": SLIT}},
-            r"corner 3 at \(2, 4\) m lies on corner 5, .*slits and notches as boxes",
-        ),
-        ({"shape": {"name": "polygon", "corners": TWO_SQUARES}}, r"corner 2 at \(2, 2\) m lies on corner 6"),
-        ({"shape": {"name": "polygon", "corners": [[0, 0], [4, 0], [4, 4], [2, 0], [0, 4]]}}, "corner 3 at .* lies on side 0"),
-        ({"shape": {"name": "polygon", "corners": [[0, 0], [4, 0], [4, 0], [0, 4]]}}, "corner 1 is followed by itself"),
-        ({"shape": {"name": "polygon", "corners": [[0, 0], [1, 1], [2, 2]]}}, "expected a polygon with an area"),
-        ({"material": {"density": 1.0, "young": 1.0, "poisson": 0.5}}, r"poisson.*0\.5"),
-        ({"boundaries": {"left": "periodic"}}, "boundaries.left: is periodic, so right has to be periodic too"),
-        ({"shape": {"name": "disc", "radius": 5.0}, "boundaries": {"top": "traction"}}, "boundaries.top: .* a straight edge"),
-        ({"boundaries": {"tip": "fixed"}}, "boundaries.tip: is no edge of a specimen; did you mean .top"),
-        ({"forced_automata": [3, 81]}, r"forced_automata\[1\]: got automaton 81, expected 0 to 80"),
-        ({"shape": {"name": "rectangle", "width": 1e9, "height": 1e9}}, "memory"),
-    ],
-)
-def test_packings_and_parameters_that_do_not_fit_are_refused(parameters: dict[str, object], words: str) -> None:
-    with pytest.raises(ParameterError, match=words):
-        block("square", **parameters)
-
-
-@pytest.mark.parametrize(
-    ("parameters", "words"),
-    [
-        ({"diameter": 1e-300}, "diameter: got 1e-300, expected 1e-40 to 1e[+]40"),
-        ({"diameter": 1e160}, "diameter: got 1e[+]160"),
-        ({"material": {"density": 1e-160, "young": 1.0, "poisson": 0.2}}, "material.density: got 1e-160"),
-        ({"material": ["steel", {"density": 1.0, "young": 1e250, "poisson": 0.2}]}, r"material\[1\].young: got 1e[+]250"),
-        ({"shape": {"name": "rectangle", "width": 1e160, "height": 1.0}}, "shape: got 1e[+]160"),
-    ],
-)
-def test_absurd_magnitudes_are_refused(parameters: dict[str, object], words: str) -> None:
-    with pytest.raises(ParameterError, match=words):
-        block("square", **parameters)
 
 
 def test_a_specimen_that_is_torn_too_fast_is_refused_and_unharmed() -> None:
@@ -535,16 +365,6 @@ def test_a_specimen_that_is_torn_too_fast_is_refused_and_unharmed() -> None:
 
 
 # -- shapes -----------------------------------------------------------------------------------------------------------------
-
-
-def test_a_polygon_with_a_notch_has_three_quarters_at_its_corner() -> None:
-    corners = [[0, 0], [6, 0], [6, 6], [3, 6], [3, 3], [0, 3]]
-    automata = block("square", shape={"name": "polygon", "corners": corners})
-    assert automata.get("mass") == pytest.approx(27.0, rel=1e-12)
-    inner = int(np.flatnonzero((automata.packing.reference == 3.0).all(axis=1))[0])
-    assert automata.mass[inner] == pytest.approx(0.75, rel=1e-12)
-    force, _ = residual(automata, GRADIENT)
-    np.testing.assert_allclose(force[inner], -0.5 * hooke(GRADIENT) @ [-1.0, 1.0], rtol=1e-11)
 
 
 @BOTH

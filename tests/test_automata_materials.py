@@ -3,20 +3,15 @@
 from __future__ import annotations
 
 import math
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
-from support.automata_tools import BOTH, block
-from support.coupled_tools import coupled, mesh, rectangle, start_noise
+from support.automata_tools import BOTH, block, forces_at
 
 import granular_env as ge
 from granular_env.components.automata import Automata, theory
-from granular_env.components.automata.inelastic_links import update_bond_forces
-from granular_env.components.automata.kernel_arrays import Motion
 from granular_env.components.drawables import Links
-from granular_env.components.errors import ParameterError
 
 SOFT = ge.Material(density=1.0, young=2.5, poisson=0.25)
 HARD = ge.Material(density=2.0, young=10.0, poisson=0.1)
@@ -39,15 +34,6 @@ def mixed(packing: str, columns: int, rows: int, seed: int = 1, materials: int =
     numbers = np.random.default_rng(seed).integers(0, materials, count).tolist()
     given = [SOFT, HARD, ge.Material(density=0.5, young=0.4, poisson=0.45)][:materials]
     return block(packing, columns, rows, material=given, automaton_material=numbers, **parameters)
-
-
-def forces(automata: Automata, displacement: np.ndarray, rotation: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the forces and torques of the links."""
-    medium: Any = automata.steps
-    still = np.zeros_like(displacement), np.zeros_like(rotation)
-    motion = Motion(displacement, still[0], rotation, still[1])
-    update_bond_forces(automata.body, medium.medium.bonds, motion, automata.scratch)
-    return automata.scratch.force.copy(), automata.scratch.torque.copy()
 
 
 # -- layers -------------------------------------------------------------------------------------------------------------
@@ -75,35 +61,13 @@ def test_layers_are_in_equilibrium_and_bear_what_both_materials_say(
     rotation = (-0.5 if axis == 1 else 0.5) * angle[layer]
     automata.reset(displacement=size * displacement, rotation=size * rotation)
     stress = automata.get("stress") / size
-    force, torque = (one / size for one in forces(automata, size * displacement, size * rotation))
+    force, torque = (one / size for one in forces_at(automata, size * displacement, size * rotation))
     inside = (np.abs(automata.packing.reference - 4.0) < 3.5).all(axis=1)
     assert np.abs(force[inside]).max() <= 1e-12 * 10.0 and np.abs(torque[inside]).max() <= 1e-12 * 10.0
     np.testing.assert_allclose(stress[inside, axis], across, atol=1e-11)
     np.testing.assert_allclose(stress[inside, 2], shear, atol=1e-11)
     beside_stress = LAME * (along + stretch) + 2.0 * SHEAR * along
     np.testing.assert_allclose(stress[inside, 1 - axis], beside_stress[layer[inside]], atol=1e-11)
-
-
-def test_a_layered_column_has_the_compliance_of_its_layers() -> None:
-    """Layers one automaton thick, then two, ...: the traction on a strain across them is that of springs in a row."""
-    edges = {
-        "left": "periodic",
-        "right": "periodic",
-        "bottom": {"name": "fixed"},
-        "top": {"name": "velocity", "components": "y"},
-    }
-    layers = [{"area": {"name": "box", "x": [-1.0, 9.0], "y": [low - 0.4, high + 0.4]}, "material": 1} for low, high in
-              ((2, 2), (4, 5), (8, 10))]  # fmt: skip
-    automata = block("square", 4, 12, material=[SOFT, HARD], regions=layers, boundaries=edges)
-    row = (automata.packing.reference[:, 0] == 0.0) & (automata.packing.reference[:, 1] > 0.0)
-    thick = np.bincount(automata.automaton_material[row], minlength=2) - [0.5, 0.0]
-    thick[0] += 0.5  # half a cell at either end
-    modulus = LAME + 2.0 * SHEAR
-    for _ in range(4):  # slowly: what waves are left is small
-        automata.step(2000.0, top_velocity=[0.0, 1e-10])
-    stress = automata.get("stress")[:, 1].mean()
-    assert stress == pytest.approx(8e-7 / float((thick / modulus).sum()), rel=2e-3)
-    assert np.ptp(automata.get("stress")[:, 1]) <= 1e-2 * stress
 
 
 # -- energy, momentum, motion ---------------------------------------------------------------------------------------------
@@ -115,13 +79,13 @@ def test_forces_of_a_mixture_are_those_of_its_energy(packing: str) -> None:
     random = np.random.default_rng(2)
     displacement, rotation = 1e-9 * random.standard_normal((automata.count, 2)), 1e-9 * random.standard_normal(automata.count)
     automata.reset(displacement=displacement, rotation=rotation)
-    force, torque = forces(automata, displacement, rotation)
+    force, torque = forces_at(automata, displacement, rotation)
     work = -0.5 * float((displacement * force).sum() + (rotation * torque).sum())
     assert work > 0.0 and automata.get("elastic_energy") == pytest.approx(work, rel=1e-7)
     assert np.abs(force.sum(axis=0)).max() <= 1e-13 * np.abs(force).max()
     # Linear and symmetric: what one motion does on another is what that does on the first.
     other, turn = 1e-9 * random.standard_normal((automata.count, 2)), 1e-9 * random.standard_normal(automata.count)
-    there, back = forces(automata, other, turn), (force, torque)
+    there, back = forces_at(automata, other, turn), (force, torque)
     assert float((displacement * there[0]).sum() + (rotation * there[1]).sum()) == pytest.approx(
         float((other * back[0]).sum() + (turn * back[1]).sum()), rel=1e-6
     )
@@ -132,28 +96,18 @@ def test_a_mixture_keeps_discrete_energy_and_momenta(packing: str) -> None:
     automata = mixed(packing, 6, 6)
     random = np.random.default_rng(3)
     automata.reset(velocity=1e-9 * random.standard_normal((automata.count, 2)))
-    mass, inertia, h = automata.mass, automata.body.inertia[automata.body.kind], automata.step_size
+    mass, inertia, h = automata.mass, automata.body.inertia[automata.body.layout.place], automata.step_size
     found, momenta = [], []
     for _ in range(100):
         u, v = automata.get("displacement"), automata.get("velocity")
         turn, spin = automata.get("rotation"), automata.get("angular_velocity")
-        force, torque = forces(automata, u - 0.5 * h * v, turn - 0.5 * h * spin)
+        force, torque = forces_at(automata, u - 0.5 * h * v, turn - 0.5 * h * spin)
         motion = 0.5 * float((mass * (v**2).sum(axis=1)).sum() + (inertia * spin**2).sum())
         found.append(motion - 0.5 * float(((u + 0.5 * h * v) * force).sum() + ((turn + 0.5 * h * spin) * torque).sum()))
         momenta.append([*automata.get("momentum"), automata.get("angular_momentum")])
         automata.step()
     assert np.ptp(found) <= 1e-7 * max(found)
     assert np.ptp(momenta, axis=0).max() <= 1e-12 * 1e-9 * 6.0 * mass.sum()
-
-
-@BOTH
-def test_turning_a_mixture_costs_no_energy(packing: str) -> None:
-    automata = mixed(packing, 6, 6)
-    turn = np.array([[math.cos(1.0), -math.sin(1.0)], [math.sin(1.0), math.cos(1.0)]])
-    displacement = automata.packing.reference @ (turn - np.eye(2)).T
-    automata.reset(displacement=displacement, rotation=1.0)
-    stretched = 0.5 * float(automata.mass.sum()) * 1e-4  # about what a strain of 1e-2 costs
-    assert abs(automata.get("elastic_energy")) <= 1e-10 * stretched
 
 
 @BOTH
@@ -171,21 +125,6 @@ def test_mirrored_mixtures_give_mirrored_bits(packing: str) -> None:
     assert np.abs(u).max() > 1e-3
     np.testing.assert_array_equal(u[mirror], [-1.0, 1.0] * u)
     np.testing.assert_array_equal(w[mirror], -w)
-
-
-@BOTH
-def test_two_names_for_one_material_are_that_material(packing: str) -> None:
-    """Where only the number differs nothing is divided: the motion is that of one material, to rounding."""
-    law = {"criterion": {"name": "strain", "tensile": 1.0}, "forced_automata": "all"}
-    one = block(packing, **law)
-    two = block(packing, material=[SOFT, SOFT], automaton_material=[i % 2 for i in range(one.count)], **law)
-    force = 1e-3 * np.random.default_rng(1).standard_normal((one.count, 2))
-    for automata in (one, two):
-        automata.step(100 * automata.step_size, force=force)
-    assert one.step_size == two.step_size
-    np.testing.assert_allclose(
-        two.get("displacement"), one.get("displacement"), atol=1e-12 * np.abs(one.get("displacement")).max()
-    )
 
 
 # -- waves --------------------------------------------------------------------------------------------------------------
@@ -254,32 +193,6 @@ def test_a_weak_interface_breaks_first_and_nothing_else() -> None:
     assert {event.limit for event in strip.events()} == {1e-3}
 
 
-def test_an_interface_breaks_by_default_where_the_weaker_material_would() -> None:
-    """Under one tension all links of the strip reach the limit of the soft side together, those of the hard one do not."""
-    strip, ends = torn(criterion=[WEAK, "none"])
-    assert {event.limit for event in strip.events()} == {3e-3}
-    assert {0} in ends or {0, 1} in ends
-    assert {1} not in ends
-    ratio = strip.get("criterion_ratio")
-    hard = (strip.automaton_material[link_ends(strip)] == 1).all(axis=1)
-    assert ratio[hard].max() == 0.0 and ratio[~hard].max() > 0.5
-
-
-def test_a_strong_interface_leaves_the_break_to_the_sides() -> None:
-    _, ends = torn(criterion=[WEAK, STRONG], interfaces=[{"materials": [0, 1], "criterion": "none"}])
-    assert len(ends) > 0 and {0, 1} not in ends
-
-
-def test_one_layer_yields_and_the_other_does_not() -> None:
-    response = [{"name": "plastic", "yield_stress": 2e-3}, {"name": "linear"}]
-    edges = {"left": "periodic", "right": "periodic", "bottom": "fixed", "top": "velocity"}
-    automata = block("square", 4, 8, material=[SOFT, HARD], regions=upper_half(1, 4.2), boundaries=edges, response=response)
-    automata.step(400.0, top_velocity=[1e-4, 0.0])
-    flowed, layer = automata.get("inelastic_strain"), automata.automaton_material
-    assert flowed[layer == 0].max() > 1e-3 and flowed[layer == 1].max() == 0.0
-    assert abs(automata.get("energy_residual")) <= 0.01 * automata.get("input_work")
-
-
 def test_a_contact_of_two_materials_is_two_halves_in_series() -> None:
     """Two blocks meet: the force is that of springs k = 2 G + lambda / 2 in a row, on the overlap that there is."""
     slit = {"name": "box", "x": [-1.0, 3.0], "y": [2.9, 3.1]}
@@ -303,53 +216,4 @@ def test_a_contact_of_two_materials_is_two_halves_in_series() -> None:
 # -- in a coupled body, in logs -----------------------------------------------------------------------------------------
 
 
-def test_a_coupled_body_takes_automata_of_several_materials() -> None:
-    """Noise in a body with layers of three kinds: energy and momentum of lockstep are kept as with one material."""
-    automata = {"shape": rectangle(6.0, 4.0), "material": [SOFT, HARD], "regions": upper_half(1, 1.6)}
-    body = coupled({"mesh": mesh(6, 4)}, automata, origin=[0.0, 4.0], step_size=0.1)
-    energy = start_noise(body, 1)
-    start = body.get("momentum")
-    body.step(200 * body.step_size)
-    assert abs(body.get("energy_residual")) <= 1e-12 * energy
-    assert np.abs(body.get("momentum") - start).max() <= 1e-12 * energy**0.5
-
-
-def test_a_mixture_that_cracks_replays_and_branches_bit_for_bit(tmp_path: Path) -> None:
-    automata = mixed("hexagonal", 6, 6, criterion=[WEAK, "none"], boundaries={"bottom": "fixed", "top": "velocity"})
-    with ge.record(automata, tmp_path / "run.mcap", every=10 * automata.step_size):
-        automata.step(300 * automata.step_size, top_velocity=[2e-3, 6e-3])
-    assert automata.event_count > 3 and ge.verify(tmp_path / "run.mcap").identical
-    other = Automata(**automata.parameters.model_dump())
-    log = ge.open_log(tmp_path / "run.mcap")
-    branch = log.branch(150 * automata.step_size)
-    branch.run(tmp_path / "branch.mcap")
-    assert branch.component.save().to_bytes() == automata.save().to_bytes()
-    other.restore(automata.save())
-    np.testing.assert_array_equal(other.get("stress"), automata.get("stress"))
-
-
 # -- refusals -----------------------------------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize(
-    ("parameters", "words"),
-    [
-        ({"regions": [{"area": {"name": "box", "x": [0, 1], "y": [0, 1]}, "material": 2}]}, r"regions\[0\].material: got 2"),
-        ({"regions": [{"area": {"name": "disc", "centre": [0.5, 0.5], "radius": 0.1}, "material": 1}]}, r"regions\[0\]: c"),
-        ({"automaton_material": [0, 1]}, "automaton_material: got 2 numbers, expected 81, one for each automaton"),
-        ({"automaton_material": [2] * 81}, r"automaton_material\[0\]: got 2, expected 0 to 1"),
-        ({"automaton_material": [0] * 81, "regions": upper_half(0, 4.2)}, "automaton_material: `regions` says it too"),
-        ({"response": ["linear"] * 3}, "response: got 3 for 2 materials"),
-        ({"criterion": [WEAK]}, "criterion: got 1 for 2 materials"),
-        ({"criterion": [WEAK, "tresca"]}, r"criterion\[1\]: got 'tresca', expected a known name"),
-        ({"criterion": [WEAK, {"name": "strain", "tensile": 1.0}]}, r"criterion\[1\]: got 'strain' beside 'mohr_coulomb'"),
-        ({"interfaces": [{"materials": [0, 0], "criterion": WEAK}]}, r"interfaces\[0\].materials: got \[0, 0\], expected two"),
-        ({"interfaces": [{"materials": [0, 2], "criterion": WEAK}]}, r"interfaces\[0\].materials\[1\]: got 2, expected 0 to 1"),
-        ({"interfaces": [{"materials": pair, "criterion": WEAK} for pair in ([0, 1], [1, 0])]}, r"interfaces\[1\].*twice"),
-        ({"criterion": WEAK, "relinking": {"name": "cold_welding", "pressure": 1.0, "slip_speed": 1.0}}, "relinking: knows no"),
-        ({"material": []}, "material: got none, expected at least one"),
-    ],
-)  # fmt: skip
-def test_materials_that_do_not_fit_are_refused(parameters: dict[str, Any], words: str) -> None:
-    with pytest.raises(ParameterError, match=words):
-        block(**{"material": [SOFT, HARD], **parameters})

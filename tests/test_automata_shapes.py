@@ -6,10 +6,9 @@ from typing import Any
 
 import numpy as np
 import pytest
-from support.automata_tools import SOLID, block
+from support.automata_tools import SOLID
 
 from granular_env.components.automata import Automata
-from granular_env.components.errors import ParameterError
 
 STRAIN = {"name": "strain", "tensile": 0.01}
 PULLED = {"bottom": "fixed", "top": "velocity"}
@@ -53,15 +52,6 @@ def test_a_homogeneous_strain_pulls_at_the_sides_of_a_hole_alone() -> None:
     assert speed[inside & ~beside].max() <= 1e-5 * speed[beside].max()
 
 
-def test_a_plate_tears_beside_its_hole() -> None:
-    """Where a disc is cut out, the tension along the load is largest at its flanks (Kirsch)."""
-    automata = plate({"name": "disc", "centre": [8.0, 8.0], "radius": 2.6}, boundaries=PULLED, criterion=STRAIN)
-    while not automata.events():
-        automata.step(2.0, top_velocity=[0.0, 2e-3])
-    x, y = middles(automata)[automata.events()[0].index]
-    assert abs(y - 8.0) <= 1.5 and 2.0 <= abs(x - 8.0) <= 4.0
-
-
 def test_a_gap_makes_two_bodies_that_collide() -> None:
     automata = plate(box(5.0, 7.0, -1.0, 5.0), columns=12, rows=4, criterion={"name": "strain", "tensile": 1.0})
     right = automata.packing.reference[:, 0] > 6.0
@@ -92,28 +82,3 @@ def test_a_weak_seam_breaks_first_at_its_own_strength() -> None:
         automata.step(2.0, top_velocity=[0.0, 2e-3])
     assert all(event.limit == 0.5 * 0.01 for event in automata.events())
     assert np.ptp(middles(automata)[[event.index for event in automata.events()], 1]) == 0.0
-
-
-@pytest.mark.parametrize(
-    ("parameters", "words"),
-    [
-        ({"holes": [box(0.2, 0.4, 0.2, 0.4)]}, r"shape.holes\[0\]: contains no centre of an automaton"),
-        ({"strength_regions": [{"area": box(90.0, 91.0, 0.0, 1.0), "factor": 0.5}]}, r"strength_regions\[0\]: contains the"),
-        ({"strength_regions": [{"area": box(0.0, 1.0, 0.0, 1.0), "factor": 0.0}]}, "factor: got 0"),
-        ({"holes": [box(-1.0, 3.0, 2.0, 4.0)], "boundaries": {"left": "traction"}}, r"'traction' needs a whole edge"),
-        ({"holes": [box(3.0, 1.0, 2.0, 4.0)]}, "expected the smaller number first"),
-        ({"holes": [box(-90.0, 90.0, -90.0, 90.0)]}, "shape.holes: nothing is left of the shape"),
-        ({"shape": {"name": "polygon", "corners": [[0.0, 0.0], [1e155, 0.0], [0.0, 1e155]]}}, r"corners\[1,0\]: got 1e\+155"),
-        ({"friction": 1e300}, r"friction: got 1e\+300, expected 1e-40 to 1e\+40"),
-        ({"response": {"name": "degrading", "onset": 1e-300}}, "response.onset: got 1e-300"),
-    ],
-)
-def test_what_does_not_fit_is_refused(parameters: dict[str, Any], words: str) -> None:
-    holes = parameters.pop("holes", [])
-    with pytest.raises(ParameterError, match=words):
-        plate(*holes, criterion=STRAIN, **parameters)
-
-
-def test_a_disc_is_not_cut_beyond_itself() -> None:
-    with pytest.raises(ParameterError, match="height: got 2 m, expected less than the diameter, 2 m"):
-        block(shape={"name": "disc", "radius": 1.0, "height": 2.0})

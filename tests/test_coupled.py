@@ -25,9 +25,8 @@ from support.coupled_tools import (
     start_noise,
 )
 
-from granular_env.components.automata.motion import WORK
-from granular_env.components.coupled import Coupled, step_sizes, theory
-from granular_env.components.coupled.strays import find_strays
+from granular_env.components.automata.loads import WORK
+from granular_env.components.coupled import Coupled, theory
 from granular_env.components.errors import ParameterError, StepError
 from granular_env.components.materials.elastic import Material
 from granular_env.components.profiles import Profile
@@ -168,35 +167,6 @@ def test_work_and_impulse_of_every_input_are_accounted_for() -> None:
     assert abs(medium.get("interface_work_difference")) <= 1e-12 * work
 
 
-def test_tractions_on_the_corners_of_automata_are_accounted_for() -> None:
-    """Tractions act off the centres of quarter cells, and turn them."""
-    medium = coupled(
-        {"mesh": mesh(6, 4, cell_size=[1.0, 2.0 * ROW]), "boundaries": {"left": "fixed"}},
-        {
-            "shape": rectangle(6.0, 8.0 * ROW),
-            "packing": "hexagonal",
-            "boundaries": {"top": "traction", "right": "traction"},
-        },
-        origin=[6.0, 0.0],
-    )
-    assert np.abs(medium._edge_inputs.edges.load.lever).max() == 0.25
-    small = 1e-3 * SMALL
-    inputs = {"automata_top_traction": [small, 3.0 * small], "automata_right_traction": [2.0 * small, -small]}
-    medium.step(200 * medium.step_size, **inputs)
-    assert abs(medium.get("energy_residual")) <= 1e-12 * medium.get("input_work")
-    turning = abs(medium.get("angular_impulse")) + abs(medium.get("boundary_angular_impulse"))
-    assert abs(medium.get("angular_momentum_residual")) <= 1e-12 * turning
-
-
-def test_nodes_of_an_interface_inside_weigh_as_much_as_others() -> None:
-    medium = inclusion()
-    nodes, automata = medium.grid.mass, medium.automata.mass
-    assert medium.get("mass") == pytest.approx(64.0, rel=1e-14)
-    mass = nodes + medium.carried_mass
-    np.testing.assert_allclose(mass[medium.interface.nodes], 1.0, rtol=1e-14)
-    assert automata[medium.interface.automata].sum() == pytest.approx(medium.carried_mass.sum(), rel=1e-14)
-
-
 # -- micro-steps ---------------------------------------------------------------------------------------------------------
 
 
@@ -219,19 +189,6 @@ def test_impulses_keep_the_energy_within_bounds(packing: str, n: int, scheme: st
     assert np.abs(medium.get("momentum_residual")).max() <= 1e-15 * medium.get("mass") * SMALL
     assert abs(medium.get("angular_momentum_residual")) <= 1e-14 * medium.get("mass") * SMALL
     assert abs(medium.get("interface_work_difference")) <= 1e-13 * begin
-
-
-@pytest.mark.parametrize(("n", "stiffer"), [(4, 20.0), (4, 4.0), (8, 1.0)])
-def test_impulses_keep_the_energy_beside_an_inclusion(n: int, stiffer: float) -> None:
-    """Small and stiff automata in a hole of the grid, 1500 ticks of 5 % noise."""
-    stiff = {"material": {"density": 1.0, "young": stiffer * MEDIUM.young, "poisson": 0.25}}
-    medium = inclusion(n, stiff, micro_steps=2)
-    start_noise(medium, 3, 0.05)
-    begin = stored_energy(medium)
-    for _ in range(10):
-        medium.step(150 * medium.step_size)
-        assert 0.95 <= stored_energy(medium) / begin <= 1.08
-    assert medium.cautions() == []
 
 
 def one_step(medium: Coupled) -> FloatArray:
@@ -270,41 +227,6 @@ def growth_of_a_step(n: int, stiffer: float, wide: int = 1, **parameters: Any) -
 def test_no_motion_grows_with_the_default_step(n: int, stiffer: float) -> None:
     """All multipliers of a step lie on the unit circle."""
     assert abs(growth_of_a_step(n, stiffer, micro_steps=2)) <= 1e-9
-
-
-@pytest.mark.parametrize("micro", [2, 3, 6])
-def test_no_motion_grows_with_the_longest_step_that_is_allowed(micro: int) -> None:
-    grid = {"mesh": mesh(1, 1), "boundaries": {"bottom": "fixed"}}
-    medium = coupled(grid, {"shape": rectangle(1.0, 0.5)}, 4, origin=[0.0, 1.0])
-    stable = medium.step_size / (medium.micro_steps * medium.get("automata_step_part"))
-    longest = 0.999999 * step_sizes._steps_between_kicks(micro)[0] * stable
-    with pytest.raises(ParameterError, match="of those of the automata"):
-        growth_of_a_step(4, 1.0, step_size=1.00001 * longest, micro_steps=micro)
-    assert abs(growth_of_a_step(4, 1.0, step_size=longest, micro_steps=micro)) <= 1e-9
-
-
-def test_motion_grows_beyond_the_longest_step(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Some windows of the step beyond n sin(pi / 2n) largest stable ones feed two modes whose phases add up to a turn."""
-    monkeypatch.setattr(step_sizes, "_steps_between_kicks", lambda micro: (9.0, 9.0))
-    monkeypatch.setattr(step_sizes, "_ALLOWED_IMPULSES", 0.9)
-    assert growth_of_a_step(2, 1.0, wide=2, step_size=0.31, micro_steps=3) >= 1e-4
-
-
-def test_a_step_that_feeds_modes_of_the_automata_is_refused() -> None:
-    """Beyond it energy grows without bound, however many micro-steps there are."""
-    for micro, most in ((4, 1.38), (10, 1.41)):
-        with pytest.raises(ParameterError, match=f"got 0.15 s with micro_steps = {micro}.* {most} of those of the automata"):
-            inclusion(4, step_size=0.15, micro_steps=micro)
-
-
-def test_energy_that_micro_steps_make_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(step_sizes, "_ALLOWED_IMPULSES", 0.9)
-    monkeypatch.setattr(step_sizes, "_steps_between_kicks", lambda micro: (9.0, 9.0))
-    medium = inclusion(4, step_size=0.27, micro_steps=5)
-    start_noise(medium, 3, 1.0)
-    medium.step(3000 * medium.step_size)
-    assert medium.get("energy_residual") > 0.1 * medium.balances()[0].initial
-    assert any("micro-steps have made" in text and "0.27 s" in text for text in medium.cautions())
 
 
 @pytest.mark.parametrize(("n", "step"), [(2, 0.25), (3, 0.25), (4, 0.2)])
@@ -346,14 +268,6 @@ def test_what_is_stretched_and_at_rest_stays_at_rest(n: int, left: str) -> None:
     assert ringing(n, left=left) <= 1e-12
 
 
-@pytest.mark.parametrize("n", [2, 4])
-def test_micro_steps_make_a_static_stress_ring_at_second_order(n: int) -> None:
-    """Impulses of cells and automata that balance in the mean come at different times."""
-    coarse, fine = (ringing(n, ticks, micro_steps=2, step_size=size) for ticks, size in ((200, 0.1), (400, 0.05)))
-    assert 3.5 <= coarse / fine <= 4.5
-    assert fine > 1e-3
-
-
 def test_micro_steps_come_to_what_lockstep_gives() -> None:
     """The difference to lockstep falls with the square of the step."""
     errors = []
@@ -380,16 +294,6 @@ def test_the_interface_is_found() -> None:
     interface = two.interface
     hung = (interface.weights[:, :, None] * nodes[interface.ends]).sum(axis=1)
     np.testing.assert_allclose(hung, centres[interface.automata], atol=1e-12)
-
-
-def test_automata_of_the_interface_move_with_the_nodes() -> None:
-    medium = layers(n=3)
-    start_noise(medium, 5)
-    medium.step(20 * medium.step_size)
-    interface = medium.interface
-    for name in ("displacement", "velocity"):
-        hung = (interface.weights[:, :, None] * medium.get(f"grid_{name}")[interface.ends]).sum(axis=1)
-        np.testing.assert_array_equal(hung, medium.get(f"automata_{name}")[interface.automata])
 
 
 def test_periodic_sides_are_one() -> None:
@@ -420,53 +324,6 @@ def start_periodic_noise(medium: Coupled) -> float:
 
 
 # Automata beside four by four cells, which they touch along a side and once more in a corner.
-HOOK = {"name": "polygon", "corners": [[4, 0], [6, 0], [6, 6], [4, 6], [4, 4], [5, 4], [5, 2], [4, 2]]}
-SQUARE = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]]
-CLOCKWISE = {"name": "quadrilaterals", "nodes": SQUARE, "cells": [[0, 3, 2, 1]]}
-FLAT = {"name": "quadrilaterals", "nodes": [[0.0, 0.0], [1.0, 0.0], [2.0, 0.0], [3.0, 0.0]], "cells": [[0, 1, 2, 3]]}
-SIDEWAYS = {"automata.packing": "hexagonal", "automata.shape": rectangle(8.0, 4 * ROW), "origin": [8.0, 0.0]}
-
-
-@pytest.mark.parametrize(
-    ("changes", "words"),
-    [
-        (
-            {"origin": [0.0, 9.0]},
-            r"nearest are node 36 at \(0, 4\) m and automaton 0 at \(0, 9\) m: off by \(0, -5\) m",
-        ),
-        (
-            {"origin": [0.0, 3.0]},
-            r"reach up to 0\.5 m into cells of the grid: .* into cell 24, about \(0\.5, 3\.5\) m, .*move `origin` to \[0, 4\]",
-        ),
-        ({"origin": [0.5, 4.0]}, "an automaton is expected at"),
-        ({"automata.diameter": 0.8}, "1.25 diameters of 0.8 m long, expected a whole number"),
-        (SIDEWAYS, r"is 0.577350269 times sqrt\(3\) diameters \(1.73205081 m"),
-        ({"automata.boundaries": {"left": "fixed"}}, "is held along x by its edge"),
-        ({"step_size": 0.32}, "step_size: got 0.32 s with micro_steps = 1, expected at most 0.308"),
-        ({"step_size": 0.4, "micro_steps": 2}, "step_size: got 0.4 s with micro_steps = 2, expected at most 0.252"),
-        ({"scheme": "literal"}, "micro_steps: got 1 with scheme = literal.*give how many sub-steps"),
-        ({"scheme": "literal", "micro_steps": 1}, "micro_steps: got 1 with scheme = literal"),
-        ({"grid.boundaries": {"left": "periodic", "right": "periodic"}}, "automata 0 and 8 both move with node 36 of the grid"),
-        ({"scheme": "penalty"}, "scheme"),
-        ({"automata.thickness": 0.5}, "automata.thickness: got 0.5 m"),
-        ({"automata.step_size": 0.1}, "automata.step_size: the parts have one step_size"),
-        ({"grid.mesh": mesh(4, 4), "automata.shape": HOOK, "origin": [0.0, 0.0]}, "the two parts touch in a point"),
-        ({"automata.shape": rectangle(8.3, 4.0)}, "component 'coupled': automata.shape.width: 8.3 m"),
-        ({"grid.mesh": CLOCKWISE}, r"component 'coupled': grid.*cells\[0\].*inverted"),
-        ({"grid.mesh": FLAT}, r"component 'coupled': grid.*cells\[0\].*flat"),
-        ({"grid.material": {"density": 1.0, "young": 1.0, "poisson": 0.5}}, r"grid.material.poisson.*0\.5"),
-        ({"automata.material": {"density": 1.0, "young": 1.0, "poisson": 0.5}}, "poisson"),
-    ],
-)
-def test_what_does_not_fit_is_refused_by_name(changes: dict[str, Any], words: str) -> None:
-    grid: dict[str, Any] = {"mesh": mesh(8, 4), "material": MEDIUM}
-    automata = {"shape": rectangle(8.0, 4.0), "diameter": 1.0, "packing": "square", "material": MEDIUM}
-    parameters = {"grid": grid, "automata": automata, "origin": [0.0, 4.0]}
-    for path, value in changes.items():
-        part, _, name = path.rpartition(".")
-        (parameters[part] if part else parameters)[name] = value
-    with pytest.raises(ParameterError, match=words):
-        Coupled(**parameters)
 
 
 def test_theory_of_reflection() -> None:
@@ -481,13 +338,6 @@ def test_theory_of_reflection() -> None:
                 for length in (40.0, 20.0)
             )
             assert 3.9 <= short / long <= 4.1 and 1e-3 < short < 2.5e-3
-
-
-def test_strays_are_found() -> None:
-    nodes = np.array([[0.0, 0.0], [1.0, 0.0], [2.0, 0.2], [0.0, 1.0], [1.0, 1.1], [2.0, 1.0]])
-    cells = np.array([[0, 1, 4, 3], [1, 2, 5, 4]])
-    points = np.array([[0.5, 0.5], [1.5, 0.05], [1.5, 0.2], [0.5, 1.2], [np.nan, 0.0], [1.0 - 1e-9, 0.5], [1e300, 0.0]])
-    assert find_strays(nodes, cells, points).tolist() == [0, 2, 5]
 
 
 def test_an_inverted_cell_and_a_fast_automaton_are_named() -> None:
@@ -506,23 +356,7 @@ def test_an_inverted_cell_and_a_fast_automaton_are_named() -> None:
     assert medium.save().to_bytes() == before
 
 
-@pytest.mark.parametrize("condition", ["absorbing", "fixed", "symmetry"])
-def test_the_interface_is_no_edge_that_can_be_held_or_damped(condition: str) -> None:
-    """It would take energy from what passes: half of a pulse, where it absorbs."""
-    parts = {
-        "grid": {
-            "mesh": {"name": "rectangle", "columns": 4, "rows": 4, "cell_size": 0.01},
-            "material": MEDIUM,
-        },
-        "automata": {
-            "shape": {"name": "rectangle", "width": 0.04, "height": 0.04},
-            "diameter": 0.01,
-            "packing": "square",
-            "material": MEDIUM,
-        },
-    }
-    parts["automata"]["forced_automata"] = [[0.01, 0.02]]
-    Coupled(origin=(0.04, 0.0), **parts)
-    parts["grid"]["boundaries"] = {"right": condition, "left": "absorbing"}
-    with pytest.raises(ParameterError, match=r"grid\.boundaries\.right: got .* where the interface is"):
-        Coupled(origin=(0.04, 0.0), **parts)
+def test_a_zigzag_of_a_hexagonal_packing_is_no_interface() -> None:
+    grid = {"mesh": mesh(4, 4, cell_size=[1.0, 2.0 * ROW])}
+    with pytest.raises(ParameterError, match="along the rows of the hexagonal packing.*turn the body by 90 degrees"):
+        coupled(grid, {"shape": rectangle(8.0, 8.0 * ROW), "packing": "hexagonal"}, origin=[4.0, 0.0])

@@ -72,38 +72,3 @@ def test_columns_of_automata_inside_the_last_cells_are_refused_with_the_origin_t
             n,
             origin=[8.0 - reach, 0.0],
         )
-
-
-@pytest.mark.parametrize("off", [0.05, 0.1, 0.25, 0.4])
-@pytest.mark.parametrize("n", [1, 2, 4])
-def test_a_hole_that_cells_fill_has_its_edges_on_their_sides(n: int, off: float) -> None:
-    def plate(off: float) -> Coupled:
-        hole = {"name": "box", "x": [2.0 + off, 5.0 - off], "y": [2.0, 5.0]}
-        shape = {**rectangle(7.0, 7.0), "holes": [hole]}
-        return coupled({"mesh": mesh(3, 3, centre=[3.5, 3.5])}, {"shape": shape}, n)
-
-    assert plate(0.0).mass.sum() == pytest.approx(49.0, rel=1e-12)
-    with pytest.raises(ParameterError, match="into cells of the grid") as refused:
-        plate(off)
-    between_rows = [] if (off * n) % 1.0 == 0.0 else ["automata.shape.holes[0].x[0]", "automata.shape.holes[0].x[1]"]
-    assert [str(fault).partition(":")[0] for fault in refused.value.faults] == ["automata", *between_rows]
-
-
-def test_a_cell_of_any_form_may_lie_beside_automata_but_not_reach_into_them() -> None:
-    def beside(x: float) -> Coupled:
-        nodes = [[-4.0, 0.0], [0.0, 0.0], [0.0, 2.0], [-4.0, 2.0], [x, 4.0], [-4.0, 4.0]]
-        cells = {"name": "quadrilaterals", "nodes": nodes, "cells": [[0, 1, 2, 3], [3, 2, 4, 5]]}
-        return coupled({"mesh": cells}, {"shape": rectangle(4.0, 4.0)})
-
-    assert len(beside(-0.5).interface.nodes) == 2
-    with pytest.raises(ParameterError, match="automata reach up to .* m into cells of the grid: automaton .* cell 1"):
-        beside(0.01)
-
-
-def test_automata_closed_on_themselves_reach_into_cells_at_either_side() -> None:
-    """A column that stands for both sides is a whole one: its left half lies at the right."""
-    closed = {"left": "periodic", "right": "periodic"}
-    automata = {"shape": rectangle(4.0, 4.0), "boundaries": closed}
-    hole = {"name": "box", "x": [0.0, 3.75], "y": [2.0, 6.0]}
-    with pytest.raises(ParameterError, match="into cells of the grid: automaton .* cell"):
-        coupled({"mesh": mesh(16, 6, cell_size=[0.25, 1.0], holes=[hole])}, automata, origin=[0.0, 2.0])

@@ -6,12 +6,10 @@ from typing import Any
 
 import numpy as np
 import pytest
-from support.coupled_tools import coupled, mesh, rectangle
+from support.coupled_tools import coupled, mesh
 
 import granular_env as ge
 from granular_env.components.coupled import Coupled
-from granular_env.components.coupled.side_contacts import make_sides
-from granular_env.components.errors import ParameterError
 
 STRONG = {"name": "mohr_coulomb", "cohesion": 0.4, "tensile": 0.3, "internal_friction": 0.5}
 
@@ -109,13 +107,6 @@ def test_the_energy_of_a_bounce_closes_at_second_order() -> None:
     assert 6.0 <= residuals[0] / residuals[1] <= 40.0
 
 
-def test_without_it_pieces_fly_through_the_sides() -> None:
-    medium = body(side_contacts=False, step_size=0.1)
-    throw(medium, (0.0, -0.05))
-    medium.step(50.0)
-    assert (medium.reference + medium.get("automata_displacement"))[piece_of(medium), 1].min() < 3.8
-
-
 @pytest.mark.parametrize("micro", [1, 2])
 def test_a_run_goes_on_from_the_middle_of_a_contact_with_the_same_bits(micro: int) -> None:
     def made() -> Coupled:
@@ -134,41 +125,3 @@ def test_a_run_goes_on_from_the_middle_of_a_contact_with_the_same_bits(micro: in
         touched |= pieces.balances()[0].stored["contact_energy"] > 0.0
         again = pieces
     assert touched and again.save().to_bytes() == whole.save().to_bytes()
-
-
-def test_automata_that_stand_nearer_than_a_radius_touch_where_they_stand() -> None:
-    """They push once they come closer than that, so that nothing begins with an energy that nobody gave."""
-    medium = body()
-    sides = medium._sides  # noqa: SLF001
-    assert sides is not None and (sides.radius == 0.5).all()
-    piece, centres = piece_of(medium), medium.reference.copy()
-    centres[piece] -= [0.0, 1.8]
-    nodes = medium.grid.mesh.nodes
-    nearer = make_sides(medium.interface, sides.nodes, nodes, centres, 0.5, sides.stiffness).radius[piece]
-    np.testing.assert_allclose(np.sort(nearer), [0.2] * 3 + [0.5] * 6, rtol=1e-12)
-
-
-@pytest.mark.parametrize(
-    ("changes", "words"),
-    [
-        ({"scheme": "literal", "micro_steps": 2}, "side_contacts: does not go with scheme = literal"),
-        ({"automata": {}}, "side_contacts: got true, and no automaton can come loose"),
-        ({"boundaries": {"left": "periodic", "right": "periodic"}}, "side_contacts: got true for a body that is closed"),
-    ],
-)
-def test_what_does_not_go_with_it_is_refused(changes: dict[str, Any], words: str) -> None:
-    automata = {"shape": rectangle(4.0, 4.0), **changes.pop("automata", {"criterion": STRONG})}
-    grid = {"mesh": mesh(4, 4), "boundaries": changes.pop("boundaries", {})}
-    with pytest.raises(ParameterError, match=words):
-        coupled(grid, automata, origin=[0.0, 4.0], side_contacts=True, **changes)
-
-
-def test_a_snapshot_with_sides_that_do_not_exist_is_refused() -> None:
-    medium = body(step_size=0.1)
-    throw(medium, (0.0, -0.05))
-    medium.step(30.0)
-    pairs = medium._block.room("side_pairs", 0)  # noqa: SLF001
-    assert medium._block.count("side_pairs") > 0  # noqa: SLF001
-    pairs[0, 1] = 1000
-    with pytest.raises(ParameterError, match=r"snapshot.side_pairs\[0,1\]: got 1000, expected 0 to"):
-        medium.restore(ge.Snapshot.from_bytes(medium.save().to_bytes()))

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from ..balances import Balance
+from ..boundaries import Traction
 from ..component import Component
 from ..drawables import Drawable, Links, Points
 from ..errors import ParameterError, StepError
@@ -19,31 +20,25 @@ from ..profiles import CompiledProfile
 from ..support.float_arrays import FloatArray, norms
 from ..support.round_numbers import round_down_to_125
 from ..variables import Variable
-from . import motion
-from .boundaries import PrescribedVelocity, Traction
+from . import linked, loads
 from .conclusions import describe_links, describe_pieces
-from .cracking_specimen import TOO_FAR, CrackingSpecimen
-from .edges import EDGES
-from .inelastic_links import update_bond_forces
-from .kernel_arrays import Body, Scratch, make_body, make_scratch
-from .link_histories import intact_bonds
-from .linked_specimen import LinkedSpecimen
-from .linked_sweep import update_forces
-from .loads_and_grips import Conditions
-from .material_mixture import Mixture, mix, one_material
-from .material_tables import chosen_materials, lame_constants, material_numbers
+from .cracking import TOO_FAR, CrackingSpecimen, intact_medium
+from .edges import EDGES, Conditions
+from .lattice import Body, make_body
+from .linked import LinkedSpecimen
+from .links import measure_medium
+from .materials import chosen_materials, lame_constants, material_numbers
 from .packing import LATTICES, Packing, pack
-from .parameters import AutomataParameters
+from .parameters import AutomataParameters, PrescribedVelocity
 from .stability import ALLOWED_PART, DEFAULT_PART, largest_frequency, step_limit
-from .sweep_order import make_part
 from .theory import uniaxial_strength
 
 # No automaton may cross this part of its diameter in one internal step.
 _LARGEST_MOVE = 0.1
 # Linked automata that come nearer than this part of a diameter are reported.
 _NEAREST = 0.9
-# Bytes of an automaton: its state, a copy of it, the scratch, the packing and what its making takes at a time; its histories.
-_BYTES, _HISTORY_BYTES = 600, 800
+# Bytes of an automaton: its state, a copy of it, the fields, the packing and what its making takes at a time; its histories.
+_BYTES, _HISTORY_BYTES = 1100, 1400
 
 
 class Automata(Component):
@@ -54,7 +49,7 @@ class Automata(Component):
     """
 
     name = "automata"
-    version = 4
+    version = 5
     Parameters = AutomataParameters
     parameters: AutomataParameters
 
@@ -73,8 +68,8 @@ class Automata(Component):
         self.reference: FloatArray = self.packing.reference
         self.count = len(self.packing.kind)
         self._make_body()
-        self.scratch: Scratch = make_scratch(self.count)
-        self.conditions = Conditions(p, self.packing)
+        self.conditions = Conditions(p, self.packing, self.body.layout)
+        self._medium = intact_medium(self.packing, self.body, p, self.automaton_material) if p.has_bonds else None
         self._largest_frequency = self._compute_frequency()
         self.step_size = self._fitting_step_size()
         self._pairs = self.packing.pairs()
@@ -84,11 +79,10 @@ class Automata(Component):
         n = self.count
         self._lay_out(
             displacement=("f8", (n, 2)), velocity=("f8", (n, 2)), rotation=("f8", (n,)), spin=("f8", (n,)),
-            tallies=("f8", (2, motion.TALLY_ROWS)), start=("f8", (4,)), growing=self.steps.growing, **self.steps.fields,
+            tallies=("f8", (2, loads.TALLY_ROWS)), start=("f8", (4,)), growing=self.steps.growing, **self.steps.fields,
         )  # fmt: skip
         self.steps.bind(self._block)
-        self.mass: FloatArray = self.steps.body.mass[self.steps.body.kind]
-        self.motion = self.steps.motion
+        self.mass: FloatArray = self.body.mass[self.body.layout.place]
 
     def _contradiction(self, state: Mapping[str, np.ndarray]) -> str:
         lengths = {name: len(state[name]) for name in self.steps.growing}
@@ -102,19 +96,13 @@ class Automata(Component):
         constants = np.array([lame_constants(solid) for solid in solids])
         self.shear_modulus, self.lame_modulus = (np.nan, np.nan) if p.several_materials else constants[0].tolist()
         density = np.array([solid.density for solid in solids])
-        self.body: Body = make_body(
-            self.packing, self.automaton_material, density=density, shear=self.shear_modulus, lame=self.lame_modulus,
-            thickness=p.thickness,
-        )  # fmt: skip
-        moduli = constants[self.automaton_material]
-        self.mixture: Mixture = mix(self.body, moduli) if p.several_materials else one_material()
+        numbers = self.automaton_material
+        self.body: Body = make_body(self.packing, density[numbers], constants[numbers], p.thickness)
 
     def _compute_frequency(self) -> float:
         # Kernels that the steps of this specimen take too: none is compiled for this alone.
-        bonds = self.parameters.has_bonds
-        forces = update_bond_forces if bonds else update_forces
-        links = intact_bonds(self.body, self.mixture) if bonds else make_part(self.body)
-        return largest_frequency(self.body, partial(forces, self.body, links), bonds, (self.mixture.moduli,))
+        update = partial(linked.update_forces, self.body) if self._medium is None else partial(measure_medium, self._medium)
+        return largest_frequency(self.body, update, self._medium is not None)
 
     @property
     def largest_frequency(self) -> float:
@@ -122,11 +110,12 @@ class Automata(Component):
         return self._largest_frequency
 
     def _make_steps(self) -> LinkedSpecimen:
-        kind = CrackingSpecimen if self.parameters.has_bonds else LinkedSpecimen
         self._speed_limit = _LARGEST_MOVE * self.parameters.diameter / self.step_size
-        steps = kind(self.packing, self.body, self.conditions, self.scratch, self.step_size, self._speed_limit)
-        if isinstance(steps, CrackingSpecimen):
-            steps.prepare(self.parameters, self.mixture, self.automaton_material)
+        given = (self.packing, self.body, self.conditions, self.step_size, self._speed_limit)
+        if self._medium is None:
+            return LinkedSpecimen(*given)
+        steps = CrackingSpecimen(*given)
+        steps.prepare(self.parameters, self._medium)
         return steps
 
     def _fitting_step_size(self) -> float:
@@ -183,7 +172,7 @@ class Automata(Component):
             **{name: (lambda view=self._block[name]: view) for name in ("displacement", "velocity", "rotation")},
             "angular_velocity": lambda: self._block["spin"],
             "speed": lambda: norms(self._block["velocity"]),
-            "dilation": lambda: steps.dilation().copy(),
+            "dilation": steps.dilation,
             "stress": steps.stress,
             "linked": steps.linked,
             "damage": steps.damage,
@@ -205,21 +194,25 @@ class Automata(Component):
         for name, value in values.items():
             self._block["spin" if name == "angular_velocity" else name][...] = value
         self.steps.start()
-        sums = self._sums()
+        sums = self.steps.momenta()
         self._block["start"][:] = sums[3] + sums[4] + sum(self._stored().values()), *sums[:3]
         return {}
 
     def _advance(self, ticks: int) -> int:
-        held = self._held
+        status = 0
+        held, steps = self._held, self.steps
+        steps.load()
         if not any(isinstance(value, CompiledProfile) for value in held.values()):
             self.conditions.apply(held, self._tick)
-            return self.steps.advance(self._tick, ticks)
-        for tick in range(self._tick, self._tick + ticks):
-            self.conditions.apply(held, tick)
-            status = self.steps.advance(tick, 1)
-            if status:
-                return status
-        return 0
+            status = steps.advance(self._tick, ticks)
+        else:
+            for tick in range(self._tick, self._tick + ticks):
+                self.conditions.apply(held, tick)
+                status = steps.advance(tick, 1)
+                if status:
+                    break
+        steps.store()
+        return status
 
     def _explain(self, status: int) -> StepError:
         variable, unit, limit = "velocity", "m/s", self._speed_limit
@@ -236,15 +229,9 @@ class Automata(Component):
         automata, own = self.conditions.held_edges[edge]
         return 0.0 - np.where(own, self.steps.forces()[automata], 0.0).sum(axis=0)
 
-    def _sums(self) -> FloatArray:
-        sums = np.empty(5)
-        motion.momenta(self.steps.body, self.packing.reference, self.motion, sums)
-        return sums
-
     def _stored(self) -> dict[str, float]:
         """Return the energies of links and contacts [J]: forces are those of the middles of the internal steps."""
         half = 0.5 * self.step_size
-        # First the mean: it leaves rotations of its own in the scratch.
         mean, found = self.steps.mean_energy(half), self.steps.stored(half)
         return {**found, "leapfrog_energy": sum(found.values()) - mean}
 
@@ -254,17 +241,17 @@ class Automata(Component):
         `leapfrog_energy` is -h^2/8 times v K v, K the stiffness of links and contacts: with it, the energy that the scheme
         conserves to rounding where strains are small.
         """
-        sums, start, (load, grip) = self._sums(), self._block["start"].copy(), self._block["tallies"].copy()
+        sums, start, (load, grip) = self.steps.momenta(), self._block["start"].copy(), self._block["tallies"].copy()
         stored = {
             "kinetic_energy": float(sums[3]),
             "rotational_energy": float(sums[4]),
             **self._stored(),
         }
-        work = {"input_work": float(load[motion.WORK] + grip[motion.WORK])}
+        work = {"input_work": float(load[loads.WORK] + grip[loads.WORK])}
         impulse = {"impulse": load[1:3], "boundary_impulse": grip[1:3]}
         turning = {
-            "angular_impulse": float(load[motion.ANGULAR_IMPULSE]),
-            "boundary_angular_impulse": float(grip[motion.ANGULAR_IMPULSE]),
+            "angular_impulse": float(load[loads.ANGULAR_IMPULSE]),
+            "boundary_angular_impulse": float(grip[loads.ANGULAR_IMPULSE]),
         }
         found = [
             Balance("energy", "J", stored, work, self.steps.lost(), float(start[0])),

@@ -6,8 +6,8 @@ import numpy as np
 
 from ..drawables import Points
 from ..support.float_arrays import FloatArray
-from .cracking_specimen import CrackingSpecimen
-from .material_tables import IntArray
+from .cracking import CrackingSpecimen
+from .materials import IntArray
 
 
 def describe_links(steps: CrackingSpecimen, points: Points, pairs: IntArray, step_size: float, micro_steps: int = 1) -> str:

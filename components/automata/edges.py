@@ -1,13 +1,24 @@
-"""The four edges of a specimen: which automata belong to each, and how a traction is shared out."""
+"""The four edges of a specimen: which automata belong to each, and its inputs as loads (`Load`) and grips (`Grip`)."""
 
 from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
 
+from ..boundaries import Boundary, Symmetry, Traction, edge_variable, prescribed_components
+from ..errors import ParameterError
+from ..inputs import Held, input_mean
 from ..support.float_arrays import FloatArray
+from ..variables import Variable
+from .lattice import Layout
+from .loads import HOLDS_ROTATION, HOLDS_X, HOLDS_Y, Grip, Load
 from .packing import Packing
-from .shapes import ON_THE_OUTLINE
+from .parameters import AutomataParameters, Fixed, Place, PrescribedVelocity
+from .shapes import ON_THE_OUTLINE, Rectangle
 
 # Edge -> axis across it, and whether it is at the far end of that axis.
 EDGES = {"left": (0, False), "right": (0, True), "bottom": (1, False), "top": (1, True)}
@@ -52,3 +63,175 @@ def traction_levers(packing: Packing, name: str, automata: npt.NDArray[np.int64]
             quarter, 0.25 * packing.diameter * (1.0 if axis == 1 else packing.lattice.volume) * inward, 0.0
         )
     return levers
+
+
+@dataclass(frozen=True)
+class _Pull:
+    """A traction: the input, the rows of the load that it fills, and their areas, shape (m,) [m^2]."""
+
+    name: str
+    rows: slice
+    areas: FloatArray
+
+
+@dataclass(frozen=True)
+class _Drive:
+    """A velocity: the input, its component, and the rows of the grip that it fills, shape (m,)."""
+
+    name: str
+    axis: int
+    rows: npt.NDArray[np.int64]
+
+
+class Conditions:
+    """The inputs of a specimen, and the loads and grips that they fill.
+
+    Attributes:
+        load: forces, with the values of the inputs that were applied last.
+        grip: prescribed velocities, likewise.
+        held_edges: edge that prescribes motion -> its automata, shape (m,), and of which components it is that edge that
+            does, shape (m, 2).
+    """
+
+    def __init__(self, parameters: AutomataParameters, packing: Packing, layout: Layout) -> None:
+        """Find the automata that inputs act on; raises `ParameterError` where a forced one does not exist or is held."""
+        self._parameters, self._packing, self._place = parameters, packing, layout.place
+        # In one order, whatever that of the table is: sums have the same bits.
+        self._boundaries = {name: parameters.boundaries[name] for name in EDGES if name in parameters.boundaries}
+        self._forced = _forced_automata(parameters.forced_automata, packing)
+        self._edges = {
+            name: edge_automata(packing, name, getattr(boundary, "depth", 0.0)) for name, boundary in self._boundaries.items()
+        }
+        self._fill_load()
+        self._fill_grip()
+        self._refuse_held_forces()
+
+    def _fill_load(self) -> None:
+        p, start = self._parameters, len(self._forced)
+        groups, levers, self._pulls = [self._forced], [np.zeros((start, 2))], []
+        for name in self._of_kind(Traction):
+            assert isinstance(p.shape, Rectangle)
+            automata = self._edges[name]
+            area = p.thickness * (p.shape.height if EDGES[name][0] == 0 else p.shape.width)
+            areas = shared_areas(self._packing, name, automata, area)
+            self._pulls.append(_Pull(f"{name}_traction", slice(start, start + len(automata)), areas))
+            groups.append(automata)
+            levers.append(traction_levers(self._packing, name, automata))
+            start += len(automata)
+        automata = np.concatenate(groups).astype(np.int64)
+        count = len(automata)
+        self.load = Load(automata, self._place[automata], np.zeros((count, 2)), np.concatenate(levers), np.zeros((count, 3)))
+
+    def _fill_grip(self) -> None:
+        boundaries = self._boundaries
+        owners = prescribed_components(boundaries, self._edges.__getitem__, _held_axes)
+        automata = np.array(sorted(owners), np.int64)
+        turning = {
+            i for name, boundary in boundaries.items() if _holds_rotation(name, boundary) for i in self._edges[name].tolist()
+        }
+        held = [
+            HOLDS_X * (0 in owners[i]) | HOLDS_Y * (1 in owners[i]) | HOLDS_ROTATION * (i in turning) for i in automata.tolist()
+        ]
+        count = len(automata)
+        self.grip = Grip(automata, self._place[automata], np.array(held, np.int64), np.zeros((count, 2)), np.zeros((count, 3)))
+        self.held_edges: dict[str, tuple[npt.NDArray[np.int64], npt.NDArray[np.bool_]]] = {}
+        for name in boundaries:
+            own = np.array([[owners[i].get(axis) == name for axis in (0, 1)] for i in automata.tolist()]).reshape(-1, 2)
+            if own.any():
+                there = own.any(axis=1)
+                self.held_edges[name] = automata[there], own[there]
+        self._drives: list[_Drive] = []
+        for name in self._of_kind(PrescribedVelocity):
+            for axis in (0, 1):
+                rows = [row for row, i in enumerate(automata.tolist()) if owners[i].get(axis) == name]
+                if rows:
+                    self._drives.append(_Drive(f"{name}_velocity", axis, np.array(rows, np.int64)))
+
+    def _refuse_held_forces(self) -> None:
+        """Refuse forces on automata, given one by one, whose motion is prescribed along both axes: they would do nothing."""
+        if self._parameters.forced_automata == "all":
+            return
+        both = HOLDS_X | HOLDS_Y
+        held = set(self.grip.automata[(self.grip.held & both) == both].tolist())
+        for index, automaton in enumerate(self._forced.tolist()):
+            if automaton in held:
+                raise ParameterError(
+                    f"automaton {automaton} is held along x and y, so a force there does nothing",
+                    hint="leave it out, or free its edge",
+                    at=("forced_automata", index),
+                )
+
+    def _of_kind(self, kind: type[Boundary]) -> list[str]:
+        return [name for name, boundary in self._boundaries.items() if isinstance(boundary, kind)]
+
+    def inputs(self) -> Iterable[Variable]:
+        """Declare the inputs."""
+        if self._forced.size:
+            shape, axes = (len(self._forced), 2), ("forced_automaton", "direction")
+            text = "force on each of the `forced_automata`, along x and y"
+            yield Variable("force", "input", "N", shape, text, start=0.0, axes=axes)
+        for name, boundary in self._boundaries.items():
+            if isinstance(boundary, (PrescribedVelocity, Traction)):
+                yield edge_variable(name, boundary)
+
+    def apply(self, held: Mapping[str, Held], tick: int, *, kick_in_the_middle: bool = True) -> None:
+        """Fill loads and grips for the internal step that begins at a tick, with the mean of each input over its time.
+
+        Forces act over the step. Velocities hold from one kick to the next one, in the middle or at the ends of steps.
+        """
+        velocity = _mean_from_the_middle if kick_in_the_middle else input_mean
+        if self._forced.size:
+            self.load.force[: len(self._forced)] = input_mean(held["force"], tick)
+        for pull in self._pulls:
+            self.load.force[pull.rows] = pull.areas[:, np.newaxis] * input_mean(held[pull.name], tick)
+        for drive in self._drives:
+            self.grip.velocity[drive.rows, drive.axis] = velocity(held[drive.name], tick)[drive.axis]
+
+
+def _mean_from_the_middle(held: Held, tick: int) -> FloatArray:
+    """Return the mean of a velocity from the middle of a tick to that of the next one, shape (2,) [m/s]."""
+    return 0.5 * (input_mean(held, tick, 1, 2) + input_mean(held, tick + 1, 0, 2))
+
+
+def _held_axes(edge: str, boundary: Boundary) -> tuple[int, ...]:
+    """Return which components of the velocity a boundary prescribes on an edge."""
+    if isinstance(boundary, Symmetry):
+        return (EDGES[edge][0],)
+    return boundary.axes if isinstance(boundary, PrescribedVelocity) else (0, 1)
+
+
+def _holds_rotation(edge: str, boundary: Boundary) -> bool:
+    """Return whether automata on an edge do not turn: a smooth plate is a plane of symmetry, and so is a glued one here."""
+    plate = isinstance(boundary, PrescribedVelocity) and EDGES[edge][0] in boundary.axes
+    return plate or isinstance(boundary, (Fixed, Symmetry))
+
+
+def _forced_automata(places: list[Place] | str, packing: Packing) -> npt.NDArray[np.int64]:
+    """Return the automata that are meant by numbers, points, or "all"."""
+    count = len(packing.kind)
+    if isinstance(places, str):
+        return np.arange(count)
+    found: list[int] = []
+    for index, place in enumerate(places):
+        if isinstance(place, int) and place >= count:
+            raise ParameterError(f"got automaton {place}", expected=f"0 to {count - 1}", at=f"forced_automata[{index}]")
+        found.append(place if isinstance(place, int) else _automaton_near(f"forced_automata[{index}]", place, packing))
+        if found[-1] in found[:-1]:
+            raise ParameterError(
+                f"automaton {found[-1]} is there already", hint="give each automaton once", at=f"forced_automata[{index}]"
+            )
+    return np.array(found, np.int64)
+
+
+def _automaton_near(where: str, point: Sequence[float], packing: Packing) -> int:
+    """Return the automaton nearest to a point, which may lie a diameter off."""
+    automaton = packing.nearest(point[0], point[1])
+    x, y = packing.reference[automaton].tolist()
+    if math.hypot(point[0] - x, point[1] - y) > packing.diameter:
+        raise ParameterError(
+            f"got the point {list(point)} m",
+            expected="a point of the body, in the coordinates of `shape`",
+            hint=f"the nearest automaton, {automaton}, is at ({x:.6g}, {y:.6g}) m",
+            at=where,
+        )
+    return automaton

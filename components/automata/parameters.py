@@ -2,25 +2,54 @@
 
 from __future__ import annotations
 
-from typing import Literal
+from typing import Annotated, Literal
 
-from pydantic import model_validator
+from pydantic import SerializeAsAny, model_validator
 
-from ..boundaries import OPPOSITE
+from .. import boundaries
+from ..boundaries import OPPOSITE, Boundary, Free, Periodic, Symmetry, Traction
 from ..errors import Location, nearest
 from ..materials.elastic import Material, Preset, constants_of, preset_list
 from ..regions import ChosenArea
 from ..support.parameter_fields import Index, Magnitude, NotNegativeMagnitude, Pair, field, refuse_absurd, refuse_far
+from ..support.tagged_union import ByName
 from ..support.validation import Parameters, refusal
-from .boundaries import ChosenBoundary, Periodic, Traction
 from .breaking import ChosenCriteria, ChosenCriterion, Criterion, Unbreakable
 from .relinking import ChosenRelinking, Never
 from .responses import ChosenResponses, Linear, Response
 from .shapes import ChosenShape, Rectangle
 
-__all__ = ["AutomataParameters", "Place"]
+__all__ = ["BOUNDARIES", "AutomataParameters", "Place"]
 
 Place = Index | Pair
+
+
+class Fixed(boundaries.Fixed):
+    """Automata that neither move nor turn."""
+
+    depth: float = field(0.0, "how far from the outermost automaton it reaches", "m", ge=0.0)
+
+
+class PrescribedVelocity(boundaries.PrescribedVelocity):
+    """Automata move with the velocity that the input `<edge>_velocity` gives.
+
+    A plate that prescribes the component across its edge alone is smooth: automata slide along it and do not turn, as on a
+    plane of symmetry. Automata of an edge that prescribes the component along it alone turn freely.
+    """
+
+    depth: float = field(0.0, "how far from the outermost automaton it reaches", "m", ge=0.0)
+
+
+BOUNDARIES: dict[str, type[Boundary]] = {
+    "free": Free,
+    "fixed": Fixed,
+    "symmetry": Symmetry,
+    "periodic": Periodic,
+    "velocity": PrescribedVelocity,
+    "traction": Traction,
+}
+
+ChosenBoundary = Annotated[SerializeAsAny[Boundary], ByName(BOUNDARIES)]
 
 
 class StrengthRegion(Parameters):

@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable
-from typing import Any
+from collections.abc import Callable
 
 import numpy as np
 
 from ..support.counter_random import uniform
 from ..support.jit import jit
 from ..support.stable_step import ResultCache
-from .kernel_arrays import Body, Motion, Scratch, make_scratch
+from .lattice import Body, Motion, Scratch, make_motion, make_scratch, update_ghosts
 
 # Amplitude of displacements over the diameter and of rotations: what is not linear is as small as this.
 _AMPLITUDE = 1e-9
@@ -23,24 +22,22 @@ ALLOWED_PART, DEFAULT_PART = 0.9, 0.7
 _found = {breakable: ResultCache() for breakable in (False, True)}
 
 
-def largest_frequency(
-    body: Body, update: Callable[[Motion, Scratch], object], breakable: bool, further: Iterable[Any] = ()
-) -> float:
+def largest_frequency(body: Body, update: Callable[[Motion, Scratch], object], breakable: bool) -> float:
     """Return the largest frequency of small motions of a linked packing, from below [rad/s].
 
     Args:
         body: the packing.
         update: writes the forces and torques of a motion to a scratch.
         breakable: whether these are computed by the kernels of links that may break: their last bits differ.
-        further: what else the forces follow from: numbers and arrays.
     """
-    return _found[breakable].get((*body, *further), lambda: _compute_frequency(body, update))
+    layout, *fields = body
+    return _found[breakable].get((*layout, *fields), lambda: _compute_frequency(body, update))
 
 
 def _compute_frequency(body: Body, update: Callable[[Motion, Scratch], object]) -> float:
-    count = len(body.kind)
-    scratch, motion = make_scratch(count), Motion(np.zeros((count, 2)), np.zeros((count, 2)), np.zeros(count), np.zeros(count))
-    vector = uniform(1, 1, 3 * count).reshape(count, 3) - 0.5
+    place = body.layout.place
+    scratch, motion = make_scratch(body), make_motion(body.layout.size)
+    vector = uniform(1, 1, 3 * len(place)).reshape(len(place), 3) - 0.5
     square, rounds = 0.0, 0
     while rounds < _MOST_ROUNDS:
         before = square
@@ -49,7 +46,7 @@ def _compute_frequency(body: Body, update: Callable[[Motion, Scratch], object]) 
             update(motion, scratch)
             square = _iterate(body, motion, scratch, vector, size)
         rounds += _ROUNDS
-        if square - before <= _CHANGE * square or rounds * count > _MOST_WORK:
+        if square - before <= _CHANGE * square or rounds * len(place) > _MOST_WORK:
             break
     return math.sqrt(square)
 
@@ -57,31 +54,36 @@ def _compute_frequency(body: Body, update: Callable[[Motion, Scratch], object]) 
 @jit
 def _displace(body, vector, motion):
     """Displace and turn automata by a vector (in diameters, in rad), shape (n, 3), times a small number; return that."""
-    length, norm = body.diameter, 0.0
-    for i in range(body.kind.size):
-        k = body.kind[i]
-        norm += body.mass[k] * length * length * (vector[i, 0] ** 2 + vector[i, 1] ** 2) + body.inertia[k] * vector[i, 2] ** 2
-    size = _AMPLITUDE / np.sqrt(norm / (body.mass[body.kind[0]] * length * length))
-    for i in range(body.kind.size):
-        motion.displacement[i, 0], motion.displacement[i, 1] = size * length * vector[i, 0], size * length * vector[i, 1]
-        motion.rotation[i] = size * vector[i, 2]
+    length, norm, place = body.diameter, 0.0, body.layout.place
+    for i in range(place.size):
+        p = place[i]
+        norm += body.mass[p] * length * length * (vector[i, 0] ** 2 + vector[i, 1] ** 2) + body.inertia[p] * vector[i, 2] ** 2
+    size = _AMPLITUDE / np.sqrt(norm / (body.mass[place[0]] * length * length))
+    for i in range(place.size):
+        p = place[i]
+        motion.x[p], motion.y[p] = size * length * vector[i, 0], size * length * vector[i, 1]
+        motion.angle[p] = size * vector[i, 2]
+    update_ghosts(body.layout, motion.x)
+    update_ghosts(body.layout, motion.y)
+    update_ghosts(body.layout, motion.angle)
     return size
 
 
 @jit
 def _iterate(body, motion, scratch, vector, size):
     """Write M^-1 K of the vector that `_displace` took, scaled, from the forces; return the Rayleigh quotient."""
-    u, w, length, work, norm = motion.displacement, motion.rotation, body.diameter, 0.0, 0.0
-    for i in range(body.kind.size):
-        k, fx, fy, torque = body.kind[i], scratch.force[i, 0], scratch.force[i, 1], scratch.torque[i]
-        work -= u[i, 0] * fx + u[i, 1] * fy + w[i] * torque
-        norm += body.mass[k] * (u[i, 0] * u[i, 0] + u[i, 1] * u[i, 1]) + body.inertia[k] * w[i] * w[i]
+    forces, length, work, norm, place = scratch.forces, body.diameter, 0.0, 0.0, body.layout.place
+    for i in range(place.size):
+        p = place[i]
+        x, y, w = motion.x[p], motion.y[p], motion.angle[p]
+        work -= x * forces.x[p] + y * forces.y[p] + w * forces.torque[p]
+        norm += body.mass[p] * (x * x + y * y) + body.inertia[p] * w * w
     scale = norm / (size * work)
-    for i in range(body.kind.size):
-        k = body.kind[i]
-        vector[i, 0] = -scale * scratch.force[i, 0] / (body.mass[k] * length)
-        vector[i, 1] = -scale * scratch.force[i, 1] / (body.mass[k] * length)
-        vector[i, 2] = -scale * scratch.torque[i] / body.inertia[k]
+    for i in range(place.size):
+        p = place[i]
+        vector[i, 0] = -scale * forces.x[p] / (body.mass[p] * length)
+        vector[i, 1] = -scale * forces.y[p] / (body.mass[p] * length)
+        vector[i, 2] = -scale * forces.torque[p] / body.inertia[p]
     return work / norm
 
 
@@ -93,8 +95,8 @@ def step_limit(frequency: float) -> float:
 def damping_limit(slots: int, stiffness: float, mass: float, step: float) -> float:
     """Return the largest damping ratio of contacts with which a packing of automata that all touch is stable.
 
-    With the velocities before a kick, leapfrog bears (w h)^2 + 2 h c w^2 / k < 4. The stiffest motion without friction has
-    w^2 = s w_0^2, w_0^2 = 2 k / m that of two automata, s half the number of neighbours: zeta < 1 / (s w_0 h) - w_0 h / 4.
+    With the velocities before a kick, leapfrog is stable for (w h)^2 + 2 h c w^2 / k < 4. The stiffest motion without friction
+    has w^2 = s w_0^2, w_0^2 = 2 k / m that of two automata, s half the number of neighbours: zeta < 1 / (s w_0 h) - w_0 h / 4.
 
     Args:
         slots: neighbours of an automaton.

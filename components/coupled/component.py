@@ -8,15 +8,12 @@ from typing import Any
 
 import numpy as np
 
-from ..automata import sweep_order
 from ..automata.component import Automata
 from ..automata.conclusions import describe_pieces
-from ..automata.cracking_specimen import CrackingSpecimen
-from ..automata.kernel_arrays import Scratch
-from ..automata.linked_steps import TOO_FAST as TOO_FAST_ALONE
-from ..automata.linked_sweep import KEPT, update_forces
-from ..automata.motion import TALLY_ROWS, WORK
-from ..automata.neighbours import SKIN
+from ..automata.contacts import SKIN
+from ..automata.cracking import CrackingSpecimen
+from ..automata.linked import TOO_FAST as TOO_FAST_ALONE
+from ..automata.loads import TALLY_ROWS, WORK
 from ..balances import Balance
 from ..component import Component
 from ..drawables import Drawable, Points
@@ -29,24 +26,26 @@ from ..parts import make_part, part_drawable, part_readers, part_values, part_va
 from ..state_block import Layout
 from ..support.float_arrays import FloatArray
 from ..variables import Variable
-from . import energies_and_momenta as sums
-from .automata_inputs import EdgeInputs
-from .exchange import (
-    EXCHANGE_TALLY,
-    IMPULSE,
-    WORK_ON_AUTOMATA,
-    WORK_ON_GRID,
-    Exchange,
-)
-from .initial_forces import follow_nodes, join_forces, write_forces
+from . import sums
+from .exchange import EXCHANGE_TALLY, IMPULSE, WORK_ON_AUTOMATA, WORK_ON_GRID, Exchange
 from .interface import Interface, carried_mass, find_interface
-from .kicks_and_drifts import AutomataPart, Cracking, GridPart, Seam, Steps, drive_body
+from .loads import EdgeInputs
 from .parameters import CoupledParameters
+from .parts import AutomataPart, Cracking, GridPart, Seam, follow_nodes, join_forces, load_forces, store_forces
 from .places import Places, common_sides
-from .side_contacts import Sides, find_near, free_sides, include_nodes, make_sides, side_energy
+from .schemes import Impulses, Literal, Lockstep
+from .side_contacts import (
+    Sides,
+    describe_strays,
+    find_near,
+    find_strays,
+    free_sides,
+    include_nodes,
+    make_sides,
+    side_energy,
+)
 from .step_sizes import choose_steps
-from .strays import describe_strays, find_strays
-from .ticks import BREAK, DONE, INVERTED, MICRO, PROGRESS, ROW, SEARCH, TOO_FAST, advance
+from .ticks import BREAK, DONE, INVERTED, MICRO, PROGRESS, ROW, SEARCH, TOO_FAST, Course, advance
 
 # No automaton may cross this part of its diameter in one of its steps.
 _LARGEST_MOVE = 0.1
@@ -65,7 +64,7 @@ class Coupled(Component):
     """
 
     name = "coupled"
-    version = 5
+    version = 6
     Parameters = CoupledParameters
     parameters: CoupledParameters
 
@@ -122,33 +121,28 @@ class Coupled(Component):
     def _make_parts(self) -> None:
         rows, automata = len(self.interface.nodes), self.automata
         nodes = self.grid.tables()[2].nodes.astype(np.int64)
-        own = automata.scratch
-        scratch = Scratch(own.half, own.dilation, self._block["automata_force"], self._block["automata_torque"])
         self.reference: FloatArray = automata.packing.reference + np.array(self.parameters.origin)
         forces = self._block["exchanged_forces"]
         before, start, given = np.zeros((3, rows, 2))
         places = np.searchsorted(nodes, self.interface.nodes)
         exchange = Exchange(places, forces[0], forces[1], before, start, given, self._block["exchange"])
         self._seam = Seam(self.interface, exchange)
-        self._edge_inputs = EdgeInputs(automata.conditions, self.interface)
+        self._edge_inputs = EdgeInputs(automata.conditions, self.interface, self._block["tallies"])
         self._edge_inputs.refuse_free_nodes(self.grid.mesh, self.grid.tables()[2])
-        body, edges = drive_body(automata.steps.body, self.interface.automata), self._edge_inputs.edges
-        marked = np.unique(np.concatenate([self.interface.automata, edges.load.automata, edges.grip.automata]))
+        steps, body, place = automata.steps, automata.body, automata.body.layout.place
+        x, y, mass = body.x.copy(), body.y.copy(), body.mass.copy()
+        x[place], y[place] = self.reference.T
+        mass[place[self.interface.automata]] = np.inf
         self._automata_part = AutomataPart(
-            body, sweep_order.make_part(body), self.reference, automata.motion, scratch, edges, marked,
-            np.zeros((len(marked), KEPT)), self._block["tallies"],
-        )  # fmt: skip
+            body._replace(x=x, y=y, mass=mass), steps.motion, steps.scratch, self._edge_inputs.edges
+        )
         limit = _LARGEST_MOVE * automata.packing.diameter / (self.step_size / self.micro_steps)
         scheme = self.parameters.scheme
-        swept = scheme != "literal" and not automata.parameters.has_bonds
-        self._steps = Steps(self.step_size, self.micro_steps, scheme == "momentum", limit, 1 if swept else None)
-        self._cracking = automata.steps if isinstance(automata.steps, CrackingSpecimen) else None
+        kind = Literal if scheme == "literal" else Lockstep if self.micro_steps == 1 else Impulses
+        self._steps = kind(self.step_size, self.micro_steps, scheme == "momentum", limit)
+        self._cracking = steps if isinstance(steps, CrackingSpecimen) else None
         self._sides = self._make_sides()
-        # The kinds of steps, as `advance` wants to know them.
-        self._literal = 1 if scheme == "literal" else None
-        self._impulses = 1 if self.micro_steps > 1 and not self._literal else None
-        self._progress = np.zeros(PROGRESS, dtype=np.int64)
-        self._failed = np.zeros(2, dtype=np.int64)
+        self._course = Course(np.zeros(PROGRESS, dtype=np.int64), np.zeros(2, dtype=np.int64))
         self._divided: Mapping[str, Held] | None = None
 
     def _make_sides(self) -> Sides | None:
@@ -237,7 +231,7 @@ class Coupled(Component):
 
     def _places(self) -> tuple[FloatArray, FloatArray]:
         """Return where nodes and automata are, shape (nodes, 2) and (n, 2) [m]."""
-        return self.grid.mesh.nodes + self.grid.peek("displacement"), self.reference + self.automata.motion.displacement
+        return self.grid.mesh.nodes + self.grid.peek("displacement"), self.reference + self.automata.peek("displacement")
 
     def cautions(self) -> list[str]:
         """Return those of the parts, and a sentence where pieces have flown into the grid."""
@@ -304,27 +298,31 @@ class Coupled(Component):
         for prefix, part in (("grid", self.grid), ("automata", self.automata)):
             part._start(seed, part_values(prefix, values))
         self._divided = None
-        grid, automata = self._grid_part(), self._automata_part
-        exchange = self._seam.exchange
-        follow_nodes(self.interface, exchange, grid.state, automata.motion)
+        grid, automata, steps = self._grid_part(), self._automata_part, self.automata.steps
+        steps.load()
+        follow_nodes(self._seam, grid, automata)
         if self._cracking is not None:
             # Contacts of the start push from the first half kick on. Where they cannot be found the first step says why.
+            self._cracking.store()
             self._find_contacts()
-            self._cracking.dilation()
-        self._write_automata_forces()
-        sides, half = self._present_sides(), 0.5 * self.step_size
-        join_forces(self.interface, exchange, grid, automata, sides, half, self._steps.by_momentum, self._in_lockstep)
+            self._cracking.update_forces()
+        join_forces(grid, automata, self._cracking_part(), self._seam, self._steps, self._in_lockstep)
+        self._store()
         found = self._sums()
         self._block["start"][:] = self._energy(found), *sums.momentum(found), sums.angular_momentum(found)
         return {}
 
-    def _write_automata_forces(self) -> None:
-        """Write the forces of the automata where they are."""
-        automata, cracking = self._automata_part, self._cracking_part()
-        if cracking is not None:
-            write_forces(cracking, automata.motion, automata.scratch)
-            return
-        update_forces(automata.body, automata.part, automata.motion, automata.scratch)
+    def _load(self) -> None:
+        """Write the state of the automata, with their forces, to the fields."""
+        self.automata.steps.load()
+        force, torque = self._block["automata_force"], self._block["automata_torque"]
+        load_forces(self.automata.body.layout.place, force, torque, self._automata_part.scratch.forces)
+
+    def _store(self) -> None:
+        """Write the fields of the automata to the state."""
+        self.automata.steps.store()
+        force, torque = self._block["automata_force"], self._block["automata_torque"]
+        store_forces(self.automata.body.layout.place, force, torque, self._automata_part.scratch.forces)
 
     @property
     def _in_lockstep(self) -> bool:
@@ -339,10 +337,7 @@ class Coupled(Component):
         steps = self._cracking
         if steps is None:
             return None
-        return Cracking(
-            steps.medium, steps.judgement, steps.contacts(), steps.count_contacts(), steps.losses, steps.most_travel,
-            self._present_sides(),
-        )  # fmt: skip
+        return Cracking(steps.specimen, steps.contacts(), steps.most_travel, self._present_sides())
 
     def _present_sides(self) -> Sides | None:
         """Return the sides that automata touch, with the pairs that there are now; None without."""
@@ -351,13 +346,15 @@ class Coupled(Component):
         return self._sides._replace(pairs=self._block.room("side_pairs", 0), used=self._block.count("side_pairs"))
 
     def _find_contacts(self) -> int:
-        """Find anew what may touch, automata and sides; a status where automata are too far out or too fast."""
+        """Find again which automata and sides may touch; a status where automata are too far out or too fast."""
         assert self._cracking is not None
         status = self._cracking.find_contacts()
         if not status and self._sides is not None:
             exposed = self._cracking.exposed()
             loose = exposed[self.interface.free[exposed] > 0]
-            pairs = find_near(self._sides, *self._places(), loose, SKIN * self.automata.packing.diameter)
+            place, motion = self.automata.body.layout.place, self._automata_part.motion
+            centres = self.reference + np.stack([motion.x[place], motion.y[place]], axis=1)
+            pairs = find_near(self._sides, self._places()[0], centres, loose, SKIN * self.automata.packing.diameter)
             self._block.set_count("side_pairs", 0)
             self._block.room("side_pairs", len(pairs))[: len(pairs)] = pairs
             self._block.set_count("side_pairs", len(pairs))
@@ -366,15 +363,17 @@ class Coupled(Component):
     def _advance(self, ticks: int) -> int:
         if self._held is not self._divided:
             self._divide_inputs()
-        if not self._automata_follow_profile:
-            self._apply_to_automata(self._tick)
-            return self._advance_with(self._tick, ticks)
-        for tick in range(self._tick, self._tick + ticks):
+        self._load()
+        status, pieces = 0, [(self._tick, ticks)]
+        if self._automata_follow_profile:
+            pieces = [(tick, 1) for tick in range(self._tick, self._tick + ticks)]
+        for tick, count in pieces:
             self._apply_to_automata(tick)
-            status = self._advance_with(tick, 1)
+            status = self._advance_with(tick, count)
             if status:
-                return status
-        return 0
+                break
+        self._store()
+        return status
 
     def _divide_inputs(self) -> None:
         """Hand each part the inputs that are its own."""
@@ -402,31 +401,30 @@ class Coupled(Component):
 
     def _run(self, grid: GridPart, factors: FloatArray, tick: int) -> int:
         """Advance by as many ticks as there are factors; 0, or a status."""
-        self._progress[:] = 0
+        progress, failure = self._course
+        progress[:] = 0
         while True:
-            status = advance(
-                grid, self._automata_part, self._cracking_part(), self._seam, factors, self._steps,
-                self._impulses, self._literal, tick, self._progress, self._failed,
-            )  # fmt: skip
+            cracking = self._cracking_part()
+            status = advance(grid, self._automata_part, cracking, self._seam, factors, self._steps, tick, self._course)
             if status in (DONE, INVERTED):
                 return int(status)
             if status == TOO_FAST or self._cracking is None:
                 return _AUTOMATA_FAILED + TOO_FAST_ALONE
             if status == SEARCH and (failed := self._find_contacts()):
-                self._failed[1] = tick + self._progress[ROW] + 1
+                failure[1] = tick + progress[ROW] + 1
                 return _AUTOMATA_FAILED + failed
             if status == BREAK:
-                self._cracking.change_links((tick + int(self._progress[ROW])) * self.micro_steps + int(self._progress[MICRO]))
+                self._cracking.change_links((tick + int(progress[ROW])) * self.micro_steps + int(progress[MICRO]))
 
     def _explain(self, status: int) -> StepError:
         if status == INVERTED:
-            self.grid.failed_at[:] = self._failed
+            self.grid.failed_at[:] = self._course.failure
             return self.grid._explain(1).of_part("grid")
         return self._explain_automata(status - _AUTOMATA_FAILED)
 
     def _explain_automata(self, status: int) -> StepError:
         """Return the error of the automata as one of the whole."""
-        self.automata.adopt(max(int(self._failed[1]) - 1, 0) * self.micro_steps, {})
+        self.automata.adopt(max(int(self._course.failure[1]) - 1, 0) * self.micro_steps, {})
         return self.automata._explain(status).of_part("automata")
 
     # -- reading ----------------------------------------------------------------------------------------------------
@@ -443,6 +441,7 @@ class Coupled(Component):
 
     def _sums(self) -> FloatArray:
         found = np.zeros(sums.SUMS)
+        self._load()
         with np.errstate(all="ignore"):
             sums.write_sums(self._grid_part(), self._automata_part, self._seam, self.grid.mass, self._in_lockstep, found)
         return found

@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
+from ..automata.lattice import update_ghost_velocities, update_ghosts
 from ..grid.mesh import IntArray
 from ..support.float_arrays import FloatArray
 from ..support.jit import internal, internal_inlined
@@ -42,32 +43,41 @@ class Exchange(NamedTuple):
 
 
 @internal
-def gather_forces(interface, force, out):
-    """Write the force of the automata on each interface node, W^T F, shape (s, 2) [N]."""
+def gather_forces(interface, place, forces, out):
+    """Write the force of the automata on each interface node, W^T F, shape (s, 2) [N]; `place` is theirs in the fields."""
     for row in range(interface.nodes.size):
         fx = fy = 0.0
-        for place in range(interface.first[row], interface.first[row + 1]):
-            i, share = interface.automata[interface.acting[place]], interface.shares[place]
-            fx += share * force[i, 0]
-            fy += share * force[i, 1]
+        for acting in range(interface.first[row], interface.first[row + 1]):
+            p, share = place[interface.automata[interface.acting[acting]]], interface.shares[acting]
+            fx += share * forces.x[p]
+            fy += share * forces.y[p]
         out[row, 0], out[row, 1] = fx, fy
 
 
-@internal_inlined
-def hang(interface, nodal, hanging):
-    """Write W times what the nodes have, shape (nodes, 2), to the automata of the interface, shape (automata, 2)."""
-    for place in range(interface.automata.size):
-        i, a, b = interface.automata[place], interface.ends[place, 0], interface.ends[place, 1]
-        first, second = interface.weights[place, 0], interface.weights[place, 1]
-        hanging[i, 0] = first * nodal[a, 0] + second * nodal[b, 0]
-        hanging[i, 1] = first * nodal[a, 1] + second * nodal[b, 1]
+@internal
+def hang(interface, place, nodal, x, y):
+    """Write W times what the nodes have, shape (nodes, 2), to two fields of the automata of the interface."""
+    for row in range(interface.automata.size):
+        p, a, b = place[interface.automata[row]], interface.ends[row, 0], interface.ends[row, 1]
+        first, second = interface.weights[row, 0], interface.weights[row, 1]
+        x[p] = first * nodal[a, 0] + second * nodal[b, 0]
+        y[p] = first * nodal[a, 1] + second * nodal[b, 1]
 
 
 @internal
-def follow(interface, state, motion):
+def follow(interface, layout, state, motion):
     """Give the automata of the interface the displacements and velocities of the nodes that they hang on."""
-    hang(interface, state.displacement, motion.displacement)
-    hang(interface, state.velocity, motion.velocity)
+    hang(interface, layout.place, state.displacement, motion.x, motion.y)
+    update_ghosts(layout, motion.x)
+    update_ghosts(layout, motion.y)
+    follow_velocities(interface, layout, state, motion)
+
+
+@internal
+def follow_velocities(interface, layout, state, motion):
+    """Give the automata of the interface the velocities of their nodes, and leave them where they are."""
+    hang(interface, layout.place, state.velocity, motion.vx, motion.vy)
+    update_ghost_velocities(layout, motion)
 
 
 @internal_inlined

@@ -1,4 +1,6 @@
-"""Contacts of automata with the free sides of the grid, those that are no interface: smooth and elastic.
+"""Contacts of automata with the free sides of the grid, those that are no interface; and automata that have left their place.
+
+Contacts are smooth and elastic:
 
     N = k (R - d) where d < R, 0 otherwise,        U = (1/2) k (R - d)^2
 
@@ -15,11 +17,14 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..automata.link_release import TRAVEL
+from ..automata.release import TRAVEL
 from ..grid.mesh import IntArray, Mesh
 from ..support.float_arrays import FloatArray, norms
 from ..support.jit import internal, internal_inlined, jit
 from .interface import Interface
+
+# Cells whose centres are nearest to an automaton that are looked at.
+_CELLS = 4
 
 
 class Sides(NamedTuple):
@@ -137,8 +142,8 @@ def _nearest(sides, grid, automata, row):
     """Return the nearest side of the automaton of a row of pairs, how it lies beside it, and the row of the next automaton."""
     i, best = sides.pairs[row, 0], -1
     nx, ny, nearest, part = 0.0, 0.0, np.inf, 0.0
-    u, v = grid.state.displacement, automata.motion.displacement
-    centre = automata.reference[i, 0] + v[i, 0], automata.reference[i, 1] + v[i, 1]
+    u, p, body = grid.state.displacement, automata.body.layout.place[i], automata.body
+    centre = body.x[p] + automata.motion.x[p], body.y[p] + automata.motion.y[p]
     while row < sides.used and sides.pairs[row, 0] == i:
         side = sides.pairs[row, 1]
         a, b = sides.nodes[side, 0], sides.nodes[side, 1]
@@ -155,7 +160,7 @@ def _nearest(sides, grid, automata, row):
 def add_side_forces(sides, grid, automata, exchange):
     """Add the forces of sides on automata, and on the nodes of the interface those of automata; `sides` is None without."""
     if sides is not None:
-        row, force = 0, automata.scratch.force
+        row, forces = 0, automata.scratch.forces
         while row < sides.used:
             i = sides.pairs[row, 0]
             side, nx, ny, distance, part, row = _nearest(sides, grid, automata, row)
@@ -163,8 +168,9 @@ def add_side_forces(sides, grid, automata, exchange):
             if side >= 0 and 0.0 < overlap < 2.0 * sides.radius[i]:
                 push = sides.stiffness[i] * overlap
                 fx, fy = push * nx, push * ny
-                force[i, 0] += fx
-                force[i, 1] += fy
+                p = automata.body.layout.place[i]
+                forces.x[p] += fx
+                forces.y[p] += fy
                 for end, share in ((0, 1.0 - part), (1, part)):
                     place = sides.rows[side, end]
                     exchange.automata_force[place, 0] -= share * fx
@@ -173,7 +179,7 @@ def add_side_forces(sides, grid, automata, exchange):
 
 @internal
 def note_travel_of_sides(sides, grid, losses, time):
-    """Add the way of the fastest node of sides in a drift of `time` [s] to what decides when pairs are found anew."""
+    """Add the way of the fastest node of sides in a drift of `time` [s] to what decides when pairs are found again."""
     if sides is not None:
         velocity, largest = grid.state.velocity, 0.0
         for side in range(sides.nodes.shape[0]):
@@ -195,3 +201,39 @@ def side_energy(sides, grid, automata):
         if side >= 0 and 0.0 < overlap < 2.0 * sides.radius[i]:
             total += 0.5 * sides.stiffness[i] * overlap * overlap
     return total
+
+
+def find_strays(nodes: FloatArray, cells: IntArray, points: FloatArray) -> IntArray:
+    """Return which points lie inside cells, in increasing order.
+
+    Args:
+        nodes: where they are now, shape (n, 2) [m].
+        cells: the nodes of each cell, counterclockwise, convex, shape (m, 4).
+        points: shape (k, 2) [m].
+    """
+    from scipy.spatial import cKDTree  # type: ignore[attr-defined]
+
+    corners = nodes[cells]
+    tree: Any = cKDTree((0.25 * corners).sum(axis=1))
+    sound = np.isfinite(points).all(axis=1)
+    distances, near = (one.reshape(int(sound.sum()), -1) for one in tree.query(points[sound], k=min(_CELLS, len(cells))))
+    # No cell is near what is so far off that the square of its distance overflows.
+    near[np.isinf(distances)] = 0
+    inside = np.ones(near.shape, dtype=bool)
+    for corner in range(4):
+        start, end = corners[near, corner], corners[near, (corner + 1) % 4]
+        way, offset = end - start, points[sound][:, None] - start
+        inside &= way[..., 0] * offset[..., 1] > way[..., 1] * offset[..., 0]
+    return np.flatnonzero(sound)[inside.any(axis=1)]
+
+
+def describe_strays(strays: IntArray, centres: FloatArray) -> list[str]:
+    """Return a sentence about automata that lie inside cells, the first of them with its place; none where there are none."""
+    if not len(strays):
+        return []
+    x, y = centres[strays[0]]
+    return [
+        f"{len(strays)} automata with broken links lie inside cells of the grid, automaton {strays[0]} at ({x:.6g}, "
+        f"{y:.6g}) m: pieces touch automata alone, and fly through the free sides of the grid; set side_contacts = true, leave "
+        "such sides no way to be reached, or surround the automata by the interface"
+    ]

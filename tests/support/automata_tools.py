@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
 import pytest
 
 import granular_env as ge
 from granular_env.components.automata import Automata
+from granular_env.components.automata.lattice import load
 
 ROW = 0.5 * math.sqrt(3.0)
 SOLID = ge.Material(density=1.0, young=2.5, poisson=0.25)
@@ -18,3 +20,12 @@ def block(packing: str = "square", columns: int = 8, rows: int = 8, **parameters
     """Return a rectangle of automata."""
     shape = {"name": "rectangle", "width": float(columns), "height": rows * (ROW if packing == "hexagonal" else 1.0)}
     return Automata(**{"shape": shape, "diameter": 1.0, "packing": packing, "material": SOLID, **parameters})
+
+
+def forces_at(automata: Automata, displacement: np.ndarray, rotation: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the forces and torques of automata at these displacements, shape (n, 2), and rotations, shape (n,)."""
+    steps, place = automata.steps, automata.body.layout.place
+    load(automata.body.layout, displacement, np.zeros_like(displacement), rotation, np.zeros_like(rotation), steps.motion)
+    steps.update_forces()
+    forces = steps.scratch.forces
+    return np.stack([forces.x[place], forces.y[place]], axis=1), forces.torque[place]

@@ -416,7 +416,7 @@ HEXAGONAL_ROW = 0.01 * 0.5 * 3.0**0.5
 
 
 def _automata_between_walls() -> Example:
-    """A small hexagonal specimen whose zigzags are held: the faces between the automata there are tied to these."""
+    """A small hexagonal specimen whose zigzags are held."""
     return Example(
         "automata-between-walls",
         "automata",

@@ -1,6 +1,6 @@
 """Criteria by which linked pairs break, one a file: parameters, formula, source.
 
-A new criterion is a file, a line in `CRITERIA`, and a line in `dispatch.py`.
+A new criterion is a file and a line in `CRITERIA`.
 """
 
 from __future__ import annotations

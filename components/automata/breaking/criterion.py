@@ -1,40 +1,110 @@
-"""The base of breaking criteria: their constants, and the causes that they know."""
+"""The base of breaking criteria, and the function by which kernels judge a link, dispatched on the class of the law."""
 
 from __future__ import annotations
 
 import math
+from abc import abstractmethod
 from collections.abc import Mapping
-from typing import ClassVar, Literal
+from typing import Any, ClassVar, Literal, NamedTuple
 
+import numpy as np
+import numpy.typing as npt
+
+from ...support.dispatch import dispatched
 from ...support.parameter_fields import field
 from ...support.tagged_union import Named
 
-# Numbers of the criteria in kernels; see `dispatch.failure`.
-NONE, VON_MISES, DRUCKER_PRAGER, MOHR_COULOMB, STRAIN = range(5)
+
+class LinkStress(NamedTuple):
+    """What a criterion judges.
+
+    Attributes:
+        eps: strain along the link.
+        gamma: shear angle of the link.
+        normal: traction along the link, tension positive [Pa].
+        tangential: traction across the link [Pa].
+        equivalent: von Mises' equivalent stress [Pa].
+        mean: mean stress, tension positive [Pa].
+        factor: of the strength of this link.
+        number: of the link in the fields.
+    """
+
+    eps: float
+    gamma: float
+    normal: float
+    tangential: float
+    equivalent: float
+    mean: float
+    factor: float
+    number: int
+
+
+@dispatched
+def failure(law, link):
+    """Return what decides whether a link breaks, the limit at which it does, and the number of the cause.
+
+    Args:
+        law: constants of the criterion; a criterion registers its function for their class.
+        link: a `LinkStress`.
+    """
 
 
 class Criterion(Named):
     """A condition under which a linked pair breaks."""
 
-    code: ClassVar[int]
-    """Number by which kernels know it."""
     causes: ClassVar[Mapping[str, str]]
-    """Kinds of events, in the order in which the kernel numbers its causes -> what happened."""
+    """Kinds of events, in the order in which `failure` numbers its causes -> what happened."""
     unit: ClassVar[str] = "Pa"
     """Unit of what decides and of its limit."""
 
-    def constants(self) -> tuple[float, float, float]:
-        """Return what the kernel's function takes."""
-        return 0.0, 0.0, 0.0
+    @abstractmethod
+    def law(self) -> Any:
+        """Return the constants: a `NamedTuple`, for whose class `failure` is registered."""
 
-    def unbreakable_constants(self) -> tuple[float, float, float]:
-        """Return what the kernel's function takes where nothing breaks: no limit is ever reached."""
-        return math.inf, math.inf, math.inf
+    def unbreakable(self) -> Any:
+        """Return the constants of links that never break."""
+        kind = type(self.law())
+        return kind(*(math.inf for _ in kind._fields))
+
+
+class Never(NamedTuple):
+    """The law of links that never break."""
+
+    limit: float = math.inf
 
 
 class Unbreakable(Criterion):
     """Pairs stay linked."""
 
     name: Literal["none"] = field("none", "which criterion", "1")
-    code = NONE
     causes = {}
+
+    def law(self) -> Never:
+        """Return a limit without end."""
+        return Never()
+
+
+@failure.register(Never)
+def _never(law, link):
+    return 0.0, law.limit, 0
+
+
+class Weaker(NamedTuple):
+    """The law of links of several materials: the weaker of two breaks a link.
+
+    Attributes:
+        laws: constants of one criterion.
+        rows: which two of these each link has, shape (links, 2).
+    """
+
+    laws: tuple[Any, ...]
+    rows: npt.NDArray[np.int64]
+
+
+@failure.register(Weaker)
+def _weaker(law, link):
+    value, limit, cause = failure(law.laws[law.rows[link.number, 0]], link)
+    other_value, other_limit, other_cause = failure(law.laws[law.rows[link.number, 1]], link)
+    if other_value / other_limit > value / limit:
+        return other_value, other_limit, other_cause
+    return value, limit, cause

@@ -8,14 +8,21 @@ so that uniaxial compression breaks at sigma_c and uniaxial tension at sigma_t. 
 from __future__ import annotations
 
 import math
-from typing import Literal
+from typing import Literal, NamedTuple
 
 from pydantic import model_validator
 
-from ...support.jit import internal_inlined
 from ...support.parameter_fields import Magnitude, field
 from ...support.validation import refusal
-from .criterion import DRUCKER_PRAGER, Criterion
+from .criterion import Criterion, failure
+
+
+class DruckerPragerLaw(NamedTuple):
+    """The strength sigma_c [Pa], and the factors of the equivalent and of the mean stress."""
+
+    strength: float
+    of_equivalent: float
+    of_mean: float
 
 
 class DruckerPrager(Criterion):
@@ -24,7 +31,6 @@ class DruckerPrager(Criterion):
     name: Literal["drucker_prager"] = field("drucker_prager", "which criterion", "1")
     compressive: Magnitude = field(..., "strength in uniaxial compression", "Pa")
     tensile: Magnitude = field(..., "strength in uniaxial tension", "Pa")
-    code = DRUCKER_PRAGER
     causes = {"drucker_prager_break": "the stress of a pair reached the criterion of Drucker and Prager"}
 
     @model_validator(mode="after")
@@ -33,17 +39,16 @@ class DruckerPrager(Criterion):
             raise refusal(f"got {self.compressive:g} Pa", f"at least tensile = {self.tensile:g} Pa", at=("compressive",))
         return self
 
-    def constants(self) -> tuple[float, float, float]:
-        """Return sigma_c, and the factors of the equivalent and of the mean stress."""
+    def law(self) -> DruckerPragerLaw:
+        """Return sigma_c and both factors."""
         a = self.compressive / self.tensile
-        return self.compressive, 0.5 * (a + 1.0), 1.5 * (a - 1.0)
+        return DruckerPragerLaw(self.compressive, 0.5 * (a + 1.0), 1.5 * (a - 1.0))
 
-    def unbreakable_constants(self) -> tuple[float, float, float]:
-        """Return strengths without end, and no part of the stress beside them."""
-        return math.inf, 0.0, 0.0
+    def unbreakable(self) -> DruckerPragerLaw:
+        """Return a strength without end, and no part of the stress."""
+        return DruckerPragerLaw(math.inf, 0.0, 0.0)
 
 
-@internal_inlined
-def drucker_prager(equivalent, mean, strength, of_equivalent, of_mean, factor):
-    """Return the value, the limit and the cause."""
-    return of_equivalent * equivalent + of_mean * mean, factor * strength, 0
+@failure.register(DruckerPragerLaw)
+def _failure(law, link):
+    return law.of_equivalent * link.equivalent + law.of_mean * link.mean, link.factor * law.strength, 0

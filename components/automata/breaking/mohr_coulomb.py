@@ -9,11 +9,18 @@ tau and sigma_n are the tractions on the pair's own face, so that it also matter
 from __future__ import annotations
 
 import math
-from typing import Literal
+from typing import Literal, NamedTuple
 
-from ...support.jit import internal_inlined
 from ...support.parameter_fields import Magnitude, NotNegativeMagnitude, field
-from .criterion import MOHR_COULOMB, Criterion
+from .criterion import Criterion, failure
+
+
+class MohrCoulombLaw(NamedTuple):
+    """Cohesion [Pa], tan(phi) and tensile strength [Pa]."""
+
+    cohesion: float
+    internal_friction: float
+    tensile: float
 
 
 class MohrCoulomb(Criterion):
@@ -23,25 +30,24 @@ class MohrCoulomb(Criterion):
     cohesion: Magnitude = field(..., "shear traction that breaks a pair without pressure", "Pa")
     internal_friction: NotNegativeMagnitude = field(..., "how the shear strength grows with pressure, tan(phi)", "1")
     tensile: Magnitude = field(..., "normal traction that breaks a pair", "Pa")
-    code = MOHR_COULOMB
     causes = {
         "shear_break": "the shear traction of a pair reached its cohesion and internal friction",
         "tension_break": "the tension of a pair reached its strength",
     }
 
-    def constants(self) -> tuple[float, float, float]:
+    def law(self) -> MohrCoulombLaw:
         """Return cohesion, tan(phi) and the tensile strength."""
-        return self.cohesion, self.internal_friction, self.tensile
+        return MohrCoulombLaw(self.cohesion, self.internal_friction, self.tensile)
 
-    def unbreakable_constants(self) -> tuple[float, float, float]:
-        """Return strengths without end, and no part of the stress beside them."""
-        return math.inf, 0.0, math.inf
+    def unbreakable(self) -> MohrCoulombLaw:
+        """Return strengths without end, and no part of the normal traction."""
+        return MohrCoulombLaw(math.inf, 0.0, math.inf)
 
 
-@internal_inlined
-def mohr_coulomb(normal, tangential, cohesion, internal_friction, tensile, factor):
-    """Return the value, the limit and the cause, that which is exceeded by the larger part."""
-    shear = abs(tangential) + internal_friction * normal
-    if normal * cohesion >= shear * tensile:
-        return normal, factor * tensile, 1
-    return shear, factor * cohesion, 0
+@failure.register(MohrCoulombLaw)
+def _failure(law, link):
+    """Judge by the cause that is exceeded by the larger part."""
+    shear = abs(link.tangential) + law.internal_friction * link.normal
+    if link.normal * law.cohesion >= shear * law.tensile:
+        return link.normal, link.factor * law.tensile, 1
+    return shear, link.factor * law.cohesion, 0

@@ -2,11 +2,17 @@
 
 from __future__ import annotations
 
-from typing import Literal
+from typing import Literal, NamedTuple
 
-from ...support.jit import internal_inlined
 from ...support.parameter_fields import MOST, Magnitude, field
-from .criterion import STRAIN, Criterion
+from .criterion import Criterion, failure
+
+
+class StrainLaw(NamedTuple):
+    """Limits of the strain along a pair and of the shear angle."""
+
+    tensile: float
+    shear: float
 
 
 class Strain(Criterion):
@@ -15,21 +21,20 @@ class Strain(Criterion):
     name: Literal["strain"] = field("strain", "which criterion", "1")
     tensile: Magnitude = field(..., "strain h_max / r0 along a pair that breaks it", "1")
     shear: Magnitude = field(MOST, "shear angle that breaks a pair", "1")
-    code = STRAIN
     unit = "1"
     causes = {
         "stretch_break": "the strain along a pair reached its limit",
         "angle_break": "the shear angle of a pair reached its limit",
     }
 
-    def constants(self) -> tuple[float, float, float]:
+    def law(self) -> StrainLaw:
         """Return both limits."""
-        return self.tensile, self.shear, 0.0
+        return StrainLaw(self.tensile, self.shear)
 
 
-@internal_inlined
-def strain(eps, gamma, tensile, shear, factor):
-    """Return the value, the limit and the cause, that which is exceeded by the larger part."""
-    if abs(gamma) / shear > eps / tensile:
-        return abs(gamma), factor * shear, 1
-    return eps, factor * tensile, 0
+@failure.register(StrainLaw)
+def _failure(law, link):
+    """Judge by the cause that is exceeded by the larger part."""
+    if abs(link.gamma) / law.shear > link.eps / law.tensile:
+        return abs(link.gamma), link.factor * law.shear, 1
+    return link.eps, link.factor * law.tensile, 0

@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
-from typing import Literal
+from typing import Literal, NamedTuple
 
-from ...support.jit import internal_inlined
 from ...support.parameter_fields import Magnitude, field
-from .criterion import VON_MISES, Criterion
+from .criterion import Criterion, failure
+
+
+class VonMisesLaw(NamedTuple):
+    """The strength [Pa]."""
+
+    strength: float
 
 
 class VonMises(Criterion):
@@ -14,15 +19,13 @@ class VonMises(Criterion):
 
     name: Literal["von_mises"] = field("von_mises", "which criterion", "1")
     strength: Magnitude = field(..., "equivalent stress that breaks a pair", "Pa")
-    code = VON_MISES
     causes = {"von_mises_break": "the equivalent stress of a pair reached its strength"}
 
-    def constants(self) -> tuple[float, float, float]:
+    def law(self) -> VonMisesLaw:
         """Return the strength."""
-        return self.strength, 0.0, 0.0
+        return VonMisesLaw(self.strength)
 
 
-@internal_inlined
-def von_mises(equivalent, strength, factor):
-    """Return the value, the limit and the cause."""
-    return equivalent, factor * strength, 0
+@failure.register(VonMisesLaw)
+def _failure(law, link):
+    return link.equivalent, link.factor * law.strength, 0

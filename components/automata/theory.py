@@ -1,14 +1,112 @@
-"""Stresses at which a homogeneous specimen breaks or yields, and the toughness of a packing with a crack."""
+"""Closed forms for movable cellular automata; no step calls them. SI units."""
 
 from __future__ import annotations
 
 import math
+from typing import Any
 
-from ...errors import ParameterError
-from ...materials.elastic import Material
-from ...support.parameter_fields import MOST
-from ..breaking import Criterion, DruckerPrager, MohrCoulomb, Strain, Unbreakable, VonMises
-from ..packing import LATTICES
+import numpy as np
+import numpy.typing as npt
+
+from ..errors import ParameterError
+from ..materials.elastic import Material
+from ..support.parameter_fields import MOST
+from .breaking import Criterion
+from .breaking.criterion import LinkStress, failure
+from .packing import LATTICES
+
+# -- waves ------------------------------------------------------------------------------------------------------------------
+
+
+def longitudinal_speed(density: float, shear: float, lame: float) -> float:
+    """Return the speed of longitudinal waves, sqrt((lambda + 2 G) / rho) [m/s].
+
+    Args:
+        density: [kg/m^3].
+        shear: G [Pa].
+        lame: lambda [Pa].
+    """
+    return math.sqrt((lame + 2.0 * shear) / density)
+
+
+def shear_speed(density: float, shear: float) -> float:
+    """Return the speed of shear waves, sqrt(G / rho) [m/s].
+
+    Args:
+        density: [kg/m^3].
+        shear: G [Pa].
+    """
+    return math.sqrt(shear / density)
+
+
+def lattice_frequencies(
+    packing: str, wave_vector: Any, *, density: float, shear: float, lame: float, diameter: float
+) -> npt.NDArray[np.float64]:
+    """Return the three angular frequencies of a wave vector, in increasing order, shape (3,) [rad/s].
+
+    For q exp(i k.x), q = (u_x, u_y, w), the strains of the pair along N are
+
+        eps = N.u (e - 1) / D,   gamma = T.u (e - 1) / D - w (1 + e) / 2,   e = exp(i D k.N),
+
+    and the energy of a cell is (1/2) q* K q with K = sum over pairs S D G (eps* eps + gamma* gamma) + V lambda theta* theta.
+
+    Args:
+        packing: "square" or "hexagonal".
+        wave_vector: shape (2,) [rad/m].
+        density: [kg/m^3].
+        shear: G [Pa].
+        lame: lambda [Pa].
+        diameter: of the automata [m].
+    """
+    if packing not in LATTICES:
+        raise ParameterError(f"got {packing!r}", expected=f"one of {', '.join(LATTICES)}", at="packing")
+    lattice, k = LATTICES[packing], np.asarray(wave_vector, dtype=np.float64)
+    face, volume = lattice.face * diameter, lattice.volume * diameter**2
+    stiffness, dilation = np.zeros((3, 3), complex), np.zeros(3, complex)
+    for nx, ny in lattice.directions:
+        phase = np.exp(1j * diameter * (k[0] * nx + k[1] * ny))
+        eps = np.array([nx, ny, 0.0]) * (phase - 1.0) / diameter
+        gamma = np.array([-ny, nx, 0.0]) * (phase - 1.0) / diameter - np.array([0.0, 0.0, 0.5]) * (1.0 + phase)
+        stiffness += face * diameter * shear * (np.outer(eps.conj(), eps) + np.outer(gamma.conj(), gamma))
+        dilation += face * diameter / (2.0 * volume) * eps
+    stiffness += volume * lame * np.outer(dilation.conj(), dilation)
+    mass = density * volume * np.array([1.0, 1.0, diameter**2 / 8.0])
+    squares = np.linalg.eigvalsh(stiffness / np.sqrt(np.outer(mass, mass)))
+    return np.sqrt(np.maximum(squares, 0.0))
+
+
+def rotation_frequency(density: float, shear: float, diameter: float) -> float:
+    """Return the frequency at which all automata rotate to and fro in step, sqrt(32 G / rho) / D, of both packings [rad/s]."""
+    return math.sqrt(32.0 * shear / density) / diameter
+
+
+def leapfrog_frequency(frequency: float, step: float) -> float:
+    """Return the frequency with which leapfrog integrates an oscillation: sin(w h / 2) = W h / 2 [rad/s].
+
+    Args:
+        frequency: W of the exact motion [rad/s].
+        step: h, below 2 / W [s].
+    """
+    if not 0.0 < frequency * step < 2.0:
+        raise ParameterError(f"got {step:g} s", expected=f"less than 2 / frequency = {2.0 / frequency:g} s", at="step")
+    return 2.0 / step * math.asin(0.5 * frequency * step)
+
+
+# -- collisions and strength ---------------------------------------------------------------------------------------------------
+
+
+def restitution(damping_ratio: float) -> float:
+    """Return speed of leaving over speed of approach for a spring and a dashpot that do not pull.
+
+    e = exp(-(pi - 2 a) tan a), sin a = zeta. Schwager & Poeschel (2007), Granular Matter 9, 465, equation 20.
+
+    Args:
+        damping_ratio: zeta, from 0 up to below 1; `contact_damping` of a specimen.
+    """
+    if not 0.0 <= damping_ratio < 1.0:
+        raise ValueError(f"damping_ratio: got {damping_ratio:g}, expected at least 0 and less than 1")
+    angle = math.asin(damping_ratio)
+    return math.exp(-(math.pi - 2.0 * angle) * math.tan(angle))
 
 
 def uniaxial_strength(
@@ -38,29 +136,15 @@ def uniaxial_strength(
         raise ParameterError(f"got {packing!r}", expected=f"one of {', '.join(LATTICES)}", at="packing")
     unit, nu = -1.0 if compression else 1.0, material.poisson
     equivalent, mean = equivalent_stress(unit, 0.0, nu * unit, 0.0), unit * (1.0 + nu) / 3.0
-    largest = 0.0
+    largest, law = 0.0, criterion.law()
     for x, y in LATTICES[packing].directions:
         # Rounded, so that a link along the load has no shear at all.
         along, across = (round(one, 12) for one in _components(x, y, angle))
         normal, tangential = unit * along * along, unit * along * across
         eps = (1.0 + nu) * ((1.0 - nu) * along * along - nu * across * across) * unit / material.young
         gamma = (1.0 + nu) * abs(tangential) / material.young
-        match criterion:
-            case VonMises():
-                ratios = [equivalent / criterion.strength]
-            case DruckerPrager():
-                tension, pressure = criterion.tensile, criterion.compressive
-                ratios = [drucker_prager_stress(equivalent, mean, pressure, tension) / pressure]
-            case MohrCoulomb():
-                shear = abs(tangential) + criterion.internal_friction * normal
-                ratios = [shear / criterion.cohesion, normal / criterion.tensile]
-            case Strain():
-                ratios = [eps / criterion.tensile, gamma / criterion.shear]
-            case Unbreakable():
-                ratios = []
-            case _:
-                raise ParameterError(f"no closed form for {criterion.name!r}", at="criterion")
-        largest = max(largest, *ratios)
+        value, limit, _ = failure(law, LinkStress(eps, gamma, normal, tangential, equivalent, mean, 1.0, 0))
+        largest = max(largest, value / limit)
     return 1.0 / largest if largest > 1.0 / MOST else math.inf
 
 

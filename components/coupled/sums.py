@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from ..automata.motion import HOLDS_ROTATION, HOLDS_X, HOLDS_Y
+from ..automata.loads import HOLDS_ROTATION, HOLDS_X, HOLDS_Y
 from ..grid import kernels as grid_kernels
 from ..support.float_arrays import FloatArray
 from ..support.jit import internal, jit
@@ -46,36 +46,34 @@ def write_sums(grid, automata, seam, own_mass, together, sums_out):
 @internal
 def add_automata(automata, interface, sums_out):
     """Add the automata; of those of the interface the rotation alone."""
-    body, reference, motion, scratch = automata.body, automata.reference, automata.motion, automata.scratch
-    for i in range(body.kind.size):
-        k, w, torque = body.kind[i], motion.spin[i], scratch.torque[i]
-        mass, inertia = body.mass[k], body.inertia[k]
+    body, motion, forces = automata.body, automata.motion, automata.scratch.forces
+    for i in range(body.layout.place.size):
+        p = body.layout.place[i]
+        mass, inertia, w, torque = body.mass[p], body.inertia[p], motion.spin[p], forces.torque[p]
         sums_out[ROTATIONAL] += 0.5 * inertia * w * w
         sums_out[AUTOMATA_PULLED] += torque * torque / inertia
         sums_out[AUTOMATA_ANGULAR_MOMENTUM] += inertia * w
         if interface.free[i]:
-            vx, vy, fx, fy = motion.velocity[i, 0], motion.velocity[i, 1], scratch.force[i, 0], scratch.force[i, 1]
-            x, y = reference[i, 0] + motion.displacement[i, 0], reference[i, 1] + motion.displacement[i, 1]
+            vx, vy, fx, fy = motion.vx[p], motion.vy[p], forces.x[p], forces.y[p]
             sums_out[AUTOMATA_KINETIC] += 0.5 * mass * (vx * vx + vy * vy)
             sums_out[AUTOMATA_PULLED] += (fx * fx + fy * fy) / mass
             sums_out[AUTOMATA_MOMENTUM] += mass * vx
             sums_out[AUTOMATA_MOMENTUM + 1] += mass * vy
-            sums_out[AUTOMATA_ANGULAR_MOMENTUM] += mass * (x * vy - y * vx)
+            sums_out[AUTOMATA_ANGULAR_MOMENTUM] += mass * ((body.x[p] + motion.x[p]) * vy - (body.y[p] + motion.y[p]) * vx)
 
 
 @internal
 def leave_out_held(automata, interface, sums_out):
     """Take away force^2 / mass of what is held: it does not move with the force."""
-    body, grip, scratch = automata.body, automata.edges.grip, automata.scratch
-    for place in range(grip.automata.size):
-        i, held = grip.automata[place], grip.held[place]
-        mass, inertia = body.mass[body.kind[i]], body.inertia[body.kind[i]]
-        if held & HOLDS_X and interface.free[i]:
-            sums_out[AUTOMATA_PULLED] -= scratch.force[i, 0] * scratch.force[i, 0] / mass
-        if held & HOLDS_Y and interface.free[i]:
-            sums_out[AUTOMATA_PULLED] -= scratch.force[i, 1] * scratch.force[i, 1] / mass
+    body, grip, forces = automata.body, automata.edges.grip, automata.scratch.forces
+    for row in range(grip.automata.size):
+        p, held, free = grip.place[row], grip.held[row], interface.free[grip.automata[row]]
+        if held & HOLDS_X and free:
+            sums_out[AUTOMATA_PULLED] -= forces.x[p] * forces.x[p] / body.mass[p]
+        if held & HOLDS_Y and free:
+            sums_out[AUTOMATA_PULLED] -= forces.y[p] * forces.y[p] / body.mass[p]
         if held & HOLDS_ROTATION:
-            sums_out[AUTOMATA_PULLED] -= scratch.torque[i] * scratch.torque[i] / inertia
+            sums_out[AUTOMATA_PULLED] -= forces.torque[p] * forces.torque[p] / body.inertia[p]
 
 
 @internal

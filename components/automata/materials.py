@@ -1,0 +1,88 @@
+"""The material of each automaton by number, and the laws of links within and between materials."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from ..errors import ParameterError
+from ..materials.elastic import Material, material
+from .breaking.criterion import Weaker
+from .lattice import Layout
+from .packing import Packing
+from .parameters import AutomataParameters
+from .responses import Flow, FlowOfEach, NoFlow
+
+IntArray = npt.NDArray[np.int64]
+
+
+def chosen_materials(parameters: AutomataParameters) -> list[Material]:
+    """Return the materials by their number."""
+    return [material(one) for one in parameters.materials]
+
+
+def material_numbers(parameters: AutomataParameters, packing: Packing) -> IntArray:
+    """Return the number of the material of each automaton, shape (n,)."""
+    count, given = len(packing.reference), parameters.automaton_material
+    if given is not None:
+        if len(given) != count:
+            raise ParameterError(
+                f"got {len(given)} numbers", expected=f"{count}, one for each automaton", at="automaton_material"
+            )
+        return np.array(given, dtype=np.int64)
+    numbers = np.zeros(count, dtype=np.int64)
+    for place, region in enumerate(parameters.regions):
+        inside = region.area.contains(packing.reference)
+        if not inside.any():
+            raise ParameterError(
+                "contains no centre of an automaton", hint="make it larger, or leave it out", at=("regions", place)
+            )
+        numbers[inside] = region.material
+    return numbers
+
+
+def lame_constants(solid: Material) -> tuple[float, float]:
+    """Return G and lambda of a material [Pa]."""
+    shear = solid.young / (2.0 * (1.0 + solid.poisson))
+    return shear, 2.0 * shear * solid.poisson / (1.0 - 2.0 * solid.poisson)
+
+
+def make_response(parameters: AutomataParameters, rows: IntArray) -> Any:
+    """Return the response of links, as kernels take it; rows as `law_rows` gives them."""
+    p = parameters
+    if not p.yields:
+        return NoFlow()
+    if not p.several_materials:
+        return p.responses[0].flow()
+    elastic = Flow(np.inf, 0.0, 0.0)
+    return FlowOfEach(np.array([one.flow() for one in p.responses] + [elastic] * len(p.interfaces)), rows)
+
+
+def make_criterion(parameters: AutomataParameters, rows: IntArray) -> Any:
+    """Return the criterion of links, as kernels take it; rows as `law_rows` gives them."""
+    p, leading = parameters, parameters.leading_criterion
+    if not p.several_materials or not p.breakable:
+        return leading.law()
+    criteria = p.criteria + [one.criterion for one in p.interfaces]
+    return Weaker(tuple(one.law() if one.causes else leading.unbreakable() for one in criteria), rows)
+
+
+def law_rows(parameters: AutomataParameters, numbers: IntArray, packing: Packing, layout: Layout) -> IntArray:
+    """Return the numbers of the two laws of each link, shape (directions x m, 2).
+
+    Laws are those of the materials, then those of the interfaces.
+    """
+    count, half = len(parameters.materials), packing.lattice.slots // 2
+    one, other = np.meshgrid(np.arange(count), np.arange(count), indexing="ij")
+    table = np.stack([one, other], axis=-1).astype(np.int64)
+    for place, interface in enumerate(parameters.interfaces):
+        first, second = interface.materials
+        table[first, second] = table[second, first] = count + place
+    rows = np.zeros((half, layout.size, 2), np.int64)
+    for q in range(half):
+        there = packing.neighbours[:, q]
+        laws = table[numbers, numbers[there]]
+        rows[q, layout.place], rows[q, layout.place[there] - layout.offset[q]] = laws, laws
+    return rows.reshape(-1, 2)

@@ -1,0 +1,178 @@
+"""Response functions of a pair: the four of Psakhie et al. (2003), figure 3.
+
+Beyond an onset the equivalent stress follows a line of smaller slope. Unloading tells the responses apart: (b) it returns to
+the origin with a reduced modulus, (c) it is elastic and leaves a strain, (d) something of both. They differ in the part
+beta of the excess that degrades the modulus.
+
+With the equivalent stress s above the limit s_l = onset + H q, q the inelastic strain so far, the deviator of the pair's stress
+is multiplied by M = s_new / s, s_new = s_l + H dq, dq = (s - s_l) / (g (3 G + H)) (Wilkins 1964). Of 1 - M the part beta lowers
+the stiffness g, g -> M_d g with M_d = 1 - beta (1 - M); the rest, M_p = M / M_d, is flow:
+
+    eps_p -> eps - M_p (eps - eps_p) - (1 - M_p) theta / 3,        gamma_p -> gamma - M_p (gamma - gamma_p).
+"""
+
+from __future__ import annotations
+
+from typing import Annotated, ClassVar, Literal, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+from pydantic import SerializeAsAny
+
+from ..support.dispatch import dispatched
+from ..support.float_arrays import FloatArray
+from ..support.jit import internal_inlined
+from ..support.parameter_fields import Magnitude, NotNegativeMagnitude, field
+from ..support.tagged_union import Named, OneOrEach
+
+# Smallest part of the shear modulus that is left: a worn-out pair keeps it. The stress that decides is of both automata, and
+# their other pairs may hold it above the limit for ever.
+WORN_OUT = 1e-6
+
+
+class Flow(NamedTuple):
+    """Onset [Pa], slope H over the inelastic strain [Pa], and the part of the excess that degrades the modulus."""
+
+    onset: float
+    hardening: float
+    degradation: float
+
+
+class FlowOfEach(NamedTuple):
+    """The flow of links within and between several materials.
+
+    Attributes:
+        constants: those of `Flow`, shape (laws, 3).
+        rows: the laws of both ends of each link; links between two materials do not flow, shape (links, 2).
+    """
+
+    constants: FloatArray
+    rows: npt.NDArray[np.int64]
+
+
+class NoFlow(NamedTuple):
+    """Elastic links: no history."""
+
+    onset: float = np.inf
+
+
+class Response(Named):
+    """A law by which the forces of a pair follow its strains."""
+
+    elastic: ClassVar[bool] = False
+    """True where it has no history."""
+
+    def flow(self) -> Flow:
+        """Return its constants."""
+        return Flow(np.inf, 0.0, 0.0)
+
+
+class Linear(Response):
+    """Forces follow strains in proportion, loading and unloading alike: figure 3, a."""
+
+    name: Literal["linear"] = field("linear", "which response", "1")
+    elastic = True
+
+
+class Degrading(Response):
+    """Beyond the onset the modulus falls; unloading goes straight back to the origin: figure 3, b.
+
+    The modulus for a change of volume stays lambda + 2 g G / 3.
+    """
+
+    name: Literal["degrading"] = field("degrading", "which response", "1")
+    onset: Magnitude = field(..., "equivalent stress sigma_d at which degradation begins", "Pa")
+    hardening: NotNegativeMagnitude = field(0.0, "slope of the equivalent stress over the inelastic strain", "Pa")
+
+    def flow(self) -> Flow:
+        """Return onset, slope, and all of the excess."""
+        return Flow(self.onset, self.hardening, 1.0)
+
+
+class Plastic(Response):
+    """Beyond the yield stress a pair flows without change of volume; unloading is elastic and leaves a strain: figure 3, c."""
+
+    name: Literal["plastic"] = field("plastic", "which response", "1")
+    yield_stress: Magnitude = field(..., "equivalent stress sigma_y at which flow begins", "Pa")
+    hardening: NotNegativeMagnitude = field(0.0, "slope of the yield stress over the plastic strain", "Pa")
+
+    def flow(self) -> Flow:
+        """Return yield stress, slope, and nothing of the excess."""
+        return Flow(self.yield_stress, self.hardening, 0.0)
+
+
+class PlasticDegrading(Response):
+    """Beyond the yield stress a pair flows and its modulus falls; unloading is flatter and leaves a strain: figure 3, d."""
+
+    name: Literal["plastic_degrading"] = field("plastic_degrading", "which response", "1")
+    yield_stress: Magnitude = field(..., "equivalent stress at which flow and degradation begin", "Pa")
+    hardening: NotNegativeMagnitude = field(0.0, "slope of the equivalent stress over the inelastic strain", "Pa")
+    degradation: float = field(0.5, "part of the excess that degrades the modulus, the rest is plastic", "1", ge=0.0, le=1.0)
+
+    def flow(self) -> Flow:
+        """Return yield stress, slope, and part."""
+        return Flow(self.yield_stress, self.hardening, self.degradation)
+
+
+RESPONSES: dict[str, type[Response]] = {
+    "linear": Linear,
+    "degrading": Degrading,
+    "plastic": Plastic,
+    "plastic_degrading": PlasticDegrading,
+}
+
+ChosenResponses = Annotated[SerializeAsAny[Response] | list[SerializeAsAny[Response]], OneOrEach(RESPONSES)]
+
+
+@dispatched
+def flow_of(law, number):
+    """Return the `Flow` of a link, by its number."""
+
+
+@flow_of.register(Flow)
+def _one_flow(law, number):
+    return law
+
+
+@flow_of.register(FlowOfEach)
+def _flow_of_each(law, number):
+    row = law.rows[number, 0]
+    onset = law.constants[row, 0] if row == law.rows[number, 1] else np.inf
+    return Flow(onset, law.constants[row, 1], law.constants[row, 2])
+
+
+class History(NamedTuple):
+    """Plastic strains along and across a pair, the remaining part of its stiffness, and its inelastic strain."""
+
+    eps: float
+    gamma: float
+    stiffness: float
+    inelastic: float
+
+
+@internal_inlined
+def respond(law, history, equivalent, eps, gamma, dilation, shear):
+    """Return the history of a pair after a step.
+
+    Args:
+        law: a `Flow`.
+        history: a `History`.
+        equivalent: stress of the pair with the history as it is [Pa].
+        eps: strain along the pair.
+        gamma: shear angle.
+        dilation: mean volumetric strain of both automata.
+        shear: G [Pa].
+    """
+    limit = law.onset + law.hardening * history.inelastic
+    if not equivalent > limit or history.stiffness <= WORN_OUT:
+        return history
+    more = (equivalent - limit) / (history.stiffness * (3.0 * shear + law.hardening))
+    ratio = (limit + law.hardening * more) / equivalent
+    weaker = 1.0 - law.degradation * (1.0 - ratio)
+    flow = ratio / weaker
+    return History(
+        eps - flow * (eps - history.eps) - (1.0 - flow) * dilation / 3.0,
+        gamma - flow * (gamma - history.gamma),
+        max(weaker * history.stiffness, WORN_OUT),
+        history.inelastic + more,
+    )

@@ -1,0 +1,141 @@
+"""Internal steps of a specimen whose links may yield and break, and whose pieces touch.
+
+The forces of a position are computed in two parts, `judge_links` and `add_forces`. Between them lies the work that needs more
+room in lists: links that break (`release.break_links`) or are made again (`welding.link_contacts`). A parent that moves the
+automata itself calls these; `advance` puts them between the halves of a drift, as `linked.advance` does with the forces of
+linked automata.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from ..support.float_arrays import FloatArray
+from ..support.jit import internal, jit
+from .contacts import add_contacts, dashpot_power
+from .lattice import Motion, Scratch, update_ghost_velocities
+from .links import Medium, count_failing, force_medium, let_flow, pull_medium, strain_medium, stress_medium
+from .loads import count_fast, drift, kick_with_inputs, largest_speed
+from .release import DAMPING, FRICTION, INELASTIC, TRAVEL, lower_weights, settle_weights
+
+# Results of `advance`: all steps are done, or the reason why it stopped.
+DONE, TOO_FAST, SEARCH, BREAK = 0, 1, 2, 3
+
+
+class Specimen(NamedTuple):
+    """A medium, its motion, and what its steps write.
+
+    Attributes:
+        medium: a `links.Medium`.
+        motion: a `lattice.Motion`.
+        scratch: a `lattice.Scratch`.
+        losses: see `release.FRACTURE`.
+    """
+
+    medium: Medium
+    motion: Motion
+    scratch: Scratch
+    losses: FloatArray
+
+
+class Pace(NamedTuple):
+    """The length of a step, and how fast and how far automata may move.
+
+    Attributes:
+        time: length of a step [s].
+        speed_limit: no automaton may be faster [m/s].
+        most_travel: how far the fastest automaton may move before contacts are found again [m].
+    """
+
+    time: float
+    speed_limit: float
+    most_travel: float
+
+
+@internal
+def judge_links(specimen, contacts, time, tick):
+    """Let links weaken and yield in the positions as they are, and judge which have to break or may be made again.
+
+    Args:
+        specimen: a `Specimen`; its velocities are those since the forces were computed last.
+        contacts: `contacts.Contacts`.
+        time: since the forces were computed last [s].
+        tick: number of the step.
+
+    Returns:
+        Whether links have to break, are being made again, or it is time to look which may be.
+    """
+    medium, motion, scratch = specimen.medium, specimen.motion, specimen.scratch
+    rising = lower_weights(medium, contacts, tick)
+    strain_medium(medium, motion, scratch)
+    pull_medium(medium, scratch)
+    stress_medium(medium, scratch)
+    lost = let_flow(medium.law.response, medium, motion, scratch, time)
+    if lost != 0.0:
+        pull_medium(medium, scratch)
+    specimen.losses[INELASTIC] += lost
+    linking = medium.law.linking_ticks
+    return count_failing(medium, scratch) > 0 or rising or (linking > 0 and tick % linking == 0)
+
+
+@internal
+def add_forces(specimen, contacts, time, tick):
+    """Write the forces and torques of links and contacts, and complete the step of `judge_links`; arguments as there."""
+    medium, motion, scratch, losses = specimen.medium, specimen.motion, specimen.scratch, specimen.losses
+    force_medium(medium, scratch)
+    rubbed, damped = add_contacts(medium, motion, contacts, time, scratch.forces)
+    losses[FRICTION] += rubbed
+    losses[DAMPING] += damped
+    settle_weights(medium, motion, scratch, contacts, tick, losses)
+
+
+@internal
+def move(specimen, inputs, contacts, time):
+    """Kick with the forces and with the loads, and drift to the end of an internal step.
+
+    Args:
+        specimen: a `Specimen`; its motion, forces and losses are updated, of which TRAVEL by the way of the fastest automaton.
+        inputs: `loads.Inputs`; the tallies are updated.
+        contacts: `contacts.Contacts`, with the forces of the dashpots.
+        time: length of a step [s].
+    """
+    medium, motion, losses = specimen.medium, specimen.motion, specimen.losses
+    damps = medium.ground.damping > 0.0
+    if damps:
+        losses[DAMPING] += 0.5 * time * dashpot_power(medium, contacts, motion)
+    kick_with_inputs(medium.body, motion, specimen.scratch.forces, inputs, time)
+    if damps:
+        losses[DAMPING] += 0.5 * time * dashpot_power(medium, contacts, motion)
+    update_ghost_velocities(medium.body.layout, motion)
+    drift(motion, 0.5 * time)
+    losses[TRAVEL] += time * largest_speed(motion)
+
+
+@jit
+def advance(specimen, inputs, contacts, pace, tick, ticks, judged):
+    """Advance by internal steps, up to where links break, are made again, or contacts have to be found again.
+
+    Args:
+        specimen: a `Specimen`, updated in place.
+        inputs: `loads.Inputs`; the tallies are updated.
+        contacts: `contacts.Contacts`, updated in place.
+        pace: a `Pace`.
+        tick: number of the first step.
+        ticks: number of steps.
+        judged: whether the first step goes on after its links have been judged, and broken.
+
+    Returns:
+        DONE or TOO_FAST; SEARCH before a step; BREAK in the middle of one. And how many steps were done.
+    """
+    for done in range(ticks):
+        if not (judged and done == 0):
+            if specimen.losses[TRAVEL] > pace.most_travel:
+                return SEARCH, done
+            drift(specimen.motion, 0.5 * pace.time)
+            if judge_links(specimen, contacts, pace.time, tick + done):
+                return BREAK, done
+        add_forces(specimen, contacts, pace.time, tick + done)
+        move(specimen, inputs, contacts, pace.time)
+        if count_fast(specimen.motion, pace.speed_limit * pace.speed_limit):
+            return TOO_FAST, done
+    return DONE, ticks

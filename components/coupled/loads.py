@@ -1,0 +1,193 @@
+"""Loads and grips of automata in a kick, drift, kick step, and how the interface takes its part of them.
+
+`automata.loads` drifts first. Here a load acts in both half kicks of a tick, and its work is force times the mean of the
+velocities before and after the tick: with it the energy that leapfrog conserves closes to rounding.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from ..automata.edges import Conditions
+from ..automata.loads import (
+    ANGULAR_IMPULSE,
+    HOLDS_ROTATION,
+    HOLDS_X,
+    HOLDS_Y,
+    IMPULSE_X,
+    IMPULSE_Y,
+    WORK,
+    Grip,
+    Load,
+    keep_velocities,
+    load_torque,
+)
+from ..errors import ParameterError
+from ..grid import kernel_arrays
+from ..grid.mesh import IntArray, Mesh
+from ..support.float_arrays import FloatArray
+from ..support.jit import internal
+from .interface import Interface
+
+
+class Edges(NamedTuple):
+    """Inputs and edges of the automata, as a coupled medium applies them.
+
+    Attributes:
+        load: forces on automata that do not belong to the interface; 0 along what the grip holds.
+        grip: velocities that are prescribed.
+        grip_place: scratch: displacements of held automata before the tick, shape (g, 2).
+        grip_force: scratch: forces and torque before the tick, shape (g, 3).
+        tallies: of loads and of grips, part of the state; see `automata.loads`.
+    """
+
+    load: Load
+    grip: Grip
+    grip_place: FloatArray
+    grip_force: FloatArray
+    tallies: FloatArray
+
+
+@internal
+def keep_before(edges, motion, forces):
+    """Write velocities and forces before the first half kick."""
+    keep_velocities(edges.load.place, motion, edges.load.before)
+    keep_velocities(edges.grip.place, motion, edges.grip.before)
+    for row in range(edges.grip.place.size):
+        p = edges.grip.place[row]
+        edges.grip_place[row, 0], edges.grip_place[row, 1] = motion.x[p], motion.y[p]
+        edges.grip_force[row, 0], edges.grip_force[row, 1] = forces.x[p], forces.y[p]
+        edges.grip_force[row, 2] = forces.torque[p]
+
+
+@internal
+def push_and_hold(edges, body, motion, time):
+    """Let the loads act for a half kick of `time` [s], tally their moment, and give held automata their velocities."""
+    load, grip = edges.load, edges.grip
+    for row in range(load.place.size):
+        p, fx, fy, turning = load.place[row], load.force[row, 0], load.force[row, 1], load_torque(load, row)
+        motion.vx[p] += time / body.mass[p] * fx
+        motion.vy[p] += time / body.mass[p] * fy
+        motion.spin[p] += time / body.inertia[p] * turning
+        moment = (body.x[p] + motion.x[p]) * fy - (body.y[p] + motion.y[p]) * fx
+        edges.tallies[0, ANGULAR_IMPULSE] += time * (moment + turning)
+    for row in range(grip.place.size):
+        p, held = grip.place[row], grip.held[row]
+        if held & HOLDS_X:
+            motion.vx[p] = grip.velocity[row, 0]
+        if held & HOLDS_Y:
+            motion.vy[p] = grip.velocity[row, 1]
+        if held & HOLDS_ROTATION:
+            motion.spin[p] = 0.0
+
+
+@internal
+def settle_loads(edges, motion, time):
+    """Tally work and impulse of the loads over a whole tick of `time` [s]."""
+    load, tally = edges.load, edges.tallies[0]
+    for row in range(load.place.size):
+        p, fx, fy = load.place[row], load.force[row, 0], load.force[row, 1]
+        mean_x, mean_y = 0.5 * (load.before[row, 0] + motion.vx[p]), 0.5 * (load.before[row, 1] + motion.vy[p])
+        mean_spin = 0.5 * (load.before[row, 2] + motion.spin[p])
+        tally[WORK] += time * (fx * mean_x + fy * mean_y + load_torque(load, row) * mean_spin)
+        tally[IMPULSE_X] += time * fx
+        tally[IMPULSE_Y] += time * fy
+
+
+@internal
+def settle_grip(edges, body, motion, forces, time):
+    """Tally work and impulse of grips over a whole tick of `time` [s], with the forces after it."""
+    grip, old, tally = edges.grip, edges.grip_force, edges.tallies[1]
+    for row in range(grip.place.size):
+        p, held = grip.place[row], grip.held[row]
+        x, y = body.x[p] + motion.x[p], body.y[p] + motion.y[p]
+        if held & HOLDS_X:
+            before, given, force = grip.before[row, 0], grip.velocity[row, 0], (old[row, 0], forces.x[p])
+            first, second = _settle(body.mass[p], before, given, force, time, tally)
+            tally[IMPULSE_X] += first + second
+            tally[ANGULAR_IMPULSE] -= (body.y[p] + edges.grip_place[row, 1]) * first + y * second
+        if held & HOLDS_Y:
+            before, given, force = grip.before[row, 1], grip.velocity[row, 1], (old[row, 1], forces.y[p])
+            first, second = _settle(body.mass[p], before, given, force, time, tally)
+            tally[IMPULSE_Y] += first + second
+            tally[ANGULAR_IMPULSE] += (body.x[p] + edges.grip_place[row, 0]) * first + x * second
+        if held & HOLDS_ROTATION:
+            spin, turned = grip.before[row, 2], 0.5 * time * (old[row, 2] + forces.torque[p])
+            tally[WORK] -= 0.5 * body.inertia[p] * spin * spin
+            tally[ANGULAR_IMPULSE] -= body.inertia[p] * spin + turned
+
+
+@internal
+def _settle(mass, before, given, force, time, tally):
+    """Add the work of a grip to a tally; return its impulses in the first and in the second half of the tick [N s]."""
+    old, new = force
+    tally[WORK] += 0.5 * mass * (given * given - before * before) - 0.5 * time * given * (old + new)
+    return mass * (given - before) - 0.5 * time * old, -0.5 * time * new
+
+
+class EdgeInputs:
+    """Loads and held automata: those of the interface move with their nodes, which get the loads on them.
+
+    Attributes:
+        edges: what kernels take; of automata of the interface the rotation alone is held.
+    """
+
+    def __init__(self, conditions: Conditions, interface: Interface, tallies: FloatArray) -> None:
+        """Take what the automata have by themselves, and which of them the interface carries."""
+        load, grip, free = conditions.load, conditions.grip, interface.free > 0
+        self._conditions, self._interface = conditions, interface
+        self._loads = np.flatnonzero(free[load.automata])
+        held = np.where(free[grip.automata], grip.held, grip.held & HOLDS_ROTATION)
+        some = len(self._loads)
+        bits = np.zeros(len(free), dtype=np.int64)
+        bits[grip.automata] = held
+        self._acts = np.stack([bits & HOLDS_X, bits & HOLDS_Y], axis=1)[load.automata[self._loads]] == 0
+        kept, count = self._loads, len(grip.automata)
+        self.edges = Edges(
+            Load(load.automata[kept], load.place[kept], np.zeros((some, 2)), load.lever[kept], np.zeros((some, 3))),
+            grip._replace(held=held), np.zeros((count, 2)), np.zeros((count, 3)), tallies,
+        )  # fmt: skip
+
+    def fill_loads(self) -> None:
+        """Take the loads that the conditions of the automata have now; what is held feels none."""
+        self.edges.load.force[:] = np.where(self._acts, self._conditions.load.force[self._loads], 0.0)
+
+    def loads_on_nodes(self, conditions: kernel_arrays.Conditions, places: IntArray) -> FloatArray | None:
+        """Return what loads on automata of the interface give the nodes, shape (nodes with conditions, 2) [N]; None without.
+
+        Args:
+            conditions: of the grid.
+            places: row of each interface node in these.
+        """
+        load, interface = self._conditions.load, self._interface
+        if len(self._loads) == len(load.automata):
+            return None
+        pulled = np.zeros((len(interface.free), 2))
+        np.add.at(pulled, load.automata, load.force)
+        found = np.zeros((len(conditions.nodes), 2))
+        rows = np.repeat(places, np.diff(interface.first))
+        np.add.at(found, rows, interface.shares[:, None] * pulled[interface.automata[interface.acting]])
+        return np.where(conditions.prescribed > 0, 0.0, found)
+
+    def refuse_free_nodes(self, mesh: Mesh, conditions: kernel_arrays.Conditions) -> None:
+        """Refuse automata of the interface that an edge holds and their nodes do not.
+
+        Raises:
+            ParameterError: names the automaton and the node.
+        """
+        grip, interface = self._conditions.grip, self._interface
+        row_of = {int(node): row for row, node in enumerate(conditions.nodes)}
+        ends = dict(zip(interface.automata.tolist(), interface.ends.tolist(), strict=True))
+        for automaton, held in zip(grip.automata.tolist(), grip.held.tolist(), strict=True):
+            for node in ends.get(automaton, ()):
+                for k, bit in enumerate((HOLDS_X, HOLDS_Y)):
+                    if held & bit and not conditions.prescribed[row_of[node], k]:
+                        x, y = mesh.nodes[node]
+                        raise ParameterError(
+                            f"automaton {automaton} at ({x:.9g}, {y:.9g}) m is held along {'xy'[k]} by its edge, and belongs "
+                            f"to the interface, but node {node} of the grid is free there",
+                            hint="give the edge of the grid that ends there the same condition",
+                            at="automata",
+                        )

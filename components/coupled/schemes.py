@@ -1,0 +1,312 @@
+"""The three schemes of a tick and their four stages.
+
+Both parts move by kick, drift, kick. In `Lockstep` (one micro-step) an interface node feels the sum of both forces, m a = F
+with the masses of both: leapfrog for the whole, which conserves momentum and its discrete energy to rounding.
+
+`Impulses` are reversible multiple time steps (M. Tuckerman, B. Berne, G. Martyna, J. Chem. Phys. 97 (1992) 1990): the forces of
+the cells kick once before and once after the micro-steps of the automata, with which the interface nodes move. The parts
+exchange impulses W^T F and velocities W v of micro-steps, never a force that is held.
+
+`Literal` are the sub-steps of Psakhie et al. as written (section 2.3, steps 2 to 4), which are unstable. The automata make
+their steps first, those of the interface with the velocity that the nodes had. Then the nodes feel the mean of the forces of
+the automata, and take the automata along.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from ..automata.loads import drift
+from ..grid import kernels as grid_kernels
+from ..grid.kernel_arrays import BOUNDARY_ANGULAR, BOUNDARY_IMPULSE, WORK
+from ..support.dispatch import dispatched
+from ..support.jit import internal
+from .exchange import assemble, follow, follow_velocities, keep_velocities, kicked, settle_kick
+from .loads import keep_before
+from .parts import begin_grid, finish_cells, kick_automata, move_automata, settle_edges
+
+
+class Lockstep(NamedTuple):
+    """One step of the automata in a tick.
+
+    Attributes:
+        step: internal step [s].
+        micro: steps of the automata in it.
+        by_momentum: whether interface nodes get the mean of the velocities of both sides; see `exchange.kicked`.
+        speed_limit: of automata [m/s].
+    """
+
+    step: float
+    micro: int
+    by_momentum: bool
+    speed_limit: float
+
+
+class Impulses(NamedTuple):
+    """Several steps of the automata in a tick; attributes as of `Lockstep`."""
+
+    step: float
+    micro: int
+    by_momentum: bool
+    speed_limit: float
+
+
+class Literal(NamedTuple):
+    """The sub-steps of the paper; attributes as of `Lockstep`."""
+
+    step: float
+    micro: int
+    by_momentum: bool
+    speed_limit: float
+
+
+@dispatched
+def begin_tick(steps, grid, automata, seam, factors, row):
+    """Begin a tick.
+
+    Args:
+        steps: a scheme.
+        grid: a `parts.GridPart`.
+        automata: a `parts.AutomataPart`.
+        seam: a `parts.Seam`.
+        factors: of the signals of the grid in the middle of each tick, shape (ticks, signals).
+        row: of this tick.
+    """
+
+
+@dispatched
+def move(steps, grid, automata, seam, factors, row):
+    """Begin a step of the automata: half a kick and the drift."""
+
+
+@dispatched
+def act(steps, grid, automata, seam, tick, again):
+    """End a step of the automata, its forces being there: half a kick.
+
+    Args:
+        steps: a scheme.
+        grid: a `parts.GridPart`.
+        automata: a `parts.AutomataPart`.
+        seam: a `parts.Seam`.
+        tick: at the end of this one.
+        again: whether the next tick follows in this call.
+
+    Returns:
+        A cell that is inverted, or -1.
+    """
+
+
+@dispatched
+def end_tick(steps, grid, automata, seam, factors, row, tick, again):
+    """End a tick; return a cell that is inverted, or -1."""
+
+
+# -- lockstep -------------------------------------------------------------------------------------------------------------
+
+
+@begin_tick.register(Lockstep)
+def _begin_lockstep(steps, grid, automata, seam, factors, row):
+    return None
+
+
+@move.register(Lockstep)
+def _move_in_lockstep(steps, grid, automata, seam, factors, row):
+    interface, exchange, half = seam.interface, seam.exchange, 0.5 * steps.step
+    keep_before(automata.edges, automata.motion, automata.scratch.forces)
+    keep_velocities(interface, exchange, grid.state)
+    begin_grid(grid, factors, row, steps.step)
+    settle_kick(interface, exchange, grid.state, grid.conditions, half, half)
+    move_automata(automata, seam, grid.state, steps.step)
+
+
+@act.register(Lockstep)
+def _act_in_lockstep(steps, grid, automata, seam, tick, again):
+    interface, exchange, state, half = seam.interface, seam.exchange, grid.state, 0.5 * steps.step
+    failed = finish_cells(grid, seam, steps.step, tick, again)
+    assemble(interface, exchange, state, grid.conditions, half, steps.by_momentum)
+    keep_velocities(interface, exchange, state)
+    grid_kernels.finish_conditions(grid.grid, state, grid.conditions, steps.step, grid.tally)
+    settle_kick(interface, exchange, state, grid.conditions, half, half)
+    kick_automata(automata, half)
+    follow(interface, automata.body.layout, state, automata.motion)
+    settle_edges(automata, steps.step)
+    return failed
+
+
+@end_tick.register(Lockstep)
+def _end_lockstep(steps, grid, automata, seam, factors, row, tick, again):
+    return -1
+
+
+# -- impulses -------------------------------------------------------------------------------------------------------------
+
+
+@begin_tick.register(Impulses)
+def _begin_impulses(steps, grid, automata, seam, factors, row):
+    """Let the cells kick for half a step, and drift the nodes of the grid alone."""
+    interface, exchange, state, step = seam.interface, seam.exchange, grid.state, steps.step
+    keep_displacements(grid, seam)
+    keep_velocities(interface, exchange, state)
+    begin_grid(grid, factors, row, step)
+    settle_kick(interface, exchange, state, grid.conditions, 0.5 * step, 0.0)
+    begin_micro_steps(grid, seam)
+    follow(interface, automata.body.layout, state, automata.motion)
+
+
+@move.register(Impulses)
+def _move_with_impulses(steps, grid, automata, seam, factors, row):
+    time = steps.step / steps.micro
+    keep_before(automata.edges, automata.motion, automata.scratch.forces)
+    kick_nodes(grid, seam, 0.5 * time, steps.by_momentum)
+    drift_nodes(grid, seam, time)
+    move_automata(automata, seam, grid.state, time)
+
+
+@act.register(Impulses)
+def _act_with_impulses(steps, grid, automata, seam, tick, again):
+    time = steps.step / steps.micro
+    kick_nodes(grid, seam, 0.5 * time, steps.by_momentum)
+    kick_automata(automata, 0.5 * time)
+    follow(seam.interface, automata.body.layout, grid.state, automata.motion)
+    settle_edges(automata, time)
+    return -1
+
+
+@end_tick.register(Impulses)
+def _end_impulses(steps, grid, automata, seam, factors, row, tick, again):
+    interface, exchange, state, half = seam.interface, seam.exchange, grid.state, 0.5 * steps.step
+    use_mean_velocities(grid, seam, steps.step)
+    failed = finish_cells(grid, seam, steps.step, tick, again)
+    end_micro_steps(grid, seam)
+    keep_velocities(interface, exchange, state)
+    grid_kernels.finish_conditions(grid.grid, state, grid.conditions, steps.step, grid.tally)
+    settle_kick(interface, exchange, state, grid.conditions, half, 0.0)
+    follow(interface, automata.body.layout, state, automata.motion)
+    return failed
+
+
+@internal
+def kick_nodes(grid, seam, time, by_momentum):
+    """Let the forces of the automata kick the interface nodes for `time` [s]."""
+    interface, exchange, conditions, velocity = seam.interface, seam.exchange, grid.conditions, grid.state.velocity
+    keep_velocities(interface, exchange, grid.state)
+    for row in range(interface.nodes.size):
+        n, i = interface.nodes[row], exchange.places[row]
+        carried = interface.mass[row]
+        for k in range(2):
+            force = exchange.automata_force[row, k]
+            if conditions.prescribed[i, k]:
+                exchange.given[row, k] += time * force
+            else:
+                velocity[n, k] = kicked(velocity[n, k], time, 0.0, force, conditions.mass[i] - carried, carried, by_momentum)
+    settle_kick(interface, exchange, grid.state, conditions, 0.0, time)
+
+
+@internal
+def begin_micro_steps(grid, seam):
+    """Take back the drift of the interface nodes in `begin_grid`: they drift with the micro-steps."""
+    for row in range(seam.interface.nodes.size):
+        n = seam.interface.nodes[row]
+        for k in range(2):
+            grid.state.displacement[n, k] = seam.exchange.start[row, k]
+            seam.exchange.given[row, k] = 0.0
+
+
+@internal
+def keep_displacements(grid, seam):
+    """Note where the interface nodes are at the begin of a tick."""
+    for row in range(seam.interface.nodes.size):
+        n = seam.interface.nodes[row]
+        seam.exchange.start[row, 0], seam.exchange.start[row, 1] = grid.state.displacement[n, 0], grid.state.displacement[n, 1]
+
+
+@internal
+def drift_nodes(grid, seam, time):
+    """Move the interface nodes with their velocities for `time` [s]."""
+    for row in range(seam.interface.nodes.size):
+        n = seam.interface.nodes[row]
+        grid.state.displacement[n, 0] += time * grid.state.velocity[n, 0]
+        grid.state.displacement[n, 1] += time * grid.state.velocity[n, 1]
+
+
+@internal
+def use_mean_velocities(grid, seam, step):
+    """Give the interface nodes the mean velocities of the tick, for the strains of the cells; note the present ones."""
+    interface, exchange, state = seam.interface, seam.exchange, grid.state
+    for row in range(interface.nodes.size):
+        n = interface.nodes[row]
+        for k in range(2):
+            exchange.before[row, k] = state.velocity[n, k]
+            state.velocity[n, k] = (state.displacement[n, k] - exchange.start[row, k]) / step
+
+
+@internal
+def end_micro_steps(grid, seam):
+    """Give the interface nodes their own velocities back, and let `finish_conditions` continue from these.
+
+    The boundary takes up the impulse of automata on prescribed components, and has given the opposite.
+    """
+    interface, exchange, state, conditions, tally = seam.interface, seam.exchange, grid.state, grid.conditions, grid.tally
+    for row in range(interface.nodes.size):
+        n, i = interface.nodes[row], exchange.places[row]
+        share = conditions.share[i]
+        for k in range(2):
+            state.velocity[n, k] = exchange.before[row, k]
+            if conditions.prescribed[i, k]:
+                impulse = share * exchange.given[row, k]
+                lever = grid.grid.reference[n, 1 - k] + 0.5 * (state.displacement[n, 1 - k] + exchange.start[row, 1 - k])
+                tally[WORK] -= impulse * state.velocity[n, k]
+                tally[BOUNDARY_IMPULSE + k] -= impulse
+                tally[BOUNDARY_ANGULAR] -= lever * impulse if k == 1 else -lever * impulse
+            else:
+                conditions.begin[i, 4, k] = state.velocity[n, k]
+
+
+# -- the paper's sub-steps ------------------------------------------------------------------------------------------------
+
+
+@begin_tick.register(Literal)
+def _begin_literally(steps, grid, automata, seam, factors, row):
+    """Forget the forces of the last tick."""
+    for node in range(seam.interface.nodes.size):
+        seam.exchange.given[node, 0] = seam.exchange.given[node, 1] = 0.0
+
+
+@move.register(Literal)
+def _move_literally(steps, grid, automata, seam, factors, row):
+    """Kick and drift the automata; those of the interface with the velocities of their nodes."""
+    time = steps.step / steps.micro
+    keep_before(automata.edges, automata.motion, automata.scratch.forces)
+    kick_automata(automata, 0.5 * time)
+    follow_velocities(seam.interface, automata.body.layout, grid.state, automata.motion)
+    drift(automata.motion, time)
+
+
+@act.register(Literal)
+def _act_literally(steps, grid, automata, seam, tick, again):
+    """Add to the mean of the forces, and kick the automata."""
+    exchange, time = seam.exchange, steps.step / steps.micro
+    for node in range(seam.interface.nodes.size):
+        exchange.given[node, 0] += exchange.automata_force[node, 0] / steps.micro
+        exchange.given[node, 1] += exchange.automata_force[node, 1] / steps.micro
+    kick_automata(automata, 0.5 * time)
+    follow_velocities(seam.interface, automata.body.layout, grid.state, automata.motion)
+    settle_edges(automata, time)
+    return -1
+
+
+@end_tick.register(Literal)
+def _end_literally(steps, grid, automata, seam, factors, row, tick, again):
+    """Advance the grid with the mean of the forces of the automata."""
+    interface, exchange, state, half = seam.interface, seam.exchange, grid.state, 0.5 * steps.step
+    for node in range(interface.nodes.size):
+        for k in range(2):
+            exchange.automata_force[node, k] = exchange.given[node, k]
+    assemble(interface, exchange, state, grid.conditions, half, steps.by_momentum)
+    begin_grid(grid, factors, row, steps.step)
+    follow(interface, automata.body.layout, state, automata.motion)
+    failed = finish_cells(grid, seam, steps.step, tick, again)
+    assemble(interface, exchange, state, grid.conditions, half, steps.by_momentum)
+    grid_kernels.finish_conditions(grid.grid, state, grid.conditions, steps.step, grid.tally)
+    follow(interface, automata.body.layout, state, automata.motion)
+    return failed
