@@ -8,7 +8,6 @@ import pickle
 import gymnasium
 import numpy as np
 import pytest
-from gymnasium.utils.env_checker import check_env
 
 import granular_env as ge
 from granular_env.components.automata.theory import confined_strength, confining_pressure, platen_stress
@@ -25,12 +24,6 @@ def returns() -> dict[str, tuple[float, dict]]:
     """The return and the last info of each baseline."""
     env = gymnasium.make(NAME).unwrapped
     return {name: play(env, policy, seed=0) for name, policy in env.task.baselines().items()}
-
-
-def test_it_is_registered_and_passes_the_checker() -> None:
-    env = gymnasium.make(NAME, deadline=4, internal_steps=2)
-    assert isinstance(env.unwrapped.component, ge.Component)
-    check_env(env.unwrapped, skip_render_check=True)
 
 
 def test_without_pressure_the_specimen_bursts_and_the_more_is_known_the_better(returns) -> None:
@@ -88,14 +81,6 @@ def test_each_episode_draws_its_strengths() -> None:
     assert not one.draws_component and one.component.parameters.strength_seed == 3
     with pytest.raises(ParameterError, match="strength_seed"):
         one.restore(state)
-
-
-def test_the_deadline_ends_or_cuts_off() -> None:
-    for clock, expected in ((2, (True, False)), (0, (False, True))):
-        env = make_confinement(deadline=2, internal_steps=1, clock=clock)
-        env.reset(seed=0)
-        env.step([0.0])
-        assert env.step([0.0])[2:4] == expected
 
 
 def test_both_sides_are_pressed_and_the_middle_bears_what_theory_says() -> None:
@@ -165,43 +150,6 @@ def test_saved_states_and_copies_go_on_with_the_same_bits_also_while_it_cracks()
     for one in others:
         np.testing.assert_array_equal(env.component.get("velocity"), one.component.get("velocity"))
         assert one.task.counters == env.task.counters
-
-
-def test_without_a_native_batch_gymnasiums_own_serves(capsys: pytest.CaptureFixture[str]) -> None:
-    from granular_env.cli import main
-
-    envs = gymnasium.make_vec(NAME, num_envs=2, deadline=3, internal_steps=1)
-    observations, _ = envs.reset(seed=0)
-    assert isinstance(envs, gymnasium.vector.SyncVectorEnv)
-    assert observations.shape == envs.step(np.zeros((2, 1), np.float32))[0].shape == (2, 970)
-    main(["describe", "automata"])
-    words = " ".join(capsys.readouterr().out.split())
-    assert "Confinement-v3" in words and "SyncVectorEnv" in words
-
-
-def test_a_drive_through_numbers_is_linear_between_them() -> None:
-    np.testing.assert_allclose(drive_through([0.0, 1.0, 0.0], 4), [0.25, 0.75, 0.75, 0.25])
-
-
-@pytest.mark.parametrize(
-    ("arguments", "word"),
-    [
-        ({"pressure": -1.0}, "pressure"),
-        ({"strain": 0.0}, "strain"),
-        ({"presure": 1.0}, "presure"),
-        ({"price": -1.0}, "price"),
-        ({"lost": 2.0}, "lost"),
-    ],
-)
-def test_bad_arguments_are_refused(arguments: dict, word: str) -> None:
-    with pytest.raises(ParameterError, match=word):
-        make_confinement(**arguments)
-
-
-def test_random_pressures_are_worse_than_theory(returns) -> None:
-    env = make_confinement()
-    drive = np.random.default_rng(0).uniform(0.0, 1.0, 50)
-    assert play(env, OpenLoop(drive), seed=0)[0] < returns["theory"][0]
 
 
 def test_an_episode_is_recorded_with_the_loads_that_the_task_adds(tmp_path) -> None:
