@@ -9,13 +9,11 @@ import gymnasium
 import numpy as np
 
 import granular_env.envs  # noqa: F401 - registers the environments
-from granular_env.components.support.jit import jit
 
 from .figures import Figure
 from .timing import interleaved, microseconds, ratio
 
 NAME, COUNT, GRAINS = "granular_env/Protection-v1", 256, 64
-_NO_DRIVE = np.zeros((0, 2))
 
 
 def measure(steps: int = 20, rounds: int = 41) -> Iterator[Figure]:
@@ -50,13 +48,13 @@ def measure(steps: int = 20, rounds: int = 41) -> Iterator[Figure]:
 
 
 def _bare_physics(native: Any) -> Any:
-    single = native.unwrapped.single(0)
-    advance, ticks = single.component.scheme_kernel, single.internal_steps
+    component, ticks = native.get_attr("component")[0], native.get_attr("internal_steps")[0]
+    advance, rows = component.entries.advance_batch, component.state_rows
+    kept = np.zeros((rows.stop - rows.start, component.table.shape[1]))
 
-    @jit
-    def bare(tables, forces):  # noqa: ANN001, ANN202
-        for k in range(len(forces)):
-            advance(tables[k], _NO_DRIVE, 0, forces[k], 0.0, 0, ticks)
+    def bare(tables: np.ndarray, forces: np.ndarray) -> None:
+        inputs = np.column_stack([forces, np.zeros(COUNT)])
+        advance(tables, inputs, np.zeros(COUNT, np.int64), ticks, np.ones(COUNT, np.bool_), kept, rows.start)
 
     bare(native.unwrapped._rows.tables.copy(), np.zeros(COUNT))
     return bare

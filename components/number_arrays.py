@@ -13,6 +13,7 @@ from .support.validation import finite_number
 from .variables import check_index, index_text, parse_index
 
 Shape = tuple[int, ...]
+_NUMBERS = (int, float, np.integer, np.floating)
 
 
 def number_array(at: str | Location, value: Any, expected: str, shapes: Sequence[Shape] | None = None) -> FloatArray:
@@ -46,14 +47,18 @@ def _converted(at: str | Location, value: Any, expected: str) -> FloatArray:
         raise ParameterError(f"got {one_line(value)}", expected=expected, hint=hint, at=at)
     try:
         given = np.asarray(value)
+        if isinstance(value, list | tuple):  # numpy would convert truth values in lists, and not large integers
+            parts = np.asarray(value, dtype=object)
+            numbers = all(isinstance(one, _NUMBERS) and not isinstance(one, bool) for one in parts.flat)
+        else:
+            numbers = given.dtype.kind in "fiu"
+        if numbers:
+            with np.errstate(all="ignore"):  # numbers of a wider type that overflow become infinite, and are refused
+                return np.array(given, dtype=np.float64, order="C")
     except (ValueError, OverflowError, TypeError):
-        rows = isinstance(value, list | tuple) and any(isinstance(row, list | tuple | np.ndarray) for row in value)
-        came = "rows of unlike length" if rows else one_line(value)
-        raise ParameterError(f"got {came}", expected=expected, at=at) from None
-    if given.dtype.kind not in "fiu":
-        raise ParameterError(f"got {one_line(value)}", expected=expected, at=at)
-    with np.errstate(all="ignore"):  # numbers of a wider type that overflow become infinite, and are refused
-        return np.array(given, dtype=np.float64, order="C")
+        if isinstance(value, list | tuple) and any(isinstance(row, list | tuple | np.ndarray) for row in value):
+            raise ParameterError("got rows of unlike length", expected=expected, at=at) from None
+    raise ParameterError(f"got {one_line(value)}", expected=expected, at=at)
 
 
 def start_array(at: str | Location, value: Any, shape: Shape, rest: FloatArray | float = 0.0) -> FloatArray:

@@ -66,7 +66,6 @@ class Stepping(Physics):
         self._owner: Stepping | None = None
         # True in the middle of a step or a reset.
         self._busy = False
-        self._step_start = 0
         self._chunk_ticks = 256
         self._held, self._profiled = {}, False
         self._tick = 0
@@ -170,11 +169,6 @@ class Stepping(Physics):
     # -- observers, and pieces of a long step -----------------------------------------------------------------------
 
     @property
-    def step_start(self) -> int:
-        """The tick at which the current long step began, for an observer that looks in the middle of it."""
-        return self._step_start
-
-    @property
     def is_observed(self) -> bool:
         """Return whether there are observers."""
         return bool(self._observers)
@@ -199,7 +193,6 @@ class Stepping(Physics):
 
     def _advance_in_pieces(self, ticks: int) -> None:
         start, end, begun, reported = self._tick, self._tick + ticks, perf_counter(), ticks < _MANY_TICKS
-        self._step_start = start
         while self._tick < end:
             stop = min(end, self._tick + self._chunk_ticks)
             for observer in self._observers:

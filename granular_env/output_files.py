@@ -83,16 +83,6 @@ def lock(file: IO[Any], refusal: GranularError) -> None:
         raise refusal from None
 
 
-@contextmanager
-def one_at_a_time(path: Path) -> Iterator[None]:
-    """Hold a lock on a file, made if need be, waiting for other processes that hold it; without one where there can be none."""
-    with ExitStack() as held:
-        # A full disk, a folder that can only be read, a file system that knows no locks.
-        with suppress(OSError):
-            fcntl.flock(held.enter_context(path.open("ab")), fcntl.LOCK_EX)
-        yield
-
-
 def resolve_file(path: str | os.PathLike[str]) -> Path:
     """Return the target of a path, links followed; `ParameterError` for a folder, a device or a pipe."""
     try:

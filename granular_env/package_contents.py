@@ -20,14 +20,9 @@ def shipped_files(kind: str) -> dict[str, Path]:
     return dict(sorted(found.items()))
 
 
-def shipped_documents() -> dict[str, Path]:
-    """Return name -> file of all experiments, plans of sweeps and studies."""
-    return {name: path for kind in _FOLDERS for name, path in shipped_files(kind).items()}
-
-
 def shipped_names() -> list[str]:
     """Return the names of everything that comes with the package."""
-    return [*catalogue.names(), *shipped_documents()]
+    return [*catalogue.names(), *(name for kind in _FOLDERS for name in shipped_files(kind))]
 
 
 def overview() -> dict[str, dict[str, str]]:

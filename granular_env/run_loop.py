@@ -12,7 +12,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from time import perf_counter
-from typing import Any, Self
+from typing import TYPE_CHECKING, Any, Self
 
 from granular_env.components.component import Component
 from granular_env.components.errors import (
@@ -37,6 +37,9 @@ from granular_env.experiments.experiment import Source, load_experiment
 from granular_env.experiments.preparation import Prepared, prepare
 from granular_env.experiments.stop_rules import StopWatch
 from granular_env.progress import Progress, progress_bar
+
+if TYPE_CHECKING:
+    from granular_env.recording.branch import Branch
 
 # Wall time of a piece of a run [s], so that Ctrl-C, the progress bar and the recorder get their turn. Each piece copies the
 # state once: large states have longer pieces, so that the copy takes at most 5 % of a piece at this rate [bytes/s].
@@ -179,6 +182,47 @@ def replay(
             raise LogError("it holds none", at="steps", source=f"log {str(log)!r}")
         total, seconds = sum(one.ticks for one in results), sum(one.seconds for one in results)
         return dataclasses.replace(results[-1], ticks=total, seconds=seconds, start=opened.start_tick)
+
+
+def run_branch(
+    branch: Branch,
+    log: str | os.PathLike[str],
+    inputs: Inputs,
+    until: float | None = None,
+    *,
+    progress: Progress = False,
+    overwrite: bool = False,
+) -> RunResult:
+    """Continue from a branch and record it; the bits are those of `Branch.run`.
+
+    Args:
+        branch: a fresh one.
+        log: path of the new log.
+        inputs: hold from here on instead of the log's own.
+        until: time at which to stop, on the component's clock [s]; default where the log's segment ends.
+        progress: show a bar, or call this with the part that is done.
+        overwrite: whether an existing file may be replaced.
+
+    Raises:
+        ParameterError: an argument is not valid; nothing has been written.
+        StepError: the physics would break down; the log until then is complete, a note of the error names it.
+        LogError: the log cannot be written.
+    """
+    where, end = f"log {os.fspath(log)!r}", branch.end(until)
+    with memory_errors(where, LogError), collect_warnings() as issued, ExitStack() as stack:
+        stack.enter_context(branch.recording(log, inputs, overwrite=overwrite))
+        result = advance(
+            branch.component,
+            end,
+            {},
+            changes=branch.changes(inputs),
+            title=Path(log).name,
+            progress=progress,
+            log=Path(log),
+            issued=issued,
+            closing=stack,
+        )
+        return dataclasses.replace(result, start=branch.tick)
 
 
 def advance(

@@ -6,7 +6,7 @@ import os
 import signal
 import sys
 import threading
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from multiprocessing import get_context, parent_process
 from multiprocessing.connection import Connection, wait
@@ -64,15 +64,6 @@ class Worker:
         if self._process.is_alive():
             self._process.kill()
             self._process.join()
-
-
-def stop_all(workers: Iterable[Worker]) -> None:
-    """Stop several workers, all at the same time."""
-    workers = list(workers)
-    for worker in workers:
-        worker.terminate()
-    for worker in workers:
-        worker.stop()
 
 
 def end_with_parent() -> None:

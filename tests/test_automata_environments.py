@@ -8,7 +8,6 @@ import pickle
 import gymnasium
 import numpy as np
 import pytest
-from gymnasium.utils.env_checker import check_env
 
 import granular_env as ge
 from granular_env.components.automata.theory import confined_strength, confining_pressure, platen_stress
@@ -25,12 +24,6 @@ def returns() -> dict[str, tuple[float, dict]]:
     """The return and the last info of each baseline."""
     env = gymnasium.make(NAME).unwrapped
     return {name: play(env, policy, seed=0) for name, policy in env.task.baselines().items()}
-
-
-def test_it_is_registered_and_passes_the_checker() -> None:
-    env = gymnasium.make(NAME, deadline=4, internal_steps=2)
-    assert isinstance(env.unwrapped.component, ge.Component)
-    check_env(env.unwrapped, skip_render_check=True)
 
 
 def test_without_pressure_the_specimen_bursts_and_the_more_is_known_the_better(returns) -> None:

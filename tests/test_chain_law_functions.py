@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import ast
 import math
 from collections.abc import Callable, Iterable
 from itertools import product
-from pathlib import Path
-from typing import Any, ClassVar, Literal
+from typing import Any, ClassVar, Literal, NamedTuple
 
 import numpy as np
 import pytest
@@ -15,23 +13,16 @@ from support.cubic_law import Cubic, Proportional
 
 import granular_env as ge
 from granular_env.components.chain import differentiable_quantities
-from granular_env.components.chain import equations_of_motion as equations
 from granular_env.components.chain.adjoint import evaluate, parameter_gradient, value_and_adjoint
 from granular_env.components.chain.adjoint.gradient import has_gradient
-from granular_env.components.chain.laws import LAWS, Dissipative, Hertz, Law, Power, placeholders
+from granular_env.components.chain.laws import LAWS, Dissipative, Hertz, Law, functions
 from granular_env.components.chain.laws.hertz import HertzRest
 from granular_env.components.chain.laws.law import lacks
-from granular_env.components.chain.layout import (
-    LAW_CONSTANTS,
-    REST_OVERLAP,
-    STIFFNESS,
-    U,
-    V,
-)
+from granular_env.components.chain.layout import LAW_CONSTANTS, REST_OVERLAP, STIFFNESS, U, V
 from granular_env.components.chain.objective import Objective
-from granular_env.components.chain.specialisation import specialise
+from granular_env.components.chain.state import state_of
 from granular_env.components.errors import ParameterError
-from granular_env.components.support.jit import inlined, jit
+from granular_env.components.support.jit import jit
 
 pytestmark = pytest.mark.filterwarnings("ignore::granular_env.components.errors.GranularWarning")
 
@@ -190,17 +181,18 @@ def differences(function: Any, a: np.ndarray, entries: list[tuple[int, int]]) ->
 @pytest.mark.parametrize("quantity", ["contact_force", "contact_energy", "energy_root"])
 @pytest.mark.parametrize("name", WITH_GRADIENT)
 def test_pullbacks_are_the_slopes_of_their_quantities(name: str, quantity: str) -> None:
-    if quantity == "energy_root" and lacks(LAWS[name], placeholders.ENERGY_ROOT):
+    if quantity == "energy_root" and lacks(LAWS[name], functions.ENERGY_ROOT):
         pytest.skip("this law has none")
     chain = shaken(name, precompression=200.0, step_size=1e-8)
     a = chain.detached_table()
     j = int(np.argmax(chain.get("contact_force")[1:-1])) + 1
     adjoint = np.zeros_like(a)
-    chain.specialise(getattr(differentiable_quantities, f"{quantity}_pullback"))(a, adjoint, j, 0.7)
+    kind = chain.parameters.law.contacts
+    getattr(differentiable_quantities, f"{quantity}_pullback")(state_of(kind, a), state_of(kind, adjoint), j, 0.7)
     entries = [(STIFFNESS, j), (REST_OVERLAP, j), (U, j), (U, j + 1), (V, j), (V, j + 1)]
     entries += [(LAW_CONSTANTS, j)] if isinstance(chain.parameters.law, Dissipative) else []
-    value = chain.specialise(getattr(differentiable_quantities, quantity))
-    expected = 0.7 * differences(lambda table: value(table, j), a, entries)
+    value = getattr(differentiable_quantities, quantity)
+    expected = 0.7 * differences(lambda table: value(state_of(kind, table), j), a, entries)
     np.testing.assert_allclose([adjoint[entry] for entry in entries], expected, rtol=1e-6, atol=1e-12 * np.abs(expected).max())
     others = adjoint.copy()
     for entry in entries:
@@ -209,9 +201,9 @@ def test_pullbacks_are_the_slopes_of_their_quantities(name: str, quantity: str) 
 
 
 @jit
-def _note(a, step, steps, inputs, constants, sums):
+def _note(chain, step, steps, inputs, constants, sums):
     if step == steps - 1:
-        sums[0] += a[V, 3] * a[V, 3]
+        sums[0] += chain.rows[V, 3] * chain.rows[V, 3]
 
 
 @jit
@@ -221,9 +213,9 @@ def _value(sums, constants, slopes):
 
 
 @jit
-def _pullback(a, adjoint, step, steps, inputs, input_adjoint, constants, slopes):
+def _pullback(chain, adjoint, step, steps, inputs, input_adjoint, constants, slopes):
     if step == steps - 1:
-        adjoint[V, 3] += slopes[0] * 2.0 * a[V, 3]
+        adjoint.rows[V, 3] += slopes[0] * 2.0 * chain.rows[V, 3]
 
 
 @pytest.mark.parametrize(("name", "integrator"), pairs(WITH_GRADIENT, ("pefrl", "leapfrog")))
@@ -283,102 +275,44 @@ def test_a_derivative_that_would_lack_the_part_of_the_constants_is_refused(monke
     assert np.isfinite(parameter_gradient(chain, found, "precompression"))
 
 
-# -- specialisation -----------------------------------------------------------------------------------------------------
-
-
-def test_a_law_has_loops_of_its_own_and_others_are_shared() -> None:
-    assert specialise(equations.energies, Hertz) is specialise(equations.energies, Hertz)
-    assert specialise(equations.energies, Hertz) is not specialise(equations.energies, Power)
-    assert specialise(equations.add, Hertz) is equations.add
-
-
-def test_loops_without_a_law_do_not_run() -> None:
-    chain = ge.Chain(grains=3)
-    with pytest.raises(Exception, match="force|no contact law"):
-        equations.contact_forces(chain.table.copy(), U, V, np.zeros(4))
-
-
 # -- what is refused ----------------------------------------------------------------------------------------------------
 
 
-@inlined
-def force(a, j, d):
-    """Return a spring's force; the laws below have this file's functions, and no others."""
-    return a[STIFFNESS, j] * d
+class UnfinishedContacts(NamedTuple):
+    """Constants of a law without an energy."""
+
+    stiffness: np.ndarray
+
+
+@functions.contact_law.register(UnfinishedContacts)
+def unfinished_contacts(kind, stiffness, constants, history):
+    return UnfinishedContacts(stiffness)
+
+
+@functions.force.register(UnfinishedContacts)
+def unfinished_force(law, j, d):
+    return law.stiffness[j] * d
 
 
 class Unfinished(Law):
     """A law without an energy."""
 
+    contacts: ClassVar[type] = UnfinishedContacts
     exponent: ClassVar[float] = 1.0
     name: Literal["unfinished"] = "unfinished"
-
-
-class Forgetful(HertzRest, Dissipative):
-    """A law with a history and a dissipation."""
-
-    exponent: ClassVar[float] = 1.0
-    history_rows: ClassVar[int] = 1
-    name: Literal["forgetful"] = "forgetful"
-    dissipation: float = 1.0
-
-    def coefficients(self, constants: np.ndarray, overlap: np.ndarray) -> np.ndarray:
-        return constants[:, 0]
-
-    def overlap_of(self, constants: np.ndarray, coefficients: np.ndarray) -> np.ndarray:
-        return np.full(len(constants), np.inf)
 
 
 def test_a_law_that_lacks_a_function_is_refused_by_name(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(LAWS, "unfinished", Unfinished)
     with pytest.raises(ParameterError, match=r"law 'unfinished' lacks overlap_at, energy in .*test_chain_law_functions"):
         ge.Chain(grains=3, law="unfinished")
-    monkeypatch.delattr(Unfinished, "exponent")
-    with pytest.raises(ParameterError, match="law 'unfinished' lacks exponent, overlap_at, energy in"):
-        ge.Chain(grains=3, law="unfinished")
-
-
-def test_what_no_integrator_combines_is_refused_by_name(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setitem(LAWS, "forgetful", Forgetful)
-    for name in ("energy", "coefficient", "begin", "remember"):
-        monkeypatch.setitem(globals(), name, force)
-    with pytest.raises(ParameterError, match="law 'forgetful' has a history and a dissipation"):
-        ge.Chain(grains=3, law="forgetful")
 
 
 def test_a_law_without_derivatives_has_no_gradients_and_says_which_it_lacks(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(LAWS, "unfinished", Unfinished)
     monkeypatch.setattr(Unfinished, "overlap_at", HertzRest.overlap_at)
-    monkeypatch.setitem(globals(), "energy", force)
+    monkeypatch.setitem(functions.energy.implementations, UnfinishedContacts, unfinished_force)
     chain = ge.Chain(grains=3, law="unfinished", contact_stiffness=1e9)
-    said = "no gradients of 'unfinished', which lacks force_slopes, energy_pullback; use hertz, "
+    said = "no gradients of 'unfinished', which lacks force_pullback, energy_pullback; use hertz, "
     with pytest.raises(ParameterError, match=said):
         value_and_adjoint(chain, np.zeros((3, 2)), 1, Objective(_note, _value, _pullback))
-
-
-# -- one law a file -----------------------------------------------------------------------------------------------------
-
-
-def _names(path: Path) -> set[str]:
-    """Return the classes, imported modules and texts of a file."""
-    found: set[str] = set()
-    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
-        if isinstance(node, ast.ImportFrom):
-            of_laws = node.module is None or node.module.endswith("laws")
-            found |= {node.module or "", *(one.name for one in node.names if of_laws)}
-        elif isinstance(node, ast.Name) and node.id[0].isupper():
-            found.add(node.id)
-        elif isinstance(node, ast.Constant) and isinstance(node.value, str):
-            found.add(node.value)
-    return found
-
-
-@pytest.mark.parametrize("name", LAWS)
-def test_few_files_name_a_law(name: str) -> None:
-    """Its own, the table and the parameters, whose default one law is; and the laws that extend it, which import it."""
-    root = Path(__file__).resolve().parents[1] / "components" / "chain"
-    wanted = {name, LAWS[name].__name__, f"laws.{name}"}
-    naming = {path.relative_to(root).as_posix() for path in root.rglob("*.py") if wanted & _names(path)}
-    extending = {f"laws/{other}.py" for other in LAWS if other != name and name in _names(root / f"laws/{other}.py")}
-    assert naming - extending <= {f"laws/{name}.py", "laws/__init__.py", "parameters.py", "__init__.py"}
-    assert name == "hertz" or not extending

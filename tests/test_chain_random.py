@@ -12,7 +12,7 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 import granular_env as ge
-from granular_env.components.chain.equations_of_motion import SMALLEST_OVERLAP
+from granular_env.components.chain.layout import SMALLEST_OVERLAP
 from granular_env.components.chain.parameters import WALLS
 from granular_env.components.snapshot import Snapshot
 

@@ -192,8 +192,8 @@ def test_bad_arguments_of_gradients_are_refused() -> None:
 
 
 @jit
-def _note(a, step, steps, inputs, constants, sums):
-    sums[0] += 0.5 * a[MASS, 6] * a[V, 6] ** 2 / steps
+def _note(chain, step, steps, inputs, constants, sums):
+    sums[0] += 0.5 * chain.rows[MASS, 6] * chain.rows[V, 6] ** 2 / steps
 
 
 @jit
@@ -203,25 +203,25 @@ def _value(sums, constants, slopes):
 
 
 @jit
-def _pullback(a, adjoint, step, steps, inputs, input_adjoint, constants, slopes):
-    adjoint[V, 6] += slopes[0] * a[MASS, 6] * a[V, 6] / steps
-    adjoint[MASS, 6] += slopes[0] * 0.5 * a[V, 6] ** 2 / steps
+def _pullback(chain, adjoint, step, steps, inputs, input_adjoint, constants, slopes):
+    adjoint.rows[V, 6] += slopes[0] * chain.rows[MASS, 6] * chain.rows[V, 6] / steps
+    adjoint.rows[MASS, 6] += slopes[0] * 0.5 * chain.rows[V, 6] ** 2 / steps
 
 
 @jit
-def _pullback_twice(a, adjoint, step, steps, inputs, input_adjoint, constants, slopes):
-    adjoint[V, 6] += slopes[0] * 2.0 * a[MASS, 6] * a[V, 6] / steps
-    adjoint[MASS, 6] += slopes[0] * 0.5 * a[V, 6] ** 2 / steps
+def _pullback_twice(chain, adjoint, step, steps, inputs, input_adjoint, constants, slopes):
+    adjoint.rows[V, 6] += slopes[0] * 2.0 * chain.rows[MASS, 6] * chain.rows[V, 6] / steps
+    adjoint.rows[MASS, 6] += slopes[0] * 0.5 * chain.rows[V, 6] ** 2 / steps
 
 
 @jit
-def _pullback_without_mass(a, adjoint, step, steps, inputs, input_adjoint, constants, slopes):
-    adjoint[V, 6] += slopes[0] * a[MASS, 6] * a[V, 6] / steps
+def _pullback_without_mass(chain, adjoint, step, steps, inputs, input_adjoint, constants, slopes):
+    adjoint.rows[V, 6] += slopes[0] * chain.rows[MASS, 6] * chain.rows[V, 6] / steps
 
 
 @jit
-def _pullback_that_writes(a, adjoint, step, steps, inputs, input_adjoint, constants, slopes):
-    a[V, 6] = 0.0
+def _pullback_that_writes(chain, adjoint, step, steps, inputs, input_adjoint, constants, slopes):
+    chain.rows[V, 6] = 0.0
 
 
 @jit
@@ -231,9 +231,9 @@ def _value_of_wrong_slope(sums, constants, slopes):
 
 
 @jit
-def _note_peak(a, step, steps, inputs, constants, sums):
+def _note_peak(chain, step, steps, inputs, constants, sums):
     if step == steps - 1:
-        sums[0] += a[PEAK, 3]
+        sums[0] += chain.rows[PEAK, 3]
 
 
 def test_ones_own_objective_is_checked() -> None:
@@ -276,8 +276,8 @@ def test_a_function_of_numba_is_called_with_the_globals_of_now(monkeypatch: pyte
 
 
 @jit
-def _note_nan_late(a, step, steps, inputs, constants, sums):
-    sums[0] += np.nan if step == 7 else a[V, 1]
+def _note_nan_late(chain, step, steps, inputs, constants, sums):
+    sums[0] += np.nan if step == 7 else chain.rows[V, 1]
 
 
 @jit
@@ -287,8 +287,8 @@ def _value_nan(sums, constants, slopes):
 
 
 @jit
-def _pullback_nan_early(a, adjoint, step, steps, inputs, input_adjoint, constants, slopes):
-    adjoint[V, 3] += np.nan if step == 4 else slopes[0]
+def _pullback_nan_early(chain, adjoint, step, steps, inputs, input_adjoint, constants, slopes):
+    adjoint.rows[V, 3] += np.nan if step == 4 else slopes[0]
 
 
 def test_an_objective_that_is_not_a_number_says_where() -> None:
@@ -310,7 +310,7 @@ def test_functions_of_another_form_are_named() -> None:
     """By the gradient and by the check alike."""
     chain = chain_of()
 
-    def pullback_of_two(a, adjoint):
+    def pullback_of_two(chain, adjoint):
         pass
 
     def value_of_nothing(sums, constants, slopes):
@@ -330,14 +330,14 @@ def test_plain_functions_are_compiled() -> None:
     """A decorator that was forgotten does not matter; code that does not compile is named."""
     chain = chain_of()
 
-    def note(a, step, steps, inputs, constants, sums):
-        sums[0] += a[V, 2] * constants[0]
+    def note(chain, step, steps, inputs, constants, sums):
+        sums[0] += chain.rows[V, 2] * constants[0]
 
-    def pullback(a, adjoint, step, steps, inputs, input_adjoint, constants, slopes):
-        adjoint[V, 2] += slopes[0] * constants[0]
+    def pullback(chain, adjoint, step, steps, inputs, input_adjoint, constants, slopes):
+        adjoint.rows[V, 2] += slopes[0] * constants[0]
 
-    def no_code(a, step, steps, inputs, constants, sums):
-        sums[0] += a.nothing
+    def no_code(chain, step, steps, inputs, constants, sums):
+        sums[0] += chain.nothing
 
     found = value_and_grad(Objective(note, _value, pullback, np.array([2.0])), chain, DRIVE, ticks=2)
     assert found[0] > 0.0

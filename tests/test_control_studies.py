@@ -341,38 +341,30 @@ def test_the_command_checks_runs_lists_and_copies_studies(tmp_path, monkeypatch,
 
 MODULE = '''
 import granular_env as ge
-from granular_env.components.chain.layout import V
-from granular_env.components.support.jit import jit
+import numpy as np
 from granular_env.domains.chain.control import total, velocity
-from granular_env.domains.chain import ChainEnv, ChainTask
+from granular_env.envs import ComponentEnv, RowTask
 
 
-@jit
-def begin(a, counters, constants):
-    counters[0] = 0.0
-
-
-@jit
-def judge(a, inputs, counters, constants, duration, elapsed, steps):
-    counters[0] = a[V, 6]
-    return (-abs(a[V, 6] - constants[0]) if elapsed == steps else 0.0), False
-
-
-class LastVelocity(ChainTask):
+class LastVelocity(RowTask):
     """The last of six grains shall move at 1 m/s at the end; on the way, the fourth."""
 
     name = "last velocity"
     actions, observations = {"left_force": 100.0}, {"displacement": 1e-5, "velocity": 1.0}
     counter_names = ("last_velocity",)
-    begin_kernel, judge_kernel = staticmethod(begin), staticmethod(judge)
 
-    def __init__(self, target=1.0):
-        import numpy as np
+    def __init__(self, target=1.0, deadline=40):
+        self.target, self.deadline = target, deadline
 
-        self.constants = np.array([target])
+    def begin_rows(self, rows, constants, counters):
+        pass
+
+    def judge_rows(self, rows, constants, counters, elapsed):
+        last = counters["last_velocity"][:] = rows.velocity[:, -1]
+        return np.where(elapsed == self.deadline, -np.abs(last - self.target), 0.0), False
 
     def objective(self, chain, steps, *, way=0.0):
-        goal = velocity(-1).at_end(target=float(self.constants[0]))
+        goal = velocity(-1).at_end(target=self.target)
         return total(chain, goal, way * velocity(3).mean(target=1.0)) if way else total(chain, goal)
 
 
@@ -382,7 +374,7 @@ def boom():
 
 def make(target=1.0, deadline=40, step_size=5e-7):
     """Takes neither what a batch tells its environments nor options."""
-    return ChainEnv(ge.make("chain", grains=6, step_size=step_size), LastVelocity(target), deadline=deadline)
+    return ComponentEnv(ge.make("chain", grains=6, step_size=step_size), LastVelocity(target, deadline), deadline=deadline)
 
 
 def no_chain():
@@ -435,7 +427,7 @@ def test_a_module_beside_the_file_is_found_and_its_task_searched(module, tmp_pat
     assert values["gradient"] > -1e-3 > values["random"] > result.baselines["nothing"].value
     # An edited task is another one.
     path = tmp_path / f"{module}.py"
-    path.write_text(path.read_text().replace("constants[0]) if", "2.0 * constants[0]) if"))
+    path.write_text(path.read_text().replace("last - self.target", "last - 2.0 * self.target"))
     sys.modules.pop(module)
     assert run_study(tmp_path / "study.toml", tmp_path / "results", only=["random"]).trials[0].score.value != values["random"]
 

@@ -16,6 +16,7 @@ from scipy.interpolate import CubicSpline
 import granular_env.envs  # noqa: F401 - registers the environments
 from granular_env.components.chain.adjoint import evaluate, value_and_adjoint
 from granular_env.components.chain.layout import MASS, REST_OVERLAP, STIFFNESS, U, V
+from granular_env.components.chain.state import state_of
 from granular_env.components.chain.theory import lattice_wave
 from granular_env.components.errors import GranularWarning, ParameterError
 from granular_env.domains.chain.tasks.absorption import make_absorption
@@ -191,7 +192,7 @@ def test_pullback_is_the_slope_of_value_and_note(name: str, action: str, chain: 
     env = TASKS[name](12, action=action, chain=chain, **SMALL[name])
     env.reset(seed=2)
     objective, steps = env.task.objective(env.component, 60), 60
-    note, pullback = env.component.specialise(objective.note), env.component.specialise(objective.pullback)
+    kind = env.component.parameters.law.contacts
     inputs, slopes, rest = np.zeros(2), np.zeros(objective.count), np.zeros(objective.count)
     # Any state whose contacts are far from opening.
     a, random = env.component.table.copy(), np.random.default_rng(7)
@@ -200,12 +201,14 @@ def test_pullback_is_the_slope_of_value_and_note(name: str, action: str, chain: 
 
     def value(table: np.ndarray, out: np.ndarray) -> float:
         sums = np.full(objective.count, 0.1)
-        note(table, steps - 1, steps, inputs, objective.constants, sums)
+        objective.note(state_of(kind, table), steps - 1, steps, inputs, objective.constants, sums)
         return objective.value(sums, objective.constants, out)
 
     value(a, slopes)
     adjoint = np.zeros_like(a)
-    pullback(a, adjoint, steps - 1, steps, inputs, np.zeros(2), objective.constants, slopes)
+    objective.pullback(
+        state_of(kind, a), state_of(kind, adjoint), steps - 1, steps, inputs, np.zeros(2), objective.constants, slopes
+    )
     assert np.abs(adjoint).max() > 0.0
     compared = 0
     for row in (U, V, REST_OVERLAP, STIFFNESS, MASS):

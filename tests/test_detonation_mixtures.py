@@ -2,22 +2,10 @@
 
 from __future__ import annotations
 
-import sys
-
 import pytest
 
 from granular_env.components.detonation.chemical_equilibrium import equilibrium_gas
 from granular_env.components.detonation.gases import MIXTURES
-from granular_env.components.errors import MissingExtraError
-
-
-def test_without_cantera_it_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setitem(sys.modules, "cantera", None)
-    with pytest.raises(MissingExtraError, match=r"pip install 'granular-env\[mixtures\]'"):
-        equilibrium_gas("C2H4:1, O2:3", 1e5, 295.0)
-
-
-MEASURED = {"speed": 2374.0, "cj_pressure": 3.378e6, "pressure": 1e5, "density": 1.2644, "temperature": 295.0}
 
 
 @pytest.mark.extra

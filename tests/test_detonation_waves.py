@@ -55,14 +55,6 @@ def test_a_detonation_closes_all_balances(burning: DetonationTube) -> None:
     assert burning.get("chemical_energy") == pytest.approx(left * burning.gas.heat_release, rel=0.02)
 
 
-def test_events_tell_of_ignition_and_of_the_gauge(burning: DetonationTube) -> None:
-    kinds = [(event.kind, event.index) for event in burning.events()]
-    assert kinds == [("ignited", 0), ("front_passed", 0)]
-    passed = burning.events()[1].tick * burning.step_size
-    assert passed == pytest.approx(GAUGE / burning.front.speed, rel=0.01)
-    assert burning.get("arrival_time")[500] == pytest.approx(passed, abs=burning.step_size)
-
-
 def test_the_pressure_at_a_place_decays_in_a_third_of_the_time_since_ignition() -> None:
     tube = detonating_tube(CELLS, LENGTH, gauges=[0.5])
     rows = []
@@ -186,15 +178,6 @@ def test_the_speed_converges_with_the_mesh() -> None:
         run_for(tube, 0.92 * LENGTH / tube.front.speed)
         errors.append(abs(front_ratio(tube, 0.3, 1.3) - 1.0))
     assert errors[0] > errors[1] > errors[2] and errors[2] < 1e-3
-
-
-def test_a_front_runs_to_the_left_as_well() -> None:
-    tube = detonating_tube(250, 0.5, regions=[{"x": [0.496, 0.5], "pressure": 1.2e6, "temperature": 3540.0}])
-    run_for(tube, 0.7 * 0.5 / tube.front.speed)
-    assert tube.get("right_front") == 0.5
-    assert tube.get("left_front") == pytest.approx(0.15, abs=0.01)
-    assert tube.get("cj_ratio") == pytest.approx(1.0, abs=7e-3)
-    assert [(event.kind, event.index) for event in tube.events()] == [("ignited", 248), ("end_reached", 1)]
 
 
 def test_the_input_ignites_the_tube() -> None:

@@ -3,15 +3,12 @@
 from __future__ import annotations
 
 import math
-from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 import pytest
 from support.grid_tools import MEDIUM, bar, block
 
-import granular_env as ge
-from granular_env.cli import main
 from granular_env.components.grid import Grid
 from granular_env.components.grid.yielding import CellStep, NoYield, Skipped, Yielding, plastic_step
 from granular_env.components.materials.drucker_prager import DruckerPragerConstants
@@ -20,7 +17,6 @@ from granular_env.components.materials.hypoelastic import PlaneTensor
 from granular_env.components.materials.plastic_law import return_stress
 from granular_env.components.materials.tensors import Moduli
 from granular_env.components.support.jit import jit
-from granular_env.recording.near_misses import nearest_to_events
 
 YIELD = 1e-4
 SHEAR, BULK = MEDIUM.shear_modulus, MEDIUM.young / (3.0 * (1.0 - 2.0 * MEDIUM.poisson))
@@ -228,21 +224,3 @@ def test_an_elastic_precursor_runs_ahead_of_a_plastic_wave() -> None:
     yielded = {event.index for event in grid.events()}
     assert all(cell in yielded for cell in range(150))
     assert abs(grid.get("energy_residual")) <= 1e-3 * grid.get("input_work")
-
-
-def test_a_cell_that_cannot_yield_is_never_the_nearest(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    soft = {"name": "von_mises", "yield_stress": 1e-3}
-    right = {"area": {"name": "box", "x": [0.0, 1.0], "y": [-1.0, 1.0]}, "material": 1}
-    grid = block(
-        2, 1, material=[MEDIUM, MEDIUM], plasticity=[soft, "elastic"], regions=[right],
-        boundaries={"left": "fixed", "right": "velocity"}, step_size=0.01,
-    )  # fmt: skip
-    with ge.record(grid, tmp_path / "a.mcap", every=0.1):
-        grid.step(1.0, right_velocity=[0.02, 0.0])
-    with ge.open_log(tmp_path / "a.mcap") as log:
-        assert [event.index for event in log.events()] == [0]
-        assert nearest_to_events(log) == []
-        assert [(one.ratio, one.limited) for one in nearest_to_events(log, 1)] == [(0.0, False)]
-        assert [one.limited for one in nearest_to_events(log, 0)] == [True]
-    assert main(["events", str(tmp_path / "a.mcap"), "--nearest", "--index", "1"]) == 0
-    assert "has no limit: cell_yielded cannot happen there" in " ".join(capsys.readouterr().out.split())

@@ -130,15 +130,16 @@ class Costly(Component):
         return {"place": lambda: self.part.peek("position")}
 
     def _start(self, seed: int | None, values: Mapping[str, Any]) -> Mapping[str, Any]:
-        self.part.begin(None, {"position": np.float64(1.0)})
+        self.part.reset(position=1.0)
         return {}
 
     def _advance(self, ticks: int) -> int:
         self.part.adopt(self._tick, {})
-        return self.part.advance(ticks)
+        self.part.step(ticks * self.part.step_size)
+        return 0
 
     def _explain(self, status: int) -> StepError:
-        return self.part.explain(status)
+        raise NotImplementedError
 
     def balances(self) -> tuple[Balance, ...]:
         return self.part.balances()

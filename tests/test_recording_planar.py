@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
-from collections.abc import Iterable
 from pathlib import Path
 
 import numpy as np
@@ -19,7 +17,6 @@ from granular_env.components.drawables import Links, Points
 from granular_env.components.errors import GranularError, LogError
 from granular_env.components.events import EventDetail
 from granular_env.components.profiles import Profile
-from granular_env.components.variables import Variable
 from granular_env.recording import open_log, record, verify
 from granular_env.recording.event_places import place_of
 from granular_env.recording.records import EVENTS, HEADER, STEPS, Record
@@ -179,18 +176,6 @@ def test_a_report_shows_balances_and_events(tmp_path: Path) -> None:
         f"Of these events {happened} are in this log, {before} before it begins at {last:.9g} s: {before} x link broken."
         in html
     )
-
-
-def test_an_axis_may_have_the_name_of_a_variable(tmp_path: Path) -> None:
-    class Springs(Discs):
-        def _declare(self) -> Iterable[Variable]:
-            for one in super()._declare():
-                yield dataclasses.replace(one, axes=("speed",)) if one.name == "speed" else one
-
-    with record(Springs(), tmp_path / "a.mcap"):
-        pass
-    data = open_log(tmp_path / "a.mcap").to_xarray()
-    assert data.speed.dims == ("time", "speed_0")
 
 
 # -- hostile logs -------------------------------------------------------------------------------------------------------

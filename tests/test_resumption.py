@@ -15,14 +15,13 @@ import numpy as np
 import pytest
 from support.recording_helpers import rewrite
 
-import granular_env as ge
 from granular_env import run_loop
 from granular_env.cli import main
 from granular_env.components.errors import GranularError, LogError, ParameterError
 from granular_env.experiments import load_experiment
 from granular_env.recording import Log, open_log, recorder, recover, schedule, verify
 from granular_env.recording.continuation import continuation_of
-from granular_env.recording.records import HEADER, Record
+from granular_env.recording.records import Record
 from granular_env.resumption import resume
 from granular_env.run_loop import RunResult, run
 
@@ -291,15 +290,6 @@ def swing(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder / "killed.mcap"
 
 
-def _header(**entries: Any) -> Any:
-    def change(record: Record) -> Record:
-        if record.kind == HEADER:
-            return Record(*record.row, {**record.header, **entries}, record.arrays)
-        return record
-
-    return change
-
-
 def test_a_complete_log_is_refused(swing: Path) -> None:
     with pytest.raises(
         LogError, match=r"whole\.mcap': it is complete: its experiment was run to its end; nothing is left to resume"
@@ -314,37 +304,12 @@ def test_a_log_of_another_experiment_is_refused(swing: Path) -> None:
         resume(swing, experiment=SWING, overrides={"duration": 20.0})
 
 
-def test_a_log_without_an_experiment_is_refused(tmp_path: Path) -> None:
-    component = ge.make("oscillator")
-    with ge.record(component, tmp_path / "script.mcap"):
-        component.step(1.0)
-    with pytest.raises(LogError, match="is not of an experiment; the script that made it knows how it goes on"):
-        resume(tmp_path / "script.mcap")
-
-
-def test_a_branch_is_refused(swing: Path, tmp_path: Path) -> None:
-    with open_log(swing.with_name("whole.mcap")) as log:
-        log.branch(5.0).run(tmp_path / "branch.mcap").close()
-    with pytest.raises(LogError, match="is a branch of another log; branch off it anew"):
-        resume(tmp_path / "branch.mcap")
-
-
 def test_a_run_that_failed_is_refused(tmp_path: Path) -> None:
     experiment = {**SWING, "component": {"type": "oscillator", "stiffness": 4.0}, "start": {"velocity": 1e150}}
     with pytest.raises(GranularError):
         run(experiment, overrides={"input.force": 1e308}, log=tmp_path / "failed.mcap")
     with pytest.raises(LogError, match="is complete: its run ended with StepError"):
         resume(tmp_path / "failed.mcap")
-
-
-def test_another_version_is_refused(swing: Path, tmp_path: Path) -> None:
-    whole = swing.with_name("whole.mcap")
-    rewrite(whole, tmp_path / "identity.mcap", _header(identity="0" * 64))
-    with pytest.raises(LogError, match="do not give the identity it claims"):
-        resume(tmp_path / "identity.mcap")
-    rewrite(whole, tmp_path / "unknown.mcap", _header(experiment={**SWING, "tomorrow": 1}))
-    with pytest.raises(LogError, match="holds no experiment that this program knows: .*tomorrow"):
-        resume(tmp_path / "unknown.mcap")
 
 
 def test_other_bits_are_refused(swing: Path, tmp_path: Path) -> None:

@@ -246,16 +246,6 @@ def test_other_bases_and_rules_bend_as_well() -> None:
         assert measured / exact == pytest.approx(1.0, abs=0.02)
 
 
-def test_starts_that_boundaries_do_not_allow_are_refused() -> None:
-    solid = ring()
-    with pytest.raises(
-        ge.GranularError, match=r"start.nodal_velocity\[0,0\]: got 1 where a boundary holds the node, expected 0"
-    ):
-        solid.reset(nodal_velocity=(1.0, 0.0, 0.0))
-    with pytest.raises(ge.GranularError, match=r"start.nodal_displacement: .* inverted or strained"):
-        solid.reset(nodal_displacement=solid.nodes * [0.0, -3.0, 0.0])
-
-
 def test_a_load_beyond_measure_stops_the_run_where_it_is_and_keeps_the_last_good_state() -> None:
     solid = ring()
     solid.step(1e-6, pressure=1e6)
@@ -277,13 +267,3 @@ def test_the_bits_are_those_of_the_kernels_as_plain_python() -> None:
     environment = {**os.environ, "NUMBA_DISABLE_JIT": "1"}
     found = subprocess.run([sys.executable, "-c", code], cwd=ROOT, env=environment, capture_output=True, text=True, check=True)
     assert found.stdout.split() == [final_hash(played(name)) for name in names]
-
-
-def test_a_parent_makes_the_ticks_of_a_step_itself() -> None:
-    alone, driven = ring(), ring()
-    alone.step(50 * alone.step_size, pressure=1e6)
-    solid, state, scratch, tally = driven.tables()
-    failed, pressures = np.zeros(2, dtype=np.int64), np.full(3, 1e6)
-    for tick in range(50):
-        assert ticks.advance(solid, state, scratch, np.ones((1, 1)), pressures, tally, tick, failed) == 0
-    assert bytes(driven.state_view()) == bytes(alone.state_view())

@@ -142,29 +142,4 @@ def test_a_ligament_that_flows_bears_no_more_than_its_flow_stress(along: int, wi
     assert force < 1.1 * most
 
 
-def test_columns_of_a_notch_are_odd_in_number_and_an_edge_does_not_hold_its_bottom() -> None:
-    notch = {"length": 0.003, "depth": 0.0006, "width": 0.0005, "around": 0.003}
-    body = {"name": "plate", "length": 0.006, "width": 0.006, "along": 13, "across": 21}
-    for columns, found in ((2, 3), (3, 3), (4, 5)):
-        lattice = lattice_of({**body, "notch": {**notch, "columns": columns}})
-        assert lattice.hollow.columns.any(axis=0).sum() == found
-    plate: Any = ge.make("shell", body={**body, "notch": notch}, boundaries={"top": "clamped"})
-    held = (plate.tables()[0].body.prescribed > 0).all(axis=1)
-    assert held.sum() == 13 * 21 - plate.lattice.hollow.columns.sum()
-    np.testing.assert_allclose(plate.nodes[held, 2], WALL, rtol=1e-12)
-
-
 # A slot of three columns, deep and shallow.
-@pytest.mark.parametrize("depth", [0.0006, 0.0001])
-@pytest.mark.parametrize("rule", ["column", "cell"])
-def test_fields_are_read_at_a_notch_of_many_columns(depth: float, rule: str) -> None:
-    notch = {"length": 0.005, "width": 0.0018, "depth": depth, "around": 0.003}
-    body = {"name": "plate", "length": 0.012, "width": 0.006, "along": 13, "across": 11, "notch": notch}
-    plate = ge.make("shell", body=body, integration={"surface": rule, "through": 2})
-    lattice = plate.lattice
-    assert lattice.hollow.columns.any(axis=0).sum() >= 3
-    slopes = np.array([[1e-4, 2e-4, -1e-4], [3e-4, 0.0, 1e-4], [-2e-4, 1e-4, 2e-4]])
-    plate.reset(nodal_displacement=plate.nodes @ slopes)
-    top = plate.nodes[lattice.top_nodes, 2]
-    np.testing.assert_allclose(top, np.where(lattice.hollow.columns.ravel(), 0.00089 - depth, 0.00089), rtol=1e-12)
-    np.testing.assert_allclose(plate.get("displacement"), plate.nodes @ slopes, rtol=0.0, atol=1e-17)

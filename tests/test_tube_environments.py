@@ -9,7 +9,6 @@ from typing import Any
 import gymnasium
 import numpy as np
 import pytest
-from gymnasium.utils.env_checker import check_env
 
 import granular_env as ge
 from granular_env.domains.tube.tasks.relief import make_relief, safe_filling
@@ -24,12 +23,6 @@ def returns() -> dict[str, tuple[float, Mapping[str, Any]]]:
     """The return and the last info of each baseline."""
     env: Any = gymnasium.make(NAME).unwrapped
     return {name: play(env, policy) for name, policy in env.task.baselines().items()}
-
-
-def test_it_is_registered_and_passes_the_checker() -> None:
-    env: Any = gymnasium.make(NAME, deadline=17)
-    assert isinstance(env.unwrapped.component, ge.Component)
-    check_env(env.unwrapped, skip_render_check=True)
 
 
 def test_the_more_is_known_the_better_and_the_strongest_filling_bursts_the_wall(returns) -> None:

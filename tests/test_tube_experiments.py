@@ -10,7 +10,6 @@ import pytest
 
 import granular_env as ge
 from granular_env.components.shell.theory import critical_speed, front_amplification
-from granular_env.experiments import load_experiment
 from granular_env.viewing.figures.plane import load_plane
 
 COARSE = {"component.gas.cells": 355, "component.shell.body.along": 62, "component.shell.body.around": 13}
@@ -107,13 +106,6 @@ def test_flexural_waves_pile_up_at_a_front_of_their_speed() -> None:
     assert fast[60:120].mean() == pytest.approx(limits[2], rel=0.06)
     assert critical[100:120].mean() > 1.2 * fast[60:120].max()
     assert critical[100:120].mean() > 1.15 * critical[20:30].mean()
-
-
-@pytest.mark.parametrize(("name", "nodes"), [("fine", 140_000), ("finest", 280_000)])
-def test_experiments_have_the_papers_sizes(name: str, nodes: int) -> None:
-    body = load_experiment(f"gato-shie-2010/notch-1-inch-{name}").component.parameters["shell"]["body"]
-    # Half of the tube is computed, in three layers.
-    assert 2 * 3 * body["along"] * body["around"] == pytest.approx(nodes, rel=0.01)
 
 
 def test_the_experiment_of_the_papers_size_records_the_outcome(tmp_path: Path) -> None:

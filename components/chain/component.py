@@ -14,18 +14,15 @@ from ..errors import ParameterError, StepError
 from ..inputs import Held
 from ..profiles import CompiledProfile
 from ..state_block import LARGEST, Block
-from ..support.addresses import location
 from ..support.float_arrays import FloatArray
-from ..support.jit import entry_point
 from ..variables import Variable
-from . import equations_of_motion as equations
 from . import layout
 from .geometry import Geometry, geometry, smoothness, step_times_frequency, suggested_step_size
-from .integrator_call import HELD_SIGNATURE, advance_held, held_call
-from .integrators import SCHEMES, SIGNATURE, dop853
+from .integrators import SCHEMES, TOO_MUCH_WORK, UNSOUND, Entries, entries
+from .integrators.dop853 import most_trials
 from .laws import Dissipative, Law
 from .parameters import WALLS, ChainParameters
-from .specialisation import specialise
+from .state import ChainState, state_of
 from .validity import Validity
 
 # Where a contact sees fewer force evaluations a step is refused.
@@ -33,7 +30,6 @@ _LEAST_FORCES = 16.0
 # So much of its approach may a contact lose to dissipation in one step, or the second order says little.
 _STOPPED_IN_A_STEP = 0.3
 
-_KINDS = {"free": layout.FREE, "piston": layout.PISTON} | dict.fromkeys(WALLS, layout.WALL)
 _NO_PIECES = np.zeros((0, 2))
 # A status: a tick takes more work than is allowed.
 _EXHAUSTED = 2
@@ -82,13 +78,13 @@ class Chain(Component):
         self._scheme = SCHEMES[p.integrator]
         self._wanted_forces = self._scheme.wanted_forces / smoothness(p.law.exponent)
         self.step_size = self._suggested_step() if p.step_size is None else p.step_size
-        self.scheme_kernel = self.specialise(self._scheme.advance)
-        self._kernel = entry_point(self.scheme_kernel, SIGNATURE)
+        self.scheme = self._scheme.damped if isinstance(p.law, Dissipative) else self._scheme.numbers
+        self.entries: Entries = entries(p.law.contacts, self.scheme)
+        self._advance_held = self.entries.advance_held
         self._grains = slice(1, p.grains + 1)
         width = layout.row_width(p.grains)
         last = layout.FREE_ROW + self._scheme.history_rows
         self.state_rows = slice(_first_state_row(p.law), last)
-        self._advance_held = entry_point(advance_held, HELD_SIGNATURE)
         self._live_in(self._claim_memory((last + self._scheme.scratch_rows, width)))
         self._fill_constants()
         # Pistons carry their own grains.
@@ -116,12 +112,10 @@ class Chain(Component):
 
     def _live_in(self, memory: FloatArray) -> None:
         self._table = memory
-        self._held_call = held_call(self.scheme_kernel, memory)
-        self._held_call_location = location(self._held_call)
         state = memory[self.state_rows]
         high = np.full((len(state), 1), LARGEST)
         if self.parameters.law.has_history:  # no overlap is the deepest where there is no contact
-            high[layout.DISSIPATED - 1 - self.state_rows.start] = np.inf
+            high[layout.LOST - 1 - self.state_rows.start] = np.inf
         self._block = Block(state.reshape(-1), rows=("f8", state.shape, -LARGEST, high))
 
     def clone(self, memory: FloatArray | None = None) -> Self:
@@ -152,11 +146,12 @@ class Chain(Component):
         for end, column in ((p.left, 1), (p.right, p.grains)):
             if end == "piston":
                 rows[layout.INVERSE_MASS, column] = rows[layout.MASS, column] = 0.0
-        rows[layout.SCALARS, :12] = (
-            self.step_size, _KINDS[p.left], _KINDS[p.right], chain.mass[0], chain.mass[-1],
-            chain.static_force[0], chain.static_force[-1], chain.sound_speed.min(), p.tolerance, p.grains,
-            p.law.exponent, p.gravity,
-        )  # fmt: skip
+        numbers = rows[layout.SCALARS]
+        numbers[layout.STEP], numbers[layout.GRAVITY], numbers[layout.GRAINS] = self.step_size, p.gravity, p.grains
+        numbers[layout.SPEED_LIMIT] = chain.sound_speed.min()
+        numbers[layout.TOLERANCE], numbers[layout.EXPONENT] = p.tolerance, p.law.exponent
+        for first, end, place in ((layout.LEFT_FREE, p.left, 0), (layout.RIGHT_FREE, p.right, -1)):
+            numbers[first : first + 4] = end == "free", end == "piston", chain.mass[place], chain.static_force[place]
 
     def _overlap_limits(self) -> tuple[FloatArray, FloatArray]:
         """Overlaps at which a contact is seen too seldom (warn) and at which a step is refused; infinite without a contact."""
@@ -257,10 +252,10 @@ class Chain(Component):
             self._table[layout.U, self._grains] = displacement
         self._refuse_start()
         if self.parameters.law.has_history:
-            self.specialise(equations.begin_histories)(self._table)
+            self.entries.begin_histories(self._table)
             # Contacts that start beyond yield got there before the clock began.
-            self.specialise(equations.remember)(self._table, layout.U)
-            self._table[layout.DISSIPATED] = 0.0
+            self.entries.update_histories(self._table)
+            self._table[layout.LOST] = 0.0
         kinetic, potential, momentum = self._sums()
         self._table[layout.TALLY, layout.START_ENERGY], self._table[layout.TALLY, layout.START_MOMENTUM] = (
             kinetic + potential,
@@ -289,32 +284,15 @@ class Chain(Component):
         self._left_pieces = len(pieces[0])
 
     def _advance(self, ticks: int) -> int:
-        # The speed of a step from Python hangs on these lines.
+        # The speed of a step from Python depends on these lines.
         if self._profiled:
-            done = self._kernel(self._table, self._drive, self._left_pieces, self._left, self._right, self._tick, ticks)
+            done = self.entries.advance(self._table, self._drive, self._left_pieces, self._left, self._right, self._tick, ticks)
         else:
             held = self._held
             left = held[self.left_input] if self._left_moves else 0.0
             right = held[self.right_input] if self._right_moves else 0.0
-            done = self._advance_held(self._held_call_location, left, right, self._tick, ticks)
-        if done == ticks:
-            return 0
-        return self._limit_passed(-done, ticks) if done < 0 else self._continue(done, ticks)
-
-    def _continue(self, done: int, ticks: int) -> int:
-        """Go on after the kernel came back early, with much work done: so that Ctrl-C is heard in between."""
-        begin = self._tick
-        if self._profiled:
-            inputs = self._drive, self._left_pieces, self._left, self._right
-        else:
-            inputs = _NO_PIECES, 0, self._held.get(self.left_input, 0.0), self._held.get(self.right_input, 0.0)
-        try:
-            while 0 < done < ticks:
-                self._tick, ticks = self._tick + done, ticks - done
-                done = self._kernel(self._table, *inputs, self._tick, ticks)
-            return 0 if done == ticks else self._limit_passed(-done, ticks)
-        finally:
-            self._tick = begin
+            done = self._advance_held(self._table, left, right, self._tick, ticks)
+        return 0 if done == ticks else self._limit_passed(-done, ticks)
 
     def input_advice(self, name: str) -> str:
         """Return which end a missing input would need."""
@@ -330,11 +308,11 @@ class Chain(Component):
         The state alone decides what is refused. LIMIT decides only how soon the kernel returns: after the caution it need not
         return for contacts that are seen too seldom.
         """
-        if done >= equations.EXHAUSTED:
-            self._failed_tick = self._tick + done - equations.EXHAUSTED
+        if done >= TOO_MUCH_WORK:
+            self._failed_tick = self._tick + done - TOO_MUCH_WORK
             return _EXHAUSTED
-        unsound = done >= equations.UNSOUND
-        done -= equations.UNSOUND if unsound else 0
+        unsound = done >= UNSOUND
+        done -= UNSOUND if unsound else 0
         self._failed_tick = self._tick + done
         if unsound or self._worst(self._peak)[2] > 1.0:
             return 1
@@ -395,7 +373,7 @@ class Chain(Component):
         )  # fmt: skip
 
     def _exhaustion_error(self, time: float) -> StepError:
-        most = dop853.most_trials(self.parameters.grains)
+        most = most_trials(self.parameters.grains)
         return StepError(
             f"the tick that ends at {time:.9g} s needs more than {most} trial steps of {self.parameters.integrator!r}; take a "
             f"smaller step_size (now {self.step_size:g} s) or a larger tolerance",
@@ -409,9 +387,10 @@ class Chain(Component):
         """The chain's own table of numbers, for jitted code (`chain.table`): its memory, not a copy; to be read only."""
         return self._table
 
-    def specialise(self, kernel: Callable[..., Any]) -> Callable[..., Any]:
-        """Return a jitted function that reads the table, as those of `differentiable_quantities` do, for the chain's law."""
-        return specialise(kernel, type(self.parameters.law))
+    @property
+    def state(self) -> ChainState:
+        """Return the chain as jitted functions see it, such as those of `differentiable_quantities`; to be read only."""
+        return state_of(self.parameters.law.contacts, self._table)
 
     def detached_table(self, rows: int = 0) -> FloatArray:
         """Copy the table with `rows` more behind it, for runs beside the chain: overlaps are refused, not warned of."""
@@ -428,7 +407,7 @@ class Chain(Component):
         n = self.parameters.grains
         carried = self._table[layout.V, n + 2 : n + layout.BESIDE_GRAINS]
         # Where nothing turns into heat, that row is scratch of 0s.
-        heat = 0.0 if self.parameters.law.conservative else self._table[layout.DISSIPATED].sum()
+        heat = 0.0 if self.parameters.law.conservative else self._table[layout.LOST].sum()
         work, lost = self._input_work(), float(heat + carried[4])
         impulse = float(tally[layout.IMPULSE_LEFT] + tally[layout.IMPULSE_RIGHT] + carried[2] + carried[3])
         impulse += self._whole_weight * self.time
@@ -453,7 +432,7 @@ class Chain(Component):
 
     def _sums(self) -> tuple[float, float, float]:
         """Kinetic energy, potential energy (elastic, and of the weight), momentum."""
-        kinetic, elastic, momentum = self.specialise(equations.energies)(self._table, self.geometry.mass)
+        kinetic, elastic, momentum = self.entries.energies(self._table, self.geometry.mass)
         if self.parameters.gravity != 0.0:
             elastic -= float((self._weight * self._table[layout.U, self._grains]).sum())
         return kinetic, elastic, momentum
@@ -477,11 +456,11 @@ class Chain(Component):
 
     def _contact_force(self) -> FloatArray:
         forces = np.empty(self.parameters.grains + 1)
-        self.specialise(equations.contact_forces)(self._table, layout.U, layout.V, forces)
+        self.entries.contact_forces(self._table, forces)
         return forces
 
     def _force_in(self, contact: int) -> float:
-        return float(self.specialise(equations.contact_force)(self._table, layout.U, layout.V, contact))
+        return float(self._contact_force()[contact])
 
     def drawables(self) -> tuple[Points, ...]:
         """Return the grains, along x."""
@@ -566,8 +545,8 @@ class Chain(Component):
 def _first_state_row(law: Law) -> int:
     """Return where the state begins: contacts have a history only where the law says so."""
     if law.has_history:
-        return layout.DISSIPATED - law.history_rows
-    return layout.TALLY if law.conservative else layout.DISSIPATED
+        return layout.LOST - law.history_rows
+    return layout.TALLY if law.conservative else layout.LOST
 
 
 def _pieces(held: Held) -> FloatArray:

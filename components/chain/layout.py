@@ -1,45 +1,41 @@
-"""The layout of the one table of numbers `a` that is a chain, for kernels and for whoever fills it.
+"""The layout of the table of numbers that a chain is: the numbers of its rows and columns.
 
-Constants come first, then scratch that any kernel may use, then the state (one contiguous piece, which is what a snapshot
-holds), then an integrator's own scratch. Grains have the columns 1..n; 0 and n + 1 are the walls, which do not move.
-Contact j lies between columns j and j + 1.
+One table makes a call from Python cheap, and a snapshot one copy. Its rows are constants first, then scratch, then the state
+(contiguous: this is what a snapshot holds), then the scratch of an integrator. Grains have the columns 1 to n; columns 0 and
+n + 1 are the walls, which do not move. Contact j lies between columns j and j + 1.
 """
 
 from __future__ import annotations
 
-# Constants. A prescribed grain has the inverse mass 0 and no mass. From row LAW_CONSTANTS on lies what the contact law wants to
-# know of each contact beside its stiffness.
+# Constants. A prescribed grain has the inverse mass 0 and no mass. LAW_CONSTANTS is the first of the rows with the constants of
+# the contact law in addition to the stiffness.
 STIFFNESS, REST_OVERLAP, INVERSE_MASS, MASS, LIMIT, SCALARS, LAW_CONSTANTS = range(7)
 MOST_LAW_CONSTANTS = 3
-# Scratch: the drive's polynomials, re-centred at the present tick; of each contact that dissipates the impulse per speed of
-# approach and the one that leaves no pull; the velocities before.
-LEFT_DRIVE, RIGHT_DRIVE, IMPULSE_PER_SPEED, MIN_IMPULSE, OLD_VELOCITY = range(9, 14)
-# History, state only where the law has any: a law with k rows has the last k of these. Then the energy that has become heat in
-# each column (in the grains beside a dissipative contact, in a contact that remembers).
-HISTORY = 14
+# Scratch: the polynomials of the drive about the present tick; a second row of displacements; three rows of the dissipative
+# part of a step.
+LEFT_DRIVE, RIGHT_DRIVE, OTHER_U, DISSIPATION = range(9, 13)
+DISSIPATION_ROWS = 3
+# History: state only where the law has any; a law with k rows has the last k of these. LOST is the energy that has become heat
+# in each column: in the grains next to a dissipative contact, in a contact that remembers.
+HISTORY = DISSIPATION + DISSIPATION_ROWS
 MOST_HISTORY_ROWS = 3
-DISSIPATED = HISTORY + MOST_HISTORY_ROWS
-# State. The five columns behind the chain's in V hold work, impulse and lost energy (left work, right work, left impulse,
-# right impulse, loss) for integrators that carry them as unknowns of their own. Rows from FREE_ROW on are an
-# integrator's history, then its scratch.
-TALLY, U, V, PEAK, FREE_ROW = range(DISSIPATED + 1, DISSIPATED + 6)
+LOST = HISTORY + MOST_HISTORY_ROWS
+# State. Rows from FREE_ROW on are the history of an integrator, then its scratch.
+TALLY, U, V, PEAK, FREE_ROW = range(LOST + 1, LOST + 6)
 
-# Columns that a row has beside the grains': two walls, and those five behind the chain.
+# Columns of a row in addition to those of the grains: two walls and, in V, five tallies of integrators that carry these as
+# unknowns: work left and right, impulse left and right, lost energy.
 BESIDE_GRAINS = 7
-
-# Columns of the row SCALARS.
-# RIGHT_BASE is scratch: what one tile tells the next, where a right piston was when the tick began.
-STEP, LEFT_KIND, RIGHT_KIND, LEFT_MASS, RIGHT_MASS, LEFT_STATIC, RIGHT_STATIC, SPEED_LIMIT, TOLERANCE, GRAINS = range(10)
-EXPONENT, GRAVITY, RIGHT_BASE = range(10, 13)
-# Columns of the row TALLY: compensated sums (value, compensation), what was there at the reset, the history's length and drive.
+# Columns of the row TALLY: compensated sums (value, compensation), the sums at the reset, and the memory of Hamming's method.
 WORK_LEFT, WORK_RIGHT, IMPULSE_LEFT, IMPULSE_RIGHT = 0, 2, 4, 6
 START_ENERGY, START_MOMENTUM, HISTORY_LENGTH, HISTORY_DRIVE = 8, 9, 10, 11
 
-# Kinds of an end.
-FREE, PISTON, WALL = range(3)
 # Overlaps below this count as open: their forces would be denormal numbers, which are slow.
 SMALLEST_OVERLAP = 1e-150
 
+# Columns of the row SCALARS.
+STEP, GRAVITY, SPEED_LIMIT, GRAINS, LEFT_FREE, LEFT_PISTON, LEFT_MASS, LEFT_STATIC = range(8)
+RIGHT_FREE, RIGHT_PISTON, RIGHT_MASS, RIGHT_STATIC, TOLERANCE, EXPONENT = range(8, 14)
 
 # A core tells a store from a load by the last twelve bits of their addresses: rows a multiple of 4096 bytes (512 columns)
 # apart, or nearly, make it wait. They are at least 80 columns longer than such a multiple, or 32 shorter.

@@ -24,16 +24,16 @@ def _nothing() -> FloatArray:
 class Objective:
     """A number J of a driven chain, which is to become small: three jitted functions and what they need.
 
-    `a` is the chain's table (`layout.py`): rows by name, grain i (from 0) in column i + 1, contact j between columns j and
-    j + 1. `adjoint` has the very same rows and columns: entry by entry the derivative of J, so that a feature of the velocity
-    of column 5 adds to `adjoint[V, 5]`, and one that weighs it with the mass adds to `adjoint[MASS, 5]` too.
+    `chain` is a `ChainState`: its rows are those of `layout.py`, grain i (from 0) in column i + 1, contact j between columns j
+    and j + 1. `adjoint` is a `ChainState` too, with the derivative of J by each number in its place: a feature of the velocity
+    of column 5 adds to `adjoint.rows[V, 5]`, and one that weighs it with the mass adds to `adjoint.rows[MASS, 5]` too.
 
     Attributes:
-        note: note(a, step, steps, inputs, constants, sums): after control step `step` (0 to steps - 1) add the features to
+        note: note(chain, step, steps, inputs, constants, sums): after control step `step` (0 to steps - 1) add the features to
             sums, shape (count,). `inputs`, shape (2,), are what was held in that step left and right, 0 where an end has none.
         value: value(sums, constants, slopes) -> J, and dJ/dsums into slopes, shape (count,).
-        pullback: pullback(a, adjoint, step, steps, inputs, input_adjoint, constants, slopes): adjoint += sum_k slopes_k
-            dfeature_k/da, and input_adjoint, shape (2,), += the same for the inputs.
+        pullback: pullback(chain, adjoint, step, steps, inputs, input_adjoint, constants, slopes): adjoint += sum_k slopes_k
+            dfeature_k/dchain, and input_adjoint, shape (2,), += the same for the inputs.
         constants: numbers for all three, shape (any,).
         count: how many features there are.
         smooth: whether the features have derivatives everywhere the state goes.

@@ -20,7 +20,7 @@ from . import kernel_arrays
 from .boundaries import ABSORBING, OPEN
 from .chapman_jouguet import Flow
 from .gases import Gas
-from .reactions.reaction import can_react
+from .reactions.inert import Inert
 
 if TYPE_CHECKING:
     from .component import DetonationTube
@@ -46,8 +46,8 @@ def steady_power(gas: Gas, ahead: Flow, pressure: float, area: float) -> float:
 
 def describe_dud(gas: DetonationTube) -> str:
     """Return words for gas that could detonate and does not; "" for other gas."""
-    _, tube, state, _, tally = gas.tables()
-    if not can_react(tube.reaction) or gas.unburnt_part <= _UNBURNT:
+    _, _, state, _, tally = gas.tables()
+    if isinstance(gas.parameters.chosen_reaction, Inert) or gas.unburnt_part <= _UNBURNT:
         return ""
     if tally[kernel_arrays.IDLE] * gas.step_size > _IDLE_CELLS * gas.cell_size / gas.front.speed:
         return "the gas burns no more" if state.flags[kernel_arrays.IGNITED] else "the gas has not ignited"
@@ -57,7 +57,7 @@ def describe_dud(gas: DetonationTube) -> str:
 def conclude(gas: DetonationTube) -> str:
     """Return a sentence on whether the gas has ignited, where and when, and how much of it is unburnt."""
     _, tube, state, _, tally = gas.tables()
-    if not can_react(tube.reaction):
+    if isinstance(gas.parameters.chosen_reaction, Inert):
         least, largest = (1e-3 * float(one) for one in (state.pressure.min(), state.pressure.max()))
         return f"the gas does not react; its pressure is {least:.4g} to {largest:.4g} kPa"
     if not state.flags[kernel_arrays.IGNITED]:

@@ -14,6 +14,8 @@ from __future__ import annotations
 from math import sqrt
 from typing import NamedTuple
 
+import numpy as np
+
 from ..support.jit import internal, internal_inlined, jit
 from .boundaries import ABSORBING, DIAPHRAGM
 from .fluxes import end_flux, hllc_flux
@@ -40,12 +42,12 @@ from .kernel_arrays import (
     WALL_WORK,
 )  # fmt: skip
 from .limiters import limited_difference
-from .reactions.reaction import can_react, react
+from .reactions.reaction import react
 
 # The largest Courant number (|u| + c) dt / dx at which a tick is made.
 LARGEST_COURANT = 0.9
 # Kinds of events, in the order of `DetonationTube.event_kinds`, and the progress at which gas counts as burnt.
-_OPENED, _END_REACHED, _FRONT_PASSED, _IGNITED = 0, 1, 2, 3
+_OPENED, _END_REACHED, _FRONT_PASSED, _IGNITED = np.int64(0), np.int64(1), np.int64(2), np.int64(3)
 BURNT = 0.5
 # Gas of which less than this part reacts in a tick burns in no front: cold gas by Arrhenius' law, and air that has come in.
 _LEAST_BURN = 1e-5
@@ -200,7 +202,8 @@ def compute_end_fluxes(tables, signals, tick, events):
         if tube.ends[side] == DIAPHRAGM and not is_open and found[1] >= tube.burst[side]:
             state.flags[LEFT_OPEN + side] = 1
             add_event(events, tick, _OPENED, side, found[1], tube.burst[side])
-            found = end_flux(medium, inner, sign, tube.ends[side], True, outside)
+            is_open = state.flags[LEFT_OPEN + side] != 0
+            found = end_flux(medium, inner, sign, tube.ends[side], is_open, outside)
         fluxes = scratch.fluxes
         fluxes[0, face], fluxes[1, face], fluxes[2, face], fluxes[3, face] = found
 
@@ -338,7 +341,7 @@ def finish(tables, motion, tick, events, failed):
         if not (density > 0.0 and pressure > 0.0 and density < 1e300):
             state.pressure[i] = pressure
             return NOT_POSITIVE
-        if can_react(law) and fraction > 0.0:
+        if heat > 0.0 and fraction > 0.0:
             peak = pressure if pressure > peak else peak
             new, written = react(law, density, pressure, fraction, medium.step_size)
             if new != fraction:
@@ -384,7 +387,7 @@ def note_front(tube, state, cell, progress, tick, events):
         add_event(events, tick, _FRONT_PASSED, tube.gauges[cell], progress, BURNT)
     if cell == 0 and not starts and flags[LEFT_REACHED] == 0:
         flags[LEFT_REACHED] = 1
-        add_event(events, tick, _END_REACHED, 0, progress, BURNT)
+        add_event(events, tick, _END_REACHED, np.int64(0), progress, BURNT)
     if cell == last and not starts and flags[RIGHT_REACHED] == 0:
         flags[RIGHT_REACHED] = 1
-        add_event(events, tick, _END_REACHED, 1, progress, BURNT)
+        add_event(events, tick, _END_REACHED, np.int64(1), progress, BURNT)

@@ -26,6 +26,8 @@ from .yielding import CellStep, plastic_step
 _REST = 1e-140
 # Number of the event kind for a cell that yields first.
 _YIELDED = 0
+# The first cell or node. numba compiles a function again for an argument that is a literal number.
+_ZERO = np.int64(0)
 # Indices are unsigned throughout the long loops: numba then need not look for negative ones.
 _ONE, _TWO, _THREE = np.uint64(1), np.uint64(2), np.uint64(3)
 
@@ -59,7 +61,7 @@ def note_yield(yields, tick, cell, flow):
     yields.used[0] = row + 1
 
 
-@jit
+@internal
 def advance_cells(grid, state, corner_out, step, tick, yields, begin, end):
     """Advance stresses and energies of the cells begin..end-1 after their nodes have drifted, and write the corner forces.
 
@@ -161,20 +163,23 @@ def advance_cells(grid, state, corner_out, step, tick, yields, begin, end):
 
 
 @internal_inlined
-def gather(slots, corner, n, k):
-    """Return component k of the force on a node [N]: its corners in two pairs, so that mirror images have mirrored bits."""
-    return (corner[slots[n, 0], k] + corner[slots[n, 1], k]) + (corner[slots[n, 2], k] + corner[slots[n, 3], k])
+def gather(slots, corner, n):
+    """Return the force on a node [N]: its corners in two pairs, so that mirror images have mirrored bits."""
+    a, b, c, d = slots[n, 0], slots[n, 1], slots[n, 2], slots[n, 3]
+    fx = (corner[a, 0] + corner[b, 0]) + (corner[c, 0] + corner[d, 0])
+    fy = (corner[a, 1] + corner[b, 1]) + (corner[c, 1] + corner[d, 1])
+    return fx, fy
 
 
-@jit
+@internal
 def write_forces(grid, state, corner, begin, end):
     """Write the forces on the nodes begin..end-1 from the corner forces."""
     slots, force = grid.node_slots, state.force
     for n in range(np.uint64(begin), np.uint64(end)):
-        force[n, 0], force[n, 1] = gather(slots, corner, n, 0), gather(slots, corner, n, 1)
+        force[n, 0], force[n, 1] = gather(slots, corner, n)
 
 
-@jit
+@internal
 def finish_nodes(grid, state, corner, step, again, begin, end):
     """Write the forces on the nodes begin..end-1, and kick those without conditions for the second half of a step.
 
@@ -183,7 +188,7 @@ def finish_nodes(grid, state, corner, step, again, begin, end):
     slots, special, half_inverse = grid.node_slots, grid.special, grid.half_inverse
     force, velocity, displacement = state.force, state.velocity, state.displacement
     for n in range(np.uint64(begin), np.uint64(end)):
-        fx, fy = gather(slots, corner, n, 0), gather(slots, corner, n, 1)
+        fx, fy = gather(slots, corner, n)
         force[n, 0], force[n, 1] = fx, fy
         if special[n]:
             continue
@@ -230,8 +235,8 @@ def update_forces(grid, state, groups, corner, step):
         The first cell that is not convex, or -1.
     """
     nothing = Yields(np.zeros((1, 5)), np.zeros(1, np.int64))
-    failed = advance_cells(grid, state, corner, step, 0, nothing, 0, len(grid.cells))
-    write_forces(grid, state, corner, 0, len(grid.reference))
+    failed = advance_cells(grid, state, corner, step, _ZERO, nothing, _ZERO, len(grid.cells))
+    write_forces(grid, state, corner, _ZERO, len(grid.reference))
     finish_forces(grid, state, groups, corner)
     return failed
 
@@ -242,7 +247,7 @@ def moving(velocity):
     return 0.0 if abs(velocity) < _REST else velocity
 
 
-@jit
+@internal
 def kick(grid, state, step, begin, end):
     """Add what the forces give in the first half of a step [s] to the velocities of nodes begin..end-1 without conditions."""
     special, half_inverse, velocity, force = grid.special, grid.half_inverse, state.velocity, state.force
@@ -253,7 +258,7 @@ def kick(grid, state, step, begin, end):
             velocity[n, 1] = moving(velocity[n, 1] + weight * force[n, 1])
 
 
-@jit
+@internal
 def drift(grid, state, step, begin, end):
     """Move the nodes begin..end-1 that have no conditions with their velocities for a step [s]."""
     special, displacement, velocity = grid.special, state.displacement, state.velocity
@@ -344,16 +349,16 @@ def finish_conditions(grid, state, conditions, step, tally):
         tally[ABSORBED] += share * absorbed
 
 
-@jit
+@internal
 def begin_advance(body, factors, step):
     """Start a sequence of ticks: half a kick, then drift every node. See `advance` for the arguments."""
     count = len(body.grid.reference)
-    kick(body.grid, body.state, step, 0, count)
-    drift(body.grid, body.state, step, 0, count)
-    begin_conditions(body.grid, body.state, body.conditions, factors, 0, step)
+    kick(body.grid, body.state, step, _ZERO, count)
+    drift(body.grid, body.state, step, _ZERO, count)
+    begin_conditions(body.grid, body.state, body.conditions, factors, _ZERO, step)
 
 
-@jit
+@internal
 def finish_tick(body, factors, tally, row, step):
     """Finish a tick after `finish_nodes`: nodes with conditions; start the next tick for them where one follows."""
     finish_forces(body.grid, body.state, body.conditions.groups, body.corner)
@@ -381,13 +386,40 @@ def advance(body, factors, tally, step, tick, yields, failure_out):
     grid, state, corner = body.grid, body.state, body.corner
     begin_advance(body, factors, step)
     for row in range(len(factors)):
-        failed = advance_cells(grid, state, corner, step, tick + row + 1, yields, 0, len(grid.cells))
+        failed = advance_cells(grid, state, corner, step, tick + row + 1, yields, _ZERO, len(grid.cells))
         if failed >= 0:
             failure_out[0], failure_out[1] = failed, tick + row + 1
             return 1
-        finish_nodes(grid, state, corner, step, row + 1 < len(factors), 0, len(grid.reference))
+        finish_nodes(grid, state, corner, step, row + 1 < len(factors), _ZERO, len(grid.reference))
         finish_tick(body, factors, tally, row, step)
     return 0
+
+
+# Entries from Python for single parts of a tick, which are compiled where threads are used alone.
+
+
+@jit
+def start_in_parts(body, factors, step):
+    """Start a sequence of ticks."""
+    begin_advance(body, factors, step)
+
+
+@jit
+def advance_part_of_cells(body, step, tick, yields, begin, end):
+    """Advance some cells; return the first one that is not convex, or -1."""
+    return advance_cells(body.grid, body.state, body.corner, step, tick, yields, begin, end)
+
+
+@jit
+def finish_part_of_nodes(body, step, again, begin, end):
+    """Write the forces on some nodes, and move those without conditions."""
+    finish_nodes(body.grid, body.state, body.corner, step, again, begin, end)
+
+
+@jit
+def finish_parts(body, factors, tally, row, step):
+    """Finish a tick after all parts."""
+    finish_tick(body, factors, tally, row, step)
 
 
 def advance_in_parts(body, factors, tally, step, tick, yields, failure_out, parts):
@@ -395,18 +427,17 @@ def advance_in_parts(body, factors, tally, step, tick, yields, failure_out, part
 
     For a grid that cannot yield: the events of cells that yield are in the order of the cells.
     """
-    grid, state, corner = body.grid, body.state, body.corner
-    cells, nodes = split(len(grid.cells), parts), split(len(grid.reference), parts)
-    begin_advance(body, factors, step)
+    cells, nodes = split(len(body.grid.cells), parts), split(len(body.grid.reference), parts)
+    start_in_parts(body, factors, step)
     for row in range(len(factors)):
         now, again = tick + row + 1, row + 1 < len(factors)
-        found = call_in_parts(advance_cells, [(grid, state, corner, step, now, yields, *part) for part in cells])
+        found = call_in_parts(advance_part_of_cells, [(body, step, now, yields, *part) for part in cells])
         failed = [int(cell) for cell in found if cell >= 0]
         if failed:
-            failure_out[0], failure_out[1] = failed[0], now
+            failure_out[:] = failed[0], now
             return 1
-        call_in_parts(finish_nodes, [(grid, state, corner, step, again, *part) for part in nodes])
-        finish_tick(body, factors, tally, row, step)
+        call_in_parts(finish_part_of_nodes, [(body, step, again, *part) for part in nodes])
+        finish_parts(body, factors, tally, row, step)
     return 0
 
 

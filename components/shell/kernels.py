@@ -29,6 +29,7 @@ from ..materials.tensors import (
 )
 from ..materials.thermoviscoplastic import advance_stress, elastic_moduli
 from ..support.jit import internal, internal_inlined, jit
+from .hourglass import hold_columns
 from .kernel_arrays import (
     BOUNDARY_IMPULSE,
     BOUNDARY_WORK,
@@ -42,8 +43,28 @@ from .kernel_arrays import (
     WALL_IMPULSE,
 )
 
+# numba compiles a function again for an argument that is a literal number.
+_ZERO = np.int64(0)
 # A plastic strain, a temperature [K] or a strain in one tick beyond these is absurd.
 LARGEST_PLASTIC_STRAIN, LARGEST_TEMPERATURE, LARGEST_STRAIN_OF_TICK = 10.0, 1e4, 0.2
+
+
+@jit
+def advance(solid, state, scratch, signals, pressures, tally, first_tick, failed):
+    """Advance by as many ticks as `signals` has rows, in one part; return 0 or a status of `kernel_arrays`.
+
+    See `ticks.advance` for the arguments.
+    """
+    for row in range(signals.shape[0]):
+        failed[1] = first_tick + row + 1
+        drift(solid, state, scratch, signals[row], pressures, tally)
+        status = update_stresses(solid, state, scratch, _ZERO, solid.body.volume.size, failed)
+        if status != 0:
+            return status
+        hold_columns(solid, state, scratch, _ZERO, solid.hourglass.partner.shape[0])
+        gather_forces(solid, state, scratch, _ZERO, solid.body.mass.size)
+        kick(solid, state, scratch, signals[row], pressures, tally)
+    return 0
 
 
 @jit

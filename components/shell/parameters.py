@@ -12,7 +12,7 @@ from ..support.parameter_fields import Magnitude, NotNegativeMagnitude, SignedPa
 from ..support.tagged_union import ByName, Named
 from ..support.validation import Parameters, refusal
 from .boundaries import BoundaryName, EdgeName
-from .fracture.law_catalogue import ChosenFracture, NoFracture
+from .fracture import ChosenFracture, NoFracture
 from .geometry.bodies import ChosenBody, Plate, Rod, Tube
 from .geometry.notch import edge_at, is_beyond
 from .quadrature import RuleName

@@ -58,28 +58,38 @@ def advance(
         first_tick: before the first of these ticks.
         failed: written: of a failure the point and the tick, shape (2,).
     """
+    if _part_count(solid) == 1:
+        return int(kernels.advance(solid, state, scratch, signals, pressures, tally, first_tick, failed))
     for row in range(len(signals)):
         inputs = Inputs(signals[row], pressures, tally)
-        failures = begin_tick(solid, state, scratch, inputs, lambda _: False)
+        failures = advance_tick(solid, state, scratch, inputs, first_tick + row, lambda _: False)
         if failures:
             return note_failure(failures[0], scratch, first_tick + row, failed)
-        finish_tick(solid, state, scratch, inputs)
     return 0
 
 
-def begin_tick(
-    solid: Solid, state: State, scratch: Scratch, inputs: Inputs, is_bearable: Callable[[int], bool]
+def advance_tick(
+    solid: Solid, state: State, scratch: Scratch, inputs: Inputs, tick: int, is_bearable: Callable[[int], bool]
 ) -> list[Failure]:
-    """Make the first half kick, move the nodes, and advance the stresses; return the points at which that fails, ascending.
+    """Advance by a tick; return the points at which that failed, ascending, after which the tick is yet to be finished.
 
     A part of the points ends early, behind a failure that the body cannot bear.
     """
+    count, parts = len(solid.body.volume), _part_count(solid)
+    if parts == 1:
+        failed = np.zeros(2, dtype=np.int64)
+        status = int(kernels.advance(solid, state, scratch, inputs.signals[None], *inputs[1:], tick, failed))
+        if status == 0:
+            return []
+        first = _failure_at(status, int(failed[0]), scratch)
+        others = update_part(solid, state, scratch, first.point + 1, count, is_bearable) if is_bearable(first.point) else []
+        return [first, *others]
     kernels.drift(solid, state, scratch, *inputs)
-    count = len(solid.body.volume)
-    found = call_in_parts(
-        update_part, [(solid, state, scratch, *part, is_bearable) for part in split(count, _part_count(solid))]
-    )
-    return [failure for part in found for failure in part]
+    found = call_in_parts(update_part, [(solid, state, scratch, *part, is_bearable) for part in split(count, parts)])
+    failures = [failure for part in found for failure in part]
+    if not failures:
+        finish_tick(solid, state, scratch, inputs)
+    return failures
 
 
 def finish_tick(solid: Solid, state: State, scratch: Scratch, inputs: Inputs) -> None:
@@ -114,11 +124,10 @@ def update_part(
         status = int(kernels.update_stresses(solid, state, scratch, begin, end, failed))
         if status == 0:
             break
-        point = int(failed[0])
-        found.append(Failure(status, point, float(scratch.pull[point, 0]), float(scratch.pull[point, 1])))
-        if not is_bearable(point):
+        found.append(_failure_at(status, int(failed[0]), scratch))
+        if not is_bearable(found[-1].point):
             break
-        begin = point + 1
+        begin = found[-1].point + 1
     return found
 
 
@@ -127,6 +136,10 @@ def note_failure(failure: Failure, scratch: Scratch, tick: int, failed: IntArray
     failed[:] = failure.point, tick + 1
     scratch.pull[failure.point, :2] = failure.value, failure.limit
     return failure.status
+
+
+def _failure_at(status: int, point: int, scratch: Scratch) -> Failure:
+    return Failure(status, point, float(scratch.pull[point, 0]), float(scratch.pull[point, 1]))
 
 
 def _part_count(solid: Solid) -> int:

@@ -15,7 +15,6 @@ from typing import Any, TypeVar
 
 import numba
 import numpy as np
-from numba.core import sigutils
 
 from .notice import tell
 
@@ -61,13 +60,18 @@ def internal_inlined(function: F) -> F:
 def _compile(function: F, **options: Any) -> F:
     if not JIT:
         return function
-    folder = cache_folder() if function.__module__.partition(".")[0] in _hashed_packages() else None
+    folder = cache_folder() if is_kept(function.__module__) else None
     before, _settings.CACHE_DIR = _settings.CACHE_DIR, str(folder or "")
     try:
         compiled: Any = numba.njit(**OPTIONS, **options, cache=folder is not None)
         return compiled(function)
     finally:
         _settings.CACHE_DIR = before
+
+
+def is_kept(module: str) -> bool:
+    """Return whether machine code of a module is kept on disk: it belongs to this package or to a plug-in."""
+    return module.partition(".")[0] in _hashed_packages()
 
 
 @cache
@@ -79,7 +83,7 @@ def cache_folder() -> Path | None:
     """
     try:
         kernels = cache_base() / "kernels"
-        folder = kernels / _hash_with_plugins()
+        folder = kernels / hash_with_plugins()
         is_new = not folder.is_dir()
         folder.mkdir(mode=0o700, parents=True, exist_ok=True)
         os.utime(folder)
@@ -116,7 +120,7 @@ def source_hash() -> str:
     return state.hexdigest()[:16]
 
 
-def _hash_with_plugins() -> str:
+def hash_with_plugins() -> str:
     """Hash the sources of components and of plug-ins: their kernels and laws are compiled together."""
     state = hashlib.sha256(source_hash().encode())
     for root in _plugin_sources():
@@ -142,15 +146,3 @@ def _plugin_sources() -> list[Path]:
     specs = [util.find_spec(name) for name in sorted(_hashed_packages()) if name != __name__.partition(".")[0]]
     files = [Path(spec.origin) for spec in specs if spec is not None and spec.origin]
     return [file.parent if file.name == "__init__.py" else file for file in files]
-
-
-def entry_point(function: Callable[..., Any], signature: str) -> Callable[..., Any]:
-    """Return the machine code of a jitted function for one signature: no look-up of the arguments' types at each call.
-
-    That look-up costs as much as a step of twenty grains. Whoever calls it promises the types.
-    """
-    if not hasattr(function, "compile"):  # the JIT is off
-        return function
-    compiled: Any = function
-    compiled.compile(signature)
-    return compiled.overloads[sigutils.normalize_signature(signature)[0]].entry_point

@@ -91,9 +91,9 @@ def branch(
     components: dict[str, Any],
 ) -> int:
     """Go on from any instant of a log, with other inputs or the same."""
-    from granular_env.branch_run import run_branch
     from granular_env.experiments.preparation import branch_inputs
     from granular_env.recording import open_log
+    from granular_env.run_loop import run_branch
 
     with ExitStack() as stack:
         parent = stack.enter_context(open_log(log, allow_large=allow_large, components=components))

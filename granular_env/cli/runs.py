@@ -61,6 +61,7 @@ from granular_env.output_files import file_name
 @exclusive("resumed", "hash_every")
 @exclusive("resumed", "live")
 def run(
+    *,
     experiment: str | None,
     overrides: Overrides,
     log: str | None,
@@ -80,7 +81,17 @@ def run(
     With --resume LOG alone the experiment is the log's; with an EXPERIMENT too, a log of another one is refused.
     """
     if resumed is not None:
-        return _resume(resumed, experiment, overrides, log, overwrite, allow_large, components, quiet, for_programs)
+        return _resume(
+            resumed,
+            experiment=experiment,
+            overrides=overrides,
+            log=log,
+            overwrite=overwrite,
+            allow_large=allow_large,
+            components=components,
+            quiet=quiet,
+            for_programs=for_programs,
+        )
     if experiment is None:
         raise click.UsageError("Missing argument 'EXPERIMENT'.")
     from granular_env.documents import parse_assignments
@@ -129,6 +140,7 @@ def _reserve(path: Path) -> bool:
 
 def _resume(
     path: str,
+    *,
     experiment: str | None,
     overrides: Overrides,
     log: str | None,

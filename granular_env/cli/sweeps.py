@@ -48,6 +48,7 @@ if TYPE_CHECKING:
 @large_option("Lift the limit on the number of tasks.")
 @output_options("table")
 def sweep(
+    *,
     plan: str,
     out: str | None,
     engine: str,

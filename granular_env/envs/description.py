@@ -66,7 +66,7 @@ def _make(name: str, arguments: Mapping[str, Any]) -> Any:
 
 
 def _actions(env: ComponentEnv) -> list[tuple[str, str]]:
-    """Return each input that is driven, with what an entry of 1 stands for."""
+    """Return each driven input, with its value at an entry of 1."""
     rows = []
     for one in env.actuator.driven:
         entries = one.part.stop - one.part.start
@@ -91,5 +91,5 @@ def _box(space: gymnasium.spaces.Space[Any]) -> str:
 
 
 def _plain_sections(docstring: str) -> str:
-    """Return the rest of a docstring with its headings as lines of their own, without Markdown."""
+    """Return the rest of a docstring without the Markdown of its headings."""
     return re.sub(r"^#+ +", "", docstring.strip("\n"), flags=re.MULTILINE)

@@ -31,7 +31,7 @@ from .task import RowTask, Task, judgement, refuse_incomplete, refuse_infinite, 
 Observation = npt.NDArray[np.float32]
 Ready = tuple[Component, Task, Drawn]
 
-# The memory of an episode: control steps done, whether it goes on, the seed of its noise; then the actuator's commands, then
+# The memory of an episode: control steps done, whether it is running, the seed of its noise; then the actuator's commands, then
 # the counters of a `RowTask`.
 ELAPSED, RUNNING, SEED, COMMANDS = range(4)
 _LARGEST_COUNT = 2.0**53
@@ -60,7 +60,7 @@ class ComponentEnv(gymnasium.Env[Observation, npt.NDArray[np.float32]]):
     The task's. A step that the component refuses (`StepError`: the physics would break down) ends the episode: the reward is
     `step_error_reward`, `terminated` is true, `info["step_error"]` holds the message, the state is that from before the step.
     After `deadline` control steps the episode ends: with a clock it is `terminated`, because the agent has seen the end come,
-    without one it is `truncated`, because for the agent time goes on.
+    without one it is `truncated`.
 
     ## Arguments
     * `component`: any `Component`.
@@ -127,7 +127,7 @@ class ComponentEnv(gymnasium.Env[Observation, npt.NDArray[np.float32]]):
         self.duration = self.internal_steps * component.step_size
         self._acting = {"action_rate": action_rate, "control_delay": control_delay}
         self._sensing = {"observe": observe, "noise": noise, "clock": clock, "deadline": self.deadline}
-        self._home: Callable[[Component], Component] | None = None
+        self.home: Callable[[Component], Component] | None = None
         self.drawn: Drawn = {}
         # As it is at the first save of an episode: only a start draws random numbers.
         self._origin: EpisodeOrigin | None = None
@@ -137,7 +137,7 @@ class ComponentEnv(gymnasium.Env[Observation, npt.NDArray[np.float32]]):
         self.observation_space = self.sensors.space
         self.memory: FloatArray = np.zeros(COMMANDS + self.actuator.memory_size + len(self._counter_names))
         self.task.counters = {}
-        self._bind()
+        self.bind()
         self.randomization = Randomization(randomise, component)
         for drawn in self.randomization.ends():  # values that cannot be are refused now, not in some later episode
             self._redraw(drawn)
@@ -150,7 +150,7 @@ class ComponentEnv(gymnasium.Env[Observation, npt.NDArray[np.float32]]):
         self._elements = [(name, parse_element(name)) for name in self.task.observations]
         self._counter_names = self.task.counter_names if isinstance(self.task, RowTask) else ()
 
-    def _bind(self) -> None:
+    def bind(self) -> None:
         """Show the memory's parts to the task, and the component to a task that judges rows."""
         end = COMMANDS + self.actuator.memory_size
         self._commands, self._counters, self._bytes = self.memory[COMMANDS:end], self.memory[end:], self.memory.data.cast("B")
@@ -164,13 +164,13 @@ class ComponentEnv(gymnasium.Env[Observation, npt.NDArray[np.float32]]):
             self.task.counters = {name: self._counters[k : k + 1] for k, name in enumerate(self._counter_names)}
 
     def __getstate__(self) -> dict[str, Any]:
-        """Leave out what `_bind` makes; a copy lives in memory of its own."""
-        made = ("_commands", "_counters", "_bytes", "_rows", "_constants", "_home")
+        """Leave out what `bind` makes; a copy lives in memory of its own."""
+        made = ("_commands", "_counters", "_bytes", "_rows", "_constants", "home")
         return {name: value for name, value in vars(self).items() if name not in made}
 
     def __setstate__(self, state: dict[str, Any]) -> None:
-        vars(self).update(state, _home=None)
-        self._bind()
+        vars(self).update(state, home=None)
+        self.bind()
 
     def twin(self) -> Self:
         """Return an environment like this one, before its first reset, for a batch."""
@@ -333,7 +333,7 @@ class ComponentEnv(gymnasium.Env[Observation, npt.NDArray[np.float32]]):
     def branch(
         self, log: str | os.PathLike[str], at: float, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[Observation, dict[str, Any]]:
-        """Start an episode at an instant of a recorded log: the component continues from there, the task begins anew.
+        """Start an episode at an instant of a recorded log: the component continues from there, the task begins its episode.
 
         Args:
             log: path of a log whose component has this one's parameters.
@@ -379,7 +379,7 @@ class ComponentEnv(gymnasium.Env[Observation, npt.NDArray[np.float32]]):
 
     @property
     def draws_component(self) -> bool:
-        """Return whether each episode has a component of its own, with parameters that were drawn."""
+        """Return whether parameters of the component are drawn for each episode."""
         return bool(self.randomization.parameters)
 
     def _redraw(self, drawn: Drawn) -> Ready:
@@ -403,10 +403,10 @@ class ComponentEnv(gymnasium.Env[Observation, npt.NDArray[np.float32]]):
         """Continue with another component of the same shape, and its task."""
         if component is self.component:
             return
-        self.component = component if self._home is None else self._home(component)
+        self.component = component if self.home is None else self.home(component)
         self.task, self.drawn = task, drawn
         self._fit()
-        self._bind()
+        self.bind()
 
     def _start(self, task: Task, options: dict[str, Any]) -> tuple[dict[str, Any], FloatArray | None]:
         """Return the start values of an episode, and its goal; both may draw random numbers."""

@@ -1,7 +1,7 @@
 """Domain randomisation: parameters of the component and start values that are drawn for each episode.
 
-`randomise` is a mapping. A parameter that is a number -> (low, high), drawn evenly. A parameter that holds a distribution, such
-as "radius" of a chain -> that distribution without its seed, which is drawn: {"low": 2e-3, "high": 3e-3}. A state variable ->
+`randomise` is a mapping. A parameter that is a number -> (low, high), drawn evenly. A parameter that holds a distribution ->
+that distribution without its seed, which is drawn, such as "radius" -> {"low": 2e-3, "high": 3e-3}. A state variable ->
 (low, high), the start value of its first element, or {index: (low, high)}.
 
 Everything is drawn from the environment's own random numbers (`np_random`) at each reset, so a seed decides the component, in

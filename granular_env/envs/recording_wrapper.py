@@ -19,8 +19,8 @@ class RecordEnv(gymnasium.Wrapper, gymnasium.utils.RecordConstructorArgs):
     Each reset and each `restore` begins a new segment of the log. The log holds every input exactly, so it replays bit for bit,
     can be branched and looked at, like the log of a script. The observations and rewards are unchanged.
 
-    Where `randomise` draws a component for each episode, each episode has a log of its own, because a log holds those of one
-    component: ``episode.mcap``, then ``episode-2.mcap`` and so on; `paths` names them.
+    A log holds the episodes of one component. If `randomise` draws a component for each episode, each has its own log:
+    ``episode.mcap``, then ``episode-2.mcap`` and so on; `paths` names them.
 
     Args:
         env: a `ComponentEnv`, however deeply wrapped.

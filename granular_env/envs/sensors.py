@@ -6,7 +6,7 @@ Arrays have a leading axis: one row for each environment; a single environment h
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import gymnasium
@@ -30,13 +30,13 @@ class Reading(NamedTuple):
 
     Attributes:
         name: of the output.
-        index: which of its elements are read, behind the leading axis; None for all of them.
+        elements: index of those that are read, behind the leading axis; None for all of them.
         place: of the readings in the observation.
         scale: what is observed as 1.
     """
 
     name: str
-    index: tuple[Any, ...] | None
+    elements: tuple[Any, ...] | None
     place: slice
     scale: float
 
@@ -142,7 +142,7 @@ class Sensors:
         for name, index, place, scale in self.readings:
             variable = component.variables[name]
             axes = f" of every {variable.axes[0]}" if variable.axes else ""
-            where = axes if index is None else f" at {', '.join(map(str, np.ravel(index[0] if len(index) == 1 else index)))}"
+            where = axes if index is None else f" at {', '.join(map(str, _places(index, variable.shape)))}"
             shape = f", {' x '.join(map(str, variable.shape))} numbers" if len(variable.shape) > 1 and index is None else ""
             yield ObservationRow(
                 place.start, place.stop - 1, f"`{name}`{where}{shape}", f"{scale:.6g} {variable.unit}".removesuffix(" 1")
@@ -152,6 +152,11 @@ class Sensors:
         for k in range(1, self.clock + 1):
             place = self.size + len(self.goal_scales) + k - 1
             yield ObservationRow(place, place, f"clock: cos({'' if k == 1 else f'{k} '}pi t / T)", "1")
+
+
+def _places(index: Sequence[Any], shape: tuple[int, ...]) -> npt.NDArray[np.int64]:
+    """Return the places along the first axis that an index reads, or the index itself where it has several axes."""
+    return np.ravel(index) if len(index) > 1 else np.atleast_1d(np.arange(*shape[:1])[index[0]])
 
 
 def _scales(task: Task, component: Component) -> Mapping[str, float]:

@@ -1,4 +1,4 @@
-"""An environment in mid-episode, as one small object that any process can go on from."""
+"""An environment in mid-episode, as one small object from which any process can continue."""
 
 from __future__ import annotations
 

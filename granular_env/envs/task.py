@@ -9,7 +9,7 @@ import math
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from types import MappingProxyType
-from typing import Any, ClassVar, NamedTuple
+from typing import Any, ClassVar
 
 import numpy as np
 import numpy.typing as npt
@@ -73,7 +73,7 @@ class Task(ABC):
     def objective(self, component: Any, steps: int) -> Any:
         """Return the smooth counterpart of minus the return over `steps` control steps, for gradients.
 
-        A task may have keyword arguments of its own behind these two, with defaults: a study gives them in stages. One that
+        A task may have further keyword arguments with defaults: a study gives them in stages. One that
         draws goals has `goal`, and is given that of the episode.
 
         Raises:
@@ -94,18 +94,18 @@ class RowTask(Task):
     """Base of tasks that judge many episodes at once: a native batch runs them, with the bits of single environments.
 
     Each argument of `begin_rows` and `judge_rows` has one row for each episode: `rows` are the components, as their domain's
-    native batch shows them (for chains `domains.chain.rows.ChainRows`); `constants` are the task's, each field with a leading
+    native batch shows them (`Domain.rows`); `constants` are the task's, each field with a leading
     axis; `counters` are arrays of shape (episodes,), by name, to be written in place; `elapsed` are control steps done.
 
     Attributes:
         counter_names: what the counters hold, in order; each is shown in ``info``.
-        constants: numbers and one-dimensional arrays that depend on the component, by name.
+        constants: a `NamedTuple` of numbers and one-dimensional arrays that depend on the component; None for none.
         goal_scales: of a goal that is drawn for each episode: what of each of its numbers is observed as 1. The goal is in the
             first counters.
     """
 
     counter_names: tuple[str, ...] = ()
-    constants: NamedTuple | None = None
+    constants: Any = None
     goal_scales: tuple[float, ...] = ()
 
     @abstractmethod

@@ -110,13 +110,13 @@ class ComponentVectorEnv(VectorEnv[Observations, npt.NDArray[np.float32], np.nda
         self._constants = stack_constants([task.constants for task in tasks])
         self._goal_scales = np.array([task.goal_scales for task in tasks], dtype=np.float64)
         self._rows: Any = domain_of(first.component.name).load("rows")([one.component for one in singles], together=True)
-        # Environments that the caller has; those used by themselves, and those redrawn, since the last step of the batch.
+        # Environments that the caller has; those used one by one, and those redrawn, since the last step of the batch.
         self._lent: set[int] = set()
         self._used: set[int] = set(range(self.num_envs))
         self._redrawn: set[int] = set()
         for k, one in enumerate(singles):
-            one.memory, one.component, one._home = self._memories[k], self._rows.components[k], partial(self._adopt, k)
-            one._bind()
+            one.memory, one.component, one.home = self._memories[k], self._rows.components[k], partial(self._adopt, k)
+            one.bind()
 
     def _adopt(self, k: int, component: Component) -> Component:
         self._redrawn.add(k)
@@ -212,6 +212,8 @@ class ComponentVectorEnv(VectorEnv[Observations, npt.NDArray[np.float32], np.nda
             first.actuator.act(actions, self._commands)
             applied = first.actuator.applied(self._commands)
             refused = self._rows.advance(applied, first.internal_steps, moving, self._lent)
+            for k in self._lent:
+                self._rows.synchronise(k)
             memories[:, ELAPSED] += 1.0
             elapsed = memories[:, ELAPSED].astype(np.int64)
             gains, done = task.judge_rows(self._rows, self._constants, self._columns, elapsed)
@@ -222,16 +224,18 @@ class ComponentVectorEnv(VectorEnv[Observations, npt.NDArray[np.float32], np.nda
             for k, message in refused.items():
                 errors[k], over[k], memories[k, RUNNING] = {"step_error": message}, True, 0.0
                 rewards[k] += self._singles[k].step_error_reward
-            gained = gains[moving]
+            gained = np.where(moving, gains, 0.0)
             if not np.isfinite(gained).all():
                 refuse_infinite(task, gained[~np.isfinite(gained)][0])
-            rewards[moving] += gained
+            rewards += gained
             over |= moving & done
             late |= moving & ~over & (elapsed >= first.deadline)
-            moving = moving & ~(over | late)
-            memories[over | late, RUNNING] = 0.0
-            if not moving.any():
-                break
+            ended = over | late
+            if ended.any():
+                memories[ended, RUNNING] = 0.0
+                moving = moving & ~ended
+                if not moving.any():
+                    break
         terminated = over | late if first.clock else over
         return self._observations(), rewards, terminated, late & ~terminated, errors
 
@@ -244,7 +248,7 @@ class ComponentVectorEnv(VectorEnv[Observations, npt.NDArray[np.float32], np.nda
     def single(self, index: int) -> ComponentEnv:
         """Return environment number `index` as a single one, in the same memory: what it does happens in the batch.
 
-        Its component steps by itself from now on, so that it can be recorded while the batch is stepped.
+        Its component can be recorded while the batch is stepped.
         """
         (k,) = self._environment_numbers([index])
         self._lent.add(k)

@@ -1,4 +1,4 @@
-"""Logs: record what a component does, open it, re-run it, branch off it, repair it."""
+"""Logs: record a component, open the log, re-run it, branch off it, repair it."""
 
 from .branch import Branch
 from .log import Log, open_log

@@ -1,4 +1,4 @@
-"""What a recorder has gathered since the last write, and the records that this becomes."""
+"""The data that a recorder has gathered since the last write, and the records made of it."""
 
 from __future__ import annotations
 
@@ -84,7 +84,7 @@ class Batch(Samples):
         return not self.steps and any(why == START for _, why, _ in self.snapshots)
 
     def take(self, samples: Samples) -> None:
-        """Add what was seen in a step."""
+        """Add the observations of a step."""
         self.frames += samples.frames
         self.hashes += samples.hashes
         self.snapshots += samples.snapshots
@@ -155,7 +155,7 @@ _Content = tuple[int, int, tuple[int, int, int], Mapping[str, Any], Mapping[str,
 def _contents(batch: Batch, profiles: Profiles, names: list[str], inputs: Mapping[str, tuple[int, ...]]) -> Iterator[_Content]:
     """Yield kind, detail, (first tick, last tick, count), header and arrays of each record, in the order of the file.
 
-    The steps come after all that was seen in them: what follows the last steps in a cut file is not needed to run it again.
+    The steps come after the observations made in them, so a cut file is complete up to its last steps.
     """
     yield from _snapshots(batch, START)
     for variable in range(len(names)):

@@ -1,4 +1,4 @@
-"""Go on from any instant of a log: with other inputs, or with the same ones for the same bits."""
+"""Branches: the component of a log, stepped on from any instant with other inputs, or with the same ones for the same bits."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ class Branch:
 
     @property
     def facts(self) -> dict[str, Any]:
-        """Return what a child log says of its parent; for `record(..., parent=...)`."""
+        """Return the facts on its parent in a child log; for `record(..., parent=...)`."""
         name = os.path.basename(str(self.parent.path))
         return {"file": name, "log": self.parent.identity, "identity": self.component.identity, "segment": self.segment.number,
                 "tick": self.tick}  # fmt: skip
@@ -57,7 +57,7 @@ class Branch:
         variables: list[str] | None = None,
         overwrite: bool = False,
     ) -> Log:
-        """Go on as the log did, but for the inputs given, and record that.
+        """Step and record the component with the inputs of the log, except for those given.
 
         Args:
             log: path of the new log.

@@ -31,7 +31,7 @@ from mcap.writer import MCAP0_MAGIC
 from ..components.errors import Fault, LogError, Option, Phrase
 from ..components.support.memory_limits import refuse_beyond, whole_memory
 
-# What the header of the file says of whose it is.
+# The profile in the header of the file.
 PROFILE = "granular-env"
 NOT_A_LOG = "an MCAP file but no log of granular-env, or its first record is lost"
 _RECORD = struct.Struct("<BQ")
@@ -43,7 +43,7 @@ _CHUNK_BYTES, _CHUNK_SHARE = 256 << 20, 4
 _BYTES_A_RECORD, _RECORDS = 4, 1000
 # JSON text of one record [bytes], and for each byte of the file: parsed, it takes up to forty times its length.
 _TEXT_BYTES, _TEXT_SHARE = 16 << 20, 8
-# Decompressed chunks that are kept at hand, and what a message takes in addition to its data [bytes].
+# Decompressed chunks that are kept at hand, and the overhead of a message [bytes].
 _CACHE_BYTES, _OBJECT_BYTES = 64 << 20, 200
 _FAULTS = (McapError, struct.error, ValueError, RuntimeError, OverflowError)
 
@@ -112,7 +112,7 @@ class Container:
         complete: whether it ends in a summary.
         places: offset and length of each chunk that can be read [bytes].
         damage: for an incomplete file: what stopped the scan.
-        advice: what to do about that.
+        advice: a hint on that.
         bytes_lost: for an incomplete file: how much follows after that.
     """
 

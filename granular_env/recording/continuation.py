@@ -1,4 +1,4 @@
-"""A log whose run ended too early, and the component where the log leaves it: the run goes on from there, bit for bit.
+"""The continuation of a log whose run ended too early, from where it ends, bit for bit.
 
 Every record up to the last steps is kept as it is; the ticks after the last snapshot are run again and compared with the log.
 """
@@ -46,7 +46,7 @@ class Continuation:
     closed: bool
 
     def recorder(self, path: str | os.PathLike[str], overwrite: bool) -> Recorder:
-        """Return a recorder of the component that goes on with the log, in a file of its own.
+        """Return a recorder of the component that continues the log in a new file.
 
         Raises:
             ParameterError: the file exists, and may not be replaced.

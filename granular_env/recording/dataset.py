@@ -42,7 +42,7 @@ def dataset_of(
 def _dimensions(variable: Variable, sizes: dict[str, int], taken: Container[str]) -> list[str]:
     """Return the names of a variable's own dimensions, and note their sizes.
 
-    One of another size, or with a name that is taken by a variable, gets a name of its own.
+    A dimension of another size, or whose name a variable has, is named after the variable and the axis.
     """
     names = []
     for axis, size in enumerate(variable.shape):

@@ -50,7 +50,7 @@ def drawables_from(facts: Any, arrays: Mapping[str, np.ndarray], variables: Mapp
     Args:
         facts: the header's JSON values.
         arrays: the header's arrays.
-        variables: those recorded, by name; what a drawable shows of them has to fit it.
+        variables: those recorded, by name; the outputs of a drawable have to fit it.
     """
     if not isinstance(facts, list):
         raise damage("it does not say what can be drawn", "header.drawables")
@@ -59,7 +59,7 @@ def drawables_from(facts: Any, arrays: Mapping[str, np.ndarray], variables: Mapp
         found.append(_drawable(place, texts, arrays))
         if isinstance(found[-1], Links) and not _has_ends(found[-1], found):
             raise damage("it joins points that there are not", _place(place, "pairs"))
-        if (name := unfit_output(found[-1], variables)) is not None:
+        if (name := _unfit_output(found[-1], variables)) is not None:
             raise damage(f"{name!r} has another number of values", _place(place))
     return tuple(found)
 
@@ -108,7 +108,7 @@ def _is_consistent(drawable: Drawable) -> bool:
     return True
 
 
-def unfit_output(drawable: Drawable, variables: Mapping[str, Variable]) -> str | None:
+def _unfit_output(drawable: Drawable, variables: Mapping[str, Variable]) -> str | None:
     """Return the name of the first output that a drawable shows, and that has another shape than it; None where all fit."""
     if isinstance(drawable, Points):
         count = len(drawable.radius)

@@ -1,4 +1,4 @@
-"""The header of a log: which component, on which machine, with which versions, and what is recorded."""
+"""The header of a log: component, machine, versions and recorded variables."""
 
 from __future__ import annotations
 
@@ -66,18 +66,9 @@ def _cpu_model() -> str:
 
 def variable_facts(variable: Variable) -> dict[str, Any]:
     """Return a variable as JSON values."""
-    return {
-        "name": variable.name,
-        "causality": variable.causality,
-        "unit": variable.unit,
-        "shape": list(variable.shape),
-        "dtype": variable.dtype,
-        "description": variable.description,
-        "state": variable.state,
-        "variability": variable.variability,
-        "nominal": variable.nominal,
-        "axes": list(variable.axes),
-    }
+    names = ("name", "causality", "unit", "dtype", "description", "state", "variability", "nominal")
+    facts = {name: getattr(variable, name) for name in names}
+    return {**facts, "shape": list(variable.shape), "axes": list(variable.axes)}
 
 
 def variable_from(facts: Mapping[str, Any]) -> Variable:
@@ -104,7 +95,7 @@ def table_of(value: Any) -> dict[str, Any]:
 
 
 def event_kinds_from(header: Mapping[str, Any], path: object) -> dict[str, str]:
-    """Return the kinds of events that can happen -> what they are, from a header; `LogError` where it does not say."""
+    """Return kind -> description of the events in a header; `LogError` where it has none."""
     kinds = header.get("event_kinds")
     if not isinstance(kinds, dict) or not all(isinstance(text, str) for text in kinds.values()):
         raise damage("it does not say what can happen", "header.event_kinds", path)
@@ -164,7 +155,7 @@ class BalanceNames:
 
     @property
     def residual(self) -> str:
-        """Name of what is left over."""
+        """Name of the residual."""
         return f"{self.quantity}_residual"
 
     @property
@@ -194,7 +185,7 @@ def balance_facts(balance: Balance) -> dict[str, Any]:
 
 
 def closing_facts(component: Component) -> dict[str, Any]:
-    """Return what the end of a log says of the run: the component's report, conclusions and cautions."""
+    """Return the end of a log: the component's report, conclusions and cautions."""
     names = ("report", "conclusions", "cautions")
     return {name: _plain_values(getattr(component, name)()) for name in names}
 

@@ -48,7 +48,7 @@ class Segment:
 
 
 class Index:
-    """Rows of all messages of the exact content, in the order they were written, and what follows from them."""
+    """Rows of all messages of the exact content, in the order they were written, and the segments."""
 
     def __init__(self, path: str, rows: np.ndarray) -> None:
         """Check that nothing is missing, doubled or out of order."""
@@ -73,7 +73,7 @@ class Index:
         rows = self.rows
         known = (rows[:, KIND] >= 0) & (rows[:, KIND] < len(KINDS))
         bad = ~known | (rows[:, FIRST] > rows[:, LAST]) | (rows[:, FIRST] < 0) | (rows[:, LAST] >= _MOST_TICKS)
-        # A frame, a hash or a step stands at a tick of its own, so there are never more of them than ticks.
+        # Frames, hashes and steps have different ticks, so there are never more of them than ticks.
         crowded = (rows[:, COUNT] > rows[:, LAST] - rows[:, FIRST] + 1) & (rows[:, KIND] != EVENTS)
         bad |= (rows[:, COUNT] < 1) | crowded | (rows[:, CHUNK] < 0)
         if bad.any() or not len(rows) or rows[0, KIND] != HEADER or (rows[1:, KIND] == HEADER).any():

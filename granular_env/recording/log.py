@@ -1,4 +1,4 @@
-"""The content of a log: what was recorded, by variable and time; its index, its steps and its snapshots."""
+"""A log opened for reading: recorded variables, events, steps, snapshots, and the program that it is."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ from .rerun import build, restore
 from .steps import StepHistory, Stretch
 from .writer import as_path
 
-# What reading one variable, or all the steps, may allocate [bytes].
+# Limit on the memory for one variable, or for all steps [bytes].
 _MOST_BYTES = 8 << 30
 
 
@@ -55,10 +55,10 @@ def open_log(
 
 
 class Log:
-    """A log, as `open_log` gives it: what was recorded, by variable and time, and the program that it is.
+    """A log, as `open_log` gives it: the recorded variables by time, and the program that it is.
 
     Times are those of the component. Where it was reset or restored in between, the log has several *segments*, laid end
-    to end: times go on from segment to segment, so every moment of the run has its own.
+    to end: times continue from segment to segment, so every moment of the run has a time.
 
     Attributes:
         path: the file.
@@ -94,7 +94,7 @@ class Log:
         """Close the file."""
         self.records.close()
 
-    # -- what it is -------------------------------------------------------------------------------------------------
+    # -- header ---------------------------------------------------------------------------------------------------
 
     @property
     def identity(self) -> str:
@@ -114,7 +114,7 @@ class Log:
 
     @property
     def incidents(self) -> list[dict[str, Any]]:
-        """Return the incidents of the run beside its steps.
+        """Return the incidents of the recording.
 
         Each has a kind under "incident": "failed" and "interrupted", a step was undone; "unrecorded", steps are not in the log;
         "recovered" and "resumed", the log was.
@@ -153,7 +153,7 @@ class Log:
 
     @cached_property
     def drawables(self) -> tuple[Drawable, ...]:
-        """Return what a viewer can draw."""
+        """Return the drawables of the component."""
         with self.records.name_file_in_errors():
             return drawables_from(self.records.header.get("drawables"), self.records.header_arrays, self.variables)
 
@@ -164,7 +164,7 @@ class Log:
             return balance_names_from(self.records.header.get("balances"))
 
     def events(self, kind: str | None = None, index: int | None = None) -> list[Event]:
-        """Return what happened to the component in this log, in its ticks and the order of time; see `earlier_events`.
+        """Return the events of this log in the order of time, in its ticks; see `earlier_events`.
 
         Args:
             kind: only of this kind; see `event_kinds`.
@@ -180,7 +180,7 @@ class Log:
         return _select(found, kind, index)
 
     def earlier_events(self, kind: str | None = None, index: int | None = None) -> list[Event] | None:
-        """Return what had happened to the component before this log begins, such as before a branch; see `events`.
+        """Return the events before this log begins, such as before a branch; see `events`.
 
         Its component, in the state at the log's start, knows them.
 
@@ -209,7 +209,7 @@ class Log:
 
     @property
     def event_kinds(self) -> dict[str, str]:
-        """Kinds of events that can happen -> what they are."""
+        """Kind -> description of the events that can happen."""
         return event_kinds_from(self.records.header, self.path)
 
     @property
@@ -371,7 +371,7 @@ class Log:
         return build(self.records.header, self.records.limits, self.components)
 
     def branch(self, at: float) -> Branch:
-        """Return a component in the state at a time [s] of the log, and what the log did from there.
+        """Return a component in the state at a time [s] of the log, and the inputs of the log from there on.
 
         A time between two steps is moved to the nearest; ``.component.time`` is the one that was taken.
 
@@ -412,7 +412,7 @@ class Log:
 
 
 def check_size(size: int, limits: Limits) -> None:
-    """Refuse to read arrays of so many bytes that a stranger's log says it has."""
+    """Refuse to read arrays of more bytes than the limit; a stranger's log declares the size."""
     limits.check("the size of what was asked for, in bytes,", size, _MOST_BYTES)
     refuse_beyond(size, f"log {limits.path!r}: what was asked for", LogError)
 

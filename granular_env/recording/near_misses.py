@@ -30,9 +30,9 @@ class EventRatio:
         passed: at how many places such an event happened in the run, or before the log begins.
         instants: how many instants were looked at: those of the frames, the ends of segments, and a thousand more.
         all_instants: how many there were: the start, and the end of each internal step.
-        nearest: which of `kinds` was near; "" where the component does not say.
+        nearest: the one of `kinds` that was near; "" where the component does not say.
         limited: False where it has no limit there, so that such an event cannot happen.
-        events: what happened there, of `kinds` and others, also before the log begins.
+        events: those at this place, of `kinds` and others, also before the log begins.
     """
 
     kinds: tuple[str, ...]
@@ -55,7 +55,7 @@ def kinds_by_ratio(details: Mapping[str, EventDetail]) -> dict[str, tuple[str, .
 
 
 def nearest_to_events(log: Log, index: int | None = None, kind: str | None = None) -> list[EventRatio]:
-    """Return how near the run came to the events that did not happen: for each output that can tell, the nearest place.
+    """Return how near the run came to the events that did not happen: the nearest place of each output that has ratios.
 
     Args:
         log: an open log; its run is repeated.
@@ -63,7 +63,7 @@ def nearest_to_events(log: Log, index: int | None = None, kind: str | None = Non
         kind: only of the output that decides on this kind of event.
 
     Returns:
-        One for each output that can tell and that has such a place.
+        One for each output with ratios that has such a place.
 
     Raises:
         LogError: the log cannot be run again here, or holds no step.
@@ -99,7 +99,7 @@ def nearest_to_events(log: Log, index: int | None = None, kind: str | None = Non
             component.has_limit(s.variable, s.index), _events_at(happened, s.index, s.kinds, component.event_details),
         )
         for s in searches
-        # What has no limit, such as a cell that cannot yield, is at 0 always.
+        # A place without a limit, such as a cell that cannot yield, is always at 0.
         if s.ratio > 0.0 or index is not None
     ]  # fmt: skip
 

@@ -27,13 +27,13 @@ class RecordReader:
 
     Attributes:
         path: the file.
-        limits: on what the file may ask for.
+        limits: on sizes in the file.
         container: the MCAP file.
         identity: eight bytes, in hex, that no other log shares.
-        header, header_arrays: the content of the first record, not checked further than what follows here.
+        header, header_arrays: the content of the first record, checked only where an attribute below is made of it.
         step_size: length of a tick [s].
         elapsed: age of the parent where a branch begins, in ticks; 0 where there is no parent.
-        variables, input_variables: what was recorded, and all inputs, by name.
+        variables, input_variables: those recorded, and all inputs, by name.
         index: a row for each record.
         closing: the last record of a log that was closed; else None.
     """
@@ -80,7 +80,7 @@ class RecordReader:
 
     @property
     def closing_header(self) -> Mapping[str, Any]:
-        """Return what the closing record says: report, conclusions, cautions; nothing where there is none."""
+        """Return the closing record's report, conclusions and cautions; nothing where there is none."""
         return self.closing.header if self.closing is not None else {}
 
     def close(self) -> None:
@@ -146,7 +146,7 @@ class RecordReader:
         known = self._at_hand.get(place)
         if known is None:
             entries = [entry for entry in self.container.messages(chunk) if kind_of(entry.topic) is not None]
-            # Of a log that was not closed, the index leaves out what follows the last steps.
+            # The index of a log that was not closed ends with its last steps.
             if len(entries) < last - first:
                 raise damage("records are missing or doubled", "index", self.path)
             entry = entries[place - first]

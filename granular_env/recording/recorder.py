@@ -1,4 +1,4 @@
-"""The recorder: an observer that writes what a component does, without ever changing it.
+"""The recorder: an observer that writes the history of a component and never changes it.
 
 The stepping thread appends to a batch in memory. One daemon thread writes the batches, every few hundredths of a second, also
 while the script sits idle, so a killed process loses at most the last tenth of a second.
@@ -36,7 +36,7 @@ _STEP_BYTES, _SET_BYTES = 40, 100
 
 
 class Kept(NamedTuple):
-    """The place where a recorder goes on with a log, instead of at the start of a segment.
+    """The place where a recorder continues a log, instead of at the start of a segment.
 
     Attributes:
         start: tick at which the log begins.
@@ -70,13 +70,13 @@ class Recorder:
         """Begin to look; the writer has written the header.
 
         Args:
-            component: what to look at.
+            component: the one to record.
             writer: of the log.
             names: the variables of each frame.
             schedule: when frames, hashes and snapshots are taken.
             preview: takes the frames that stock viewers show.
             elapsed: age of the parent where a branch begins [ticks].
-            kept: where it goes on with a log.
+            kept: where it continues a log.
         """
         self.path, self.next_tick = writer.path, 0
         self._component, self._names, self._schedule, self._preview = component, list(names), schedule, preview
@@ -86,12 +86,12 @@ class Recorder:
         # Whether a step needs no look: no events, and no inputs that are arrays, whose size counts.
         self._is_plain = not self._has_events and not any(self._inputs.values())
         self._writer, self._profiles, self._kept = writer, Profiles(kept.profiles if kept is not None else 0), kept
-        # What the writing thread takes is guarded by the lock: the batches, the last of which grows, and their bytes.
+        # The lock guards the batches that the writing thread takes, the last of which grows, and their bytes.
         self._lock, self._wake = threading.Lock(), threading.Event()
         self._written = threading.Condition(self._lock)
         self._batches = [Batch(place=Place(-1, 0, elapsed))]
         self._size = self._backlog = 0
-        # Of the step under way: what was seen in it, and whether a part of it has been handed over.
+        # The observations of the step under way, and whether a part of it has been handed over.
         self._samples, self._in_parts = Samples(), False
         self._tick = self._event_count = 0
         self._closing = self._closed = False
@@ -114,13 +114,13 @@ class Recorder:
         try:
             self.close()
         except LogError:
-            # What already went wrong matters more than that it could not be recorded.
+            # The error under way matters more than a log that could not be written.
             if kind is None:
                 raise
 
     @property
     def published(self) -> bool:
-        """Return whether the log stands under its name; not yet, where it replaces one and holds no step."""
+        """Return whether the log has its name: one that replaces another has it from its first step on."""
         return self._writer.published
 
     def note(self) -> str:
@@ -144,14 +144,13 @@ class Recorder:
                 self._begin(component)
 
     def on_sample(self, component: Component) -> None:
-        """Take what is due at this tick; where a step gathers much, hand over the part that is done.
+        """Take the observations due at this tick; of a step with many, hand over the part that is done.
 
         A step of n ticks is n steps of one, so a part is a step like any other. If the rest fails, the component is put back
         to where the step began, and that is a new segment.
         """
         tick, agenda, into = component.tick, self._agenda, self._samples
         if not self._closed and self._error is None:
-            place = self._batches[-1].place
             if tick == agenda.frame:
                 self._take_frame(component, into)
             if tick == agenda.hash:
@@ -165,7 +164,7 @@ class Recorder:
                     self._take_step(tick, {} if self._in_parts else component.held_inputs)
                     self._in_parts = True
                 self._wait_for_writer()
-            self.next_tick = agenda.after(tick, place.age(tick))
+        self.next_tick = agenda.after(tick, self._batches[-1].place.age(tick))
 
     def on_step(self, component: Component, ticks: int, inputs: Mapping[str, Held]) -> None:
         """Note a whole step; raises `LogError` once if the log cannot be written, with the component's step done."""
@@ -188,7 +187,7 @@ class Recorder:
                 raise LogError(came, hint="do not repeat this step; later steps are not recorded") from self._error
 
     def on_failure(self, component: Component, error: BaseException) -> None:
-        """Forget what was seen inside the step that failed, unless its parts were handed over; keep the reason."""
+        """Forget the observations of the step that failed, unless its parts were handed over; keep the reason."""
         with self._lock:
             undone = max(self._tick - component.tick, 0)
             self._samples, self._in_parts = Samples(), False
@@ -249,7 +248,7 @@ class Recorder:
         self._begin(component)
 
     def _go_on(self, component: Component, kept: Kept) -> None:
-        """Go on with the segment that the log ends in."""
+        """Continue the segment that the log ends in."""
         tick, place = component.tick, Place(0, kept.start, self._batches[-1].place.before)
         self._batches = [Batch(place=place, first=tick)]
         self._tick, self._event_count = tick, component.event_count
@@ -369,7 +368,7 @@ def record(
     Every input and the state at the start are kept exactly, so that the log can be re-run; frames are for looking.
 
     Args:
-        component: what to look at.
+        component: the one to record.
         path: the file; by custom it ends in ``.mcap``.
         every: time between frames [s], a whole number of ticks. Default: for an experiment with a duration 160 to
             400 frames; otherwise every tick at first, and half as often each time the run has become twice as long.
@@ -405,7 +404,7 @@ def begin_log(
     parent: Any = None,
     elapsed: int = 0,
 ) -> Recorder:
-    """Write the header of a log, and return the recorder that goes on with it; arguments as for `record` and `Recorder`."""
+    """Write the header of a log and return its recorder; arguments as for `record` and `Recorder`."""
     try:
         header, arrays = header_of(component, names, schedule.options(), experiment, parent, elapsed)
         writer.add_header(Record(HEADER, 0, 0, 0, 0, 1, 0, header, arrays))

@@ -4,13 +4,13 @@ A log is an MCAP file. Its exact content is in the topics ``granular/...``. A *s
 reset or a restore, and with a snapshot.
 
 ====================  =================================================================================================
-granular/header       the first message: component, parameters, experiment, versions, machine, what is recorded
+granular/header       the first message: component, parameters, experiment, versions, machine, recorded variables
 granular/snapshots    the state at the start of each segment, there with the events before it, at key ticks and at the end
 granular/steps        for many calls of `step`: their lengths in ticks and the inputs that were set
 granular/frames/NAME  for one variable: ticks and values
 granular/hashes       at key ticks: a digest of each state variable, of the whole state, and of the inputs then held
-granular/events       what happened to the component: rows of tick, kind, index, value and limit
-granular/incidents    what happened to the run: failures, a recovery; at the end "closed", with the index of all messages
+granular/events       events of the component: rows of tick, kind, index, value and limit
+granular/incidents    incidents of the recording: failures, a recovery; at the end "closed", with the index of all messages
 ====================  =================================================================================================
 
 Frames are protobuf messages ``granular.Frames`` that any protobuf library reads; unit and shape are in the metadata of their
@@ -134,8 +134,8 @@ def damage(received: str, at: str | Location, log: object = "") -> LogError:
     """Return the error for a part of a log that `record` does not write like that.
 
     Args:
-        received: what is wrong with it.
-        at: what holds it: "header", "index", one of the kinds of records, and the place there.
+        received: the fault.
+        at: its place: "header", "index", one of the kinds of records, and the place there.
         log: its path, where that is known.
     """
     return LogError(received, hint=DAMAGED, at=at, source=f"log {str(log)!r}" if log else "")
@@ -186,7 +186,7 @@ def words(values: np.ndarray | float) -> bytes:
 
 
 def bits(value: float) -> int:
-    """Return the 64 bits of a number, so that -0.0 and 0.0 are told apart."""
+    """Return the 64 bits of a number, so that -0.0 differs from 0.0."""
     return struct.unpack("<q", struct.pack("<d", value))[0]
 
 

@@ -85,7 +85,7 @@ def _frames_of(log: Log, name: str) -> Iterator[tuple[int, Any]]:
 
 
 def _finish(log: Log, writer: LogWriter) -> None:
-    """Write what was lost, and the end."""
+    """Write the incident that names the loss, and the closing record."""
     records, closing = log.records, log.records.closing
     segment = records.index.all_segments[-1] if records.index.all_segments else None
     number, tick = (segment.number, segment.end) if segment else (0, 0)

@@ -25,7 +25,7 @@ _WORK = 10**14
 
 
 def check_work(ticks: int, component: Component, limits: Limits) -> None:
-    """Refuse to run again so many internal steps that a stranger's log says it has."""
+    """Refuse to run again more internal steps than about a day's work; a stranger's log declares them."""
     limits.check("the number of ticks", ticks, _TICKS)
     limits.check("the number of ticks times the words of the state", ticks * max(component.state_bytes // 8, 1), _WORK)
 

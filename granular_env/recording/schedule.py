@@ -1,4 +1,4 @@
-"""What is recorded, and when: rules in ticks only, so that the same run is recorded in the same way."""
+"""The recorded variables, and the ticks of frames, hashes and snapshots, so that the same run is always recorded alike."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ from ..components.errors import ParameterError, nearest, one_line
 from ..components.support.round_numbers import round_down_to_125, round_up_to_125
 from .records import damage
 
-# Default distance of hashes; at this distance they cost less than a hundredth of any component seen so far [ticks].
+# Default distance of hashes [ticks]: they cost less than a hundredth of a run of any shipped component.
 HASH_EVERY = 4096
-# A run that was killed goes on from its last snapshot. There is one each time the run has become a sixteenth longer, at least
+# A run that was killed continues from its last snapshot. There is one each time the run has become a sixteenth longer, at least
 # this many ticks apart.
 _SNAPSHOT_TICKS, _SNAPSHOT_SHIFT = 4096, 4
 # Where ticks are costly, 4096 of them may be a whole run: snapshots are this much work apart, or this many steps of the whole
@@ -25,7 +25,7 @@ _SNAPSHOT_TICKS, _SNAPSHOT_SHIFT = 4096, 4
 # counted in words of state advanced by a step, which take 3 to 12 ns (grids, shells), and not in seconds: the same run has to
 # have the same snapshots on any machine, and when it is resumed.
 _SNAPSHOT_WORK, _SNAPSHOT_STEPS = 500_000_000, 1500
-# Frames of an experiment whose duration is known: at most so many.
+# Most frames of an experiment whose duration is known.
 _FRAMES = 400
 # Without a known duration: frames between one doubling of the interval and the next; fewer where a frame is large.
 _FRAMES_A_DOUBLING, _LARGE_FRAMES_A_DOUBLING = 64, 16
@@ -73,7 +73,7 @@ class Schedule:
         return tick + (self.snapshot_every or max(self.least_snapshot_interval, elapsed >> _SNAPSHOT_SHIFT))
 
     def options(self) -> dict[str, int]:
-        """Return what a log's header holds of it: `schedule_from` gives it back."""
+        """Return the entry of a log's header, which `schedule_from` reads."""
         return asdict(self)
 
 
@@ -99,12 +99,12 @@ class Agenda:
         self.frame = self.hash = self.key = 0
 
     def restart(self, tick: int, elapsed: int) -> int:
-        """Set all anew after a tick, `elapsed` counting the ticks of the whole log; return the nearest."""
+        """Set all three after a tick and return the nearest; `elapsed` counts the ticks of the whole log."""
         self.frame = self.hash = self.key = tick
         return self.after(tick, elapsed)
 
     def after(self, tick: int, elapsed: int) -> int:
-        """Move on what was due at a tick; return the nearest that is due next."""
+        """Advance past a tick; return the nearest tick at which something is due."""
         if self.frame <= tick:
             self.frame = self._schedule.frame_after(tick, elapsed)
         if self.hash <= tick:
@@ -115,9 +115,9 @@ class Agenda:
 
 
 def frames_for(ticks: int, values: int, state: int) -> int:
-    """Return an interval of 1, 2 or 5 x 10^k ticks that gives 160 to 400 frames in a run of so many ticks.
+    """Return an interval of 1, 2 or 5 x 10^k ticks that gives 160 to 400 frames in a run of `ticks`.
 
-    Where frames are huge there are fewer, but at least ten: to write one takes as long as tens to hundreds of ticks.
+    Huge frames are fewer, but at least ten: to write one takes as long as tens to hundreds of ticks.
 
     Args:
         ticks: of the run.
@@ -143,7 +143,7 @@ def least_snapshot_interval(words: int, work: int) -> int:
 
 
 def doubling_for(values: int) -> int:
-    """Frames per doubling for frames of so many numbers."""
+    """Return frames per doubling for frames of that many numbers."""
     if values > _HUGE_FRAME:
         return _HUGE_FRAMES_A_DOUBLING
     return _LARGE_FRAMES_A_DOUBLING if values > _LARGE_FRAME else _FRAMES_A_DOUBLING
@@ -155,7 +155,7 @@ def doubling_for(values: int) -> int:
 def names_to_record(component: Component, variables: Sequence[str] | None) -> list[str]:
     """Return the names to record: those given, the balances' entries, and the inputs that are one number.
 
-    Default for those given: the state, what viewers draw, and every output that is one number.
+    Default for those given: the state, the outputs of drawables, and every output that is one number.
     """
     given, all_variables = variables is not None, component.variables.values()
     inputs = [v.name for v in all_variables if v.causality == "input" and v.shape == ()]

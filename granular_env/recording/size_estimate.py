@@ -14,7 +14,7 @@ from .header import component_facts
 from .preview.film import Preview
 from .schedule import Schedule, make_schedule, names_to_record
 
-# What a record of a frame takes beside its numbers, and a log beside its records [bytes].
+# Bytes of a record of a frame without its numbers, and of a log without its records.
 _FRAME_BYTES, _LOG_BYTES = 10, 20_000
 
 
@@ -28,9 +28,9 @@ def estimated_bytes(
     snapshot_every: float | None = None,
     experiment: Any = None,
 ) -> int:
-    """Return how many bytes a recording of so many ticks takes at most, before compression; arguments as for `record`.
+    """Return how many bytes a recording of `ticks` takes at most, before compression; arguments as for `record`.
 
-    Where neither the state nor what is drawn of it grows or shrinks on the way, that is what it takes, within a few per cent.
+    It is right within 10 % where neither the state nor the number of drawn links and cells changes on the way.
     """
     names = names_to_record(component, variables)
     schedule = make_schedule(component, every, hash_every, snapshot_every, experiment, names)
@@ -68,7 +68,7 @@ def _header_bytes(component: Component, names: list[str]) -> int:
 
 
 def _preview_bytes(component: Component, names: list[str], frames: int) -> int:
-    """Return the size of what stock viewers draw: its messages of one frame, for each frame that it keeps."""
+    """Return the size of the preview: the messages of one frame, for each frame that it keeps."""
     preview = Preview(component.name, component.drawables(), {name: component.variables[name] for name in names})
     balances = component.balance_values()
     values = {name: balances[name] if name in balances else component.peek(name) for name in names}

@@ -1,4 +1,4 @@
-"""The steps of a log as arrays: how long each was, which inputs it set, and what was held when."""
+"""The steps of a log as arrays: their lengths, the inputs that they set, and the stretches over which an input is held."""
 
 from __future__ import annotations
 
@@ -162,7 +162,7 @@ class Stretch:
 
     Attributes:
         begin, end: its ticks, equal where nothing happened before a step set the input.
-        value: what was held.
+        value: the one held.
         shift: a tick of the component plus this is a tick of the log.
     """
 

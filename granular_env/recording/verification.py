@@ -40,7 +40,7 @@ class Verification:
         index: its first element that differs, or None where that is not known.
         interval: times between which the difference arose: last agreeing, first differing [s]; None for the identity.
         notes: one sentence for each difference, then what may explain them.
-        incidents: what happened to the recording, such as "failed" or "recovered"; not compared.
+        incidents: those of the recording, such as "failed" or "recovered"; not compared.
         gaps: a sentence for each piece of the run that the log says it does not hold.
     """
 
@@ -74,7 +74,7 @@ class Verification:
 
     @property
     def message(self) -> str:
-        """The verdict for people: a line for what was compared, and one for each difference and each part left out."""
+        """The verdict for people: a line of counts, one for each difference, and one for each gap."""
         hashes = count_of(self.hashes, "hash", "hashes")
         kinds = f"{count_of(self.frames, 'frame')}, {hashes}, {count_of(self.snapshots, 'snapshot')}"
         size = f"{count_of(self.calls, 'call')} of step, {count_of(self.ticks, 'tick')} ({kinds})"
@@ -105,11 +105,11 @@ class Difference(Exception):  # noqa: N818 - a finding, carried out of nested lo
         variable: its name.
         tick: where that was seen, a tick of the segment.
         index: its element, where that is known.
-        reason: what is known beyond that.
+        reason: an explanation, where there is one.
     """
 
     def __init__(self, variable: str, tick: int, index: int | None = None, reason: str = "") -> None:
-        """Take what was found."""
+        """Keep the place of the difference."""
         super().__init__(variable)
         self.variable, self.tick, self.index, self.reason = variable, tick, index, reason
 
@@ -121,7 +121,7 @@ def verify(
     allow_large: bool = False,
     components: Mapping[str, type[Component]] | None = None,
 ) -> Verification:
-    """Re-run a log from its parameters, start states and inputs, and compare what it recorded, bit for bit.
+    """Re-run a log from its parameters, start states and inputs, and compare its records, bit for bit.
 
     Titles, dates, descriptions and other texts are not compared.
 
@@ -189,7 +189,7 @@ def _compare(log: Log, component: Component, result: Verification, tell: Callabl
 
 
 class Comparison:
-    """A component that runs a part of a segment again, compared with what the log holds of that.
+    """A re-run of a part of a segment, compared with the records of the log.
 
     Attributes:
         agreed: the last tick at which each variable was the same.
@@ -208,7 +208,7 @@ class Comparison:
 
         Args:
             start: of this segment; its identity is not compared.
-            end: the tick to reach; what is recorded later is not compared.
+            end: the tick to reach; later records are not compared.
             tell: called after each piece with the ticks that are done.
 
         Raises:
@@ -241,7 +241,7 @@ class Comparison:
             raise Difference(error.variable, at, error.index, reason) from error
 
     def _marks(self, start: int, end: int) -> list[Iterator[tuple[Any, ...]]]:
-        """Return what is compared, each kind in the order of time: tick, the function that compares, and its arguments."""
+        """Return the comparisons of each kind in the order of time: tick, the function that compares, and its arguments."""
         index, number = self._log.records.index, self._segment.number
         frames = index.select(FRAMES, None, number)
         # At the same tick the inputs come first: a difference in them is the cause of one in the state.
@@ -329,7 +329,7 @@ class Comparison:
         return snapshot
 
     def _start_reason(self, tick: int) -> str:
-        """Return what a difference at the start of a segment means."""
+        """Return an explanation of a difference at the start of a segment."""
         if tick != self._segment.start:
             return ""
         return "nothing has been run yet, so the start state is not what was recorded, or this value is not"

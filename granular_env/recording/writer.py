@@ -33,21 +33,21 @@ class LogWriter:
     Where the file replaces an older log, it is written under a hidden name until `publish` is called.
 
     Attributes:
-        path: where the log stands once it is published.
+        path: the log's name once it is published.
         rows: the index so far, a row for each record.
-        published: whether it stands at its path.
+        published: whether it has that name.
     """
 
     def __init__(self, path: str | os.PathLike[str], overwrite: bool = False, is_hidden: bool = False) -> None:
         """Begin a file.
 
         Args:
-            path: where the log is to stand; its folder is made if need be.
+            path: name of the log; its folder is made if need be.
             overwrite: whether an existing log, or an empty file, may be replaced.
-            is_hidden: whether it is written under a hidden name even where nothing stands at `path`.
+            is_hidden: whether it is written under a hidden name even if `path` does not exist.
 
         Raises:
-            ParameterError: something stands there that may not be replaced, or another recorder is writing it.
+            ParameterError: a file there may not be replaced, or another recorder is writing it.
             LogError: the file cannot be written.
         """
         self.path = as_path(path)
@@ -89,7 +89,7 @@ class LogWriter:
         self._run_guarded(self._mcap.flush)
 
     def add_preview(self, messages: Iterable[PreviewMessage]) -> None:
-        """Write what stock viewers draw, in chunks of its own."""
+        """Write the messages for stock viewers, in separate chunks."""
         self.flush()
         for number, one in enumerate(messages):
             topic = one.topic
@@ -137,7 +137,7 @@ class LogWriter:
             segment: the last one.
             tick: of it, where the log ends.
             nanoseconds: time of that.
-            facts: what the record says of the run.
+            facts: the report, conclusions and cautions of the run.
         """
         try:
             index = np.array(self.rows, dtype=np.int64).reshape(-1, len(COLUMNS))
@@ -153,7 +153,7 @@ class LogWriter:
 
     @property
     def published(self) -> bool:
-        """Return whether the file stands under its own name."""
+        """Return whether the file has its final name."""
         return self._part is None
 
     def publish(self) -> None:
@@ -166,7 +166,7 @@ class LogWriter:
 
     def abandon(self) -> None:
         """Close the file as it is; one that was not published is removed, and the older log stays."""
-        # What could not be written has been reported by the write itself.
+        # The write itself has reported its error.
         with contextlib.suppress(OSError):
             self._file.close()
         if self._part is not None:

@@ -87,7 +87,7 @@ def draw_rolled_out(page: Page, title: str, inches: int, after: float) -> None:
         f"one half is computed, the other is its mirror image. The detonation came from the left.{invalid}"
     )
     outer = RADIUS + WALL
-    with page.plot(caption, "x from the middle of the notch, mm", "around the tube, mm", (7.5, 5.2)) as axes:
+    with page.plot(caption, "x from the middle of the notch, mm", "around the tube, mm", (7.5, 5.2), "upper right") as axes:
         places, angles = np.unique(np.round(one.x, 9)), np.unique(np.round(one.arc, 9))
         stress = 1e-6 * one.stress.reshape(len(places), len(angles)).T
         around = 1e3 * outer * np.concatenate([-angles[:0:-1], angles])

@@ -206,13 +206,15 @@ class Page:
         self.blocks.append(("table", (caption, head, rows)))
 
     @contextmanager
-    def plot(self, caption: str, x: str, y: str, size: tuple[float, float] = (7.0, 3.6)) -> Iterator[Axes]:
+    def plot(
+        self, caption: str, x: str, y: str, size: tuple[float, float] = (7.0, 3.6), legend: Any = "best"
+    ) -> Iterator[Axes]:
         """Draw a figure in the body of a ``with`` statement; it is labelled and saved at the end."""
         figure, axes = plt.subplots(figsize=size, layout="constrained")
         yield axes
         axes.set(xlabel=x, ylabel=y)
         if axes.get_legend_handles_labels()[0]:
-            axes.legend(frameon=False, fontsize="small")
+            axes.legend(frameon=False, fontsize="small", loc=legend)
         count = sum(kind == "figure" for kind, _ in self.blocks) + 1
         path = self.folder / f"{self.name}-{count}.png"
         path.parent.mkdir(parents=True, exist_ok=True)

@@ -2,20 +2,25 @@
 
 from __future__ import annotations
 
-from typing import ClassVar, Literal
+from typing import ClassVar, Literal, NamedTuple
 
 import numpy as np
 
+from granular_env.components.chain.laws import functions
 from granular_env.components.chain.laws.law import Law
-from granular_env.components.chain.layout import LAW_CONSTANTS, STIFFNESS
-from granular_env.components.support.jit import inlined
 
-HARDENING = LAW_CONSTANTS
+
+class CubicContacts(NamedTuple):
+    """Constants of the contacts: k [N/m] and k3 [N/m^3]."""
+
+    stiffness: np.ndarray
+    hardening: np.ndarray
 
 
 class Cubic(Law):
     """F = k d + hardening d^3 while d > 0."""
 
+    contacts: ClassVar[type] = CubicContacts
     exponent: ClassVar[float] = 1.0
     needs_stiffness: ClassVar[bool] = True
 
@@ -49,27 +54,35 @@ class Proportional(Cubic):
         return (1e7 * stiffness / reduced_radius)[contacts, None]
 
 
-@inlined
-def force(a, j, d):
+@functions.contact_law.register(CubicContacts)
+def cubic_contacts(kind, stiffness, constants, history):  # noqa: ANN001, ANN201
+    """Return the law."""
+    return CubicContacts(stiffness, constants[0])
+
+
+@functions.force.register(CubicContacts)
+def force(law, j, d):  # noqa: ANN001, ANN201
     """Return k d + k3 d^3."""
-    return d * (a[STIFFNESS, j] + a[HARDENING, j] * (d * d))
+    return d * (law.stiffness[j] + law.hardening[j] * (d * d))
 
 
-@inlined
-def energy(a, j, d):
+@functions.energy.register(CubicContacts)
+def energy(law, j, d):  # noqa: ANN001, ANN201
     """Return k d^2 / 2 + k3 d^4 / 4."""
-    return d * d * (0.5 * a[STIFFNESS, j] + 0.25 * a[HARDENING, j] * (d * d))
+    return d * d * (0.5 * law.stiffness[j] + 0.25 * law.hardening[j] * (d * d))
 
 
-@inlined
-def force_slopes(a, j, d):
-    """Return F, dF/dd and dF/dk."""
-    k, cube = a[STIFFNESS, j], a[HARDENING, j] * (d * d)
-    return d * (k + cube), k + 3.0 * cube if d > 0.0 else 0.0, d
+@functions.force_pullback.register(CubicContacts)
+def force_pullback(law, adjoint, j, d, slope):  # noqa: ANN001, ANN201
+    """Add slope times the derivatives by k and k3; return slope dF/dd."""
+    k, cube = law.stiffness[j], law.hardening[j] * (d * d)
+    adjoint.stiffness[j] += d * slope
+    adjoint.hardening[j] += d * (d * d) * slope
+    return (k + 3.0 * cube if d > 0.0 else 0.0) * slope
 
 
-@inlined
-def energy_pullback(a, adjoint, j, d, slope):
+@functions.energy_pullback.register(CubicContacts)
+def energy_pullback(law, adjoint, j, d, slope):  # noqa: ANN001, ANN201
     """Add slope times the derivatives by k and k3."""
-    adjoint[STIFFNESS, j] += 0.5 * (d * d) * slope
-    adjoint[HARDENING, j] += 0.25 * (d * d) * (d * d) * slope
+    adjoint.stiffness[j] += 0.5 * (d * d) * slope
+    adjoint.hardening[j] += 0.25 * (d * d) * (d * d) * slope

@@ -8,75 +8,67 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from ...support.jit import jit
+from ...support.jit import internal, jit
 from ..component import Chain
+from ..integrators import DampedComposition
 from ..integrators.dissipative_step import half_sweep, is_closing, prepare
-from ..laws.placeholders import DISSIPATES, JUMPS
-from ..layout import (
-    FREE_ROW,
-    GRAINS,
-    IMPULSE_PER_SPEED,
-    MIN_IMPULSE,
-    REST_OVERLAP,
-    SCALARS,
-    SMALLEST_OVERLAP,
-    STEP,
-    STIFFNESS,
-    V,
-)
-from ..specialisation import specialise
-from .gradient import composition_of, validate_drive, validate_ticks
-from .tape import record, rows_per_tick
+from ..laws.functions import jumps
+from ..layout import DISSIPATION, LIMIT, REST_OVERLAP, SCALARS, SMALLEST_OVERLAP, SPEED_LIMIT, STIFFNESS, U, V
+from ..state import chain_state
+from .gradient import refuse_without_adjoint, tape_rows, validate_drive, validate_ticks
+from .loops import loops
 
 _PRIME = np.uint64(1099511628211)
 _ONE, _TWO = np.uint64(1), np.uint64(2)
 
 
-@jit
+@internal
 def _mix(mark, bit):
     return (mark ^ (_TWO if bit else _ONE)) * _PRIME
 
 
-@jit
-def _note_overlaps(a, row, marks):
-    for j in range(int(a[SCALARS, GRAINS]) + 1):
-        if a[STIFFNESS, j] > 0.0:  # a free end has no contact
-            marks[j] = _mix(marks[j], a[row, j] - a[row, j + 1] + a[REST_OVERLAP, j] >= SMALLEST_OVERLAP)
+@internal
+def _note_overlaps(chain, u, marks):
+    for j in range(chain.settings.grains + 1):
+        if chain.rows[STIFFNESS, j] > 0.0:  # a free end has no contact
+            marks[j] = _mix(marks[j], u[j] - u[j + 1] + chain.rows[REST_OVERLAP, j] >= SMALLEST_OVERLAP)
 
 
-@jit
-def _note_pulls(a, row, marks):
+@internal
+def _note_pulls(chain, u, v, marks):
     """Note where a dashpot's contact closes, and where the dissipative force is cut off in each of the three half sweeps."""
-    for i in range(a.shape[1]):
-        a[V, i] = a[row + 1, i]
-    if JUMPS:
-        for j in range(int(a[SCALARS, GRAINS]) + 1):
-            d, w = a[row, j] - a[row, j + 1] + a[REST_OVERLAP, j], a[V, j] - a[V, j + 1]
-            marks[j] = _mix(marks[j], a[STIFFNESS, j] > 0.0 and is_closing(d, w, a[SCALARS, STEP]))
-    prepare(a, row, a[SCALARS, STEP])
+    a, n, h = chain.rows, chain.settings.grains, chain.settings.step
+    for i in range(n + 2):
+        a[V, i] = v[i]
+    for j in range(n + 1):
+        d, w = u[j] - u[j + 1] + a[REST_OVERLAP, j], a[V, j] - a[V, j + 1]
+        if jumps(chain.law):
+            marks[j] = _mix(marks[j], a[STIFFNESS, j] > 0.0 and is_closing(d, w, h))
+    prepare(chain, u)
     for sweep in range(3):
-        parity = sweep % 2
-        for j in range(parity, int(a[SCALARS, GRAINS]) + 1, 2):
-            marks[j] = _mix(marks[j], a[IMPULSE_PER_SPEED, j] * (a[V, j] - a[V, j + 1]) > a[MIN_IMPULSE, j])
-        half_sweep(a, np.uint64(parity))
+        for j in range(sweep % 2, n + 1, 2):
+            marks[j] = _mix(marks[j], a[DISSIPATION, j] * (a[V, j] - a[V, j + 1]) > a[DISSIPATION + 1, j])
+        half_sweep(chain, sweep % 2)
 
 
 @jit
-def _watch(a, drive, ticks, drifts, kicks, passed, marks):
-    steps, stages, n = drive.shape[0], len(kicks), int(a[SCALARS, GRAINS])
-    for step in range(steps):
-        record(a, drive[step, 0], drive[step, 1], ticks, FREE_ROW + 1, drifts, kicks, passed)
-        before = a[V].copy()
-        row = FREE_ROW + 1
-        for _ in range(ticks):
-            for s in range(stages):
-                _note_overlaps(a, row, marks[step])
-                if DISSIPATES and s == stages // 2:
-                    _note_pulls(a, row, marks[step])
-                    row += 1
-                row += 1
-        for i in range(n + 2):
-            a[V, i] = before[i]
+def _mark_elastic(kind, table, tape, marks):
+    chain = chain_state(kind, table)
+    for row in range(len(tape)):
+        _note_overlaps(chain, tape[row], marks)
+
+
+@jit
+def _mark_damped(kind, table, tape, rows, marks):
+    """Note the states of the contacts on a tape with so many rows for each tick, of which the middle one has velocities."""
+    chain = chain_state(kind, table)
+    middle = (rows - 1) // 2
+    for row in range(len(tape)):
+        place = row % rows
+        if place != middle + 1:
+            _note_overlaps(chain, tape[row], marks)
+        if place == middle:
+            _note_pulls(chain, tape[row], tape[row + 1], marks)
 
 
 def contact_states(chain: Chain, drive: npt.ArrayLike, ticks: int) -> npt.NDArray[np.uint64]:
@@ -88,10 +80,19 @@ def contact_states(chain: Chain, drive: npt.ArrayLike, ticks: int) -> npt.NDArra
     Raises:
         ParameterError: there is no adjoint of this chain, or the drive does not fit.
     """
-    composition, law_type = composition_of(chain), type(chain.parameters.law)
+    refuse_without_adjoint(chain)
     inputs, ticks = validate_drive(chain, drive), validate_ticks(ticks)
-    a = chain.detached_table(ticks * specialise(rows_per_tick, law_type)(len(composition.kicks)))
+    forward, law = loops(chain.parameters.law.contacts, chain.scheme).forward, chain.state.law
+    table, rows = chain.detached_table(), tape_rows(chain)
+    table[LIMIT], table[SCALARS, SPEED_LIMIT] = np.inf, np.inf
+    tape, state = np.zeros((ticks * rows, table.shape[1])), np.zeros((1, 2, table.shape[1]))
     marks = np.zeros((len(inputs), chain.parameters.grains + 1), dtype=np.uint64)
     with np.errstate(over="ignore"):  # marks wrap around
-        specialise(_watch, law_type)(a, inputs, ticks, composition.drifts, composition.kicks, composition.passed, marks)
+        for step in range(len(inputs)):
+            forward(table, inputs[step : step + 1], 0, ticks, state, tape)
+            if isinstance(chain.scheme, DampedComposition):
+                _mark_damped(law, table, tape, rows, marks[step])
+            else:
+                _mark_elastic(law, table, tape, marks[step])
+            table[[U, V]] = state[0]
     return marks

@@ -3,52 +3,25 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass
-from functools import lru_cache
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 from numba.core.errors import NumbaError
 
 from ...errors import ParameterError, StepError, one_line
-from ...support.addresses import address
 from ...support.float_arrays import FloatArray
-from ...support.jit import JIT, jit
 from ..component import Chain
-from ..integrators import SCHEMES, SIGNATURE
-from ..integrators.compositions import Composition
-from ..laws import LAWS, Dissipative
+from ..integrators import SCHEMES
+from ..laws import LAWS
 from ..laws.law import Law, missing_parts
-from ..layout import FREE, LEFT_KIND, PISTON, RIGHT_KIND, SCALARS, U, V
+from ..layout import LEFT_FREE, LEFT_PISTON, RIGHT_FREE, RIGHT_PISTON, SCALARS, U, V
 from ..objective import Objective
-from ..specialisation import specialise
-from . import loops
-from .tape import rows_per_tick
+from .loops import JudgeLoops, judge_loops, loops
+from .reverse import reverse_tick
 
-_NO_PIECES = np.zeros((0, 2))
-_NO_STATES = np.zeros((0, 2, 0))
-
-
-def _address_of(function: Callable[..., Any], law: type[Law], signature: str, name: str) -> tuple[Any, Callable[..., Any]]:
-    """Return where compiled code finds a function for a contact law, and what has to live meanwhile."""
-    where, jitted, compiled = _look_up(function, law, signature, name)
-    return where, compiled
-
-
-# Looking it up takes longer than many a run.
-@lru_cache(maxsize=64)
-def _look_up(
-    function: Callable[..., Any], law: type[Law], signature: str, name: str
-) -> tuple[Any, Callable[..., Any], Callable[..., Any]]:
-    jitted = function if hasattr(function, "compile") or not JIT else jit(function)
-    compiled = specialise(jitted, law)
-    try:
-        return address(compiled, signature), jitted, compiled
-    except (NumbaError, TypeError) as error:
-        reason = " ".join(str(error).split())
-        raise ParameterError(f"it does not compile as {signature}: {one_line(reason, 400)}", at=name) from None
+# Control steps of a block where nothing is kept for the way back.
+_LONG_BLOCK = 256
 
 
 @dataclass(frozen=True, eq=False)
@@ -91,12 +64,11 @@ def evaluate(chain: Chain, drives: npt.ArrayLike, ticks: int, objective: Objecti
     if given.ndim != 3:
         raise ParameterError(f"got the shape {given.shape}", expected="(members, control steps, 2)", at="drives")
     ticks = validate_ticks(ticks)
-    a = chain.detached_table()
-    start = a[U:].copy(), a[:U].copy()
+    run = _Run(chain, ticks, objective, given.shape[1])
     values = np.empty(len(given))
     for member, drive in enumerate(given):
-        a[U:], a[:U] = start
-        sums, _ = _run(chain, a, validate_drive(chain, drive), ticks, objective, 0)
+        run.table[:] = run.start
+        sums = run.forward(validate_drive(chain, drive), min(_LONG_BLOCK, len(drive)))
         values[member], _ = value_and_slopes(objective, sums)
     return values
 
@@ -117,59 +89,105 @@ def value_and_adjoint(chain: Chain, drive: npt.ArrayLike, ticks: int, objective:
         ParameterError: there is no adjoint of this chain, the drive does not fit, or the objective is not a number.
         StepError: the physics breaks down; it names the control step.
     """
-    composition, law = composition_of(chain), type(chain.parameters.law)
+    refuse_without_adjoint(chain)
     ticks, inputs = validate_ticks(ticks), validate_drive(chain, drive)
-    steps = len(inputs)
-    step_rows = ticks * specialise(rows_per_tick, law)(len(composition.kicks)) + 2
-    interval = checkpoint_interval(steps, step_rows)
-    a = chain.detached_table(interval * step_rows)
-    sums, saved = _run(chain, a, inputs, ticks, objective, interval)
-    value, slopes = value_and_slopes(objective, sums)
-    adjoint, input_adjoints = np.zeros(chain.table.shape), np.zeros_like(inputs)
-    pullback, kept = _address_of(objective.pullback, law, loops.PULLBACK, "objective.pullback")
-    step, ended = specialise(loops.backward, law)(
-        a, adjoint, pullback, inputs, ticks, objective.constants, slopes, saved, interval,
-        composition.drifts, composition.kicks, composition.passed, input_adjoints, np.zeros(2),
-    )  # fmt: skip
-    del kept  # only now may its machine code go
-    if ended != loops.DONE:
-        _explain_derivative(adjoint, step, steps, ended)
+    run, block = _Run(chain, ticks, objective, len(inputs)), math.isqrt(len(inputs) - 1) + 1
+    saved: list[FloatArray] = []
+    value, slopes = value_and_slopes(objective, run.forward(inputs, block, saved))
+    adjoint, input_adjoints = run.backward(inputs, block, saved, slopes)
     _keep_to_inputs(chain, input_adjoints)
     grains = slice(1, chain.parameters.grains + 1)
     return Adjoints(value, input_adjoints, adjoint, adjoint[U, grains].copy(), adjoint[V, grains].copy())
 
 
-def checkpoint_interval(steps: int, step_rows: int) -> int:
-    """Control steps from checkpoint to checkpoint for the least memory: that of the states, two rows each, and of one tape."""
-    return max(1, min(steps, round(math.sqrt(2.0 * steps / step_rows))))
+class _Run:
+    """Runs of a drive on a copy of a chain, block by block.
+
+    Attributes:
+        table: of the copy.
+        start: the table at the start.
+    """
+
+    def __init__(self, chain: Chain, ticks: int, objective: Objective, steps: int) -> None:
+        objective.fit(chain.parameters.grains, steps)
+        self.chain, self.ticks, self.objective, self.steps = chain, ticks, objective, steps
+        self.table = chain.detached_table()
+        self.start = self.table.copy()
+        self._loops = loops(chain.parameters.law.contacts, chain.scheme)
+        self._judge = _compiled(objective, chain)
+
+    def forward(self, drive: FloatArray, block: int, saved: list[FloatArray] | None = None) -> FloatArray:
+        """Return the sums of the features; with a list, put the states at the begin of each block into it."""
+        sums, tick = np.zeros(self.objective.count), self.chain.tick
+        states, nothing = np.empty((block, 2, self.table.shape[1])), self.table[:0]
+        for begin in range(0, len(drive), block):
+            some = drive[begin : begin + block]
+            if saved is not None:
+                saved.append(self.table[[U, V]])
+            done = self._loops.forward(self.table, some, tick + begin * self.ticks, self.ticks, states, nothing)
+            sound = self._judge.note(self.table, some[:done], states, (begin, self.steps), self.objective.constants, sums)
+            if sound < done:
+                k = int(np.argmin(np.isfinite(sums)))
+                raise ParameterError(
+                    f"sums[{k}] became {sums[k]} after control step {begin + sound} of {len(drive)}, the state being finite",
+                    hint="mend the feature, or check its constants",
+                    at="objective.note",
+                )
+            if done < len(some):
+                _explain_failure(self.chain, drive, self.ticks, begin + done)
+        return sums
+
+    def backward(
+        self, drive: FloatArray, block: int, saved: list[FloatArray], slopes: FloatArray
+    ) -> tuple[FloatArray, FloatArray]:
+        """Return the derivatives by the table and by the inputs: each block is run again with a tape, then reversed."""
+        adjoint, input_adjoints, running = np.zeros_like(self.table), np.zeros_like(drive), np.zeros((2, self.table.shape[1]))
+        states, sources = (np.zeros((block, 2, self.table.shape[1])) for _ in range(2))
+        tape = np.zeros((block * self.ticks * tape_rows(self.chain), self.table.shape[1]))
+        numbers = self.objective.constants, slopes
+        for place in range(len(saved) - 1, -1, -1):
+            begin = place * block
+            some, own = drive[begin : begin + block], input_adjoints[begin : begin + block]
+            rows = tape[: len(some) * self.ticks * tape_rows(self.chain)]
+            self.table[[U, V]] = saved[place]
+            self._loops.forward(self.table, some, 0, self.ticks, states, rows)
+            span = (begin, self.steps)
+            judged = self._judge.pullback(self.table, adjoint, some, own, states, sources, span, numbers)
+            if judged < len(some):
+                _explain_derivative(adjoint, begin + judged, self.steps, by_objective=True)
+            adjoint[[U, V]] = running
+            sound = self._loops.backward(self.table, adjoint, some, self.ticks, rows, sources, own)
+            if sound > 0:
+                _explain_derivative(adjoint, begin + sound - 1, self.steps, by_objective=False)
+            running = adjoint[[U, V]]
+        self._loops.finish(self.table, adjoint)
+        return adjoint, input_adjoints
 
 
-def _run(
-    chain: Chain, a: FloatArray, drive: FloatArray, ticks: int, objective: Objective, interval: int
-) -> tuple[FloatArray, FloatArray]:
-    """Return the sums of the features, and the states at every `interval` control steps (none for 0)."""
-    objective.fit(chain.parameters.grains, len(drive))
-    count = -(-len(drive) // interval) if interval else 0
-    saved = np.empty((count, 2, a.shape[1])) if interval else _NO_STATES
-    sums = np.zeros(objective.count)
-    law = type(chain.parameters.law)
-    advance, _ = _address_of(chain.scheme_kernel, law, SIGNATURE, "integrator")
-    note, kept = _address_of(objective.note, law, loops.NOTE, "objective.note")
-    step, ended = loops.forward(
-        a, advance, note, drive, _NO_PIECES, chain.tick, ticks,
-        objective.constants, sums, saved, max(interval, 1),
-    )  # fmt: skip
-    del kept  # only now may its machine code go
-    if ended == loops.STEP_FAILED:
-        _explain_failure(chain, drive, ticks, step)
-    if ended == loops.NOTE_FAILED:
-        k = int(np.argmin(np.isfinite(sums)))
-        raise ParameterError(
-            f"sums[{k}] became {sums[k]} after control step {step} of {len(drive)}, the state being finite",
-            hint="mend the feature, or check its constants",
-            at="objective.note",
-        )
-    return sums, saved
+def tape_rows(chain: Chain) -> int:
+    """Return the rows of a tape for each tick: the displacements of each kick, and the velocities that dissipation meets."""
+    kicks = len(chain.scheme.kicks)
+    return kicks + 1 if chain.scheme is SCHEMES[chain.parameters.integrator].damped else kicks
+
+
+def _compiled(objective: Objective, chain: Chain) -> JudgeLoops:
+    """Return the loops of an objective after compiling them; `ParameterError` where a function does not compile."""
+    judge = judge_loops(chain.parameters.law.contacts, objective.note, objective.pullback)
+    table, sums = chain.table.copy(), np.zeros(objective.count)
+    none, no_states = np.zeros((0, 2)), np.zeros((0, 2, table.shape[1]))
+    for name, call in (
+        ("note", lambda: judge.note(table, none, no_states, (0, 1), objective.constants, sums)),
+        (
+            "pullback",
+            lambda: judge.pullback(table, table, none, none, no_states, no_states, (0, 1), (objective.constants, sums)),
+        ),
+    ):
+        try:
+            call()
+        except (NumbaError, TypeError) as error:
+            reason = " ".join(str(error).split())
+            raise ParameterError(f"it does not compile: {one_line(reason, 400)}", at=f"objective.{name}") from None
+    return judge
 
 
 def value_and_slopes(objective: Objective, sums: FloatArray) -> tuple[float, FloatArray]:
@@ -187,10 +205,9 @@ def value_and_slopes(objective: Objective, sums: FloatArray) -> tuple[float, Flo
     return value, slopes
 
 
-def check_functions(objective: Objective, law: type[Law]) -> None:
-    """Compile an objective's note and pullback for a contact law; `ParameterError` where one does not compile."""
-    _address_of(objective.note, law, loops.NOTE, "objective.note")
-    _address_of(objective.pullback, law, loops.PULLBACK, "objective.pullback")
+def check_functions(objective: Objective, chain: Chain) -> None:
+    """Compile an objective's note and pullback for a chain; `ParameterError` where one does not compile."""
+    _compiled(objective, chain)
 
 
 def has_gradient(law: type[Law]) -> bool:
@@ -198,12 +215,8 @@ def has_gradient(law: type[Law]) -> bool:
     return not law.history_rows and not missing_parts(law, gradient=True)
 
 
-def composition_of(chain: Chain) -> Composition:
-    """Return the drifts and kicks of a chain that has an adjoint.
-
-    Raises:
-        ParameterError: there is none for its law or its integrator.
-    """
+def refuse_without_adjoint(chain: Chain) -> None:
+    """Raise `ParameterError` where there is no adjoint of the law or the integrator of a chain."""
     law, integrator = chain.parameters.law, chain.parameters.integrator
     if not has_gradient(type(law)):
         missing = missing_parts(type(law), gradient=True)
@@ -212,14 +225,11 @@ def composition_of(chain: Chain) -> Composition:
         raise ParameterError(
             f"there are no gradients of {law.name!r}, {reason}", hint=f"use {', '.join(known[:-1])} or {known[-1]}", at="law"
         )
-    scheme = SCHEMES[integrator]
-    composition = scheme.damped_composition if isinstance(law, Dissipative) else scheme.composition
-    if composition is None:
-        known = " or ".join(repr(name) for name, one in SCHEMES.items() if one.composition is not None)
+    if type(chain.scheme) not in reverse_tick.implementations:
+        known = " or ".join(repr(name) for name, one in SCHEMES.items() if not one.explicit)
         raise ParameterError(
             f"there are no gradients of {integrator!r}", hint=f"build the chain with integrator = {known}", at="integrator"
         )
-    return composition
 
 
 def _numbers(name: str, given: npt.ArrayLike) -> FloatArray:
@@ -252,16 +262,17 @@ def validate_drive(chain: Chain, given: npt.ArrayLike) -> FloatArray:
 
 def _keep_to_inputs(chain: Chain, columns: FloatArray) -> None:
     """Walls take no input."""
-    for side, kind in enumerate((LEFT_KIND, RIGHT_KIND)):
-        if chain.table[SCALARS, kind] not in (FREE, PISTON):
+    numbers = chain.table[SCALARS]
+    for side, (free, piston) in enumerate(((LEFT_FREE, LEFT_PISTON), (RIGHT_FREE, RIGHT_PISTON))):
+        if not numbers[free] and not numbers[piston]:
             columns[:, side] = 0.0
 
 
-def _explain_derivative(adjoint: FloatArray, step: int, steps: int, ended: int) -> None:
+def _explain_derivative(adjoint: FloatArray, step: int, steps: int, *, by_objective: bool) -> None:
     name, row = ("U", U) if not np.isfinite(adjoint[U]).all() else ("V", V)
     column = int(np.argmin(np.isfinite(adjoint[row])))
     value, when = adjoint[row, column], f"control step {step} of {steps}"
-    if ended == loops.PULLBACK_FAILED:
+    if by_objective:
         raise ParameterError(
             f"adjoint[{name}, {column}] became {value} at {when}",
             hint="mend the derivative, or check its constants",

@@ -1,124 +1,148 @@
-"""The loops over control steps: forward, with checkpoints; and backward, from one checkpoint to the one before.
+"""The loops over control steps that Python calls: forward, backward, and over the states that an objective judges.
 
-Objectives are reached through addresses (`jit.caller`), so that one compilation serves all of them.
+A block is a number of control steps that follow each other. `states` has the displacements and velocities after each of them,
+shape (steps, 2, columns), and `tape` the rows that each of their ticks needs on the way back.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from functools import cache, lru_cache
+from typing import Any, NamedTuple
+
 import numpy as np
 
-from ...support.addresses import caller
-from ...support.jit import jit
-from ..integrators import SIGNATURE
-from ..layout import (
-    DISSIPATED,
-    FREE_ROW,
-    GRAINS,
-    INVERSE_MASS,
-    LEFT_DRIVE,
-    SCALARS,
-    U,
-    V,
-)
-from .backward import INVERSE_MASS_SUM, reverse_step
-from .tape import record, rows_per_tick
+from ...support.borrowed import borrowed
+from ...support.jit import JIT, internal, jit
+from .. import forces
+from ..drive import drive_of
+from ..integrators.scheme import advance
+from ..layout import U, V
+from ..state import chain_state
+from .reverse import finish_sums, reverse_tick
 
-NOTE = "void(float64[:, ::1], int64, int64, float64[::1], float64[::1], float64[::1])"
-PULLBACK = (
-    "void(float64[:, ::1], float64[:, ::1], int64, int64, float64[::1], float64[::1], float64[::1], float64[::1])"
-)  # fmt: skip
-
-_advance, _note, _pullback = caller(SIGNATURE), caller(NOTE), caller(PULLBACK)
-
-# How a run ends, beside the control step in which it does.
-DONE, STEP_FAILED, NOTE_FAILED, PULLBACK_FAILED, REVERSE_FAILED = range(5)
 _LARGEST = np.finfo(np.float64).max
 
 
-@jit
-def _keep_state(a, saved, block):
-    for i in range(np.uint64(a.shape[1])):
-        saved[block, 0, i] = a[U, i]
-        saved[block, 1, i] = a[V, i]
+class Loops(NamedTuple):
+    """The loops of a law and an integrator.
+
+    Attributes:
+        forward: forward(table, drive, tick, ticks, states, tape) runs a block; the number of control steps done.
+        backward: backward(table, adjoint, drive, ticks, tape, sources, input_adjoints) reverses a block; to the adjoint of the
+            state after each control step it adds its `sources`. It returns 0, or one more than the control step in which a
+            derivative became infinite.
+        finish: finish(table, adjoint) ends the way back.
+    """
+
+    forward: Any
+    backward: Any
+    finish: Any
 
 
-@jit
-def _finite(values):
-    for i in range(len(values)):
-        if not np.isfinite(values[i]):
-            return False
-    return True
+class JudgeLoops(NamedTuple):
+    """The loops of an objective for a law.
+
+    Attributes:
+        note: note(table, drive, states, span, constants, sums) adds the features of a block; the control steps that left the
+            sums finite. The block begins with step span[0] of span[1].
+        pullback: pullback(table, adjoint, drive, input_adjoints, states, sources, span, numbers) writes the derivatives by the
+            states into `sources`, and adds those by constants to `adjoint`; `numbers` are constants and slopes. It returns the
+            control steps whose derivatives are finite.
+    """
+
+    note: Any
+    pullback: Any
 
 
-@jit
-def _unsound(adjoint):
+@internal
+def _has_infinity(a):
     """Return whether a derivative by the state is infinite or not a number."""
     found = False
-    for i in range(np.uint64(adjoint.shape[1])):
-        found |= not (abs(adjoint[U, i]) <= _LARGEST and abs(adjoint[V, i]) <= _LARGEST)
+    for i in range(a.shape[1]):
+        found |= not (abs(a[U, i]) <= _LARGEST and abs(a[V, i]) <= _LARGEST)
     return found
 
 
-@jit
-def forward(a, advance, note, drive, no_pieces, tick, ticks, constants, sums, saved, interval):
-    """Run all control steps, the state kept in `saved` every `interval` of them; returns (control step, how it ended)."""
-    steps, no_piece = drive.shape[0], np.int64(0)
-    for step in range(steps):
-        if saved.shape[0] > 0 and step % interval == 0:
-            _keep_state(a, saved, step // interval)
-        left, right = drive[step, 0], drive[step, 1]
-        if _advance(advance, (a, no_pieces, no_piece, left, right, tick + step * ticks, ticks)) != ticks:
-            return step, STEP_FAILED
-        _note(note, (a, step, steps, drive[step], constants, sums))
-        if not _finite(sums):
-            return step, NOTE_FAILED
-    return steps, DONE
+@internal
+def _set_state(a, state):
+    forces.copy(state[0], a[U])
+    forces.copy(state[1], a[V])
 
 
-@jit
-def backward(
-    a, adjoint, pullback, drive, ticks, constants, slopes, saved, interval, drifts, kicks, passed, input_adjoints, bases
-):  # fmt: skip
-    """Go from the last checkpoint to the first: record an interval, then reverse it; return (control step, how it ended).
+@cache
+def loops(kind: type, scheme: Any) -> Loops:
+    """Return the loops for a law's class and the numbers of an integrator."""
 
-    The tape lies in `a` behind the chain's own rows: for each control step that of the integrator, then the state at its end.
-    """
-    steps, columns = drive.shape[0], np.uint64(a.shape[1])
-    step_rows = ticks * rows_per_tick(len(kicks))
-    for back in range(saved.shape[0]):
-        block = saved.shape[0] - 1 - back
-        begin, end = block * interval, min(steps, (block + 1) * interval)
-        for i in range(columns):
-            a[U, i], a[V, i] = saved[block, 0, i], saved[block, 1, i]
-        row = FREE_ROW + 1
-        for step in range(begin, end):
-            row = record(a, drive[step, 0], drive[step, 1], ticks, row, drifts, kicks, passed)
-            for i in range(columns):
-                a[row, i], a[row + 1, i] = a[U, i], a[V, i]
-            row += 2
-        for ahead in range(end - begin):
-            step = end - 1 - ahead
-            row -= 2
-            for i in range(columns):
-                a[U, i], a[V, i] = a[row, i], a[row + 1, i]
-            inputs, input_adjoint = drive[step], input_adjoints[step]
-            _pullback(pullback, (a, adjoint, step, steps, inputs, input_adjoint, constants, slopes))
-            if _unsound(adjoint):
-                return step, PULLBACK_FAILED
-            reverse_step(a, adjoint, drive[step, 0], drive[step, 1], ticks, row, drifts, kicks, passed, input_adjoint, bases)
-            row -= step_rows
-            if _unsound(adjoint):
-                return step, REVERSE_FAILED
-    _finish_sums(a, adjoint)
-    return steps, DONE
+    @jit
+    def forward(table, drive, tick, ticks, states, tape):
+        table, drive, tape, states = borrowed(table), borrowed(drive), borrowed(tape), borrowed(states)
+        chain, rows = chain_state(kind, table), len(tape) // len(drive)
+        for k in range(len(drive)):
+            held = drive_of(table, table[:0], 0, drive[k, 0], drive[k, 1])
+            if advance(scheme, chain, held, tick + k * ticks, ticks, tape[k * rows : (k + 1) * rows]) != ticks:
+                return k
+            forces.copy(table[U], states[k, 0])
+            forces.copy(table[V], states[k, 1])
+        return len(drive)
+
+    @jit
+    def backward(table, adjoint, drive, ticks, tape, sources, input_adjoints):
+        table, adjoint, drive, tape = borrowed(table), borrowed(adjoint), borrowed(drive), borrowed(tape)
+        sources, input_adjoints = borrowed(sources), borrowed(input_adjoints)
+        chain, reverse = chain_state(kind, table), chain_state(kind, adjoint)
+        rows = len(tape) // (len(drive) * ticks)
+        for k in range(len(drive) - 1, -1, -1):
+            for i in range(table.shape[1]):
+                adjoint[U, i] += sources[k, 0, i]
+                adjoint[V, i] += sources[k, 1, i]
+            for t in range(ticks - 1, -1, -1):
+                row = (k * ticks + t) * rows
+                reverse_tick(scheme, chain, reverse, drive[k], input_adjoints[k], tape[row : row + rows])
+            if _has_infinity(adjoint):
+                return k + 1
+        return 0
+
+    @jit
+    def finish(table, adjoint):
+        finish_sums(chain_state(kind, table), chain_state(kind, adjoint))
+
+    return Loops(forward, backward, finish)
 
 
-@jit
-def _finish_sums(a, adjoint):
-    """Finish the sums that ran in other units, and leave no scratch behind."""
-    for i in range(1, int(a[SCALARS, GRAINS]) + 1):
-        if a[INVERSE_MASS, i] > 0.0:
-            adjoint[INVERSE_MASS, i] += adjoint[INVERSE_MASS_SUM, i] / a[INVERSE_MASS, i]
-    for row in range(LEFT_DRIVE, DISSIPATED + 1):
-        for i in range(a.shape[1]):
-            adjoint[row, i] = 0.0
+@lru_cache(maxsize=64)
+def judge_loops(kind: type, note: Callable[..., Any], pullback: Callable[..., Any]) -> JudgeLoops:
+    """Return the loops for a law's class and the functions of an objective."""
+    note, pullback = _jitted(note), _jitted(pullback)
+
+    @jit
+    def notes(table, drive, states, span, constants, sums):
+        chain, first, steps = chain_state(kind, table), span[0], span[1]
+        for k in range(len(drive)):
+            _set_state(table, states[k])
+            note(chain, first + k, steps, drive[k], constants, sums)
+            for s in range(len(sums)):
+                if not np.isfinite(sums[s]):
+                    return k
+        return len(drive)
+
+    @jit
+    def pullbacks(table, adjoint, drive, input_adjoints, states, sources, span, numbers):
+        chain, reverse, first, steps = chain_state(kind, table), chain_state(kind, adjoint), span[0], span[1]
+        constants, slopes = numbers
+        for k in range(len(drive)):
+            _set_state(table, states[k])
+            forces.fill(adjoint[U], 0.0)
+            forces.fill(adjoint[V], 0.0)
+            pullback(chain, reverse, first + k, steps, drive[k], input_adjoints[k], constants, slopes)
+            if _has_infinity(adjoint):
+                return k
+            forces.copy(adjoint[U], sources[k, 0])
+            forces.copy(adjoint[V], sources[k, 1])
+        return len(drive)
+
+    return JudgeLoops(notes, pullbacks)
+
+
+def _jitted(function: Callable[..., Any]) -> Callable[..., Any]:
+    return function if hasattr(function, "py_func") or not JIT else jit(function)

@@ -18,8 +18,9 @@ from ...support.jit import jit
 from ..arrangements import Uniform
 from ..component import Chain
 from ..laws import LAWS, Dissipative
-from ..laws import placeholders as law
+from ..laws.functions import force_pullback
 from ..layout import GRAVITY, INVERSE_MASS, LAW_CONSTANTS, LEFT_STATIC, MASS, REST_OVERLAP, RIGHT_STATIC, SCALARS, STIFFNESS
+from ..state import chain_state
 from .gradient import Adjoints
 
 
@@ -45,8 +46,7 @@ class _Built:
         rest = np.where(real, adjoints.table[REST_OVERLAP, : n + 1], 0.0)
         # The static overlap solves F(d, k) = F0: dd/dF0 = 1 / (dF/dd) and dd/dk = -(dF/dk) / (dF/dd).
         pressed = g.static_overlap > 0.0
-        slopes = np.zeros((2, n + 1))
-        chain.specialise(_static_slopes)(chain.table, g.static_overlap, slopes)
+        slopes = static_slopes(chain)
         by_force, by_stiffness = np.zeros(n + 1), np.zeros(n + 1)
         by_force[pressed] = 1.0 / slopes[0, pressed]
         by_stiffness[pressed] = -slopes[1, pressed] / slopes[0, pressed]
@@ -64,11 +64,19 @@ class _Built:
         self.mass = np.where(self.moved, self.mass + p.gravity * self.weight, 0.0)
 
 
+def static_slopes(chain: Chain) -> FloatArray:
+    """Return dF/dd and dF/dk of every contact at its static overlap, shape (2, n + 1)."""
+    adjoint, slopes = np.zeros_like(chain.table), np.zeros((2, chain.parameters.grains + 1))
+    _write_static_slopes(chain.state.law, chain.table, adjoint, chain.geometry.static_overlap, slopes)
+    return slopes
+
+
 @jit
-def _static_slopes(a, overlap, out):
-    """Write dF/dd and dF/dk of every contact at an overlap, shape (2, n + 1)."""
+def _write_static_slopes(kind, table, adjoint, overlap, out):
+    chain, reverse = chain_state(kind, table), chain_state(kind, adjoint)
     for j in range(len(overlap)):
-        _, out[0, j], out[1, j] = law.force_slopes(a, j, overlap[j])
+        out[0, j] = force_pullback(chain.law, reverse.law, j, overlap[j], 1.0)
+        out[1, j] = reverse.law.stiffness[j]
 
 
 def _hangs(chain: Chain) -> bool:

@@ -9,28 +9,14 @@ usual eighth root's pow.
 from __future__ import annotations
 
 from math import sqrt
+from typing import NamedTuple
 
 import numpy as np
 
-from ...support.jit import jit
-from .. import equations_of_motion as equations
-from ..layout import (
-    BESIDE_GRAINS,
-    EXPONENT,
-    FREE_ROW,
-    GRAINS,
-    INVERSE_MASS,
-    LEFT_MASS,
-    MASS,
-    REST_OVERLAP,
-    RIGHT_MASS,
-    SCALARS,
-    STEP,
-    STIFFNESS,
-    TOLERANCE,
-    U,
-    V,
-)
+from ...support.jit import internal
+from .. import forces
+from ..layout import FREE_ROW, INVERSE_MASS, LIMIT, MASS, PEAK, REST_OVERLAP, STIFFNESS, U, V
+from .scheme import EXHAUSTED, one_tick
 
 # Rows of the lower triangle of A, one after the other: row i begins at i (i - 1) / 2.
 _A = np.array(
@@ -179,95 +165,114 @@ _LEAST_TALLY_TOLERANCE = 1e-14
 # Rounding of an overlap, which the weights of the stages make larger.
 _ROUNDING = 16 * 2.220446049250313e-16
 
-# Scratch: the twelve stages' v, then their dv/dt, then a stage's u and v.
-_SV = FREE_ROW
-_SA = _SV + _STAGES
-_SU, _SW = _SA + _STAGES, _SA + _STAGES + 1
-HISTORY_ROWS, SCRATCH_ROWS = 0, 2 * _STAGES + 2
+# Scratch: the stages' v, then their dv/dt, then a stage's u and v.
+_SV, _SA, _SU, _SW = 0, _STAGES, 2 * _STAGES, 2 * _STAGES + 1
+SCRATCH_ROWS = 2 * _STAGES + 2
 
 
-@jit
-def _parts_to_close(a, n):
+class Dop853(NamedTuple):
+    """The scheme, with its number of stages."""
+
+    stages: int
+
+
+DOP853 = Dop853(_STAGES)
+
+
+@internal
+def _parts_to_close(chain):
     """Return the steps until the first open contact closes at the present speeds; infinite if none does."""
-    soonest = np.inf
-    for j in range(n + 1):
+    a, soonest = chain.rows, np.inf
+    for j in range(chain.settings.grains + 1):
         gap = -(a[U, j] - a[U, j + 1] + a[REST_OVERLAP, j])
         speed = a[V, j] - a[V, j + 1]
         # A gap within the displacements' rounding is closed: no step is short enough to end where it closes.
         rounding = 1e-15 * (abs(a[U, j]) + abs(a[U, j + 1]))
         if gap > rounding and speed > 0.0 and a[STIFFNESS, j] > 0.0:
             soonest = min(soonest, gap / speed)
-    return soonest / a[SCALARS, STEP]
+    return soonest / chain.settings.step
 
 
-@jit
-def _stages(a, n, n_left, n_right, left_base, right_base, e, part):
+@internal
+def _evaluate_stages(chain, drive, bases, e, part):
     """Evaluate the twelve derivatives of a trial from e to e + part."""
-    h = a[SCALARS, STEP] * part
+    u, v, rows = forces.displacements(chain), forces.velocities_and_tallies(chain), chain.rows[FREE_ROW:]
+    h, stage_u, stage_v = chain.settings.step * part, rows[_SU, : len(u)], rows[_SW, : len(v)]
     for s in range(_STAGES):
-        for i in range(n + BESIDE_GRAINS):
-            a[_SU, i], a[_SW, i] = a[U, i], a[V, i]
+        forces.copy(u, stage_u)
+        forces.copy(v, stage_v)
         for q in range(s):
             weight = h * _A[s * (s - 1) // 2 + q]
             if weight != 0.0:
-                for i in range(1, n + 1):
-                    a[_SU, i] += weight * a[_SV + q, i]
-                for i in range(1, n + BESIDE_GRAINS):
-                    a[_SW, i] += weight * a[_SA + q, i]
+                _add(stage_u[1:-1], weight, rows[_SV + q, 1:])
+                _add(stage_v[1:], weight, rows[_SA + q, 1:])
         at = e + _C[s] * part
-        equations.place_pistons(a, _SU, _SW, n_left, n_right, left_base, right_base, at)
-        for i in range(1, n + 1):
-            a[_SV + s, i] = a[_SW, i]
-        equations.derivative(a, _SU, _SW, n_left, n_right, at, _SA + s)
+        forces.place_pistons(chain, stage_u, drive, bases, at)
+        forces.set_piston_velocities(chain, stage_v, drive, at)
+        forces.copy(stage_v[: len(u) - 1], rows[_SV + s])
+        forces.accelerations(chain, stage_u, stage_v, drive, at, rows[_SA + s, : len(v)])
 
 
-@jit
-def _error(a, n, h):
-    """Hairer's combination of the two estimates, in the largest component, relative to the tolerance."""
-    fastest = 0.0
-    for i in range(1, n + 1):
-        fastest = max(fastest, abs(a[V, i]), abs(a[_SA, i]) * h)
+@internal
+def _add(target, weight, source):
+    for i in range(len(target)):
+        target[i] += weight * source[i]
+
+
+@internal
+def _fastest(chain, h):
+    """Return the largest velocity of a grain, or the change of one in a time h."""
+    first, fastest = chain.rows[FREE_ROW + _SA], 0.0
+    for i in range(1, chain.settings.grains + 1):
+        fastest = max(fastest, abs(chain.rows[V, i]), abs(first[i]) * h)
+    return fastest
+
+
+@internal
+def _error(chain, h):
+    """Return Hairer's combination of the two estimates, in the largest component, relative to the tolerance."""
+    rows, fastest = chain.rows[FREE_ROW:], _fastest(chain, h)
     if fastest < 1e-290:  # at rest: 1 / (tolerance fastest) would overflow
         return 0.0
     worst5, worst3 = 0.0, 0.0
-    for i in range(1, n + 1):
+    for i in range(1, chain.settings.grains + 1):
         v5, v3, u5, u3 = 0.0, 0.0, 0.0, 0.0
         for s in range(_STAGES):
-            v5 += _E5[s] * a[_SA + s, i]
-            v3 += _E3[s] * a[_SA + s, i]
-            u5 += _E5[s] * a[_SV + s, i]
-            u3 += _E3[s] * a[_SV + s, i]
+            v5 += _E5[s] * rows[_SA + s, i]
+            v3 += _E3[s] * rows[_SA + s, i]
+            u5 += _E5[s] * rows[_SV + s, i]
+            u3 += _E3[s] * rows[_SV + s, i]
         # Displacements are measured by what the fastest grain does in a step.
         worst5 = max(worst5, abs(v5) * h, abs(u5))
         worst3 = max(worst3, abs(v3) * h, abs(u3))
-    scale = 1.0 / (a[SCALARS, TOLERANCE] * fastest)
-    return max(_error_norm(worst5 * scale, worst3 * scale), _tally_error(a, n, h))
+    scale = 1.0 / (chain.settings.tolerance * fastest)
+    return max(_error_norm(worst5 * scale, worst3 * scale), _tally_error(chain, h))
 
 
-@jit
+@internal
 def _error_norm(error5, error3):
     norm = sqrt(error5 * error5 + 0.01 * error3 * error3)
     # 0 also where the squares underflow.
     return error5 * error5 / norm if norm > 0.0 else 0.0
 
 
-@jit
-def _tally_error(a, n, h):
+@internal
+def _tally_error(chain, h):
     """Return the error of work, loss and impulse, relative to kinetic energy and momentum and to what they grow by.
 
     Grains do not tell it: where a dissipative contact is cut off it carries no force, but gives up the energy left in it.
     """
-    energy, momentum = 0.0, 0.0
+    rows, n, energy, momentum = chain.rows[FREE_ROW:], chain.settings.grains, 0.0, 0.0
     for i in range(1, n + 1):
         # Pistons count too, which have no mass in the row of masses.
-        mass = a[SCALARS, LEFT_MASS] if i == 1 else a[SCALARS, RIGHT_MASS] if i == n else a[MASS, i]
-        v = max(abs(a[V, i]), abs(a[_SA, i]) * h)
+        mass = chain.settings.left.mass if i == 1 else chain.settings.right.mass if i == n else chain.rows[MASS, i]
+        v = max(abs(chain.rows[V, i]), abs(rows[_SA, i]) * h)
         energy, momentum = energy + 0.5 * mass * v * v, momentum + mass * v
-    tolerance, worst = a[SCALARS, TOLERANCE], 0.0
+    tolerance, worst = chain.settings.tolerance, 0.0
     for k in range(5):
         error5, error3, largest = 0.0, 0.0, 0.0
         for s in range(_STAGES):
-            rate = a[_SA + s, n + 2 + k]
+            rate = rows[_SA + s, n + 2 + k]
             error5 += _E5[s] * rate
             error3 += _E3[s] * rate
             largest = max(largest, abs(rate))
@@ -277,84 +282,56 @@ def _tally_error(a, n, h):
     return worst
 
 
-@jit
-def _is_rounding(a, n, h, error):
+@internal
+def _is_rounding(chain, h, error):
     """Return whether rounding an overlap does as much to the velocities in a time h as an error: no shorter step helps."""
-    fastest, noise = 0.0, 0.0
-    for i in range(1, n + 1):
-        fastest = max(fastest, abs(a[V, i]), abs(a[_SA, i]) * h)
-    for j in range(n + 1):
+    a, noise = chain.rows, 0.0
+    for j in range(chain.settings.grains + 1):
         d = a[U, j] - a[U, j + 1] + a[REST_OVERLAP, j]
         if d > 0.0:
             rounded = _ROUNDING * (abs(a[U, j]) + abs(a[U, j + 1]) + abs(a[REST_OVERLAP, j]))
-            slope = a[SCALARS, EXPONENT] * equations.contact(a, U, j) / d
+            slope = chain.settings.exponent * forces.elastic_force(chain, a[U], j) / d
             noise = max(noise, slope * rounded * (a[INVERSE_MASS, j] + a[INVERSE_MASS, j + 1]))
-    return error * a[SCALARS, TOLERANCE] * fastest <= noise * h
+    return error * chain.settings.tolerance * _fastest(chain, h) <= noise * h
 
 
-@jit
-def most_trials(n):
-    """Trial steps that one tick of n grains may take."""
-    return max(_LEAST_TRIALS, min(_MOST_TRIALS, _TRIALS_TIMES_GRAINS // (n + 1)))
+def most_trials(grains: int) -> int:
+    """Return the trial steps that one tick may take."""
+    return max(_LEAST_TRIALS, min(_MOST_TRIALS, _TRIALS_TIMES_GRAINS // (grains + 1)))
 
 
-@jit
-def _one_tick(a, n, n_left, n_right, most):
-    """One tick in as many accepted steps as the tolerance asks for; the number of trials, more than `most` if unfinished."""
-    step = a[SCALARS, STEP]
-    left_base, right_base = a[U, 1], a[U, n]
-    equations.place_pistons(a, U, V, n_left, n_right, left_base, right_base, 0.0)
-    e, trial, trials = 0.0, 1.0, 0
+_most_trials = internal(most_trials)
+
+
+@one_tick.register(Dop853)
+def dop853_tick(scheme, chain, drive, tick, tape):
+    """Advance by as many accepted steps as the tolerance asks for; `EXHAUSTED` where these are too many."""
+    a, n, before = chain.rows, chain.settings.grains, forces.end_values(chain, chain.rows[V])
+    u, v, rows, bases = a[U], forces.velocities_and_tallies(chain), a[FREE_ROW:], forces.end_values(chain, chain.rows[U])
+    forces.place_pistons(chain, u, drive, bases, 0.0)
+    forces.set_piston_velocities(chain, v, drive, 0.0)
+    e, trial, trials, most = 0.0, 1.0, 0, _most_trials(n)
     while e < 1.0:
         trials += 1
         if trials > most:
-            return trials
-        part = min(trial, 1.0 - e)
-        closing = _parts_to_close(a, n)
+            return EXHAUSTED
+        part, closing = min(trial, 1.0 - e), _parts_to_close(chain)
         if closing > _SMALLEST_PART:
             part = min(part, closing)
-        last = part >= 1.0 - e
-        _stages(a, n, n_left, n_right, left_base, right_base, e, part)
-        error = _error(a, n, step * part)
-        if not (error <= 1.0) and part > _SMALLEST_PART and not _is_rounding(a, n, step * part, error):
+        last, h = part >= 1.0 - e, chain.settings.step * part
+        _evaluate_stages(chain, drive, bases, e, part)
+        error = _error(chain, h)
+        if not (error <= 1.0) and part > _SMALLEST_PART and not _is_rounding(chain, h, error):
             shrink = _SAFETY / sqrt(sqrt(sqrt(error))) if error < 1e100 else _SMALLEST_FACTOR
             trial = part * max(_SMALLEST_FACTOR, shrink)
             continue
         for s in range(_STAGES):
-            weight = step * part * _B[s]
-            for i in range(1, n + 1):
-                a[U, i] += weight * a[_SV + s, i]
-            for i in range(1, n + BESIDE_GRAINS):
-                a[V, i] += weight * a[_SA + s, i]
+            _add(u[1 : n + 1], h * _B[s], rows[_SV + s, 1:])
+            _add(v[1:], h * _B[s], rows[_SA + s, 1:])
         e = 1.0 if last else e + part
-        equations.place_pistons(a, U, V, n_left, n_right, left_base, right_base, e)
+        forces.place_pistons(chain, u, drive, bases, e)
+        forces.set_piston_velocities(chain, v, drive, e)
         grow = _SAFETY / sqrt(sqrt(sqrt(error))) if error > 1e-12 else _LARGEST_FACTOR
         trial = part * min(_LARGEST_FACTOR, max(_SMALLEST_FACTOR, grow))
-    return trials
-
-
-@jit
-def advance_dop853(a, drive, left_pieces, left, right, tick, ticks):
-    """Advance by `ticks`, or until a limit is passed; see `equations_of_motion.outcome` for what it returns.
-
-    Also comes back, with the ticks done, after as many trials as one tick may take: a caller in Python hears Ctrl-C then.
-    """
-    n = int(a[SCALARS, GRAINS])
-    trials, most = 0, most_trials(n)
-    left_piece = equations.piece_at(drive, 0, left_pieces, tick)
-    right_piece = equations.piece_at(drive, left_pieces, drive.shape[0], tick)
-    for t in range(tick, tick + ticks):
-        left_piece, right_piece, n_left, n_right, _ = equations.turn(
-            a, drive, left_pieces, left_piece, right_piece, left, right, t
-        )
-        left_before, right_before = a[V, 1], a[V, n]
-        taken = _one_tick(a, n, n_left, n_right, most)
-        if taken > most:
-            return -(t + 1 - tick) - equations.EXHAUSTED
-        passed, unsound = equations.finish(a, left_before, right_before)
-        if passed or unsound:
-            return equations.outcome(t + 1 - tick, passed, unsound)
-        trials += taken
-        if trials > most:
-            return t + 1 - tick
-    return ticks
+    forces.book_pistons(chain, before)
+    return int(forces.note_peaks(a[U], a[REST_OVERLAP], a[LIMIT], a[PEAK, : n + 1]))

@@ -8,97 +8,99 @@ state.
 
 from __future__ import annotations
 
-from ...support.jit import jit
-from .. import equations_of_motion as equations
-from ..layout import BESIDE_GRAINS, FREE_ROW, GRAINS, HISTORY_DRIVE, HISTORY_LENGTH, SCALARS, STEP, TALLY, U, V
+from typing import NamedTuple
+
+from ...support.jit import internal
+from .. import forces
+from ..drive import pieces_mark
+from ..layout import FREE_ROW, HISTORY_DRIVE, HISTORY_LENGTH, LIMIT, PEAK, REST_OVERLAP, TALLY, U, V
 from . import runge_kutta
-from .runge_kutta import runge_kutta_step
+from .scheme import one_tick
 
-# History: u and v one, two, three steps ago; dv/dt now, one and two steps ago; predictor minus corrector of u and v.
-_U1, _V1, _U2, _V2, _U3, _V3, _A0, _A1, _A2, _GAP_U, _GAP_V = range(FREE_ROW, FREE_ROW + 11)
+# Rows of history: u and v one, two, three steps ago; dv/dt now, one and two steps ago; predictor minus corrector of u and v.
+_U1, _V1, _U2, _V2, _U3, _V3, _A0, _A1, _A2, _GAP_U, _GAP_V = range(11)
 HISTORY_ROWS = 11
-
 # Scratch: the Runge-Kutta rows, then predicted and modified u and v, and dv/dt there.
-_RUNGE_KUTTA = _GAP_V + 1
-_PU, _PV, _MU, _MV, _MA = range(_RUNGE_KUTTA + runge_kutta.SCRATCH_ROWS, _RUNGE_KUTTA + runge_kutta.SCRATCH_ROWS + 5)
+_PU, _PV, _MU, _MV, _MA = range(HISTORY_ROWS + runge_kutta.SCRATCH_ROWS, HISTORY_ROWS + runge_kutta.SCRATCH_ROWS + 5)
 SCRATCH_ROWS = runge_kutta.SCRATCH_ROWS + 5
 
 
-@jit
-def _shift_history(a, n):
-    for i in range(n + BESIDE_GRAINS):
-        a[_U3, i], a[_V3, i] = a[_U2, i], a[_V2, i]
-        a[_U2, i], a[_V2, i] = a[_U1, i], a[_V1, i]
-        a[_U1, i], a[_V1, i] = a[U, i], a[V, i]
+class Hamming(NamedTuple):
+    """The scheme, with the one that starts it."""
+
+    start: runge_kutta.RungeKutta
 
 
-@jit
-def _shift_accelerations(a, n):
-    for i in range(n + BESIDE_GRAINS):
-        a[_A2, i] = a[_A1, i]
-        a[_A1, i] = a[_A0, i]
+HAMMING = Hamming(runge_kutta.RK4)
 
 
-@jit
-def _start(a, n, n_left, n_right, mark):
-    """Forget what was before a drive changed."""
-    a[TALLY, HISTORY_LENGTH], a[TALLY, HISTORY_DRIVE], a[TALLY, HISTORY_DRIVE + 1] = 0.0, mark[0], mark[1]
-    for i in range(n + BESIDE_GRAINS):
-        a[_GAP_U, i], a[_GAP_V, i] = 0.0, 0.0
-    equations.place_pistons(a, U, V, n_left, n_right, a[U, 1], a[U, n], 0.0)
-    equations.derivative(a, U, V, n_left, n_right, 0.0, _A0)
+@one_tick.register(Hamming)
+def hamming_tick(scheme, chain, drive, tick, tape):
+    """Advance by one step of the scheme."""
+    a, n, before = chain.rows, chain.settings.grains, forces.end_values(chain, chain.rows[V])
+    tally, rows, v = a[TALLY], a[FREE_ROW:], forces.velocities_and_tallies(chain)
+    left, right = pieces_mark(drive, tick)
+    if tick == 0 or tally[HISTORY_DRIVE] != left or tally[HISTORY_DRIVE + 1] != right:
+        tally[HISTORY_LENGTH], tally[HISTORY_DRIVE], tally[HISTORY_DRIVE + 1] = 0.0, left, right
+        _start(chain, drive)
+    if tally[HISTORY_LENGTH] < 3.0:
+        _shift_history(chain)
+        runge_kutta.runge_kutta_step(scheme.start, chain, drive, rows[HISTORY_ROWS:])
+        tally[HISTORY_LENGTH] += 1.0
+    else:
+        _predict_and_correct(chain, drive)
+    forces.copy(rows[_A1], rows[_A2])
+    forces.copy(rows[_A0], rows[_A1])
+    forces.accelerations(chain, a[U], v, drive, 1.0, rows[_A0, : len(v)])
+    forces.book_pistons(chain, before)
+    return forces.note_peaks(a[U], a[REST_OVERLAP], a[LIMIT], a[PEAK, : n + 1])
 
 
-@jit
-def _predict_and_correct(a, n, n_left, n_right):
-    h = a[SCALARS, STEP]
-    left_base, right_base = a[U, 1], a[U, n]
-    for i in range(1, n + 1):
-        a[_PU, i] = a[_U3, i] + 4.0 * h / 3.0 * (2.0 * a[V, i] - a[_V1, i] + 2.0 * a[_V2, i])
-        a[_MU, i] = a[_PU, i] - 112.0 / 121.0 * a[_GAP_U, i]
-    for i in range(1, n + BESIDE_GRAINS):
-        a[_PV, i] = a[_V3, i] + 4.0 * h / 3.0 * (2.0 * a[_A0, i] - a[_A1, i] + 2.0 * a[_A2, i])
-        a[_MV, i] = a[_PV, i] - 112.0 / 121.0 * a[_GAP_V, i]
-    equations.place_pistons(a, _MU, _MV, n_left, n_right, left_base, right_base, 1.0)
-    equations.derivative(a, _MU, _MV, n_left, n_right, 1.0, _MA)
-    for i in range(1, n + 1):
-        c = (9.0 * a[U, i] - a[_U2, i]) / 8.0 + 3.0 * h / 8.0 * (a[_MV, i] + 2.0 * a[V, i] - a[_V1, i])
-        a[_GAP_U, i] = a[_PU, i] - c
-        a[_MU, i] = c + 9.0 / 121.0 * (a[_PU, i] - c)
-    for i in range(1, n + BESIDE_GRAINS):
-        c = (9.0 * a[V, i] - a[_V2, i]) / 8.0 + 3.0 * h / 8.0 * (a[_MA, i] + 2.0 * a[_A0, i] - a[_A1, i])
-        a[_GAP_V, i] = a[_PV, i] - c
-        a[_MV, i] = c + 9.0 / 121.0 * (a[_PV, i] - c)
-    _shift_history(a, n)
-    for i in range(1, n + 1):
-        a[U, i] = a[_MU, i]
-    for i in range(1, n + BESIDE_GRAINS):
-        a[V, i] = a[_MV, i]
-    equations.place_pistons(a, U, V, n_left, n_right, left_base, right_base, 1.0)
+@internal
+def _start(chain, drive):
+    """Forget the steps before the drive changed."""
+    u, v, rows = forces.displacements(chain), forces.velocities_and_tallies(chain), chain.rows[FREE_ROW:]
+    forces.fill(rows[_GAP_U], 0.0)
+    forces.fill(rows[_GAP_V], 0.0)
+    forces.place_pistons(chain, u, drive, forces.end_values(chain, u), 0.0)
+    forces.set_piston_velocities(chain, v, drive, 0.0)
+    forces.accelerations(chain, u, v, drive, 0.0, rows[_A0, : len(v)])
 
 
-@jit
-def advance_hamming(a, drive, left_pieces, left, right, tick, ticks):
-    """Advance by `ticks`, or until a limit is passed; see `equations_of_motion.outcome` for what it returns."""
-    n = int(a[SCALARS, GRAINS])
-    left_piece = equations.piece_at(drive, 0, left_pieces, tick)
-    right_piece = equations.piece_at(drive, left_pieces, drive.shape[0], tick)
-    for t in range(tick, tick + ticks):
-        left_piece, right_piece, n_left, n_right, mark = equations.turn(
-            a, drive, left_pieces, left_piece, right_piece, left, right, t
-        )
-        left_before, right_before = a[V, 1], a[V, n]
-        if t == 0 or a[TALLY, HISTORY_DRIVE] != mark[0] or a[TALLY, HISTORY_DRIVE + 1] != mark[1]:
-            _start(a, n, n_left, n_right, mark)
-        if a[TALLY, HISTORY_LENGTH] < 3.0:
-            _shift_history(a, n)
-            runge_kutta_step(a, _RUNGE_KUTTA, n_left, n_right)
-            a[TALLY, HISTORY_LENGTH] += 1.0
-        else:
-            _predict_and_correct(a, n, n_left, n_right)
-        _shift_accelerations(a, n)
-        equations.derivative(a, U, V, n_left, n_right, 1.0, _A0)
-        passed, unsound = equations.finish(a, left_before, right_before)
-        if passed or unsound:
-            return equations.outcome(t + 1 - tick, passed, unsound)
-    return ticks
+@internal
+def _shift_history(chain):
+    u, v, rows = forces.displacements(chain), forces.velocities_and_tallies(chain), chain.rows[FREE_ROW:]
+    for newer, older in ((_U2, _U3), (_V2, _V3), (_U1, _U2), (_V1, _V2)):
+        forces.copy(rows[newer], rows[older])
+    forces.copy(u, rows[_U1])
+    forces.copy(v, rows[_V1])
+
+
+@internal
+def _predict_and_correct(chain, drive):
+    u, v, rows = forces.displacements(chain), forces.velocities_and_tallies(chain), chain.rows[FREE_ROW:]
+    h = chain.settings.step
+    modified_u, modified_v = rows[_MU, : len(u)], rows[_MV, : len(v)]
+    bases = forces.end_values(chain, u)
+    for i in range(1, len(u) - 1):
+        rows[_PU, i] = rows[_U3, i] + 4.0 * h / 3.0 * (2.0 * v[i] - rows[_V1, i] + 2.0 * rows[_V2, i])
+        modified_u[i] = rows[_PU, i] - 112.0 / 121.0 * rows[_GAP_U, i]
+    for i in range(1, len(v)):
+        rows[_PV, i] = rows[_V3, i] + 4.0 * h / 3.0 * (2.0 * rows[_A0, i] - rows[_A1, i] + 2.0 * rows[_A2, i])
+        modified_v[i] = rows[_PV, i] - 112.0 / 121.0 * rows[_GAP_V, i]
+    forces.place_pistons(chain, modified_u, drive, bases, 1.0)
+    forces.set_piston_velocities(chain, modified_v, drive, 1.0)
+    forces.accelerations(chain, modified_u, modified_v, drive, 1.0, rows[_MA, : len(v)])
+    for i in range(1, len(u) - 1):
+        c = (9.0 * u[i] - rows[_U2, i]) / 8.0 + 3.0 * h / 8.0 * (modified_v[i] + 2.0 * v[i] - rows[_V1, i])
+        rows[_GAP_U, i] = rows[_PU, i] - c
+        modified_u[i] = c + 9.0 / 121.0 * (rows[_PU, i] - c)
+    for i in range(1, len(v)):
+        c = (9.0 * v[i] - rows[_V2, i]) / 8.0 + 3.0 * h / 8.0 * (rows[_MA, i] + 2.0 * rows[_A0, i] - rows[_A1, i])
+        rows[_GAP_V, i] = rows[_PV, i] - c
+        modified_v[i] = c + 9.0 / 121.0 * (rows[_PV, i] - c)
+    _shift_history(chain)
+    forces.copy(modified_u[1:-1], u[1:-1])
+    forces.copy(modified_v[1:], v[1:])
+    forces.place_pistons(chain, u, drive, bases, 1.0)
+    forces.set_piston_velocities(chain, v, drive, 1.0)

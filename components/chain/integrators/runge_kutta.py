@@ -2,60 +2,67 @@
 
 from __future__ import annotations
 
-from ...support.jit import jit
-from .. import equations_of_motion as equations
-from ..layout import BESIDE_GRAINS, FREE_ROW, GRAINS, SCALARS, STEP, U, V
+from typing import NamedTuple
 
-HISTORY_ROWS, SCRATCH_ROWS = 0, 5
+from ...support.jit import internal
+from .. import forces
+from ..layout import FREE_ROW, LIMIT, PEAK, REST_OVERLAP, U, V
+from .scheme import one_tick
+
+SCRATCH_ROWS = 5
 
 
-@jit
-def runge_kutta_step(a, scratch, n_left, n_right):
-    """One step of the rows U and V, the ends' work and impulse behind V; scratch is the first of five rows.
+class RungeKutta(NamedTuple):
+    """The scheme, with the parts of the step at which its four stages lie."""
 
-    They are a stage's u, v and dv/dt, and the weighted sums of v and dv/dt.
+    parts: tuple[float, ...]
+
+
+RK4 = RungeKutta((0.0, 0.5, 0.5, 1.0))
+
+
+@one_tick.register(RungeKutta)
+def runge_kutta_tick(scheme, chain, drive, tick, tape):
+    """Advance by one step of the scheme."""
+    a, n, before = chain.rows, chain.settings.grains, forces.end_values(chain, chain.rows[V])
+    runge_kutta_step(scheme, chain, drive, a[FREE_ROW:])
+    forces.book_pistons(chain, before)
+    return forces.note_peaks(a[U], a[REST_OVERLAP], a[LIMIT], a[PEAK, : n + 1])
+
+
+@internal
+def runge_kutta_step(scheme, chain, drive, scratch):
+    """Take one step of u and v, whose last five numbers are the sums of the ends.
+
+    The five rows of scratch are a stage's u, v and dv/dt, and the weighted sums of v and dv/dt.
     """
-    n, h = int(a[SCALARS, GRAINS]), a[SCALARS, STEP]
-    us, vs, rate, sum_v, sum_rate = scratch, scratch + 1, scratch + 2, scratch + 3, scratch + 4
-    left_base, right_base = a[U, 1], a[U, n]
-    for i in range(n + BESIDE_GRAINS):
-        a[us, i], a[vs, i] = a[U, i], a[V, i]
-        a[rate, i], a[sum_v, i], a[sum_rate, i] = 0.0, 0.0, 0.0
-    equations.place_pistons(a, us, vs, n_left, n_right, left_base, right_base, 0.0)
+    u, v, h = forces.displacements(chain), forces.velocities_and_tallies(chain), chain.settings.step
+    stage_u, stage_v, rate = scratch[0, : len(u)], scratch[1, : len(v)], scratch[2, : len(v)]
+    sum_v, sum_rate = scratch[3, : len(v)], scratch[4, : len(v)]
+    bases = forces.end_values(chain, u)
+    forces.copy(u, stage_u)
+    forces.copy(v, stage_v)
+    for row in (rate, sum_v, sum_rate):
+        forces.fill(row, 0.0)
+    forces.place_pistons(chain, stage_u, drive, bases, 0.0)
+    forces.set_piston_velocities(chain, stage_v, drive, 0.0)
     for stage in range(4):
-        e = 0.0 if stage == 0 else (1.0 if stage == 3 else 0.5)
         weight = (1.0 if stage == 0 or stage == 3 else 2.0) / 6.0
-        equations.derivative(a, us, vs, n_left, n_right, e, rate)
-        for i in range(1, n + BESIDE_GRAINS):
-            a[sum_v, i] += weight * a[vs, i]
-            a[sum_rate, i] += weight * a[rate, i]
+        forces.accelerations(chain, stage_u, stage_v, drive, scheme.parts[stage], rate)
+        for i in range(1, len(v)):
+            sum_v[i] += weight * stage_v[i]
+            sum_rate[i] += weight * rate[i]
         if stage < 3:
-            part = 1.0 if stage == 2 else 0.5
-            for i in range(1, n + 1):
-                a[us, i] = a[U, i] + part * h * a[vs, i]
-            for i in range(1, n + BESIDE_GRAINS):
-                a[vs, i] = a[V, i] + part * h * a[rate, i]
-            equations.place_pistons(a, us, vs, n_left, n_right, left_base, right_base, part)
-    for i in range(1, n + 1):
-        a[U, i] += h * a[sum_v, i]
-    for i in range(1, n + BESIDE_GRAINS):
-        a[V, i] += h * a[sum_rate, i]
-    equations.place_pistons(a, U, V, n_left, n_right, left_base, right_base, 1.0)
-
-
-@jit
-def advance_rk4(a, drive, left_pieces, left, right, tick, ticks):
-    """Advance by `ticks`, or until a limit is passed; see `equations_of_motion.outcome` for what it returns."""
-    n = int(a[SCALARS, GRAINS])
-    left_piece = equations.piece_at(drive, 0, left_pieces, tick)
-    right_piece = equations.piece_at(drive, left_pieces, drive.shape[0], tick)
-    for t in range(tick, tick + ticks):
-        left_piece, right_piece, n_left, n_right, _ = equations.turn(
-            a, drive, left_pieces, left_piece, right_piece, left, right, t
-        )
-        left_before, right_before = a[V, 1], a[V, n]
-        runge_kutta_step(a, FREE_ROW, n_left, n_right)
-        passed, unsound = equations.finish(a, left_before, right_before)
-        if passed or unsound:
-            return equations.outcome(t + 1 - tick, passed, unsound)
-    return ticks
+            part = scheme.parts[stage + 1]
+            for i in range(1, len(u) - 1):
+                stage_u[i] = u[i] + part * h * stage_v[i]
+            for i in range(1, len(v)):
+                stage_v[i] = v[i] + part * h * rate[i]
+            forces.place_pistons(chain, stage_u, drive, bases, part)
+            forces.set_piston_velocities(chain, stage_v, drive, part)
+    for i in range(1, len(u) - 1):
+        u[i] += h * sum_v[i]
+    for i in range(1, len(v)):
+        v[i] += h * sum_rate[i]
+    forces.place_pistons(chain, u, drive, bases, 1.0)
+    forces.set_piston_velocities(chain, v, drive, 1.0)

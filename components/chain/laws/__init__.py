@@ -1,14 +1,19 @@
-"""Contact laws, one a file: parameters, formulas, their derivatives, sources. `placeholders.py` says what a law's file defines.
+"""Contact laws, one a file: parameters, formulas, their derivatives, sources. `functions.py` lists the functions of a law.
 
-A law is conservative, velocity-dependent or has a history, and says so. A new law is a file and a line in `LAWS`.
+A law is conservative, depends on velocities, or has a history. A new law is a file and a line in `LAWS`; one of another package
+is an entry point of the group ``granular_env.chain_laws``, whose name is that of the law and whose object is its class.
 """
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Mapping
+from functools import cached_property
+from importlib.metadata import EntryPoint, entry_points
 from typing import Annotated
 
 from pydantic import SerializeAsAny
 
+from ...errors import ParameterError, one_line
 from ...support.tagged_union import ByName
 from .elastic_plastic import ElasticPlastic
 from .hertz import Hertz
@@ -24,6 +29,8 @@ __all__ = [
     "WaltonBraun",
 ]  # fmt: skip
 
+ENTRY_POINT_GROUP = "granular_env.chain_laws"
+
 LAWS: dict[str, type[Law]] = {
     "hertz": Hertz,
     "power": Power,
@@ -34,4 +41,33 @@ LAWS: dict[str, type[Law]] = {
     "walton_braun": WaltonBraun,
 }
 
-ChosenLaw = Annotated[SerializeAsAny[Law], ByName(LAWS)]
+
+class _KnownLaws(Mapping[str, type[Law]]):
+    """`LAWS`, and the laws of other packages, which are imported when they are chosen."""
+
+    @cached_property
+    def _foreign(self) -> dict[str, EntryPoint]:
+        return {point.name: point for point in entry_points(group=ENTRY_POINT_GROUP)}
+
+    def __getitem__(self, name: str) -> type[Law]:
+        if name in LAWS:
+            return LAWS[name]
+        point = self._foreign[name]
+        try:
+            law = point.load()
+        except Exception as error:  # the package of a third party
+            raise ParameterError(f"law {name!r} of {point.value} cannot be loaded: {one_line(error)}", at="law") from error
+        if not (isinstance(law, type) and issubclass(law, Law)):
+            raise ParameterError(f"law {name!r}: {point.value} is {one_line(law)}", expected="a subclass of Law", at="law")
+        return law
+
+    def __iter__(self) -> Iterator[str]:
+        yield from LAWS
+        yield from (name for name in self._foreign if name not in LAWS)
+
+    def __len__(self) -> int:
+        return len(list(iter(self)))
+
+
+CHOSEN_LAWS = _KnownLaws()
+ChosenLaw = Annotated[SerializeAsAny[Law], ByName(CHOSEN_LAWS)]

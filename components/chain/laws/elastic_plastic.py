@@ -15,25 +15,41 @@ import math
 from collections.abc import Mapping
 from math import sqrt
 from types import MappingProxyType
-from typing import ClassVar, Literal
+from typing import ClassVar, Literal, NamedTuple
 
 import numpy as np
 
 from ...errors import ParameterError
 from ...support.elementary_functions import two_thirds_power
-from ...support.jit import inlined, jit
 from ...support.parameter_fields import NotNegative, Positive, field
-from ..layout import DISSIPATED, LAW_CONSTANTS, SMALLEST_OVERLAP, STIFFNESS
+from ..layout import SMALLEST_OVERLAP
+from . import functions
 from .hertz import hertz_energy, hertz_force
 from .law import YIELD_PRESSURE, FloatArray, Law
 
-# History: unloading stiffness, residual overlap and deepest overlap.
-UNLOADING, RESIDUAL, DEEPEST = range(DISSIPATED - 3, DISSIPATED)
+
+class ElasticPlasticContacts(NamedTuple):
+    """Constants and history of the contacts.
+
+    Attributes:
+        stiffness: k of Hertz's law [N/m^1.5].
+        yield_root: root of the overlap at which the contact yields [m^0.5].
+        unloading: k_u [N/m^1.5].
+        residual: d_r [m].
+        deepest: D [m].
+    """
+
+    stiffness: FloatArray
+    yield_root: FloatArray
+    unloading: FloatArray
+    residual: FloatArray
+    deepest: FloatArray
 
 
 class ElasticPlastic(Law):
     """Hertz up to the yield pressure, its tangent beyond, unloading along the flattened spheres' own Hertz law."""
 
+    contacts: ClassVar[type] = ElasticPlasticContacts
     exponent: ClassVar[float] = 1.5
     history_rows: ClassVar[int] = 3
     place_parameters: ClassVar[Mapping[str, bool]] = MappingProxyType({"yield_pressure": True})
@@ -73,48 +89,56 @@ class ElasticPlastic(Law):
         return 1.5 / math.pi * stiffness * constants[:, 0] / reduced_radius
 
 
-@inlined
-def force(a, j, d):
+@functions.contact_law.register(ElasticPlasticContacts)
+def elastic_plastic_contacts(kind, stiffness, constants, history):
+    """Return the law."""
+    return ElasticPlasticContacts(stiffness, constants[0], history[0], history[1], history[2])
+
+
+@functions.force.register(ElasticPlasticContacts)
+def force(law, j, d):
     """Return the force on the unloading curve, or on the loading curve beyond the deepest overlap."""
-    k, root, past = a[STIFFNESS, j], a[LAW_CONSTANTS, j], d - a[RESIDUAL, j]
-    unloaded = hertz_force(a[UNLOADING, j], 0.0 if past < SMALLEST_OVERLAP else past)
+    past, root = d - law.residual[j], law.yield_root[j]
+    unloaded = hertz_force(law.unloading[j], 0.0 if past < SMALLEST_OVERLAP else past)
     # The tangent of Hertz's law at the yield overlap.
-    loading = k * root * (1.5 * d - 0.5 * root * root)
-    return loading if d > a[DEEPEST, j] else unloaded
+    loading = law.stiffness[j] * root * (1.5 * d - 0.5 * root * root)
+    return loading if d > law.deepest[j] else unloaded
 
 
-@inlined
-def energy(a, j, d):
-    """Return what the contact would give back, were it unloaded now."""
-    past = (d if d < a[DEEPEST, j] else a[DEEPEST, j]) - a[RESIDUAL, j]
-    return hertz_energy(a[UNLOADING, j], 0.0 if past < SMALLEST_OVERLAP else past)
+@functions.energy.register(ElasticPlasticContacts)
+def energy(law, j, d):
+    """Return the energy that the contact would give back if it were unloaded now."""
+    past = (d if d < law.deepest[j] else law.deepest[j]) - law.residual[j]
+    return hertz_energy(law.unloading[j], 0.0 if past < SMALLEST_OVERLAP else past)
 
 
-@inlined
-def begin(a, j):
+@functions.remembers.register(ElasticPlasticContacts)
+def remembers(law):
+    """Return True."""
+    return True
+
+
+@functions.begin.register(ElasticPlasticContacts)
+def begin(law, j):
     """Write the history of a contact that has never yielded."""
-    a[UNLOADING, j], a[RESIDUAL, j] = a[STIFFNESS, j], 0.0
+    law.unloading[j], law.residual[j] = law.stiffness[j], 0.0
     # Where there is no contact nothing yields.
-    a[DEEPEST, j] = a[LAW_CONSTANTS, j] * a[LAW_CONSTANTS, j] if a[STIFFNESS, j] > 0.0 else np.inf
+    law.deepest[j] = law.yield_root[j] * law.yield_root[j] if law.stiffness[j] > 0.0 else np.inf
 
 
-@inlined
-def remember(a, j, d):
-    """Note a contact that is deeper than ever."""
-    if d > a[DEEPEST, j]:
-        _yield_further(a, j, d)
-
-
-@jit
-def _yield_further(a, j, d):
-    """Load contact j to the overlap d, beyond its deepest."""
-    k, root, before = a[STIFFNESS, j], a[LAW_CONSTANTS, j], a[DEEPEST, j]
-    stored = energy(a, j, before)
+@functions.remember.register(ElasticPlasticContacts)
+def remember(law, j, d):
+    """Load contact j to the overlap d where that is beyond its deepest; return the energy that this has dissipated."""
+    k, root, before = law.stiffness[j], law.yield_root[j], law.deepest[j]
+    if not d > before:
+        return 0.0
+    past = before - law.residual[j]
+    stored = hertz_energy(law.unloading[j], 0.0 if past < SMALLEST_OVERLAP else past)
     # The tangent's integral from the deepest overlap so far.
     work = k * root * ((0.75 * (d + before) - 0.5 * root * root) * (d - before))
     loaded = k * root * (1.5 * d - 0.5 * root * root)
     unloading = k * sqrt(k * (d * sqrt(d)) / loaded)
     # (F / k_u)^(2/3), which k_u = k sqrt(k d^1.5 / F) makes a quotient.
     elastic = loaded / (k * sqrt(d))
-    a[DEEPEST, j], a[UNLOADING, j], a[RESIDUAL, j] = d, unloading, d - elastic
-    a[DISSIPATED, j] += stored + work - hertz_energy(unloading, elastic)
+    law.deepest[j], law.unloading[j], law.residual[j] = d, unloading, d - elastic
+    return stored + work - hertz_energy(unloading, elastic)

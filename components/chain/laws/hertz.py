@@ -10,13 +10,20 @@ precompression. Without one, sqrt(e) = sqrt(0.4 k) d^1.25.
 from __future__ import annotations
 
 from math import sqrt
-from typing import ClassVar, Literal
+from typing import ClassVar, Literal, NamedTuple
 
 from ...support.elementary_functions import two_thirds_power
-from ...support.jit import inlined
+from ...support.jit import internal_inlined
 from ...support.parameter_fields import field
-from ..layout import SMALLEST_OVERLAP, STIFFNESS
+from ..layout import SMALLEST_OVERLAP
+from . import functions
 from .law import FloatArray, Law
+
+
+class HertzContacts(NamedTuple):
+    """Constants of the contacts: k of F = k d^1.5 [N/m^1.5]."""
+
+    stiffness: FloatArray
 
 
 class HertzRest:
@@ -32,74 +39,93 @@ class HertzRest:
 class Hertz(HertzRest, Law):
     """F = k d^1.5: elastic spheres. k follows from radii and materials, unless `contact_stiffness` is given."""
 
+    contacts: ClassVar[type] = HertzContacts
+
     name: Literal["hertz"] = field("hertz", "Hertz's law", "1")
 
 
-@inlined
+@functions.contact_law.register(HertzContacts)
+def hertz_contacts(kind, stiffness, constants, history):
+    """Return the law."""
+    return HertzContacts(stiffness)
+
+
+@internal_inlined
 def hertz_force(k, d):
     """Return k d^1.5."""
     return k * (d * sqrt(d))
 
 
-@inlined
+@internal_inlined
 def hertz_energy(k, d):
     """Return its work up to the overlap d, 0.4 k d^2.5."""
     return 0.4 * k * (d * d * sqrt(d))
 
 
-@inlined
-def force(a, j, d):
+def force(law, j, d):
     """Return F = k d^1.5."""
-    return hertz_force(a[STIFFNESS, j], d)
+    return hertz_force(law.stiffness[j], d)
 
 
-@inlined
-def energy(a, j, d):
+def energy(law, j, d):
     """Return E = 0.4 k d^2.5."""
-    return hertz_energy(a[STIFFNESS, j], d)
+    return hertz_energy(law.stiffness[j], d)
 
 
-@inlined
-def force_slopes(a, j, d):
-    """Return F, 1.5 k d^0.5 and d^1.5."""
-    k, root = a[STIFFNESS, j], sqrt(d)
-    return k * (d * root), k * (1.5 * root), d * root
+def force_pullback(law, adjoint, j, d, slope):
+    """Add slope d^1.5; return slope 1.5 k d^0.5."""
+    root = sqrt(d)
+    adjoint.stiffness[j] += d * root * slope
+    return law.stiffness[j] * (1.5 * root) * slope
 
 
-@inlined
-def energy_pullback(a, adjoint, j, d, slope):
+def energy_pullback(law, adjoint, j, d, slope):
     """Add slope dE/dk."""
-    adjoint[STIFFNESS, j] += (0.4 * (d * d * sqrt(d))) * slope
+    adjoint.stiffness[j] += (0.4 * (d * d * sqrt(d))) * slope
 
 
-@inlined
+@internal_inlined
 def _roots(d, rest):
     """Return s and s0, 0 for a gap."""
     return sqrt(d) if d > SMALLEST_OVERLAP else 0.0, sqrt(max(rest, 0.0))
 
 
-@inlined
+@internal_inlined
 def _quotient(s, s0):
     """Return Q."""
     return s * s * (0.4 * s + 0.8 * s0) + s0 * s0 * (1.2 * s + 0.6 * s0)
 
 
-@inlined
-def energy_root(a, j, d, rest):
+def energy_root(law, j, d, rest):
     """Return sqrt(k Q) (s - s0)."""
     s, s0 = _roots(d, rest)
-    return sqrt(a[STIFFNESS, j] * _quotient(s, s0)) * (s - s0)
+    return sqrt(law.stiffness[j] * _quotient(s, s0)) * (s - s0)
 
 
-@inlined
-def energy_root_pullback(a, adjoint, j, d, rest, slope):
+def energy_root_pullback(law, adjoint, j, d, rest, slope):
     """Add slope times the derivative by k; return those by d and by the overlap at rest."""
     s, s0 = _roots(d, rest)
     quotient = _quotient(s, s0)
-    if quotient <= 0.0 or a[STIFFNESS, j] <= 0.0:
+    if quotient <= 0.0 or law.stiffness[j] <= 0.0:
         return 0.0, 0.0
-    root = sqrt(a[STIFFNESS, j] / quotient)
-    adjoint[STIFFNESS, j] += slope * 0.5 * root * quotient * (s - s0) / a[STIFFNESS, j]
+    root = sqrt(law.stiffness[j] / quotient)
+    adjoint.stiffness[j] += slope * 0.5 * root * quotient * (s - s0) / law.stiffness[j]
     along = slope * 0.5 * root * (s * s + s * s0 + s0 * s0) if s > 0.0 else 0.0
     # A longer overlap at rest makes the whole overlap longer, and is what the energy counts from.
     return along, -slope * 0.75 * root * s0 * (s + s0)
+
+
+def register_spring(kind: type) -> None:
+    """Give a law with a field `stiffness` Hertz's spring."""
+    for function, implementation in (
+        (functions.force, force),
+        (functions.energy, energy),
+        (functions.force_pullback, force_pullback),
+        (functions.energy_pullback, energy_pullback),
+        (functions.energy_root, energy_root),
+        (functions.energy_root_pullback, energy_root_pullback),
+    ):
+        function.register(kind)(implementation)
+
+
+register_spring(HertzContacts)

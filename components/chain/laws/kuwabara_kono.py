@@ -7,24 +7,27 @@ G. Kuwabara, K. Kono, Jpn. J. Appl. Phys. 26 (1987) 1230; N. V. Brilliantov, F. 
 from __future__ import annotations
 
 from math import sqrt
-from typing import Literal
+from typing import ClassVar, Literal, NamedTuple
 
 import numpy as np
 
-from ...support.jit import inlined
 from ...support.parameter_fields import NotNegative, field
-from ..layout import LAW_CONSTANTS
-from .hertz import HertzRest, energy, energy_pullback, energy_root, energy_root_pullback, force, force_slopes
+from . import functions
+from .hertz import HertzRest, register_spring
 from .law import Dissipative, FloatArray
 
-__all__ = [
-    "KuwabaraKono", "coefficient", "coefficient_pullback", "energy", "energy_pullback", "energy_root", "energy_root_pullback",
-    "force", "force_slopes",
-]  # fmt: skip
+
+class KuwabaraKonoContacts(NamedTuple):
+    """Constants of the contacts: k [N/m^1.5] and gamma [N s/m^1.5]."""
+
+    stiffness: FloatArray
+    dissipation: FloatArray
 
 
 class KuwabaraKono(HertzRest, Dissipative):
     """F = k d^1.5 + dissipation x sqrt(d) dd/dt while d > 0, cut off at 0."""
+
+    contacts: ClassVar[type] = KuwabaraKonoContacts
 
     name: Literal["kuwabara_kono"] = field("kuwabara_kono", "viscoelastic spheres", "1")
     dissipation: NotNegative | list[NotNegative] = field(..., "gamma: one for all contacts, or one for each place", "N s/m^1.5")
@@ -40,15 +43,24 @@ class KuwabaraKono(HertzRest, Dissipative):
             return root * root
 
 
-@inlined
-def coefficient(a, j, d):
+@functions.contact_law.register(KuwabaraKonoContacts)
+def kuwabara_kono_contacts(kind, stiffness, constants, history):
+    """Return the law."""
+    return KuwabaraKonoContacts(stiffness, constants[0])
+
+
+@functions.damping.register(KuwabaraKonoContacts)
+def damping(law, j, d):
     """Return gamma sqrt(d)."""
-    return a[LAW_CONSTANTS, j] * sqrt(d)
+    return law.dissipation[j] * sqrt(d)
 
 
-@inlined
-def coefficient_pullback(a, adjoint, j, d, slope):
+@functions.damping_pullback.register(KuwabaraKonoContacts)
+def damping_pullback(law, adjoint, j, d, slope):
     """Add slope sqrt(d) to the derivative by gamma; return slope gamma / (2 sqrt(d))."""
     root = sqrt(d)
-    adjoint[LAW_CONSTANTS, j] += slope * root
-    return 0.5 * a[LAW_CONSTANTS, j] / root * slope if d > 0.0 else 0.0
+    adjoint.dissipation[j] += slope * root
+    return 0.5 * law.dissipation[j] / root * slope if d > 0.0 else 0.0
+
+
+register_spring(KuwabaraKonoContacts)

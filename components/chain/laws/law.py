@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import sys
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
-from functools import cache
-from types import MappingProxyType, ModuleType
+from types import MappingProxyType
 from typing import Any, ClassVar
 
 import numpy as np
@@ -14,33 +12,33 @@ import numpy as np
 from ...support.float_arrays import FloatArray
 from ...support.tagged_union import Named
 from ..layout import MOST_HISTORY_ROWS
-from . import placeholders
+from . import functions
 
 # A sphere begins to yield, under its surface, at a peak pressure of 1.6 times the yield strength (Johnson 1985, section 6.1).
 YIELD_PRESSURE = 1.6
 
 
 class Law(Named):
-    """A contact law, chosen by its `name`: its parameters here, its formulas as jitted functions in the same file.
+    """A contact law, chosen by its `name`: its parameters. Kernels see the law as a tuple of the class `contacts`.
 
-    Which functions a law's file has to define, and with which arguments, says `placeholders.py`.
+    `functions.py` lists the functions that the file of a law registers for that class.
     """
 
+    contacts: ClassVar[type]
+    """The `NamedTuple` of the constants and the history of the contacts."""
     exponent: ClassVar[float]
     """The exponent p with which the force grows with the overlap, F ~ d^p; a law may make a parameter of it."""
     history_rows: ClassVar[int] = 0
-    """Count of the numbers that tell what a contact has been through; 0 where the force does not depend on it."""
+    """Numbers in the history of a contact; 0 where the force depends on the present overlap alone."""
     needs_stiffness: ClassVar[bool] = False
-    """True where `contact_stiffness` has to be given, because radii and materials do not tell it."""
-    long_formula: ClassVar[bool] = False
-    """True where the force is so long a formula that loops become vectors only where all forces are computed first."""
+    """True where `contact_stiffness` has to be given, because it does not follow from radii and materials."""
     place_parameters: ClassVar[Mapping[str, bool]] = MappingProxyType({})
     """The parameters that may be lists with a number for each contact -> whether that has to be above 0."""
 
     def contact_constants(
         self, stiffness: FloatArray, reduced_radius: FloatArray, yield_strength: FloatArray, contacts: slice
     ) -> FloatArray:
-        """Return what the law wants to know of each contact beside its stiffness, shape (contacts, k) with k up to 3.
+        """Return the constants of each contact in addition to its stiffness, shape (contacts, k) with k up to 3.
 
         Args:
             stiffness: of each place, shape (n + 1,), as the other arrays.
@@ -104,58 +102,36 @@ class Dissipative(Law, ABC):
 
 
 def missing_parts(law: type[Law], *, gradient: bool = False) -> tuple[str, ...]:
-    """Return what a law's class and file lack, for runs or for gradients."""
-    needed = placeholders.ELASTIC + (placeholders.ELASTIC_GRADIENT if gradient else ())
+    """Return the names of the functions and attributes that a law lacks, for runs or for gradients."""
+    needed = functions.ELASTIC + (functions.ELASTIC_GRADIENT if gradient else ())
     if issubclass(law, Dissipative):
-        needed += placeholders.DISSIPATIVE + (placeholders.DISSIPATIVE_GRADIENT if gradient else ())
+        needed += functions.DISSIPATIVE + (functions.DISSIPATIVE_GRADIENT if gradient else ())
     if law.history_rows:
-        needed += placeholders.HISTORY
+        needed += functions.HISTORY
     own = () if hasattr(law, "exponent") or "exponent" in law.model_fields else ("exponent",)
     own += () if law.overlap_at is not Law.overlap_at else ("overlap_at",)
     return own + lacks(law, needed)
 
 
-def lacks(law: type[Law], names: tuple[str, ...]) -> tuple[str, ...]:
-    """Return those of the functions that a law's file does not define."""
-    return tuple(name for name in names if not callable(getattr(sys.modules[law.__module__], name, None)))
+def lacks(law: type[Law], needed: tuple[Any, ...]) -> tuple[str, ...]:
+    """Return the names of those functions that are not registered for a law."""
+    kind = getattr(law, "contacts", None)
+    return tuple(function.__name__ for function in needed if kind not in function.implementations)
 
 
 def refuse_incomplete(law: type[Law], name: str) -> None:
-    """Refuse a law that no loop could run.
+    """Refuse a law that no kernel could run.
 
     Raises:
-        ValueError: names what it lacks.
+        ValueError: names the missing parts.
     """
     missing = missing_parts(law)
     if missing:
         raise ValueError(
-            f"law {name!r} lacks {', '.join(missing)} in {law.__module__}; define what `laws/placeholders.py` and "
+            f"law {name!r} lacks {', '.join(missing)} in {law.__module__}; define what `laws/functions.py` and "
             "`laws/law.py` describe, or choose another law"
         )
     if issubclass(law, Dissipative) and law.history_rows:
         raise ValueError(f"law {name!r} has a history and a dissipation; no integrator combines them: expected one of the two")
     if law.history_rows > MOST_HISTORY_ROWS:
         raise ValueError(f"law {name!r} has {law.history_rows} history rows, expected at most {MOST_HISTORY_ROWS}")
-
-
-@cache
-def law_functions(law: Any) -> ModuleType:
-    """Return a law's functions and properties under the names of `placeholders.py`, for the loops."""
-    own = sys.modules[law.__module__]
-    space = ModuleType(own.__name__)
-    for name in (
-        placeholders.ELASTIC
-        + placeholders.ELASTIC_GRADIENT
-        + placeholders.DISSIPATIVE
-        + placeholders.DISSIPATIVE_GRADIENT
-        + (placeholders.HISTORY + placeholders.ENERGY_ROOT)
-    ):
-        if hasattr(own, name):
-            setattr(space, name, getattr(own, name))
-    vars(space).update(
-        DISSIPATES=issubclass(law, Dissipative),
-        JUMPS=issubclass(law, Dissipative) and law.jumps,
-        REMEMBERS=law.history_rows > 0,
-        LONG_FORMULA=law.long_formula,
-    )
-    return space

@@ -7,19 +7,26 @@ any speed; one that opens where its force is 0 has more: T. Schwager, T. Poesche
 
 from __future__ import annotations
 
-from typing import ClassVar, Literal
+from typing import ClassVar, Literal, NamedTuple
 
 import numpy as np
 
-from ...support.jit import inlined
 from ...support.parameter_fields import NotNegative, field
-from ..layout import LAW_CONSTANTS, STIFFNESS
+from . import functions
 from .law import Dissipative, FloatArray
+
+
+class LinearContacts(NamedTuple):
+    """Constants of the contacts: k [N/m] and c [N s/m]."""
+
+    stiffness: FloatArray
+    dissipation: FloatArray
 
 
 class Linear(Dissipative):
     """F = k d + dissipation x dd/dt while d > 0, cut off at 0; k is the parameter `contact_stiffness`, in N/m."""
 
+    contacts: ClassVar[type] = LinearContacts
     exponent: ClassVar[float] = 1.0
     needs_stiffness: ClassVar[bool] = True
     jumps: ClassVar[bool] = True
@@ -40,39 +47,51 @@ class Linear(Dissipative):
         return np.where(constants[:, 0] > coefficients, 0.0, np.inf)
 
 
-@inlined
-def force(a, j, d):
+@functions.contact_law.register(LinearContacts)
+def linear_contacts(kind, stiffness, constants, history):
+    """Return the law."""
+    return LinearContacts(stiffness, constants[0])
+
+
+@functions.force.register(LinearContacts)
+def force(law, j, d):
     """Return k d."""
-    return a[STIFFNESS, j] * d
+    return law.stiffness[j] * d
 
 
-@inlined
-def energy(a, j, d):
+@functions.energy.register(LinearContacts)
+def energy(law, j, d):
     """Return k d^2 / 2."""
-    return 0.5 * a[STIFFNESS, j] * (d * d)
+    return 0.5 * law.stiffness[j] * (d * d)
 
 
-@inlined
-def force_slopes(a, j, d):
-    """Return F, k while the grains touch, and d."""
-    k = a[STIFFNESS, j]
-    return k * d, k if d > 0.0 else 0.0, d
-
-
-@inlined
-def energy_pullback(a, adjoint, j, d, slope):
-    """Add slope dE/dk."""
-    adjoint[STIFFNESS, j] += 0.5 * (d * d) * slope
-
-
-@inlined
-def coefficient(a, j, d):
+@functions.damping.register(LinearContacts)
+def damping(law, j, d):
     """Return c."""
-    return a[LAW_CONSTANTS, j]
+    return law.dissipation[j]
 
 
-@inlined
-def coefficient_pullback(a, adjoint, j, d, slope):
+@functions.jumps.register(LinearContacts)
+def jumps(law):
+    """Return True: a contact closes at a finite speed."""
+    return True
+
+
+@functions.force_pullback.register(LinearContacts)
+def force_pullback(law, adjoint, j, d, slope):
+    """Add slope d; return slope k while the grains touch."""
+    adjoint.stiffness[j] += d * slope
+    return (law.stiffness[j] if d > 0.0 else 0.0) * slope
+
+
+@functions.energy_pullback.register(LinearContacts)
+def energy_pullback(law, adjoint, j, d, slope):
+    """Add slope dE/dk."""
+    adjoint.stiffness[j] += 0.5 * (d * d) * slope
+
+
+@functions.damping_pullback.register(LinearContacts)
+def damping_pullback(law, adjoint, j, d, slope):
     """Add slope to the derivative by c; the overlap does not matter."""
-    adjoint[LAW_CONSTANTS, j] += slope
+    adjoint.dissipation[j] += slope
     return 0.0

@@ -6,27 +6,41 @@ their width depends on p alone.
 
 from __future__ import annotations
 
-from typing import ClassVar, Literal
+from typing import ClassVar, Literal, NamedTuple
 
 import numpy as np
 
-from ...support.jit import inlined
+from ...support.jit import internal_inlined
 from ...support.parameter_fields import field
 from ...support.powers import power
-from ..layout import EXPONENT, SCALARS, SMALLEST_OVERLAP, STIFFNESS
+from ..layout import SMALLEST_OVERLAP
+from . import functions
 from .law import FloatArray, Law
+
+
+class PowerContacts(NamedTuple):
+    """Constants of the contacts: k [N/m^p] and p, the same in all of them."""
+
+    stiffness: FloatArray
+    exponent: FloatArray
 
 
 class Power(Law):
     """F = k d^exponent, k the parameter `contact_stiffness` in N/m^exponent, which has to be given."""
 
+    contacts: ClassVar[type] = PowerContacts
     needs_stiffness: ClassVar[bool] = True
-    long_formula: ClassVar[bool] = True
 
     name: Literal["power"] = field("power", "a general exponent", "1")
     exponent: float = field(  # pyright: ignore[reportIncompatibleVariableOverride]
         ..., "p of F = k d^p", "1", ge=1.0, le=10.0
     )
+
+    def contact_constants(
+        self, stiffness: FloatArray, reduced_radius: FloatArray, yield_strength: FloatArray, contacts: slice
+    ) -> FloatArray:
+        """Return the exponent."""
+        return np.full((contacts.stop - contacts.start, 1), self.exponent)
 
     def overlap_at(self, force: FloatArray, stiffness: FloatArray, constants: FloatArray) -> FloatArray:
         """Return (F / k)^(1/p)."""
@@ -34,36 +48,42 @@ class Power(Law):
         return np.array([power(value, 1.0 / self.exponent) if value > SMALLEST_OVERLAP else 0.0 for value in ratio])
 
 
-@inlined
+@functions.contact_law.register(PowerContacts)
+def power_contacts(kind, stiffness, constants, history):
+    """Return the law."""
+    return PowerContacts(stiffness, constants[0])
+
+
+@internal_inlined
 def _open_power(d, p):
     """Return d^p, 0 where the contact is open."""
     raised = power(d if d > SMALLEST_OVERLAP else SMALLEST_OVERLAP, p)
     return raised if d > SMALLEST_OVERLAP else 0.0 * d
 
 
-@inlined
-def force(a, j, d):
+@functions.force.register(PowerContacts)
+def force(law, j, d):
     """Return F = k d^p."""
-    return a[STIFFNESS, j] * _open_power(d, a[SCALARS, EXPONENT])
+    return law.stiffness[j] * _open_power(d, law.exponent[j])
 
 
-@inlined
-def energy(a, j, d):
+@functions.energy.register(PowerContacts)
+def energy(law, j, d):
     """Return E = k d^(p + 1) / (p + 1)."""
-    p = a[SCALARS, EXPONENT]
-    return a[STIFFNESS, j] * (d * _open_power(d, p)) / (p + 1.0)
+    p = law.exponent[j]
+    return law.stiffness[j] * (d * _open_power(d, p)) / (p + 1.0)
 
 
-@inlined
-def force_slopes(a, j, d):
-    """Return F, p k d^(p - 1) and d^p."""
-    k, p = a[STIFFNESS, j], a[SCALARS, EXPONENT]
-    raised = _open_power(d, p)
-    return k * raised, k * (p * _open_power(d, p - 1.0)), raised
+@functions.force_pullback.register(PowerContacts)
+def force_pullback(law, adjoint, j, d, slope):
+    """Add slope d^p; return slope p k d^(p - 1)."""
+    k, p = law.stiffness[j], law.exponent[j]
+    adjoint.stiffness[j] += _open_power(d, p) * slope
+    return k * (p * _open_power(d, p - 1.0)) * slope
 
 
-@inlined
-def energy_pullback(a, adjoint, j, d, slope):
+@functions.energy_pullback.register(PowerContacts)
+def energy_pullback(law, adjoint, j, d, slope):
     """Add slope dE/dk."""
-    p = a[SCALARS, EXPONENT]
-    adjoint[STIFFNESS, j] += (d * _open_power(d, p)) / (p + 1.0) * slope
+    p = law.exponent[j]
+    adjoint.stiffness[j] += (d * _open_power(d, p)) / (p + 1.0) * slope

@@ -6,25 +6,27 @@ O. D. L. Strack, Geotechnique 29 (1979) 47, with Hertz's spring in the place of 
 
 from __future__ import annotations
 
-from typing import ClassVar, Literal
+from typing import ClassVar, Literal, NamedTuple
 
 import numpy as np
 
-from ...support.jit import inlined
 from ...support.parameter_fields import NotNegative, field
-from ..layout import LAW_CONSTANTS
-from .hertz import HertzRest, energy, energy_pullback, energy_root, energy_root_pullback, force, force_slopes
+from . import functions, linear
+from .hertz import HertzRest, register_spring
 from .law import Dissipative, FloatArray
 
-__all__ = [
-    "Viscous", "coefficient", "coefficient_pullback", "energy", "energy_pullback", "energy_root", "energy_root_pullback",
-    "force", "force_slopes",
-]  # fmt: skip
+
+class ViscousContacts(NamedTuple):
+    """Constants of the contacts: k [N/m^1.5] and c [N s/m]."""
+
+    stiffness: FloatArray
+    dissipation: FloatArray
 
 
 class Viscous(HertzRest, Dissipative):
     """F = k d^1.5 + dissipation x dd/dt while d > 0, cut off at 0."""
 
+    contacts: ClassVar[type] = ViscousContacts
     jumps: ClassVar[bool] = True
 
     name: Literal["viscous"] = field("viscous", "Hertz with a dashpot", "1")
@@ -39,14 +41,14 @@ class Viscous(HertzRest, Dissipative):
         return np.where(constants[:, 0] > coefficients, 0.0, np.inf)
 
 
-@inlined
-def coefficient(a, j, d):
-    """Return c."""
-    return a[LAW_CONSTANTS, j]
+@functions.contact_law.register(ViscousContacts)
+def viscous_contacts(kind, stiffness, constants, history):
+    """Return the law."""
+    return ViscousContacts(stiffness, constants[0])
 
 
-@inlined
-def coefficient_pullback(a, adjoint, j, d, slope):
-    """Add slope to the derivative by c; the overlap does not matter."""
-    adjoint[LAW_CONSTANTS, j] += slope
-    return 0.0
+register_spring(ViscousContacts)
+# The dashpot is that of the linear law.
+functions.damping.register(ViscousContacts)(linear.damping)
+functions.jumps.register(ViscousContacts)(linear.jumps)
+functions.damping_pullback.register(ViscousContacts)(linear.damping_pullback)

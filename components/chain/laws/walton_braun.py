@@ -12,24 +12,36 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from types import MappingProxyType
-from typing import ClassVar, Literal
+from typing import ClassVar, Literal, NamedTuple
 
 import numpy as np
 
 from ...errors import ParameterError
-from ...support.jit import inlined
 from ...support.parameter_fields import NotNegative, Positive, field
-from ..layout import DISSIPATED, LAW_CONSTANTS, STIFFNESS
+from . import functions
 from .law import FloatArray, Law
 
-# Constants: k2, and 1 - k1/k2, the part of the deepest overlap that stays. History: the deepest overlap.
-UNLOADING, RESIDUAL_PART = LAW_CONSTANTS, LAW_CONSTANTS + 1
-DEEPEST = DISSIPATED - 1
+
+class WaltonBraunContacts(NamedTuple):
+    """Constants and history of the contacts.
+
+    Attributes:
+        stiffness: k1 [N/m].
+        unloading: k2 [N/m].
+        residual_part: 1 - k1/k2, the part of the deepest overlap that stays.
+        deepest: D [m].
+    """
+
+    stiffness: FloatArray
+    unloading: FloatArray
+    residual_part: FloatArray
+    deepest: FloatArray
 
 
 class WaltonBraun(Law):
     """k1 d in loading, k1 being `contact_stiffness` in N/m, and along the stiffness k2 in unloading."""
 
+    contacts: ClassVar[type] = WaltonBraunContacts
     exponent: ClassVar[float] = 1.0
     history_rows: ClassVar[int] = 1
     needs_stiffness: ClassVar[bool] = True
@@ -65,33 +77,46 @@ class WaltonBraun(Law):
         return constants[:, 0]
 
 
-@inlined
-def force(a, j, d):
+@functions.contact_law.register(WaltonBraunContacts)
+def walton_braun_contacts(kind, stiffness, constants, history):
+    """Return the law."""
+    return WaltonBraunContacts(stiffness, constants[0], constants[1], history[2])
+
+
+@functions.force.register(WaltonBraunContacts)
+def force(law, j, d):
     """Return the force on the unloading line, or on the loading line beyond the deepest overlap."""
-    past = d - a[RESIDUAL_PART, j] * a[DEEPEST, j]
-    unloaded = a[UNLOADING, j] * (past if past > 0.0 else 0.0)
-    loading = a[STIFFNESS, j] * d
-    return loading if d > a[DEEPEST, j] else unloaded
+    past = d - law.residual_part[j] * law.deepest[j]
+    unloaded = law.unloading[j] * (past if past > 0.0 else 0.0)
+    loading = law.stiffness[j] * d
+    return loading if d > law.deepest[j] else unloaded
 
 
-@inlined
-def energy(a, j, d):
-    """Return what the contact would give back, were it unloaded now."""
-    past = (d if d < a[DEEPEST, j] else a[DEEPEST, j]) - a[RESIDUAL_PART, j] * a[DEEPEST, j]
+@functions.energy.register(WaltonBraunContacts)
+def energy(law, j, d):
+    """Return the energy that the contact would give back if it were unloaded now."""
+    past = (d if d < law.deepest[j] else law.deepest[j]) - law.residual_part[j] * law.deepest[j]
     past = past if past > 0.0 else 0.0
-    return 0.5 * a[UNLOADING, j] * (past * past)
+    return 0.5 * law.unloading[j] * (past * past)
 
 
-@inlined
-def begin(a, j):
+@functions.remembers.register(WaltonBraunContacts)
+def remembers(law):
+    """Return True."""
+    return True
+
+
+@functions.begin.register(WaltonBraunContacts)
+def begin(law, j):
     """Write the history of a contact that was never loaded."""
-    a[DEEPEST, j] = 0.0
+    law.deepest[j] = 0.0
 
 
-@inlined
-def remember(a, j, d):
-    """Note a contact that is deeper than ever; between two depths k1 (1 - k1/k2) d is lost."""
-    deepest = a[DEEPEST, j]
-    if d > deepest:
-        a[DISSIPATED, j] += 0.5 * (a[STIFFNESS, j] * a[RESIDUAL_PART, j]) * ((d - deepest) * (d + deepest))
-        a[DEEPEST, j] = d
+@functions.remember.register(WaltonBraunContacts)
+def remember(law, j, d):
+    """Note a contact that is deeper than ever; return the loss between two depths, the integral of k1 (1 - k1/k2) d."""
+    deepest = law.deepest[j]
+    if not d > deepest:
+        return 0.0
+    law.deepest[j] = d
+    return 0.5 * (law.stiffness[j] * law.residual_part[j]) * ((d - deepest) * (d + deepest))

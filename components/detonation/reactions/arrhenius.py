@@ -18,7 +18,7 @@ from ...support.parameter_fields import Magnitude, field
 from ...support.powers import power
 from ..chapman_jouguet import Detonation
 from ..gases import Gas
-from .reaction import Reacted, Reaction, can_react, react
+from .reaction import Reacted, Reaction, react
 
 _ONE_OVER_E, _LN2 = 0.36787944117144233, 0.6931471805599453
 # Beyond this exponent there is no reaction, for `power`.
@@ -87,11 +87,6 @@ def half_reaction_integral(gas: Gas, front: Detonation, ahead: tuple[float, floa
         value = 2.0 * part * front.speed / root * float(exponential(energy * density / (part * here)))
         total += value * (1.0 if place in (0, _INTERVALS) else 4.0 if place % 2 else 2.0)
     return total * step / 3.0
-
-
-@can_react.register(ArrheniusConstants)
-def _can_react(law):
-    return True
 
 
 @react.register(ArrheniusConstants)

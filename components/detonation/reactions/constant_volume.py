@@ -18,7 +18,7 @@ from typing import Literal, NamedTuple
 from ...support.parameter_fields import field
 from ..chapman_jouguet import Detonation
 from ..gases import Gas
-from .reaction import Reacted, Reaction, can_react, react
+from .reaction import Reacted, Reaction, react
 
 _NOTHING = 1e-8
 
@@ -46,11 +46,6 @@ class ConstantVolume(Reaction):
             "the reaction constant_volume overwrites pressures: its front is too fast on any mesh, by 9 to 40 % or more as the "
             "step is chosen, and it does not conserve energy; take the reaction pressure_burn"
         ]
-
-
-@can_react.register(ConstantVolumeConstants)
-def _can_react(law):
-    return True
 
 
 @react.register(ConstantVolumeConstants)

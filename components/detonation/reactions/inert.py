@@ -7,7 +7,7 @@ from typing import Literal, NamedTuple
 from ...support.parameter_fields import field
 from ..chapman_jouguet import Detonation
 from ..gases import Gas
-from .reaction import Reacted, Reaction, can_react, react
+from .reaction import Reacted, Reaction, react
 
 
 class InertConstants(NamedTuple):
@@ -22,11 +22,6 @@ class Inert(Reaction):
     def constants(self, gas: Gas, front: Detonation, ahead: tuple[float, float], cell_size: float) -> InertConstants:
         """Return the class by which kernels choose the law."""
         return InertConstants()
-
-
-@can_react.register(InertConstants)
-def _can_react(law):
-    return False
 
 
 @react.register(InertConstants)

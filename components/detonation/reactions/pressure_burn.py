@@ -16,7 +16,7 @@ from ...support.float_arrays import FloatArray
 from ...support.parameter_fields import field
 from ..chapman_jouguet import Detonation
 from ..gases import Gas
-from .reaction import Reacted, Reaction, can_react, react
+from .reaction import Reacted, Reaction, react
 
 # Measured at triggers of 0.1 to 0.3: from here on the speed is that of Chapman and Jouguet within 0.4 %.
 _LEAST_PRODUCT = 0.3
@@ -71,11 +71,6 @@ class PressureBurn(Reaction):
         """Return the largest pressure of unburnt gas compared with the trigger."""
         part, needed = peak / constants.trigger, 1e-3 * constants.trigger
         return f"its largest pressure was {part:.2f} of the {needed:.4g} kPa that start pressure_burn"
-
-
-@can_react.register(PressureBurnConstants)
-def _can_react(law):
-    return True
 
 
 @react.register(PressureBurnConstants)

@@ -33,15 +33,10 @@ def react(law, density, pressure, fraction, step):
     """
 
 
-@dispatched
-def can_react(law):
-    """Return whether the law ever burns gas."""
-
-
 class Reaction(Named):
     """A law of how the gas reacts, chosen by its `name`.
 
-    `constants` gives the law as kernels see it: a named tuple, whose class selects `react` and `can_react`.
+    `constants` gives the law as kernels see it: a named tuple, whose class selects `react`.
     """
 
     @abstractmethod

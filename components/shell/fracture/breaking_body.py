@@ -21,7 +21,7 @@ from ..column_means import write_column_means
 from ..kernel_arrays import ColumnArray, IntArray, Scratch, Solid, State
 from ..kernel_setup import Assembly, station_means, surface_quads
 from ..parameters import ShellParameters
-from ..ticks import Failure, Inputs, begin_tick, finish_tick, note_failure
+from ..ticks import Failure, Inputs, advance_tick, finish_tick, note_failure
 from .cracks import Cracks, Parting
 from .facets import facet_rows
 from .force_recalculation import (
@@ -132,13 +132,13 @@ class BreakingBody:
         for row in range(len(signals)):
             tick = first_tick + row
             inputs = Inputs(signals[row], pressures, block["tally"])
-            failures = begin_tick(solid, state, scratch, inputs, self.cracks.is_beside_crack)
+            failures = advance_tick(solid, state, scratch, inputs, tick, self.cracks.is_beside_crack)
             for failure in failures:
                 if not self.cracks.is_beside_crack(failure.point):
                     return note_failure(failure, scratch, tick, failed)
             if failures:
                 solid = self._tear(block, state, scratch, failures, tick + 1, add_event)
-            finish_tick(solid, state, scratch, inputs)
+                finish_tick(solid, state, scratch, inputs)
             write_column_means(state.stress, self.cracks.judged.means)
             count = find_parting(solid, state, self.cracks.judged, self._found, block["nearest"], tick + 1)
             if count:

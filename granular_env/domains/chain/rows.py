@@ -10,59 +10,27 @@ import numpy.typing as npt
 
 from granular_env.components.chain import Chain
 from granular_env.components.chain import differentiable_quantities as quantities
-from granular_env.components.chain.integrators import SIGNATURE as ADVANCE
 from granular_env.components.chain.layout import TALLY, WORK_LEFT, WORK_RIGHT, U, V
+from granular_env.components.chain.state import chain_state
 from granular_env.components.errors import StepError
-from granular_env.components.support.addresses import address, caller
 from granular_env.components.support.float_arrays import FloatArray
 from granular_env.components.support.jit import jit
 
-_NO_DRIVE = np.zeros((0, 2))
 _SIDES = {"left": 0, "right": 1}
-_advance = caller(ADVANCE)
 
 
 @jit
-def _advance_chains(advance, tables, drive, inputs, ticks, count, moving, kept, first):
-    """Advance each chain that moves by `count` ticks; those that cannot stay where they were and no longer move.
-
-    Args:
-        advance: address of the integrator.
-        tables: of the chains, shape (chains, rows, width).
-        drive: no pieces of a profile.
-        inputs: held at the left and the right end, shape (chains, 2).
-        ticks: of the chains, shape (chains,); written.
-        count: ticks to advance.
-        moving: which chains are to be advanced, shape (chains,); written.
-        kept: room for the state of a chain, whose rows begin with `first`.
-        first: row.
-    """
-    for k in range(len(ticks)):
-        if moving[k]:
-            a = tables[k]
-            for row in range(kept.shape[0]):
-                for i in range(np.uint64(kept.shape[1])):
-                    kept[row, i] = a[first + row, i]
-            if _advance(advance, (a, drive, np.int64(0), inputs[k, 0], inputs[k, 1], ticks[k], count)) == count:
-                ticks[k] += count
-            else:
-                moving[k] = False
-                for row in range(kept.shape[0]):
-                    for i in range(np.uint64(kept.shape[1])):
-                        a[first + row, i] = kept[row, i]
-
-
-@jit
-def _contact_forces(tables, first, out):
+def _contact_forces(law, tables, first, out):
     for k in range(out.shape[0]):
+        chain = chain_state(law, tables[k])
         for j in range(out.shape[1]):
-            out[k, j] = quantities.contact_force(tables[k], first + j)
+            out[k, j] = quantities.contact_force(chain, first + j)
 
 
 @jit
-def _energies_between(tables, first, last, out):
+def _energies_between(law, tables, first, last, out):
     for k in range(len(out)):
-        out[k] = quantities.energy_between(tables[k], first, last)
+        out[k] = quantities.energy_between(chain_state(law, tables[k]), first, last)
 
 
 class ChainRows:
@@ -90,9 +58,8 @@ class ChainRows:
             (side, f"{side}_{name}") for side in _SIDES for name in ("force", "velocity") if f"{side}_{name}" in first.variables
         ]
         self._ticks, self._inputs = np.zeros(count, np.int64), np.zeros((count, 2))
-        self._together, self._kernels = together, dict[Any, Any]()
+        self._together, self._law = together, first.state.law
         if together:
-            self._address = address(first.scheme_kernel, ADVANCE)
             rows = first.state_rows
             for k, chain in enumerate(chains):
                 self.adopt(k, chain).restore(chain.save())
@@ -129,17 +96,15 @@ class ChainRows:
         return energies
 
     def call(self, kernel: Callable[..., Any], *arguments: Any) -> Any:
-        """Call a jitted function with the tables and further arguments, for the contact law of the chains."""
-        if kernel not in self._kernels:
-            self._kernels[kernel] = self.components[0].specialise(kernel)
-        return self._kernels[kernel](self.tables, *arguments)
+        """Call a jitted function with a law, the tables and further arguments; ``chain_state(law, tables[k])`` is chain k."""
+        return kernel(self._law, self.tables, *arguments)
 
     # -- what batches do ----------------------------------------------------------------------------------------------
 
     @property
     def time(self) -> FloatArray:
         """Return the time since each chain's reset, shape (chains,) [s]."""
-        return self._ticks * self.components[0].step_size
+        return np.asarray(self._ticks * self.components[0].step_size, dtype=np.float64)
 
     def read(self, name: str) -> FloatArray:
         """Return an output of every chain, with a leading axis."""
@@ -163,14 +128,14 @@ class ChainRows:
                 self._inputs[k, _SIDES[side]] = chain.peek(name)
 
     def synchronise(self, k: int) -> None:
-        """Tell chain k which time it is and which inputs are held."""
+        """Give chain k its time and the inputs that are held."""
         chain = self.components[k]
         if not chain.follows_profile:
             held = {name: float(self._inputs[k, _SIDES[side]]) for side, name in self._names}
             chain.adopt(int(self._ticks[k]), held)
 
     def advance(
-        self, inputs: Mapping[str, FloatArray], ticks: int, moving: npt.NDArray[np.bool_], alone: Collection[int]
+        self, inputs: Mapping[str, FloatArray], ticks: int, moving: npt.NDArray[np.bool_], lent: Collection[int]
     ) -> dict[int, str]:
         """Advance the chains that move; return the messages of those that refuse, which stay where they were.
 
@@ -178,17 +143,17 @@ class ChainRows:
             inputs: name -> value for each chain.
             ticks: to advance.
             moving: which chains move.
-            alone: chains that step by themselves, because somebody observes them or their inputs follow a profile.
+            lent: chains that others may observe, or whose inputs may follow a profile: those that are step by themselves.
         """
         before, together, errors = self._inputs.copy(), moving.copy(), dict[int, str]()
-        together[[*alone]] = False
+        alone = [k for k in lent if self.components[k].is_observed or self.components[k].follows_profile]
+        together[alone] = False
         for name, values in inputs.items():
             self._inputs[:, _SIDES[name.partition("_")[0]]] = values
         self._inputs[~moving] = before[~moving]
         wanted = together.copy()
-        _advance_chains(
-            self._address, self.tables, _NO_DRIVE, self._inputs, self._ticks, ticks, together, self._kept, self._first_row
-        )
+        first = self.components[0]
+        first.entries.advance_batch(self.tables, self._inputs, self._ticks, ticks, together, self._kept, self._first_row)
         # The kernel also returns where a chain has something to warn of: then the chain itself can take the step.
         for k in [*np.flatnonzero(wanted & ~together).tolist(), *(k for k in alone if moving[k])]:
             self._inputs[k] = before[k]

@@ -86,7 +86,7 @@ class Preview:
         variables: those recorded, by name.
 
     Attributes:
-        most_frames, capacity: of how many frames it keeps the scalars, and what is drawn.
+        most_frames, capacity: largest number of frames of the scalars, and of pictures.
     """
 
     def __init__(self, title: str, drawables: Sequence[Drawable], variables: Mapping[str, Variable]) -> None:

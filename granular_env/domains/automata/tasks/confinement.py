@@ -25,7 +25,7 @@ from granular_env.envs.task import Seen, Task
 _DIAMETER, _WIDTH, _ROWS = 2e-3, 0.02, 22
 _ROCK = {"density": 2600.0, "young": 5e10, "poisson": 0.25}
 _CRITERION = {"name": "mohr_coulomb", "cohesion": 1.5e7, "internal_friction": 0.4, "tensile": 1e7}
-# So much of a distance of rows more than one, so that two rows are held.
+# Depth of the held ends in distances of rows: two rows are held.
 _GRIP = 1.04
 # The best pressures that are known for the arguments that are the defaults, in units of `pressure`, at evenly spaced instants
 # from the start to the deadline; between them the pressure is linear. Found by random search over 8 numbers, for the
@@ -115,7 +115,7 @@ class ConfinementTask(Task):
 
 
 def drive_through(knots: npt.ArrayLike, steps: int) -> FloatArray:
-    """Return a drive of so many steps that is linear between evenly spaced numbers, shape (steps,)."""
+    """Return a drive that is linear between evenly spaced numbers, shape (steps,)."""
     numbers = np.asarray(knots, dtype=np.float64)
     return np.interp((np.arange(steps) + 0.5) / steps, np.linspace(0.0, 1.0, len(numbers)), numbers)
 
@@ -134,7 +134,7 @@ def make_confinement(
 
     A sample of rock, 20 mm x 38 mm, is compressed along its axis at a constant rate between two ends that hold it. Its pairs
     break by the criterion of Mohr and Coulomb, with strengths that scatter by 20 %. Alone it bursts at a third of the way;
-    pressed from the sides it bears more. Too much pressure, too early, crushes it across.
+    under pressure from the sides it carries more. Too much pressure, too early, crushes it across.
 
     ## Action space
     `Box(-1, 1, (1,), float32)`: the pressure on both sides, in units of `pressure` (6e7 Pa). Sides cannot be pulled: below 0
@@ -157,7 +157,7 @@ def make_confinement(
     specimen with strengths of its own, which the seed of `reset` draws.
 
     ## End of the episode
-    Terminated when the specimen is lost, and at the deadline, which the clock tells (with `clock=0` that is truncated).
+    Terminated when the specimen is lost, and at the deadline, which the clock shows (with `clock=0` that is truncated).
 
     ## Arguments
     * `pressure` (6e7 Pa): at action 1. `price` (0.2): see the rewards. `lost` (0.3).

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
 from granular_env.components.chain import Chain, layout
 from granular_env.components.chain.adjoint import check_functions, value_and_slopes
 from granular_env.components.chain.objective import Objective
+from granular_env.components.chain.state import state_of
 from granular_env.components.errors import Fault, ParameterError
 from granular_env.components.support.float_arrays import FloatArray
 
@@ -41,13 +43,9 @@ def check_objective(objective: Objective, chain: Chain, *, steps: int = 8, toler
     """
     refuse_without_gradients(chain)
     objective.fit(chain.parameters.grains, steps)
-    check_functions(objective, type(chain.parameters.law))
-    objective = replace(
-        objective,
-        note=chain.specialise(objective.note),
-        value=objective.value,
-        pullback=chain.specialise(objective.pullback),
-    )
+    check_functions(objective, chain)
+    note, pullback = _by_table(chain, objective.note), _by_table(chain, objective.pullback)
+    objective = replace(objective, note=note, value=objective.value, pullback=pullback)
     rng = np.random.default_rng(_SEED)
     a, inputs = _state(chain, rng), rng.normal(size=2)
     sums = _feature_sums(objective, a, 0, steps, inputs)
@@ -60,6 +58,19 @@ def check_objective(objective: Objective, chain: Chain, *, steps: int = 8, toler
     for step in looked_at:
         worst = max(worst, _check_pullback(objective, a, step, steps, inputs, rng.normal(size=objective.count), tolerance))
     return worst
+
+
+def _by_table(chain: Chain, function: Callable[..., Any]) -> Callable[..., Any]:
+    """Return an objective's function that takes tables instead of chains."""
+    kind = chain.parameters.law.contacts
+
+    def call(table: FloatArray, *rest: Any) -> Any:
+        states = [state_of(kind, table)]
+        if rest and isinstance(rest[0], np.ndarray) and rest[0].ndim == 2:  # the adjoint
+            states.append(state_of(kind, rest[0]))
+        return function(*states, *rest[len(states) - 1 :])
+
+    return call
 
 
 def _state(chain: Chain, rng: np.random.Generator) -> FloatArray:
@@ -148,7 +159,7 @@ def _check_pullback(
 
 def _refuse_peaks(objective: Objective, a: FloatArray, step: int, steps: int, inputs: FloatArray) -> None:
     before = _feature_sums(objective, a, step, steps, inputs)
-    for name in ("PEAK", "DISSIPATED", "TALLY", "LIMIT"):
+    for name in ("PEAK", "LOST", "TALLY", "LIMIT"):
         row = getattr(layout, name)
         kept = a[row].copy()
         a[row] = 1.0 + np.where(np.isfinite(kept), kept, 0.0)

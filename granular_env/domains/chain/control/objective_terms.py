@@ -11,8 +11,8 @@ One's own objective is three jitted functions. The kinetic energy of grain 5, av
     from granular_env.components.support.jit import jit
 
     @jit
-    def note(a, step, steps, inputs, constants, sums):
-        sums[0] += 0.5 * a[MASS, 6] * a[V, 6] ** 2 / steps
+    def note(chain, step, steps, inputs, constants, sums):
+        sums[0] += 0.5 * chain.rows[MASS, 6] * chain.rows[V, 6] ** 2 / steps
 
     @jit
     def value(sums, constants, slopes):
@@ -20,9 +20,9 @@ One's own objective is three jitted functions. The kinetic energy of grain 5, av
         return sums[0]
 
     @jit
-    def pullback(a, adjoint, step, steps, inputs, input_adjoint, constants, slopes):
-        adjoint[V, 6] += slopes[0] * a[MASS, 6] * a[V, 6] / steps
-        adjoint[MASS, 6] += slopes[0] * 0.5 * a[V, 6] ** 2 / steps
+    def pullback(chain, adjoint, step, steps, inputs, input_adjoint, constants, slopes):
+        adjoint.rows[V, 6] += slopes[0] * chain.rows[MASS, 6] * chain.rows[V, 6] / steps
+        adjoint.rows[MASS, 6] += slopes[0] * 0.5 * chain.rows[V, 6] ** 2 / steps
 
     J = Objective(note, value, pullback)
     check_objective(J, chain)
@@ -245,49 +245,49 @@ def _window(constants, base, steps):
 
 
 @jit
-def _quantity(a, inputs, constants, base):
+def _quantity(chain, inputs, constants, base):
     code, first, last = int(constants[base]), int(constants[base + _FIRST]), int(constants[base + _LAST])
     if code == _VELOCITY:
-        return a[V, first + 1]
+        return chain.rows[V, first + 1]
     if code == _DISPLACEMENT:
-        return a[U, first + 1]
+        return chain.rows[U, first + 1]
     if code == _CONTACT_FORCE:
-        return differentiable_quantities.contact_force(a, first)
+        return differentiable_quantities.contact_force(chain, first)
     if code == _KINETIC:
-        return differentiable_quantities.kinetic_energy(a, first, last)
+        return differentiable_quantities.kinetic_energy(chain, first, last)
     if code == _ENERGY:
-        return differentiable_quantities.energy(a, first, last)
+        return differentiable_quantities.energy(chain, first, last)
     if code == _MOMENTUM:
-        return differentiable_quantities.momentum(a, first, last)
+        return differentiable_quantities.momentum(chain, first, last)
     return inputs[first]
 
 
 @jit
-def _quantity_pullback(a, adjoint, input_adjoint, constants, base, slope):
+def _quantity_pullback(chain, adjoint, input_adjoint, constants, base, slope):
     code, first, last = int(constants[base]), int(constants[base + _FIRST]), int(constants[base + _LAST])
     if code == _VELOCITY:
-        adjoint[V, first + 1] += slope
+        adjoint.rows[V, first + 1] += slope
     elif code == _DISPLACEMENT:
-        adjoint[U, first + 1] += slope
+        adjoint.rows[U, first + 1] += slope
     elif code == _CONTACT_FORCE:
-        differentiable_quantities.contact_force_pullback(a, adjoint, first, slope)
+        differentiable_quantities.contact_force_pullback(chain, adjoint, first, slope)
     elif code == _KINETIC:
-        differentiable_quantities.kinetic_energy_pullback(a, adjoint, first, last, slope)
+        differentiable_quantities.kinetic_energy_pullback(chain, adjoint, first, last, slope)
     elif code == _ENERGY:
-        differentiable_quantities.energy_pullback(a, adjoint, first, last, slope)
+        differentiable_quantities.energy_pullback(chain, adjoint, first, last, slope)
     elif code == _MOMENTUM:
-        differentiable_quantities.momentum_pullback(a, adjoint, first, last, slope)
+        differentiable_quantities.momentum_pullback(chain, adjoint, first, last, slope)
     else:
         input_adjoint[first] += slope
 
 
 @jit
-def _note(a, step, steps, inputs, constants, sums):
+def _note(chain, step, steps, inputs, constants, sums):
     for k in range(len(sums)):
         base = k * _TERM
         begin, end = _window(constants, base, steps)
         if begin <= step < end:
-            q, kind, target = _quantity(a, inputs, constants, base), constants[base + _KIND], constants[base + _TARGET]
+            q, kind, target = _quantity(chain, inputs, constants, base), constants[base + _KIND], constants[base + _TARGET]
             if kind == _PEAK:
                 sums[k] += differentiable_quantities.peak_feature(q, target, int(constants[base + _POWER]))
             elif kind == _SQUARED:
@@ -310,15 +310,15 @@ def _value(sums, constants, slopes):
 
 
 @jit
-def _pullback(a, adjoint, step, steps, inputs, input_adjoint, constants, slopes):
+def _pullback(chain, adjoint, step, steps, inputs, input_adjoint, constants, slopes):
     for k in range(len(slopes)):
         base = k * _TERM
         begin, end = _window(constants, base, steps)
         if begin <= step < end:
             kind, target, slope = constants[base + _KIND], constants[base + _TARGET], slopes[k] / (end - begin)
             if kind == _PEAK:
-                q = _quantity(a, inputs, constants, base)
+                q = _quantity(chain, inputs, constants, base)
                 slope = slopes[k] * differentiable_quantities.peak_feature_pullback(q, target, int(constants[base + _POWER]))
             elif kind == _SQUARED:
-                slope *= 2.0 * (_quantity(a, inputs, constants, base) - target)
-            _quantity_pullback(a, adjoint, input_adjoint, constants, base, slope)
+                slope *= 2.0 * (_quantity(chain, inputs, constants, base) - target)
+            _quantity_pullback(chain, adjoint, input_adjoint, constants, base, slope)

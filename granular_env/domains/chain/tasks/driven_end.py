@@ -12,8 +12,8 @@ import numpy as np
 import numpy.typing as npt
 
 from granular_env.components.chain import Chain
+from granular_env.components.chain.laws.functions import ENERGY_ROOT
 from granular_env.components.chain.laws.law import lacks
-from granular_env.components.chain.laws.placeholders import ENERGY_ROOT
 from granular_env.components.errors import ParameterError, StepError, caution, nearest, one_line
 from granular_env.components.support.jit import jit
 from granular_env.components.support.validation import positive_number, whole_number
@@ -21,9 +21,9 @@ from granular_env.envs.factory import Options, further_parameters, refuse_early
 from granular_env.envs.policies import Constant, OpenLoop, Policy
 from granular_env.envs.task import RowTask
 
-# What an agent may drive an end with: the end that it needs, the input, and its value at action 1 [N or m/s].
+# Drives of an end: the boundary that they need, the input, and its value at action 1 [N or m/s].
 ACTIONS = {"force": ("free", "force", 1000.0), "piston": ("piston", "velocity", 10.0)}
-# What is observed as 1 [m, m/s, N]; the velocity is also the chain's own idea of a large one.
+# Scales of observations [m, m/s, N]; the velocity is also the chain's `velocity_scale`.
 _DISPLACEMENT, _VELOCITY, _FORCE = 1e-3, 10.0, 1000.0
 CLOCK = 8
 # Options that are no part of the problem that a drive solves.
@@ -183,8 +183,7 @@ def hertz_chain(task: str, chain: Chain) -> tuple[float, float, float]:
     if lacks(type(law), ENERGY_ROOT):
         raise ParameterError(f"got {law.name!r}", expected="Hertz contacts", at="chain.law", source=f"task {task!r}")
     inner = slice(1, chain.parameters.grains)
-    # Overlaps at rest that differ from contact to contact (gravity, gaps) have no wave of their own: their mean stands for
-    # them.
+    # The mean represents overlaps at rest that differ from contact to contact (gravity, gaps).
     rest = max(float(geometry.rest_overlap[inner].mean()), 0.0)
     return float(geometry.mass.mean()), float(geometry.stiffness[inner].mean()), rest
 

@@ -10,7 +10,6 @@ import numpy as np
 
 from granular_env.components.chain import Chain
 from granular_env.components.chain.differentiable_quantities import energy_between, energy_between_pullback
-from granular_env.components.chain.layout import GRAINS, SCALARS
 from granular_env.components.chain.objective import Objective
 from granular_env.components.chain.theory import SOLITARY_ENERGY
 from granular_env.components.support.float_arrays import FloatArray
@@ -27,7 +26,7 @@ from .waves import passing_waves, shape_energies, wave_shapes
 # Layout of the objective's constants: the wanted energy [J], price of that much work, first grain of the target region (its
 # column).
 _ENERGY, _PRICE, _FIRST = range(3)
-# At the start the crest of a wave has to be so far before the first grain, or it has begun already [grains].
+# Distance of the wave's crest before the first grain at the start [grains]: nearer ones would already be in the chain.
 _ENTRY = 4.0
 _ITERATIONS = 20
 
@@ -40,11 +39,11 @@ class Wanted(NamedTuple):
 
 
 @jit
-def _note(a, step, steps, inputs, constants, sums):
+def _note(chain, step, steps, inputs, constants, sums):
     if step == steps - 1:
-        n = int(a[SCALARS, GRAINS])
-        sums[0] += energy_between(a, int(constants[_FIRST]), n) / constants[_ENERGY]
-        sums[1] += energy_between(a, 1, n) / constants[_ENERGY]
+        n = chain.settings.grains
+        sums[0] += energy_between(chain, int(constants[_FIRST]), n) / constants[_ENERGY]
+        sums[1] += energy_between(chain, 1, n) / constants[_ENERGY]
 
 
 @jit
@@ -55,11 +54,11 @@ def _value(sums, constants, slopes):
 
 
 @jit
-def _pullback(a, adjoint, step, steps, inputs, input_adjoint, constants, slopes):
+def _pullback(chain, adjoint, step, steps, inputs, input_adjoint, constants, slopes):
     if step == steps - 1:
-        n = int(a[SCALARS, GRAINS])
-        energy_between_pullback(a, adjoint, int(constants[_FIRST]), n, slopes[0] / constants[_ENERGY])
-        energy_between_pullback(a, adjoint, 1, n, slopes[1] / constants[_ENERGY])
+        n = chain.settings.grains
+        energy_between_pullback(chain, adjoint, int(constants[_FIRST]), n, slopes[0] / constants[_ENERGY])
+        energy_between_pullback(chain, adjoint, 1, n, slopes[1] / constants[_ENERGY])
 
 
 class EnergyDeliveryTask(DrivenEndTask):

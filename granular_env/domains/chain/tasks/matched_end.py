@@ -1,4 +1,4 @@
-"""A matched end: a virtual chain goes on where the real one ends, so that waves pass into it and none comes back.
+"""A matched end: a virtual chain continues the real one, so that waves pass into it and none comes back.
 
 The virtual chain is a component like the real one. It is driven by what the sensors at the end read, and it looks one control
 step ahead, because what is decided now holds until then.
@@ -16,7 +16,7 @@ import numpy.typing as npt
 from granular_env.components.chain import Chain
 from granular_env.envs.task import Task
 
-# What a matched end reads: the end grain's displacement, velocity of the last but one and of the last, the force between them.
+# Readings of a matched end: the end grain's displacement, velocity of the last but one and of the last, the force between them.
 SENSORS = {"displacement": [-1], "velocity": [-2, -1], "contact_force": [-2]}
 
 # A wave needs this many grains' time to come back from the virtual chain's own end: as long as the real one is.

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple, Unpack
 import numpy as np
 
 from granular_env.components.chain import Chain
-from granular_env.components.chain.layout import GRAINS, REST_OVERLAP, SCALARS, STIFFNESS, U
+from granular_env.components.chain.layout import REST_OVERLAP, STIFFNESS, U
 from granular_env.components.chain.objective import Objective
 from granular_env.components.support.elementary_functions import exponential, root
 from granular_env.components.support.float_arrays import FloatArray
@@ -54,16 +54,16 @@ def _power(x, constants):
 
 
 @inlined
-def _elastic_force(a):
+def _elastic_force(chain):
     """Elastic force at the wall [N], and its derivative with respect to the overlap [N/m]."""
-    n = int(a[SCALARS, GRAINS])
-    d = max(a[U, n] - a[U, n + 1] + a[REST_OVERLAP, n], 0.0)
-    return a[STIFFNESS, n] * d * math.sqrt(d), 1.5 * a[STIFFNESS, n] * math.sqrt(d)
+    n = chain.settings.grains
+    d = max(chain.rows[U, n] - chain.rows[U, n + 1] + chain.rows[REST_OVERLAP, n], 0.0)
+    return chain.rows[STIFFNESS, n] * d * math.sqrt(d), 1.5 * chain.rows[STIFFNESS, n] * math.sqrt(d)
 
 
 @jit
-def _note(a, step, steps, inputs, constants, sums):
-    force, _ = _elastic_force(a)
+def _note(chain, step, steps, inputs, constants, sums):
+    force, _ = _elastic_force(chain)
     # The trapezoid rule's last value counts half.
     part = 0.5 if step == steps - 1 else 1.0
     sums[0] += part * constants[_DURATION] * force / constants[_IMPULSE]
@@ -83,17 +83,17 @@ def _value(sums, constants, slopes):
 
 
 @jit
-def _pullback(a, adjoint, step, steps, inputs, input_adjoint, constants, slopes):
-    n, (force, tangent) = int(a[SCALARS, GRAINS]), _elastic_force(a)
+def _pullback(chain, adjoint, step, steps, inputs, input_adjoint, constants, slopes):
+    n, (force, tangent) = chain.settings.grains, _elastic_force(chain)
     if force <= 0.0:
         return
     part, ratio = 0.5 if step == steps - 1 else 1.0, force / constants[_PEAK_SCALE]
     slope = slopes[0] * part * constants[_DURATION] / constants[_IMPULSE]
     slope += slopes[1] * 2.0 ** int(constants[_DOUBLINGS]) * _power(ratio, constants) / force
-    adjoint[U, n] += slope * tangent
-    adjoint[U, n + 1] -= slope * tangent
-    adjoint[REST_OVERLAP, n] += slope * tangent
-    adjoint[STIFFNESS, n] += slope * force / a[STIFFNESS, n]
+    adjoint.rows[U, n] += slope * tangent
+    adjoint.rows[U, n + 1] -= slope * tangent
+    adjoint.rows[REST_OVERLAP, n] += slope * tangent
+    adjoint.rows[STIFFNESS, n] += slope * force / chain.rows[STIFFNESS, n]
 
 
 # -- task and environment ---------------------------------------------------------------------------------------------

@@ -1,4 +1,4 @@
-"""PulseForming-v1: at the deadline a wanted set of solitary waves stands in the chain, and nothing else."""
+"""PulseForming-v1: form a wanted set of solitary waves by the deadline, and nothing else."""
 
 from __future__ import annotations
 
@@ -59,23 +59,23 @@ class WaveTask(DrivenEndTask):
 
     constants: Waves
 
-    def goals(self, constants: Waves, counters: Mapping[str, FloatArray]) -> tuple[FloatArray, FloatArray]:
+    def goals(self, constants: Any, counters: Mapping[str, FloatArray]) -> tuple[FloatArray, FloatArray]:
         """Return the goals, shape (episodes, 3 waves), and the energies of their waves."""
         return constants.goal, constants.unit
 
-    def _follow(self, rows: ChainRows, constants: Waves, counters: Mapping[str, FloatArray], left: FloatArray) -> None:
+    def _follow(self, rows: ChainRows, constants: Any, counters: Mapping[str, FloatArray], left: FloatArray) -> None:
         goals, energies = self.goals(constants, counters)
         found = np.empty((len(left), COLUMNS))
         rows.call(follow, constants.shapes, goals, left, constants.window, energies, found)
         for name, values in zip(("distance", "energy_outside", "amplitude_error"), found.T, strict=True):
             counters[name][:] = values
 
-    def begin_rows(self, rows: ChainRows, constants: Waves, counters: Mapping[str, FloatArray]) -> None:
+    def begin_rows(self, rows: ChainRows, constants: Any, counters: Mapping[str, FloatArray]) -> None:
         """Note the distance from the waves that are on their way."""
         self._follow(rows, constants, counters, constants.horizon)
 
     def judge_rows(
-        self, rows: ChainRows, constants: Waves, counters: Mapping[str, FloatArray], elapsed: npt.NDArray[np.int64]
+        self, rows: ChainRows, constants: Any, counters: Mapping[str, FloatArray], elapsed: npt.NDArray[np.int64]
     ) -> tuple[FloatArray, bool]:
         """Return the distance before less the distance now."""
         before = counters["distance"].copy()

@@ -77,7 +77,7 @@ class SolitonTrainTask(WaveTask):
         slowest = self._rows(np.array([[amplitude[0], front[1]]]))
         refuse_early_waves(shapes, slowest.reshape(-1, COLUMNS), end.duration, end.steps)
 
-    def goals(self, constants: Waves, counters: Mapping[str, FloatArray]) -> tuple[FloatArray, FloatArray]:
+    def goals(self, constants: Any, counters: Mapping[str, FloatArray]) -> tuple[FloatArray, FloatArray]:
         """Return the goals of the episodes, and the energies of their waves; of one wave of 1 m/s where none is wanted."""
         goals = np.stack([counters[name] for name in self.counter_names[: COLUMNS * self.waves]], axis=1)
         squares = np.sum(goals[:, AMPLITUDE::COLUMNS] ** 2, axis=1)

@@ -17,8 +17,9 @@ from functools import cache
 import numpy as np
 
 from granular_env.components.chain.differentiable_quantities import energy_root, energy_root_pullback, input_work
-from granular_env.components.chain.layout import GRAINS, MASS, SCALARS, V
+from granular_env.components.chain.layout import MASS, V
 from granular_env.components.chain.objective import Objective
+from granular_env.components.chain.state import chain_state
 from granular_env.components.chain.theory.lattice_wave import LatticeWave, lattice_wave
 from granular_env.components.errors import ParameterError
 from granular_env.components.support.elementary_functions import exponential, logarithm, root, spline_through
@@ -77,59 +78,59 @@ def _target(shapes, goal, waves, left, place, contact):
 
 
 @jit
-def distance(a, shapes, goal, waves, left):
+def distance(chain, shapes, goal, waves, left):
     """Square of the distance to the wanted waves, `left` seconds before they are due [J]."""
-    n, root, total = int(a[SCALARS, GRAINS]), math.sqrt(shapes[GRAIN_MASS]), 0.0
+    n, root, total = chain.settings.grains, math.sqrt(shapes[GRAIN_MASS]), 0.0
     for i in range(1, n + 1):
-        off = a[V, i] - _target(shapes, goal, waves, left, i - 1.0, False)
-        total += 0.5 * a[MASS, i] * (off * off)
+        off = chain.rows[V, i] - _target(shapes, goal, waves, left, i - 1.0, False)
+        total += 0.5 * chain.rows[MASS, i] * (off * off)
     for j in range(1, n):
-        off = energy_root(a, j) - root * _target(shapes, goal, waves, left, j - 0.5, True)
+        off = energy_root(chain, j) - root * _target(shapes, goal, waves, left, j - 0.5, True)
         total += off * off
     return total
 
 
 @jit
-def distance_pullback(a, adjoint, shapes, goal, waves, left, slope):
+def distance_pullback(chain, adjoint, shapes, goal, waves, left, slope):
     """Bar += slope ddistance/da."""
-    n, root = int(a[SCALARS, GRAINS]), math.sqrt(shapes[GRAIN_MASS])
+    n, root = chain.settings.grains, math.sqrt(shapes[GRAIN_MASS])
     for i in range(1, n + 1):
-        off = a[V, i] - _target(shapes, goal, waves, left, i - 1.0, False)
-        adjoint[V, i] += slope * a[MASS, i] * off
-        adjoint[MASS, i] += slope * 0.5 * (off * off)
+        off = chain.rows[V, i] - _target(shapes, goal, waves, left, i - 1.0, False)
+        adjoint.rows[V, i] += slope * chain.rows[MASS, i] * off
+        adjoint.rows[MASS, i] += slope * 0.5 * (off * off)
     for j in range(1, n):
-        off = energy_root(a, j) - root * _target(shapes, goal, waves, left, j - 0.5, True)
-        energy_root_pullback(a, adjoint, j, 2.0 * slope * off)
+        off = energy_root(chain, j) - root * _target(shapes, goal, waves, left, j - 0.5, True)
+        energy_root_pullback(chain, adjoint, j, 2.0 * slope * off)
 
 
 @jit
-def energy_outside(a, goal, waves, left, window):
+def energy_outside(chain, goal, waves, left, window):
     """Energy of grains and contacts further than `window` grains from every wanted crest, and that of all [J]."""
-    n, outside, whole = int(a[SCALARS, GRAINS]), 0.0, 0.0
+    n, outside, whole = chain.settings.grains, 0.0, 0.0
     for i in range(1, n + 1):
-        energy = 0.5 * a[MASS, i] * (a[V, i] * a[V, i])
+        energy = 0.5 * chain.rows[MASS, i] * (chain.rows[V, i] * chain.rows[V, i])
         whole += energy
         outside += energy if _apart(goal, waves, left, i - 1.0, window) else 0.0
     for j in range(n + 1):
-        q = energy_root(a, j)
+        q = energy_root(chain, j)
         whole += q * q
         outside += q * q if _apart(goal, waves, left, j - 0.5, window) else 0.0
     return outside, whole
 
 
 @jit
-def amplitude_error(a, shapes, goal, waves, left, window):
+def amplitude_error(chain, shapes, goal, waves, left, window):
     """Largest relative error, over the waves, of the fastest grain's velocity within `window` grains of the crest.
 
     It is compared with the fastest wanted there at the same instant; waves that have not come yet have none.
     """
-    n, worst = int(a[SCALARS, GRAINS]), 0.0
+    n, worst = chain.settings.grains, 0.0
     for w in range(waves):
         row = COLUMNS * w
         place = goal[row + PLACE] - goal[row + SPEED] * left
         fastest, wanted = 0.0, 0.0
         for i in range(max(int(np.ceil(place - window)), 0) + 1, min(int(np.floor(place + window)), n - 1) + 2):
-            fastest = max(fastest, a[V, i])
+            fastest = max(fastest, chain.rows[V, i])
             wanted = max(wanted, _target(shapes, goal, waves, left, i - 1.0, False))
         if wanted > 0.5 * goal[row + AMPLITUDE]:
             worst = max(worst, abs(fastest / wanted - 1.0))
@@ -146,12 +147,13 @@ def _apart(goal, waves, left, place, window):
 
 
 @jit
-def follow(tables, shapes, goals, left, windows, energies, found):
+def follow(law, tables, shapes, goals, left, windows, energies, found):
     """Write the distance from the goal, the part of the energy outside of its waves, and the error of amplitude.
 
     Every argument has one row for each chain.
 
     Args:
+        law: any law of the class of their contact laws.
         tables: of the chains.
         shapes: of the waves.
         goals: rows (amplitude, place, speed), shape (chains, 3 waves).
@@ -161,12 +163,12 @@ def follow(tables, shapes, goals, left, windows, energies, found):
         found: shape (chains, 3); written.
     """
     for k in range(len(left)):
-        a, goal, waves = tables[k], goals[k], len(goals[k]) // COLUMNS
-        outside, whole = energy_outside(a, goal, waves, left[k], windows[k])
-        put_in = max(input_work(a), whole)
-        found[k, 0] = distance(a, shapes[k], goal, waves, left[k]) / energies[k]
+        chain, goal, waves = chain_state(law, tables[k]), goals[k], len(goals[k]) // COLUMNS
+        outside, whole = energy_outside(chain, goal, waves, left[k], windows[k])
+        put_in = max(input_work(chain), whole)
+        found[k, 0] = distance(chain, shapes[k], goal, waves, left[k]) / energies[k]
         found[k, 1] = outside / put_in if put_in > 0.0 else 0.0
-        found[k, 2] = amplitude_error(a, shapes[k], goal, waves, left[k], windows[k])
+        found[k, 2] = amplitude_error(chain, shapes[k], goal, waves, left[k], windows[k])
 
 
 # -- the objective ----------------------------------------------------------------------------------------------------
@@ -184,21 +186,21 @@ def _weight(step, steps, constants):
 
 
 @jit
-def _note(a, step, steps, inputs, constants, sums):
+def _note(chain, step, steps, inputs, constants, sums):
     weight = _weight(step, steps, constants)
     if weight > 0.0:
         waves, left = int(constants[_WAVES]), (steps - 1 - step) * constants[_DURATION]
         shapes = constants[_GOAL + COLUMNS * waves :]
-        sums[0] += weight * distance(a, shapes, constants[_GOAL:], waves, left) / constants[_ENERGY]
+        sums[0] += weight * distance(chain, shapes, constants[_GOAL:], waves, left) / constants[_ENERGY]
 
 
 @jit
-def _pullback(a, adjoint, step, steps, inputs, input_adjoint, constants, slopes):
+def _pullback(chain, adjoint, step, steps, inputs, input_adjoint, constants, slopes):
     weight = _weight(step, steps, constants)
     if weight > 0.0:
         waves, left = int(constants[_WAVES]), (steps - 1 - step) * constants[_DURATION]
         shapes = constants[_GOAL + COLUMNS * waves :]
-        distance_pullback(a, adjoint, shapes, constants[_GOAL:], waves, left, slopes[0] * weight / constants[_ENERGY])
+        distance_pullback(chain, adjoint, shapes, constants[_GOAL:], waves, left, slopes[0] * weight / constants[_ENERGY])
 
 
 def distance_objective(goal: FloatArray, shapes: FloatArray, energy: float, duration: float, way: float = 0.0) -> Objective:

@@ -88,7 +88,7 @@ def make_splitting(
 ) -> ComponentEnv:
     """Break a row of linked discs at a wanted link by pulling at its ends, and break no other link.
 
-    The ends can be pulled with less force than a link bears. A pulse of tension runs from each end through the row; where the
+    The ends can be pulled with less force than a link carries. A pulse of tension runs from each end through the row; where the
     two meet they add up, and are strong enough there.
 
     ## Action space

@@ -92,7 +92,7 @@ def target_response(grid: Grid, internal_steps: int, deadline: int) -> FloatArra
         force[entry // 2, entry % 2] = 1.0
         for late in range(deadline):
             grid.step(duration, force=force if late == 0 else 0.0)
-            # What acts so much earlier than the deadline has this effect at it.
+            # The effect at the deadline of a force that acts `late` control steps before it.
             found[deadline - 1 - late, entry] = grid.get("receiver_velocity")[-1]
     grid.reset()
     return found
@@ -146,7 +146,7 @@ def make_buried_target(
     Everything at rest.
 
     ## End of the episode
-    Terminated at the deadline, which the clock tells (with `clock=0` that is truncated).
+    Terminated at the deadline, which the clock shows (with `clock=0` that is truncated).
 
     ## Arguments
     * `loads` (8): how many. `force` (1e4 N): of each at action 1, along x and along y.

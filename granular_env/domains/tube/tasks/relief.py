@@ -166,7 +166,7 @@ def make_relief(
     Everything at rest; the gas within 6 mm from the left end is hot, and has twelve times the pressure.
 
     ## End of the episode
-    Terminated when the wall is lost: where it has flowed by more than `limit`; and at the deadline, which the clock tells (with
+    Terminated when the wall is lost: where it has flowed by more than `limit`; and at the deadline, which the clock shows (with
     `clock=0` that is truncated).
 
     ## Arguments

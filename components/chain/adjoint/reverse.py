@@ -1,0 +1,301 @@
+"""The backward sweep: the transpose of each drift, kick and dissipative flow, in reverse order, at the states of the tape.
+
+The adjoint of a chain is a table like that of the chain, with the derivative of the objective by each number in its place.
+While a stage is reversed, its rows of scratch hold for each grain c = kick w v_adjoint (FORCE_ADJOINT, the derivative by the
+force on it) and the sum of c times that force (INVERSE_MASS_SUM, w times the derivative by the inverse mass w), for each
+contact its force (FORCE) and g = dF/dd times the derivative by that (OVERLAP_ADJOINT, the derivative by its overlap).
+"""
+
+from __future__ import annotations
+
+from ...support.dispatch import dispatched
+from ...support.jit import internal, internal_inlined
+from .. import forces
+from ..integrators.compositions import Composition, DampedComposition
+from ..integrators.dissipative_step import closed_time, half_sweep, is_closing, prepare, share
+from ..laws.functions import damping, damping_pullback, force, force_pullback, jumps
+from ..layout import (
+    DISSIPATION,
+    GRAVITY,
+    HISTORY,
+    INVERSE_MASS,
+    LEFT_DRIVE,
+    LEFT_STATIC,
+    LOST,
+    REST_OVERLAP,
+    RIGHT_DRIVE,
+    RIGHT_STATIC,
+    SCALARS,
+    U,
+    V,
+)  # fmt: skip
+
+# Scratch of the adjoint table. The dissipative part uses the approaches before each half sweep, and two rows more.
+OVERLAP_ADJOINT, FORCE, FORCE_ADJOINT = range(DISSIPATION, DISSIPATION + 3)
+INVERSE_MASS_SUM = LEFT_DRIVE
+_PER_SPEED_ADJOINT, _LEAST_ADJOINT = DISSIPATION, DISSIPATION + 1
+_APPROACHES = (RIGHT_DRIVE, HISTORY, HISTORY + 1)
+_SPEED_ADJOINT, _IMPULSE = HISTORY + 2, LOST
+
+
+@dispatched
+def reverse_tick(scheme, chain, adjoint, inputs, input_adjoint, tape):
+    """Carry the adjoint from the end of a tick to its begin, and add the derivatives by the inputs to `input_adjoint`.
+
+    Args:
+        scheme: the integrator.
+        chain: a `ChainState` with the constants of the run.
+        adjoint: a `ChainState` of the adjoint table.
+        inputs: held left and right, shape (2,).
+        input_adjoint: likewise.
+        tape: the rows that `one_tick` wrote in that tick.
+    """
+
+
+@reverse_tick.register(Composition)
+def reverse_composed_tick(scheme, chain, adjoint, inputs, input_adjoint, tape):
+    """Reverse the kicks and drifts of a tick."""
+    stages, h = len(scheme.kicks), chain.settings.step
+    bases = _reverse_pistons(chain, adjoint, input_adjoint, scheme.passed[stages - 1] + scheme.drifts[stages])
+    for back in range(stages):
+        s = stages - 1 - back
+        e = scheme.drifts[0] if s == 0 else scheme.passed[s - 1] + scheme.drifts[s]
+        _reverse_kick(
+            chain, adjoint, inputs, input_adjoint, tape[s], (scheme.passed[s], scheme.kicks[s] * h, scheme.drifts[s + 1] * h)
+        )
+        placed = _reverse_places(chain, adjoint, input_adjoint, e)
+        bases = bases[0] + placed[0], bases[1] + placed[1]
+    _reverse_begin(chain, adjoint, bases, scheme.drifts[0] * h)
+
+
+@reverse_tick.register(DampedComposition)
+def reverse_damped_tick(scheme, chain, adjoint, inputs, input_adjoint, tape):
+    """Reverse the kicks, drifts and the dissipative flow of a tick."""
+    stages, h, row = len(scheme.kicks), chain.settings.step, len(tape)
+    bases = _reverse_pistons(chain, adjoint, input_adjoint, scheme.passed[stages - 1] + scheme.drifts[stages])
+    for back in range(stages):
+        s = stages - 1 - back
+        e = scheme.drifts[0] if s == 0 else scheme.passed[s - 1] + scheme.drifts[s]
+        row -= 1
+        if s == stages // 2:
+            row -= 1
+            _reverse_drift(chain, adjoint, 0.0, scheme.drifts[s + 1] * h)
+            # The speeds of pistons meanwhile are the inputs, and before and after it they do not matter.
+            _forget_piston_speeds(chain, adjoint)
+            _reverse_dissipation(chain, adjoint, tape[row], tape[row + 1])
+            _reverse_piston_speeds(chain, adjoint, input_adjoint)
+        else:
+            stage = (scheme.passed[s], scheme.kicks[s] * h, scheme.drifts[s + 1] * h)
+            _reverse_kick(chain, adjoint, inputs, input_adjoint, tape[row], stage)
+        placed = _reverse_places(chain, adjoint, input_adjoint, e)
+        bases = bases[0] + placed[0], bases[1] + placed[1]
+    _reverse_begin(chain, adjoint, bases, scheme.drifts[0] * h)
+
+
+@internal
+def _reverse_kick(chain, adjoint, inputs, input_adjoint, u, stage):
+    """Reverse a kick and the drift after it; `stage` is as in `compositions.kick`, u the displacements of the kick."""
+    _, kick, drift = stage
+    _reverse_drift(chain, adjoint, kick, drift)
+    _reverse_forces(chain, adjoint, u)
+    _reverse_ends(chain, adjoint, inputs, input_adjoint)
+    _reverse_gravity(chain, adjoint, kick)
+    _reverse_overlaps(chain.settings.grains, adjoint.rows)
+
+
+@internal
+def _reverse_drift(chain, adjoint, kick, drift):
+    """Add drift u_adjoint to v_adjoint, and the effect on the adjoint of the force on each grain, in the kick before."""
+    a, n = adjoint.rows, chain.settings.grains
+    u, v, c, w = a[U, 1 : n + 1], a[V, 1 : n + 1], a[FORCE_ADJOINT, 1 : n + 1], chain.rows[INVERSE_MASS, 1 : n + 1]
+    for i in range(n):
+        v[i] += drift * u[i]
+        c[i] = (kick * w[i]) * v[i]
+
+
+@internal
+def _reverse_forces(chain, adjoint, u):
+    """Carry adjoints from the forces on the grains to the contacts: constants, overlap."""
+    a, rest = adjoint.rows, chain.rows[REST_OVERLAP]
+    left, right, before, after = u[:-1], u[1:], a[FORCE_ADJOINT, :-1], a[FORCE_ADJOINT, 1:]
+    values, by_overlap, by_rest = a[FORCE], a[OVERLAP_ADJOINT], a[REST_OVERLAP]
+    for j in range(chain.settings.grains + 1):
+        d = forces.pressed(left[j] - right[j] + rest[j])
+        g = force_pullback(chain.law, adjoint.law, j, d, after[j] - before[j])
+        values[j], by_overlap[j] = force(chain.law, j, d), g
+        by_rest[j] += g
+
+
+@internal
+def _reverse_overlaps(n, a):
+    """Carry adjoints from overlaps to displacements, and from the forces on grains to their inverse masses."""
+    u, sums, c = a[U, 1 : n + 1], a[INVERSE_MASS_SUM, 1 : n + 1], a[FORCE_ADJOINT, 1 : n + 1]
+    left, right, left_force, right_force = a[OVERLAP_ADJOINT, :n], a[OVERLAP_ADJOINT, 1:], a[FORCE, :n], a[FORCE, 1:]
+    for i in range(n):
+        u[i] += right[i] - left[i]
+        sums[i] += c[i] * (left_force[i] - right_force[i])
+
+
+@internal
+def _reverse_ends(chain, adjoint, inputs, input_adjoint):
+    """Replace the forces of the missing contacts at free ends by the forces on those ends."""
+    a, n, left, right = adjoint.rows, chain.settings.grains, chain.settings.left, chain.settings.right
+    if left.is_free:
+        a[FORCE, 0] = left.static_force + inputs[0]
+        input_adjoint[0] += a[FORCE_ADJOINT, 1]
+        a[SCALARS, LEFT_STATIC] += a[FORCE_ADJOINT, 1]
+    if right.is_free:
+        a[FORCE, n] = right.static_force - inputs[1]
+        input_adjoint[1] += a[FORCE_ADJOINT, n]
+        a[SCALARS, RIGHT_STATIC] -= a[FORCE_ADJOINT, n]
+
+
+@internal
+def _reverse_gravity(chain, adjoint, kick):
+    if chain.settings.gravity != 0.0:
+        low = 2 if chain.settings.left.is_piston else 1
+        high = chain.settings.grains + (0 if chain.settings.right.is_piston else 1)
+        total = 0.0
+        for i in range(low, high):
+            total += adjoint.rows[V, i]
+        adjoint.rows[SCALARS, GRAVITY] += kick * total
+
+
+# -- pistons ------------------------------------------------------------------------------------------------------------
+
+
+@internal
+def _reverse_pistons(chain, adjoint, input_adjoint, e):
+    """Reverse the speeds and places of prescribed grains at the end of a tick; return the adjoints of their places before."""
+    _reverse_piston_speeds(chain, adjoint, input_adjoint)
+    return _reverse_places(chain, adjoint, input_adjoint, e)
+
+
+@internal
+def _reverse_places(chain, adjoint, input_adjoint, e):
+    """Reverse the places at e, which are those at the tick plus the input's integral; return the adjoints of those."""
+    u, h, n, left, right = adjoint.rows[U], chain.settings.step, chain.settings.grains, 0.0, 0.0
+    if chain.settings.left.is_piston:
+        left, u[1] = u[1], 0.0
+        input_adjoint[0] += h * e * left
+    if chain.settings.right.is_piston:
+        right, u[n] = u[n], 0.0
+        input_adjoint[1] += h * e * right
+    return left, right
+
+
+@internal
+def _reverse_piston_speeds(chain, adjoint, input_adjoint):
+    """Reverse the speeds of prescribed grains, which are the inputs."""
+    if chain.settings.left.is_piston:
+        input_adjoint[0] += adjoint.rows[V, 1]
+    if chain.settings.right.is_piston:
+        input_adjoint[1] += adjoint.rows[V, chain.settings.grains]
+    _forget_piston_speeds(chain, adjoint)
+
+
+@internal
+def _forget_piston_speeds(chain, adjoint):
+    if chain.settings.left.is_piston:
+        adjoint.rows[V, 1] = 0.0
+    if chain.settings.right.is_piston:
+        adjoint.rows[V, chain.settings.grains] = 0.0
+
+
+@internal
+def _reverse_begin(chain, adjoint, bases, drift):
+    """Reverse the first drift of a tick; prescribed grains have the adjoints of their places at the tick."""
+    a, n = adjoint.rows, chain.settings.grains
+    _reverse_drift(chain, adjoint, 0.0, drift)
+    if chain.settings.left.is_piston:
+        a[U, 1], a[V, 1] = bases[0], 0.0
+    if chain.settings.right.is_piston:
+        a[U, n], a[V, n] = bases[1], 0.0
+
+
+# -- the dissipative part of a step ---------------------------------------------------------------------------------------
+
+
+@internal
+def _reverse_dissipation(chain, adjoint, u, v):
+    """Reverse the flow of the dissipative forces at the displacements u, with the velocities v before it."""
+    a, b, n = chain.rows, adjoint.rows, chain.settings.grains
+    forces.copy(v[: n + 2], a[V])
+    forces.fill(b[_PER_SPEED_ADJOINT], 0.0)
+    forces.fill(b[_LEAST_ADJOINT], 0.0)
+    prepare(chain, u)
+    for sweep in range(3):
+        for j in range(n + 1):
+            b[_APPROACHES[sweep], j] = a[V, j] - a[V, j + 1]
+        if sweep < 2:
+            half_sweep(chain, sweep)
+    for back in range(3):
+        _reverse_half_sweep(a, b, n, b[_APPROACHES[2 - back]], back % 2)
+    _reverse_preparation(chain, adjoint, u)
+    for i in range(1, n + 1):
+        b[U, i] += b[_PER_SPEED_ADJOINT, i] - b[_PER_SPEED_ADJOINT, i - 1]
+        b[V, i] += b[_LEAST_ADJOINT, i] - b[_LEAST_ADJOINT, i - 1]
+
+
+@internal
+def _reverse_half_sweep(a, b, n, approach, parity):
+    """Reverse a half sweep: to impulses per speed and least impulses of one parity, inverse masses, velocities."""
+    for j in range(n + 1):
+        acts = j % 2 == parity
+        free, least = a[DISSIPATION, j] * approach[j], a[DISSIPATION + 1, j]
+        held = free > least
+        by_impulse = a[INVERSE_MASS, j + 1] * b[V, j + 1] - a[INVERSE_MASS, j] * b[V, j]
+        by_impulse = by_impulse if acts else 0.0
+        given = by_impulse if held else 0.0
+        b[_PER_SPEED_ADJOINT, j] += given * approach[j]
+        b[_LEAST_ADJOINT, j] += by_impulse - given
+        b[_SPEED_ADJOINT, j] = a[DISSIPATION, j] * given
+        b[_IMPULSE, j] = (free if held else least) if acts else 0.0
+    for i in range(1, n + 1):
+        b[INVERSE_MASS, i] += b[V, i] * (b[_IMPULSE, i - 1] - b[_IMPULSE, i])
+        b[V, i] += b[_SPEED_ADJOINT, i] - b[_SPEED_ADJOINT, i - 1]
+
+
+@internal
+def _reverse_preparation(chain, adjoint, u):
+    """Reverse `prepare`; leave the adjoints of the overlaps and of the approaches in the two rows that it reads."""
+    a, b, law, h = chain.rows, adjoint.rows, chain.law, chain.settings.step
+    for j in range(chain.settings.grains + 1):
+        middle, w = u[j] - u[j + 1] + a[REST_OVERLAP, j], b[_APPROACHES[0], j]
+        d = forces.pressed(middle)
+        time = closed_time(law, middle, w, h) * share(j)
+        coefficient = damping(law, j, d)
+        c = coefficient * time
+        y = 0.5 * c * (a[INVERSE_MASS, j] + a[INVERSE_MASS, j + 1])
+        by_damping, by_masses = _impulse_slopes(c, y)
+        per_speed, least = b[_PER_SPEED_ADJOINT, j], b[_LEAST_ADJOINT, j]
+        b[INVERSE_MASS, j] += per_speed * by_masses
+        b[INVERSE_MASS, j + 1] += per_speed * by_masses
+        g = force_pullback(law, adjoint.law, j, d, -least * time)
+        g += damping_pullback(law, adjoint.law, j, d, per_speed * by_damping * time)
+        by_approach = 0.0
+        if jumps(law) and is_closing(middle, w, h):
+            by_time = share(j) * (per_speed * by_damping * coefficient - least * force(law, j, d))
+            g += by_time / w
+            by_approach = -by_time * middle / (w * w)
+        b[REST_OVERLAP, j] += g
+        b[_PER_SPEED_ADJOINT, j], b[_LEAST_ADJOINT, j] = g, by_approach
+
+
+@internal_inlined
+def _impulse_slopes(c, y):
+    """Return the derivatives by c and by an inverse mass of the impulse per speed, c q(y), q = (1 + y) / (1 + 2 y + 2 y^2)."""
+    below = 1.0 / (1.0 + 2.0 * y * (1.0 + y))
+    q, slope = (1.0 + y) * below, -(1.0 + y * (4.0 + 2.0 * y)) * (below * below)
+    return q + y * slope, (0.5 * c * c) * slope
+
+
+@internal
+def finish_sums(chain, adjoint):
+    """Finish the sums that ran in other units, and leave no scratch behind."""
+    a, n = adjoint.rows, chain.settings.grains
+    for i in range(1, n + 1):
+        if chain.rows[INVERSE_MASS, i] > 0.0:
+            a[INVERSE_MASS, i] += a[INVERSE_MASS_SUM, i] / chain.rows[INVERSE_MASS, i]
+    for row in range(LEFT_DRIVE, LOST + 1):
+        forces.fill(a[row], 0.0)

@@ -1,0 +1,112 @@
+"""The drive of both ends: a number that holds, or pieces of polynomials in time; about each tick one polynomial in steps.
+
+e is a part of a step after the tick, s the ticks since a piece began.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from ..support.float_arrays import FloatArray
+from ..support.jit import internal, internal_inlined
+from .layout import LEFT_DRIVE, RIGHT_DRIVE
+
+
+class Drive(NamedTuple):
+    """The inputs of both ends.
+
+    Attributes:
+        pieces: rows (first tick, coefficients in ticks), those of the left end first, shape (pieces, 1 + coefficients).
+        left_pieces: number of rows of the left end.
+        left_number: holds before the first piece of the left end [N or m/s].
+        right_number: likewise.
+        left: coefficients of the polynomial about the present tick, written by `turn_to`.
+        right: likewise.
+    """
+
+    pieces: FloatArray
+    left_pieces: int
+    left_number: float
+    right_number: float
+    left: FloatArray
+    right: FloatArray
+
+
+@internal_inlined
+def drive_of(table, pieces, left_pieces, left_number, right_number):
+    """Return a drive, whose present polynomials lie in the table of the chain."""
+    length = max(pieces.shape[1] - 1, 1) if pieces.shape[0] > 0 else 1
+    left, right = table[LEFT_DRIVE, :length], table[RIGHT_DRIVE, :length]
+    return Drive(pieces, left_pieces, left_number, right_number, left, right)
+
+
+@internal_inlined
+def turn_to(drive, tick):
+    """Write the polynomials about a tick."""
+    end = drive.pieces.shape[0]
+    _recentre(drive.left, drive.pieces, _piece_at(drive.pieces, 0, drive.left_pieces, tick), drive.left_number, tick)
+    _recentre(drive.right, drive.pieces, _piece_at(drive.pieces, drive.left_pieces, end, tick), drive.right_number, tick)
+
+
+@internal
+def _piece_at(pieces, first, last, tick):
+    """Return the row in first..last-1 whose piece is in force at a tick; -1 before the first piece begins."""
+    low, high = first, last
+    while low < high:
+        middle = (low + high) // 2
+        if pieces[middle, 0] <= tick:
+            low = middle + 1
+        else:
+            high = middle
+    return low - 1 if low > first else -1
+
+
+@internal
+def _recentre(polynomial, pieces, piece, number, tick):
+    """Write the polynomial of a piece about a tick, in steps; a number before the first piece."""
+    n = len(polynomial)
+    if piece < 0:
+        for i in range(n):
+            polynomial[i] = number if i == 0 else 0.0
+        return
+    for i in range(n):
+        polynomial[i] = pieces[piece, i + 1]
+    s = tick - pieces[piece, 0]
+    for i in range(n - 1):
+        for j in range(n - 2, i - 1, -1):
+            polynomial[j] += s * polynomial[j + 1]
+
+
+@internal_inlined
+def value(polynomial, e):
+    """Return the value of a polynomial a part e of a step after the tick."""
+    p = 0.0
+    for i in range(len(polynomial) - 1, -1, -1):
+        p = p * e + polynomial[i]
+    return p
+
+
+@internal_inlined
+def integral(polynomial, e):
+    """Return the integral of a polynomial from the tick to e, in steps."""
+    p = 0.0
+    for i in range(len(polynomial) - 1, -1, -1):
+        p = p * e + polynomial[i] / (i + 1)
+    return p * e
+
+
+@internal
+def pieces_mark(drive, tick):
+    """Return two numbers that change where the piece of an end does: integrators with a memory start again there."""
+    left = _piece_at(drive.pieces, 0, drive.left_pieces, tick)
+    right = _piece_at(drive.pieces, drive.left_pieces, drive.pieces.shape[0], tick)
+    return _mark(drive.pieces, left, drive.left_number), _mark(drive.pieces, right, drive.right_number)
+
+
+@internal
+def _mark(pieces, piece, number):
+    mark = number
+    if piece >= 0:
+        for i in range(pieces.shape[1]):
+            mark = mark * 1.6180339887498949 + pieces[piece, i]
+    return mark

@@ -1,0 +1,274 @@
+"""Equations of motion: forces in the contacts, what drives the ends, and the sums of work and impulse.
+
+m_i u_i'' = F_i - F_(i+1) + m_i g, with F_i the force in the contact left of grain i. Symbols: u displacement, v velocity, d
+overlap, w inverse mass, h step, e part of a step after the tick.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..support.jit import internal, internal_inlined
+from .drive import integral, value
+from .laws.functions import begin, damping, energy, force, remember, remembers
+from .layout import (
+    BESIDE_GRAINS,
+    IMPULSE_LEFT,
+    IMPULSE_RIGHT,
+    INVERSE_MASS,
+    LOST,
+    REST_OVERLAP,
+    SMALLEST_OVERLAP,
+    TALLY,
+    WORK_LEFT,
+    WORK_RIGHT,
+    U,
+    V,
+)  # fmt: skip
+
+# Sums run in so many lanes: many, where that lets them run as vectors; few, where joining the lanes would cost more.
+_FEW_LANES, _MANY_LANES, _MANY_GRAINS = 8, 256, 2048
+
+
+@internal
+def copy(source, target):
+    """Copy numbers; a slice as the target of an assignment would make numba compile its errors."""
+    for i in range(len(source)):
+        target[i] = source[i]
+
+
+@internal
+def fill(target, number):
+    """Write a number everywhere."""
+    for i in range(len(target)):
+        target[i] = number
+
+
+@internal_inlined
+def displacements(chain):
+    """Return the displacements of the grains and the walls."""
+    return chain.rows[U, : chain.settings.grains + 2]
+
+
+@internal_inlined
+def velocities_and_tallies(chain):
+    """Return the velocities of the grains and the walls, and the five tallies behind them."""
+    return chain.rows[V, : chain.settings.grains + BESIDE_GRAINS]
+
+
+# -- contacts -----------------------------------------------------------------------------------------------------------
+
+
+@internal_inlined
+def pressed(d):
+    """Return the overlap of a contact that is pressed, 0 of one that is open. NaN stays NaN."""
+    return 0.0 if d < SMALLEST_OVERLAP else d
+
+
+@internal_inlined
+def pressed_overlap(chain, u, j):
+    """Return the overlap of contact j at the displacements u, 0 where it is open."""
+    return pressed(u[j] - u[j + 1] + chain.rows[REST_OVERLAP, j])
+
+
+@internal_inlined
+def elastic_force(chain, u, j):
+    """Return the elastic force in contact j at the displacements u."""
+    return force(chain.law, j, pressed_overlap(chain, u, j))
+
+
+@internal_inlined
+def contact_force(chain, u, v, j):
+    """Return the force in contact j with dissipation, never a pull, and the power that becomes heat."""
+    d = pressed_overlap(chain, u, j)
+    elastic, speed = force(chain.law, j, d), v[j] - v[j + 1]
+    total = elastic + (damping(chain.law, j, d) if d > 0.0 else 0.0) * speed
+    total = 0.0 if total < 0.0 else total
+    return total, (total - elastic) * speed
+
+
+@internal_inlined
+def contact_forces(chain, out):
+    """Write the force in each contact, dissipation included."""
+    for j in range(len(out)):
+        out[j], _ = contact_force(chain, chain.rows[U], chain.rows[V], j)
+
+
+@internal
+def begin_histories(chain):
+    """Write the histories of contacts that were never loaded."""
+    for j in range(chain.settings.grains + 1):
+        begin(chain.law, j)
+
+
+@internal_inlined
+def update_histories(chain):
+    """Note what the step has changed in the contacts' histories, and the energy that this has dissipated."""
+    if remembers(chain.law):
+        for j in range(chain.settings.grains + 1):
+            chain.rows[LOST, j] += remember(chain.law, j, pressed_overlap(chain, chain.rows[U], j))
+
+
+@internal
+def note_peaks(u, rest_overlap, limit, peak):
+    """Update the largest overlaps; return whether an overlap is above its limit."""
+    left, right, passed = u[:-1], u[1:], False
+    for j in range(len(peak)):
+        d, p = pressed(left[j] - right[j] + rest_overlap[j]), peak[j]
+        peak[j] = d if d > p else p
+        passed |= not (d <= limit[j])
+    return passed
+
+
+@internal
+def is_too_fast(v, limit):
+    """Return whether a velocity is above a limit or not a number."""
+    found = False
+    for i in range(len(v)):
+        found |= not (abs(v[i]) <= limit)
+    return found
+
+
+# -- ends ---------------------------------------------------------------------------------------------------------------
+
+
+@internal_inlined
+def left_push(chain, drive, e):
+    """Return the force on a free left end, positive to the right; 0 on other ends."""
+    end = chain.settings.left
+    return end.static_force + value(drive.left, e) if end.is_free else 0.0
+
+
+@internal_inlined
+def right_push(chain, drive, e):
+    """Return the force on a free right end, positive to the right; 0 on other ends."""
+    end = chain.settings.right
+    return value(drive.right, e) - end.static_force if end.is_free else 0.0
+
+
+@internal_inlined
+def place_pistons(chain, u, drive, bases, e):
+    """Put prescribed grains where they are at e: the exact integral of the drive, from their places at the tick, `bases`."""
+    h = chain.settings.step
+    if chain.settings.left.is_piston:
+        u[1] = bases[0] + h * integral(drive.left, e)
+    if chain.settings.right.is_piston:
+        u[chain.settings.grains] = bases[1] + h * integral(drive.right, e)
+
+
+@internal_inlined
+def set_piston_velocities(chain, v, drive, e):
+    """Give prescribed grains the velocity of the drive at e."""
+    if chain.settings.left.is_piston:
+        v[1] = value(drive.left, e)
+    if chain.settings.right.is_piston:
+        v[chain.settings.grains] = value(drive.right, e)
+
+
+@internal_inlined
+def end_values(chain, x):
+    """Return the first and the last grain's value."""
+    return x[1], x[chain.settings.grains]
+
+
+@internal_inlined
+def book_pistons(chain, before):
+    """Add the work and impulse that took prescribed grains from their velocities `before` to the present ones."""
+    left, right, tally = chain.settings.left, chain.settings.right, chain.rows[TALLY]
+    first, last = end_values(chain, chain.rows[V])
+    if left.is_piston:
+        add(tally, WORK_LEFT, 0.5 * left.mass * (first - before[0]) * (first + before[0]))
+        add(tally, IMPULSE_LEFT, left.mass * (first - before[0]))
+    if right.is_piston:
+        add(tally, WORK_RIGHT, 0.5 * right.mass * (last - before[1]) * (last + before[1]))
+        add(tally, IMPULSE_RIGHT, right.mass * (last - before[1]))
+
+
+@internal_inlined
+def compensated(total, compensation, x):
+    """Return a compensated sum (Kahan) with x added: sum, compensation."""
+    y = x - compensation
+    t = total + y
+    return t, (t - total) - y
+
+
+@internal_inlined
+def add(tally, place, x):
+    """Add x to the compensated sum that lies in two places of the tally."""
+    tally[place], tally[place + 1] = compensated(tally[place], tally[place + 1], x)
+
+
+# -- explicit integrators -----------------------------------------------------------------------------------------------
+
+
+@internal
+def accelerations(chain, u, v, drive, e, out):
+    """Write dv/dt at e of columns 1 to n; behind the chain the powers and thrusts of the ends, and the power lost."""
+    n, w, gravity = chain.settings.grains, chain.rows[INVERSE_MASS], chain.settings.gravity
+    left, right = left_push(chain, drive, e), right_push(chain, drive, e)
+    first, loss = contact_force(chain, u, v, 0)
+    second, _ = contact_force(chain, u, v, 1)
+    before_last, _ = contact_force(chain, u, v, n - 1)
+    f = first + left
+    for i in range(1, n):
+        g, lost = contact_force(chain, u, v, i)
+        out[i] = w[i] * (f - g) + gravity
+        loss += lost
+        f = g
+    last, lost = contact_force(chain, u, v, n)
+    out[n] = w[n] * (f - (last - right)) + gravity
+    powers, thrusts = out[n + 2 : n + 4], out[n + 4 : n + 6]
+    powers[0], thrusts[0] = left * v[1], first + left
+    powers[1], thrusts[1] = right * v[n], right - last
+    if chain.settings.left.is_piston:
+        powers[0], thrusts[0] = second * value(drive.left, e), second
+    if chain.settings.right.is_piston:
+        powers[1], thrusts[1] = -before_last * value(drive.right, e), -before_last
+    out[n + 6] = loss + lost
+
+
+# -- sums ---------------------------------------------------------------------------------------------------------------
+
+
+@internal
+def energies(chain, mass):
+    """Return kinetic energy, elastic energy, momentum: each in lanes, with compensation, then the lanes in their order.
+
+    The lanes fix the order of the sums and let them run as vectors.
+
+    Args:
+        chain: the chain.
+        mass: of all grains, pistons included, shape (n,) [kg].
+    """
+    n = len(mass)
+    width = _FEW_LANES if n < _MANY_GRAINS else _MANY_LANES
+    lanes = np.zeros((6, width))
+    for j in range(0, n + 1, width):
+        _add_potential(chain, lanes[2], lanes[3], j, min(width, n + 1 - j))
+    for i in range(0, n, width):
+        _add_motion(chain.rows[V, i + 1 :], mass[i:], lanes, min(width, n - i))
+    return _joined(lanes[0], lanes[1]), _joined(lanes[2], lanes[3]), _joined(lanes[4], lanes[5])
+
+
+@internal
+def _joined(totals, compensations):
+    total, compensation = 0.0, 0.0
+    for lane in range(len(totals)):
+        total, compensation = compensated(total, compensation, totals[lane])
+        total, compensation = compensated(total, compensation, -compensations[lane])
+    return total
+
+
+@internal
+def _add_potential(chain, totals, compensations, begin, count):
+    for lane in range(count):
+        stored = energy(chain.law, begin + lane, pressed_overlap(chain, chain.rows[U], begin + lane))
+        totals[lane], compensations[lane] = compensated(totals[lane], compensations[lane], stored)
+
+
+@internal
+def _add_motion(v, mass, lanes, count):
+    for lane in range(count):
+        kinetic, momentum = 0.5 * mass[lane] * (v[lane] * v[lane]), mass[lane] * v[lane]
+        lanes[0, lane], lanes[1, lane] = compensated(lanes[0, lane], lanes[1, lane], kinetic)
+        lanes[4, lane], lanes[5, lane] = compensated(lanes[4, lane], lanes[5, lane], momentum)

@@ -1,0 +1,135 @@
+"""What an integrator is: a `NamedTuple` of its numbers, for whose class `one_tick` is registered; and the loop over ticks."""
+
+from __future__ import annotations
+
+from functools import cache, partial
+from typing import Any, NamedTuple
+
+from ...support.borrowed import borrowed
+from ...support.dispatch import dispatched
+from ...support.jit import internal_inlined, jit
+from .. import forces
+from ..drive import drive_of, turn_to
+from ..layout import V
+from ..state import chain_state
+
+# `advance` subtracts this from its result where a velocity passed its limit, or is not a number.
+UNSOUND = 1 << 60
+# And this where a tick takes more work than is allowed.
+TOO_MUCH_WORK = 1 << 61
+# `one_tick` returns this where a tick takes more work than is allowed.
+EXHAUSTED = 2
+
+
+@partial(dispatched, inlined=True)
+def one_tick(scheme, chain, drive, tick, tape):
+    """Advance a chain by one tick, the drive being turned to it; return 1 if an overlap passed its limit, or `EXHAUSTED`, or 0.
+
+    Args:
+        scheme: the integrator.
+        chain: a `ChainState`.
+        drive: a `Drive`.
+        tick: number of the tick.
+        tape: takes what an adjoint needs of the tick, if it has rows.
+    """
+
+
+@internal_inlined
+def advance(scheme, chain, drive, tick, ticks, tape):
+    """Advance by `ticks`, or until a limit is passed; the tape, if it has rows, has as many for each tick.
+
+    Returns:
+        The ticks done: negative if an overlap passed its limit, less `UNSOUND` if a velocity did, less `TOO_MUCH_WORK` if the
+        last one is unfinished.
+    """
+    v, rows = chain.rows[V, 1 : chain.settings.grains + 1], len(tape) // ticks
+    for t in range(tick, tick + ticks):
+        turn_to(drive, t)
+        done = t + 1 - tick
+        status = int(one_tick(scheme, chain, drive, t, tape[(done - 1) * rows : done * rows]))
+        if status == EXHAUSTED:
+            return -done - TOO_MUCH_WORK
+        forces.update_histories(chain)
+        if forces.is_too_fast(v, chain.settings.speed_limit):
+            return -done - UNSOUND
+        if status != 0:
+            return -done
+    return ticks
+
+
+class Entries(NamedTuple):
+    """The functions of a law and an integrator that Python calls; all take the table of a chain.
+
+    Attributes:
+        advance: advance(table, pieces, left_pieces, left, right, tick, ticks), for a drive of pieces.
+        advance_held: advance_held(table, left, right, tick, ticks), for numbers that hold.
+        advance_batch: advance_batch(tables, inputs, ticks, count, moving, kept, first) advances each chain that moves by
+            `count` ticks, with the inputs held; one that cannot stays where it was and no longer moves. `kept` takes the state
+            of a chain, whose rows begin with `first`.
+        energies: energies(table, mass), see `forces.energies`.
+        contact_forces: contact_forces(table, out).
+        begin_histories: begin_histories(table).
+        update_histories: update_histories(table).
+    """
+
+    advance: Any
+    advance_held: Any
+    advance_batch: Any
+    energies: Any
+    contact_forces: Any
+    begin_histories: Any
+    update_histories: Any
+
+
+@cache
+def entries(kind: type, integrator: Any) -> Entries:
+    """Return the functions for a law's class and an integrator: numba looks at a few arrays and numbers at each call.
+
+    A `ChainState` as an argument would cost a call from Python a microsecond for each of its arrays.
+    """
+
+    @jit
+    def advance_driven(table, pieces, left_pieces, left, right, tick, ticks):
+        table = borrowed(table)
+        drive = drive_of(table, pieces, left_pieces, left, right)
+        return advance(integrator, chain_state(kind, table), drive, tick, ticks, table[:0])
+
+    @jit
+    def advance_held(table, left, right, tick, ticks):
+        table = borrowed(table)
+        drive = drive_of(table, table[:0], 0, left, right)
+        return advance(integrator, chain_state(kind, table), drive, tick, ticks, table[:0])
+
+    @jit
+    def advance_batch(tables, inputs, ticks, count, moving, kept, first):
+        tables = borrowed(tables)
+        for k in range(len(ticks)):
+            if moving[k]:
+                table = tables[k]
+                for row in range(len(kept)):
+                    forces.copy(table[first + row], kept[row])
+                drive = drive_of(table, table[:0], 0, inputs[k, 0], inputs[k, 1])
+                if advance(integrator, chain_state(kind, table), drive, ticks[k], count, table[:0]) == count:
+                    ticks[k] += count
+                else:
+                    moving[k] = False
+                    for row in range(len(kept)):
+                        forces.copy(kept[row], table[first + row])
+
+    @jit
+    def energies(table, mass):
+        return forces.energies(chain_state(kind, table), mass)
+
+    @jit
+    def contact_forces(table, out):
+        forces.contact_forces(chain_state(kind, table), out)
+
+    @jit
+    def begin_histories(table):
+        forces.begin_histories(chain_state(kind, table))
+
+    @jit
+    def update_histories(table):
+        forces.update_histories(chain_state(kind, table))
+
+    return Entries(advance_driven, advance_held, advance_batch, energies, contact_forces, begin_histories, update_histories)

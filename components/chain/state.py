@@ -1,0 +1,105 @@
+"""A chain as kernels see it: its law, its table, and its numbers.
+
+The adjoint of a chain is a second table, in which each number is the derivative of an objective by the one in the same place.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+from ..support.float_arrays import FloatArray
+from ..support.jit import inlined
+from .laws.functions import contact_law
+from .layout import (
+    EXPONENT,
+    GRAINS,
+    GRAVITY,
+    HISTORY,
+    LAW_CONSTANTS,
+    LEFT_DRIVE,
+    LEFT_FREE,
+    LEFT_MASS,
+    LEFT_PISTON,
+    LEFT_STATIC,
+    LOST,
+    RIGHT_FREE,
+    RIGHT_MASS,
+    RIGHT_PISTON,
+    RIGHT_STATIC,
+    SCALARS,
+    SPEED_LIMIT,
+    STEP,
+    STIFFNESS,
+    TOLERANCE,
+)  # fmt: skip
+
+
+class End(NamedTuple):
+    """An end of the chain; one that is neither free nor a piston is a wall.
+
+    Attributes:
+        is_free: a force drives the end grain.
+        is_piston: the velocity of the end grain is prescribed.
+        mass: of the end grain [kg].
+        static_force: presses on a free end [N].
+    """
+
+    is_free: bool
+    is_piston: bool
+    mass: float
+    static_force: float
+
+
+class Settings(NamedTuple):
+    """Numbers of a chain.
+
+    Attributes:
+        grains: n.
+        step: length of a tick [s].
+        gravity: acceleration [m/s^2].
+        speed_limit: largest velocity of a grain [m/s].
+        tolerance: of adaptive integrators.
+        exponent: p of F ~ d^p.
+        left: end.
+        right: end.
+    """
+
+    grains: int
+    step: float
+    gravity: float
+    speed_limit: float
+    tolerance: float
+    exponent: float
+    left: End
+    right: End
+
+
+class ChainState(NamedTuple):
+    """A chain as kernels see it.
+
+    Attributes:
+        law: of the contacts; its arrays have one number for each contact.
+        rows: the table of numbers, whose rows `layout` names: ``chain.rows[V, i + 1]`` is the velocity of grain i, counted from
+            0, and contact j lies between columns j and j + 1.
+        settings: numbers.
+    """
+
+    law: Any
+    rows: FloatArray
+    settings: Settings
+
+
+@inlined
+def chain_state(kind, table):
+    """Return a chain whose numbers lie in a table; `kind` is the class of its contact law, or any law of that class."""
+    a = table[SCALARS]
+    left = End(a[LEFT_FREE] > 0.0, a[LEFT_PISTON] > 0.0, a[LEFT_MASS], a[LEFT_STATIC])
+    right = End(a[RIGHT_FREE] > 0.0, a[RIGHT_PISTON] > 0.0, a[RIGHT_MASS], a[RIGHT_STATIC])
+    settings = Settings(int(a[GRAINS]), a[STEP], a[GRAVITY], a[SPEED_LIMIT], a[TOLERANCE], a[EXPONENT], left, right)
+    law = contact_law(kind, table[STIFFNESS], table[LAW_CONSTANTS:LEFT_DRIVE], table[HISTORY:LOST])
+    return ChainState(law, table, settings)
+
+
+def state_of(kind: type, table: FloatArray) -> ChainState:
+    """Return the same in Python, to call jitted functions with it."""
+    return getattr(chain_state, "py_func", chain_state)(kind, table)
