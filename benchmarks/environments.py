@@ -8,7 +8,7 @@ from typing import Any
 import gymnasium
 import numpy as np
 
-import granular_env  # noqa: F401 - registers the environments
+import granular_env.envs  # noqa: F401 - registers the environments
 from granular_env.components.support.jit import jit
 
 from .figures import Figure
@@ -29,7 +29,7 @@ def measure(steps: int = 20, rounds: int = 41) -> Iterator[Figure]:
             for actions in chosen:
                 env.step(actions)
     bare, forces = _bare_physics(native), np.full(COUNT, 100.0)
-    tables = native.unwrapped._batch.tables.copy()  # type: ignore[attr-defined]
+    tables = native.unwrapped._rows.tables.copy()  # type: ignore[attr-defined]
     start = tables.copy()
 
     def batch() -> None:
@@ -58,7 +58,7 @@ def _bare_physics(native: Any) -> Any:
         for k in range(len(forces)):
             advance(tables[k], _NO_DRIVE, 0, forces[k], 0.0, 0, ticks)
 
-    bare(native.unwrapped._batch.tables.copy(), np.zeros(COUNT))
+    bare(native.unwrapped._rows.tables.copy(), np.zeros(COUNT))
     return bare
 
 

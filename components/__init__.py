@@ -1,1 +1,1 @@
-"""Whatever can be stepped: the contract, and the components that keep it."""
+"""The contract, and the components that implement it."""

@@ -1,4 +1,4 @@
-"""The fate of a conserved quantity: what is stored, what came in, what was lost, and what the numerics left over."""
+"""Balances of conserved quantities: stored, supplied and lost amounts, and the residual of the numerics."""
 
 from __future__ import annotations
 
@@ -17,15 +17,15 @@ Amount = float | FloatArray
 
 @dataclasses.dataclass(frozen=True, slots=True)
 class Balance:
-    """The fate of a conserved quantity since the reset; each entry is an output variable of its name.
+    """The balance of a conserved quantity since the reset; each entry is an output variable of its name.
 
     Attributes:
         quantity: such as "energy"; `<quantity>_residual` is a variable too.
         unit: of all entries.
-        stored: what there is now, by entry, such as {"kinetic_energy": 2.0}.
-        supplied: what inputs and boundaries have given since the reset.
-        lost: what has gone into forms that do not come back, since the reset.
-        initial: what was stored at the reset.
+        stored: present amounts by entry, such as {"kinetic_energy": 2.0}.
+        supplied: amounts from inputs and boundaries since the reset.
+        lost: amounts dissipated or irreversibly stored since the reset.
+        initial: amount stored at the reset.
     """
 
     quantity: str
@@ -49,7 +49,7 @@ class Balance:
 
     @property
     def entries(self) -> dict[str, Amount]:
-        """All entries by name, the residual among them."""
+        """All entries by name, including the residual."""
         return {**self.stored, **self.lost, **self.supplied, f"{self.quantity}_residual": self.residual}
 
 

@@ -5,8 +5,10 @@ Our own components are listed here; third parties add theirs by the entry-point 
 
 from __future__ import annotations
 
+import re
 from importlib import import_module
 from importlib.metadata import EntryPoint, entry_points
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from .errors import ParameterError, nearest, one_line
@@ -16,43 +18,22 @@ if TYPE_CHECKING:
 
 ENTRY_POINT_GROUP = "granular_env.components"
 
-# Name -> where the class is, and the first sentence of its docstring, for lists that import nothing.
+# Name -> module and class.
 _OWN = {
-    "automata": (
-        ".automata.component:Automata",
-        "Movable cellular automata: equal discs in a packing, which act on pairs and on volume (Psakhie 2003).",
-    ),
-    "chain": (
-        ".chain.component:Chain",
-        "A row of grains between two ends: Nesterenko (1983), equations (1.1) and (1.2), with a choice of contact laws.",
-    ),
-    "coupled": (
-        ".coupled.component:Coupled",
-        "A grid and movable cellular automata that share an interface: Psakhie et al. (2003), section 2.3.",
-    ),
-    "detonation": (
-        ".detonation.component:DetonationTube",
-        "A reactive gas in a tube, in one dimension: the detonation of Gato & Shie (2010).",
-    ),
-    "discs": (".discs:Discs", "Discs in a box, tied together by links that break."),
-    "grid": (
-        ".grid.component:Grid",
-        "A continuum in plane strain on a mesh of quadrilaterals that moves with it: Wilkins (1964), Psakhie et al. (2003).",
-    ),
-    "oscillator": (".oscillator:Oscillator", "A mass on a spring, pushed by a force."),
-    "shell": (
-        ".shell.component:Shell",
-        "A solid with thin walls, meshfree and in three dimensions: the tube of Gato & Shie (2010).",
-    ),
-    "tube": (
-        ".tube.component:Tube",
-        "A detonation in a rigid tube, a section of which is a shell: the experiment of Gato & Shie (2010).",
-    ),
+    "automata": "automata.component:Automata",
+    "chain": "chain.component:Chain",
+    "coupled": "coupled.component:Coupled",
+    "detonation": "detonation.component:DetonationTube",
+    "discs": "discs:Discs",
+    "grid": "grid.component:Grid",
+    "oscillator": "oscillator:Oscillator",
+    "shell": "shell.component:Shell",
+    "tube": "tube.component:Tube",
 }
 
 
 def names() -> list[str]:
-    """All known component names, ours first."""
+    """Return all known component names, our own first."""
     return [*_OWN, *(point.name for point in _foreign() if point.name not in _OWN)]
 
 
@@ -67,32 +48,35 @@ def foreign_packages() -> set[str]:
 
 
 def foreign_package(name: str) -> str | None:
-    """Return the top-level package that a third party's component comes from; None for one of ours."""
-    if name in _OWN:
-        return None
-    return next((point.module.partition(".")[0] for point in _foreign() if point.name == name), None)
+    """Return the top-level package that a third party's component comes from; None for our own."""
+    known = {point.name: point.module.partition(".")[0] for point in _foreign()}
+    return None if name in _OWN else known.get(name)
 
 
 def summary(name: str) -> str:
-    """Return what a component is, in a sentence; a third party's is imported for it, or it is said that it cannot be."""
+    """Return the first sentence of a component's docstring: of our own without importing them, for lists."""
     if name in _OWN:
-        return _OWN[name][1]
-    try:
-        found = component_class(name)
-    except ParameterError as error:
-        return f"Cannot be loaded: {error}"
-    return " ".join((found.__doc__ or "").split()).partition(". ")[0].rstrip(".") + "."
+        module, _, attribute = _OWN[name].partition(":")
+        source = (Path(__file__).parent / f"{module.replace('.', '/')}.py").read_text(encoding="utf-8")
+        found = re.search(rf'^class {attribute}\b.*?"""(.*?)(?:"""|\n\n)', source, re.DOTALL | re.MULTILINE)
+        text = found[1] if found else ""
+    else:
+        try:
+            text = component_class(name).__doc__ or ""
+        except ParameterError as error:
+            return f"Cannot be loaded: {error}"
+    return re.split(r"\. (?=[A-Z`])", " ".join(text.partition("\n\n")[0].split()), maxsplit=1)[0].rstrip(".") + "."
 
 
 def component_class(name: str) -> type[Component]:
     """Return the class behind a catalogue name; imported only now.
 
     Raises:
-        ParameterError: no such component, or a third party's cannot be loaded.
+        ParameterError: there is no such component, or a third party's cannot be loaded.
     """
     if isinstance(name, str) and name in _OWN:
-        module, _, attribute = _OWN[name][0].partition(":")
-        return getattr(import_module(module, __package__), attribute)
+        module, _, attribute = _OWN[name].partition(":")
+        return getattr(import_module(f".{module}", __package__), attribute)
     for point in _foreign():
         if point.name == name:
             return _load_class(point)
@@ -109,14 +93,14 @@ def _foreign() -> list[EntryPoint]:
 
 
 def _load_class(point: EntryPoint) -> type[Component]:
+    from .component import Component
+
+    source = f"component {point.name!r}"
     try:
         loaded = point.load()
     except Exception as error:
-        hint = "install its package again" if isinstance(error, ImportError) else "its package has to be mended"
         came = f"loading {point.value} failed: {type(error).__name__}: {error}"
-        raise ParameterError(came, hint=hint, source=f"component {point.name!r}") from error
-    from .component import Component
-
+        raise ParameterError(came, hint="install or mend its package", source=source) from error
     if not (isinstance(loaded, type) and issubclass(loaded, Component)):
-        raise ParameterError(f"got {point.value}", expected="a subclass of Component", source=f"component {point.name!r}")
+        raise ParameterError(f"got {point.value}", expected="a subclass of Component", source=source)
     return loaded

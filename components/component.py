@@ -345,7 +345,7 @@ class Component(Stepping):
     def work_in_tick(self) -> int:
         """Words of state that a tick advances, those of a part at each of its steps: a measure of its cost on any machine.
 
-        A word stands for some nanoseconds; a component whose words take far less or more scales the number.
+        A word costs some nanoseconds; a component whose words cost far less or more scales the number.
         """
         parts = sum(steps * part.work_in_tick - part.state_bytes // 8 for part, _, steps in self._included)
         return self.state_bytes // 8 + parts

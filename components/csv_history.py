@@ -16,6 +16,7 @@ import math
 import os
 import re
 import stat
+from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple
 
@@ -26,7 +27,7 @@ from .support.float_arrays import FloatArray
 from .support.validation import whole_number
 
 LARGEST_FILE = 256 * 2**20
-# A step above so many median ones is a hole in the sampling.
+# A step longer than this number of median steps is a hole in the sampling.
 _HOLE = 10.0
 _CHOICES = {"delimiter": (",", ";", "\t", " "), "decimal": (".", ","), "gaps": ("refuse", "bridge")}
 # "time [us]", "time (us)", "time / us"
@@ -72,7 +73,7 @@ def read_history(
     """Return the times [s], increasing, and the values [`unit`], both of shape (rows,); arguments as in `Profile.from_csv`.
 
     Raises:
-        ParameterError: the file and the line, what stands there, and what was expected.
+        ParameterError: names the file and the line, the text found, and what was expected.
     """
     for argument, given in {"delimiter": delimiter, "decimal": decimal, "gaps": gaps}.items():
         if given not in _CHOICES[argument]:
@@ -97,7 +98,8 @@ def read_history(
     except TypeError:
         raise ParameterError(f"got {one_line(path)}", expected="the path of a CSV file", at="path") from None
     except ParameterError as error:
-        raise error.of(str(path) if name is None else name) from None
+        where = str(path) if name is None else name
+        raise ParameterError(*(replace(fault, received=f"{where}: {fault.received}") for fault in error.faults)) from None
 
 
 def _rows(path: Path, delimiter: str, skip: int) -> tuple[list[int], list[list[str]]]:

@@ -86,7 +86,7 @@ class Discs(Component):
         self._block["start"] = sum(energies.values()), *momentum
         return {}
 
-    @np.errstate(all="ignore")  # the status tells
+    @np.errstate(all="ignore")  # the status reports it
     def _advance(self, ticks: int) -> int:
         u, v, h, p = self._block["displacement"], self._block["velocity"], self.step_size, self.parameters
         for tick in range(self._tick, self._tick + ticks):

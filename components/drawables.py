@@ -31,14 +31,13 @@ class Points(_Geometry):
     """Bodies with a centre: grains, discs, automata, integration points.
 
     Attributes:
-        name: what they are, such as "grains".
+        name: such as "grains".
         reference: centres before anything moves, shape (n, d) with 1 to 3 dimensions, or (n,) along a line [m].
         radius: shape (n,) [m].
         displacement: the output that holds their displacements, shape (n,) along x or (n, d) [m].
         colour: the output whose value colours them, shape (n,); empty for none.
         rotation: the output that holds their angles, shape (n,) [rad]; empty for none.
-        period: the lengths after which the body begins again along each axis, 0 along one where it does not, shape (d,) [m];
-            (0,) where it does along none.
+        period: period of the body along each axis, 0 for none, shape (d,) [m]; shape (0,) if it has none.
     """
 
     name: str
@@ -50,7 +49,7 @@ class Points(_Geometry):
     period: FloatArray = dataclasses.field(default_factory=lambda: np.zeros(0))
 
     def ways(self, pairs: npt.NDArray[np.int64]) -> FloatArray:
-        """Return the shortest way from the first to the second point of each pair at rest, shape (m, d) [m]."""
+        """Return the shortest vector from the first to the second point of each pair at rest, shape (m, d) [m]."""
         places = self.reference.reshape(len(self.radius), -1)
         ways = places[pairs[:, 1]] - places[pairs[:, 0]]
         for axis in np.flatnonzero(self.period):
@@ -58,7 +57,7 @@ class Points(_Geometry):
         return ways
 
     def stays_inside(self, pairs: npt.NDArray[np.int64]) -> npt.NDArray[np.bool_]:
-        """Return for each pair whether the shortest way lies inside of the body as it is drawn, shape (m,)."""
+        """Return for each pair whether the shortest vector crosses no periodic edge, shape (m,)."""
         places = self.reference.reshape(len(self.radius), -1)
         apart = np.abs(places[pairs[:, 1]] - places[pairs[:, 0]])[:, : len(self.period)]
         across: npt.NDArray[np.bool_] = (self.period > 0.0) & (2.0 * apart > self.period)
@@ -70,7 +69,7 @@ class Links(_Geometry):
     """Pairs of points that hold together, until they break.
 
     Attributes:
-        name: what they are, such as "bonds".
+        name: such as "bonds".
         points: the name of the `Points`.
         pairs: indices of the points, shape (m, 2), int64.
         state: the output that is 0 where a pair is not linked, shape (m,); its value colours the others.
@@ -87,7 +86,7 @@ class Cells(_Geometry):
     """Elements of a continuum.
 
     Attributes:
-        name: what they are, such as "grid".
+        name: such as "grid".
         nodes: before anything moves, shape (n, d) [m].
         connectivity: nodes of each cell in order around it, of the surface of a body counter-clockwise as seen from outside,
             shape (m, k), int64.
@@ -109,7 +108,7 @@ class Curve(_Geometry):
     """A field along a line, such as the pressure along a tube.
 
     Attributes:
-        name: what it is, such as "tube".
+        name: such as "tube".
         coordinate: shape (n,) [m].
         field: the output that holds the values, shape (n,).
     """
@@ -126,7 +125,7 @@ OUTPUT_FIELDS = ("displacement", "colour", "rotation", "state", "field")
 
 
 def element_count(drawn: Drawable) -> int:
-    """Return how many elements events of a kind may count by its number: points, links or cells; 0 of what has none."""
+    """Return the number of elements that the indices of events may count: points, links or cells; 0 for a curve."""
     match drawn:
         case Links():
             return len(drawn.pairs)
@@ -139,13 +138,13 @@ def element_count(drawn: Drawable) -> int:
 
 
 def drawn_outputs(drawables: Iterable[Drawable]) -> list[str]:
-    """Return the names of the outputs that drawables show, each once."""
+    """Return the names of the outputs that drawables use, each once."""
     names = (getattr(drawable, name, "") for drawable in drawables for name in OUTPUT_FIELDS)
     return list(dict.fromkeys(name for name in names if name))
 
 
 def main_points(drawables: Iterable[Drawable]) -> Points | None:
-    """Return the first points, their reference with three columns, as viewers want it; None where there are none."""
+    """Return the first points, their reference with three columns, as viewers want it; None without points."""
     points = next((drawable for drawable in drawables if isinstance(drawable, Points)), None)
     return None if points is None else dataclasses.replace(points, reference=spatial(points.reference))
 
@@ -153,7 +152,7 @@ def main_points(drawables: Iterable[Drawable]) -> Points | None:
 def spatial(vectors: np.ndarray) -> np.ndarray:
     """Return positions or displacements in 1 to 3 dimensions, shape (..., n) along x or (..., n, d), with three columns.
 
-    An array of two dimensions is taken for (n, d); one along x with frames in front needs a last axis of its own.
+    An array of two dimensions is read as (n, d); one along x with frames in front needs a last axis of length 1.
     """
     rows = vectors[..., np.newaxis] if vectors.ndim == 1 else vectors
     full = np.zeros((*rows.shape[:-1], 3))

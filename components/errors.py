@@ -1,6 +1,6 @@
 """The one family of errors, and the wording they share.
 
-Every error names the argument, what came, what was expected and what to do. Nothing else leaves the public API.
+Every error names the argument, the value received, what was expected and what to do.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ _PART = re.compile(r"\[\s*(-?\d+(?:\s*,\s*-?\d+)*)\s*\]|([^.\[\]]+)|[.\[\]]")
 
 
 def to_location(given: str | Location) -> Location:
-    """Return the location that a text such as "input.force[0,1]" stands for: ("input", "force", 0, 1)."""
+    """Return the location of a text: ("input", "force", 0, 1) for "input.force[0,1]"."""
     if isinstance(given, tuple):
         return given
     parts: list[str | int] = []
@@ -49,7 +49,7 @@ class Option:
     Attributes:
         name: of the argument.
         value: to give.
-        call: what a script writes instead where that is a function of its own.
+        call: what a script writes instead, if a script calls another function.
     """
 
     name: str
@@ -59,11 +59,11 @@ class Option:
 
 @dataclass(frozen=True)
 class Override:
-    """A key of a document that is set from outside: by a mapping in Python, by `--set` on the command line.
+    """A key of a document that a mapping in Python or `--set` on the command line sets.
 
     Attributes:
         key: its parts, from the outermost table on.
-        value: what it is set to.
+        value: of the key.
         text: both, as ``key=value``.
     """
 
@@ -90,10 +90,10 @@ class Fault:
 
     Attributes:
         location: the keys and indices that lead to it.
-        received: what came, such as "got -1", "missing" or "unknown"; what is wrong in words, where no value is.
-        expected: what would be right.
-        hint: what to do.
-        source: what holds it: a file, a component, an override.
+        received: such as "got -1", "missing" or "unknown"; or the fault in words.
+        expected: a valid value, in words.
+        hint: advice.
+        source: the file, component or override that holds the value.
     """
 
     location: Location = ()
@@ -103,7 +103,7 @@ class Fault:
     source: Phrase = ""
 
     def text(self, words: Words = python_words) -> str:
-        """Return it as a sentence; `words` writes the options and overrides in it."""
+        """Return the fault as a sentence; `words` formats its options and overrides."""
         source, received, expected, hint = (
             _render(part, words) for part in (self.source, self.received, self.expected, self.hint)
         )
@@ -114,24 +114,19 @@ class Fault:
     __str__ = text
 
     def within(self, *location: str | int) -> Fault:
-        """Return it with the location of what it was found in before its own, unless it begins with that already."""
+        """Return the fault with an outer location prepended, unless its own begins with that already."""
         if self.location[: len(location)] == location:
             return self
         return dataclasses.replace(self, location=(*location, *self.location))
 
-    def with_source_in_words(self) -> Fault:
-        """Return it with its source as the beginning of what came; another source can be given to it then."""
-        said = (*_parts(self.source), ": ", *_parts(self.received)) if self.source else self.received
-        return dataclasses.replace(self, received=said, source="")
-
     def of(self, source: str) -> Fault:
-        """Return it with one more source before its own."""
+        """Return the fault with a source prepended to its own."""
         if not source:
             return self
         return dataclasses.replace(self, source=(source, ": ", *_parts(self.source)) if self.source else source)
 
     def with_hint(self, hint: str) -> Fault:
-        """Return it with one more hint after its own."""
+        """Return the fault with a hint appended to its own."""
         return dataclasses.replace(self, hint=(*_parts(self.hint), "; ", hint) if self.hint else hint)
 
 
@@ -148,20 +143,20 @@ def _render(phrase: Phrase, words: Words) -> str:
 
 
 class GranularError(Exception):
-    """Base of every error that this package raises on purpose.
+    """Base of the errors that this package raises on purpose.
 
         raise ParameterError("got -1", expected="a number above 0", at="start.velocity[3]")
 
     Args:
-        *faults: what is wrong; a text is what came, or the whole sentence. Another error of the family stands for its faults:
+        *faults: a text is the value received, or the whole sentence. Another error of the family contributes its faults:
             Gymnasium raises the errors of its workers again as ``kind(error)``.
-        expected: what would be right.
-        at: where that is: a text such as "input.force[0,1]", or its parts.
-        hint: what to do.
+        expected: a valid value, in words.
+        at: the location: a text such as "input.force[0,1]", or its parts.
+        hint: advice.
         source: what holds it.
 
     Attributes:
-        faults: what is wrong, as data; the error's text is rendered from them.
+        faults: as data; the text of the error is rendered from them.
     """
 
     def __init__(
@@ -185,11 +180,11 @@ class GranularError(Exception):
         return _recreate, (type(self), self.args, vars(self))
 
     def within(self, *location: str | int) -> Self:
-        """Return the error with the location of what it was found in before its own; to be raised in its place."""
+        """Return the error with an outer location prepended, to be raised in its place."""
         return self._with(lambda fault: fault.within(*location))
 
     def of(self, source: str) -> Self:
-        """Return the error with a source for the faults that name none; to be raised in its place."""
+        """Return the error with a source for the faults that name none, to be raised in its place."""
         return self._with(lambda fault: fault if fault.source else dataclasses.replace(fault, source=source))
 
     def with_hint(self, hint: str) -> Self:
@@ -197,7 +192,7 @@ class GranularError(Exception):
         return self._with(lambda fault: fault.with_hint(hint))
 
     def renamed(self, argument: str, name: str) -> Self:
-        """Return the error with an argument called by the name that it has for the caller; to be raised in its place."""
+        """Return the error with an argument renamed, to be raised in its place."""
         return self._with(
             lambda fault: (
                 dataclasses.replace(fault, location=(name, *fault.location[1:])) if fault.location[:1] == (argument,) else fault
@@ -218,7 +213,7 @@ class GranularError(Exception):
 
 
 def _recreate(kind: type[Any], arguments: tuple[Any, ...], attributes: dict[str, Any]) -> Any:
-    """Return an error again, whatever its class asks for when it is made."""
+    """Return a copy of an error, without calling its constructor."""
     error: Any = kind.__new__(kind, *arguments)
     error.args = arguments
     error.__dict__.update(attributes)
@@ -226,22 +221,22 @@ def _recreate(kind: type[Any], arguments: tuple[Any, ...], attributes: dict[str,
 
 
 class ParameterError(GranularError, ValueError):
-    """An argument, a parameter, an input or a start value is not what was declared."""
+    """An argument, a parameter, an input or a start value is not valid."""
 
 
 class StepError(GranularError, ArithmeticError):
-    """A step would have left the physics; the component still has the state from before it.
+    """The physics of a step would break down; the component has the state from before the step.
 
     Args:
-        message: what happened to the variable, what was expected, what to do.
+        message: what happened to the variable, what was expected, and advice.
         at: where, such as "velocity[3]"; its first part is the variable.
 
     Attributes:
         time: simulated time at which the limit was passed [s].
         variable: name of the variable that passed it.
         index: position in that variable, or of the cell or point that it belongs to; None for a scalar.
-        value: what was reached.
-        limit: what is allowed.
+        value: that was reached.
+        limit: that it exceeds.
     """
 
     def __init__(
@@ -259,7 +254,7 @@ class StepError(GranularError, ArithmeticError):
         self.time, self.variable, self.index, self.value, self.limit = time, variable, index, value, limit
 
     def of_part(self, part: str) -> Self:
-        """Return the error with its variable called by the name that it has in a whole: that of the part before its own."""
+        """Return the error with the prefix of a part before the name of its variable."""
         name = f"{part}_{self.variable}"
         error = self.renamed(self.variable, name)
         error.variable = name
@@ -267,11 +262,11 @@ class StepError(GranularError, ArithmeticError):
 
 
 class LogError(GranularError):
-    """A log or a snapshot cannot be written, or is not one, or is damaged, or asks for more than the limits allow."""
+    """A log or a snapshot cannot be written, is damaged, is none, or exceeds the limits."""
 
     @classmethod
     def of_content(cls, error: GranularError, *location: str, source: str = "") -> Self:
-        """Return an error that the content of a log gave as one of the log, with all its data."""
+        """Return an error in the content of a log as a `LogError`, with all its faults."""
         faults = (fault.within(*location) for fault in error.faults)
         return cls(*(fault.of(source) for fault in faults))
 
@@ -289,11 +284,11 @@ class MissingExtraError(GranularError, ImportError):
 
 
 class GranularWarning(UserWarning):
-    """Something a scientist should know about a run that goes on."""
+    """Something a scientist should know about a run that continues."""
 
 
 def one_line(value: object, length: int = 80) -> str:
-    """Describe a value that came, in one line: its repr, cut where it is long; of an array the kind and the shape."""
+    """Describe a value in one line: its repr, shortened; of an array the dtype and the shape."""
     dtype, shape = getattr(value, "dtype", None), getattr(value, "shape", None)
     if dtype is not None and isinstance(shape, tuple):
         if shape or hasattr(value, "mask"):
@@ -307,7 +302,7 @@ def one_line(value: object, length: int = 80) -> str:
 
 
 def caution(message: str) -> None:
-    """Warn, and point at the line of the caller's own code that led here."""
+    """Warn, at the line of the caller's own code."""
     level, frame = 1, sys._getframe()
     package = __name__.partition(".")[0]
     while frame.f_back is not None and frame.f_globals.get("__name__", "").partition(".")[0] == package:
@@ -319,7 +314,7 @@ class IssuedCautions(set[str]):
     """The cautions that a component and its copies have issued: each once for all of them."""
 
     def issue(self, message: str) -> None:
-        """Warn, unless that has been said."""
+        """Warn, unless this caution has been issued."""
         if message not in self:
             self.add(message)
             caution(message)
@@ -330,9 +325,9 @@ class IssuedCautions(set[str]):
 
 
 def nearest(word: str, known: Iterable[str], others: str = "") -> str:
-    """Return advice for a name that is not known: the nearest right one, or the list of all; then what `others` says."""
+    """Return the hint for an unknown name: a similar known one, or the list of all; then the text `others`."""
     names = sorted(known)
-    close = difflib.get_close_matches(str(word), names, n=1, cutoff=0.6)
+    close = difflib.get_close_matches(str(word), names, n=1, cutoff=0.7)
     if close:
         return f"did you mean {close[0]!r}?{others and ' '}{others}"
     return f"known: {', '.join(names) or 'none'}{others and '; '}{others}"

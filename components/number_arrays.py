@@ -1,4 +1,4 @@
-"""Arrays of real numbers that people give, all by one rule: no truth values, no text, no masked elements, all finite."""
+"""Arrays of real numbers that users give: finite numbers, not text, truth values or masked arrays."""
 
 from __future__ import annotations
 
@@ -13,11 +13,10 @@ from .support.validation import finite_number
 from .variables import check_index, index_text, parse_index
 
 Shape = tuple[int, ...]
-_NUMBERS = frozenset([int, float, np.float64, np.int64])
 
 
 def number_array(at: str | Location, value: Any, expected: str, shapes: Sequence[Shape] | None = None) -> FloatArray:
-    """Return a new float64 array of what was given.
+    """Return a new float64 array of the given numbers.
 
     Args:
         at: its location, for messages.
@@ -43,39 +42,18 @@ def number_array(at: str | Location, value: Any, expected: str, shapes: Sequence
 
 def _converted(at: str | Location, value: Any, expected: str) -> FloatArray:
     if isinstance(value, np.ma.MaskedArray):
-        hint = "fill what is masked: array.filled(value)"
+        hint = "fill the masked elements: array.filled(value)"
         raise ParameterError(f"got {one_line(value)}", expected=expected, hint=hint, at=at)
-    _refuse_parts(to_location(at), value)
     try:
         given = np.asarray(value)
     except (ValueError, OverflowError, TypeError):
         rows = isinstance(value, list | tuple) and any(isinstance(row, list | tuple | np.ndarray) for row in value)
         came = "rows of unlike length" if rows else one_line(value)
         raise ParameterError(f"got {came}", expected=expected, at=at) from None
-    if given.dtype == np.float64 or given.dtype.kind in "iu":
+    if given.dtype.kind not in "fiu":
+        raise ParameterError(f"got {one_line(value)}", expected=expected, at=at)
+    with np.errstate(all="ignore"):  # numbers of a wider type that overflow become infinite, and are refused
         return np.array(given, dtype=np.float64, order="C")
-    numbers = given.dtype.kind in "fiu" or (given.dtype.kind == "O" and all(isinstance(one, int | float) for one in given.flat))
-    try:
-        if numbers:
-            with np.errstate(all="ignore"):  # what is too large becomes infinite, and is refused as that
-                return np.array(given, dtype=np.float64, order="C")
-    except OverflowError:
-        pass
-    raise ParameterError(f"got {one_line(value)}", expected=expected, at=at)
-
-
-def _refuse_parts(at: Location, value: Any) -> None:
-    """Refuse what is no number in lists: numpy would read truth values and masked elements as numbers."""
-    if not isinstance(value, list | tuple) or _NUMBERS.issuperset(map(type, value)):
-        return
-    for place, part in enumerate(value):
-        if isinstance(part, list | tuple):
-            _refuse_parts((*at, place), part)
-        elif isinstance(part, np.ndarray | np.generic):
-            if part.dtype.kind not in "fiu" or isinstance(part, np.ma.MaskedArray):
-                raise ParameterError(f"got {one_line(part)}", expected="a number", at=(*at, place))
-        elif isinstance(part, bool | str | bytes) or part is None:
-            raise ParameterError(f"got {one_line(part)}", expected="a number", at=(*at, place))
 
 
 def start_array(at: str | Location, value: Any, shape: Shape, rest: FloatArray | float = 0.0) -> FloatArray:

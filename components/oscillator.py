@@ -1,4 +1,4 @@
-"""A toy component: a mass on a spring, pushed by a force. The worked example for whoever writes the next one.
+"""A toy component: a mass on a spring, pushed by a force. The worked example of a component.
 
 m x'' = -k x + F, advanced by leapfrog (second order, symplectic).
 """
@@ -50,7 +50,7 @@ class Oscillator(Component):
         self._block["tally"][:2] = self._energy(), self.mass * float(self._block["velocity"])
         return given
 
-    @np.errstate(over="ignore", invalid="ignore")  # the status tells
+    @np.errstate(over="ignore", invalid="ignore")  # the status reports it
     def _advance(self, ticks: int) -> int:
         given = self._held["force"]
         x, v, tally, h = self._block["position"], self._block["velocity"], self._block["tally"], self.step_size

@@ -16,10 +16,10 @@ Part = TypeVar("Part", bound=Component)
 
 
 def make_part(kind: type[Part], owner: Component, name: str, **changes: Any) -> Part:
-    """Return a part with the parameters that its owner has under `name`, but for the changes.
+    """Return a part with the parameters that its owner has under `name`, with the changes.
 
     Raises:
-        ParameterError: what is wrong with its parameters, as of the owner's.
+        ParameterError: its parameters are not valid; located in the owner's.
     """
     try:
         return kind(**{**getattr(owner.parameters, name).model_dump(), **changes})
@@ -29,11 +29,11 @@ def make_part(kind: type[Part], owner: Component, name: str, **changes: Any) -> 
 
 
 def part_variables(parts: Mapping[str, Component], own_axes: Collection[str] = ()) -> Iterator[Variable]:
-    """Yield the inputs and outputs of the parts, given by prefix, with the names that they have in the whole.
+    """Yield the inputs and outputs of the parts with their names in the whole: `<prefix>_<name>`.
 
     Args:
         parts: by prefix.
-        own_axes: those that several parts have and that count something else in each, such as gauges: they get the prefix too.
+        own_axes: axes that differ between the parts, such as gauges; they get the prefix too.
     """
     for prefix, part in parts.items():
         for variable in part.declared():
@@ -43,18 +43,18 @@ def part_variables(parts: Mapping[str, Component], own_axes: Collection[str] = (
 
 
 def part_readers(prefix: str, part: Component) -> dict[str, Callable[[], Any]]:
-    """Return how to read the outputs of a part, by the names that they have in the whole."""
+    """Return the readers of the outputs of a part, by their names in the whole."""
     names = [variable.name for variable in part.declared() if variable.causality == "output"]
     return {f"{prefix}_{name}": lambda name=name: part.peek(name) for name in names}
 
 
 def part_values(prefix: str, values: Mapping[str, Any]) -> dict[str, Any]:
-    """Return those of the values that belong to a part, by its own names."""
+    """Return the values of a part, by its own names."""
     return {name.removeprefix(f"{prefix}_"): value for name, value in values.items() if name.startswith(f"{prefix}_")}
 
 
 def part_drawable(prefix: str, drawable: Drawable, **changes: FloatArray) -> Drawable:
-    """Return a drawable of a part, which names the outputs of the whole; `changes` of its other fields."""
+    """Return a drawable of a part with the names of the whole's outputs, and with `changes` of its other fields."""
     names = {key: f"{prefix}_{name}" for key in OUTPUT_FIELDS if (name := getattr(drawable, key, ""))}
     fields: dict[str, Any] = {**names, **changes}
     return dataclasses.replace(drawable, **fields)

@@ -1,10 +1,10 @@
 """Input signals in time.
 
 A `Profile` is a piecewise polynomial of time, for an array input times a constant array: it is zero before its first piece,
-and its last piece lasts for ever. A component integrates it with + and x only: the chain at the stage times of its
-integrator, the others by the mean over each tick. Before that it is compiled to the component's ticks: a tick with a
-breakpoint inside, or of a curve above degree 3 that lasts fewer than 10 ticks, gets the mean of the signal over the tick, so
-that the impulse is kept; all others keep their polynomial.
+and its last piece lasts for ever. Components integrate it with + and x only: the chain at the stage times of its integrator,
+the others by the mean over each tick. Before that it is compiled to the component's ticks: a tick with a breakpoint inside, or
+of a curve above degree 3 that lasts fewer than 10 ticks, gets the mean of the signal over the tick, so that the impulse is
+kept; all other ticks keep their polynomial.
 """
 
 from __future__ import annotations
@@ -21,32 +21,30 @@ import numpy.typing as npt
 
 from .errors import ParameterError, caution, one_line
 from .number_arrays import number_array
+from .polynomials import evaluate, mean_over, powers, shift_rows
 from .support.float_arrays import FloatArray
 from .support.validation import finite_number, positive_number
 
 # Degree at which the Taylor series of sin(pi tau) on [0, 1] is cut: pi^25 / 25! = 1.7e-13 of the peak.
 _SINE_DEGREE = 23
 _MAXIMUM_DEGREE = 31
-# A time closer to a tick than this part of a tick lies on it: the rounding of decimal fractions of a second.
+# A time within this part of a tick of a tick lies on it: the rounding of decimal fractions of a second.
 _SAME_TICK = 1e-9
-# A curve of a degree above 3 that lasts fewer ticks is not resolved: integrators would miss a part of its impulse.
+# A curve above degree 3 that lasts fewer ticks is not resolved: integrators would miss a part of its impulse.
 _RESOLVED = 10
 # Two times that differ by no more than this part of the latest one are one instant, computed in two ways.
 _SAME_INSTANT = 1e-13
-_LONGEST_DESCRIPTION = 100
-# Polynomials that are re-centred together: their coefficients fit into the processor's cache.
-_SHIFTED_TOGETHER = 1024
 
 
 @dataclass(frozen=True, eq=False)
 class CompiledProfile:
-    """A profile on the tick grid of one step size; this is what kernels evaluate and logs store.
+    """A profile on the tick grid of one step size, as kernels evaluate it and logs store it.
 
     Attributes:
         step_size: seconds per tick.
         ticks: first tick of each piece, increasing, shape (pieces,), int64.
         coefficients: shape (pieces, degree + 1); value = sum_k c_k s^k with s = ticks since the piece began.
-        pattern: what the polynomial is multiplied by, of the input's shape; None for an input that is one number.
+        pattern: array of the input's shape that multiplies the polynomial; None for a scalar input.
     """
 
     step_size: float
@@ -55,32 +53,23 @@ class CompiledProfile:
     pattern: FloatArray | None = None
 
     def __post_init__(self) -> None:
-        if not (isinstance(self.ticks, np.ndarray) and isinstance(self.coefficients, np.ndarray)):
+        ticks, rows, pattern = self.ticks, self.coefficients, self.pattern
+        sound = (
+            isinstance(ticks, np.ndarray)
+            and isinstance(rows, np.ndarray)
+            and ticks.ndim == 1
+            and rows.ndim == 2
+            and len(ticks) == len(rows) > 0
+            and 1 <= rows.shape[1] <= _MAXIMUM_DEGREE + 1
+            and not np.any(np.diff(ticks) <= 0)
+            and np.isfinite(rows).all()
+            and (pattern is None or (isinstance(pattern, np.ndarray) and np.isfinite(pattern).all()))
+        )
+        if not sound:
             raise ParameterError(
-                f"got {one_line(self.ticks)} and {one_line(self.coefficients)}",
-                expected="two arrays, ticks and coefficients",
-                hint="give a Profile to step() and it is compiled there",
-                source="compiled profile",
-            )
-        if self.ticks.ndim != 1 or self.coefficients.ndim != 2 or len(self.ticks) != len(self.coefficients):
-            raise ParameterError(
-                f"got ticks of shape {self.ticks.shape} and coefficients of shape {self.coefficients.shape}",
-                expected="(pieces,) and (pieces, degree + 1)",
-                source="compiled profile",
-            )
-        if not 1 <= self.coefficients.shape[1] <= _MAXIMUM_DEGREE + 1 or len(self.ticks) < 1:
-            raise ParameterError(
-                f"got {len(self.ticks)} pieces of degree {self.coefficients.shape[1] - 1}",
-                expected=f"at least one piece, and a degree from 0 to {_MAXIMUM_DEGREE}",
-                source="compiled profile",
-            )
-        if np.any(np.diff(self.ticks) <= 0) or not np.isfinite(self.coefficients).all():
-            raise ParameterError("got others", expected="increasing ticks and finite coefficients", source="compiled profile")
-        if self.pattern is not None and not (isinstance(self.pattern, np.ndarray) and np.isfinite(self.pattern).all()):
-            raise ParameterError(
-                f"got {one_line(self.pattern)}",
-                expected="an array of finite numbers, or None",
-                at="pattern",
+                f"got ticks {one_line(ticks)}, coefficients {one_line(rows)} and the pattern {one_line(pattern)}",
+                expected=f"increasing ticks (pieces,), finite numbers (pieces, degree + 1) up to degree {_MAXIMUM_DEGREE}",
+                hint="give a Profile to step(), which compiles it",
                 source="compiled profile",
             )
 
@@ -92,7 +81,7 @@ class CompiledProfile:
     def factor(self, tick: int, part: float = 0.0) -> float:
         """Return the polynomial alone, `part` of a step after a tick; at a breakpoint that of the piece that begins there."""
         piece = int(np.searchsorted(self.ticks, tick, side="right")) - 1
-        return 0.0 if piece < 0 else _horner(self.coefficients[piece], float(tick - self.ticks[piece]) + part)
+        return 0.0 if piece < 0 else evaluate(self.coefficients[piece], float(tick - self.ticks[piece]) + part)
 
     def value(self, tick: int, part: float = 0.0) -> Any:
         """Return the value `part` of a step after a tick [unit of the input]: a number, or an array of the input's shape."""
@@ -103,7 +92,7 @@ class CompiledProfile:
         """Return the mean over a tick, or over one of its equal parts [unit of the input]: a number, or an array."""
         piece = int(np.searchsorted(self.ticks, tick, side="right")) - 1
         middle = float(tick - self.ticks[piece]) + (part + 0.5) / parts
-        factor = 0.0 if piece < 0 else _horner(self._averages(parts)[piece], middle)
+        factor = 0.0 if piece < 0 else evaluate(self._averages(parts)[piece], middle)
         return factor if self.pattern is None else factor * self.pattern
 
     def mean_factors(self, tick: int, ticks: int) -> FloatArray:
@@ -120,7 +109,7 @@ class CompiledProfile:
         """Return the coefficients of the mean over one of `parts` equal parts of a tick, as functions of its middle."""
         known = self._known_averages.get(parts)
         if known is None:
-            known = self._known_averages[parts] = _average(self.coefficients, 1.0 / parts)
+            known = self._known_averages[parts] = mean_over(self.coefficients, 1.0 / parts)
         return known
 
     @cached_property
@@ -128,7 +117,7 @@ class CompiledProfile:
         return {}
 
     def spread(self, shape: tuple[int, ...]) -> CompiledProfile:
-        """Return the same signal for every element of an input of that shape; itself where it has that shape already."""
+        """Return the same signal for every element of an input of that shape; itself if it has that shape already."""
         if self.shape == shape:
             return self
         if self.pattern is not None:
@@ -144,16 +133,6 @@ class CompiledProfile:
     def _spread(self) -> dict[tuple[int, ...], CompiledProfile]:
         return {}
 
-    def equals(self, other: CompiledProfile) -> bool:
-        """Return whether both hold the same bits."""
-        return (
-            self.step_size == other.step_size
-            and self.ticks.tobytes() == other.ticks.tobytes()
-            and self.coefficients.shape == other.coefficients.shape
-            and self.coefficients.tobytes() == other.coefficients.tobytes()
-            and _same_pattern(self.pattern, other.pattern)
-        )
-
 
 @dataclass(frozen=True, eq=False)
 class Profile:
@@ -163,7 +142,7 @@ class Profile:
         starts: time at which each piece begins, increasing, shape (pieces,) [s].
         coefficients: shape (pieces, degree + 1); value = sum_k c_k (t - start)^k, in the unit of the input per s^k.
         description: how it was made, for people.
-        pattern: for an array input, what the polynomial is multiplied by, of the input's shape: `profile * array` makes it.
+        pattern: array of the input's shape that multiplies the polynomial: `profile * array` makes it.
     """
 
     starts: FloatArray
@@ -175,28 +154,19 @@ class Profile:
     __array_ufunc__ = None
 
     def __post_init__(self) -> None:
-        starts = _vector("starts", self.starts)
-        expected = "an array of numbers, a row for each piece"
-        coefficients = np.atleast_2d(number_array("coefficients", self.coefficients, expected))
-        if coefficients.ndim != 2:
-            raise ParameterError(f"got an array of shape {coefficients.shape}", expected=expected, at="coefficients")
-        if coefficients.shape[0] != len(starts):
-            raise ParameterError(
-                f"got {coefficients.shape[0]} rows for {len(starts)} starts",
-                hint="give one row for each piece",
-                at="coefficients",
-            )
-        if not 1 <= coefficients.shape[1] <= _MAXIMUM_DEGREE + 1:
-            raise ParameterError(f"got degree {coefficients.shape[1] - 1}, at most {_MAXIMUM_DEGREE} fits", at="coefficients")
-        if np.any(np.diff(starts) <= 0):
-            where = int(np.argmax(np.diff(starts) <= 0))
-            raise ParameterError(
-                f"{starts[where + 1]:g} s follows {starts[where]:g} s", hint="times must increase", at="starts"
-            )
+        starts, expected = _vector("starts", self.starts), "a row of numbers for each start"
+        rows = np.atleast_2d(number_array("coefficients", self.coefficients, expected))
+        if rows.ndim != 2 or len(rows) != len(starts):
+            came = f"got an array of shape {rows.shape} for {len(starts)} starts"
+            raise ParameterError(came, expected=expected, at="coefficients")
+        if not 1 <= rows.shape[1] <= _MAXIMUM_DEGREE + 1:
+            came = f"got degree {rows.shape[1] - 1}"
+            raise ParameterError(came, expected=f"at most {_MAXIMUM_DEGREE}", at="coefficients")
+        _refuse_decreasing("starts", starts)
         starts.setflags(write=False)
-        coefficients.setflags(write=False)
+        rows.setflags(write=False)
         object.__setattr__(self, "starts", starts)
-        object.__setattr__(self, "coefficients", coefficients)
+        object.__setattr__(self, "coefficients", rows)
         if self.pattern is not None:
             object.__setattr__(self, "pattern", _read_only_pattern(self.pattern))
 
@@ -204,20 +174,15 @@ class Profile:
 
     @staticmethod
     def constant(value: float, start: float = 0.0) -> Profile:
-        """`value` from `start` [s] on."""
-        return Profile(
-            np.array([finite_number("start", start)]), np.array([[finite_number("value", value)]]), f"constant {value:g}"
-        )
+        """Return `value` from `start` [s] on."""
+        value, start = finite_number("value", value), finite_number("start", start)
+        return Profile(np.array([start]), np.array([[value]]), f"constant {value:g}")
 
     @staticmethod
     def triangle(peak: float, duration: float, rise: float = 0.0, start: float = 0.0) -> Profile:
         """Return a rise from 0 to `peak` in `rise` [s], back to 0 at `duration` [s]; rise = 0 is the paper's triangle (3.3)."""
-        peak, duration, rise, start = (
-            finite_number("peak", peak),
-            positive_number("duration", duration),
-            finite_number("rise", rise),
-            finite_number("start", start),
-        )
+        peak, duration = finite_number("peak", peak), positive_number("duration", duration)
+        rise, start = finite_number("rise", rise), finite_number("start", start)
         if not 0.0 <= rise <= duration:
             raise ParameterError(f"got {rise:g} s", expected=f"0 to the duration {duration:g} s", at="rise")
         starts, rows = [], []
@@ -228,14 +193,14 @@ class Profile:
             starts.append(start + rise)
             rows.append([peak, -peak / (duration - rise)])
         if not starts:
-            raise ParameterError(f"got {duration:g} s, too short to be told apart from the start at {start:g} s", at="duration")
+            raise ParameterError(f"got {duration:g} s, which is below the rounding of the start, {start:g} s", at="duration")
         starts.append(start + duration)
         rows.append([0.0, 0.0])
         return Profile(np.array(starts), np.array(rows), f"triangle of peak {peak:g}, {duration:g} s")
 
     @staticmethod
     def half_sine(peak: float, duration: float, start: float = 0.0) -> Profile:
-        """Half a wave, peak sin(pi t / duration), as one polynomial of degree 23 (error 1.8e-13 of the peak)."""
+        """Return half a wave, peak sin(pi t / duration), as one polynomial of degree 23 (error 1.8e-13 of the peak)."""
         peak, duration, start = (
             finite_number("peak", peak),
             positive_number("duration", duration),
@@ -249,37 +214,30 @@ class Profile:
                 row[power] = term if power % 4 == 1 else -term
         if not np.isfinite(row).all():
             raise ParameterError(f"got {duration:g} s, too short for a half-sine in double precision", at="duration")
-        return Profile(
-            np.array([start, start + duration]), np.vstack([row, 0.0 * row]), f"half-sine of peak {peak:g}, {duration:g} s"
-        )
+        rows = np.vstack([row, 0.0 * row])
+        return Profile(np.array([start, start + duration]), rows, f"half-sine of peak {peak:g}, {duration:g} s")
 
     @staticmethod
     def table(times: npt.ArrayLike, values: npt.ArrayLike, after: float | str = 0.0) -> Profile:
-        """Straight lines between samples; after the last one the value `after`, or "hold" for the last sample's.
+        """Return straight lines between samples.
 
         Args:
             times: increasing, shape (n,), n >= 2 [s].
             values: shape (n,), in the unit of the input.
-            after: a number, or "hold".
+            after: the value after the last sample, or "hold" for the last sample's.
         """
         instants, samples = _vector("times", times), _vector("values", values)
         if len(instants) != len(samples):
-            raise ParameterError(
-                f"got {len(samples)} for {len(instants)} times", hint="give one value for each time", at="values"
-            )
+            raise ParameterError(f"got {len(samples)}", expected=f"one for each of {len(instants)} times", at="values")
         if len(instants) < 2:
             raise ParameterError(f"got {len(instants)} sample", expected="at least 2", at="times")
-        if np.any(np.diff(instants) <= 0):
-            where = int(np.argmax(np.diff(instants) <= 0)) + 1
-            raise ParameterError(
-                f"{instants[where]:g} s follows {instants[where - 1]:g} s", hint="times must increase", at=f"times[{where}]"
-            )
+        _refuse_decreasing("times", instants)
         if isinstance(after, str) and after != "hold":
             raise ParameterError(f"got {after!r}", expected='a number or "hold"', at="after")
         last = float(samples[-1]) if isinstance(after, str) else finite_number("after", after)
         rows = np.zeros((len(instants), 2))
         rows[:, 0] = samples
-        with np.errstate(over="ignore"):  # an infinite slope is refused below
+        with np.errstate(over="ignore"):  # an infinite slope is refused
             rows[:-1, 1] = np.diff(samples) / np.diff(instants)
         rows[-1, 0] = last
         return Profile(instants, rows, f"table of {len(instants)} samples")
@@ -306,26 +264,26 @@ class Profile:
 
             push = ge.Profile.from_csv("hammer.csv", time_unit="us", value_unit="kN", unit="N")
 
-        Samples before time 0 are not used, of which a warning tells; `offset_time` moves them.
+        Samples before time 0 are not used, and a warning says so; `offset_time` moves them.
 
         Args:
-            path: the file; its header may name the units, such as ``time [us],force [kN]``.
-            time_column: a name from the header, or a number from 0.
+            path: the file, UTF-8; its header may contain the units, such as ``time [us],force [kN]``.
+            time_column: a name from the header, with or without its unit, or a number from 0.
             value_column: likewise.
-            time_unit: s, ms, us, ns or sec, ...; None where the header says it.
-            value_unit: such as kN or mm/s, or V with a `scale`; None where the header says it.
-            unit: SI unit that the values shall have, such as N; None for that of the file's quantity.
-            delimiter: what separates the columns: a comma, a semicolon, a tab or blanks.
+            time_unit: s, ms, us, ns or sec, ...; by default the unit in the header.
+            value_unit: such as kN or mm/s, or V with a `scale`; by default the unit in the header.
+            unit: SI unit of the profile, such as N; None for the SI unit of the file's quantity.
+            delimiter: of the columns: a comma, a semicolon, a tab or blanks.
             decimal: the decimal mark, a point or a comma.
-            skip: how many lines at the beginning are left out, such as the preamble of an oscilloscope.
+            skip: number of lines to leave out at the beginning, such as the preamble of an oscilloscope.
             gaps: "refuse" holes in the sampling, of over 10 median steps, or "bridge" them in a straight line.
-            scale: the values are multiplied by it: a number, or `unit` for each volt of a sensor.
+            scale: factor of the values: a number, or `unit` for each volt of a sensor.
             offset_time: added to the times [s].
             after: the value after the last sample, or "hold" for the last sample's.
-            name: what the file is called in messages; None for its path.
+            name: what messages call the file; None for its path.
 
         Raises:
-            ParameterError: the file and the line, what stands there and what was expected.
+            ParameterError: names the file and the line, the text found and what was expected.
         """
         from .csv_history import read_history
 
@@ -351,11 +309,10 @@ class Profile:
 
     @staticmethod
     def piecewise(starts: npt.ArrayLike, coefficients: npt.ArrayLike) -> Profile:
-        """Polynomials by hand: see the attributes of this class."""
+        """Return polynomials given by hand, with rows of any lengths: see the attributes of this class."""
         if not isinstance(coefficients, (Sequence, np.ndarray)) or isinstance(coefficients, str):
-            raise ParameterError(
-                f"got {one_line(coefficients)}", expected="one list of numbers for each piece", at="coefficients"
-            )
+            expected = "one list of numbers for each piece"
+            raise ParameterError(f"got {one_line(coefficients)}", expected=expected, at="coefficients")
         rows = [_vector("coefficients", row) for row in coefficients]
         padded = np.zeros((len(rows), max((len(row) for row in rows), default=1)))
         for row, target in zip(rows, padded, strict=True):
@@ -364,35 +321,32 @@ class Profile:
 
     @staticmethod
     def total(profiles: Iterable[Profile]) -> Profile:
-        """Return the sum of profiles: the union of their breakpoints, polynomials re-centred and added.
+        """Return the sum of profiles: the union of their breakpoints, polynomials shifted and added.
 
-        The work grows with the number of pieces that overlap in time. Breakpoints that differ by no more than the rounding of
-        their times are one.
+        Breakpoints that differ by no more than the rounding of their times are one.
         """
-        if not isinstance(profiles, Iterable):
-            raise ParameterError(f"got {one_line(profiles)}", expected="a list of profiles", at="profiles")
-        profiles = list(profiles)
-        if not profiles:
-            raise ParameterError("got none", expected="at least one to add up", at="profiles")
-        for place, profile in enumerate(profiles):
-            if not isinstance(profile, Profile):
-                raise ParameterError(f"got {one_line(profile)}", expected="a Profile", at=f"profiles[{place}]")
+        profiles = list(profiles) if isinstance(profiles, Iterable) else []
+        if not profiles or not all(isinstance(profile, Profile) for profile in profiles):
+            raise ParameterError(f"got {one_line(profiles)}", expected="a list of at least one Profile", at="profiles")
         if len(profiles) == 1:
             return profiles[0]
         pattern = profiles[0].pattern
         for place, profile in enumerate(profiles):
             if not _same_pattern(profile.pattern, pattern):
-                raise ParameterError(
-                    "its pattern is not that of the first one",
-                    hint="add up the profiles of time first, then multiply the sum by one array",
-                    at=f"profiles[{place}]",
-                )
-        firsts, lasts = _common_breakpoints(np.concatenate([profile.starts for profile in profiles]))
+                hint = "add up the profiles of time first, then multiply the sum by one array"
+                raise ParameterError("its pattern is not that of the first one", hint=hint, at=f"profiles[{place}]")
+        times = np.unique(np.concatenate([profile.starts for profile in profiles]))
+        new = np.append(True, np.diff(times) > _SAME_INSTANT * np.abs(times).max())
+        # The first and the last of each group of times that only rounding separates.
+        firsts, lasts = times[new], times[np.append(new[1:], True)]
         rows = np.zeros((len(firsts), max(profile.coefficients.shape[1] for profile in profiles)))
-        with np.errstate(over="ignore", invalid="ignore"):  # what is not finite is refused below
+        with np.errstate(over="ignore", invalid="ignore"):  # numbers that are not finite are refused
             for profile in profiles:
                 profile._add_to(rows, firsts, lasts)
-        return Profile(firsts, rows, _sum_description(profiles), pattern)
+        text = " + ".join(profile.description for profile in profiles[:4])
+        return Profile(
+            firsts, rows, text if len(profiles) < 4 and len(text) <= 100 else f"sum of {len(profiles)} profiles", pattern
+        )
 
     # -- use --------------------------------------------------------------------------------------------------------
 
@@ -403,9 +357,8 @@ class Profile:
         return value if self.pattern is None else value * self.pattern
 
     def _factor(self, time: float) -> float:
-        """Return the polynomial alone."""
         piece = int(np.searchsorted(self.starts, time, side="right")) - 1
-        return 0.0 if piece < 0 else _horner(self.coefficients[piece], time - float(self.starts[piece]))
+        return 0.0 if piece < 0 else evaluate(self.coefficients[piece], time - float(self.starts[piece]))
 
     def __add__(self, other: Profile) -> Profile:
         """Return the sum of two profiles, as `total`."""
@@ -414,7 +367,11 @@ class Profile:
     def __mul__(self, factor: Any) -> Profile:
         """Return the profile times a number, or times an array: one signal for each element of an array input."""
         if isinstance(factor, list | tuple) or np.ndim(factor):
-            pattern = _read_only_pattern(factor if self.pattern is None else _product(self.pattern, factor))
+            pattern = _read_only_pattern(factor)
+            if self.pattern is not None and pattern.shape != self.pattern.shape:
+                expected = f"a number, or the profile's shape {self.pattern.shape}"
+                raise ParameterError(f"got shape {pattern.shape}", expected=expected, at="factor")
+            pattern = pattern if self.pattern is None else _read_only_pattern(self.pattern * pattern)
             return Profile(self.starts, self.coefficients, f"({self.description}) x array {pattern.shape}", pattern)
         rows = self.coefficients * finite_number("factor", factor)
         return Profile(self.starts, rows, f"{factor:g} x ({self.description})", self.pattern)
@@ -426,21 +383,21 @@ class Profile:
         return f"<Profile: {self.description}; {pieces} pieces, the first from {first:g} s, the last from {last:g} s>"
 
     def _add_to(self, rows: FloatArray, firsts: FloatArray, lasts: FloatArray) -> None:
-        """Add this profile's polynomials, re-centred, to those of a sum.
+        """Add the polynomials of this profile, shifted, to the coefficients of a sum.
 
         Args:
-            rows: coefficients of the sum, shape (breakpoints, degree + 1), written.
+            rows: of the sum, shape (breakpoints, degree + 1), written.
             firsts: the sum's breakpoints, shape (breakpoints,) [s].
-            lasts: the last of the breakpoints that each one stands for, same shape [s].
+            lasts: the last time of the group that each breakpoint stands for, same shape [s].
         """
-        # Only where this profile is not zero: from its first piece on, and up to its last where that is zero.
+        # Only where this profile is not zero: from its first piece on, and up to its last if that is zero.
         begin = int(np.searchsorted(lasts, self.starts[0]))
         silent = not self.coefficients[-1].any()
         end = int(np.searchsorted(lasts, self.starts[-1])) if silent else len(lasts)
         pieces = np.searchsorted(self.starts, lasts[begin:end], side="right") - 1
-        # A piece that begins at this breakpoint keeps its coefficients' bits.
+        # A piece that begins at this breakpoint keeps the bits of its coefficients.
         offsets = np.maximum(firsts[begin:end] - self.starts[pieces], 0.0)
-        part = _shift_rows(self.coefficients[pieces], offsets)
+        part = shift_rows(self.coefficients[pieces], offsets)
         rows[begin:end, : part.shape[1]] += part
 
     @cached_property
@@ -455,7 +412,7 @@ class Profile:
 
         Args:
             step_size: seconds per tick.
-            name: what to call the signal in messages.
+            name: what messages call the signal.
         """
         step_size = step_size if type(step_size) is float else positive_number("step_size", step_size)
         known = self._compilations.get(step_size)
@@ -468,7 +425,7 @@ class Profile:
             places = self.starts / step_size
         if np.abs(places).max() > 2.0**52:
             raise ParameterError(f"a breakpoint lies more than 2^52 steps of {step_size:g} s from the start", at=name)
-        self._tell_what_is_unused(step_size, name)
+        self._warn_of_unused_times(step_size, name)
         nearest = np.rint(places)
         # The quotient of two rounded times is exact to a few units in its last place.
         inside = np.abs(places - nearest) > np.maximum(_SAME_TICK, 4.0 * np.spacing(np.abs(places)))
@@ -477,17 +434,17 @@ class Profile:
         ticks_of_short = np.floor(places[short])[:, None] + np.arange(_RESOLVED)
         ends = np.append(places[1:], np.inf)[short, None]
         averaged = np.unique(np.concatenate([np.floor(places[inside]), ticks_of_short[ticks_of_short < ends]]))
-        # Where the polynomial changes, and both ends of each averaged tick. The first row is the zero before the first piece.
+        # Changes of the polynomial, and both ends of each averaged tick. The first row is the zero before the first piece.
         cuts = np.unique(np.concatenate([places, averaged, averaged + 1.0]))
         pieces = np.searchsorted(places, cuts, side="right")
         since = cuts - np.append(cuts[0], places)[pieces]
         lengths = np.diff(cuts, append=cuts[-1] + 1.0)
         within = np.isin(np.floor(cuts), averaged)
-        with np.errstate(over="ignore", invalid="ignore"):  # coefficients that become infinite are refused below
-            scaled = self.coefficients * _powers(step_size, self.coefficients.shape[1])
+        with np.errstate(over="ignore", invalid="ignore"):  # coefficients that become infinite are refused
+            scaled = self.coefficients * powers(step_size, self.coefficients.shape[1])
             rows = np.vstack([np.zeros(scaled.shape[1]), scaled])[pieces]
-            rows = _shift_rows(rows, np.where(within, since + 0.5 * lengths, since))
-            integrals = _average(rows[within], lengths[within])[:, 0] * lengths[within]
+            rows = shift_rows(rows, np.where(within, since + 0.5 * lengths, since))
+            integrals = mean_over(rows[within], lengths[within])[:, 0] * lengths[within]
         first = ~within | (np.floor(cuts) == cuts)
         rows, ticks = rows[first], cuts[first]
         sums = np.bincount((np.cumsum(first) - 1)[within], integrals, len(ticks))
@@ -501,8 +458,8 @@ class Profile:
             )
         return CompiledProfile(step_size, ticks.astype(np.int64), rows, self.pattern)
 
-    def _tell_what_is_unused(self, step_size: float, name: str) -> None:
-        """Warn of a signal that begins before time 0, where no run can apply it."""
+    def _warn_of_unused_times(self, step_size: float, name: str) -> None:
+        """Warn if the signal begins before time 0, where no run applies it."""
         early = int(np.searchsorted(self.starts, -_SAME_TICK * step_size))
         ends = np.append(self.starts[1:], np.inf)[:early]
         # A constant that lasts until after time 0 loses nothing.
@@ -520,65 +477,12 @@ class Profile:
         return facts if self.pattern is None else {**facts, "pattern": self.pattern.tolist()}
 
 
-def _horner(coefficients: FloatArray, s: float) -> float:
-    value = 0.0
-    for coefficient in coefficients[::-1]:
-        value = value * s + float(coefficient)
-    return value
-
-
-@np.errstate(over="ignore", invalid="ignore")  # the component refuses what is not finite
-def _average(coefficients: FloatArray, width: float | FloatArray) -> FloatArray:
-    """Return the mean of polynomials over a width as polynomials of the middle of that width.
-
-    m_i = sum_j C(i + 2j, 2j) (width / 2)^2j / (2j + 1) c_(i + 2j): up to degree 1 the value in the middle is the mean.
-
-    Args:
-        coefficients: shape (pieces, degree + 1).
-        width: for all, or one for each, shape (pieces,).
-    """
-    averages, power = coefficients.copy(), 1.0
-    for order in range(2, coefficients.shape[1], 2):
-        power = power * (0.25 * width * width)
-        for index in range(coefficients.shape[1] - order):
-            averages[:, index] += math.comb(index + order, order) / (order + 1) * power * coefficients[:, index + order]
-    return averages
-
-
-def _powers(base: float, count: int) -> FloatArray:
-    powers = np.ones(count)
-    for index in range(1, count):
-        powers[index] = powers[index - 1] * base
-    return powers
-
-
-def _common_breakpoints(times: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return the different times among some, in order: the first and the last of each group that rounding alone tells apart."""
-    times = np.unique(times)
-    new = np.append(True, np.diff(times) > _SAME_INSTANT * np.abs(times).max())
-    return times[new], times[np.append(new[1:], True)]
-
-
-def _sum_description(profiles: Sequence[Profile]) -> str:
-    text = " + ".join(profile.description for profile in profiles[:_LONGEST_DESCRIPTION])
-    return text if len(profiles) < 4 and len(text) <= _LONGEST_DESCRIPTION else f"sum of {len(profiles)} profiles"
-
-
-def _shift_rows(coefficients: FloatArray, offsets: FloatArray) -> FloatArray:
-    """Return the coefficients of p(s + offset) for each row, by repeated synthetic division (+ and x only)."""
-    shifted = coefficients.copy()
-    moved = np.flatnonzero((offsets != 0.0) & coefficients[:, 1:].any(axis=1))
-    for begin in range(0, len(moved), _SHIFTED_TOGETHER):
-        some = moved[begin : begin + _SHIFTED_TOGETHER]
-        # One row for each power, so that numpy runs over neighbours in memory.
-        powers, by = np.ascontiguousarray(coefficients[some].T), offsets[some]
-        product = np.empty(len(some))
-        for first in range(len(powers) - 1):
-            for index in range(len(powers) - 2, first - 1, -1):
-                np.multiply(by, powers[index + 1], out=product)
-                powers[index] += product
-        shifted[some] = powers.T
-    return shifted
+def _refuse_decreasing(name: str, times: FloatArray) -> None:
+    late = np.diff(times) <= 0
+    if late.any():
+        where = int(np.argmax(late)) + 1
+        came = f"{times[where]:g} s follows {times[where - 1]:g} s"
+        raise ParameterError(came, hint="times must increase", at=(name, where))
 
 
 def _read_only_pattern(values: Any) -> FloatArray:
@@ -590,15 +494,6 @@ def _read_only_pattern(values: Any) -> FloatArray:
     return pattern
 
 
-def _product(pattern: FloatArray, factor: Any) -> FloatArray:
-    other = _read_only_pattern(factor)
-    if other.shape != pattern.shape:
-        raise ParameterError(
-            f"got shape {other.shape}", expected=f"a number, or the profile's shape {pattern.shape}", at="factor"
-        )
-    return pattern * other
-
-
 def _same_pattern(first: FloatArray | None, second: FloatArray | None) -> bool:
     if first is None or second is None:
         return first is second
@@ -606,11 +501,9 @@ def _same_pattern(first: FloatArray | None, second: FloatArray | None) -> bool:
 
 
 def _vector(name: str, values: npt.ArrayLike) -> FloatArray:
-    """Return a list of at least one number; a single number is one of one."""
+    """Return at least one number as a vector; a single number is a vector of one."""
     expected = "a list of at least one number"
     vector = np.atleast_1d(number_array(name, values, expected))
-    if vector.ndim != 1:
+    if vector.ndim != 1 or not len(vector):
         raise ParameterError(f"got an array of shape {vector.shape}", expected=expected, at=name)
-    if not len(vector):
-        raise ParameterError("got an empty list", expected=expected, at=name)
     return vector

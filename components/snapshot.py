@@ -1,4 +1,4 @@
-"""A copy of the changing state of a component, that any process can go on from."""
+"""Snapshots: copies of the changing state of a component, from which any process can continue."""
 
 from __future__ import annotations
 
@@ -15,15 +15,15 @@ from .support.serialization import pack_parts, unpack
 
 
 class Snapshot:
-    """Everything that changes in a component, at one tick, and the identity of the component it belongs to.
+    """The changing state of a component at one tick, and the identity of the component.
 
     Attributes:
         identity: hash of the component's name, version and parameters.
         tick: integer time.
-        data: the state's bits, as bytes: the quickest copy there is from Python.
+        data: the bits of the state.
         inputs: the inputs held at that moment.
-        is_checked: whether the state is known to lie in the ranges that the component declares: of what `save` gave, and after
-            the first `restore` of any other one.
+        is_checked: whether the state is known to lie in the ranges that the component declares: True after `save`, and after
+            the first `restore` of any other snapshot.
     """
 
     __slots__ = ("data", "identity", "inputs", "is_checked", "tick")
@@ -40,7 +40,7 @@ class Snapshot:
         return np.frombuffer(self.data)
 
     def to_bytes(self) -> bytes:
-        """Return a versioned header and plain arrays; see `serialization`. The order of inputs leaves no trace."""
+        """Return a versioned header and plain arrays, independent of the order of the inputs; see `serialization`."""
         return b"".join(self.to_parts())
 
     def to_parts(self) -> list[bytes | memoryview]:
@@ -67,7 +67,7 @@ class Snapshot:
 
     @classmethod
     def from_bytes(cls, data: bytes, most_text: int | None = None) -> Self:
-        """Return the snapshot that `to_bytes` wrote; `LogError` for anything else. `most_text` is that of `unpack`."""
+        """Return the snapshot that `to_bytes` wrote; `LogError` for anything else. `most_text` is passed to `unpack`."""
         header, arrays = unpack(data, most_text)
         try:
             if header["kind"] != "snapshot":

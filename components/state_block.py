@@ -63,7 +63,7 @@ class Block:
         """
         lists = {name: Field(*field) for name, field in (growing or {}).items()}
         layout = {name: Field(*field) for name, field in fields.items()}
-        # What `refuse_beyond_range` checks, by name.
+        # Checked by `refuse_beyond_range`.
         self.fields = {**layout, **lists}
         if lists:
             layout["_counts"] = Field("i8", (len(lists),))
@@ -128,7 +128,7 @@ class Block:
         return 0 if place is None else int(self.views["_counts"][place])
 
     def room(self, name: str, rows: int) -> np.ndarray:
-        """Return the whole array of a list, with capacity for so many more rows; then call `set_count`.
+        """Return the whole array of a list, with capacity for `rows` more; then call `set_count`.
 
         Raises:
             GranularError: it does not fit into memory.

@@ -11,7 +11,7 @@ from pathlib import Path
 import gymnasium
 import numpy as np
 
-import granular_env  # noqa: F401 - registers the environments
+import granular_env.envs  # noqa: F401 - registers the environments
 from granular_env.components.variables import parse_element
 from granular_env.domains import environments, load
 from granular_env.envs import ComponentEnv, rendering
@@ -66,15 +66,14 @@ def page(name: str) -> str:
         if title == "Observation space":
             lines += [*observation_table(env), ""]
         lines += [text]
-    return "\n".join([*lines, "", *shared_lines(env)]).rstrip() + "\n"
+    return "\n".join([*lines, "", *shared_lines()]).rstrip() + "\n"
 
 
-def shared_lines(env: ComponentEnv) -> list[str]:
-    """Return what holds of every environment of such a component, or of any: the sections of their class, a level lower."""
-    kind = next(kind for kind in type(env).__mro__ if re.search("^ *## ", kind.__doc__ or "", flags=re.MULTILINE))
-    sections = docstring_sections(kind)
+def shared_lines() -> list[str]:
+    """Return what holds of every environment: the sections of `ComponentEnv`, a level lower."""
+    sections = docstring_sections(ComponentEnv)
     sections.pop("")
-    lines = ["## Of every environment" + ("" if kind is ComponentEnv else f" of a {env.component.name}"), ""]
+    lines = ["## Of every environment", ""]
     for title, text in sections.items():
         # The component and the task are given already.
         kept = re.sub(r"^\* `(component|task)`:.*?(?=^\* )", "", text, flags=re.MULTILINE | re.DOTALL)

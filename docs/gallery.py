@@ -8,11 +8,10 @@ import appearance
 import numpy as np
 
 import granular_env as ge
-from granular_env.domains.chain import ChainEnv
 from granular_env.domains.chain.tasks.absorption import make_absorption
 from granular_env.domains.chain.tasks.matched_end import Dashpot, Sensors
 from granular_env.domains.chain.tasks.pulse_forming import make_pulse_forming
-from granular_env.envs import RecordEnv
+from granular_env.envs import ComponentEnv, RecordEnv
 from granular_env.envs.policies import OpenLoop, Policy
 from granular_env.recording import open_log
 from granular_env.viewing import recorded_fields, scene_data
@@ -33,7 +32,7 @@ BEST_DASHPOT = 63.0  # N s/m, found by examples/absorbing_end.py
 _COLOURS = 128
 
 
-def recorded(name: str, env: ChainEnv, policy: Policy, options: dict | None = None) -> dict[str, float]:
+def recorded(name: str, env: ComponentEnv, policy: Policy, options: dict | None = None) -> dict[str, float]:
     """One episode into logs/gallery/NAME.mcap; its counters."""
     titled = {"experiment": {"name": f"gallery/{name}"}, "variables": ["displacement", "velocity"]}
     with RecordEnv(env, LOGS / f"{name}.mcap", every=EVERY, overwrite=True, **titled) as wrapped:
@@ -88,7 +87,7 @@ def absorbing_ends() -> None:
         print(name, recorded(name, piston, piston.task.baselines()[policy], WAVE))
     force = make_absorption(action="force", internal_steps=2, deadline=600)
     task = force.task
-    sensors = Sensors(task.observations["displacement"], task.observations["velocity"], task.observed_force)
+    sensors = Sensors.of(task)
     dashpot = Dashpot(BEST_DASHPOT, 1.0, force.duration, task.actions["right_force"], sensors)
     print("dashpot", recorded("dashpot", force, dashpot, WAVE))
 

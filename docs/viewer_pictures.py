@@ -9,7 +9,7 @@ from PIL import Image
 
 import granular_env as ge
 from granular_env import viewing
-from granular_env.recording.replay.log import Log
+from granular_env.recording.log import Log
 
 DOCS = Path(__file__).parent
 IMAGES = DOCS / "images"

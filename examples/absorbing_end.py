@@ -64,7 +64,7 @@ def best_dashpot(exponent: float, low: float, high: float, mass: float | None = 
     chain = {} if mass is None else {"mass": {63: mass}}
     env = make_absorption(action="force", chain=chain, internal_steps=2, deadline=600)
     task = env.task
-    sensors = Sensors(task.observations["displacement"], task.observations["velocity"], task.observed_force)
+    sensors = Sensors.of(task)
 
     def cost(logarithm: float) -> float:
         return returned(env, Dashpot(float(np.exp(logarithm)), exponent, env.duration, 1000.0, sensors))

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-import lazy_loader
+import sys
 
-from .envs.registration import register_when_imported
+import lazy_loader
 
 # The names of __init__.pyi. They come when they are asked for: numba alone takes most of a second to import.
 __getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
 
-register_when_imported()
+# Importing Gymnasium takes twenty times as long as this package: `granular_env.envs` registers the environments.
+if "gymnasium" in sys.modules:
+    from . import envs  # noqa: F401

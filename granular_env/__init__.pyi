@@ -1,5 +1,4 @@
 from . import domains, viewing
-from .atlas import run_atlas
 from .components.catalogue import make
 from .components.chain import Chain
 from .components.component import Component
@@ -17,7 +16,7 @@ from .components.materials.elastic import Material
 from .components.profiles import Profile
 from .components.snapshot import Snapshot
 from .components.variables import Variable
-from .control.study.runner import run_study
+from .control.runner import run_study
 from .recording import open_log, record, recover, verify
 from .resumption import resume
 from .run_loop import run
@@ -46,7 +45,6 @@ __all__ = [
     "recover",
     "resume",
     "run",
-    "run_atlas",
     "run_study",
     "run_sweep",
     "verify",

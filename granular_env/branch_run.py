@@ -13,7 +13,7 @@ from granular_env.progress import Progress
 from granular_env.run_loop import Inputs, RunResult, advance, collect_warnings, memory_errors
 
 if TYPE_CHECKING:
-    from granular_env.recording.replay.branch import Branch
+    from granular_env.recording.branch import Branch
 
 
 def run_branch(
@@ -25,7 +25,7 @@ def run_branch(
     progress: Progress = False,
     overwrite: bool = False,
 ) -> RunResult:
-    """Go on from a branch, and record that; the bits are those of `Branch.run`.
+    """Continue from a branch and record it; the bits are those of `Branch.run`.
 
     Args:
         branch: a fresh one.

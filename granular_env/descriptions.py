@@ -68,7 +68,8 @@ def component_facts(name: str, parameters: dict[str, Any]) -> dict[str, Any]:
     facts: dict[str, Any] = {"name": name, "version": kind.version, "description": first_sentence(kind.__doc__ or "")}
     offered = domain_of(name).load("environments") or {}
     facts["events"] = dict(kind.event_kinds)
-    facts["environments"] = [{"name": registered, "native_batch": one.batch is not None} for registered, one in offered.items()]
+    native = domain_of(name).rows is not None
+    facts["environments"] = [{"name": registered, "native_batch": native} for registered in offered]
     facts["parameters"] = _facts_of_parameters(kind.Parameters)
     for causality in ("input", "output"):
         facts[f"{causality}s"] = [_facts_of_variable(v) for v in variables if v.causality == causality]
@@ -98,7 +99,7 @@ def _facts_of_variable(variable: Variable) -> dict[str, Any]:
 def _environments(name: str) -> list[tuple[str, str]]:
     """Return the registered environments of a component, each with what make_vec makes of it."""
     offered = domain_of(name).load("environments") or {}
-    return [(registered, "native batch" if one.batch else _NO_BATCH) for registered, one in offered.items()]
+    return [(registered, "native batch" if domain_of(name).rows else _NO_BATCH) for registered in offered]
 
 
 def _rows(model: type[BaseModel], prefix: str = "") -> list[tuple[str, str, str, str]]:

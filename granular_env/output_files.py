@@ -1,4 +1,4 @@
-"""Writing files that people name: whole or not at all, and never over a device or a folder."""
+"""Writing files: whole or not at all, and never over a device or a folder."""
 
 from __future__ import annotations
 
@@ -18,19 +18,19 @@ from .terminal_text import printable
 
 @contextmanager
 def replacing(path: str | os.PathLike[str], kind: type[GranularError] = GranularError) -> Iterator[Path]:
-    """Open a fresh file beside `path`, which replaces it when the block ends well and is deleted when it fails.
+    """Open a fresh file next to `path`, which replaces it when the block succeeds and is deleted when it fails.
 
         with replacing("scene.rrd") as part:
             part.write_bytes(data)
 
-    The folder is made if need be. A link stays one: the file that it leads to is replaced.
+    The folder is created if necessary. Through a symbolic link its target is replaced.
 
     Args:
-        path: the file to write; what stands there is kept until the new one is whole.
+        path: the file to write; an existing file is kept until the new one is complete.
         kind: class of the error.
 
     Raises:
-        ParameterError: there is something that is no regular file.
+        ParameterError: the path exists and is no regular file.
         GranularError: of that `kind`; the disk is full, or the folder is not to be written to.
     """
     part: Path | None = None
@@ -51,13 +51,13 @@ def replacing(path: str | os.PathLike[str], kind: type[GranularError] = Granular
 
 
 def _sync(path: Path) -> None:
-    """Wait until the disk has a file: after a power cut, one that was renamed before that could be found empty."""
+    """Wait until a file is on the disk: otherwise a power cut could leave the renamed file empty."""
     with open(path, "rb") as file:
         os.fsync(file.fileno())
 
 
 def advice_for(error: BaseException) -> str:
-    """Return what to do about a file that cannot be written."""
+    """Return the hint for a file that cannot be written."""
     if getattr(error, "errno", None) in (errno.ENOSPC, errno.EFBIG, getattr(errno, "EDQUOT", errno.ENOSPC)):
         return "free some space or choose another folder"
     return "choose another path"
@@ -94,12 +94,12 @@ def one_at_a_time(path: Path) -> Iterator[None]:
 
 
 def resolve_file(path: str | os.PathLike[str]) -> Path:
-    """Return where a path leads, links followed; `ParameterError` where a folder, a device or a pipe stands there."""
+    """Return the target of a path, links followed; `ParameterError` for a folder, a device or a pipe."""
     try:
         target = Path(os.path.realpath(path))
     except ValueError as error:
         raise ParameterError(f"{os.fspath(path)!r} is no path: {error}", at="path") from None
-    # Not Path.exists: that one raises for names that are too long, which the writing itself will tell.
+    # Not Path.exists, which raises for names that are too long.
     if os.path.exists(target) and not os.path.isfile(target):
         what = "a folder" if os.path.isdir(target) else "a device, a pipe or a socket"
         raise ParameterError(f"{os.fspath(path)!r} is {what}", hint="give the path of a file to write", at="path")
@@ -107,10 +107,9 @@ def resolve_file(path: str | os.PathLike[str]) -> Path:
 
 
 def require_writable(path: str | os.PathLike[str], kind: type[GranularError] = GranularError) -> Path:
-    """Return where a path leads, links followed, if a file can be written there; nothing is made.
+    """Return the target of a path, links followed, if a file can be written there; nothing is created.
 
-    Work that takes long calls this first, so that a wrong path is told before the work and not after it. A disk that is full
-    is told by the writing alone.
+    Long computations call this first, so that a wrong path is reported before the work.
 
     Args:
         path: the file that will be written.
@@ -138,7 +137,7 @@ def require_writable(path: str | os.PathLike[str], kind: type[GranularError] = G
 
 
 def _stands(folder: Path) -> bool:
-    """Tell whether something is there; other errors than its absence are raised."""
+    """Return whether a folder exists; raise other errors than its absence."""
     try:
         folder.stat()
     except FileNotFoundError:
@@ -149,7 +148,7 @@ def _stands(folder: Path) -> bool:
 def _unwritable(path: str | os.PathLike[str], error: OSError, kind: type[GranularError]) -> GranularError:
     """Return the error of a file that cannot be written, with advice that fits its cause."""
     reason = error.strerror or error
-    return kind(f"{os.fspath(path)!r} cannot be written: {reason}; {advice_for(error)}; what stood there is kept")
+    return kind(f"{os.fspath(path)!r} cannot be written: {reason}; {advice_for(error)}; an existing file is kept")
 
 
 def file_name(name: str, default: str) -> str:

@@ -13,7 +13,7 @@ from granular_env.documents import Overrides
 from granular_env.experiments.experiment import Experiment, Source, load_experiment
 from granular_env.experiments.stop_rules import StopWatch
 from granular_env.progress import Progress
-from granular_env.recording.replay.log import Log
+from granular_env.recording.log import Log
 from granular_env.run_loop import RunResult, advance, collect_warnings, memory_errors, refuse_unrecordable, run
 
 
@@ -32,7 +32,7 @@ def resume(
 
         result = ge.resume("logs/piston.mcap")
 
-    What is certain of the log is kept, and the run goes on from there with the log's own inputs and the experiment's stop
+    The intact part of the log is kept, and the run continues from there with the log's own inputs and the experiment's stop
     rules. State and log are those of a run that was never interrupted, bit for bit; the log says that it was resumed. A log
     without a step is recorded from the start.
 
@@ -54,8 +54,8 @@ def resume(
         StepError: the physics would break down; the log is complete up to the last good state.
     """
     from granular_env.recording import open_log
-    from granular_env.recording.recorder.record import note_log_on_error
-    from granular_env.recording.replay.continuation import continuation_of
+    from granular_env.recording.continuation import continuation_of
+    from granular_env.recording.recorder import note_log_on_error
 
     wanted = None if experiment is None else load_experiment(experiment, overrides)
     where = f"log {str(path)!r}"
@@ -140,7 +140,7 @@ def _refuse_ended(log: Log, where: str) -> None:
 
 
 def _tell_of_versions(log: Log, where: str) -> None:
-    from granular_env.recording.format.header import versions
+    from granular_env.recording.header import versions
 
     recorded = log.records.header.get("versions")
     for name, version in versions().items():

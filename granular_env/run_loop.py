@@ -42,12 +42,12 @@ from granular_env.progress import Progress, progress_bar
 # state once: large states have longer pieces, so that the copy takes at most 5 % of a piece at this rate [bytes/s].
 _PIECE_SECONDS = 0.02
 _COPY_SHARE, _COPY_RATE = 0.05, 2e9
-# A piece becomes at most so many times as long as the one before.
+# Largest ratio of the lengths of a piece and the one before.
 _GROWTH = 64
 # A run that is shown live takes so long [s], where nothing else is asked for: all shipped experiments are over in less.
 _LIVE_SECONDS = 10.0
 # Copies of the state that a recorder holds at a time: snapshots that wait to be written, and their bytes on the way.
-_COPIES_RECORDED = 4
+_COPIES_RECORDED = 6
 
 Inputs = Mapping[str, Held | Profile]
 
@@ -106,7 +106,7 @@ def run(
         log: where to record it.
         overrides: keys of the experiment to set, such as ``{"component.grains": 500, "duration": 1e-3}``.
         progress: show a bar with simulated time, speed and the energy's residual; or call this with the part that is done.
-        live: open rerun and show the run while it goes on.
+        live: show the run in rerun.
         pace: with `live`, the wall time that the run takes at least [s], so that it can be watched; 0 lets it go as fast as it
             can. By default 10 s.
         overwrite: whether an existing log may be replaced.
@@ -127,7 +127,7 @@ def run(
         if live:
             _show_live(stack, ready.component, loaded.name, ready.ticks * ready.component.step_size, seconds)
         if log is not None:
-            _tell_size(ready, Path(log).parent, progress is True)
+            _report_size(ready, Path(log).parent, progress is True)
             _record(stack, ready.component, log, overwrite, loaded.to_dict(), **loaded.record.model_dump())
         return advance(
             ready.component,
@@ -156,7 +156,7 @@ def replay(
         LogError: it is no log, or it cannot be re-run.
     """
     from granular_env.recording import open_log
-    from granular_env.recording.replay.steps import check_work
+    from granular_env.recording.rerun import check_work
 
     where = f"log {str(log)!r}"
     with (
@@ -195,20 +195,20 @@ def advance(
     issued: list[str] | None = None,
     closing: ExitStack | None = None,
 ) -> RunResult:
-    """Advance a component to a tick: the loop itself, for `run` and `replay`.
+    """Advance a component from its present tick to another one: the loop of `run`, `replay`, `resume` and branches.
 
     Args:
-        component: where it starts from is where it stands.
+        component: what is advanced.
         end: the tick to reach.
         inputs: given to the first step; they hold from then on.
         changes: further inputs, by the tick from which they hold.
         stops: rules that end it early.
-        title: what the progress bar is called.
+        title: of the progress bar.
         progress: show the bar, or call this with the part that is done.
-        observers: they look on while it lasts.
+        observers: of the component, while the loop lasts.
         log: the path that the result names.
-        issued: the list that warnings are gathered in.
-        closing: what is closed when the stepping is over (the recorder).
+        issued: list of the warnings.
+        closing: closed when the stepping is over (the recorder).
     """
     first, began = component.tick, perf_counter()
     stopped_by, interrupted = None, False
@@ -225,8 +225,7 @@ def advance(
         try:
             stopped_by = _loop(component, end, {first: inputs, **(changes or {})}, stops, interrupt, show)
         except KeyboardInterrupt:
-            # The second Ctrl-C, or one that another handler turned into this: the step it fell into was undone.
-            interrupted = True
+            interrupted = True  # by the second Ctrl-C: the step under way was undone
         seconds = perf_counter() - began
         interrupted = interrupted or (interrupt.pressed and component.tick < end and stopped_by is None)
         if closing is not None:
@@ -272,7 +271,7 @@ def _loop(
 
 
 def _step_up_to(component: Component, stop: int, inputs: Inputs) -> None:
-    """Step to a tick; where that fails, to the last one before the failure, so that observers and the log have it."""
+    """Step to a tick; if that fails, to the last tick before the failure, so that the log contains it."""
     tick, step = component.tick, component.step_size
     try:
         component.step((stop - tick) * step, **inputs)
@@ -301,7 +300,7 @@ def _next_piece(piece: int, done: int, took: float) -> int:
 
 
 class Interrupt:
-    """Ctrl-C as a flag, read between two pieces, so that no step and no write is cut; the second one raises at once."""
+    """Turns the first Ctrl-C into a flag that is read between two pieces; the second one raises at once."""
 
     def __init__(self) -> None:
         self.pressed = False
@@ -326,7 +325,7 @@ class Interrupt:
 
 @contextmanager
 def memory_errors(what: str, kind: type[GranularError]) -> Iterator[None]:
-    """Memory that runs out in the middle, as an error of the family."""
+    """Turn `MemoryError` into an error of that `kind`."""
     try:
         yield
     except MemoryError as error:
@@ -335,7 +334,7 @@ def memory_errors(what: str, kind: type[GranularError]) -> Iterator[None]:
 
 @contextmanager
 def collect_warnings() -> Iterator[list[str]]:
-    """Collect this package's warnings as sentences, each once, and issue them as usual at the end of the block."""
+    """Collect this package's warnings as sentences, each once, and issue them at the end of the block."""
     issued: list[str] = []
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always", GranularWarning)
@@ -350,8 +349,9 @@ def collect_warnings() -> Iterator[list[str]]:
 def _record(
     stack: ExitStack, component: Component, path: str | os.PathLike[str], overwrite: bool, experiment: Any, **options: Any
 ) -> None:
+    """Record a component until the stack closes."""
     from granular_env.recording import record
-    from granular_env.recording.recorder.record import note_log_on_error
+    from granular_env.recording.recorder import note_log_on_error
 
     refuse_unrecordable(component)
     try:
@@ -368,7 +368,7 @@ def refuse_unrecordable(component: Component) -> None:
 
 
 def _live_seconds(live: bool, pace: float | None) -> float | None:
-    """Return the wall time that a live run takes at least [s], None for no such time; refuse what cannot be shown."""
+    """Return the least wall time of a live run [s], None for no limit; refuse a live run without a screen."""
     if not live:
         if pace is not None:
             hint = ("pass ", Option("live"))
@@ -384,14 +384,12 @@ def _live_seconds(live: bool, pace: float | None) -> float | None:
     return seconds or None
 
 
-def _tell_size(ready: Prepared, folder: Path, at_once: bool) -> None:
-    """Say how large the log may become: at once on the terminal, else where that is a lot as a warning of the run.
+def _report_size(ready: Prepared, folder: Path, at_once: bool) -> None:
+    """Print the estimated size of the log on the terminal, or warn of a large one; refuse one that does not fit."""
+    from granular_env.experiments.cost import LARGE_LOG, NOTED_LOG, refuse_full_disk, size_note
 
-    Raise `ExperimentError` where the log cannot fit.
-    """
-    from granular_env.experiments.cost import LARGE_LOG, TOLD_LOG, size_note
-
-    note = size_note(ready, folder, TOLD_LOG if at_once else LARGE_LOG)
+    refuse_full_disk(ready, folder)
+    note = size_note(ready, NOTED_LOG if at_once else LARGE_LOG)
     if note and at_once:
         print(f"note: {note}", file=sys.stderr)
     elif note:
@@ -407,7 +405,7 @@ def _show_live(stack: ExitStack, component: Component, title: str, duration: flo
 def _progress_display(
     stack: ExitStack, title: str, component: Component, end: int, progress: Progress
 ) -> Callable[[Component], None]:
-    """Return what shows on a progress bar where the component is; it looks and changes nothing."""
+    """Return a function that shows the progress of the component on a bar."""
     first, begun = component.tick, perf_counter()
     bar = stack.enter_context(progress_bar(title, end, done=first, show=progress))
 
@@ -421,18 +419,18 @@ def _progress_display(
     return show
 
 
-# Less energy than this is the rounding of a state at rest, of which nothing is a part [J].
+# Less energy than this is the rounding of a state at rest [J].
 _LEAST_ENERGY = 1e-24
 
 
 def energy_residual(component: Component) -> str:
-    """Return in words the energy that the numerics made or lost, beside the energy that was there."""
+    """Return in words the residual of the energy, absolute and over the energy of the system."""
     residual, share = _energy_residual(component)
     return f"energy residual {residual:+.2e} J" + (f" ({share:+.1e})" if share is not None else "")
 
 
 def _energy_residual(component: Component) -> tuple[float, float | None]:
-    """Return the residual [J], and its part of the energy that was there; None where there was none."""
+    """Return the residual [J], and its ratio to the energy of the system; None if that is zero."""
     energy = next((balance for balance in component.balances() if balance.quantity == "energy"), None)
     if energy is None:
         return 0.0, None

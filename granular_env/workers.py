@@ -7,7 +7,7 @@ import signal
 import sys
 import threading
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from contextlib import contextmanager, nullcontext, suppress
+from contextlib import contextmanager, suppress
 from multiprocessing import get_context, parent_process
 from multiprocessing.connection import Connection, wait
 from typing import Any
@@ -25,15 +25,13 @@ class Worker:
     Args:
         serve: what it runs; a function of a module, so that the new interpreter finds it.
         arguments: of `serve`, after its end of the pipe.
-        with_script: import the caller's script first, for what it defines; otherwise a script needs no
-            ``if __name__ == "__main__":``.
     """
 
-    def __init__(self, serve: Callable[..., None], *arguments: Any, with_script: bool = False) -> None:
+    def __init__(self, serve: Callable[..., None], *arguments: Any) -> None:
         context = get_context("spawn")  # a fork of a process that has run kernels may hang
         self.connection, theirs = context.Pipe()
         self._process: Any = context.Process(target=_serve, args=(serve, theirs, arguments), daemon=True)
-        with _environment(THREADS), _no_interrupt(), nullcontext() if with_script else _no_script():
+        with _environment(THREADS), _no_interrupt(), _no_script():
             self._process.start()
         theirs.close()
 

@@ -25,7 +25,7 @@ from typing import Any
 from pages import FULL, OUT, Page, compute
 
 HERE = Path(__file__).resolve().parent
-PAPERS = ("nesterenko_1983", "psakhie_2003")
+PAPERS = ("nesterenko_1983", "psakhie_2003", "gato_shie_2010")
 _STYLE = """
 body { font: 16px/1.5 system-ui, sans-serif; max-width: 56em; margin: 2em auto; padding: 0 1em; color: #222; background: #fff }
 table { border-collapse: collapse; margin: 0.6em 0 } td, th { padding: 0.15em 0.8em 0.15em 0; text-align: left;
@@ -53,7 +53,7 @@ def groups(paper: str) -> list[list[Path]]:
 
 
 def _compute_group(task: tuple[Sequence[Path], Path]) -> list[Page]:
-    """Compute scripts that share runs, in a process of their own; an error is shown on the page."""
+    """Compute scripts that share runs, in a separate process; the page shows an error."""
     pages = []
     for path in task[0]:
         started = time.monotonic()

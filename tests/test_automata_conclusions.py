@@ -15,7 +15,7 @@ from granular_env.cli import main
 from granular_env.components.automata.conclusions import describe_pieces
 from granular_env.components.coupled import Coupled
 from granular_env.components.drawables import Points
-from granular_env.recording.replay.near_misses import nearest_to_events
+from granular_env.recording.near_misses import nearest_to_events
 
 EDGES = {"left": "fixed", "right": {"name": "velocity"}}
 WEAK = {"name": "mohr_coulomb", "cohesion": 0.004, "tensile": 0.003, "internal_friction": 0.5}

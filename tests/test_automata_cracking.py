@@ -17,7 +17,7 @@ from granular_env.components.automata.breaking import CRITERIA
 from granular_env.components.automata.breaking.dispatch import failure
 from granular_env.components.errors import GranularError, ParameterError
 from granular_env.components.support import memory_limits
-from granular_env.recording.replay.near_misses import nearest_to_events
+from granular_env.recording.near_misses import nearest_to_events
 
 
 def confined(**laws: object) -> Automata:

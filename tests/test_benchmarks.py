@@ -25,7 +25,6 @@ from benchmarks import (  # noqa: E402
     lammps_peer,
     lammps_solid_peer,
     laws,
-    mcap_peer,
     numpy_peer,
     pyro_peer,
     recording,
@@ -54,7 +53,6 @@ SMALL = {
     "shell": (lambda: shell.measure(along=26, around=40, triad_words=1000, rounds=2), 10),
     "environments": (lambda: environments.measure(steps=2, rounds=2), 4),
     "recording": (lambda: recording.measure(steps=20, rounds=2, long_grains=50, long_steps=200, long_rounds=2), 3),
-    "mcap": (lambda: mcap_peer.measure(small=20, large=2, large_words=100, rounds=2), 4),
     "replay": (lambda: replay.measure(grains=40, steps=20, rounds=2), 2),
     "sweeps": (lambda: sweeps.measure(tasks=3, task_seconds=0.001, rounds=1, least_tasks=3, uncounted=0), 2),
 }

@@ -16,7 +16,6 @@ from granular_env.components.chain.layout import GRAINS, SCALARS
 from granular_env.components.chain.objective import Objective
 from granular_env.components.errors import ParameterError
 from granular_env.components.support.jit import JIT, jit
-from granular_env.domains.chain import ChainEnv, ChainTask, ChainVectorEnv
 from granular_env.domains.chain.control import value_and_grad
 
 LAWS: dict[str, dict[str, Any]] = {
@@ -106,45 +105,6 @@ def test_another_value_of_a_global_is_refused_after_specialising(monkeypatch: py
 
 
 # -- tasks and objectives -----------------------------------------------------------------------------------------------
-
-
-@jit
-def _begin(a, counters, constants):  # noqa: ANN001, ANN202
-    counters[0] = own_force(a, 2)
-
-
-@jit
-def _judge(a, inputs, counters, constants, duration, elapsed, steps):  # noqa: ANN001, ANN202
-    counters[0] = own_force(a, 2)
-    return counters[0], False
-
-
-class Force(ChainTask):
-    """The force in a contact is the reward."""
-
-    name, counter_names = "force", ("force",)
-    actions, observations = {"left_force": 100.0}, {"displacement": 1e-6, "velocity": 1.0}
-    begin_kernel, judge_kernel = staticmethod(_begin), staticmethod(_judge)
-
-
-def make_force(**chain: Any) -> ChainEnv:
-    component = ge.Chain(**({"grains": 5, "right": "plane", "precompression": 50.0, "step_size": 1e-8} | chain["chain"]))
-    return ChainEnv(component, Force(), observe={"contact_force": [2], "velocity": [0]})
-
-
-def test_a_batch_judges_and_sees_each_chain_by_its_own_law() -> None:
-    batch = ChainVectorEnv(make_force, len(LAWS), parameters=[{"chain": chain} for chain in LAWS.values()])
-    batch.reset(seed=1)
-    singles = [make_force(chain=chain) for chain in LAWS.values()]
-    for env in singles:
-        env.reset(seed=1)
-    for push in (0.3, 0.9):
-        seen, rewards, *_ = batch.step(np.full((len(LAWS), 1), push, np.float32))
-        for k, env in enumerate(singles):
-            alone, reward, *_ = env.step(np.full(1, push, np.float32))
-            assert reward == rewards[k] == 2.0 * env.component.get("contact_force")[2]
-            np.testing.assert_array_equal(alone, seen[k])
-    assert len(set(rewards.tolist())) == len(LAWS)
 
 
 @jit

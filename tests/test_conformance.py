@@ -39,7 +39,7 @@ from granular_env.components.drawables import element_count
 from granular_env.components.errors import GranularError, ParameterError, StepError
 from granular_env.components.snapshot import Snapshot
 from granular_env.recording import record, verify
-from granular_env.recording.format.drawables import drawable_facts, drawables_from
+from granular_env.recording.drawables import drawable_facts, drawables_from
 
 ROOT = Path(__file__).resolve().parent.parent
 
@@ -199,7 +199,7 @@ from support.component_examples import EXAMPLES
 from support.conformance_tools import drive
 from granular_env.components.snapshot import Snapshot
 from granular_env.recording import record, verify
-from granular_env.recording.format.drawables import drawable_facts, drawables_from
+from granular_env.recording.drawables import drawable_facts, drawables_from
 sent, answers = pickle.load(sys.stdin.buffer), {}
 for example in EXAMPLES:
     driven, continued = example.started(), example.make()

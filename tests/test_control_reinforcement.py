@@ -1,6 +1,5 @@
-"""PPO and SAC in studies: the batch as stable-baselines3 wants it, weights as arrays, and going on after an end."""
+"""PPO and SAC in studies: the batch as stable-baselines3 wants it, counting, and the policy that is kept."""
 
-import json
 import re
 from pathlib import Path
 
@@ -10,9 +9,10 @@ import pytest
 from gymnasium.vector import AutoresetMode
 
 from granular_env.components.errors import ParameterError
-from granular_env.control.study import load_study
-from granular_env.control.study.runner import run_study
-from granular_env.control.task_problem import TaskProblem
+from granular_env.control.methods.reinforcement_learning import PPO, SAC
+from granular_env.control.problem import Problem
+from granular_env.control.runner import run_study
+from granular_env.control.search import BudgetSpentError, Search
 from granular_env.recording import verify
 
 pytest.importorskip("stable_baselines3")
@@ -20,14 +20,7 @@ pytestmark = pytest.mark.extra
 
 SMALL = {"grains": 6, "deadline": 60, "impulse": 0.005}
 QUICK = {"environments": 4, "hold": 5, "rollout": 12, "evaluate_every": 2, "layers": [16]}
-STUDY = {
-    "version": 1, "name": "learning", "budget": 3000, "episodes": 2, "test_episodes": 2,
-    "task": {"name": "protection", "randomise": {"velocity": [0.0, 0.5]}, **SMALL},
-    "method": [
-        {"type": "ppo", **QUICK},
-        {"type": "sac", **QUICK, "first": 24, "batch": 32},
-    ],
-}  # fmt: skip
+TASK = {"randomise": {"velocity": [0.0, 0.5]}, **SMALL}
 
 
 def batch(count: int = 3, mode: AutoresetMode = AutoresetMode.SAME_STEP, **changes) -> gymnasium.vector.VectorEnv:
@@ -53,25 +46,6 @@ def test_the_batch_gives_stable_baselines_what_it_gives_itself():
             assert told[place]["TimeLimit.truncated"] == bool(truncated[place])
             ended += 1
     assert ended >= 6
-
-
-def test_infos_of_every_environment_come_through():
-    from granular_env.control.stable_baselines import Sb3VecEnv
-
-    theirs, single = Sb3VecEnv(batch(2, deadline=4, internal_steps=20)), batch(1, deadline=4, internal_steps=20)
-    theirs.seed(3)
-    theirs.reset()
-    single.reset(seed=3)
-    names = {"time", "left_force", "delivered_impulse", "wall_force", "peak_wall_force"}
-    assert [info.keys() for info in theirs.reset_infos] == [names] * 2
-    for step in range(4):
-        _, _, over, told = theirs.step(np.full((2, 1), 0.3, np.float32))
-        expected = single.step(np.full((1, 1), 0.3, np.float32))[4]
-        expected = expected["final_info"] if step == 3 else expected
-        assert over.all() == (step == 3)
-        for name in names:
-            assert told[0][name] == expected[name][0] and type(told[0][name]) is float
-    assert theirs.reset_infos[0]["time"] == 0.0
 
 
 def test_a_clock_makes_the_deadline_an_end_that_is_not_looked_beyond():
@@ -116,47 +90,29 @@ def test_a_batch_that_resets_otherwise_is_refused():
             Sb3VecEnv(wrong)
 
 
-@pytest.mark.parametrize("place", [0, 1])
-def test_weights_and_optimisers_come_back_from_arrays(place):
-    from granular_env.control.stable_baselines import Sb3VecEnv
-    from granular_env.control.study.methods.reinforcement_learning import arrays_of, put_arrays
-
-    method = load_study(STUDY).method[place]
-    trained, fresh = (method.algorithm(Sb3VecEnv(batch(4, hold=5, clock=4)), seed) for seed in (0, 1))
-    trained.learn(96)
-    arrays = arrays_of(trained)
-    assert any("optimizer" in name and "exp_avg" in name for name in arrays)
-    put_arrays(fresh, arrays)
-    again = arrays_of(fresh)
-    assert again.keys() == arrays.keys()
-    assert all(np.array_equal(again[name], arrays[name]) for name in arrays)
-    seen = np.random.default_rng(0).normal(size=(5, 16)).astype(np.float32)
-    assert np.array_equal(trained.predict(seen, deterministic=True)[0], fresh.predict(seen, deterministic=True)[0])
-    fresh.learn(96, reset_num_timesteps=False)
-    assert any(not np.array_equal(array, arrays[name]) for name, array in arrays_of(fresh).items())
+@pytest.mark.parametrize("method", [PPO(**QUICK), SAC(**QUICK, first=24, batch=32)], ids=["ppo", "sac"])
+def test_a_trial_counts_every_control_step_and_finds_the_same_again(method, tmp_path):
+    found = []
+    for _ in range(2):
+        search = Search(Problem("protection", TASK), None, 1, [5, 6], 3000)
+        with pytest.raises(BudgetSpentError):
+            method.run(search)
+        assert 3000 - 4 * 5 * 12 - 2 * 60 < search.spent <= 3000
+        # Alone the best policy acts as it did in the batch.
+        actor = method.actor(search)
+        assert np.mean([search.problem.play(actor, seed).value for seed in (5, 6)]) == search.best_return
+        found.append(search.curve)
+    assert found[0] == found[1]
 
 
-def test_a_study_trains_counts_every_control_step_and_goes_on(tmp_path):
-    result = run_study(STUDY, tmp_path)
-    for trial in result.trials:
-        assert trial.record.finished and trial.score is not None and verify(trial.log).identical
-        training = 4 * 5 * 12
-        assert 3000 - training - 2 * 60 < trial.record.spent <= 3000
-    before = json.loads((tmp_path / "results.json").read_text())
-    longer = run_study({**STUDY, "budget": 4000}, tmp_path)
-    for trial, old in zip(longer.trials, before["trials"], strict=True):
-        assert old["control_steps"] < trial.record.spent <= 4000
-        assert trial.record.best_return >= old["search_return"]
-
-
-def test_a_trained_policy_acts_alike_alone_and_in_a_batch(tmp_path):
-    result = run_study({**STUDY, "method": STUDY["method"][:1]}, tmp_path)
-    problem = TaskProblem(STUDY["task"]["name"], {key: value for key, value in STUDY["task"].items() if key != "name"})
-    method = load_study(STUDY).method[0]
-    actor = method.actor(result.trials[0].record.best, None, problem)
-    batched, _ = problem.policy_returns(lambda episodes: actor._policies, 1, [3, 4, 5])
-    alone = [problem.play(actor, seed).value for seed in (3, 4, 5)]
-    assert batched[0] == np.mean(alone)
+def test_a_study_trains_and_leaves_logs_that_replay(tmp_path):
+    methods = [{"type": "ppo", **QUICK}, {"type": "sac", **QUICK, "first": 24, "batch": 32}]
+    task = {"name": "protection", **TASK}
+    result = run_study(
+        {"version": 1, "name": "learning", "budget": 3000, "episodes": 2, "task": task, "method": methods}, tmp_path
+    )
+    assert [trial.name for trial in result.trials] == ["ppo-1", "sac-1"]
+    assert all(verify(tmp_path / "logs" / f"{trial.name}.mcap").identical for trial in result.trials)
 
 
 def test_the_documented_example_of_ppo_learns():

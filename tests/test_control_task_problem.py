@@ -12,17 +12,15 @@ from support.env_toys import Swing
 from granular_env.components.errors import ParameterError
 from granular_env.components.oscillator import Oscillator
 from granular_env.control.drive import Drive, DriveShape
-from granular_env.control.named_environments import task_names
-from granular_env.control.task_problem import TaskProblem
-from granular_env.domains.chain import ChainVectorEnv
+from granular_env.control.problem import Problem, task_names
 from granular_env.domains.chain.tasks import ENVIRONMENTS
-from granular_env.envs import ComponentEnv
+from granular_env.envs import ComponentEnv, ComponentVectorEnv
 
 SMALL = {"grains": 12, "deadline": 80, "place": 6.0, "amplitude": 4.0}
 SEEDS = [7, 11, 40]
 
 
-def drives(problem: TaskProblem, count: int) -> np.ndarray:
+def drives(problem: Problem, count: int) -> np.ndarray:
     shape = DriveShape(problem.steps, problem.entries, 10, driven=40)
     return shape.actions(np.random.default_rng(2).uniform(0.0, 0.6, (count, shape.size)))
 
@@ -38,7 +36,7 @@ def drives(problem: TaskProblem, count: int) -> np.ndarray:
     ],
 )
 def test_the_batch_and_the_single_environment_give_the_same_return(name, arguments):
-    problem = TaskProblem(name, arguments)
+    problem = Problem(name, arguments)
     chosen = drives(problem, 4)
     found, steps = problem.returns(chosen, SEEDS)
     for member in range(4):
@@ -53,7 +51,7 @@ def test_the_batch_and_the_single_environment_give_the_same_return(name, argumen
     ids=["plain", "delayed", "drawn", "piston"],
 )
 def test_slopes_by_the_point_are_those_of_central_differences(changes):
-    problem = TaskProblem("pulse-forming", {**SMALL, "chain": {"precompression": 20.0}, **changes})
+    problem = Problem("pulse-forming", {**SMALL, "chain": {"precompression": 20.0}, **changes})
     shape = DriveShape(problem.steps, problem.entries, 6, driven=60, rate=problem.rate)
     draw = np.random.default_rng(5)
     point, along = draw.uniform(0.05, 0.3, shape.size), draw.normal(size=shape.size)
@@ -72,7 +70,7 @@ def test_slopes_by_the_point_are_those_of_central_differences(changes):
     ],
 )
 def test_the_objective_of_an_episode_at_rest_is_minus_its_return(name, arguments):
-    problem = TaskProblem(name, arguments)
+    problem = Problem(name, arguments)
     drive = drives(problem, 1)[0]
     for seed in SEEDS:
         start = problem.play(Drive(np.zeros_like(drive)), seed).value + problem.value_and_grad(np.zeros_like(drive), [seed])[0]
@@ -85,12 +83,12 @@ def test_every_environment_has_a_short_name():
     assert task_names()["pulse-forming"] == "granular_env/PulseForming-v1"
     for short, registered in task_names().items():
         small = {"grains": 48} if registered in ENVIRONMENTS else {}
-        assert TaskProblem(short, small).name == registered == TaskProblem(registered, small).name
+        assert type(Problem(short, small).env.task) is type(Problem(registered, small).env.task)
 
 
 def test_a_task_without_a_deadline_is_refused():
     with pytest.raises(ParameterError, match="deadline: got none, expected a number of control steps"):
-        TaskProblem("protection", {"deadline": None})
+        Problem("protection", {"deadline": None})
 
 
 def make_swing(deadline: int = 40, **options) -> ComponentEnv:
@@ -103,11 +101,11 @@ def swing(monkeypatch, tmp_path):
     module = ModuleType("swing_of_my_own")
     module.make = make_swing
     monkeypatch.setitem(sys.modules, module.__name__, module)
-    return TaskProblem(f"{module.__name__}:make", {})
+    return Problem(f"{module.__name__}:make", {})
 
 
 def test_without_a_native_batch_gymnasiums_own_gives_the_single_returns(swing):
-    assert isinstance(swing.vector(2), SyncVectorEnv) and not swing.is_native
+    assert isinstance(swing.vector(2), SyncVectorEnv)
     chosen = drives(swing, 3)
     found, steps = swing.returns(chosen, SEEDS)
     for member in range(3):
@@ -128,6 +126,6 @@ def test_make_vec_takes_gymnasiums_own_batch_where_there_is_no_native_one():
     try:
         batch = gymnasium.make_vec("own/Swing-v0", num_envs=2)
         assert isinstance(batch, SyncVectorEnv)
-        assert isinstance(gymnasium.make_vec("granular_env/Protection-v1", num_envs=2, grains=4), ChainVectorEnv)
+        assert isinstance(gymnasium.make_vec("granular_env/Protection-v1", num_envs=2, grains=4).unwrapped, ComponentVectorEnv)
     finally:
         del gymnasium.registry["own/Swing-v0"]

@@ -14,8 +14,8 @@ from granular_env.components.coupled import Coupled
 from granular_env.components.errors import GranularError, ParameterError, StepError
 from granular_env.components.support import memory_limits
 from granular_env.recording import open_log, verify
-from granular_env.recording.reader.event_places import place_of
-from granular_env.recording.replay.near_misses import nearest_to_events
+from granular_env.recording.event_places import place_of
+from granular_env.recording.near_misses import nearest_to_events
 
 # With density and shear modulus 1: strains of half a percent break a link.
 WEAK = {"name": "mohr_coulomb", "cohesion": 0.004, "tensile": 0.003, "internal_friction": 0.5}

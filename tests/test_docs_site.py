@@ -96,7 +96,7 @@ def test_every_entry_of_the_reference_exists():
 
 def test_every_drawn_picture_has_a_twin_for_dark_pages():
     images = ROOT / "docs" / "images"
-    screenshots = {"viewer", "viewer-cracks", "viewer-tube", "report", "stock-rerun", "foxglove-preview"}
+    screenshots = {"viewer", "viewer-cracks", "viewer-tube", "report"}
     drawn = [path for path in images.rglob("*.png") if path.stem not in screenshots and not path.stem.endswith("-dark")]
     assert len(drawn) > 15
     assert [path.name for path in drawn if not path.with_stem(f"{path.stem}-dark").exists()] == []
@@ -145,7 +145,7 @@ def test_the_search_works_from_a_folder(site):
         pytest.skip("no Chromium here")
     with browser.Browser() as opened:
         opened.open(site / "index.html")
-        for word in ("open_log", "to_xarray", "ChainVectorEnv"):
+        for word in ("open_log", "to_xarray", "ComponentVectorEnv"):
             assert any(word in item for item in opened.evaluate(SEARCH.replace("WORD", word))), word
 
 

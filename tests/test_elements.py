@@ -2,18 +2,14 @@
 
 from __future__ import annotations
 
-import re
-
 import numpy as np
 import pytest
 
 import granular_env as ge
-from granular_env.components.errors import ExperimentError, GranularError, ParameterError
+from granular_env.components.errors import ExperimentError, ParameterError
 from granular_env.components.variables import Element, Variable, parse_element, parse_index
 from granular_env.envs import ComponentEnv, Task
 from granular_env.experiments import load_experiment
-from granular_env.run_loop import RunResult
-from granular_env.sweep import run_sweep
 
 ROW = "discs/broken-row"
 VELOCITY = Variable("velocity", "output", "m/s", (10, 2), "velocity", axes=("disc", "direction"))
@@ -56,43 +52,6 @@ def test_an_index_outside_names_the_axes(index: tuple[int, ...]) -> None:
         Element("velocity", index).check(VELOCITY)
 
 
-def test_a_stop_rule_watches_one_element() -> None:
-    def stop(variable: str) -> RunResult:
-        return ge.run(ROW, overrides={"duration": 0.02, "stop": [{"variable": variable, "above": 0.05, "every": 1e-4}]})
-
-    result = stop("velocity[9,0]")
-    assert result.stopped_by == "velocity[9,0] above 0.05" and result.component.get("velocity")[9, 0] > 0.05
-    assert stop("velocity[9,1]").stopped_by is None
-    with pytest.raises(ExperimentError, match=r"stop\[0\].variable: got 'velocity\[9\]', expected an index of 2 numbers"):
-        stop("velocity[9]")
-    with pytest.raises(
-        ExperimentError,
-        match=r"stop\[0\].variable: got 'velocty', expected an output of component 'discs'; did you mean 'velocity'",
-    ):
-        stop("velocty[9,0]")
-    with pytest.raises(ExperimentError, match=r"stop\[0\].variable: got 'velocity.0', expected a variable"):
-        stop("velocity.0")
-
-
-def test_a_measure_takes_one_element(tmp_path) -> None:
-    plan = {
-        "version": 1, "experiment": ROW, "set": {"duration": 2e-3}, "grid": {"start.velocity[4,1]": [0.0, 0.01]},
-        "measure": {
-            "x": "final velocity[9,0]", "y": "final velocity[-6,1]",
-            "peak": "max |displacement[0,0]|", "all": "max |velocity|",
-        },
-    }  # fmt: skip
-    columns = run_sweep(plan, tmp_path / "sweep", engine="serial").columns()
-    assert columns["x"][0] > 0.0 and columns["y"][0] == 0.0 != columns["y"][1]
-    assert columns["all"][0] == columns["x"][0] and columns["peak"][0] > 0.0
-    plan["measure"] = {"x": "final velocity[9]"}
-    with pytest.raises(GranularError, match=r"measure.x: got 'velocity\[9\]', expected an index of 2 numbers"):
-        run_sweep(plan, tmp_path / "wrong", engine="serial")
-    plan["measure"] = {"x": "final velocity"}
-    with pytest.raises(GranularError, match=r"has 20 elements; name one, such as velocity\[-1,-1\]"):
-        run_sweep(plan, tmp_path / "wrong", engine="serial")
-
-
 def test_overrides_set_one_element() -> None:
     overrides = {
         "start.velocity[4,1]": 0.25,
@@ -113,14 +72,6 @@ def test_overrides_set_one_element() -> None:
         match=r"^override 'start.velocity\[4,2\]=1.0': start.velocity\[4,2\]: there is no such element",
     ):
         ge.run(ROW, overrides={"start.velocity[4,2]": 1.0})
-
-
-def test_start_values_are_given_by_element_or_row() -> None:
-    discs = ge.make("discs", rows=1, columns=3)
-    discs.reset(velocity={0: (1.0, 5.0), (1, 1): 3.0, "2,0": 4.0})
-    assert discs.get("velocity").tolist() == [[1.0, 5.0], [0.0, 3.0], [4.0, 0.0]]
-    with pytest.raises(ParameterError, match="each element once"):
-        discs.reset(velocity={(1, 1): 1.0, "-2,1": 2.0})
 
 
 class Tear(Task):
@@ -147,24 +98,3 @@ def test_a_task_drives_and_sees_elements() -> None:
     assert reward == info["velocity[2,0]"] == velocity > 0.0 and observation[1] == pytest.approx(velocity / 0.5)
     with pytest.raises(ParameterError, match=r"action: got nan for force\[-1,0\]"):
         env.step([0.0, np.nan])
-
-
-@pytest.mark.parametrize(
-    ("names", "message"),
-    [
-        (("force", "force[0,0]"), "force is driven as a whole and by elements"),
-        (("force[0,0]", "force"), "force is driven as a whole and by elements"),
-        (
-            ("force[2,0]", "force[-1,0]"),
-            "got force[-1,0] and force[2,0], which are the same element, expected each element once",
-        ),
-        (("force[0,0]", "force[0, 0]"), "got force[0,0] twice, expected each element once"),
-        (("force", " force"), "got force twice, expected each element once"),
-    ],
-)
-def test_an_element_is_driven_once(names, message) -> None:
-    class Twice(Tear):
-        actions = dict.fromkeys(names, 1.0)
-
-    with pytest.raises(ParameterError, match=re.escape(f"actions: {message}")):
-        ComponentEnv(ge.make("discs", rows=1, columns=3), Twice())

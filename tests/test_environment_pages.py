@@ -10,10 +10,9 @@ import gymnasium
 import numpy as np
 import pytest
 
+import granular_env.envs  # noqa: F401 - registers the environments
 from granular_env.domains import environments
-from granular_env.envs.registration import register_all
 
-register_all()
 ENVIRONMENTS = environments()
 DOCS = Path(__file__).resolve().parent.parent / "docs"
 
@@ -46,14 +45,13 @@ def test_a_table_covers_the_observation_and_says_what_each_number_is(name: str) 
     for first, last, quantity, unit in env.observation_rows():
         covered += range(first, last + 1)
         scale = float(unit.split()[0])
-        what, _, where = quantity.partition(" of grain")
-        if what in ("displacement", "velocity"):
-            numbers = [int(word) for word in where.split() if word.isdigit()]
-            expected = info[what][numbers[0] : numbers[-1] + 1] / scale
+        name, where = quantity.split("`")[1:3] if quantity.startswith("`") else ("", quantity)
+        if where.startswith(" at "):
+            expected = env.component.get(name)[[int(place) for place in where[4:].split(", ")]] / scale
             np.testing.assert_allclose(observation[first : last + 1], expected, rtol=1e-6, atol=1e-12)
-        elif quantity.startswith("`") and "of the goal" not in quantity:
-            expected = np.ravel(info[quantity.split("`")[1]]) / scale
+        elif name and where != " of the goal":
+            expected = np.ravel(info[name]) / scale
             np.testing.assert_allclose(observation[first : last + 1], expected, rtol=1e-6, atol=1e-12)
-        elif "of the goal" in quantity:
-            assert observation[first] == pytest.approx(info[quantity.split("`")[1]] / scale, rel=1e-5)
+        elif name:
+            assert observation[first] == pytest.approx(info[name] / scale, rel=1e-5)
     assert covered == list(range(env.observation_space.shape[0]))

@@ -1,11 +1,14 @@
-"""The environments as Gymnasium sees them: its own checks, stepping, episodes, save and restore."""
+"""The environments as Gymnasium sees them: its own checks, registration, stepping, episodes, and tasks of one's own."""
 
 from __future__ import annotations
 
 import math
 import pickle
+import subprocess
+import sys
 import warnings
 from collections.abc import Callable, Iterable
+from pathlib import Path
 from typing import Any
 
 import gymnasium
@@ -14,26 +17,25 @@ import pytest
 from gymnasium.utils.env_checker import check_env
 from support.env_toys import MAKERS, SMALL, Swing, actions, transcript
 
+import granular_env.envs  # noqa: F401 - registers the environments
+from granular_env.components.component import Component
 from granular_env.components.drawables import Points
 from granular_env.components.errors import ParameterError
 from granular_env.components.oscillator import Oscillator
 from granular_env.components.variables import Variable
 from granular_env.domains.chain.tasks import ENVIRONMENTS
 from granular_env.domains.chain.tasks.piston import make_piston
-from granular_env.domains.chain.tasks.protection import make_protection
-from granular_env.envs import ComponentEnv
-from granular_env.envs.registration import register_all
+from granular_env.envs import ComponentEnv, Task, check_task
 
-register_all()
-NAMES = ["granular_env/Piston-v1", "granular_env/Protection-v1"]
+ROOT = Path(__file__).resolve().parent.parent
+
+
+# -- Gymnasium --------------------------------------------------------------------------------------------------------
 
 
 @pytest.fixture(params=sorted(MAKERS))
 def make(request: pytest.FixtureRequest) -> Callable[..., ComponentEnv]:
     return MAKERS[request.param]
-
-
-# -- Gymnasium --------------------------------------------------------------------------------------------------------
 
 
 def test_check_env_has_nothing_to_say(make: Callable[..., ComponentEnv]) -> None:
@@ -43,17 +45,12 @@ def test_check_env_has_nothing_to_say(make: Callable[..., ComponentEnv]) -> None
         check_env(make(render_mode="rgb_array"), skip_render_check=True)
 
 
-@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("name", ["granular_env/Piston-v1", "granular_env/Protection-v1"])
 def test_the_registered_environments_pass_too(name: str) -> None:
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         env = gymnasium.make(name, render_mode="rgb_array")
         check_env(env.unwrapped)
-        env.reset(seed=1)
-        for _ in range(20):
-            env.step(env.action_space.sample())
-        assert env.unwrapped.observation_space.shape == (128 + env.unwrapped.clock,)
-        assert env.unwrapped.duration == 3 * env.unwrapped.component.step_size
         env.close()
         env.close()
 
@@ -68,43 +65,35 @@ def test_stable_baselines_has_nothing_to_say_either(name: str) -> None:
             checker.check_env(gymnasium.make(name, **options).unwrapped)
 
 
-@pytest.mark.parametrize("name", NAMES)
-def test_a_vector_of_environments_gives_what_single_ones_give(name: str) -> None:
-    vector = gymnasium.make_vec(name, num_envs=3, vectorization_mode="sync", grains=8)
-    singles = [gymnasium.make(name, grains=8) for _ in range(3)]
-    observations, _ = vector.reset(seed=5)
-    for index, env in enumerate(singles):
-        np.testing.assert_array_equal(env.reset(seed=5 + index)[0], observations[index])
-    for step in range(30):
-        chosen = actions(3, seed=step)
-        observations, rewards, *_ = vector.step(chosen)
-        for index, env in enumerate(singles):
-            observation, reward, *_ = env.step(chosen[index])
-            np.testing.assert_array_equal(observation, observations[index])
-            assert reward == rewards[index]
-    vector.close()
+def run(script: str) -> str:
+    """Return what a script prints in a fresh process."""
+    done = subprocess.run([sys.executable, "-W", "error", "-c", script], capture_output=True, text=True, cwd=ROOT, check=False)
+    assert done.returncode == 0, done.stderr
+    return done.stdout.strip()
 
 
-def test_the_spaces_follow_the_declarations() -> None:
-    env = make_piston(grains=5)
-    assert env.action_space == gymnasium.spaces.Box(-1.0, 1.0, (1,), np.float32)
-    assert env.observation_space == gymnasium.spaces.Box(-10.0, 10.0, (10,), np.float32)
-    swing = MAKERS["swing"]()
-    assert swing.observation_space == gymnasium.spaces.Box(-3.0, 3.0, (2,), np.float32)
+MAKE = "env = gymnasium.make('granular_env/Protection-v1', grains=4); print(env.spec.id)"
 
 
-def test_docstrings_tell_what_gymnasium_users_look_for() -> None:
-    for env in (make_piston, make_protection):
-        for title in (
-            "Action space",
-            "Observation space",
-            "Rewards",
-            "Start state",
-            "End of the episode",
-            "Arguments",
-            "Version history",
-        ):
-            assert f"## {title}" in (env.__doc__ or "")
+@pytest.mark.parametrize(
+    "imports",
+    [
+        "import granular_env.envs, gymnasium",
+        "import gymnasium, granular_env",
+        "import granular_env, gymnasium, granular_env.envs",
+    ],
+)
+def test_the_environments_are_registered_whichever_is_imported_first(imports: str) -> None:
+    assert run(f"{imports}; {MAKE}") == "granular_env/Protection-v1"
+
+
+def test_gymnasium_imports_the_package_by_name() -> None:
+    script = "import gymnasium; print(gymnasium.make('granular_env:granular_env/Piston-v1', grains=4).unwrapped.task.name)"
+    assert run(script) == "piston"
+
+
+def test_importing_the_package_imports_no_gymnasium() -> None:
+    assert run("import sys, granular_env; print('gymnasium' in sys.modules)") == "False"
 
 
 # -- stepping ---------------------------------------------------------------------------------------------------------
@@ -203,25 +192,9 @@ def test_actions_beyond_the_bounds_are_clipped(make: Callable[..., ComponentEnv]
 
 
 @pytest.mark.parametrize(
-    "action",
-    [
-        [math.nan],
-        [math.inf],
-        [-math.inf],
-        [],
-        [0.1, 0.2],
-        0.5,
-        [[0.5]],
-        ["fast"],
-        None,
-        [None],
-        [1j],
-        [[1.0], [1.0, 2.0]],
-        {},
-        [10**400],
-    ],
+    "action", [[math.nan], [-math.inf], [], [0.1, 0.2], 0.5, ["fast"], None, [1j], [[1.0], [1.0, 2.0]], [10**400]]
 )
-def test_what_is_no_action_is_refused_and_nothing_moves(make: Callable[..., ComponentEnv], action: Any) -> None:
+def test_an_invalid_action_is_refused_and_nothing_moves(make: Callable[..., ComponentEnv], action: Any) -> None:
     env = make()
     env.reset(seed=1)
     env.step([0.5])
@@ -229,16 +202,6 @@ def test_what_is_no_action_is_refused_and_nothing_moves(make: Callable[..., Comp
     with pytest.raises(ParameterError, match="action"):
         env.step(action)
     assert pickle.dumps(env.save()) == before
-    env.step([0.5])
-
-
-def test_integers_and_lists_are_actions_too(make: Callable[..., ComponentEnv]) -> None:
-    env, plain = make(), make()
-    env.reset(seed=1)
-    plain.reset(seed=1)
-    for action in ([1], (0,), np.array([1], dtype=np.int8), [np.float64(0.5)]):
-        given, expected = env.step(action), plain.step(np.array(action, dtype=np.float32))
-        assert given[0].tobytes() == expected[0].tobytes() and given[1] == expected[1]
 
 
 # -- episodes ---------------------------------------------------------------------------------------------------------
@@ -285,12 +248,6 @@ def test_the_deadline_truncates(make: Callable[..., ComponentEnv]) -> None:
         env.step([0.0])
 
 
-def test_without_a_deadline_nothing_truncates() -> None:
-    env = MAKERS["swing"](deadline=None)
-    env.reset(seed=1)
-    assert not any(env.step([0.0])[3] for _ in range(300))
-
-
 def test_a_step_before_the_first_reset_is_refused(make: Callable[..., ComponentEnv]) -> None:
     with pytest.raises(ParameterError, match="reset"):
         make().step([0.0])
@@ -315,45 +272,154 @@ def test_a_refused_step_ends_the_episode_with_the_last_good_state() -> None:
     env.step([0.0])
 
 
-# -- save and restore -------------------------------------------------------------------------------------------------
+# -- tasks of one's own -----------------------------------------------------------------------------------------------
 
 
-def test_a_restored_environment_goes_on_with_the_same_bits(make: Callable[..., ComponentEnv]) -> None:
-    env, other = make(), make()
-    env.reset(seed=3)
-    transcript(env, actions(15))
-    state = pickle.loads(pickle.dumps(env.save()))
-    expected = transcript(env, actions(300, seed=1))
-    next_start = env.reset()[0]
-    transcript(env, actions(5, seed=2))
-    for one in (env, other):
-        one.restore(state)
-        observation, info = one.observe()
-        assert one.observation_space.contains(observation)
-        assert info["time"] == one.component.time
-        assert transcript(one, actions(300, seed=1)) == expected
-        np.testing.assert_array_equal(one.reset()[0], next_start)
+@pytest.mark.parametrize(
+    ("attribute", "value", "words"),
+    [
+        ("actions", {"forse": 1.0}, "did you mean 'force'"),
+        ("actions", {"position": 1.0}, "actions.position: got 'position', expected an input of"),
+        ("actions", {"force": 0.0}, "more than 0"),
+        ("actions", {"force": math.nan}, "finite"),
+        ("actions", {}, "none"),
+        ("observations", {"force": 1.0}, "observations.force: got 'force', expected an output of"),
+        ("observations", {"velocity": -1.0}, "more than 0"),
+    ],
+)
+def test_a_task_that_does_not_fit_is_refused(attribute: str, value: dict, words: str) -> None:
+    task = Swing()
+    setattr(task, attribute, value)
+    with pytest.raises(ParameterError, match=words):
+        ComponentEnv(Oscillator(), task)
 
 
-def test_a_saved_state_is_not_changed_by_what_follows(make: Callable[..., ComponentEnv]) -> None:
-    env = make()
-    env.reset(seed=3)
-    env.step([0.3])
-    state = env.save()
-    before = pickle.dumps(state)
-    transcript(env, actions(20))
-    env.restore(state)
-    transcript(env, actions(20, seed=5))
-    env.reset(seed=8)
-    assert pickle.dumps(state) == before
+class Steady(Task):
+    """A toy for one slip at a time."""
+
+    name = "steady"
+    actions, observations = {"force": 1.0}, {"position": 1.0}  # noqa: RUF012
+
+    def begin(self, component: Component, seen: Any) -> None:
+        self.counters = {"count": 0}
+
+    def judge(self, component: Component, seen: Any, duration: float) -> tuple[float, bool]:
+        self.counters["count"] += 1
+        return np.float32(self.counters["count"]), np.bool_(False)  # type: ignore[return-value]
 
 
-def test_foreign_states_are_refused() -> None:
-    env, force, longer = make_piston(**SMALL), make_protection(**SMALL), make_piston(grains=9)
-    for one in (env, force, longer):
-        one.reset(seed=1)
-    before = pickle.dumps(env.save())
-    for state in (force.save(), longer.save(), env.component.save(), None, 3):
-        with pytest.raises(ParameterError):
-            env.restore(state)  # type: ignore[arg-type]
-    assert pickle.dumps(env.save()) == before
+class Hidden(Steady):
+    def begin(self, component: Component, seen: Any) -> None:
+        self.count = 0
+
+    def judge(self, component: Component, seen: Any, duration: float) -> tuple[float, bool]:
+        self.count += 1
+        return float(self.count), False
+
+
+class Leftover(Steady):
+    count = 0
+
+    def begin(self, component: Component, seen: Any) -> None:
+        Leftover.count += 1
+
+    def judge(self, component: Component, seen: Any, duration: float) -> tuple[float, bool]:
+        return float(Leftover.count), False
+
+
+class Drawing(Steady):
+    def judge(self, component: Component, seen: Any, duration: float) -> tuple[float, bool]:
+        return float(np.random.default_rng().random()), False
+
+
+class Stepping(Steady):
+    def judge(self, component: Component, seen: Any, duration: float) -> tuple[float, bool]:
+        component.step(component.step_size)
+        return 0.0, False
+
+
+class ArrayCounter(Steady):
+    def begin(self, component: Component, seen: Any) -> None:
+        self.counters = {"count": np.zeros(3)}  # type: ignore[dict-item]
+
+
+def steady(task: Task) -> ComponentEnv:
+    return ComponentEnv(Oscillator(step_size=0.01), task, internal_steps=5, deadline=20)
+
+
+@pytest.mark.parametrize("task", [Hidden, Leftover, Drawing])
+def test_a_task_that_remembers_something_outside_its_counters_is_found(task: type[Task]) -> None:
+    with pytest.raises(ParameterError, match=r"task 'steady': reward: got .* after action \d.*counters"):
+        check_task(steady(task()))
+
+
+@pytest.mark.parametrize(
+    ("task", "said"),
+    [
+        (Stepping, "its judge moved the component from tick 5 to 6; read the component with get"),
+        (ArrayCounter, r"counters: got .*expected name -> number"),
+    ],
+)
+def test_a_task_that_steps_or_counts_in_arrays_is_refused_by_its_environment(task: type[Task], said: str) -> None:
+    with pytest.raises(ParameterError, match=f"task 'steady': {said}"):
+        env = steady(task())
+        env.reset(seed=0)
+        env.step([0.5])
+
+
+@pytest.mark.parametrize("name", ["time", "position", "step_error"])
+def test_a_counter_with_a_name_that_info_has_is_refused(name: str) -> None:
+    class Clash(Steady):
+        def begin(self, component: Component, seen: Any) -> None:
+            self.counters = {name: -5.0}
+
+    with pytest.raises(ParameterError, match=f"counters: got {name}"):
+        steady(Clash()).reset(seed=0)
+
+
+@pytest.mark.parametrize(
+    ("given", "said"),
+    [
+        ((float("nan"), False), "its reward is nan"),
+        ((float("inf"), False), "its reward is inf"),
+        (0.5, "expected .reward, done"),
+    ],
+)
+def test_what_a_task_in_python_returns_is_looked_at(given: Any, said: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(Swing, "judge", lambda self, component, seen, duration: given)
+    env = ComponentEnv(Oscillator(step_size=0.01), Swing())
+    env.reset(seed=1)
+    with pytest.raises(ParameterError, match=f"'swing': .*{said}"):
+        env.step([0.0])
+
+
+@pytest.mark.parametrize("name", sorted(ENVIRONMENTS))
+def test_the_shipped_tasks_keep_everything_in_their_counters(name: str) -> None:
+    assert check_task(gymnasium.make(name), steps=20) == 20
+
+
+# -- pictures ---------------------------------------------------------------------------------------------------------
+
+
+def test_pictures_show_what_moves(make: Callable[..., ComponentEnv]) -> None:
+    env = make(render_mode="rgb_array")
+    env.reset(seed=1)
+    before = env.render()
+    assert before.shape == (360, 960, 3) and before.dtype == np.uint8
+    assert env.render().tobytes() == before.tobytes()
+    for _ in range(12):
+        env.step([1.0])
+    after = env.render()
+    assert (after != before).any()
+    red = (after[..., 0].astype(int) - after[..., 2] > 60).sum()
+    assert red > 200, "what moves to the right is red"
+    assert make().render() is None
+
+
+def test_a_moving_grain_is_coloured_where_it_is() -> None:
+    env = make_piston(grains=10, render_mode="rgb_array")
+    env.reset(options={"velocity": {2: 10.0, 7: -10.0}})
+    row = env.render()[105].astype(int)
+    centres = [round(40 + (index + 0.5) * 88) for index in range(10)]
+    assert [index for index in range(10) if row[centres[index], 0] - row[centres[index], 2] > 100] == [2]
+    assert [index for index in range(10) if row[centres[index], 2] - row[centres[index], 0] > 100] == [7]

@@ -42,7 +42,7 @@ found = {}
 for name, arguments in CASES:
     env = gym.make(f"granular_env/{name}", **arguments).unwrapped
     task, what = env.task, f"{name} {arguments}"
-    found[f"{what}: constants"] = said(task.constants)
+    found[f"{what}: constants"] = said(*(np.ravel(one) for one in task.constants or ()))
     observation, info = env.reset(seed=4)
     policy = task.baselines().get("theory")
     theory = []

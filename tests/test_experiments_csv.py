@@ -1,11 +1,12 @@
 """Measured histories in CSV files: units are declared, and every fault is named by its line."""
 
+import os
 import warnings
 
 import numpy as np
 import pytest
 
-from granular_env.components.csv_history import read_history
+from granular_env.components.csv_history import read_bounded, read_history
 from granular_env.components.errors import ExperimentError, GranularWarning, ParameterError
 from granular_env.components.profiles import Profile
 from granular_env.experiments import load_experiment
@@ -227,3 +228,14 @@ def test_a_file_is_called_in_messages_as_it_is_in_the_document(tmp_path):
     # Where it was looked for is told where it is not found.
     with pytest.raises(ParameterError, match=str(path)):
         table.build(tmp_path, "N")
+
+
+def test_only_regular_files_of_a_bounded_size_are_read(tmp_path):
+    os.mkfifo(tmp_path / "pipe")
+    for name, what in (("pipe", "a pipe"), (".", "a folder")):
+        with pytest.raises(ParameterError, match=what):
+            read_bounded(tmp_path / name, 10, "")
+    (tmp_path / "a").write_bytes(b"x" * 11)
+    assert read_bounded(tmp_path / "a", 11, "") == b"x" * 11
+    with pytest.raises(ParameterError, match="more than 10 bytes; thin it out"):
+        read_bounded(tmp_path / "a", 10, "thin it out")

@@ -16,9 +16,8 @@ from granular_env.components.errors import Fault, GranularError, ParameterError,
 from granular_env.experiments import load_experiment
 from granular_env.experiments.preparation import branch_inputs, prepare
 from granular_env.recording import open_log
-from granular_env.recording.container.limits import Limits
-from granular_env.recording.reader.component_from_header import build
-from granular_env.recording.replay.steps import advance, restore
+from granular_env.recording.container import Limits
+from granular_env.recording.rerun import advance, build, restore
 from granular_env.sweep import check_sweep
 from granular_env.viewing.rerun.live import LiveViewer
 
@@ -333,7 +332,6 @@ def test_a_sweep_blames_what_was_given_to_it(overrides: dict[str, Any], beginnin
 @pytest.mark.parametrize(
     ("call", "text"),
     [
-        (lambda: ge.run_atlas(3, "out"), "paper: got 3, expected the name of a paper, or a Paper"),
         (lambda: ge.Snapshot.from_bytes("x"), "got 'x', expected the bytes of a packed block"),
         (lambda: ge.run(3), "experiment: got 3, expected a name or a path"),
         (lambda: ge.run_study(3), "study: got 3, expected a name or a path"),

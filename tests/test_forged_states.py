@@ -18,9 +18,9 @@ from support.hostile_logs import ACTIONS, refused_by_the_family
 from support.recording_helpers import changed, rewrite
 
 import granular_env as ge
-from granular_env.components.errors import GranularError, LogError, ParameterError
+from granular_env.components.errors import LogError, ParameterError
 from granular_env.components.state_block import Block
-from granular_env.recording.format.records import SNAPSHOTS, Record
+from granular_env.recording.records import SNAPSHOTS, Record
 
 BY_LABEL = {example.label: example for example in EXAMPLES}
 forking = pytest.mark.skipif(not hasattr(os, "fork"), reason="signals are told apart in forked processes")
@@ -200,13 +200,6 @@ def test_a_part_is_checked_by_its_own_ranges(tmp_path: Path) -> None:
     rewrite(path, tmp_path / "b.mcap", change)
     with pytest.raises(LogError, match=r"snapshots.grid.displacement\[0,0\]: got nan, expected a finite number"):
         ge.verify(tmp_path / "b.mcap")
-
-
-def test_integers_without_a_range_are_refused_when_they_are_laid_out() -> None:
-    with pytest.raises(ParameterError, match="state.links: got integers without a range, expected their smallest"):
-        Block(links=("i8", (3,)))
-    with pytest.raises(GranularError, match="state.pairs: got integers without a range"):
-        Block(growing={"pairs": ("i8", (2,), 0)})
 
 
 def test_what_may_be_infinite_is_declared() -> None:

@@ -183,22 +183,6 @@ def test_a_step_that_fails_leaves_all_parts_as_they_were() -> None:
     assert rows.save().to_bytes() == before.to_bytes() and [part.events() for part in rows.parts] == broken
 
 
-def test_a_reset_leaves_nothing_in_the_lists() -> None:
-    rows = torn()
-    rows.reset()
-    assert rows.save().data == TwoRows().save().data and all(part.events() == [] for part in rows.parts)
-
-
-def test_a_parent_of_a_parent_owns_all_lists() -> None:
-    rows = torn()
-    whole = np.full((2, *rows.memory.shape), 3.0)
-    inner = [TwoRows(memory=whole[0]), rows.clone(whole[1])]
-    for one in inner:
-        one.reset(velocity_b={0: (-0.2, 0.1)})
-        one.step(4e-3, pull=0.9)
-        assert one.save().data == rows.save().data
-
-
 def test_it_is_recorded_verified_and_branched(tmp_path: Path) -> None:
     rows = TwoRows()
     with ge.record(rows, tmp_path / "a.mcap", every=1e-4, hash_every=10):

@@ -30,11 +30,6 @@ def sampled(compiled: CompiledProfile, ticks: int, part: float = 0.0) -> list[fl
 # -- shapes -----------------------------------------------------------------------------------------------------------
 
 
-def test_constant() -> None:
-    profile = Profile.constant(2.5, start=0.1)
-    assert [profile(t) for t in (-1.0, 0.0, 0.0999, 0.1, 5.0)] == [0.0, 0.0, 0.0, 2.5, 2.5]
-
-
 def test_falling_triangle_starts_at_its_peak() -> None:
     profile = Profile.triangle(8.0, 0.4)
     assert [profile(t) for t in (0.0, 0.1, 0.2, 0.3)] == pytest.approx([8.0, 6.0, 4.0, 2.0], rel=1e-15)
@@ -44,12 +39,6 @@ def test_falling_triangle_starts_at_its_peak() -> None:
 def test_triangle_rises_and_falls() -> None:
     profile = Profile.triangle(8.0, 0.5, rise=0.1, start=1.0)
     assert [profile(t) for t in (0.9, 1.0, 1.05, 1.1, 1.3, 1.5)] == pytest.approx([0.0, 0.0, 4.0, 8.0, 4.0, 0.0], abs=1e-14)
-
-
-def test_triangle_that_only_rises_drops_at_its_end() -> None:
-    profile = Profile.triangle(8.0, 0.5, rise=0.5)
-    assert profile(0.5 - 1e-12) == pytest.approx(8.0)
-    assert profile(0.5) == 0.0
 
 
 def test_half_sine_is_as_exact_as_it_says() -> None:
@@ -66,21 +55,9 @@ def test_table_joins_samples_by_straight_lines() -> None:
     assert [profile(t) for t in (0.0, 0.5, 1.0, 2.0)] == pytest.approx([2.0, 3.0, 4.0, 1.0], rel=1e-15)
 
 
-@pytest.mark.parametrize(("after", "value"), [(0.0, 0.0), ("hold", -2.0), (7.0, 7.0)])
-def test_table_goes_on_as_asked(after: float | str, value: float) -> None:
-    profile = Profile.table([0.0, 1.0, 3.0], [2.0, 4.0, -2.0], after=after)
-    assert profile(3.0) == profile(100.0) == value
-
-
 def test_piecewise_takes_polynomials_of_unlike_degree() -> None:
     profile = Profile.piecewise([0.0, 1.0, 2.0], [[1.0], [0.0, 2.0, 3.0], [0.0]])
     assert [profile(t) for t in (0.5, 1.0, 1.5, 2.0)] == [1.0, 0.0, 1.75, 0.0]
-
-
-def test_numpy_rows_and_plain_numbers_make_pieces_too() -> None:
-    profile = Profile.piecewise(np.array([0.0, 1.0]), np.array([[1.0, 2.0], [3.0, 0.0]]))
-    assert profile(0.5) == 2.0
-    assert Profile.piecewise([0.0, 1.0], [4.0, 5.0])(1.0) == 5.0
 
 
 finite = st.floats(-1e3, 1e3)
@@ -160,47 +137,6 @@ def test_a_sum_of_many_takes_work_in_proportion_and_has_no_slivers() -> None:
     assert twice.coefficients.tobytes() == (2.0 * total).coefficients.tobytes()
 
 
-@pytest.mark.parametrize(("start", "told"), [(0.0, False), (-1e-12, False), (-0.02, True)])
-def test_a_signal_that_begins_before_time_0_is_told_of(start: float, told: bool) -> None:
-    with warnings.catch_warnings(record=True) as caught:
-        warnings.simplefilter("always", GranularWarning)
-        Profile.table(np.arange(5) * H + start, [1.0, 2.0, 3.0, 2.0, 1.0]).compile(H, "left_force")
-        Profile.constant(3.0, start=-1.0).compile(H)  # loses nothing
-        (0.0 * Profile.triangle(1.0, 0.5, start=-0.2)).compile(H)
-    assert [str(one.message).partition(":")[0] for one in caught] == (["left_force"] if told else [])
-    assert not told or "2 of 5 breakpoints or samples lie before time 0" in str(caught[0].message)
-
-
-def test_a_function_as_input_is_answered_with_how_to_sample_it() -> None:
-    with pytest.raises(ParameterError, match=r"a number or a Profile; sample a function with Profile.table"):
-        Oscillator().step(H, force=math.sin)
-
-
-@given(shapes, st.floats(-100.0, 100.0), st.floats(0.0, 20.0))
-def test_a_multiple_is_the_multiple(profile: Profile, factor: float, time: float) -> None:
-    assert (factor * profile)(time) == pytest.approx(factor * profile(time), rel=1e-12, abs=1e-10)
-    assert (profile * factor).coefficients.tobytes() == (factor * profile).coefficients.tobytes()
-
-
-def test_profiles_describe_themselves() -> None:
-    profile = Profile.constant(2.0) + Profile.triangle(1.0, 0.5)
-    assert profile.description == "constant 2 + triangle of peak 1, 0.5 s"
-    assert profile.to_dict()["starts"] == [0.0, 0.5]
-
-
-def test_profiles_cannot_be_changed() -> None:
-    profile = Profile.table([0.0, 1.0], [1.0, 2.0])
-    with pytest.raises(ValueError, match="read-only"):
-        profile.coefficients[0, 0] = 3.0
-
-
-def test_profiles_do_not_share_the_callers_arrays() -> None:
-    times, values = np.array([0.0, 1.0]), np.array([1.0, 2.0])
-    profile = Profile.table(times, values)
-    times[0], values[0] = -5.0, 100.0
-    assert profile(0.0) == 1.0
-
-
 # -- on ticks ---------------------------------------------------------------------------------------------------------
 
 
@@ -227,13 +163,6 @@ def test_breakpoints_on_ticks_are_kept_without_a_warning(profile: Profile) -> No
         expected = [profile((tick + part + 1e-13) * H) for tick in range(30)]
         # 1e-13 of a tick puts times on the right side of a breakpoint; slopes are at most 3 per 5 ticks.
         assert sampled(compiled, 30, part) == pytest.approx(expected, abs=ROUNDING)
-
-
-def test_a_decimal_time_is_on_its_tick() -> None:
-    """0.3 / 0.1 is 2.9999999999999996: still tick 3."""
-    with warnings.catch_warnings():
-        warnings.simplefilter("error")
-        assert Profile.constant(1.0, start=0.3).compile(0.1).ticks.tolist() == [3]
 
 
 def integral(profile: Profile, begin: float, end: float) -> Fraction:
@@ -366,16 +295,6 @@ def test_a_chain_keeps_the_impulse_and_its_piston_the_displacement_of_short_puls
     assert driven.get("displacement")[0] == pytest.approx(1e-3 * exact, rel=1e-12)
 
 
-@pytest.mark.parametrize("integrator", ["pefrl", "leapfrog", "rk4", "hamming"])
-@pytest.mark.parametrize("ticks", [0.7, 1, 2, 5.5, 9])
-def test_a_chain_keeps_the_impulse_of_short_half_sines(integrator: str, ticks: float) -> None:
-    h = 5e-6
-    chain = ge.make("chain", grains=3, step_size=h, integrator=integrator)
-    with pytest.warns(GranularWarning, match="1 curves last fewer than 10 ticks"):
-        chain.step(16 * h, left_force=Profile.half_sine(1e-3, ticks * h, start=2 * h))
-    assert chain.get("momentum") == pytest.approx(2e-3 / math.pi * ticks * h, rel=1e-12)
-
-
 @pytest.mark.filterwarnings("ignore::granular_env.components.errors.GranularWarning")
 def test_profiles_between_ticks_step_alike_in_any_division_and_across_a_restore() -> None:
     push = BETWEEN_TICKS["uneven samples"]
@@ -388,38 +307,6 @@ def test_profiles_between_ticks_step_alike_in_any_division_and_across_a_restore(
     for chain in (divided, restored):
         chain.step(22 * 5e-6)
         assert chain.save().to_bytes() == whole.save().to_bytes()
-
-
-@pytest.mark.parametrize("step_size", [0.0, -1.0, math.nan, math.inf, "1", None, [0.1]])
-def test_wrong_step_sizes_are_refused(step_size: object) -> None:
-    with pytest.raises(ParameterError, match="step_size"):
-        Profile.constant(1.0).compile(step_size)  # type: ignore[arg-type]
-
-
-def test_times_beyond_the_tick_range_are_refused() -> None:
-    with pytest.raises(ParameterError, match="2\\^52"):
-        Profile.table([0.0, 1e300], [0.0, 1.0]).compile(1e-6)
-
-
-def test_compiling_twice_gives_the_same_object() -> None:
-    profile = Profile.triangle(1.0, 0.5)
-    assert profile.compile(H) is profile.compile(H)
-    assert profile.compile(H) is not profile.compile(0.5 * H)
-
-
-def test_equals_compares_bits() -> None:
-    first, second = (Profile.triangle(1.0, 0.5).compile(H) for _ in range(2))
-    assert first is not second and first.equals(second)
-    assert not first.equals(Profile.triangle(1.0, 0.5).compile(0.5 * H))
-    assert not first.equals(Profile.triangle(1.0 + 2**-52, 0.5).compile(H))
-    assert not first.equals(Profile.triangle(1.0, 0.6).compile(H))
-    assert not Profile.constant(0.0).compile(H).equals(Profile.constant(-0.0).compile(H))
-
-
-def test_before_its_first_piece_a_compiled_profile_is_zero() -> None:
-    compiled = Profile.constant(3.0, start=5 * H).compile(H)
-    assert sampled(compiled, 7) == [0.0] * 5 + [3.0] * 2
-    assert compiled.value(4, 0.999) == 0.0
 
 
 @given(shapes)
@@ -435,21 +322,6 @@ def test_a_driven_component_feels_the_integral(profile: Profile) -> None:
 # -- refusals ---------------------------------------------------------------------------------------------------------
 
 NAN, HUGE = math.nan, 10**400
-
-
-@pytest.mark.parametrize("bad", [NAN, math.inf, "3", None, HUGE, 1j, [1.0], {}, object()])
-def test_wrong_numbers_name_their_argument(bad: object) -> None:
-    for name, make in {
-        "value": lambda: Profile.constant(bad),  # type: ignore[arg-type]
-        "start": lambda: Profile.constant(1.0, start=bad),  # type: ignore[arg-type]
-        "peak": lambda: Profile.triangle(bad, 1.0),  # type: ignore[arg-type]
-        "duration": lambda: Profile.half_sine(1.0, bad),  # type: ignore[arg-type]
-        "rise": lambda: Profile.triangle(1.0, 1.0, rise=bad),  # type: ignore[arg-type]
-        "after": lambda: Profile.table([0.0, 1.0], [0.0, 1.0], after=bad),  # type: ignore[arg-type]
-        "factor": lambda: Profile.constant(1.0) * (None if isinstance(bad, list) else bad),  # a list would be a pattern
-    }.items():
-        with pytest.raises(ParameterError, match=name):
-            make()
 
 
 @pytest.mark.parametrize(
@@ -494,8 +366,3 @@ def test_wrong_numbers_name_their_argument(bad: object) -> None:
 def test_wrong_profiles_are_refused(make, words: str) -> None:  # noqa: ANN001
     with pytest.raises(ParameterError, match=words):
         make()
-
-
-def test_adding_what_is_no_profile_is_a_type_error() -> None:
-    with pytest.raises(TypeError):
-        Profile.constant(1.0) + 3.0  # type: ignore[operator]

@@ -9,13 +9,13 @@ from typing import Any
 
 import numpy as np
 import pytest
-from support.hostile_logs import ACTIONS, VIEWS, lie, refused_by_the_family
+from support.hostile_logs import ACTIONS, lie, refused_by_the_family
 from support.recording_helpers import changed, mutated, rewrite
 
 import granular_env as ge
 from granular_env.components.errors import GranularError
 from granular_env.recording import open_log, verify
-from granular_env.recording.format.records import SNAPSHOTS, Record
+from granular_env.recording.records import SNAPSHOTS, Record
 
 APART = np.array([[-1.0, 0.5], [0.0, 0.0], [0.0, 0.0], [1.0, -0.5]])
 
@@ -83,20 +83,6 @@ def try_lies(
 @pytest.mark.parametrize("seed", range(2))
 def test_lies_and_damage_are_refused_or_harmless(logs: tuple[Path, bytes], tmp_path: Path, seed: int) -> None:
     written, refused = try_lies(logs, tmp_path, seed, 60)
-    assert written > 40 and refused > 10
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("seed", range(10, 20))
-def test_twenty_thousand_lies_and_damages(logs: tuple[Path, bytes], tmp_path: Path, seed: int) -> None:
-    written, refused = try_lies(logs, tmp_path, seed, 2000)
-    assert written > 1500 and refused > 400
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("seed", range(20, 24))
-def test_no_picture_of_a_lie_ends_in_a_traceback(logs: tuple[Path, bytes], tmp_path: Path, seed: int) -> None:
-    written, refused = try_lies(logs, tmp_path, seed, 60, VIEWS)
     assert written > 40 and refused > 10
 
 

@@ -5,24 +5,19 @@ from __future__ import annotations
 import json
 import random
 import struct
-import tempfile
-import tracemalloc
 import zlib
 
 import hypothesis.extra.numpy as hnp
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
-from mcap.reader import make_reader
 
 from granular_env.components.errors import LogError
 from granular_env.components.oscillator import Oscillator
 from granular_env.components.profiles import Profile
 from granular_env.components.snapshot import Snapshot
-from granular_env.components.support.serialization import VERSION, Pieces, canonical_json, digest, pack, unpack
-from granular_env.recording.container.writer import McapWriter
-from granular_env.recording.format.records import SNAPSHOTS, START, Record, decode, encode
+from granular_env.components.support.serialization import VERSION, digest, pack, unpack
 
 texts = st.text(st.characters(codec="utf-8"), max_size=10)
 headers = st.dictionaries(
@@ -58,11 +53,6 @@ def test_round_trip_keeps_every_bit(header: dict, given_arrays: dict) -> None:
         assert found[name].flags.writeable and found[name].base is None
 
 
-def test_equal_content_gives_equal_bytes() -> None:
-    block = {"x": np.arange(3.0)}
-    assert pack({"a": 1, "b": [2.5]}, block) == pack({"b": [2.5], "a": 1}, block)
-
-
 def test_big_endian_and_strided_arrays_are_stored_by_value() -> None:
     strided = np.arange(12.0).reshape(3, 4)[:, ::2]
     _, found = unpack(pack({}, {"strided": strided, "big": np.arange(3, dtype=">i4")}))
@@ -70,22 +60,10 @@ def test_big_endian_and_strided_arrays_are_stored_by_value() -> None:
     np.testing.assert_array_equal(found["big"], [0, 1, 2])
 
 
-def test_canonical_json_is_sorted_and_exact() -> None:
-    assert canonical_json({"b": 0.1, "a": [1, None]}) == b'{"a":[1,null],"b":0.1}'
-    with pytest.raises(ValueError, match="not JSON compliant"):
-        canonical_json(float("nan"))
-
-
 @pytest.mark.parametrize("cut", [0, 1, 9, 17, 18, 40, -1])
 def test_truncated_blocks_are_refused(cut: int) -> None:
     with pytest.raises(LogError):
         unpack(pack({"a": 1}, {"x": np.arange(5.0)})[:cut])
-
-
-@pytest.mark.parametrize("nothing", [None, 3, "text", [1, 2], object()])
-def test_what_is_no_bytes_is_refused(nothing: object) -> None:
-    with pytest.raises(LogError):
-        unpack(nothing)  # type: ignore[arg-type]
 
 
 def test_a_later_version_says_so() -> None:
@@ -127,11 +105,6 @@ def test_hostile_content_with_a_valid_checksum_is_refused(content: object) -> No
         unpack(sealed(content))
 
 
-def test_bytes_that_belong_to_no_array_are_refused() -> None:
-    with pytest.raises(LogError, match="belong to no array"):
-        unpack(sealed({"header": {}, "arrays": []}, b"12345678"))
-
-
 # -- snapshots --------------------------------------------------------------------------------------------------------
 
 
@@ -152,27 +125,6 @@ def test_snapshots_survive_bytes() -> None:
     oscillator.restore(snapshot)
     oscillator.step(0.1)
     assert oscillator.save().to_bytes() == expected
-
-
-def test_a_large_snapshot_is_written_without_being_copied() -> None:
-    """One that does not compress; what is held beside it are pieces of its compressed copy."""
-    snapshot = Snapshot("0" * 64, 0, np.random.default_rng(0).bytes(24 << 20), {})
-    record = Record(SNAPSHOTS, START, 0, 0, 0, 1, 0, {}, {"snapshot": Pieces(snapshot.to_parts())})
-    file = tempfile.TemporaryFile()
-    with file:
-        writer = McapWriter(file, "test", "test")
-        channel = writer.add_channel("granular/snapshots", "protobuf", writer.add_schema("any", "protobuf", b""))
-        tracemalloc.start()
-        writer.add_message(channel, 0, 0, encode(record, "log"))
-        writer.flush()
-        peak = tracemalloc.get_traced_memory()[1]
-        tracemalloc.stop()
-        writer.finish()
-        file.seek(0)
-        [(_, _, message)] = make_reader(file).iter_messages()
-    assert peak < 0.6 * len(snapshot.data)
-    read = decode(message.data, SNAPSHOTS, "log").arrays["snapshot"].tobytes()
-    assert read == snapshot.to_bytes() and Snapshot.from_bytes(read).data == snapshot.data
 
 
 def test_a_snapshot_is_not_changed_by_what_follows() -> None:
@@ -269,16 +221,6 @@ def mutated(data: bytes, random: random.Random) -> bytes:
 
 
 @pytest.mark.parametrize("seed", range(4))
-def test_mutated_snapshots_are_never_accepted(seed: int) -> None:
-    data, generator = moving().save().to_bytes(), random.Random(seed)
-    for _ in range(500):
-        damaged = mutated(data, generator)
-        if damaged != data:
-            with pytest.raises(LogError):
-                Snapshot.from_bytes(damaged)
-
-
-@pytest.mark.parametrize("seed", range(4))
 def test_mutations_with_a_mended_checksum_give_a_snapshot_or_a_log_error(seed: int) -> None:
     """What a forger could write: the only error is LogError, and what is accepted is a well-formed snapshot."""
     data, generator = moving().save().to_bytes(), random.Random(seed)
@@ -293,11 +235,3 @@ def test_mutations_with_a_mended_checksum_give_a_snapshot_or_a_log_error(seed: i
         assert snapshot.memory.ndim == 1 and snapshot.tick >= 0
         assert Snapshot.from_bytes(snapshot.to_bytes()).to_bytes() == snapshot.to_bytes()
     assert 0 < accepted < 500
-
-
-@settings(max_examples=300)
-@given(st.binary(max_size=200))
-def test_random_bytes_are_refused(data: bytes) -> None:
-    for given_data in (data, b"GRNL\x01\x00" + data, sealed(data)):
-        with pytest.raises(LogError):
-            Snapshot.from_bytes(given_data)

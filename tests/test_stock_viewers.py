@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import re
-import tomllib
 from collections import defaultdict
 from pathlib import Path
 from typing import Any
@@ -17,10 +16,7 @@ from mcap_ros2.decoder import DecoderFactory
 
 import granular_env as ge
 from granular_env.cli import main
-from granular_env.components.drawables import Cells, Points
 from granular_env.recording import open_log, recover
-from granular_env.recording.preview.frame_selection import PreviewFrames, facts_of, scalar_values
-from granular_env.recording.preview.messages import PreviewFacts, pictured
 from granular_env.viewing import save_foxglove_layout
 
 GRAINS, DURATION = 30, 2.5e-4
@@ -85,55 +81,70 @@ def points_of(cloud: Any) -> tuple[np.ndarray, np.ndarray]:
 
 def test_the_slow_clock_lasts_about_ten_seconds_and_simulated_time_stands_beside_it(log: Path) -> None:
     messages = decoded(log)
-    for topic in ("/particles", "/preview", "/preview/spheres", "/energy[J]", "/scalars"):
+    for topic in ("/points/grains", "/energy[J]"):
         slow, simulated = (np.array([entry[place] for entry in messages[topic]]) for place in (0, 1))
         assert slow[0] == 0 and 8e9 <= slow[-1] <= 12.5e9
         assert simulated[-1] == pytest.approx((DURATION + 20 * make_chain().step_size) * 1e9, rel=1e-3)
         assert np.allclose(slow, slow[-1] * simulated / simulated[-1], atol=2.0)
         assert (np.diff(slow) >= 0).all()
-    last = messages["/particles"][-1]
+    last = messages["/points/grains"][-1]
     assert last[1] == last[2].timestamp.seconds * 10**9 + last[2].timestamp.nanos
 
 
+def test_recorded_variables_are_read_with_the_schema_alone(log: Path) -> None:
+    """Ticks and values of each variable are packed numbers; unit and shape are in the metadata of its channel."""
+    found = decoded(log)["granular/frames/velocity"]
+    values = np.concatenate([np.array(message.values).reshape(-1, GRAINS) for _, _, message in found])
+    assert values.tobytes() == open_log(log).to_numpy("velocity").tobytes()
+    assert sum(len(message.ticks) for _, _, message in found) == len(values)
+    with log.open("rb") as file:
+        summary = make_reader(file).get_summary()
+    assert summary is not None
+    texts = {channel.topic: channel.metadata for channel in summary.channels.values()}["granular/frames/velocity"]
+    assert texts["unit"] == "m/s" and texts["shape"] == f"[{GRAINS}]"
+
+
 def test_the_motion_is_seen(log: Path) -> None:
-    """Columns move by more than a tenth of the picture, grains by a percent; truly it is a thousandth."""
-    messages = decoded(log)
-    preview = [points_of(cloud)[0] for _, _, cloud in messages["/preview"]]
-    true = [points_of(cloud)[0] for _, _, cloud in messages["/particles"]]
-    length = np.ptp(true[0][:, 0]) + 6e-3
-    grains = np.array([[(s.pose.position.x, s.pose.position.z) for s in scene.entities[0].spheres]
-                       for _, _, scene in messages["/preview/spheres"]])  # fmt: skip
-    truly = max(np.abs(positions[:, 0] - true[0][:, 0]).max() for positions in true)
+    """Grains move by more than a hundredth of the picture where they truly move by a thousandth, and keep their order."""
+    messages, times = decoded(log)["/points/grains"], open_log(log)
+    drawn = np.array([points_of(cloud)[0][:, 0] for _, _, cloud in messages])
+    truly, length = np.abs(times.to_numpy("displacement")).max(), np.ptp(drawn[0])
     assert truly < 0.01 * length, "or else this test shows nothing"
-    assert np.abs(grains[..., 0] - grains[0, :, 0]).max() > 0.03 * length
-    assert np.abs(grains[..., 0] - grains[0, :, 0]).max() > 5 * truly
-    tops = np.array([positions[:, 2].max() for positions in preview])
-    assert np.ptp(tops) > 0.1 * length or tops[0] - grains[0, :, 1].max() > 0.1 * length
-    highest = [positions[positions[:, 2].argmax(), 0] for positions in preview]
-    assert max(highest) - min(highest) > 0.5 * length, "the highest column goes along the chain"
+    assert np.abs(drawn - drawn[0]).max() > max(0.03 * length, 5 * truly)
+    assert (np.diff(drawn, axis=1) > 0.0).all()
+    highest = [points_of(cloud)[0][:, 2].argmax() for _, _, cloud in messages]
+    assert max(highest) > GRAINS // 2, "the velocity is a height, and goes along the chain"
 
 
-def test_grains_stay_in_order_and_beside_the_true_particles(log: Path) -> None:
-    messages = decoded(log)
-    lowest = min(points_of(cloud)[0][:, 2].min() for _, _, cloud in messages["/preview"])
-    assert lowest > points_of(messages["/particles"][0][2])[0][:, 2].max() + 3e-3
-    for _, _, scene in messages["/preview/spheres"]:
-        (entity,) = scene.entities
-        assert entity.frame_id == "world" and len(entity.spheres) == GRAINS
-        assert (np.diff([sphere.pose.position.x for sphere in entity.spheres]) > 0).all()
-        assert all(s.size.x == s.size.y == s.size.z == 6e-3 and s.pose.orientation.w == 1.0 for s in entity.spheres)
+def test_one_metadata_record_has_the_entries_of_the_header(log: Path) -> None:
+    with log.open("rb") as file:
+        (record,) = make_reader(file).iter_metadata()
+    assert record.name == "granular-env"
+    assert json.loads(record.metadata["experiment"])["name"] == "a-shock"
+    assert json.loads(record.metadata["parameters"])["grains"] == GRAINS
+    assert "granular-env" in json.loads(record.metadata["versions"])
 
 
-def test_true_particles_are_where_the_log_says(log: Path) -> None:
-    times, displacement = open_log(log).series("displacement")
-    reference = make_chain().drawables()[0].reference
-    _, _, cloud = decoded(log)["/particles"][-1]
-    assert np.allclose(points_of(cloud)[0][:, 0], reference[:, 0] + displacement[-1], atol=1e-8)
+def test_a_recovered_log_has_its_preview(log: Path, tmp_path: Path) -> None:
+    content = log.read_bytes()
+    (tmp_path / "a.mcap").write_bytes(content[: content.index(b"/about")])
+    assert not open_log(tmp_path / "a.mcap").complete
+    recover(tmp_path / "a.mcap", tmp_path / "b.mcap")
+    assert {"/points/grains", "/energy[J]", "/about"} <= decoded(tmp_path / "b.mcap").keys()
+
+
+def test_the_preview_of_a_large_body_has_a_bounded_size(tmp_path: Path) -> None:
+    chain = make_chain(grains=50_000)
+    with ge.record(chain, tmp_path / "a.mcap", every=1e-6, variables=["velocity"]):
+        chain.reset(velocity={0: 5.0})
+        chain.step(2e-5)
+    clouds = decoded(tmp_path / "a.mcap")["/points/grains"]
+    assert 8 <= len(clouds) <= 21 and all(2_500 < len(points_of(cloud)[0]) <= 5_000 for _, _, cloud in clouds)
 
 
 def test_colours_follow_the_velocity(log: Path) -> None:
     """Grey at rest, red to the right; the same four bytes as Foxglove's packed number and as rerun's four fields."""
-    record, messages = open_log(log), decoded(log)["/particles"]
+    record, messages = open_log(log), decoded(log)["/points/grains"]
     _, simulated, cloud = messages[len(messages) // 3]
     velocity, largest = record.get("velocity", simulated * 1e-9), np.abs(record.series("velocity")[1]).max()
     seen = np.vstack([points_of(cloud)[1] for _, _, cloud in messages])
@@ -150,7 +161,7 @@ def test_scalars_are_grouped_by_unit_with_names_and_none_is_empty(log: Path) -> 
     messages, chain = decoded(log), make_chain()
     topics = {topic for topic in messages if topic.startswith("/")}
     assert {"/energy[J]", "/velocity[m\u00b7s\u207b\u00b9]", "/momentum[kg\u00b7m\u00b7s\u207b\u00b9]"} <= topics
-    assert not any("/" in topic[1:].replace("preview/spheres", "") or " " in topic for topic in topics)
+    assert not any(" " in topic for topic in topics)
     for topic in topics:
         if "[" in topic:
             names = messages[topic][0][2].layout.dim[0].label.split(", ")
@@ -159,8 +170,7 @@ def test_scalars_are_grouped_by_unit_with_names_and_none_is_empty(log: Path) -> 
             assert len({chain.variables[name].unit for name in names}) == 1
     _, energy = open_log(log).series("kinetic_energy")
     assert messages["/energy[J]"][0][2].layout.dim[0].label.split(", ")[0] == "kinetic_energy"
-    assert messages["/energy[J]"][-1][2].data[0] == energy[-1] == messages["/scalars"][-1][2].kinetic_energy_J
-    assert messages["/scalars"][-1][2].left_velocity_m_per_s == 5.0
+    assert messages["/energy[J]"][-1][2].data[0] == energy[-1]
 
 
 def test_words_say_what_is_drawn(log: Path) -> None:
@@ -168,36 +178,6 @@ def test_words_say_what_is_drawn(log: Path) -> None:
     assert about.data.startswith("a-shock\n")
     for part in ("x as large", "1 s here = ", "m/s", "/energy[J]: [0] kinetic_energy"):
         assert part in about.data
-
-
-def test_one_metadata_record_tells_experiment_parameters_units_and_versions(log: Path) -> None:
-    with log.open("rb") as file:
-        (record,) = make_reader(file).iter_metadata()
-    assert record.name == "granular-env"
-    texts = record.metadata
-    assert tomllib.loads(texts["experiment"]) == {
-        "name": "a-shock", "duration": DURATION, "component": {"type": "chain", "grains": GRAINS}
-    }  # fmt: skip
-    assert tomllib.loads(texts["parameters"])["grains"] == GRAINS and "radius = 0.003  # m\n" in texts["parameters"]
-    assert "m/s: velocity, left_velocity" in texts["units"].split("; ") and "granular-env" in texts["versions"]
-
-
-def test_a_log_that_was_not_closed_has_its_metadata_and_recovers_its_preview(log: Path, tmp_path: Path) -> None:
-    chain = make_chain()
-    recorder = ge.record(chain, tmp_path / "a.mcap", every=2e-6, variables=["displacement", "velocity"])
-    play(chain)
-    chain.ignore(recorder)
-    recorder._write_end = lambda: None  # type: ignore[method-assign]
-    recorder.close()
-    content = (tmp_path / "a.mcap").read_bytes()
-    assert b"radius = 0.003  # m" in content and b"/preview" not in content
-    assert not open_log(tmp_path / "a.mcap").complete
-    recover(tmp_path / "a.mcap", tmp_path / "b.mcap")
-    found = decoded(tmp_path / "b.mcap")
-    assert {"/preview", "/preview/spheres", "/energy[J]", "/about"} <= found.keys()
-    with (tmp_path / "b.mcap").open("rb") as file:
-        (record,) = make_reader(file).iter_metadata()
-    assert "radius = 0.003  # m\n" in record.metadata["parameters"]
 
 
 def test_messages_lie_in_the_order_of_time_in_each_chunk(tmp_path: Path) -> None:
@@ -216,63 +196,6 @@ def test_messages_lie_in_the_order_of_time_in_each_chunk(tmp_path: Path) -> None
         assert found == sorted(found)
 
 
-def test_the_preview_is_a_function_of_the_frames(log: Path) -> None:
-    """A second run that is watched the same way gives the same bytes at the same times."""
-    chain = make_chain()
-    track = PreviewFrames(facts_of(chain, "a-shock"))
-    ticks, before = open_log(log).ticks("velocity"), 0
-    seen = []
-
-    class Watcher:
-        next_tick, stepped_once = 0, False
-
-        def on_reset(self, component: ge.Component) -> None:
-            nonlocal before
-            before += 20 if self.stepped_once else 0
-            if not self.stepped_once:
-                seen.clear()
-                track.forget_from(0)
-            self.on_sample(component)
-
-        def on_sample(self, component: ge.Component) -> None:
-            number, tick = len(seen), component.tick
-            if track.wants(number):
-                scalars = scalar_values(component, track.names, component.balance_values())
-                drawn = {name: component.peek(name) for name in ("displacement", "velocity")}
-                track.add(number, round((before + tick) * component.step_size * 1e9), scalars, drawn)
-            seen.append(before + tick)
-            self.next_tick = tick + round(2e-6 / component.step_size)
-
-        def on_step(self, *_: object) -> None:
-            self.stepped_once = True
-
-        def on_failure(self, *_: object) -> None: ...
-
-    chain.observe(Watcher())
-    play(chain)
-    assert seen == ticks.tolist()
-    expected = [(m.topic.name, m.log_time, m.publish_time, b"".join(m.parts)) for m in track.messages()]
-    with log.open("rb") as file:
-        found = [
-            (channel.topic, message.log_time, message.publish_time, message.data)
-            for _, channel, message in make_reader(file).iter_messages(log_time_order=False)
-            if channel.topic.startswith("/")
-        ]
-    assert found == expected and len(found) > 300
-
-
-def test_a_large_chain_has_a_preview_of_bounded_size_that_shows_the_wave(tmp_path: Path) -> None:
-    chain = make_chain(grains=5000)
-    with ge.record(chain, tmp_path / "a.mcap", every=5e-6, variables=["velocity"]):
-        chain.reset(velocity={0: 5.0})
-        chain.step(1e-4)
-    messages = decoded(tmp_path / "a.mcap")
-    points, _ = points_of(messages["/preview"][-1][2])
-    true, _ = points_of(messages["/particles"][-1][2])
-    assert len(true) == 5000 and len(points) <= 1000 and "/preview/spheres" not in messages
-    assert np.ptp(points[:, 2]) > 0.1 * np.ptp(true[:, 0])
-
-
 def test_a_component_without_particles_has_its_scalars_alone(tmp_path: Path) -> None:
     oscillator = ge.make("oscillator")
     with ge.record(oscillator, tmp_path / "a.mcap"):
@@ -280,7 +203,7 @@ def test_a_component_without_particles_has_its_scalars_alone(tmp_path: Path) -> 
         oscillator.step(1.0, force=2.0)
     topics = {topic for topic in decoded(tmp_path / "a.mcap") if topic.startswith("/")}
     assert topics == {
-        "/about", "/scalars", "/energy[J]", "/force[N]", "/position[m]", "/velocity[m\u00b7s\u207b\u00b9]",
+        "/about", "/energy[J]", "/force[N]", "/position[m]", "/velocity[m\u00b7s\u207b\u00b9]",
         "/momentum[kg\u00b7m\u00b7s\u207b\u00b9]",
     }  # fmt: skip
 
@@ -295,10 +218,10 @@ def test_the_foxglove_layout_shows_what_is_in_the_log(log: Path, tmp_path: Path)
     for topic, settings in scene["topics"].items():
         assert topic in messages and settings["visible"]
     camera = scene["cameraState"]
-    points = np.vstack([points_of(cloud)[0] for topic in ("/particles", "/preview") for _, _, cloud in messages[topic]])
+    points = np.vstack([points_of(cloud)[0] for topic in ("/points/grains",) for _, _, cloud in messages[topic]])
     # The camera looks along y: what it sees at the chain's distance is as high as this.
     seen = 2 * camera["distance"] * np.tan(np.radians(camera["fovy"] / 2))
-    assert camera["near"] < 0.5 * camera["distance"] and seen / 2 < np.ptp(points[:, 2]) < seen
+    assert camera["near"] < 0.5 * camera["distance"] and np.ptp(points[:, 2]) < seen and np.ptp(points[:, 0]) < 2 * seen
     assert np.abs(camera["targetOffset"][0] - points[:, 0].mean()) < 0.2 * np.ptp(points[:, 0])
     paths = [path for name, panel in panels.items() if name.startswith("Plot") for path in panel["paths"]]
     for path in paths:
@@ -327,32 +250,17 @@ def test_stock_rerun_draws_points_text_and_a_plot_for_each_unit(log: Path) -> No
     for part in chunk.McapReader(str(log)).stream():
         batch = part.to_record_batch()
         columns.setdefault(str(part.entity_path), set()).update(batch.schema.names)
-        if str(part.entity_path) == "/particles" and "Points3D:positions" in batch.schema.names:
+        if str(part.entity_path) == "/points/grains" and "Points3D:positions" in batch.schema.names:
             points += batch.column("Points3D:positions").to_pylist()
     drawn = {path for path, names in columns.items() if "Points3D:positions" in names}
-    assert drawn == {"/particles", "/preview"} and all("Points3D:colors" in columns[path] for path in drawn)
+    assert drawn == {"/points/grains"} and "Points3D:colors" in columns["/points/grains"]
     plotted = {unescaped(path) for path, names in columns.items() if "Scalars:scalars" in names}
     assert plotted == {topic for topic in decoded(log) if "[" in topic}, "no plot is empty"
     assert "TextDocument:text" in columns["/about"] and "granular-env" in columns["/__mcap_metadata"]
-    assert len([frame for frame in points if frame]) >= 90 and len(points[-1]) == GRAINS
+    assert len([frame for frame in points if frame]) >= 50 and len(points[-1]) == GRAINS
 
 
 def unescaped(path: str) -> str:
     """An entity path as its topic was named: rerun writes what is no letter or digit with a backslash."""
     path = re.sub(r"\\u\{([0-9A-Fa-f]+)\}", lambda found: chr(int(found[1], 16)), path)
     return path.replace("\\", "")
-
-
-def test_a_preview_keeps_what_its_messages_show_alone() -> None:
-    """Further points have no topic, and what is too large for a preview has none."""
-    grains = Points("grains", np.arange(3.0)[:, None], np.ones(3), "displacement", "velocity")
-    others = Points("others", np.arange(2.0)[:, None], np.ones(2), "others_displacement")
-    count = 20_001
-    large = Cells("large", np.zeros((count, 2)), np.zeros((1, 4), dtype=np.int64), "stress")
-    assert pictured([grains, others, large]) == (grains,)
-    shapes = {"displacement": 3, "velocity": 3, "others_displacement": 2, "stress": count}
-    facts = PreviewFacts("", (grains, others, large), dict.fromkeys(shapes, "m"), shapes, {})
-    frames = PreviewFrames(facts)
-    frames.add(0, 0, [], {name: np.zeros(size) for name, size in shapes.items()})
-    assert sorted(frames.frames[0].drawn) == ["displacement", "velocity"]
-    assert {message.topic.name for message in frames.messages()} >= {"/particles", "/preview"}

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import time
 from collections.abc import Callable
 from pathlib import Path
@@ -16,8 +15,8 @@ import granular_env.components.catalogue as catalogue
 from granular_env.cli import main
 from granular_env.components.errors import StepError
 from granular_env.components.snapshot import Snapshot
-from granular_env.recording import open_log, record, recover, verify
-from granular_env.recording.format.records import CLOSED, HASHES, HEADER, INCIDENTS, KEY, SNAPSHOTS, START, STEPS, Record
+from granular_env.recording import open_log, record, verify
+from granular_env.recording.records import KEY, SNAPSHOTS, START, STEPS, Record
 
 
 def said(path: Path, capsys: pytest.CaptureFixture[str]) -> tuple[int, str]:
@@ -68,57 +67,7 @@ def test_a_closed_log_without_a_step_was_not_compared(tmp_path: Path, capsys: py
     assert status == 3 and text.startswith("nothing was compared: the log holds no call of step")
 
 
-def test_help_states_the_exit_status(capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["replay", "--help"]) == 0
-    text = " ".join(capsys.readouterr().out.split())
-    assert "0 identical" in text and "1 different" in text and "3 incomplete" in text
-
-
 # -- what is compared --------------------------------------------------------------------------------------------------
-
-
-def _header(name: str, value: Any) -> Callable[[Record], Record]:
-    return lambda old: dataclasses.replace(old, header={**old.header, name: value}) if old.kind == HEADER else old
-
-
-@pytest.mark.parametrize(
-    ("name", "value"),
-    [
-        ("experiment", {"name": "another"}),
-        ("created", "1983-01-01T00:00:00+00:00"),
-        ("command", "by hand"),
-        ("version", 7),
-        ("platform_bound", True),
-        ("event_kinds", {"slipped": "a grain slipped"}),
-        ("parent", {"log": "0123456789abcdef"}),
-        ("machine", {"cpu": "another"}),
-        ("options", {"frame_every": 1, "doubling": 64, "hash_every": 4096, "snapshot_every": 0}),
-        ("state", ["velocity"]),
-        ("particles", {"displacement": "velocity", "colour": "velocity"}),
-    ],
-)
-def test_a_changed_entry_of_the_header_is_named(tmp_path: Path, name: str, value: Any) -> None:
-    chain_log(tmp_path / "a.mcap", experiment={"name": "mine"})
-    rewrite(tmp_path / "a.mcap", tmp_path / "b.mcap")
-    assert verify(tmp_path / "b.mcap").identical, "rewriting alone changes nothing"
-    rewrite(tmp_path / "a.mcap", tmp_path / "c.mcap", _header(name, value))
-    result = verify(tmp_path / "c.mcap")
-    assert not result.identical and result.variable == name and name in result.message
-
-
-@pytest.mark.parametrize(("key", "value"), [("unit", "km/s"), ("description", "something else"), ("axes", ["node"])])
-def test_a_changed_declaration_is_named(tmp_path: Path, key: str, value: Any) -> None:
-    chain_log(tmp_path / "a.mcap")
-
-    def change(old: Record) -> Record:
-        if old.kind != HEADER:
-            return old
-        variables = [{**facts, key: value} if facts["name"] == "velocity" else facts for facts in old.header["variables"]]
-        return dataclasses.replace(old, header={**old.header, "variables": variables})
-
-    rewrite(tmp_path / "a.mcap", tmp_path / "b.mcap", change)
-    result = verify(tmp_path / "b.mcap")
-    assert not result.identical and result.variable == "variables"
 
 
 def test_incidents_that_cannot_be_compared_are_named(tmp_path: Path) -> None:
@@ -130,98 +79,9 @@ def test_incidents_that_cannot_be_compared_are_named(tmp_path: Path) -> None:
             component.step(1e-4, left_force=1e9)
     result = verify(tmp_path / "a.mcap")
     assert result.identical and result.incidents == ["failed"]
-    assert "not compared, since nothing tells of them: incidents of the recording (failed)" in result.message
+    assert "not compared: incidents of the recording (failed)" in result.message
     chain_log(tmp_path / "b.mcap")
     assert "incidents" not in verify(tmp_path / "b.mcap").message
-
-
-def _without_digests(old: Record) -> Record:
-    """The digests of the header removed: only what the re-run itself gives is left to compare with."""
-    return dataclasses.replace(old, header={"parameters": old.header["parameters"]}) if "header" in old.header else old
-
-
-@pytest.mark.parametrize("array", ["0.reference", "0.radius"])
-@pytest.mark.parametrize("digests", [True, False])
-def test_a_changed_array_of_the_header_is_named(tmp_path: Path, array: str, digests: bool) -> None:
-    """Viewers draw them as the true radii and places."""
-    chain_log(tmp_path / "a.mcap")
-
-    def change(old: Record) -> Record:
-        if old.kind == HASHES and not digests:
-            return _without_digests(old)
-        if old.kind != HEADER:
-            return old
-        values = old.arrays[array].copy()
-        values.reshape(-1)[3] = np.nextafter(values.reshape(-1)[3], 1.0)
-        return changed(old, **{array: values})
-
-    rewrite(tmp_path / "a.mcap", tmp_path / "b.mcap", change)
-    result = verify(tmp_path / "b.mcap")
-    assert not result.identical and f"'{array}'" in result.message
-    assert result.variable == array or not digests
-
-
-@pytest.mark.parametrize(("name", "value"), [("report", {}), ("cautions", ["all is well"])])
-def test_a_changed_end_is_named(tmp_path: Path, name: str, value: Any) -> None:
-    chain_log(tmp_path / "a.mcap")
-
-    def change(old: Record) -> Record:
-        closed = old.kind == INCIDENTS and old.detail == CLOSED
-        return dataclasses.replace(old, header={**old.header, name: value}) if closed else old
-
-    rewrite(tmp_path / "a.mcap", tmp_path / "b.mcap", change)
-    result = verify(tmp_path / "b.mcap")
-    assert not result.identical and result.variable == name and f"the {name} at the end" in result.message
-
-
-def test_one_changed_bit_of_the_film_is_noticed(tmp_path: Path) -> None:
-    chain_log(tmp_path / "a.mcap")
-    count = 0
-
-    def change(data: bytes) -> bytes:
-        nonlocal count
-        count += 1
-        return data[:-1] + bytes([data[-1] ^ 1]) if count == 30 else data
-
-    rewrite(tmp_path / "a.mcap", tmp_path / "b.mcap", change_preview=change)
-    result = verify(tmp_path / "b.mcap")
-    assert count > 60 and not result.identical and result.variable == "preview"
-
-
-def test_a_changed_metadata_record_is_noticed(tmp_path: Path) -> None:
-    """It is what other programs show of the log's parameters."""
-    chain_log(tmp_path / "a.mcap")
-    rewrite(tmp_path / "a.mcap", tmp_path / "b.mcap", change_texts=lambda texts: {**texts, "parameter grains": "13"})
-    result = verify(tmp_path / "b.mcap")
-    assert not result.identical and result.variable == "metadata"
-
-
-def test_messages_at_other_times_are_noticed(tmp_path: Path) -> None:
-    chain_log(tmp_path / "a.mcap")
-    rewrite(tmp_path / "a.mcap", tmp_path / "b.mcap", shift=1000)
-    result = verify(tmp_path / "b.mcap")
-    assert not result.identical and "1000 ns" in result.message
-
-
-@pytest.mark.parametrize("cut", [60, 0])
-def test_a_recovered_log_is_compared_too_film_and_all(tmp_path: Path, cut: int) -> None:
-    chain_log(tmp_path / "a.mcap", variables=["displacement", "velocity"])
-    data = (tmp_path / "a.mcap").read_bytes()
-    (tmp_path / "cut.mcap").write_bytes(data[: len(data) - cut])
-    recover(tmp_path / "cut.mcap", tmp_path / "b.mcap").close()
-    assert verify(tmp_path / "b.mcap").identical
-    rewrite(tmp_path / "b.mcap", tmp_path / "c.mcap", change_preview=lambda data: data[:-1] + bytes([data[-1] ^ 1]))
-    assert verify(tmp_path / "c.mcap").variable == "preview"
-
-
-def test_what_a_recovered_log_lost_is_named(tmp_path: Path) -> None:
-    chain_log(tmp_path / "a.mcap")
-    whole = open_log(tmp_path / "a.mcap")
-    offset, _ = whole.records.container.places[-1]
-    (tmp_path / "cut.mcap").write_bytes((tmp_path / "a.mcap").read_bytes()[:offset])
-    recover(tmp_path / "cut.mcap", tmp_path / "b.mcap").close()
-    result = verify(tmp_path / "b.mcap")
-    assert result.identical and result.missing == ["the report", "the cautions"] and "the report" in result.message
 
 
 def test_a_run_with_failed_and_empty_histories_is_identical(tmp_path: Path) -> None:
@@ -259,7 +119,7 @@ def test_a_difference_is_told_once_in_one_vocabulary(tmp_path: Path, capsys: pyt
     status, text = said(tmp_path / "b.mcap", capsys)
     lines = text.splitlines()
     assert status == 1 and lines[0].startswith("different: ") and len(lines) == len(set(lines))
-    assert text.count("left_force' is not what was recorded") == 1 and "tick" in text
+    assert "displacement[0] differs between 0 s and" in text and "tick" in text
     assert "internal step" not in text and " steps" not in text
     assert " steps" not in repr(open_log(tmp_path / "a.mcap")) + repr(verify(tmp_path / "a.mcap"))
 
@@ -291,24 +151,6 @@ def test_a_changed_snapshot_is_called_that(tmp_path: Path) -> None:
     rewrite(tmp_path / "a.mcap", tmp_path / "b.mcap", _with_other_snapshot(KEY))
     result = verify(tmp_path / "b.mcap")
     assert not result.identical and "the snapshot at " in result.message
-
-
-def test_changed_durations_are_called_that(tmp_path: Path) -> None:
-    component = catalogue.make("oscillator")
-    with record(component, tmp_path / "a.mcap"):
-        for number in range(40):
-            component.step(0.01 + 0.01 * (number % 2))
-
-    def change(old: Record) -> Record:
-        if old.kind != STEPS:
-            return old
-        durations = old.arrays["durations"].copy()
-        durations[:2] = durations[:2][::-1]
-        return changed(old, durations=durations)
-
-    rewrite(tmp_path / "a.mcap", tmp_path / "b.mcap", change)
-    result = verify(tmp_path / "b.mcap")
-    assert result.variable == "duration" and "the durations of the calls of step are not what was recorded" in result.message
 
 
 def test_warnings_of_the_re_run_are_notes(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from granular_env import atlas, colours, viewing
+from granular_env import colours, viewing
 from granular_env.components.catalogue import make
 from granular_env.components.errors import GranularError, MissingExtraError, ParameterError, StepError
 from granular_env.domains.chain.viewing.space_time_diagram import space_time_picture
@@ -119,11 +119,10 @@ def perceived(names):
 def test_ten_colours_are_told_apart_in_files_and_on_pages():
     """Distances of some 2 are just seen side by side; a legend is not beside what it names."""
     palettes = [colours.PALETTE]
-    for package in (viewing, atlas):
-        sheet = next(Path(package.__file__).parent.glob("templates/*.css")).read_text()
-        numbers, names = zip(*re.findall(r"--c(\d+): (#[0-9a-f]{6})", sheet), strict=True)
-        assert list(numbers) == [str(place) for place in range(len(colours.PALETTE))] * 2, "by day and by night"
-        palettes += [names[: len(colours.PALETTE)], names[len(colours.PALETTE) :]]
+    sheet = next(Path(viewing.__file__).parent.glob("templates/*.css")).read_text()
+    numbers, names = zip(*re.findall(r"--c(\d+): (#[0-9a-f]{6})", sheet), strict=True)
+    assert list(numbers) == [str(place) for place in range(len(colours.PALETTE))] * 2, "by day and by night"
+    palettes += [names[: len(colours.PALETTE)], names[len(colours.PALETTE) :]]
     for names in palettes:
         places = perceived(names)
         distances = np.linalg.norm(places[:, None] - places, axis=-1)[np.triu_indices(len(names), 1)]

@@ -12,7 +12,8 @@ from support.rerun_tools import columns
 import granular_env as ge
 from granular_env.components.drawables import Cells, Links, Points
 from granular_env.components.variables import Variable
-from granular_env.recording.reader.event_places import place_of, position_words
+from granular_env.recording.event_places import place_of, position_words
+from granular_env.recording.preview.displacement_scale import common_exaggeration
 from granular_env.viewing import LiveViewer, report, save_rrd
 from granular_env.viewing.colour_scales import colour_scales
 from granular_env.viewing.cracks import MOST_LINES, crack_lines
@@ -25,7 +26,6 @@ from granular_env.viewing.scene_data import from_component, from_log
 from granular_env.viewing.scene_scales import scales_of
 from granular_env.viewing.visible_drawables import (
     colouring_outputs,
-    common_exaggeration,
     places_by_count,
     places_of_outputs,
     visible_points,

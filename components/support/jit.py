@@ -79,7 +79,7 @@ def cache_folder() -> Path | None:
     """
     try:
         kernels = cache_base() / "kernels"
-        folder = kernels / source_hash()
+        folder = kernels / _hash_with_plugins()
         is_new = not folder.is_dir()
         folder.mkdir(mode=0o700, parents=True, exist_ok=True)
         os.utime(folder)
@@ -110,13 +110,24 @@ def _delete_old(kernels: Path) -> None:
 
 @cache
 def source_hash() -> str:
-    """Hash the sources of all components and of plug-ins, and the versions of Python, numba and numpy."""
+    """Hash the sources of all components, and the versions of Python, numba and numpy."""
     state = hashlib.sha256(f"{sys.version} {numba.__version__} {np.__version__}".encode())
-    for root in (Path(__file__).resolve().parent.parent, *_plugin_sources()):
-        for path in sorted(root.rglob("*.py")) if root.is_dir() else [root]:
-            state.update(str(path.relative_to(root)).encode())
-            state.update(path.read_bytes())
+    _hash_sources(state, Path(__file__).resolve().parent.parent)
     return state.hexdigest()[:16]
+
+
+def _hash_with_plugins() -> str:
+    """Hash the sources of components and of plug-ins: their kernels and laws are compiled together."""
+    state = hashlib.sha256(source_hash().encode())
+    for root in _plugin_sources():
+        _hash_sources(state, root)
+    return state.hexdigest()[:16]
+
+
+def _hash_sources(state: Any, root: Path) -> None:
+    for path in sorted(root.rglob("*.py")) if root.is_dir() else [root]:
+        state.update(str(path.relative_to(root)).encode())
+        state.update(path.read_bytes())
 
 
 @cache

@@ -12,8 +12,8 @@ import hashlib
 import json
 import struct
 import zlib
-from collections.abc import Iterable, Mapping, Sequence
-from typing import Any, NamedTuple
+from collections.abc import Iterable, Mapping
+from typing import Any
 
 import numpy as np
 
@@ -39,26 +39,16 @@ def canonical_json(value: Any) -> bytes:
     return json.dumps(value, sort_keys=True, separators=(",", ":"), allow_nan=False).encode()
 
 
-class Pieces(NamedTuple):
-    """Bytes in pieces, which are packed as one array of them without being joined."""
-
-    parts: Sequence[bytes | memoryview]
-
-
 def pack(header: Mapping[str, Any], arrays: Mapping[str, np.ndarray]) -> bytes:
     """One self-checking block of bytes from a JSON-able header and named arrays."""
     return b"".join(pack_parts(header, arrays))
 
 
-def pack_parts(header: Mapping[str, Any], arrays: Mapping[str, np.ndarray | Pieces]) -> list[bytes | memoryview]:
+def pack_parts(header: Mapping[str, Any], arrays: Mapping[str, np.ndarray]) -> list[bytes | memoryview]:
     """Return the parts that `pack` joins; the arrays are not copied: do not change them before the parts are written."""
     listed: list[list[Any]] = []
     parts: list[bytes | memoryview] = []
     for name, array in arrays.items():
-        if isinstance(array, Pieces):
-            listed.append([name, "|u1", [sum(map(len, array.parts))]])
-            parts += array.parts
-            continue
         little = np.ascontiguousarray(array, dtype=array.dtype.newbyteorder("<"))
         # The shape is the given array's: ascontiguousarray makes a scalar one-dimensional.
         listed.append([name, little.dtype.str, list(np.shape(array))])

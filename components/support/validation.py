@@ -1,4 +1,4 @@
-"""Checking what people give: parameters against their model, and single numbers; a fault for each thing that is wrong."""
+"""Validation of parameters against their model, and of single numbers; each fault is located."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _INDEX = re.compile(r"-?\d{1,9}(,-?\d{1,9})*")
 
 
 class _Words:
-    """Text, a truth value or a masked element where a number belongs: pydantic, which would read it as one, refuses this."""
+    """Text, a truth value or a masked array in the place of a number, which pydantic would convert."""
 
     def __init__(self, value: Any) -> None:
         self._value = value
@@ -30,7 +30,7 @@ class _Words:
 
 
 class Fixed(BaseModel):
-    """Values that are checked when they are given, and do not change: no unknown keys, finite numbers."""
+    """Immutable values, validated on construction: no unknown keys, finite numbers."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
@@ -43,7 +43,7 @@ class Fixed(BaseModel):
     @model_validator(mode="before")
     @classmethod
     def _plain(cls, given: Any) -> Any:
-        """Return what pydantic takes, without what it would silently read as something else."""
+        """Return the fields as pydantic takes them, with values marked that it would silently convert."""
         if not isinstance(given, dict):
             return given
         fields = {name: plain(value) for name, value in given.items()}
@@ -87,7 +87,7 @@ def validate_parameters(model: type[Model], fields: Mapping[str, Any], where: st
 
 
 def faults_of(error: ValidationError, given: Any, model: type[BaseModel]) -> list[Fault]:
-    """Return what pydantic found as faults, located by the keys and indices of what was given."""
+    """Return the errors of pydantic as faults, located by the keys and indices of the given values."""
     groups: dict[str, list[Any]] = {}
     for one in error.errors():
         groups.setdefault(str(one["loc"][0]) if one["loc"] else "", []).append(one)
@@ -95,17 +95,17 @@ def faults_of(error: ValidationError, given: Any, model: type[BaseModel]) -> lis
 
 
 def refusal(received: str, expected: str = "", hint: str = "", at: Location = ()) -> PydanticCustomError:
-    """Return a fault as what a pydantic validator raises; `at` is its location below what is validated."""
+    """Return a fault as an error that a pydantic validator raises; `at` is relative to the validated value."""
     return PydanticCustomError(_FAULT, "{fault}", {"fault": Fault(at, received, expected, hint)})
 
 
 def as_refusal(error: GranularError, *at: str | int) -> PydanticCustomError:
-    """Return the first fault of an error as what a pydantic validator raises."""
+    """Return the first fault of an error as an error that a pydantic validator raises."""
     return PydanticCustomError(_FAULT, "{fault}", {"fault": error.faults[0].within(*at)})
 
 
 def as_validation_error(faults: Iterable[Fault]) -> ValidationError:
-    """Return faults as an error of pydantic: raised in a validator, they come out of the outermost model, located there."""
+    """Return faults as a pydantic error: raised in a validator, they reach the outermost model, located there."""
     details = [
         InitErrorDetails(type=PydanticCustomError(_FAULT, "{fault}", {"fault": fault}), loc=(), input=None) for fault in faults
     ]
@@ -114,7 +114,7 @@ def as_validation_error(faults: Iterable[Fault]) -> ValidationError:
 
 # The type of pydantic's errors that carry a fault.
 _FAULT = "fault"
-# What each type of pydantic's errors expected, with its figures.
+# The expected value for each type of pydantic error.
 _EXPECTED = {
     "bool_parsing": "true or false",
     "bool_type": "true or false",
@@ -143,9 +143,9 @@ _EXPECTED = {
 
 
 def _faults_of_field(errors: list[Any], given: Any, model: type[BaseModel]) -> list[Fault]:
-    """Return the faults of one field; of a union those of the alternative that was meant.
+    """Return the faults of one field; for a union those of the alternative of the right type.
 
-    That is the one of the right type: a value is out of range, or what is wrong lies deeper, in a table or a list.
+    There a value is out of range, or the fault lies deeper, in a table or a list.
     """
     located = [(one, _place(one["loc"], given, may_be_missing=False)) for one in errors]
     outermost = min(len(place) for _, place in located)
@@ -172,7 +172,7 @@ def _is_explained(place: Location, located: list[tuple[Any, Location]]) -> bool:
 
 def _faults_of_error(error: Any, given: Any, model: type[BaseModel]) -> list[Fault]:
     raised = error.get("ctx", {}).get("error")
-    if isinstance(raised, GranularError):  # an error of our own is a ValueError too, with faults located in what was given
+    if isinstance(raised, GranularError):  # our own errors are ValueErrors too
         place = _place(error["loc"], given, may_be_missing=False)
         return [replace(fault, location=(*place, *fault.location), source="") for fault in raised.faults]
     return [_fault(error, given, model)]
@@ -202,7 +202,7 @@ def _fault(error: Any, given: Any, model: type[BaseModel]) -> Fault:
 
 
 def _place(loc: Location, given: Any, may_be_missing: bool) -> Location:
-    """Return a location without the names that pydantic puts in for the alternatives of a union that it tried."""
+    """Return a location without the names that pydantic inserts for the alternatives of a union."""
     place: list[str | int] = []
     for depth, part in enumerate(loc):
         if _holds(given, part):
@@ -232,10 +232,10 @@ def _advice_for_unknown(place: Location, given: Any, value: Any, model: type[Bas
 
 
 def _part_of(model: type[BaseModel], name: str | int) -> type[BaseModel] | None:
-    """Return the model of a field that holds one, as that of a component made of others does."""
+    """Return the model of a field that holds a table, also one that may be left out."""
     field = model.model_fields.get(str(name))
-    kind = field.annotation if field else None
-    return kind if isinstance(kind, type) and issubclass(kind, BaseModel) else None
+    kinds = (field.annotation, *get_args(field.annotation)) if field else ()
+    return next((kind for kind in kinds if isinstance(kind, type) and issubclass(kind, BaseModel)), None)
 
 
 def _advice_for_missing(place: Location, model: type[BaseModel]) -> str:
@@ -252,7 +252,7 @@ def _advice_for_missing(place: Location, model: type[BaseModel]) -> str:
 
 
 def _owner(model: type[BaseModel], name: str, value: Any) -> str:
-    """Return advice where a name belongs to a table that another parameter chooses by name; empty where it does not."""
+    """Return the hint for a name that belongs to a table which another parameter chooses by name; else ""."""
     for parameter, choices in tables(model).items():
         owners = [choice for choice, table in choices.items() if name in table.model_fields]
         if owners:
@@ -263,7 +263,7 @@ def _owner(model: type[BaseModel], name: str, value: Any) -> str:
 
 
 def finite_number(at: str | Location, value: Any, expected: str = "a number", hint: str = "") -> float:
-    """Return `value` as a float; `ParameterError` for text, truth values, arrays, NaN, infinity and what else is no number."""
+    """Return `value` as a finite float; `ParameterError` for text, truth values, arrays and anything else."""
     try:
         if isinstance(value, str | bytes | bool) or np.ndim(value) or getattr(value, "dtype", _FLOAT).kind not in "fiu":
             raise TypeError
@@ -287,7 +287,7 @@ def positive_number(at: str | Location, value: Any) -> float:
 
 
 def whole_number(at: str | Location, value: Any, least: int = 1, most: int | None = None) -> int:
-    """Return `value` as an int from `least` to `most`; `ParameterError` for truth values, fractions and what else is none."""
+    """Return `value` as an int from `least` to `most`; `ParameterError` for anything else."""
     if (
         isinstance(value, bool)
         or not isinstance(value, (int, np.integer))
@@ -311,7 +311,7 @@ def plain(value: Any) -> Any:
 
 
 def holds_numbers_only(annotation: Any) -> bool:
-    """Return whether the type of a field leaves room for nothing but numbers, in lists or alone, and None."""
+    """Return whether the type of a field allows only numbers, lists of numbers, and None."""
     parts = [part for part in get_args(annotation) if isinstance(part, type) or get_origin(part) is not None]
     if get_origin(annotation) is Annotated:
         return holds_numbers_only(parts[0])

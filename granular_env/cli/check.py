@@ -10,11 +10,9 @@ from typing import Any
 
 import click
 
-from granular_env.cli.command import command
-from granular_env.cli.completion import names
-from granular_env.cli.exit_status import Status
+from granular_env.cli.command import Status, command
 from granular_env.cli.kinds import is_plan, is_study
-from granular_env.cli.options import Overrides, json_option, large_option, set_option
+from granular_env.cli.options import Overrides, Shipped, json_option, large_option, set_option
 from granular_env.components.errors import GranularWarning, MissingExtraError
 from granular_env.output_files import count_of, readable_bytes
 from granular_env.terminal_text import printable, wrap_text
@@ -24,7 +22,7 @@ from granular_env.terminal_text import printable, wrap_text
 @click.argument(
     "file",
     help="A TOML file, a name of `granular-env list`, or a log.",
-    shell_complete=names("experiments", "plans of sweeps", "studies"),
+    type=Shipped("experiments", "plans of sweeps", "studies"),
 )
 @json_option()
 @set_option("As in run.")
@@ -85,12 +83,11 @@ def _check_plan(name: str, overrides: Overrides, allow_large: bool, for_programs
 
 
 def _check_study(name: str, overrides: Overrides, for_programs: bool) -> int:
-    from granular_env.control.named_environments import names_own_code
+    from granular_env.control.runner import prepare
     from granular_env.control.study import load_study
-    from granular_env.control.study.runner import prepare
 
     study = load_study(name, overrides)
-    if names_own_code(study.task.name):
+    if ":" in study.task.name:
         print(
             f"valid as far as a file can be: {study.name}; its task {study.task.name!r} is code that is not of this package, "
             "which check does not import; `granular-env study` does"

@@ -14,11 +14,8 @@ from typing import Any
 import click
 
 from granular_env.cli.command import command
-from granular_env.cli.completion import files, names
-from granular_env.cli.options import Overrides, json_option, set_option
+from granular_env.cli.options import ANY_KIND, FILE, Overrides, json_option, set_option
 from granular_env.terminal_text import columns, printable, wrap_text
-
-_ANYTHING = names("components", "experiments", "plans of sweeps", "studies")
 
 
 @command("list")
@@ -41,7 +38,7 @@ def list_shipped(for_programs: bool) -> int:
 @click.argument(
     "name",
     help="A name of `granular-env list`, an environment such as Splitting-v1, or a TOML file.",
-    shell_complete=names("components", "experiments", "plans of sweeps", "studies", "environments"),
+    type=ANY_KIND,
 )
 @json_option()
 @set_option("A parameter of a component, or an argument of an environment, such as grains=5.")
@@ -108,9 +105,9 @@ def _describe_environment(name: str, for_programs: bool, arguments: dict[str, An
 @click.argument(
     "template",
     help="An experiment, plan or study to copy, a log whose experiment to write, or a component for all its parameters.",
-    shell_complete=_ANYTHING,
+    type=ANY_KIND,
 )
-@click.option("-o", "--out", metavar="FILE", shell_complete=files, help="The TOML file to write (default: print it).")
+@click.option("-o", "--out", metavar="FILE", type=FILE, help="The TOML file to write (default: print it).")
 @click.option("--force", is_flag=True, help="Replace the file if it exists.")
 def new(template: str, out: str | None, force: bool) -> int:
     """Write a file to start from: of an experiment, a plan of a sweep or a study, and the data files that it names."""

@@ -9,10 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from granular_env.cli.command import command
-from granular_env.cli.completion import files
-from granular_env.cli.exit_status import Status
-from granular_env.cli.options import component_option, exclusive, json_option, large_option
+from granular_env.cli.command import Status, command
+from granular_env.cli.options import FILE, component_option, exclusive, json_option, large_option
 from granular_env.output_files import count_of
 from granular_env.terminal_text import columns, printable, wrap_text
 
@@ -22,13 +20,13 @@ if TYPE_CHECKING:
     from granular_env.components.drawables import Drawable
     from granular_env.components.events import Event, EventDetail
     from granular_env.recording import Log
-    from granular_env.recording.replay.near_misses import EventRatio
+    from granular_env.recording.near_misses import EventRatio
 
 _MOST = 40
 
 
 @command("events")
-@click.argument("log", shell_complete=files)
+@click.argument("log", type=FILE)
 @click.option("--kind", metavar="KIND", help="Only events of this kind.")
 @click.option("--index", metavar="N", type=int, help="Only those of this link, cell, ...")
 @click.option(
@@ -54,12 +52,12 @@ def events(
 ) -> int:
     """Say what happened in a run, when, and which limit was passed; or how near it came."""
     from granular_env.recording import open_log
-    from granular_env.recording.reader.event_places import event_table, listed_events, refuse_unknown_place
-    from granular_env.recording.replay.near_misses import kinds_by_ratio, nearest_to_events
+    from granular_env.recording.event_places import event_table, listed_events, refuse_unknown_place
+    from granular_env.recording.near_misses import kinds_by_ratio, nearest_to_events
 
     with open_log(log, allow_large=allow_large, components=components) as opened:
         found, kinds, step_size = opened.events(kind, index), opened.event_kinds, opened.step_size
-        known, end, start = opened.events_end_tick, opened.end_tick, opened.start_tick * step_size
+        start = opened.start_tick * step_size
         earlier = opened.earlier_events(kind, index)
         details, drawables, conclusions = opened.event_details, opened.drawables, opened.metadata["conclusions"]
         refuse_unknown_place(index, [details.get(one) for one in kinds if kind in (None, one)], drawables)
@@ -90,15 +88,13 @@ def events(
         told = summary(found, earlier or [], start)
         print("\n".join([f"{told}{rest}", *_meanings({event.kind: kinds[event.kind] for event in every_event})]))
     if kinds and earlier is None:
-        print(f"this log begins at {start:.9g} s, and does not say what happened before")
-    if kinds and known < end:
-        print(f"the end of this log was lost: events after {known * step_size:.9g} s may be missing")
+        print(f"this log begins at {start:.9g} s; what happened before is known to its component, which cannot be made here")
     return Status.DONE
 
 
 def _nearest(log: Log, ratios: list[EventRatio], kind: str | None) -> str:
     """Return the lines of `--nearest` for people."""
-    from granular_env.recording.replay.near_misses import kinds_by_ratio
+    from granular_env.recording.near_misses import kinds_by_ratio
 
     if not log.event_kinds:
         return "nearest: none; with the parameters of this log no kind of event can happen"
@@ -112,7 +108,7 @@ def _nearest(log: Log, ratios: list[EventRatio], kind: str | None) -> str:
 
 
 def _words_for(log: Log, found: EventRatio) -> str:
-    from granular_env.recording.reader.event_places import place_of, position_words
+    from granular_env.recording.event_places import place_of, position_words
 
     known = place_of(found.index, log.event_details.get(found.kinds[0]), log.drawables)
     place = f", {printable(known.elements)} at {position_words(known.position)} m," if known is not None else ""
@@ -189,7 +185,7 @@ def _cells(row: list[Any]) -> tuple[str, ...]:
 
 def _facts(index: int | None, detail: EventDetail | None, drawables: Sequence[Drawable]) -> dict[str, Any]:
     """Return unit and place of events with an index, for programs."""
-    from granular_env.recording.reader.event_places import place_of
+    from granular_env.recording.event_places import place_of
 
     place = place_of(index, detail, drawables)
     unit = {"unit": detail.unit} if detail is not None and detail.unit else {}

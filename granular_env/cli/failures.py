@@ -1,4 +1,4 @@
-"""Errors that end a command early, as one message on standard error and an exit status; streams that are closed or full."""
+"""Errors that end a command early, as one message on standard error and an exit status."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from dataclasses import replace
 
 import click
 
-from granular_env.cli.exit_status import Status
+from granular_env.cli.command import Status
 from granular_env.components.errors import Fault, GranularError, Override, Term, one_line
 from granular_env.terminal_text import printable
 
@@ -43,7 +43,7 @@ def _message(command: click.Command | None, failure: BaseException) -> tuple[str
             return "\n".join([*faults, *getattr(failure, "__notes__", ())]), Status.ERROR
         case MemoryError():
             return "it asks for more memory than there is; ask for less", Status.ERROR
-        case BaseException() if _is_interrupt(failure):
+        case KeyboardInterrupt():
             return "interrupted", Status.INTERRUPTED
         case OSError():  # a full disk behind standard output, too many open files, a folder that is gone
             where = f"{failure.filename!r}: " if failure.filename is not None else ""
@@ -67,13 +67,6 @@ def _package_at_fault(failure: BaseException) -> str:
     return "granular-env" if package == ours else package
 
 
-def _is_interrupt(failure: BaseException | None) -> bool:
-    """Return whether it was Ctrl-C, which becomes another error where a class is being made, as in an import."""
-    while failure is not None and not isinstance(failure, KeyboardInterrupt):
-        failure = failure.__cause__
-    return failure is not None
-
-
 def _with_option(command: click.Command | None, fault: Fault) -> Fault:
     """Return a fault of an argument with the option that gave it in its place; one of a document has a source."""
     flags: dict[str | int | None, str] = {}
@@ -91,19 +84,6 @@ def command_words(term: Term) -> str:
         return f"--set {one_line(term.text, 60)}"
     option = f"--{term.name.replace('_', '-')}"
     return option if term.value is True else f"{option} {term.value}"
-
-
-def open_missing_streams() -> None:
-    """Give programs that were begun with closed streams ones that lead nowhere, so that no file takes their place."""
-    for number in range(3):
-        try:
-            os.fstat(number)
-        except OSError:
-            os.open(os.devnull, os.O_RDWR)  # gets the lowest free number: this one
-    if sys.stdout is None:
-        sys.stdout = open(os.devnull, "w", encoding="utf-8")  # noqa: SIM115
-    if sys.stderr is None:
-        sys.stderr = open(os.devnull, "w", encoding="utf-8")  # noqa: SIM115
 
 
 def discard_output() -> None:

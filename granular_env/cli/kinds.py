@@ -26,7 +26,7 @@ def is_plan(name: str) -> bool:
 
 def is_study(name: str) -> bool:
     """Return whether it is a shipped study, or a file of one."""
-    from granular_env.control.study import study
+    from granular_env.control import study
     from granular_env.documents import read
 
     return study.is_study(read(Path(name))) if Path(name).is_file() else name in study.shipped_studies()

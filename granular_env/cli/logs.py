@@ -10,11 +10,9 @@ from typing import Any
 
 import click
 
-from granular_env.cli.command import command
-from granular_env.cli.completion import files
-from granular_env.cli.exit_status import Status
-from granular_env.cli.new_log_path import log_target
+from granular_env.cli.command import Status, command
 from granular_env.cli.options import (
+    FILE,
     Overrides,
     component_option,
     json_option,
@@ -24,6 +22,7 @@ from granular_env.cli.options import (
     set_option,
 )
 from granular_env.cli.run_summary import print_result, silence_own_warnings
+from granular_env.cli.runs import log_target
 from granular_env.output_files import count_of
 from granular_env.terminal_text import printable
 
@@ -33,7 +32,7 @@ _VERIFIED = {
     "incomplete": Status.INCOMPLETE,
     "nothing was compared": Status.INCOMPLETE,
 }
-log_argument = click.argument("log", shell_complete=files)
+log_argument = click.argument("log", type=FILE)
 
 
 @command(
@@ -75,9 +74,7 @@ def _verify(log: str, for_programs: bool, allow_large: bool, components: dict[st
 @click.option("--at", metavar="T", type=float, required=True, help="Where to leave the log [s].")
 @set_option("An input from there on, such as input.left_force=100; the others go on as in the log.")
 @click.option("--until", metavar="T", type=float, help="Where to end [s] (default: where the log ends).")
-@click.option(
-    "--log", "-o", "out", metavar="PATH", shell_complete=files, help="Where to record it (default: a new file in logs/)."
-)
+@click.option("--log", "-o", "out", metavar="PATH", type=FILE, help="Where to record it (default: a new file in logs/).")
 @overwrite_option("Replace the branch's log if it exists.")
 @quiet_option("log")
 @large_option()
@@ -119,7 +116,7 @@ def _instant(asked: float, found: float, step_size: float) -> str:
 
 @command("recover")
 @log_argument
-@click.option("-o", "--out", metavar="OUT", required=True, shell_complete=files, help="The log to write.")
+@click.option("-o", "--out", metavar="OUT", required=True, type=FILE, help="The log to write.")
 @overwrite_option("Replace OUT if it exists.")
 @large_option()
 def recover(log: str, out: str, overwrite: bool, allow_large: bool) -> int:

@@ -9,13 +9,36 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 import click
+from click.shell_completion import CompletionItem
 
 from granular_env.cli.command import Body
-from granular_env.cli.key_completion import set_keys
 from granular_env.components.errors import Override
 
 Decorator = Callable[[Body], Body]
+# Their completion in the shell is click's own.
+FILE, FOLDER = click.Path(), click.Path(file_okay=False)
 Overrides = tuple[Override, ...]
+
+
+class Shipped(click.ParamType):
+    """A name that comes with the package, of some of the kinds of `granular-env list`, or a file."""
+
+    name = "name"
+
+    def __init__(self, *kinds: str) -> None:
+        self.kinds = kinds
+
+    def shell_complete(self, ctx: click.Context, param: click.Parameter, incomplete: str) -> list[CompletionItem[str]]:
+        """Complete the names, or files if no name begins so."""
+        from granular_env.package_contents import overview
+
+        known = overview()
+        names = {name: line for kind in self.kinds for name, line in known[kind].items() if name.startswith(incomplete)}
+        found = [CompletionItem(name, help=line) for name, line in names.items()]
+        return found or [CompletionItem(incomplete, type="file")]
+
+
+ANY_KIND = Shipped("components", "experiments", "plans of sweeps", "studies")
 
 
 def set_option(text: str) -> Decorator:
@@ -26,7 +49,6 @@ def set_option(text: str) -> Decorator:
         metavar="KEY=VALUE",
         multiple=True,
         callback=_parse_overrides,
-        shell_complete=set_keys,
         help=text,
     )
 

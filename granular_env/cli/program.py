@@ -9,11 +9,13 @@ from collections.abc import Sequence
 import click
 from click.shell_completion import shell_complete
 
-from granular_env.cli import atlas, check, completion, contents, events, logs, runs, studies, sweeps, views
-from granular_env.cli.command import Command
-from granular_env.cli.exit_status import MEANINGS, Status
-from granular_env.cli.failures import discard_output, open_missing_streams, report_failure, report_misuse
+from granular_env.cli import check, contents, events, logs, runs, studies, sweeps, views
+from granular_env.cli.command import MEANINGS, Command, Status
+from granular_env.cli.failures import discard_output, report_failure, report_misuse
 
+PROGRAM = "granular-env"
+# Set by the shell script that `_GRANULAR_ENV_COMPLETE=bash_source granular-env` prints, to complete words: see click.
+VARIABLE = "_GRANULAR_ENV_COMPLETE"
 COMMANDS: tuple[Command, ...] = (
     contents.list_shipped,
     contents.describe,
@@ -26,10 +28,8 @@ COMMANDS: tuple[Command, ...] = (
     events.events,
     views.view,
     views.report,
-    atlas.atlas,
     sweeps.sweep,
     studies.study,
-    completion.completion,
 )
 
 
@@ -42,7 +42,7 @@ class Program(click.Group):
 
 
 program = Program(
-    completion.PROGRAM,
+    PROGRAM,
     COMMANDS,
     help="Wave and fracture experiments in granular media: run, record, replay, branch, see.",
     epilog=f"Begin with: granular-env list; granular-env run nesterenko-1983/3.4-piston\n\n{MEANINGS}",
@@ -60,9 +60,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     Returns:
         The exit status, a `Status`.
     """
-    open_missing_streams()
-    if instruction := os.environ.get(completion.VARIABLE):
-        return shell_complete(program, {}, completion.PROGRAM, completion.VARIABLE, instruction)
+    if instruction := os.environ.get(VARIABLE):
+        return shell_complete(program, {}, PROGRAM, VARIABLE, instruction)
     given = list(sys.argv[1:] if arguments is None else arguments) or ["--help"]
     try:
         return _run(given)
@@ -77,7 +76,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 def _run(given: list[str]) -> int:
     try:
-        with program.make_context(completion.PROGRAM, given) as context:
+        with program.make_context(PROGRAM, given) as context:
             status = program.invoke(context)
     except click.exceptions.Exit as end:  # after --help and --version
         status = end.exit_code

@@ -11,8 +11,8 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from granular_env.cli.command import Status
 from granular_env.cli.events import summary
-from granular_env.cli.exit_status import Status
 from granular_env.components.errors import GranularWarning
 from granular_env.output_files import count_of, readable_bytes
 from granular_env.terminal_text import printable, wrap_text

@@ -2,18 +2,20 @@
 
 from __future__ import annotations
 
-import ctypes
-from contextlib import nullcontext, suppress
+from collections.abc import Iterator
+from contextlib import contextmanager, nullcontext, suppress
+from itertools import count
+from pathlib import Path
 from typing import Any
 
 import click
 
 from granular_env.cli.command import command
-from granular_env.cli.completion import files, names
 from granular_env.cli.kinds import refuse_other_kinds
-from granular_env.cli.new_log_path import log_target
 from granular_env.cli.options import (
+    FILE,
     Overrides,
+    Shipped,
     component_option,
     exclusive,
     large_option,
@@ -22,11 +24,7 @@ from granular_env.cli.options import (
     set_option,
 )
 from granular_env.cli.run_summary import print_result, silence_own_warnings
-
-# Options of `mallopt`, and their values [bytes]: the size from which arrays are memory of their own, which goes back to the
-# system with them, and the free end of the heap that stays.
-_MMAP_THRESHOLD, _TRIM_THRESHOLD = -3, -1
-_LARGE_ARRAY, _SPARE_HEAP = 1 << 18, 1 << 20
+from granular_env.output_files import file_name
 
 
 @command("run")
@@ -34,15 +32,15 @@ _LARGE_ARRAY, _SPARE_HEAP = 1 << 18, 1 << 20
     "experiment",
     required=False,
     help="A name of `granular-env list`, or a TOML file.",
-    shell_complete=names("experiments"),
+    type=Shipped("experiments"),
 )
 @set_option("Override any key, such as component.grains=500 or start.velocity.0=3.")
-@click.option("--log", "-o", metavar="PATH", shell_complete=files, help="Where to record it (default: a new file in logs/).")
+@click.option("--log", "-o", metavar="PATH", type=FILE, help="Where to record it (default: a new file in logs/).")
 @click.option(
     "--resume",
     "resumed",
     metavar="LOG",
-    shell_complete=files,
+    type=FILE,
     help="Go on with a run that was killed or interrupted, from its log, to its end; --log: in a log of its own.",
 )
 @click.option("--no-log", is_flag=True, help="Record nothing.")
@@ -81,7 +79,6 @@ def run(
 
     With --resume LOG alone the experiment is the log's; with an EXPERIMENT too, a log of another one is refused.
     """
-    _return_large_arrays()
     if resumed is not None:
         return _resume(resumed, experiment, overrides, log, overwrite, allow_large, components, quiet, for_programs)
     if experiment is None:
@@ -100,16 +97,34 @@ def run(
     return print_result(result, quiet, for_programs)
 
 
-def _return_large_arrays() -> None:
-    """Let the memory of large arrays go back to the system as soon as they are free.
+@contextmanager
+def log_target(given: str | None, name: str, overwrite: bool) -> Iterator[tuple[Path, bool]]:
+    """Give where to record, and whether an existing file may be replaced.
 
-    By itself the C library of Linux takes arrays up to the size of the largest one that has been freed, at most 32 MB, from its
-    heap, which keeps the holes: a solid of 140,000 nodes that breaks takes a quarter more memory then.
+    Without a path it is the first of logs/<name>-1.mcap, -2, ... that does not exist, reserved by an empty file, which is
+    removed if nothing was recorded.
     """
-    with suppress(OSError, TypeError, AttributeError):  # another C library
-        library = ctypes.CDLL(None)
-        library.mallopt(_MMAP_THRESHOLD, _LARGE_ARRAY)
-        library.mallopt(_TRIM_THRESHOLD, _SPARE_HEAP)
+    if given:
+        yield Path(given), overwrite
+        return
+    Path("logs").mkdir(exist_ok=True)
+    path = next(path for number in count(1) if _reserve(path := Path("logs") / f"{file_name(name, 'run')}-{number}.mcap"))
+    try:
+        yield path, True
+    finally:
+        with suppress(OSError):
+            if path.stat().st_size == 0:
+                path.unlink()
+                path.parent.rmdir()
+
+
+def _reserve(path: Path) -> bool:
+    """Create an empty file; return whether there was none."""
+    try:
+        path.touch(exist_ok=False)
+    except FileExistsError:
+        return False
+    return True
 
 
 def _resume(

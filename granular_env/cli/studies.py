@@ -2,50 +2,66 @@
 
 from __future__ import annotations
 
+import shlex
+from typing import TYPE_CHECKING
+
 import click
 
-from granular_env.cli.command import command
-from granular_env.cli.completion import folders, names
-from granular_env.cli.exit_status import Status
+from granular_env.cli.command import Status, command
 from granular_env.cli.kinds import refuse_other_kinds
-from granular_env.cli.options import Overrides, overwrite_option, quiet_option, set_option
+from granular_env.cli.options import FOLDER, Overrides, Shipped, quiet_option, set_option
 from granular_env.cli.run_summary import silence_own_warnings
 from granular_env.components.errors import ExperimentError
-from granular_env.terminal_text import columns
+from granular_env.terminal_text import columns, table
+
+if TYPE_CHECKING:
+    from granular_env.control.results import StudyResult
+
+# The first notes are printed.
+_MOST_NOTES = 3
 
 
 @command("study")
-@click.argument(
-    "study", required=False, help="A name of `granular-env study --list`, or a TOML file.", shell_complete=names("studies")
-)
+@click.argument("study", required=False, help="A name of `granular-env study --list`, or a TOML file.", type=Shipped("studies"))
 @click.option("--list", "listing", is_flag=True, help="The studies that come with the package, and the tasks.")
-@click.option("-o", "--out", metavar="FOLDER", shell_complete=folders, help="Where its results go (default: studies/NAME).")
+@click.option("-o", "--out", metavar="FOLDER", type=FOLDER, help="Where its results go (default: studies/NAME).")
 @set_option("Override any key, such as budget=100000, task.grains=30 or method.0.population=8.")
 @click.option("--only", metavar="METHOD", multiple=True, help="Run only this method (may be repeated).")
-@overwrite_option("Start anew where the folder has results already.")
-@quiet_option("page")
-def study(
-    study: str | None, listing: bool, out: str | None, overrides: Overrides, only: tuple[str, ...], overwrite: bool, quiet: bool
-) -> int:
-    """Let methods search for the best drive of a task, and compare them; a study that was interrupted goes on."""
+@quiet_option("table")
+def study(study: str | None, listing: bool, out: str | None, overrides: Overrides, only: tuple[str, ...], quiet: bool) -> int:
+    """Let methods search for the best drive of a task, and compare them; a study that was interrupted continues."""
     if listing:
         return _list_studies()
-    from granular_env.control.study import console, load_study, runner
+    from granular_env.control.results import TABLE
+    from granular_env.control.runner import run_study
+    from granular_env.control.study import load_study
 
     if study is None:
-        raise ExperimentError(
-            "no study was named", hint="`granular-env study --list` names those that come with the package", at="study"
-        )
+        hint = "`granular-env study --list` names those that come with the package"
+        raise ExperimentError("no study was named", hint=hint, at="study")
     refuse_other_kinds(study, "study")
-    loaded = load_study(study, overrides)
     with silence_own_warnings():
-        result = runner.run_study(loaded, out, overwrite=overwrite, progress=not quiet, only=only)
-    print(result.folder / "report.html" if quiet else console.closing(result))
+        result = run_study(load_study(study, overrides), out, progress=not quiet, only=only)
+    print(result.folder / TABLE if quiet else closing_text(result))
     return Status.INTERRUPTED if result.interrupted else Status.DONE
 
 
+def closing_text(result: StudyResult) -> str:
+    """Return the comparison of the methods, and the paths of the table, the figure and the logs."""
+    from granular_env.control.results import FIGURE, TABLE
+
+    rows = result.comparison()
+    lines = [table([[f"{cell:.6g}" if isinstance(cell, float) else str(cell) for cell in row] for row in rows])]
+    lines.append("baselines: " + ", ".join(f"{name} {score.value:.6g}" for name, score in result.baselines.items()))
+    lines += [f"note: {text}" for text in result.notes[:_MOST_NOTES]]
+    if result.interrupted:
+        lines.append("interrupted: the finished trials are kept; the same command continues")
+    files = {"table": TABLE, "figure": FIGURE, "logs": "logs"}
+    return "\n".join([*lines, *(f"{name}: {shlex.quote(str(result.folder / file))}" for name, file in files.items())])
+
+
 def _list_studies() -> int:
-    from granular_env.control.named_environments import task_names
+    from granular_env.control.problem import task_names
     from granular_env.package_contents import overview
 
     print(f"studies\n{columns(overview()['studies'].items())}\n")

@@ -8,23 +8,21 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import click
 
-from granular_env.cli.command import command
-from granular_env.cli.completion import folders, names
-from granular_env.cli.exit_status import Status
+from granular_env.cli.command import Status, command
 from granular_env.cli.kinds import refuse_other_kinds
-from granular_env.cli.options import Overrides, large_option, output_options, set_option
+from granular_env.cli.options import FOLDER, Overrides, Shipped, large_option, output_options, set_option
 
 if TYPE_CHECKING:
     from granular_env.sweep import Sweep
 
 
 @command("sweep")
-@click.argument("plan", help="A plan of `granular-env list`, or a TOML file.", shell_complete=names("plans of sweeps"))
+@click.argument("plan", help="A plan of `granular-env list`, or a TOML file.", type=Shipped("plans of sweeps"))
 @click.option(
     "-o",
     "--out",
     metavar="FOLDER",
-    shell_complete=folders,
+    type=FOLDER,
     help="Where results are kept (default: sweeps/ and the plan's name).",
 )
 @click.option(

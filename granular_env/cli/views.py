@@ -7,22 +7,18 @@ from pathlib import Path
 
 import click
 
-from granular_env.cli.command import command
-from granular_env.cli.completion import files, folders
-from granular_env.cli.exit_status import Status
+from granular_env.cli.command import Status, command
 from granular_env.cli.logs import log_argument
-from granular_env.cli.options import exclusive, large_option, list_option
+from granular_env.cli.options import FILE, FOLDER, exclusive, large_option, list_option
 from granular_env.components.errors import ParameterError
 
 
 @command("view")
 @log_argument
 @click.option("--web", is_flag=True, help="In the browser, served on this machine only.")
-@click.option("--save", metavar="RRD", shell_complete=files, help="Write a file for rerun instead.")
-@click.option("--screenshot", metavar="PNG", shell_complete=files, help="Write a picture instead; needs no screen.")
-@click.option(
-    "--foxglove-layout", metavar="JSON", shell_complete=files, help="Write a layout for Foxglove instead, to import there."
-)
+@click.option("--save", metavar="RRD", type=FILE, help="Write a file for rerun instead.")
+@click.option("--screenshot", metavar="PNG", type=FILE, help="Write a picture instead; needs no screen.")
+@click.option("--foxglove-layout", metavar="JSON", type=FILE, help="Write a layout for Foxglove instead, to import there.")
 @click.option(
     "--exaggerate", metavar="F", type=float, help="Draw displacements F times larger (default: so that one sees them)."
 )
@@ -68,9 +64,7 @@ def view(
 
 @command("report")
 @log_argument
-@click.option(
-    "-o", "--out", metavar="FOLDER", shell_complete=folders, help="Where to write it (default: beside the log, by its name)."
-)
+@click.option("-o", "--out", metavar="FOLDER", type=FOLDER, help="Where to write it (default: beside the log, by its name).")
 @list_option("--variables", "NAME", click.STRING, "Recorded outputs to show (default: all).")
 @list_option("--indices", "I", click.INT, "Whose histories (default: up to five).")
 @list_option("--times", "T", click.FLOAT, "Instants of the profiles [s] (default: four).")
@@ -99,5 +93,5 @@ def report(
 
 
 def _report_folder(log: Path) -> Path:
-    """Return the folder beside the log, by its name; never the log itself, whose name may have no suffix."""
+    """Return the folder next to the log, named after it; never the log itself, whose name may have no suffix."""
     return log.with_suffix("") if log.suffix else log.with_name(f"{log.name}-report")

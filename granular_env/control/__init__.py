@@ -1,5 +1,6 @@
-"""Control: drives that solve a task, found by gradients, by evolution, by reinforcement learning.
+"""Studies: methods search for the best drive or policy of a task, at an equal budget of physics.
 
-`drive.py` turns a few numbers into an action for every control step; `study/` lets methods search for the best ones at an equal
-budget of physics. The studies that come with the package lie in `studies/`.
+`study.py` is the content of a study's file, `problem.py` its task, `drive.py` turns a few numbers into an action for every
+control step, `methods/` holds one method a file, `search.py` counts their evaluations, `runner.py` runs every method
+with every seed, and `results.py` and `figure.py` show how it went. The studies that come with the package are in `studies/`.
 """

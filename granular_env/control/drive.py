@@ -1,9 +1,9 @@
-"""Drives: a few numbers that say what is done in every control step of an episode."""
+"""Drives: a few numbers that give the action of every control step of an episode."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Any
+from dataclasses import dataclass, replace
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -11,13 +11,26 @@ import numpy.typing as npt
 from granular_env.components.support.float_arrays import FloatArray
 
 
+class _Places(NamedTuple):
+    """The knots that every driven step lies between.
+
+    Attributes:
+        before, after: numbers of the knots, shape (driven,).
+        part: position between them, 0 to 1.
+    """
+
+    before: npt.NDArray[np.int64]
+    after: npt.NDArray[np.int64]
+    part: FloatArray
+
+
 @dataclass(frozen=True)
 class DriveShape:
     """A map from a point, the numbers that a method chooses, to a drive: the action of every control step.
 
-    Knots stand at even distances over the driven steps, the first at the first step and the last at the last; between two of
-    them the action is their straight line, or holds the earlier one. What comes after the driven steps is 0. The rate limit
-    then lets no action differ from the one before by more than `rate`, counted from 0: it follows as fast as it may.
+    Knots lie at even distances over the driven steps, the first at the first step and the last at the last. Between two knots
+    the action is their straight line, or holds the earlier one; after the driven steps it is 0. The rate then limits the change
+    of the action from step to step, the first step's from 0.
 
     Attributes:
         steps: control steps of an episode.
@@ -67,7 +80,7 @@ class DriveShape:
             slopes: d number / d action, shape (steps, entries).
         """
         if self.rate is not None:
-            unlimited = DriveShape(**{**self.__dict__, "rate": None})
+            unlimited = replace(self, rate=None)
             slopes = _limit_rate_pullback(unlimited.actions(point[None])[0], slopes, self.rate)
         before, after, part = self._places()
         pulled = np.zeros((self.entries, self.knots))
@@ -89,7 +102,7 @@ class DriveShape:
         weights = np.zeros((len(part), self.knots))
         weights[np.arange(len(part)), before] = 1.0 - part
         weights[np.arange(len(part)), after] += part
-        # The normal equations couple neighbouring knots alone. They are solved here, as the trials of a study are compared.
+        # The normal equations are tridiagonal. They are solved here, not by LAPACK, because trials are compared to the bit.
         pivot, side = (weights * weights).sum(axis=0), (weights[:, :-1] * weights[:, 1:]).sum(axis=0)
         knots = (weights[:, :, None] * wished[: len(part), None, :]).sum(axis=0)
         for k in range(1, self.knots):
@@ -101,16 +114,15 @@ class DriveShape:
             knots[k] = (knots[k] - side[k] * knots[k + 1]) / pivot[k]
         return np.clip(knots.T.reshape(-1), self.lowest, self.highest)
 
-    def _places(self) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64], FloatArray]:
-        """Return for every driven step the knot before it, the one after it, and how far it is between them."""
+    def _places(self) -> _Places:
         driven = min(self.driven or self.steps, self.steps)
         step = np.arange(driven)
         if self.between == "held" or self.knots == 1:
             before = step * self.knots // driven
-            return before, before, np.zeros(driven)
+            return _Places(before, before, np.zeros(driven))
         along = step * (self.knots - 1) / max(driven - 1, 1)
         before = np.minimum(along.astype(np.int64), self.knots - 2)
-        return before, before + 1, along - before
+        return _Places(before, before + 1, along - before)
 
 
 def _limit_rate(wished: FloatArray, rate: float) -> FloatArray:
@@ -122,7 +134,7 @@ def _limit_rate(wished: FloatArray, rate: float) -> FloatArray:
 
 
 def _limit_rate_pullback(wished: FloatArray, slopes: FloatArray, rate: float) -> FloatArray:
-    """Slopes with respect to what was wished: where the limit binds they belong to the action before."""
+    """Return the slopes with respect to the wished actions: where the limit binds, they belong to the action before."""
     followed = _limit_rate(wished[None], rate)[0]
     before = np.vstack([np.zeros((1, wished.shape[1])), followed[:-1]])
     free = np.abs(wished - before) < rate

@@ -1,18 +1,31 @@
-"""The interface of a study to its task: returns of drives and policies, the smooth objective's slopes, single episodes."""
+"""The task of a study: its batch for searching, its single environment for judging, its objective for slopes."""
 
 from __future__ import annotations
 
+import inspect
+import math
+import re
+import sys
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from contextlib import ExitStack
+from importlib import import_module
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 import numpy.typing as npt
 
+from granular_env.components.errors import GranularError, ParameterError, nearest, one_line
 from granular_env.components.support.float_arrays import FloatArray
+from granular_env.domains import domain_of, environments, load
+from granular_env.envs.environment import ComponentEnv
+from granular_env.envs.factory import known_arguments
+from granular_env.envs.task import RowTask, no_objective
 
-Counts = npt.NDArray[np.int64]
+from .drive import Drive
+
+# The arguments that a study gives every environment which takes them.
+_DEFAULTS = {"hold": 1, "clock": 0, "info": "brief"}
 
 
 class Actor(Protocol):
@@ -26,103 +39,199 @@ class Actor(Protocol):
         ...
 
 
-class Policies(Protocol):
-    """A batch of policies, one for each environment of a batch, or one for all of them."""
-
-    def reset(self) -> None:
-        """Begin an episode in every environment."""
-
-    def __call__(self, observations: FloatArray) -> FloatArray:
-        """Actions, shape (environments, entries), for observations of shape (environments, size)."""
-        ...
-
-
-@dataclass(frozen=True)
-class Episode:
+class Episode(NamedTuple):
     """One episode of one actor.
 
     Attributes:
         value: the return.
-        actions: what was done, shape (control steps, entries), in units of the actions' scales.
+        actions: shape (control steps, entries), in units of the actions' scales.
         duration: of a control step [s].
-        final: the outputs at the end that pictures show, name with unit -> shape (n,).
-        counters: the task's own numbers at the end.
     """
 
     value: float
     actions: FloatArray
     duration: float
-    final: Mapping[str, FloatArray]
-    counters: Mapping[str, float]
 
 
-class Problem(Protocol):
-    """A task as a study sees it. `TaskProblem` is the one for environments; a test may have one of its own.
+class Problem:
+    """A task, as a study asks it.
+
+    Args:
+        name: of the environment: ``pulse-forming``, ``granular_env/PulseForming-v1``, or ``module:name`` of a function that
+            makes one.
+        arguments: of the environment.
+        folder: where modules are looked for first.
 
     Attributes:
-        steps: control steps of an episode.
         stage: keyword arguments of the task's smooth objective, where they are not its defaults; None for those.
+        steps: control steps of an episode.
         entries: numbers in an action.
-        observed: numbers in an observation.
-        rate: the task's own limit of the action's change per control step, or None.
-        gradient_runs: what an objective with its slopes costs, in forward runs: force evaluations over those of a forward run.
+        rate: the environment's own limit of the action's change per control step, or None.
+        gradient_runs: cost of an objective with its slopes, in forward runs; 0 where there are no slopes.
+
+    Raises:
+        ParameterError: there is no such environment, it does not take an argument, or its episodes have no end.
     """
 
-    stage: Mapping[str, Any] | None
+    stage: Mapping[str, Any] | None = None
+
+    def __init__(self, name: str, arguments: Mapping[str, Any], folder: Path | None = None) -> None:
+        for key in {"hold", "clock"} & set(arguments):
+            raise ParameterError(
+                "it is no key of a study's task", hint="the methods ppo and sac have keys of that name", at=key
+            )
+        self.name, self._arguments = name, {"clock": 0, **arguments}
+        self._make = find_environment(name, folder)
+        self.env = self._make_single(**self._arguments)
+        if math.isinf(self.env.deadline):
+            raise ParameterError("got none", expected="a number of control steps: episodes have to end", at="deadline")
+        self.steps, self.entries = int(self.env.deadline), math.prod(self.env.action_space.shape or ())
+        rate = self.env.actuator.rate
+        self.rate = None if math.isinf(rate) else float(rate)
+        has_slopes = isinstance(self.env.task, RowTask)
+        self._gradients = domain_of(self.env.component.name).load("gradients") if has_slopes else None
+        self.gradient_runs = float(self._gradients.RUNS) if self._gradients is not None else 0.0
+        self._batch: Any = None
+
+    def _make_single(self, **arguments: Any) -> ComponentEnv:
+        known = known_arguments(self._make)
+        given = {key: one for key, one in arguments.items() if known is None or key in known or _DEFAULTS.get(key) != one}
+        if known is not None and (unknown := [key for key in given if key not in known]):
+            raise ParameterError("unknown", hint=nearest(unknown[0], known), at=unknown[0])
+        try:
+            made = self._make(**given)
+        except GranularError:
+            raise
+        except Exception as error:  # of the user's own code
+            raise ParameterError(f"it ends with {type(error).__name__}: {error}", source=f"task {self.name}") from error
+        env = getattr(made, "unwrapped", made)
+        if not isinstance(env, ComponentEnv):
+            hint = "name what returns ComponentEnv(component, task)"
+            raise ParameterError(f"it makes {one_line(made)}", expected="a ComponentEnv", hint=hint, at="name")
+        return env
 
     @property
-    def steps(self) -> int:
-        """Control steps of an episode."""
-        ...
+    def code(self) -> str:
+        """The text of the module that defines the task, which decides results where it is the user's own."""
+        try:
+            return inspect.getsource(sys.modules[type(self.env.task).__module__])
+        except (OSError, TypeError):
+            return ""
 
-    @property
-    def entries(self) -> int:
-        """Numbers in an action."""
-        ...
+    # -- many at a time ---------------------------------------------------------------------------------------------------
 
-    @property
-    def observed(self) -> int:
-        """Numbers in an observation."""
-        ...
-
-    @property
-    def rate(self) -> float | None:
-        """The task's own limit of the action's change per control step, or None."""
-        ...
-
-    @property
-    def gradient_runs(self) -> float:
-        """Return the cost of an objective with its slopes, in forward runs."""
-        ...
-
-    def returns(self, drives: FloatArray, seeds: Sequence[int]) -> tuple[FloatArray, Counts]:
+    def returns(self, drives: FloatArray, seeds: Sequence[int]) -> tuple[FloatArray, npt.NDArray[np.int64]]:
         """Return mean returns over the episodes, and control steps simulated, (members,); drives (members, steps, entries)."""
-        ...
+        actions = np.repeat(drives, len(seeds), axis=0)
+        return self._roll_out(len(drives), seeds, lambda step, observations: actions[:, step])
 
-    def policy_returns(
-        self, policies: Callable[[int], Policies], members: int, seeds: Sequence[int]
-    ) -> tuple[FloatArray, Counts]:
-        """Return the same for policies; `policies(episodes)` makes the batch for members x episodes environments."""
-        ...
+    def policy_return(self, policy: Callable[[npt.NDArray[Any]], npt.NDArray[Any]], seeds: Sequence[int]) -> tuple[float, int]:
+        """Return the same for one policy, which maps observations (environments, size) to actions (environments, entries)."""
+        values, steps = self._roll_out(1, seeds, lambda step, observations: policy(observations))
+        return float(values[0]), int(steps[0])
 
-    def value_and_grad(self, drive: FloatArray, seeds: Sequence[int]) -> tuple[float, FloatArray]:
-        """Return the smooth objective, averaged over the episodes, and its slopes by the drive, (steps, entries)."""
-        ...
-
-    def baselines(self) -> Mapping[str, Actor]:
-        """Return the agents to compare with: "nothing", "theory", "best"."""
-        ...
-
-    def play(self, actor: Actor, seed: int, log: Path | None = None) -> Episode:
-        """One episode in the single environment, recorded where a path is given."""
-        ...
+    def _roll_out(
+        self, members: int, seeds: Sequence[int], act: Callable[[int, npt.NDArray[Any]], npt.NDArray[Any]]
+    ) -> tuple[FloatArray, npt.NDArray[np.int64]]:
+        count = members * len(seeds)
+        if self._batch is None or self._batch.num_envs != count:
+            self._batch = self.vector(count)
+        observations, _ = self._batch.reset(seed=list(seeds) * members)
+        totals, steps = np.zeros(count), np.zeros(count, dtype=np.int64)
+        running = np.ones(count, dtype=bool)
+        for step in range(self.steps):
+            actions = np.where(running[:, None], act(step, observations), 0.0)
+            observations, rewards, terminated, truncated, _ = self._batch.step(actions)
+            totals[running] += rewards[running]
+            steps += running
+            running &= ~(terminated | truncated)
+            if not running.any():
+                break
+        shape = (members, len(seeds))
+        return totals.reshape(shape).mean(axis=1), steps.reshape(shape).sum(axis=1)
 
     def vector(self, count: int, hold: int = 1, clock: int = 0) -> Any:
-        """Return a Gymnasium `VectorEnv` of so many environments, for reinforcement learning; it resets in the same step.
+        """Return a Gymnasium `VectorEnv`, which resets in the same step; native where the task judges rows.
 
         Args:
-            count: how many.
+            count: of environments.
             hold: control steps for which an action is held.
             clock: readings of the time in the observation.
         """
-        ...
+        from granular_env.envs import make_batch
+
+        options = {**self._arguments, "hold": hold, "clock": clock}
+        return make_batch(self._make_single, count, autoreset_mode="SameStep", **options)
+
+    # -- one at a time ----------------------------------------------------------------------------------------------------
+
+    def baselines(self) -> Mapping[str, Actor]:
+        """Return the agents to compare with; doing nothing is always among them."""
+        return {"nothing": Drive(np.zeros((self.steps, self.entries))), **self.env.task.baselines()}
+
+    def play(self, actor: Actor, seed: int, log: Path | None = None) -> Episode:
+        """Play one episode in the single environment, recorded where a path is given."""
+        from granular_env.recording import record
+
+        env, actions, total, over = self.env, [], 0.0, False
+        with ExitStack() as stack:
+            if log is not None:
+                # The component may be drawn for each episode: the recorder observes that of this one.
+                env.reset(seed=seed)
+                stack.enter_context(record(env.component, log, overwrite=True))
+            observation, info = env.reset(seed=seed)
+            actor.reset()
+            while not over:
+                action = np.asarray(actor(observation, info), dtype=np.float64)
+                observation, reward, terminated, truncated, info = env.step(action)
+                actions.append(np.clip(action, -1.0, 1.0))
+                total += float(reward)
+                over = terminated or truncated
+        return Episode(total, np.array(actions), env.duration)
+
+    def value_and_grad(self, drive: FloatArray, seeds: Sequence[int]) -> tuple[float, FloatArray]:
+        """Return the smooth objective, averaged over the episodes, and its slopes with respect to the drive, (steps, entries).
+
+        Raises:
+            ParameterError: the task has no objective with slopes.
+            StepError: the drive breaks the physics.
+        """
+        if self._gradients is None:
+            raise no_objective(self.env.task)
+        return self._gradients.value_and_grad(self.env, drive, seeds, self.stage)
+
+
+# -- names ----------------------------------------------------------------------------------------------------------------
+
+
+def task_names() -> dict[str, str]:
+    """Return short name -> registered name: ``pulse-forming`` is ``granular_env/PulseForming-v1``."""
+    plain = {name: name.rpartition("/")[2].partition("-v")[0] for name in environments()}
+    return {re.sub(r"(?<=[a-z0-9])(?=[A-Z])", "-", short).lower(): name for name, short in plain.items()}
+
+
+def find_environment(name: str, folder: Path | None = None) -> Callable[..., Any]:
+    """Return what makes the single environment of a name, importing code of the user's own where it names some.
+
+    Raises:
+        ParameterError: there is none; names the module, what it has, or the nearest name.
+    """
+    if (registered := task_names().get(name, name)) in environments():
+        return load(environments()[registered].entry_point)
+    module, colon, function = name.partition(":")
+    if not colon:
+        hint = nearest(name, list(task_names()), "one of your own is 'module:name' of a function that makes its environment")
+        raise ParameterError(f"got {name!r}", expected="the name of a task", hint=hint, at="name")
+    if folder is not None and str(folder) not in sys.path:
+        sys.path.insert(0, str(folder))
+    try:
+        imported = import_module(module)
+    except Exception as error:  # whatever the module does while it is imported
+        received = f"got {name!r}: the import of {module} ends with {type(error).__name__}: {error}"
+        raise ParameterError(received, at="name") from error
+    found = getattr(imported, function, None)
+    if not callable(found):
+        known = [known for known, value in vars(imported).items() if callable(value) and not known.startswith("_")]
+        received = f"got {name!r}: the module has no function {function!r}"
+        raise ParameterError(received, hint=nearest(function, known), at="name")
+    return found

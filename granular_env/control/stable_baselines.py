@@ -35,18 +35,11 @@ class Sb3VecEnv(VecEnv):
 
     def __init__(self, env: gymnasium.vector.VectorEnv) -> None:
         if not isinstance(env, gymnasium.vector.VectorEnv):
-            raise ParameterError(
-                f"got {one_line(env)}", expected="a VectorEnv", hint="gymnasium.make_vec() makes one", at="env"
-            )
-        mode = env.metadata.get("autoreset_mode")
-        if mode != gymnasium.vector.AutoresetMode.SAME_STEP:
-            raise ParameterError(
-                f"its autoreset_mode is {mode}",
-                expected="AutoresetMode.SAME_STEP",
-                hint='give make_vec autoreset_mode="SameStep"',
-                at="env",
-            )
-        self.env = env
+            raise ParameterError(f"got {one_line(env)}", expected="a VectorEnv", hint="make one by make_vec", at="env")
+        if (mode := env.metadata.get("autoreset_mode")) != gymnasium.vector.AutoresetMode.SAME_STEP:
+            expected, hint = "AutoresetMode.SAME_STEP", 'give make_vec autoreset_mode="SameStep"'
+            raise ParameterError(f"its autoreset_mode is {mode}", expected=expected, hint=hint, at="env")
+        self.env: Any = env
         super().__init__(env.num_envs, env.single_observation_space, env.single_action_space)
 
     def reset(self) -> np.ndarray:
@@ -59,11 +52,11 @@ class Sb3VecEnv(VecEnv):
         return observations
 
     def step_async(self, actions: np.ndarray) -> None:
-        """Remember what shall be done."""
+        """Keep the actions for `step_wait`."""
         self._actions = np.array(actions)
 
     def step_wait(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, list[dict[str, Any]]]:
-        """Do it."""
+        """Step all environments; return observations, rewards, whether episodes ended, and infos."""
         observations, rewards, terminated, truncated, info = self.env.step(self._actions)
         over = terminated | truncated
         infos: list[dict[str, Any]] = []
@@ -87,19 +80,20 @@ class Sb3VecEnv(VecEnv):
 
     def get_attr(self, attr_name: str, indices: VecEnvIndices = None) -> list[Any]:
         """Return an attribute of the environments with these indices."""
-        found = self._batch.get_attr(attr_name)
+        found = self.env.unwrapped.get_attr(attr_name)
         return [found[place] for place in self._get_indices(indices)]
 
     def set_attr(self, attr_name: str, value: Any, indices: VecEnvIndices = None) -> None:
         """Set an attribute of the environments with these indices."""
-        values = list(self._batch.get_attr(attr_name))
+        values = list(self.env.unwrapped.get_attr(attr_name))
         for place in self._get_indices(indices):
             values[place] = value
-        self._batch.set_attr(attr_name, values)
+        self.env.unwrapped.set_attr(attr_name, values)
 
     def env_method(self, method_name: str, *method_args: Any, indices: VecEnvIndices = None, **method_kwargs: Any) -> list[Any]:
         """Call a method of the environments with these indices; their answers."""
-        singles = [self._single(place) for place in self._get_indices(indices)]
+        batch: Any = self.env.unwrapped
+        singles = (batch.single(one) if hasattr(batch, "single") else batch.envs[one] for one in self._get_indices(indices))
         return [getattr(single, method_name)(*method_args, **method_kwargs) for single in singles]
 
     def env_is_wrapped(self, wrapper_class: Any, indices: VecEnvIndices = None) -> list[bool]:
@@ -110,18 +104,6 @@ class Sb3VecEnv(VecEnv):
         """Return a picture of each environment; None where it has no render mode."""
         images: Any = self.env.render()
         return [None] * self.num_envs if images is None else list(images)
-
-    @property
-    def _batch(self) -> Any:
-        batch = self.env.unwrapped
-        if not hasattr(batch, "get_attr"):
-            raise ParameterError(f"got {one_line(batch)}, whose single environments cannot be reached from here", at="env")
-        return batch
-
-    def _single(self, place: int) -> Any:
-        """Return one of the single environments: of a native batch by `single`, of Gymnasium's own an entry of `envs`."""
-        batch = self._batch
-        return batch.single(place) if hasattr(batch, "single") else batch.envs[place]
 
 
 def info_of(infos: dict[str, Any], place: int) -> dict[str, Any]:

@@ -9,7 +9,7 @@ from .document import Document, load
 from .files import begins_as_log, find, read
 from .overrides import Overrides, parse_assignments
 from .table import ByKey, Table
-from .toml_writing import edit, to_toml, toml_value
+from .toml_writing import rename, to_toml, toml_value
 
 __all__ = [
     "ByKey",
@@ -17,11 +17,11 @@ __all__ = [
     "Overrides",
     "Table",
     "begins_as_log",
-    "edit",
     "find",
     "load",
     "parse_assignments",
     "read",
+    "rename",
     "to_toml",
     "toml_value",
 ]

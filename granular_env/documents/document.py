@@ -1,4 +1,4 @@
-"""One kind of document: a pydantic model of the whole file, which knows where it came from and what was overridden in it."""
+"""Documents: pydantic models of whole files, which know their file and their overrides."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ class Document(Table):
     """Base of the models of whole files.
 
     Attributes:
-        kind: what messages call it.
+        kind: its name in messages.
         shelf: where shipped ones lie, as `shipped_files` calls it.
     """
 
@@ -50,7 +50,7 @@ class Document(Table):
 
     @property
     def overrides(self) -> tuple[Override, ...]:
-        """Return what was set beside what its file says."""
+        """Return the keys that were set in addition to the file."""
         return self._overrides
 
     @classmethod
@@ -71,7 +71,7 @@ class Document(Table):
         raise ExperimentError(*(replace(one, source=source_of(one.location, origin, overrides)) for one in faults))
 
     def to_dict(self) -> dict[str, Any]:
-        """Return plain values for TOML, JSON and `parse`; what was left out stays out."""
+        """Return plain values for TOML, JSON and `parse`, without the defaults."""
         return self.model_dump(mode="json", by_alias=True, exclude_none=True, exclude_unset=True, serialize_as_any=True)
 
     @contextmanager
@@ -103,7 +103,7 @@ def load(
     overrides: Overrides = (),
     folder: Path | None = None,
 ) -> D:
-    """Return a document, checked as far as that goes without what it describes.
+    """Return a document, validated without building the objects that it describes.
 
     Args:
         model: its kind.
@@ -112,7 +112,7 @@ def load(
         folder: where the files lie that a mapping names; default: the current one.
 
     Raises:
-        ExperimentError: file, table, key, what came and what was expected; unknown keys with the nearest right one.
+        ExperimentError: names file, table and key, the value received and the expected one.
     """
     changes, before = to_overrides(overrides), ()
     if isinstance(source, model):

@@ -26,7 +26,7 @@ def find(source: str | os.PathLike[str], kind: str, shelf: str) -> Path:
         shelf: where shipped ones lie, as `shipped_files` calls it.
 
     Raises:
-        ExperimentError: there is none; the nearest name is told.
+        ExperimentError: there is none.
     """
     try:
         path = Path(source)
@@ -41,15 +41,11 @@ def find(source: str | os.PathLike[str], kind: str, shelf: str) -> Path:
     shipped = shipped_files(shelf)
     if str(source) in shipped:
         return shipped[str(source)]
-    if path.exists():
-        what = "a folder" if path.is_dir() else "a device, a pipe or a socket"
-        raise ExperimentError(f"it is {what}", expected="a TOML file or a name of `granular-env list`", source=str(path))
-    if path.suffix == ".toml":
-        raise ExperimentError(
-            "there is no such file",
-            hint="paths are relative to the current folder; `granular-env list` names what is shipped",
-            source=str(path),
-        )
+    hint = "" if path.exists() else "paths are relative to the current folder; `granular-env list` names what is shipped"
+    if path.is_dir():
+        raise ExperimentError("it is a folder", expected="a TOML file or a name of `granular-env list`", source=str(path))
+    if path.exists() or path.suffix == ".toml":
+        raise ExperimentError("there is no such file", hint=hint, source=str(path))
     advice = nearest_names(str(source), shipped)
     raise ExperimentError(f"got {one_line(str(source), 60)}", expected="a shipped one's name or a file", hint=advice, at=kind)
 
@@ -75,17 +71,11 @@ def begins_as_log(path: Path) -> bool:
 
 
 def nearest_names(name: str, known: Iterable[str]) -> str:
-    """Return advice for an unknown name: the right one if it is plain, else the nearest, and where the list is.
-
-    The last part of a name will do: `3.4-piston` for `nesterenko-1983/3.4-piston`.
-    """
-    names = sorted(known)
-    known_as = {name.rpartition("/")[2]: name for name in names} | {name: name for name in names}
+    """Return the hint for an unknown name; its last part is enough: `3.4-piston` for `nesterenko-1983/3.4-piston`."""
+    known_as = {one: one for one in known}
+    known_as |= {one.rpartition("/")[2]: one for one in known_as}
     close = [name] if name in known_as else difflib.get_close_matches(name, known_as, n=1, cutoff=0.6)
-    if close:
-        return f"did you mean {known_as[close[0]]!r}?"
-    near = difflib.get_close_matches(name, names, n=3, cutoff=0.0)
-    return f"the nearest: {', '.join(near)}; `granular-env list` names all"
+    return f"did you mean {known_as[close[0]]!r}?" if close else "`granular-env list` names all"
 
 
 def read(path: Path) -> dict[str, Any]:

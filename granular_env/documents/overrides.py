@@ -8,7 +8,6 @@ from __future__ import annotations
 import re
 import tomllib
 from collections.abc import Iterable, Mapping, Sequence
-from contextlib import suppress
 from typing import Any
 
 from granular_env.components.errors import ExperimentError, Fault, Override, ParameterError, Phrase, one_line
@@ -41,12 +40,8 @@ def to_overrides(given: Any) -> tuple[Override, ...]:
     overrides: list[Any] = list(given) if isinstance(given, Iterable) and not isinstance(given, str) else [given]
     if all(isinstance(one, Override) for one in overrides):
         return tuple(overrides)
-    example = {"component.grains": 500}
-    with suppress(ExperimentError, TypeError, AttributeError):
-        example = {".".join(one.key): one.value for one in map(_parse_assignment, overrides)}
-    raise ExperimentError(
-        Fault(("overrides",), f"got {one_line(given)}", "a mapping of keys and values", f"write overrides={one_line(example)}")
-    )
+    hint = 'write overrides={"component.grains": 500}'
+    raise ExperimentError(f"got {one_line(given)}", at="overrides", expected="a mapping of keys and values", hint=hint)
 
 
 def set_key(content: dict[str, Any], override: Override) -> None:

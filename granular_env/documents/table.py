@@ -1,4 +1,4 @@
-"""Tables of a document: strict pydantic models whose faults are data, and unions of them that one key tells apart."""
+"""Tables of a document: strict pydantic models whose faults are data, and unions of them selected by one key."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ class Table(BaseModel):
 
     @classmethod
     def advice_for_unknown(cls, key: str, given: Mapping[str, Any]) -> str:
-        """Return what to do about an unknown key of the table; "" for the nearest known one."""
+        """Return the hint for an unknown key of the table; "" for the nearest known one."""
         return ""
 
     @model_validator(mode="wrap")
@@ -38,7 +38,7 @@ class Table(BaseModel):
 
 @dataclass(frozen=True)
 class ByKey:
-    """Marks a union of tables that the value of one key tells apart: ``Annotated[Triangle | Constant, ByKey("profile")]``.
+    """Marks a union of tables in which one key selects the table: ``Annotated[Triangle | Constant, ByKey("profile")]``.
 
     Each table declares its value as the Literal of that field.
 
@@ -51,7 +51,7 @@ class ByKey:
     advice: Callable[[str, list[str]], str] = nearest
 
     def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
-        """Choose the table first, so that only its own faults are told."""
+        """Choose the table first, so that only its faults are reported."""
         return core_schema.no_info_plain_validator_function(lambda given: self._validate(given, get_args(source)))
 
     def _validate(self, given: Any, tables: tuple[type[Table], ...]) -> Table:

@@ -1,14 +1,13 @@
 """Domains: the only rooms that name a physical system, one folder each; and the table of what each of them offers.
 
-A generic room (environments, studies, sweeps, viewing, the atlas) imports this module and no domain: `domain_of` gives what the
+A generic room (environments, studies, sweeps, viewing) imports this module and no domain: `domain_of` gives what the
 domain of a component offers. A name in the table is a module, or "module:attribute"; it is imported when it is asked for. What
 is None or not named, the domain does not have: the generic room then does what serves any component, or says what is missing.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from importlib import import_module
 from types import ModuleType
 from typing import Any
@@ -21,13 +20,10 @@ class Environment:
     Attributes:
         entry_point: what makes the single one.
         reward_threshold: the return at which the task counts as solved.
-        batch: a class of native batches, batch(make, count, **arguments); None where there is none: `gymnasium.make_vec` then
-            makes Gymnasium's own, and `granular-env describe` says so.
     """
 
     entry_point: str
     reward_threshold: float
-    batch: str | None = None
 
 
 @dataclass(frozen=True)
@@ -36,8 +32,8 @@ class Domain:
 
     Attributes:
         environments: a mapping registered name -> `Environment`.
-        batch: a `VectorEnv` class that runs many of the domain's environments natively: batch(make, count, **arguments).
-        environment: the class of the environments that this batch can run.
+        rows: a class that shows components as rows of arrays and advances them together, for tasks that judge rows and for
+            native batches, see `chain.rows.ChainRows`.
         gradients: a module with `RUNS` (cost of one gradient in forward runs) and `value_and_grad(env, drive, seeds, stage)`,
             the smooth objective of a task and its derivatives with respect to the actions, for studies.
         watch: a class of observers with a `history`, made with the time between two frames [s].
@@ -45,18 +41,15 @@ class Domain:
             taken(history, which, arguments)), `UNITS` of what is taken, and `function`, which gives a measurement by name.
         views: a subclass of `viewing.domain_views.Views`: what a scene shows beside the generic parts.
         remark: remark(parameters), what pictures of such a component have to say beside what they show; "" for nothing.
-        papers: name of a paper -> its atlas.
     """
 
     environments: str | None = None
-    batch: str | None = None
-    environment: str | None = None
+    rows: str | None = None
     gradients: str | None = None
     watch: str | None = None
     columns: str | None = None
     views: str | None = None
     remark: str | None = None
-    papers: Mapping[str, str] = field(default_factory=dict)
 
     def load(self, offer: str) -> Any:
         """Return what an attribute of this domain names; None where the domain does not have it."""
@@ -68,22 +61,18 @@ DOMAINS: dict[str, Domain] = {
     "automata": Domain(environments="granular_env.domains.automata.tasks:ENVIRONMENTS"),
     "chain": Domain(
         environments="granular_env.domains.chain.tasks:ENVIRONMENTS",
-        batch="granular_env.domains.chain.envs.vector_environment:ChainVectorEnv",
-        environment="granular_env.domains.chain.envs.environment:ChainEnv",
+        rows="granular_env.domains.chain.rows:ChainRows",
         gradients="granular_env.domains.chain.control.episode_gradient",
         watch="granular_env.domains.chain.measurement.observer:Watch",
         columns="granular_env.domains.chain.measurement.columns",
         views="granular_env.domains.chain.viewing.views:ChainViews",
-        papers={"nesterenko-1983": "granular_env.domains.chain.nesterenko_1983:PAPER"},
     ),
-    "coupled": Domain(papers={"psakhie-2003": "granular_env.domains.coupled.psakhie_2003:PAPER"}),
     "discs": Domain(environments="granular_env.domains.discs.tasks:ENVIRONMENTS"),
     "grid": Domain(environments="granular_env.domains.grid.tasks:ENVIRONMENTS"),
-    "shell": Domain(remark="granular_env.domains.shell.half_tube_remark:remark"),
+    "shell": Domain(remark="granular_env.domains.shell:remark"),
     "tube": Domain(
         environments="granular_env.domains.tube.tasks:ENVIRONMENTS",
-        remark="granular_env.domains.shell.half_tube_remark:remark",
-        papers={"gato-shie-2010": "granular_env.domains.tube.gato_shie_2010:PAPER"},
+        remark="granular_env.domains.shell:remark",
     ),
 }
 """Name of a component in the catalogue -> what its domain offers."""

@@ -1,12 +1,15 @@
-"""Gymnasium environments: any component x a task.
+"""Gymnasium environments: any component with a task. Importing this package registers those that the domains offer.
 
-``import granular_env`` registers those that the domains offer, ``granular_env/Piston-v1`` for one. An environment of your own
-is a component, a `Task` and ``ComponentEnv(component, task)``.
+An environment of your own is a component, a `Task` and ``ComponentEnv(component, task)``.
 """
 
 from __future__ import annotations
 
 import lazy_loader
 
-# The names of __init__.pyi: Gymnasium takes a while to import.
+from .registration import register_all
+
+# The names of __init__.pyi.
 __getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
+
+register_all()

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import inspect
-import math
 import re
 from collections.abc import Mapping
 from typing import Any
@@ -13,6 +12,7 @@ import numpy as np
 
 from granular_env.domains import environments, load
 from granular_env.envs.environment import ComponentEnv
+from granular_env.envs.task import RowTask
 from granular_env.terminal_text import columns, wrap_text
 
 
@@ -54,7 +54,7 @@ def environment_facts(name: str, arguments: Mapping[str, Any]) -> dict[str, Any]
         "internal_steps": env.internal_steps,
         "deadline": None if env.deadline == np.inf else int(env.deadline),
         "reward_threshold": registered.reward_threshold,
-        "native_batch": registered.batch is not None,
+        "native_batch": isinstance(env.task, RowTask),
         "arguments": _arguments(load(registered.entry_point)),
     }
 
@@ -68,11 +68,10 @@ def _make(name: str, arguments: Mapping[str, Any]) -> Any:
 def _actions(env: ComponentEnv) -> list[tuple[str, str]]:
     """Return each input that is driven, with what an entry of 1 stands for."""
     rows = []
-    for element, scale in env.driven_elements:
-        variable = env.component.variables[element.name]
-        entries = 1 if element.index else math.prod(variable.shape)
+    for one in env.actuator.driven:
+        entries = one.part.stop - one.part.start
         size = "" if entries == 1 else f" each, {entries} entries"
-        rows.append((str(element), f"{scale:g} {variable.unit}{size}"))
+        rows.append((str(one.element), f"{one.scale:g} {env.component.variables[one.element.name].unit}{size}"))
     return rows
 
 

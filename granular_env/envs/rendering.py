@@ -34,7 +34,6 @@ _ZERO = "#e1e1e4"
 def draw(
     component: Component,
     task: Task,
-    walls: tuple[bool, bool] = (False, False),
     wanted: npt.NDArray[np.float64] | None = None,
 ) -> npt.NDArray[np.uint8]:
     """Return a picture of the present state, shape (360, 960, 3), uint8.
@@ -42,7 +41,6 @@ def draw(
     Args:
         component: what is drawn.
         task: gives names and scales.
-        walls: whether there is one at the left and at the right end.
         wanted: of each particle, what its coloured quantity should be now; None where nothing is wanted.
     """
     image = Image.new("RGB", (WIDTH, HEIGHT), _PAPER)
@@ -53,7 +51,7 @@ def draw(
     if cells or (points is not None and component.get(points.displacement).ndim == 2):
         _draw_plane(pen, component, task, [] if points is None else [points], cells)
     elif points is not None:
-        _draw_row(pen, component, task, points, walls, wanted)
+        _draw_row(pen, component, task, points, wanted)
     else:
         _draw_outputs(pen, component, task)
     return np.array(image)
@@ -111,7 +109,6 @@ def _draw_row(
     component: Component,
     task: Task,
     particles: Points,
-    walls: tuple[bool, bool],
     wanted: npt.NDArray[np.float64] | None,
 ) -> None:
     along = particles.reference[:, 0]
@@ -130,9 +127,6 @@ def _draw_row(
     _draw_axis(pen, title, scale)
     for place, value, colour in zip(along, values / scale, colours, strict=True):
         _bar(pen, _MARGIN + (place - begin) * pixels, half, value, colour)
-    for side, column in ((0, _MARGIN - 8), (1, WIDTH - _MARGIN)):
-        if walls[side]:
-            pen.rectangle((column, _POINTS_ROW - 40, column + 7, _POINTS_ROW + 39), _INK)
     for place, value in zip(along, [] if wanted is None else wanted / scale, strict=wanted is not None):
         column, row = _MARGIN + (place - begin) * pixels, _BARS_ROW - round(float(np.clip(value, -1.0, 1.0)) * _BARS_REACH)
         if row != _BARS_ROW:

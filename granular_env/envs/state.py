@@ -13,13 +13,14 @@ from ..components.snapshot import Snapshot
 from ..components.support.serialization import pack, unpack
 
 _KIND = "environment state"
+_SOURCE = "state of an environment"
 
-Drawn = Mapping[str, float | Mapping[str, float]]
-"""Parameters of the component that were drawn for an episode, name -> number, or the limits and the seed of a draw."""
+Drawn = Mapping[str, Any]
+"""Parameters of the component that were drawn for an episode, name -> number, or a distribution with its seed."""
 
 
 class EpisodeOrigin:
-    """The origin of an episode, which all of its states share, so that one of the present episode is known at once.
+    """The origin of an episode, which all of its states share, so that one of the present episode is recognised at once.
 
     Attributes:
         task: name of the task.
@@ -38,17 +39,15 @@ class EnvState:
 
     Attributes:
         snapshot: the component's state.
-        episode: what else changes in an episode: control steps done, whether it goes on, and the task's counters; of an
-            environment that a compiled batch can run the bits of its memory.
-        origin: what the episode began with.
+        memory: the environment's own numbers, as bytes of float64.
+        counters: the task's, where they are not in the memory.
+        origin: the start of the episode.
     """
 
-    __slots__ = ("origin", "episode", "snapshot")
+    __slots__ = ("counters", "memory", "origin", "snapshot")
 
-    def __init__(
-        self, snapshot: Snapshot, episode: bytes | tuple[int, bool, Mapping[str, float]], origin: EpisodeOrigin
-    ) -> None:
-        self.snapshot, self.episode, self.origin = snapshot, episode, origin
+    def __init__(self, snapshot: Snapshot, memory: bytes, counters: Mapping[str, float], origin: EpisodeOrigin) -> None:
+        self.snapshot, self.memory, self.counters, self.origin = snapshot, memory, counters, origin
 
     def __eq__(self, other: object) -> bool:
         """Return whether both hold the same bits."""
@@ -58,22 +57,17 @@ class EnvState:
         return hash((self.origin.task, self.snapshot.tick, self.snapshot.data))
 
     def __repr__(self) -> str:
-        task, drawn = self.origin.task, dict(self.origin.drawn)
-        end = f", drawn={drawn}" if drawn else ""
-        return f"EnvState({task!r}, tick={self.snapshot.tick}, component={self.snapshot.identity[:12]}...{end})"
+        end = f", drawn={dict(self.origin.drawn)}" if self.origin.drawn else ""
+        return f"EnvState({self.origin.task!r}, tick={self.snapshot.tick}, component={self.snapshot.identity[:12]}...{end})"
 
     def to_bytes(self) -> bytes:
         """Return a versioned header and plain arrays; see `support.serialization`."""
-        header: dict[str, Any] = {"kind": _KIND, "task": self.origin.task, "random": _plain(self.origin.random)}
-        if self.origin.drawn:
-            header["drawn"] = _plain(self.origin.drawn)
-        arrays: dict[str, np.ndarray] = {"snapshot": np.frombuffer(self.snapshot.to_bytes(), np.uint8)}
-        if isinstance(self.episode, bytes):
-            arrays["episode"] = np.frombuffer(self.episode, np.int64)
-        else:
-            elapsed, running, counters = self.episode
-            header["episode"] = [elapsed, running, {name: float(value).hex() for name, value in counters.items()}]
-        return pack(header, arrays)
+        header: dict[str, Any] = {
+            "kind": _KIND, "task": self.origin.task, "random": _plain(self.origin.random), "drawn": _plain(self.origin.drawn),
+            "counters": {name: float(value).hex() for name, value in self.counters.items()},
+        }  # fmt: skip
+        snapshot = np.frombuffer(self.snapshot.to_bytes(), np.uint8)
+        return pack(header, {"snapshot": snapshot, "memory": np.frombuffer(self.memory, np.float64)})
 
     @classmethod
     def from_bytes(cls, data: bytes) -> Self:
@@ -82,28 +76,17 @@ class EnvState:
         try:
             if header["kind"] != _KIND:
                 raise LogError(f"these bytes hold a {header['kind']!r}", expected=f"an {_KIND}")
-            task, random = header["task"], header["random"]
-            if not isinstance(task, str) or not isinstance(random, dict):
-                raise LogError("no task or no random numbers", hint="the data is damaged", source="state of an environment")
+            task, random, drawn, memory = header["task"], header["random"], header["drawn"], arrays["memory"]
             bit_generator(random)
-            drawn = _validate_drawn(header.get("drawn", {}))
-            episode = arrays["episode"] if "episode" in arrays else _validate_episode(*header["episode"])
-            if isinstance(episode, np.ndarray):
-                if episode.dtype != np.int64 or episode.ndim != 1:
-                    raise LogError(
-                        f"got {episode.dtype} of shape {episode.shape}",
-                        expected="a list of int64",
-                        at="episode",
-                        source="state of an environment",
-                    )
-                episode = episode.tobytes()
-            return cls(Snapshot.from_bytes(arrays["snapshot"].tobytes()), episode, EpisodeOrigin(task, random, drawn))
+            if not isinstance(task, str) or not _is_drawn(drawn) or memory.dtype != np.float64 or memory.ndim != 1:
+                raise LogError("its task, memory or drawn parameters are none", hint="the data is damaged", source=_SOURCE)
+            counters = {str(name): float.fromhex(text) for name, text in header["counters"].items()}
+            snapshot = Snapshot.from_bytes(arrays["snapshot"].tobytes())
+            return cls(snapshot, memory.tobytes(), counters, EpisodeOrigin(task, random, drawn))
         except (KeyError, TypeError, AttributeError, ValueError, OverflowError) as error:
             if isinstance(error, LogError):
                 raise
-            raise LogError(
-                f"these bytes are none: {error}", hint="the data is damaged", source="state of an environment"
-            ) from error
+            raise LogError(f"these bytes are none: {error}", hint="the data is damaged", source=_SOURCE) from error
 
 
 def bit_generator(state: Mapping[str, Any]) -> np.random.PCG64:
@@ -127,24 +110,14 @@ def bit_generator(state: Mapping[str, Any]) -> np.random.PCG64:
     return made
 
 
-def _validate_episode(elapsed: Any, running: Any, counters: Any) -> tuple[int, bool, dict[str, float]]:
-    if type(elapsed) is not int or elapsed < 0 or type(running) is not bool:
-        raise LogError("an environment's state does not say how long its episode lasts", hint="the data is damaged")
-    return elapsed, running, {str(name): float.fromhex(text) for name, text in counters.items()}
-
-
-def _validate_drawn(drawn: Any) -> dict[str, float | dict[str, float]]:
-    if not isinstance(drawn, dict):
-        raise LogError("an environment's state has drawn parameters that are no mapping", hint="the data is damaged")
-    for name, value in drawn.items():
-        numbers = value.values() if isinstance(value, dict) else [value]
-        if not all(type(number) in (int, float) and math.isfinite(number) for number in numbers):
-            raise LogError(f"an environment's state has {name!r} drawn as no finite number", hint="the data is damaged")
-    return drawn
+def _is_drawn(drawn: Any) -> bool:
+    """Return whether drawn parameters are finite numbers, or mappings of them."""
+    numbers = [one for value in drawn.values() for one in (value.values() if isinstance(value, dict) else [value])]
+    return all(type(number) in (int, float) and math.isfinite(number) for number in numbers)
 
 
 def _plain(value: Any) -> Any:
-    """Return a bit generator's state as JSON has it."""
+    """Return a bit generator's state or drawn parameters as JSON has them."""
     if isinstance(value, Mapping):
         return {name: _plain(item) for name, item in value.items()}
     if isinstance(value, np.ndarray):

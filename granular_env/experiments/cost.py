@@ -1,4 +1,4 @@
-"""The cost of a run: its wall time, measured on a few ticks, and the numbers that it records."""
+"""The cost of a run: its wall time, measured on a few ticks, and the size of its log."""
 
 from __future__ import annotations
 
@@ -8,26 +8,28 @@ from time import perf_counter
 
 from granular_env.components.errors import ExperimentError, StepError
 from granular_env.output_files import readable_bytes
-from granular_env.recording.recorder.size_estimate import estimated_bytes
+from granular_env.recording.size_estimate import estimated_bytes
 
 from .preparation import Prepared
 
-# What lasts longer, or writes more, is told of; on a terminal the size of smaller logs too.
-_LONG, LARGE_LOG, TOLD_LOG = 60.0, 200_000_000, 10_000_000  # s, bytes
-_MEASURED = 0.02  # s of stepping that the speed is read off
+# `check` notes longer runs [s] and larger logs [bytes]; `run` notes logs from the second size on, on a terminal.
+_LONG, LARGE_LOG, NOTED_LOG = 60.0, 200_000_000, 10_000_000
+_MEASURED = 0.02  # wall time of the measured steps [s]
 _LESS = "record less often (record.every), fewer variables (record.variables) or fewer snapshots (record.snapshot_every)"
-# A part of its size that no log falls below on the disk; that of a large body mostly at rest takes 0.04.
+# Least size of a log on the disk, over its size before compression; that of a large body mostly at rest takes 0.04.
 _COMPRESSED = 0.02
 _UNITS = ((86400.0, "days"), (3600.0, "h"), (60.0, "min"), (1.0, "s"))
 
 
 def cost_note(ready: Prepared) -> str:
-    """Return a sentence on the wall time and the size of the log where these are large; "" else. Steps the component."""
-    size = recorded_bytes(ready, Path.cwd())
+    """Return a sentence on the wall time and the size of the log if these are large, else "". Steps the component."""
+    size = log_bytes(ready)
     seconds = ready.ticks * _seconds_per_tick(ready)
     if seconds < _LONG and size < LARGE_LOG:
         return ""
-    return f"this takes about {_duration(seconds)} on this machine, and records up to {readable_bytes(size)} before compression"
+    length, unit = next((pair for pair in _UNITS if seconds >= pair[0]), _UNITS[-1])
+    duration = f"{seconds / length:.2g} {unit}"
+    return f"this takes about {duration} on this machine, and records up to {readable_bytes(size)} before compression"
 
 
 def _seconds_per_tick(ready: Prepared) -> float:
@@ -45,31 +47,25 @@ def _seconds_per_tick(ready: Prepared) -> float:
         return 0.0
 
 
-def size_note(ready: Prepared, folder: Path, least: int) -> str:
-    """Return a sentence on the size of a log of `least` bytes or more, and how to make a large one smaller; "" for others."""
-    size = recorded_bytes(ready, folder)
+def size_note(ready: Prepared, least: int) -> str:
+    """Return a sentence on the size of a log of `least` bytes or more, and how to make a large one smaller; else ""."""
+    size = log_bytes(ready)
     if size < least:
         return ""
     note = f"the log takes up to {readable_bytes(size)} before compression, and on the disk at most two thirds of that"
-    if size < LARGE_LOG:
-        return note
-    return f"{note}; {_LESS} for a smaller one"
+    return note if size < LARGE_LOG else f"{note}; {_LESS} for a smaller one"
 
 
-def recorded_bytes(ready: Prepared, folder: Path) -> int:
-    """Return how many bytes the log of an experiment takes at most, before compression.
-
-    Args:
-        ready: the experiment.
-        folder: where the log will be written; it may not exist yet.
-
-    Raises:
-        ExperimentError: the file system of the folder has no room for the log.
-    """
+def log_bytes(ready: Prepared) -> int:
+    """Return the largest size of the log of an experiment before compression [bytes]."""
     experiment = ready.experiment
-    size = estimated_bytes(
-        ready.component, ready.ticks, experiment={"duration": experiment.duration}, **experiment.record.model_dump()
-    )
+    facts = {"duration": experiment.duration}
+    return estimated_bytes(ready.component, ready.ticks, experiment=facts, **experiment.record.model_dump())
+
+
+def refuse_full_disk(ready: Prepared, folder: Path) -> None:
+    """Raise `ExperimentError` if the file system of a folder, which may not exist yet, has no room for the log."""
+    size = log_bytes(ready)
     existing = next(one for one in (folder.absolute(), *folder.absolute().parents) if one.exists())
     free = shutil.disk_usage(existing).free
     if _COMPRESSED * size > free:
@@ -78,11 +74,5 @@ def recorded_bytes(ready: Prepared, folder: Path) -> int:
             f"{readable_bytes(free)} are free in {str(existing)!r}",
             hint=f"choose a shorter duration, {_LESS}, or run without a log",
             at="duration",
-            source=experiment.origin,
+            source=ready.experiment.origin,
         ) from OSError("no space")
-    return size
-
-
-def _duration(seconds: float) -> str:
-    length, unit = next((pair for pair in _UNITS if seconds >= pair[0]), _UNITS[-1])
-    return f"{seconds / length:.2g} {unit}"

@@ -179,10 +179,7 @@ class CsvTable(ProfileTable):
     def build(self, folder: Path, unit: str) -> Profile:
         """See `Profile.from_csv`."""
         keys = self.model_dump(exclude={"profile", "path", "pattern"})
-        try:
-            return Profile.from_csv(folder / self.path, unit=unit, name=self.path, **keys)
-        except ParameterError as error:
-            raise ParameterError(*(fault.with_source_in_words() for fault in error.faults)) from None
+        return Profile.from_csv(folder / self.path, unit=unit, name=self.path, **keys)
 
 
 class PiecewiseTable(ProfileTable):

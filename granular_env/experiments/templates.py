@@ -17,7 +17,7 @@ from granular_env.components.errors import ExperimentError, Fault, Option
 from granular_env.components.support.parameter_fields import left_out, unit_of
 from granular_env.components.support.validation import Parameters, tables
 from granular_env.components.variables import Variable
-from granular_env.documents import begins_as_log, edit, find, to_toml, toml_value
+from granular_env.documents import begins_as_log, find, rename, to_toml, toml_value
 from granular_env.documents.files import nearest_names, read_data
 from granular_env.output_files import write_files
 from granular_env.package_contents import first_sentence, shipped_names
@@ -50,7 +50,7 @@ def template(name: str, new_name: str | None = None, others: Iterable[str] = ())
         raise ExperimentError(f"no component, experiment, plan or study named {name!r}", hint=advice) from error
     except (OSError, UnicodeDecodeError) as error:
         raise ExperimentError(f"cannot be read as text: {error}", expected="a TOML file", source=name) from error
-    return text if new_name is None else edit(text, "name", new_name)
+    return text if new_name is None else rename(text, new_name)
 
 
 def write(name: str, target: Path, force: bool = False) -> list[Path]:

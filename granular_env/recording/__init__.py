@@ -1,10 +1,9 @@
 """Logs: record what a component does, open it, re-run it, branch off it, repair it."""
 
-from .recorder.record import record
-from .recorder.recorder import Recorder
-from .replay.branch import Branch
-from .replay.log import Log, open_log
-from .replay.recovery import recover
-from .verification.verification import Verification, verify
+from .branch import Branch
+from .log import Log, open_log
+from .recorder import Recorder, record
+from .recovery import recover
+from .verification import Verification, verify
 
 __all__ = ["Branch", "Log", "Recorder", "Verification", "open_log", "record", "recover", "verify"]

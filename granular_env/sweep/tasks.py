@@ -10,6 +10,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from granular_env.code_hash import code_hash
 from granular_env.components.component import Component
 from granular_env.components.errors import ExperimentError, Fault, Option
 from granular_env.components.support.parameter_fields import unit_of
@@ -18,7 +19,7 @@ from granular_env.documents.files import read_data
 
 from .parameter_values import Range, draws
 from .plan import LARGEST, Plan
-from .worker import Job, Task, program
+from .worker import Job, Task
 
 _SECONDS = ("duration", "record.every", "record.snapshot_every")
 # Keys of an input's profile that are times; the others have the input's unit.
@@ -74,8 +75,7 @@ def make_workload(plan: Plan, time_limit: float | None = None, allow_large: bool
     document = copy.deepcopy(experiment.to_dict())
     for table in _csv_tables(document.get("input", {})):
         table["path"] = files.name_by_content(table["path"])
-    code = program(document["component"]["type"])
-    basis = _hash([{key: document[key] for key in document.keys() - {"name", "description", "source"}}, plan.text, code])
+    basis = _hash([{key: document[key] for key in document.keys() - {"name", "description", "source"}}, plan.text, code_hash()])
     names = [*plan.keys, *(["sample"] if plan.samples else []), *(["repetition", "seed"] if plan.seeds else [])]
     columns: dict[str, list[Any]] = {name: [] for name in names}
     tasks: list[Task] = []
@@ -91,7 +91,7 @@ def make_workload(plan: Plan, time_limit: float | None = None, allow_large: bool
         for name, value in zip(names, row, strict=True):
             columns[name].append(value)
         tasks.append(Task(_hash([basis, chosen]), chosen, plan.logs.of_task(number)))
-    return Workload(Job(document, files.contents, plan.measure, plan.every, code, time_limit), columns, tasks)
+    return Workload(Job(document, files.contents, plan.measure, plan.every, code_hash(), time_limit), columns, tasks)
 
 
 def _points(plan: Plan) -> Iterator[tuple[tuple[Any, ...], int, int]]:

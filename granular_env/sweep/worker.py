@@ -3,23 +3,17 @@
 from __future__ import annotations
 
 import faulthandler
-import hashlib
 import os
 import socket
 import warnings
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import dataclass
-from functools import cache
-from importlib.machinery import all_suffixes
-from importlib.metadata import version
-from importlib.util import find_spec
 from pathlib import Path
 from typing import Any, Literal
 
-from granular_env.components.catalogue import foreign_package
+from granular_env.code_hash import code_hash
 from granular_env.components.errors import GranularWarning, SweepError
-from granular_env.components.support.jit import source_hash
 from granular_env.experiments import load_experiment
 from granular_env.experiments.preparation import Prepared, prepare
 
@@ -97,12 +91,9 @@ class Computer:
     """
 
     def __init__(self, job: Job, folder: Path) -> None:
-        component = job.document["component"]["type"]
-        if job.program != program(component):
-            package = foreign_package(component)
+        if job.program != code_hash():
             raise SweepError(
-                f"{socket.gethostname()} has another version of granular-env{f', of {package}' if package else ''} or of a "
-                "package it computes with",
+                f"{socket.gethostname()} has another version of granular-env, of a plug-in or of a package it computes with",
                 hint="install the same versions on every node; after editing a package, start the sweep from a new process",
             )
         self._job, self._folder = job, folder
@@ -183,27 +174,3 @@ def _is_of_machine(error: BaseException) -> bool:
     """Return whether memory, disk or the operating system failed, not the task."""
     cause = error.__cause__ or error.__context__
     return isinstance(error, MemoryError | OSError) or (cause is not None and _is_of_machine(cause))
-
-
-@cache
-def program(component: str) -> str:
-    """Hash the code that decides a result: this package, that of a third party's component, and the numerical packages."""
-    state = hashlib.sha256(f"{source_hash()} {version('scipy')} {version('pydantic')}".encode())
-    root = Path(__file__).resolve().parent.parent
-    # The hash of the components is in `source_hash`; the command line and the pictures decide nothing.
-    ours = (
-        path for path in sorted(root.rglob("*.py")) if path.relative_to(root).parts[0] not in ("components", "cli", "viewing")
-    )
-    package = foreign_package(component)
-    for path in (*ours, *(_code_of(package) if package else ())):
-        state.update(path.read_bytes())
-    return state.hexdigest()[:16]
-
-
-def _code_of(package: str) -> Iterator[Path]:
-    """Yield the modules of a package, or of a top-level module, without importing it."""
-    spec = find_spec(package)
-    if spec is not None and spec.submodule_search_locations is None and spec.origin:
-        yield Path(spec.origin)
-    for folder in (spec.submodule_search_locations if spec is not None else None) or ():
-        yield from (path for path in sorted(Path(folder).rglob("*")) if path.name.endswith(tuple(all_suffixes())))

@@ -17,19 +17,11 @@ from granular_env.colours import PALETTE
 from granular_env.components.drawables import Cells, Points, spatial
 from granular_env.components.errors import LogError
 from granular_env.output_files import replacing
-from granular_env.recording.format.protobuf import FRAME
-from granular_env.recording.preview import cdr
-from granular_env.recording.preview.messages import (
-    ABOUT_TOPIC,
-    PARTICLES_TOPIC,
-    PREVIEW_TOPIC,
-    SPHERES_TOPIC,
-    picture_box,
-    topics_of_others,
-)
-from granular_env.recording.replay.log import Log
+from granular_env.recording.log import Log
+from granular_env.recording.preview.encoding import CDR_HEAD, FRAME, names_of_numbers
+from granular_env.recording.preview.film import ABOUT_TOPIC, cloud_topic, picture_box, shown_drawables
 
-_POINT_SIZES, _OTHER_SIZE = {PARTICLES_TOPIC: 4, PREVIEW_TOPIC: 5}, 3
+_POINT_SIZE, _OTHER_SIZE = 5, 3
 # Vertical opening of the camera [degrees], and the width of its picture in heights, at least.
 _OPENING, _ASPECT = 45.0, 1.6
 _TANGENT = math.tan(math.radians(_OPENING / 2))
@@ -78,11 +70,11 @@ def _numbers_of(log: Log) -> dict[str, list[str]]:
     found: dict[str, list[str]] = {}
     container = log.records.container
     for chunk in reversed(range(container.chunk_count)):
-        messages = container.messages(chunk)
-        for message in messages:
-            if message.topic.startswith("/") and message.data[:4] == cdr.HEAD and message.topic not in (ABOUT_TOPIC, *found):
-                found[message.topic] = cdr.label_of_numbers(bytes(message.data)).split(", ")
-        if any(message.topic == ABOUT_TOPIC for message in messages):
+        entries = container.messages(chunk)
+        for topic, message in entries:
+            if topic.startswith("/") and message.data[:4] == CDR_HEAD and topic not in (ABOUT_TOPIC, *found):
+                found[topic] = names_of_numbers(message.data)
+        if any(topic == ABOUT_TOPIC for topic, _ in entries):
             return found
     raise LogError(
         "it has no preview for stock viewers: it was not closed, or an older version wrote it",
@@ -99,11 +91,10 @@ def _scene(log: Log) -> dict[str, Any]:
     # With x across the picture, the height of what the camera sees at that distance.
     seen = 1.1 * max(height * math.sin(tilt) + depth * math.cos(tilt), width / _ASPECT)
     distance = seen / 2 / _TANGENT
-    has_points = any(isinstance(one, Points) for one in log.drawables)
-    topics: dict[str, Any] = {SPHERES_TOPIC: {"visible": True}} if has_points else {}
-    sizes = {**(_POINT_SIZES if has_points else {}), **{topic: _OTHER_SIZE for _, topic in topics_of_others(log.drawables)}}
-    for topic, size in sizes.items():
-        topics[topic] = {"visible": True, "pointSize": size, "colorMode": "rgba", "colorField": "rgba"}
+    topics: dict[str, Any] = {}
+    for one in shown_drawables(log.drawables, log.variables):
+        size = _POINT_SIZE if isinstance(one, Points) else _OTHER_SIZE
+        topics[cloud_topic(one)] = {"visible": True, "pointSize": size, "colorMode": "rgba", "colorField": "rgba"}
     camera = {
         **view,
         "distance": distance,

@@ -17,10 +17,11 @@ from markupsafe import Markup
 _TEMPLATES = Path(__file__).with_name("templates")
 
 
-def template_environment(*folders: Path) -> Environment:
-    """Return an environment whose templates escape every text; they are looked for in these folders, then in our own."""
+@cache
+def _environment() -> Environment:
+    """Return an environment whose templates escape every text."""
     environment = Environment(
-        loader=FileSystemLoader([*folders, _TEMPLATES]),
+        loader=FileSystemLoader(_TEMPLATES),
         autoescape=True,
         undefined=StrictUndefined,
         trim_blocks=True,
@@ -30,11 +31,6 @@ def template_environment(*folders: Path) -> Environment:
     environment.filters["words"] = _words
     environment.globals["is_number"] = _is_number
     return environment
-
-
-@cache
-def _environment() -> Environment:
-    return template_environment()
 
 
 @cache

@@ -18,7 +18,7 @@ from granular_env.components.inputs import Held, input_value
 from granular_env.components.profiles import CompiledProfile
 from granular_env.components.support.float_arrays import FloatArray
 from granular_env.components.variables import Element, Variable
-from granular_env.recording.format.step_history import Stretch
+from granular_env.recording.steps import Stretch
 
 from .curves import Curve, pick_with_extremes
 

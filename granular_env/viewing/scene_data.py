@@ -16,7 +16,7 @@ from granular_env.components.drawables import Cells, Drawable, Links, Points, sp
 from granular_env.components.support.float_arrays import FloatArray
 from granular_env.components.variables import Variable
 from granular_env.domains import domain_of
-from granular_env.recording.format.header import BalanceNames, balance_facts, balance_names_from
+from granular_env.recording.header import BalanceNames, balance_facts, balance_names_from
 
 from .curves import MAXIMUM_CURVE_POINTS, Curve, pick_with_extremes
 from .domain_views import views_class

@@ -12,10 +12,10 @@ import numpy.typing as npt
 from granular_env.colours import diverging
 from granular_env.components.support.float_arrays import FloatArray
 from granular_env.components.variables import Variable
+from granular_env.recording.preview.displacement_scale import common_exaggeration
 
 from .colour_scales import ColourScale, colour_scales, rescale, scale_of
 from .scene_data import MeshFrames, SceneData
-from .visible_drawables import common_exaggeration
 
 # Scenes that are smaller are magnified [m].
 _LEAST_LENGTH = 0.1

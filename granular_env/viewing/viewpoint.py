@@ -9,7 +9,7 @@ import numpy as np
 
 from granular_env.components.drawables import Cells, Drawable, Links, Points
 from granular_env.components.support.float_arrays import FloatArray
-from granular_env.recording.reader.event_places import place_of
+from granular_env.recording.event_places import place_of
 
 from .visible_drawables import is_solid, visible_cells
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,12 +11,7 @@ import numpy as np
 from granular_env.components.drawables import Cells, Drawable, Links, Points, drawn_outputs
 from granular_env.components.errors import ParameterError
 from granular_env.components.support.float_arrays import FloatArray
-from granular_env.components.support.round_numbers import round_down_to_125
 from granular_env.components.variables import Variable
-from granular_env.recording.preview.displacement_scale import choose_exaggeration
-
-# Nodes of cells are drawn so far from where they began, at most, in lengths of the picture.
-_DRAWN_TRAVEL = 0.1
 
 
 def is_hidden(drawable: Drawable, others: Sequence[Drawable]) -> bool:
@@ -176,19 +171,3 @@ def fills_plane(places: FloatArray) -> bool:
     """Return whether places, shape (n, d), lie side by side and not in one row along x; rounding apart."""
     across = np.ptp(places[:, 1:], axis=0)
     return bool((across > 1e-9 * np.ptp(places[:, 0])).any())
-
-
-def common_exaggeration(
-    points: Iterable[tuple[FloatArray, FloatArray, FloatArray]], cells: Iterable[tuple[FloatArray, FloatArray]]
-) -> float:
-    """Return one factor for all displacements: no particles pass one another, and nodes stay near.
-
-    Args:
-        points: reference (n, 3), radius (n,) and displacement (frames, n, 3) of points [m].
-        cells: reference (n, d) and displacement (frames, n, d) of the nodes of cells [m].
-    """
-    factors = [choose_exaggeration(*one) for one in points if one[2].any()]
-    for nodes, displacement in cells:
-        if (travel := float(np.abs(displacement).max(initial=0.0))) > 0.0:
-            factors.append(max(1.0, round_down_to_125(_DRAWN_TRAVEL * float(np.ptp(nodes, axis=0).max()) / travel)))
-    return min(factors, default=1.0)

@@ -24,7 +24,13 @@ DENSITY, YOUNG, POISSON = 7800.0, 2e11, 0.29
 MASS = DENSITY * 4.0 / 3.0 * math.pi * RADIUS**3
 # Internal step [s].
 STEP = 5e-8
-STEEL = {"radius": RADIUS, "material": "steel", "contact_stiffness": A * MASS, "integrator": "pefrl", "step_size": STEP}
+STEEL: dict[str, Any] = {
+    "radius": RADIUS,
+    "material": "steel",
+    "contact_stiffness": A * MASS,
+    "integrator": "pefrl",
+    "step_size": STEP,
+}
 # Time between two frames [s]: amplitudes are then known to 1e-5 of the velocity.
 EVERY = 1e-6
 # Least heights of a wave, as parts of the tallest one's at the same grain.
@@ -60,7 +66,8 @@ def run(name: str, duration: float | None = None, every: float = EVERY, **compon
 @functools.cache
 def strike(moving: Sequence[int], duration: float = 8e-4, every: float = EVERY, speed: float = SPEED, **chain: Any) -> History:
     """Return the motion of a chain whose grains `moving` start with a speed [m/s]; `chain` has its parameters."""
-    component = ge.Chain(**({"grains": 100} | STEEL | chain))
+    parameters: dict[str, Any] = {"grains": 100} | STEEL | chain
+    component = ge.Chain(**parameters)
     component.reset(velocity={number - 1: speed for number in moving})
     return measurement.observe(component, duration, every)
 

@@ -32,7 +32,7 @@ def main(page: Page) -> None:
     page.say(f"Exactly, C = 2 √π Γ(7/5)/Γ(9/10) = {theory.COLLISION_COEFFICIENT:.5f}.")
 
     page.head("Limits of the static law at the paper's 5 m/s, two moving grains of section 3.1")
-    chain = ge.Chain(**({"grains": 100} | STEEL))
+    chain = ge.Chain(grains=100, **STEEL)
     chain.reset(velocity={0: SPEED, 1: SPEED})
     chain.step(2e-4)
     report = chain.report()

@@ -1,4 +1,4 @@
-"""What a script of a paper computes with: a page of rows, figures and text, and verdicts that follow from the numbers.
+"""The helper of the papers' scripts: a page of rows, figures and text, and verdicts that follow from the numbers.
 
     python papers/nesterenko_1983/figure_3.py       # prints its rows, and writes its figures into build/papers
 
@@ -140,7 +140,7 @@ class Row:
 
     @property
     def failure(self) -> str:
-        """What is wrong with the row: ours is not the known number; empty where nothing is."""
+        """The message of a row whose number is not the known one; empty for other rows."""
         if self.found is None:
             return f"{self.what}: {self.verdict}" if self.verdict.startswith("not") else ""
         if isinstance(self.ours, str):
@@ -245,7 +245,7 @@ def compute(main: Callable[[Page], None], path: Path, text: str | None, folder: 
 
 
 def show(main: Callable[[Page], None]) -> None:
-    """Run a script by itself: print its rows, and end with status 1 where one of them does not give the known number."""
+    """Run one script: print its rows, and end with status 1 where one of them does not give the known number."""
     path = Path(sys.argv[0]).resolve()
     page = compute(main, path, sys.modules["__main__"].__doc__, OUT / path.parent.name)
     for kind, content in page.blocks:

@@ -1,4 +1,4 @@
-"""Section 3, figure 8: a load beside the interface
+"""Section 3, figure 8: a load to the left of the interface
 
 The load acts 0.1 m to the left of the interface, on the grid, so that all waves meet the interface at every angle.
 """

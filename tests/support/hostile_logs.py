@@ -13,8 +13,8 @@ import numpy as np
 from granular_env import viewing
 from granular_env.components.errors import GranularError
 from granular_env.recording import open_log, recover, verify
-from granular_env.recording.format.records import Record
-from granular_env.recording.replay.near_misses import nearest_to_events
+from granular_env.recording.near_misses import nearest_to_events
+from granular_env.recording.records import Record
 
 ACTIONS: dict[str, Callable[[Path], object]] = {
     "verify": verify,

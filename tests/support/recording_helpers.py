@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import contextlib
 import dataclasses
-import json
 import random
 from collections.abc import Callable
 from pathlib import Path
@@ -14,18 +12,12 @@ from mcap.reader import make_reader
 
 import granular_env.components.catalogue as catalogue
 from granular_env.components.component import Component
-from granular_env.components.errors import LogError
 from granular_env.components.profiles import Profile
-from granular_env.components.support.serialization import canonical_json
 from granular_env.recording import record
-from granular_env.recording.container.limits import Limits
-from granular_env.recording.container.reader import McapReader
-from granular_env.recording.format.metadata import metadata_of_log
-from granular_env.recording.format.records import CLOSED, HEADER, INCIDENTS, TOPICS, Record, decode, log_identity
-from granular_env.recording.preview.messages import PreviewMessage, Topic
-from granular_env.recording.recorder.log_file import create
-from granular_env.recording.recorder.log_writer import LogWriter
-from granular_env.recording.replay.recovery import parameter_model
+from granular_env.recording.container import Container, Limits
+from granular_env.recording.preview.film import PreviewMessage, Topic
+from granular_env.recording.records import CLOSED, HEADER, INCIDENTS, Record, decode, kind_of
+from granular_env.recording.writer import LogWriter
 
 CHAIN = {"grains": 12, "radius": 3e-3, "material": "steel", "left": "free", "right": "free"}
 
@@ -56,35 +48,33 @@ def rewrite(
     path: Path,
     out: Path,
     change: Callable[[Record], Record] = lambda record: record,
-    change_preview: Callable[[bytes], bytes] = lambda data: data,
-    shift: int = 0,
-    change_texts: Callable[[dict[str, str]], dict[str, str]] = lambda texts: texts,
+    change_index: Callable[[np.ndarray], np.ndarray] = lambda rows: rows,
 ) -> None:
-    """The same log with every record put through `change`, every message of the preview through `change_preview`, and `shift`
-    ns added to each time; every checksum, number and index is made right again."""
-    sink, container = LogWriter(out, create(out, overwrite=True)), McapReader(path, Limits(str(path)))
-    log, preview = None, []
-    for chunk in range(container.chunk_count):
-        for message in container.messages(chunk):
-            kind, time = TOPICS.get(message.topic), message.nanoseconds + shift
+    """The same log with every record put through `change`; every checksum, number and index is made right again.
+
+    The index of the new log is put through `change_index`.
+    """
+    writer, container, preview = LogWriter(out, overwrite=True), Container(path, Limits(str(path))), []
+    try:
+        for _, (topic, message) in container.all_messages():
+            kind = kind_of(topic)
             if kind is None:
-                topic = Topic(message.topic, "any", "protobuf", b"")
-                preview.append(PreviewMessage(topic, time, message.published, [change_preview(bytes(message.data))]))
+                any_topic = Topic(topic, "any", "protobuf", b"")
+                preview.append(PreviewMessage(any_topic, message.log_time, message.publish_time, message.data))
                 continue
-            log = log_identity(message.data) if kind == HEADER else log
-            new = change(decode(message.data, kind, None if kind == HEADER else log))
+            new = change(decode(message.data, kind))
             if new.kind == INCIDENTS and new.detail == CLOSED:
-                sink.add_preview(preview)
-                new = dataclasses.replace(new, arrays={"index": sink.rows})
-            sink.add(new, time)
-            if new.kind == HEADER:
-                sink.flush()
-                header = json.loads(canonical_json(dict(new.header)))
-                with contextlib.suppress(LogError):  # a header that lies may describe nothing
-                    texts = metadata_of_log(header, parameter_model(header.get("component")))
-                    sink.add_metadata(change_texts(texts))
-    container.close()
-    sink.finish()
+                writer.add_preview(preview)
+                writer.rows = [tuple(row) for row in change_index(np.array(writer.rows, dtype=np.int64)).tolist()]
+                facts = {name: value for name, value in new.header.items() if name != "incident"}
+                writer.finish(new.segment, new.last, message.log_time, facts)
+            elif new.kind == HEADER:
+                writer.add_header(new)
+            else:
+                writer.add(new, message.log_time)
+    finally:
+        container.close()
+        writer.abandon()
 
 
 def film_topics(path: Path) -> dict[str, Topic]:

@@ -13,16 +13,14 @@ from typing import Any
 
 from xdist.scheduler import LoadFileScheduling
 
-CHAIN = re.compile(r"test_(chain_|control_|envs|measurement|atlas_nesterenko|examples|benchmarks)")
-BODIES = re.compile(r"test_(automata_|coupled|grid|shell|tube|detonation|thermo|atlas_psakhie|atlas_gato_shie)")
+CHAIN = re.compile(r"test_(chain_|control_|envs|measurement|examples|benchmarks)")
+BODIES = re.compile(r"test_(automata_|coupled|grid|shell|tube|detonation|thermo|papers)")
 # In the order of their CPU time with no kernel kept, the longest first; all others take less.
 LONG = [
     "test_docs.py",
     "test_chain_adjoint.py",
-    "test_atlas_psakhie.py",
+    "test_papers.py",
     "test_conformance.py",
-    "test_atlas_processes.py",
-    "test_atlas_nesterenko.py",
     "test_sweep.py",
     "test_chain_law_functions.py",
     "test_kernel_cache.py",
@@ -43,8 +41,6 @@ LONG = [
     "test_progress.py",
     "test_recording_hostile.py",
     "test_envs_registration.py",
-    "test_atlas_gato_shie.py",
-    "test_control_own_tasks.py",
     "test_coupled_side_contacts.py",
     "test_coupled.py",
     "test_recording_planar.py",
@@ -60,7 +56,6 @@ LONG = [
     "test_coupled_cracking.py",
     "test_viewing_planes.py",
     "test_tube_experiments.py",
-    "test_atlas.py",
     "test_viewing_report.py",
     "test_shell.py",
 ]

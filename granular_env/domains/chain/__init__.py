@@ -1,4 +1,4 @@
-"""The chain of grains: its environments and their native batch, tasks, measurements, gradients, views, and a paper's atlas."""
+"""The chain of grains: its native batch of environments, tasks, measurements, gradients and views."""
 
 from __future__ import annotations
 

@@ -1,6 +1,4 @@
 from . import control, measurement
-from .envs.environment import ChainEnv
-from .envs.task import ChainTask
-from .envs.vector_environment import ChainVectorEnv
+from .rows import ChainRows
 
-__all__ = ["ChainEnv", "ChainTask", "ChainVectorEnv", "control", "measurement"]
+__all__ = ["ChainRows", "control", "measurement"]

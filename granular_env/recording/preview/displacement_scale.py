@@ -3,20 +3,36 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 
 import numpy as np
 
-from granular_env.components.support.float_arrays import FloatArray
-
+from ...components.support.float_arrays import FloatArray
 from ...components.support.round_numbers import round_down_to_125
 
 # The deepest overlap of two neighbours is drawn as about this part of the smaller radius.
 _DRAWN_OVERLAP = 0.5
-# What is stretched may reach this many lengths of the scene beyond the points at rest.
-_DRAWN_TRAVEL = 1.0
+# Largest drawn displacement in lengths of the scene: of points, and of the nodes of cells.
+_DRAWN_TRAVEL, _DRAWN_NODE_TRAVEL = 1.0, 0.1
 _LARGEST = 1e9
-# Two points are neighbours up to so many sums of radii.
+# Two points are neighbours up to this many sums of radii.
 _NEARLY = 1.1
+
+
+def common_exaggeration(
+    points: Iterable[tuple[FloatArray, FloatArray, FloatArray]], cells: Iterable[tuple[FloatArray, FloatArray]]
+) -> float:
+    """Return one factor for all displacements: no particles pass one another, and nodes stay near.
+
+    Args:
+        points: reference (n, 3), radius (n,) and displacement (frames, n, 3) of points [m].
+        cells: reference (n, d) and displacement (frames, n, d) of the nodes of cells [m].
+    """
+    factors = [choose_exaggeration(*one) for one in points if one[2].any()]
+    for nodes, displacement in cells:
+        if (travel := float(np.abs(displacement).max(initial=0.0))) > 0.0:
+            factors.append(max(1.0, round_down_to_125(_DRAWN_NODE_TRAVEL * float(np.ptp(nodes, axis=0).max()) / travel)))
+    return min(factors, default=1.0)
 
 
 def choose_exaggeration(reference: FloatArray, radius: FloatArray, displacement: FloatArray) -> float:

@@ -43,12 +43,10 @@ _STYLE = {
     "font.size": 11.0, "axes.spines.top": False, "axes.spines.right": False, "axes.grid": True, "grid.alpha": 0.25,
     "axes.titlelocation": "left", "legend.frameon": False, "lines.linewidth": 1.7,
 }  # fmt: skip
-# What a paper states, beside what we compute.
-PAPER = "#c2185b"
 # Colours of a figure as a file -> those of the page's style sheet.
 _PAGE_COLOURS = {
     "#ffffff": "none", "#000000": "currentColor", "#b0b0b0": "var(--grid)", "#737373": "var(--dim)", "#595959": "var(--dim)",
-    PAPER: "var(--paper)", **{colour: f"var(--c{place})" for place, colour in enumerate(PALETTE)},
+    **{colour: f"var(--c{place})" for place, colour in enumerate(PALETTE)},
 }  # fmt: skip
 DARK = {
     "figure.facecolor": "#0d1011", "axes.facecolor": "#0d1011", "text.color": "#e0e0e0", "axes.labelcolor": "#e0e0e0",

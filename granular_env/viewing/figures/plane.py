@@ -14,13 +14,14 @@ from granular_env.components.drawables import Cells, Drawable, Links, Points, dr
 from granular_env.components.support.float_arrays import FloatArray
 from granular_env.components.support.round_numbers import round_down_to_125
 from granular_env.optional_packages import import_optional
+from granular_env.recording.preview.displacement_scale import common_exaggeration
 
 from ..colour_scales import ColourScale, colour_scales, scale_of
 from ..cracks import MOST_LINES, crack_lines
 from ..scene_data import MAXIMUM_SHOWN_LINKS, SceneData, coloured_drawables, sample_frames, validity_of
 from ..scene_scales import scales_of
 from ..viewpoint import focus_normal, viewpoint, viewpoint_words
-from ..visible_drawables import common_exaggeration, is_hidden, is_plane, is_solid
+from ..visible_drawables import is_hidden, is_plane, is_solid
 from .colour_bar import add_bar
 from .drawing import new_figure, time_unit, with_style
 from .run_figures import frame_at

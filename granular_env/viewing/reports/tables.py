@@ -19,8 +19,8 @@ from granular_env.components.errors import GranularError, LogError
 from granular_env.components.events import Event
 from granular_env.components.support.parameter_fields import left_out, unit_of
 from granular_env.documents import to_toml
-from granular_env.recording.format.header import BalanceNames
-from granular_env.recording.reader.event_places import event_table, listed_events
+from granular_env.recording.event_places import event_table, listed_events
+from granular_env.recording.header import BalanceNames
 
 from .. import html_page
 from ..scene_data import SceneData
@@ -185,7 +185,7 @@ def _tables(name: str, value: Any, model: Any) -> Iterator[tuple[str, Mapping[st
 
 def _model(component: Any, values: Any) -> tuple[Mapping[str, FieldInfo], Any]:
     """Return the fields of a component of ours, and its parameters; a log makes us load no other."""
-    from granular_env.recording.reader.component_from_header import own_or_given
+    from granular_env.recording.rerun import own_or_given
 
     try:
         kind = own_or_given(component, None).Parameters

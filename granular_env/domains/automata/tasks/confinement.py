@@ -16,10 +16,9 @@ from granular_env.components.component import Component
 from granular_env.components.errors import ParameterError
 from granular_env.components.support.float_arrays import FloatArray
 from granular_env.components.support.validation import finite_number, positive_number, whole_number
-from granular_env.envs.environment import ComponentEnv, Ready, environment_factory
-from granular_env.envs.factory_options import Options
+from granular_env.envs.environment import ComponentEnv
+from granular_env.envs.factory import Options, environment_factory
 from granular_env.envs.policies import Constant, OpenLoop, Policy
-from granular_env.envs.state import Drawn
 from granular_env.envs.task import Seen, Task
 
 # The specimen: 22 distances of rows high, of which the lowest and the highest are held, on a hexagonal packing.
@@ -34,8 +33,8 @@ _GRIP = 1.04
 _BEST = (0.037, 0.0, 0.0, 0.148, 0.298, 0.474, 0.627, 0.837)
 # The best constant pressure, likewise.
 _CONSTANT = 0.5
-# The parameter that is drawn for an episode, and from how many numbers.
-_SEED, _SEEDS = "strength_seed", 2**16
+# The largest seed of the strengths that are drawn for an episode.
+_LARGEST_SEED = 2**16 - 1
 
 
 class ConfinementTask(Task):
@@ -50,10 +49,11 @@ class ConfinementTask(Task):
         grip: how deep the held ends are [m].
         price: what the largest pressure costs, held from the start to the deadline.
         lost: part of the pairs that may break before the specimen counts as lost.
-        rate: largest change of the pressure between two actions, in units of `pressure`.
     """
 
     name = "confinement"
+    # Sides cannot be pulled.
+    lowest_action = 0.0
 
     def __init__(
         self,
@@ -65,11 +65,10 @@ class ConfinementTask(Task):
         grip: float,
         price: float,
         lost: float,
-        rate: float,
     ) -> None:
         self.actions = {"left_traction[0]": pressure}
         self.observations = {"stress": 1e8, "damage": 1.0}
-        self.strain, self.deadline, self.price, self.lost, self.rate = strain, deadline, price, lost, rate
+        self.strain, self.deadline, self.price, self.lost = strain, deadline, price, lost
         self._pairs = len(specimen.get("linked"))
         height = specimen.packing.reference[:, 1]
         # The held rows move as a whole; between them the start velocity is that of an even compression.
@@ -89,15 +88,10 @@ class ConfinementTask(Task):
         """Start with all pairs linked."""
         self.counters = {"broken_part": 0.0}
 
-    def loads(self, traction: FloatArray, held: FloatArray) -> dict[str, Any]:
-        """Return the inputs of a control step: both sides pressed alike, never pulled, and the upper side moving on.
-
-        The pressure differs from the one that is `held` by the largest change at most.
-        """
-        change = self.rate * self.actions["left_traction[0]"]
-        pressure = float(np.clip(max(float(traction[0]), 0.0), held[0] - change, held[0] + change))
-        sides = {"left_traction": np.array([pressure, 0.0]), "right_traction": np.array([-pressure, 0.0])}
-        return {**sides, "top_velocity": np.array([0.0, -self.speed])}
+    def inputs(self, component: Component, driven: dict[str, Any]) -> dict[str, Any]:
+        """Return the pressure on both sides, and the velocity of the upper one."""
+        left = driven["left_traction"]
+        return {"left_traction": left, "right_traction": -left, "top_velocity": np.array([0.0, -self.speed])}
 
     def judge(self, component: Component, seen: Seen, duration: float) -> tuple[float, bool]:
         """Return minus what broke and minus what the pressure costs; a specimen that is lost counts as wholly broken."""
@@ -120,58 +114,6 @@ class ConfinementTask(Task):
         }
 
 
-class ConfinementEnv(ComponentEnv):
-    """An environment whose action presses both sides while the task moves the upper one.
-
-    Where `redraws` is set, each episode has a specimen with strengths of its own, drawn from the seed of its reset.
-    """
-
-    redraws = False
-
-    @property
-    def draws_component(self) -> bool:
-        """Return whether each episode has a specimen of its own."""
-        return self.redraws
-
-    def _draw(self) -> Ready:
-        if not self.redraws:
-            return self.component, self.task, self.drawn
-        return self._redraw({_SEED: float(self.np_random.integers(_SEEDS))})
-
-    def _redraw(self, drawn: Drawn) -> Ready:
-        if drawn == self.drawn:
-            return self.component, self.task, self.drawn
-        if not self.redraws or drawn.keys() != {_SEED}:
-            mine = "one for each episode" if self.redraws else "one for all"
-            raise ParameterError(
-                f"it has {', '.join(sorted(drawn)) or 'nothing'} drawn, and this environment draws strengths {mine}",
-                hint="make it with the same strength_seed",
-                at="state",
-            )
-        if self.component.is_observed:
-            raise ParameterError(
-                "a specimen is drawn for each episode, but the present one is recorded, and its log holds one",
-                hint="record with RecordEnv, which gives each episode a log of its own, or give strength_seed",
-                at="strength_seed",
-            )
-        number = drawn[_SEED]
-        assert isinstance(number, float)
-        parameters = {**self.component.parameters.model_dump(), _SEED: int(number)}
-        return type(self.component)(**parameters), self.task, drawn
-
-    def _like(self, recorded: Component) -> Ready:
-        if not self.redraws or not isinstance(recorded, Automata):
-            return self.component, self.task, self.drawn
-        return self._redraw({_SEED: float(recorded.parameters.strength_seed)})
-
-    def _take(self, component: Component, task: Task, drawn: Drawn) -> None:
-        self.component, self.drawn = component, drawn
-
-    def _inputs(self, action: npt.ArrayLike) -> dict[str, Any]:
-        assert isinstance(self.task, ConfinementTask)
-        return self.task.loads(super()._inputs(action)["left_traction"], self.component.get("left_traction"))
-
-
 def drive_through(knots: npt.ArrayLike, steps: int) -> FloatArray:
     """Return a drive of so many steps that is linear between evenly spaced numbers, shape (steps,)."""
     numbers = np.asarray(knots, dtype=np.float64)
@@ -185,10 +127,7 @@ def make_confinement(
     strain: float = 3.5e-3,
     price: float = 0.2,
     lost: float = 0.3,
-    action_rate: float | None = 0.05,
     strength_seed: int | None = None,
-    internal_steps: int = 50,
-    deadline: int = 50,
     **options: Unpack[Options],
 ) -> ComponentEnv:
     """Hold a brittle specimen together by a pressure on its sides while it is compressed, with as little as is needed.
@@ -204,8 +143,7 @@ def make_confinement(
 
     ## Observation space
     `Box(-10, 10, (4 n + clock,), float32)` for n automata (242): the stress of each (xx, yy, xy), in units of 1e8 Pa; the part
-    of the faces of each that is broken; then the clock. `info` has them in SI units and float64, with "time" [s] and
-    "broken_part", the part of all pairs that is broken.
+    of the faces of each that is broken; then the clock. The counter is "broken_part", the part of all pairs that is broken.
 
     ## Rewards
     Minus the part of all pairs that broke in the step, minus `price` x p / `deadline`, where p is the pressure in units of
@@ -242,7 +180,10 @@ def make_confinement(
         boundaries={"left": "traction", "right": "traction", "bottom": {"name": "fixed", "depth": grip},
                     "top": {"name": "velocity", "depth": grip}}, step_size=1e-7,
     )  # fmt: skip
-    internal_steps, deadline = whole_number("internal_steps", internal_steps), whole_number("deadline", deadline)
+    settings: dict[str, Any] = {"internal_steps": 50, "deadline": 50, "clock": 2, "action_rate": 0.05, **options}
+    if strength_seed is None:
+        settings["randomise"] = {"strength_seed": (0, _LARGEST_SEED), **(settings.get("randomise") or {})}
+    internal_steps, deadline = (whole_number(name, settings[name]) for name in ("internal_steps", "deadline"))
     price, lost = finite_number("price", price), positive_number("lost", lost)
     if price < 0.0:
         raise ParameterError(f"got {price:g}", expected="0 or more", at="price")
@@ -251,8 +192,5 @@ def make_confinement(
     task = ConfinementTask(
         specimen, positive_number("pressure", pressure), positive_number("strain", strain),
         internal_steps * specimen.step_size, deadline, grip, price, lost,
-        math.inf if action_rate is None else positive_number("action_rate", action_rate),
     )  # fmt: skip
-    env = ConfinementEnv(specimen, task, internal_steps=internal_steps, deadline=deadline, **{"clock": 2, **options})
-    env.redraws = strength_seed is None
-    return env
+    return ComponentEnv(specimen, task, **settings)

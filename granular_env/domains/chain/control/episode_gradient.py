@@ -23,7 +23,7 @@ def value_and_grad(
     """Return the objective, averaged over the episodes, and its derivatives with respect to the drive, (steps, entries).
 
     Args:
-        env: a `ChainEnv`.
+        env: the environment of a chain.
         drive: an action for every control step, shape (steps, entries).
         seeds: one for each episode.
         stage: keyword arguments of the task's `objective`, where they are not its defaults.
@@ -34,6 +34,7 @@ def value_and_grad(
     """
     steps = len(drive)
     value, slopes, actuator = 0.0, np.zeros_like(drive), env.actuator
+    sides = [int(name.startswith("right")) for name in actuator.entries]
     late = max(steps - actuator.delay, 0)
     for seed in seeds:
         _, info = env.reset(seed=seed)
@@ -42,10 +43,10 @@ def value_and_grad(
             # The objective of a task that draws its goals is that of the present one.
             settings["goal"] = np.array([info[name] for name in names])
         inputs = np.zeros((steps, 2))
-        inputs[actuator.delay :, actuator.sides] = env.actuator.scales * drive[:late]
+        inputs[actuator.delay :, sides] = actuator.scales * drive[:late]
         adjoints = value_and_adjoint(env.component, inputs, env.internal_steps, _objective(env, steps, settings))
         value += adjoints.value / len(seeds)
-        slopes[:late] += env.actuator.scales * adjoints.inputs[actuator.delay :, actuator.sides] / len(seeds)
+        slopes[:late] += actuator.scales * adjoints.inputs[actuator.delay :, sides] / len(seeds)
     return value, slopes
 
 

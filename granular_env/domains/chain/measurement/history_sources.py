@@ -15,7 +15,7 @@ from .chain_history import History
 
 if TYPE_CHECKING:
     from granular_env.recording import Log
-    from granular_env.recording.format.record_index import Segment
+    from granular_env.recording.index import Segment
 
 
 def of_chain(

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from granular_env.domains import DOMAINS, Environment
+from granular_env.domains import Environment
 
 
 def _environment(task: str, reward_threshold: float) -> Environment:
     """Return what is registered of the task in the module `task`, whose factory is called ``make_<task>``."""
-    return Environment(f"{__name__}.{task}:make_{task}", reward_threshold, DOMAINS["chain"].batch)
+    return Environment(f"{__name__}.{task}:make_{task}", reward_threshold)
 
 
 # The thresholds are what theory returns, rounded down; of Piston-v1, which has no theory, what a push of 2.4 m/s for 18 us

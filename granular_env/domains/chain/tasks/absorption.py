@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-import copy
 from collections.abc import Mapping
+from functools import partial
 from typing import Any, Unpack
 
 import numpy as np
@@ -13,34 +13,16 @@ from granular_env.components.chain import Chain
 from granular_env.components.chain.differentiable_quantities import energy_between, energy_between_pullback
 from granular_env.components.chain.layout import GRAINS, SCALARS
 from granular_env.components.chain.objective import Objective
+from granular_env.components.support.float_arrays import FloatArray
 from granular_env.components.support.jit import jit
 from granular_env.components.support.validation import whole_number
-from granular_env.envs.environment import environment_factory
+from granular_env.envs.environment import ComponentEnv
+from granular_env.envs.factory import environment_factory
 from granular_env.envs.policies import Constant, Policy
 
-from ..envs.environment import ChainEnv, ChainOptions
-from .arguments import between
-from .driven_end import DrivenEnd, DrivenEndTask, driven_end, hertz_chain, sum_value
-from .feasibility import arrived_by
+from ..rows import ChainRows
+from .driven_end import DrivenEnd, DrivenEndTask, DrivenOptions, driven_end, hertz_chain, limits, refuse_too_early, sum_value
 from .matched_end import SENSORS, MatchedForce, MatchedPiston, Sensors
-
-# Layout of the counters.
-_INCOMING, _ENERGY, _RETURNED = range(3)
-
-
-@jit
-def _begin(a, counters, constants):
-    counters[_INCOMING] = counters[_ENERGY] = energy_between(a, 1, int(a[SCALARS, GRAINS]))
-    counters[_RETURNED] = 1.0 if counters[_INCOMING] > 0.0 else 0.0
-
-
-@jit
-def _judge(a, inputs, counters, constants, duration, elapsed, steps):
-    before, incoming = counters[_RETURNED], counters[_INCOMING]
-    counters[_ENERGY] = energy_between(a, 1, int(a[SCALARS, GRAINS]))
-    # Where nothing comes in, what the end itself puts in counts in joules.
-    counters[_RETURNED] = counters[_ENERGY] / incoming if incoming > 0.0 else counters[_ENERGY]
-    return before - counters[_RETURNED], False
 
 
 @jit
@@ -63,71 +45,77 @@ class AbsorptionTask(DrivenEndTask):
         end: its right end.
         impact: smallest and largest speed of the strikers [m/s].
         strikers: largest number of grains that strike.
+        has_sensors: whether the agent sees `SENSORS`, which theory needs.
     """
 
     name = "absorption"
     counter_names = ("incoming_energy", "energy", "returned")
-    begin_kernel = staticmethod(_begin)
-    judge_kernel = staticmethod(_judge)
 
-    def __init__(self, chain: Chain, end: DrivenEnd, impact: tuple[float, float], strikers: int) -> None:
+    def __init__(self, chain: Chain, end: DrivenEnd, impact: tuple[float, float], strikers: int, has_sensors: bool) -> None:
         super().__init__(chain, end)
         mass, stiffness, _ = hertz_chain(self.name, chain)
-        self.impact, self.strikers, self.has_sensors = impact, strikers, end.options["observe"] == SENSORS
-        self.grain, self.step_size = (mass, stiffness), chain.step_size
+        self.impact, self.strikers, self._has_sensors = impact, strikers, has_sensors
+        self._grain = mass, stiffness, chain.step_size
 
     def start(self, random: Generator) -> Mapping[str, Any]:
-        """One to `strikers` first grains, all at one speed, drawn evenly."""
+        """Return one to `strikers` first grains, all at one speed, drawn evenly."""
         count = int(random.integers(1, self.strikers + 1))
         speed = float(random.uniform(*self.impact))
         return {"velocity": dict.fromkeys(range(count), speed)}
 
-    def objective(self, chain: Chain, steps: int) -> Objective:
-        """Energy of the grains after the last control step over that which is in the chain now (1 J where there is none)."""
-        incoming = float(chain.specialise(energy_between)(chain.table, 1, chain.parameters.grains))
+    def begin_rows(self, rows: ChainRows, constants: None, counters: Mapping[str, FloatArray]) -> None:
+        """Note the energy that comes in."""
+        counters["incoming_energy"][:] = counters["energy"][:] = rows.energy_from(0)
+        counters["returned"][:] = counters["incoming_energy"] > 0.0
+
+    def judge_rows(
+        self, rows: ChainRows, constants: None, counters: Mapping[str, FloatArray], elapsed: Any
+    ) -> tuple[FloatArray, bool]:
+        """Return what is returned before less what is returned now."""
+        before, incoming = counters["returned"].copy(), counters["incoming_energy"]
+        counters["energy"][:] = rows.energy_from(0)
+        # Where nothing comes in, the energy that the end itself puts in counts in joules.
+        counters["returned"][:] = counters["energy"] / np.where(incoming > 0.0, incoming, 1.0)
+        return before - counters["returned"], False
+
+    def objective(self, component: Chain, steps: int) -> Objective:
+        """Return the energy of the grains at the end over that which is in the chain now (1 J where there is none)."""
+        incoming = float(ChainRows([component]).energy_from(0)[0])
         text = "energy left in the chain at the end over that at the start"
         return Objective(_note, sum_value, _pullback, np.array([incoming if incoming > 0.0 else 1.0]), description=text)
 
     def baselines(self) -> Mapping[str, Policy]:
-        """See `make_absorption`; "theory" needs the default sensors."""
+        """Return doing nothing, and a matched end, which needs the default sensors."""
         policies: dict[str, Policy] = {"nothing": Constant(0.0)}
-        if self.has_sensors:
+        if self._has_sensors:
             name, scale = next(iter(self.actions.items()))
             matched = MatchedPiston if name.endswith("velocity") else MatchedForce
-            scales = Sensors(self.observations["displacement"], self.observations["velocity"], self.observed_force)
-            policies["theory"] = matched(*self.grain, self.step_size, self.hold * self.duration, scale, scales)
+            policies["theory"] = matched(*self._grain, self.hold * self.end.duration, scale, Sensors.of(self))
         return policies
 
 
 @environment_factory
 def make_absorption(
     grains: int = 64,
-    radius: Any = None,
-    material: Any = None,
     *,
-    action: str = "piston",
-    action_scale: float | None = None,
     impact: tuple[float, float] = (3.0, 8.0),
     strikers: int = 2,
-    step_size: float = 5e-7,
-    chain: dict[str, Any] | None = None,
-    **options: Unpack[ChainOptions],
-) -> ChainEnv:
+    **options: Unpack[DrivenOptions],
+) -> ComponentEnv:
     """Hold the right end of a chain so that as little as possible of an unknown wave comes back.
 
-    The first grains of a row of equal elastic spheres strike the others. How many they are, and how fast, is drawn and not
-    told. One to several solitary waves run to the right end, which the agent holds: at rest it is a rigid wall that throws
-    everything back, and moved as the next grain of a longer chain would move it swallows the wave.
+    The first grains of a row of equal elastic spheres strike the others. Their number and speed are drawn and not observed. One
+    to several solitary waves run to the right end, which the agent holds: at rest it is a rigid wall that throws everything
+    back, and moved as the next grain of a longer chain would move it swallows the wave.
 
     ## Action space
-    `Box(-1, 1, (1,), float32)`: what is held over the next control step, in units of `action_scale`; clipped.
-    `action="piston"`: the velocity of the last grain, positive to the right. `action="force"`: the force on the last grain,
-    which is free otherwise.
+    `Box(-1, 1, (1,), float32)`: the value held over the next control step, in units of `action_scale`. `action="piston"`: the
+    velocity of the last grain, positive to the right. `action="force"`: the force on the last grain, which is free otherwise.
 
     ## Observation space
     `Box(-10, 10, (4,), float32)`: sensors at the end alone: displacement of the last grain, in mm, velocity of the last grain
     but one and of the last one, in units of 10 m/s, force between them, in units of 1000 N; `observe` chooses others, or
-    "full". `info` has "time" [s], the input, and the counters "incoming_energy" and "energy" [J] and "returned".
+    "full". The counters are "incoming_energy" and "energy" [J] and "returned".
 
     ## Rewards
     returned = energy in the chain now over that at the start: kinetic energy of the grains (not of a piston, which belongs to
@@ -161,12 +149,13 @@ def make_absorption(
     * v1: `hold` and `clock`; `randomise` draws a chain for each episode, from the seed of the reset.
     * v0: first version.
     """
-    options.setdefault("observe", SENSORS)
-    end = driven_end(make_absorption, locals(), "right", internal_steps=4, deadline=300, clock=0)
-    speeds, most = between("impact", impact), whole_number("strikers", strikers, 1, end.chain.parameters.grains - 1)
-    env = end.environment(lambda chain: AbsorptionTask(chain, end, speeds, most))
-    if end.arguments:
-        struck = copy.deepcopy(env.component)
-        struck.reset(velocity=dict.fromkeys(range(most), speeds[1]))
-        arrived_by(struck, {}, end.duration, end.steps, lambda chain: float(chain.get("velocity")[-2:].max()), speeds[1])
+    chain, end, rest = driven_end(
+        make_absorption, locals(), "right", action="piston", internal_steps=4, deadline=300, clock=0, observe=SENSORS
+    )
+    speeds, most = limits("impact", impact), whole_number("strikers", strikers, 1, chain.parameters.grains - 1)
+    has_sensors = rest["observe"] == SENSORS
+    task = partial(AbsorptionTask, end=end, impact=speeds, strikers=most, has_sensors=has_sensors)
+    env = ComponentEnv(chain, task, **rest)
+    start = {"velocity": dict.fromkeys(range(most), speeds[1])}
+    refuse_too_early(chain, end, speeds[1], "", lambda struck: float(struck.get("velocity")[-2:].max()), start)
     return env

@@ -1,60 +1,76 @@
-"""A chain of which an agent holds one end until a deadline: what all tasks but that of the piston are made of."""
+"""A chain of which an agent holds one end until a deadline: the common part of all chain tasks but Piston-v1."""
 
 from __future__ import annotations
 
 import inspect
+import json
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
-from typing import Any
+from importlib.resources import files
+from typing import Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
 
 from granular_env.components.chain import Chain
 from granular_env.components.chain.laws.law import lacks
 from granular_env.components.chain.laws.placeholders import ENERGY_ROOT
-from granular_env.components.errors import ParameterError, nearest, one_line
+from granular_env.components.errors import ParameterError, StepError, caution, nearest, one_line
 from granular_env.components.support.jit import jit
 from granular_env.components.support.validation import positive_number, whole_number
-
-from ..envs.domain_randomization import make_chain
-from ..envs.environment import ChainEnv
-from ..envs.task import ChainTask
-from .arguments import without_none
+from granular_env.envs.factory import Options, further_parameters, refuse_early
+from granular_env.envs.policies import Constant, OpenLoop, Policy
+from granular_env.envs.task import RowTask
 
 # What an agent may drive an end with: the end that it needs, the input, and its value at action 1 [N or m/s].
 ACTIONS = {"force": ("free", "force", 1000.0), "piston": ("piston", "velocity", 10.0)}
-# What is observed as 1, and the chain's own idea of a large speed [m, m/s, m/s].
-_DISPLACEMENT, _VELOCITY = 1e-3, 10.0
-# Readings of the clock where it is on by default.
+# What is observed as 1 [m, m/s, N]; the velocity is also the chain's own idea of a large one.
+_DISPLACEMENT, _VELOCITY, _FORCE = 1e-3, 10.0, 1000.0
 CLOCK = 8
+# Options that are no part of the problem that a drive solves.
+_SEEN = {"action", "observe", "noise", "info", "clock", "render_mode", "step_error_reward", "action_scale"}
+# An arrival is looked for during this many control steps, or up to the deadline; less than this part of it is none.
+_LONGEST, _PART = 10_000, 1e-3
 
 
-@dataclass(frozen=True)
-class DrivenEnd:
-    """A chain, and what its environment lets an agent do and see.
+class DrivenOptions(Options, total=False):
+    """Options of every task at a driven end, in addition to its own arguments.
 
     Attributes:
-        chain: the component.
+        radius: of the grains; 3 mm.
+        material: of the grains; steel.
+        action: "force" or "piston".
+        action_scale: force [N] or velocity [m/s] at action 1.
+        step_size: internal step; 0.5 us.
+        chain: further parameters of the chain.
+    """
+
+    radius: Any
+    material: Any
+    action: str
+    action_scale: float | None
+    step_size: float
+    chain: Mapping[str, Any] | None
+
+
+class DrivenEnd(NamedTuple):
+    """The driven end of a chain, and what its environment lets an agent do and see.
+
+    Attributes:
         actions: input -> its value at action 1 [N or m/s].
         observations: output -> its value observed as 1 [m or m/s].
         duration: of a control step [s].
         steps: control steps until the deadline, 0 for none.
-        options: of the environment.
-        arguments: of the environment, those that are not its defaults; they tell whether a best drive is known.
+        best: whether the best known drive of the task is for this problem: all arguments but `action` are the defaults.
     """
 
-    chain: Chain
     actions: Mapping[str, float]
     observations: Mapping[str, float]
     duration: float
     steps: int
-    options: Mapping[str, Any]
-    arguments: Mapping[str, Any]
-
-    def environment(self, task: Callable[[Chain], ChainTask]) -> ChainEnv:
-        """Return the environment of a task, which is made for each chain that is drawn."""
-        return ChainEnv(self.chain, task, **self.options)
+    best: bool
 
 
-class DrivenEndTask(ChainTask):
+class DrivenEndTask(RowTask):
     """Base of the tasks at a driven end.
 
     Args:
@@ -63,70 +79,96 @@ class DrivenEndTask(ChainTask):
 
     Attributes:
         grains: number of grains.
-        duration: of a control step [s].
-        steps: control steps until the deadline, 0 for none.
-        arguments: of the environment, those that are not its defaults; they tell whether a best drive is known.
+        end: the driven end.
     """
 
+    unit_scales = {"N": _FORCE}  # noqa: RUF012
+
     def __init__(self, chain: Chain, end: DrivenEnd) -> None:
-        self.grains, self.actions, self.observations = chain.parameters.grains, end.actions, end.observations
-        self.duration, self.steps, self.arguments = end.duration, end.steps, end.arguments
+        self.grains, self.end = chain.parameters.grains, end
+        self.actions, self.observations = end.actions, end.observations
+
+    def open_loops(self, theory: npt.NDArray[np.float64]) -> dict[str, Policy]:
+        """Return doing nothing, "theory" and, where one is known that the scale admits, "best".
+
+        Args:
+            theory: the input in each control step [N or m/s], shape (steps,).
+        """
+        (name, scale), best = next(iter(self.actions.items())), None
+        policies: dict[str, Policy] = {"nothing": Constant(0.0), "theory": OpenLoop(hold_mean(theory, self.hold) / scale)}
+        if self.end.best and self.hold == 1:
+            best = np.array(best_drive(self.name, "force" if name.endswith("force") else "piston")["drive"])
+        return policies if best is None or np.abs(best).max() > scale else {**policies, "best": OpenLoop(best / scale)}
+
+
+def best_drive(task: str, action: str) -> dict[str, Any]:
+    """Return the best known drive of a task with its default arguments.
+
+    "drive" is the input in each control step, 0 after its end; the rest are "unit", "control_step" [s], "return" and "made",
+    how it was found.
+    """
+    file = files(__name__.rpartition(".")[0]).joinpath("best", f"{task.replace('_', '-')}-{action}.json")
+    return json.loads(file.read_text("utf-8"))
+
+
+def hold_mean(drive: npt.NDArray[np.float64], hold: int) -> npt.NDArray[np.float64]:
+    """Return the mean of a drive over each action that is held for `hold` control steps, shape (actions,)."""
+    if hold == 1:
+        return drive
+    places = np.arange(0, len(drive), hold)
+    return np.add.reduceat(drive, places) / np.diff(np.append(places, len(drive)))
 
 
 def driven_end(
     make: Callable[..., Any],
     given: Mapping[str, Any],
-    side: str,
-    internal_steps: int,
-    deadline: int,
-    *,
-    clock: int = CLOCK,
-    endless: bool = False,
+    side: str = "left",
     scales: Mapping[str, float] | None = None,
-    **parameters: Any,
-) -> DrivenEnd:
-    """Return the driven end of an environment's chain.
+    parameters: Mapping[str, Any] | None = None,
+    endless: bool = False,
+    **defaults: Any,
+) -> tuple[Chain, DrivenEnd, dict[str, Any]]:
+    """Return the chain of an environment, its driven end, and the options of the environment.
 
     Args:
         make: the environment's factory.
         given: its arguments: the local variables at its beginning.
         side: "left" or "right".
-        internal_steps: default, of a control step.
-        deadline: default, in control steps.
-        clock: default, readings of it.
-        endless: whether there may be no deadline (None).
         scales: action -> force [N] or velocity [m/s] at action 1 where `action_scale` is None.
         parameters: further ones of the chain.
+        endless: whether there may be no deadline.
+        **defaults: options of the environment that differ from those of `ComponentEnv`, and "action" where it is not "force".
 
     Raises:
         ParameterError: the action or a count is none, or an argument of the chain is not valid.
     """
-    options = {"internal_steps": internal_steps, "deadline": deadline, "clock": clock, **given["options"]}
-    if endless and options["deadline"] is None:
-        options["clock"] = given["options"].get("clock", 0)
-    chosen = {name: given[name] for name in ("grains", "radius", "material", "step_size")}
-    chain, actions = _driven_chain(side, given, {**chosen, **parameters}, scales or {})
-    return DrivenEnd(
-        chain,
-        actions,
-        {"displacement": _DISPLACEMENT, "velocity": parameters.get("velocity_scale", _VELOCITY)},
-        whole_number("internal_steps", options["internal_steps"]) * chain.step_size,
-        0 if endless and options["deadline"] is None else whole_number("deadline", options["deadline"]),
-        options,
-        _off_default(make, given),
-    )
-
-
-def _driven_chain(
-    side: str, given: Mapping[str, Any], parameters: Mapping[str, Any], scales: Mapping[str, float]
-) -> tuple[Chain, dict[str, float]]:
-    action, scale = given["action"], given["action_scale"]
+    usual = {"radius": None, "material": None, "action": "force", "action_scale": None, "step_size": 5e-7, "chain": None}
+    options: dict[str, Any] = {**usual, "clock": CLOCK, **defaults, **given["options"]}
+    radius, material, action, scale, step_size, chain = (options.pop(name) for name in usual)
     if not isinstance(action, str) or action not in ACTIONS:
         raise ParameterError(f"got {one_line(action)}", hint=nearest(str(action), ACTIONS), at="action")
-    boundary, quantity, usual = ACTIONS[action]
-    number = scales.get(action, usual) if scale is None else positive_number("action_scale", scale)
-    own = {"velocity_scale": _VELOCITY, **without_none(parameters), side: boundary}
-    return make_chain(own, given["chain"], given["options"].get("randomise")), {f"{side}_{quantity}": number}
+    boundary, quantity, largest = ACTIONS[action]
+    scale = (scales or {}).get(action, largest) if scale is None else positive_number("action_scale", scale)
+    own = {"grains": given["grains"], "radius": radius, "material": material, "step_size": step_size, side: boundary}
+    made = make_chain({"velocity_scale": _VELOCITY, **own, **(parameters or {})}, chain)
+    duration = whole_number("internal_steps", options["internal_steps"]) * made.step_size
+    if endless and options["deadline"] is None:
+        options["clock"], steps = given["options"].get("clock", 0), 0
+    else:
+        steps = whole_number("deadline", options["deadline"])
+    seen = {"displacement": _DISPLACEMENT, "velocity": made.parameters.velocity_scale or _VELOCITY}
+    return made, DrivenEnd({f"{side}_{quantity}": scale}, seen, duration, steps, _is_usual(make, given)), options
+
+
+def make_chain(parameters: Mapping[str, Any], further: Any) -> Chain:
+    """Return a chain of parameters that are not None, and of further ones, which count more."""
+    return Chain(**{name: one for name, one in parameters.items() if one is not None} | further_parameters("chain", further))
+
+
+def _is_usual(make: Callable[..., Any], given: Mapping[str, Any]) -> bool:
+    """Return whether a factory was called with its defaults, but for what is no part of the problem."""
+    own = {name: one.default for name, one in inspect.signature(make).parameters.items() if name != "options"}
+    return set(given["options"]) <= _SEEN and all(repr(given[name]) == repr(default) for name, default in own.items())
 
 
 def hertz_chain(task: str, chain: Chain) -> tuple[float, float, float]:
@@ -147,6 +189,48 @@ def hertz_chain(task: str, chain: Chain) -> tuple[float, float, float]:
     return float(geometry.mass.mean()), float(geometry.stiffness[inner].mean()), rest
 
 
+def refuse_too_early(
+    chain: Chain,
+    end: DrivenEnd,
+    wanted: float,
+    unit: str,
+    arrived: Callable[[Chain], float],
+    start: Mapping[str, Any] | None = None,
+) -> None:
+    """Refuse a deadline by which nothing arrives under the full drive from the first control step on; warn of too little.
+
+    Args:
+        chain: like the one that is driven; it is stepped.
+        end: with what it is driven, and for how long; with a start, the waves run by themselves.
+        wanted: how much has to arrive.
+        unit: of it; "" for no warning.
+        arrived: called after each control step; how much has arrived by then.
+        start: values of the chain's reset.
+
+    Raises:
+        ParameterError: less than a thousandth of it arrives by the deadline.
+    """
+    driven, inputs = chain.clone(), {} if start else end.actions
+    driven.reset(**(start or {}))
+    most, step = 0.0, 0
+    for step in range(1, max(end.steps, _LONGEST) + 1):
+        try:
+            driven.step(end.duration, **inputs)
+        except StepError:  # more than the physics allows: the arrival is not late
+            return
+        most = max(most, arrived(driven))
+        if most >= wanted or (step >= end.steps and most > _PART * wanted):
+            break
+    drive = " and ".join(f"{name} = {value:g}" for name, value in inputs.items())
+    reason = f"{drive} from the first one on brings nothing earlier" if drive else "the fastest wave comes no earlier"
+    refuse_early(end.steps, step, end.duration, reason)
+    if most < wanted and unit:
+        caution(
+            f"deadline: {end.steps} control steps of {end.duration:g} s are too few: with {drive} from the first on, "
+            f"{most:.3g} {unit} of the wanted {wanted:g} {unit} arrive; give a later deadline, or a larger action_scale"
+        )
+
+
 @jit
 def sum_value(sums, constants, slopes):
     """Return an objective that is one sum, with its slope."""
@@ -154,21 +238,20 @@ def sum_value(sums, constants, slopes):
     return sums[0]
 
 
-# What an agent sees is no part of the problem that a drive solves.
-_SEEN = {"self", "chain", "options", "observe", "noise", "info", "clock", "render_mode", "step_error_reward", "action_scale"}
-# What the chain itself takes where an environment's argument is None.
-_CHAIN_DEFAULTS = {"radius": 3e-3, "material": "steel"}
+def limits(name: str, given: Any) -> tuple[float, float]:
+    """Return a range (low, high), 0 < low <= high; `ParameterError` where it is none."""
+    pair = numbers(name, given)
+    if len(pair) != 2 or not 0.0 < pair[0] <= pair[1]:
+        raise ParameterError(f"got {one_line(given)}", expected="(low, high) with 0 < low <= high", at=name)
+    return float(pair[0]), float(pair[1])
 
 
-def _off_default(make: Callable[..., Any], given: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the arguments of a factory that differ from their defaults, name -> value: the problem's name."""
-    defaults = {name: one.default for name, one in inspect.signature(make).parameters.items()}
-    defaults |= {name: value for name, value in _CHAIN_DEFAULTS.items() if name in defaults}
-    given = {**given, **{name: value for name, value in _CHAIN_DEFAULTS.items() if given.get(name) is None}}
-    chain = given["chain"] if isinstance(given["chain"], Mapping) else {}  # what is none is refused where the chain is made
-    values = {**{name: given[name] for name in defaults if name in given}, **given["options"], **chain}
-    return {name: one for name, one in values.items() if name not in _SEEN and not _same(one, defaults.get(name))}
-
-
-def _same(one: Any, default: Any) -> bool:
-    return type(one) in (int, float, str, type(None)) and one == default
+def numbers(name: str, given: Any) -> npt.NDArray[np.float64]:
+    """Return a number, or several, as an array; `ParameterError` where there is none, or one is not finite."""
+    try:
+        array = np.atleast_1d(np.asarray(given, dtype=np.float64))
+    except (TypeError, ValueError):
+        array = np.full(1, np.nan)
+    if isinstance(given, str) or array.ndim != 1 or not len(array) or not np.all(np.isfinite(array)):
+        raise ParameterError(f"got {one_line(given)}", expected="a number or a list of numbers", at=name)
+    return array

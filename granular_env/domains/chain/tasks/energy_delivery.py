@@ -3,56 +3,40 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any, Unpack
+from functools import partial
+from typing import Any, NamedTuple, Unpack
 
 import numpy as np
 
 from granular_env.components.chain import Chain
-from granular_env.components.chain.differentiable_quantities import energy_between, energy_between_pullback, input_work
+from granular_env.components.chain.differentiable_quantities import energy_between, energy_between_pullback
 from granular_env.components.chain.layout import GRAINS, SCALARS
 from granular_env.components.chain.objective import Objective
 from granular_env.components.chain.theory import SOLITARY_ENERGY
+from granular_env.components.support.float_arrays import FloatArray
 from granular_env.components.support.jit import jit
 from granular_env.components.support.validation import finite_number, positive_number, whole_number
-from granular_env.envs.environment import environment_factory
+from granular_env.envs.environment import ComponentEnv
+from granular_env.envs.factory import environment_factory
 from granular_env.envs.policies import Policy
 
-from ..envs.environment import ChainEnv, ChainOptions
-from .analytic_drives import passing_waves
-from .baselines import open_loops
-from .driven_end import DrivenEnd, DrivenEndTask, driven_end, hertz_chain
-from .feasibility import caution_late
-from .target_waves import shape_energies, wave_shapes
+from ..rows import ChainRows
+from .driven_end import DrivenEnd, DrivenEndTask, DrivenOptions, driven_end, hertz_chain, refuse_too_early
+from .waves import passing_waves, shape_energies, wave_shapes
 
-# Layout of the constants: the wanted energy [J], price of that much work, first grain of the target region (its column).
+# Layout of the objective's constants: the wanted energy [J], price of that much work, first grain of the target region (its
+# column).
 _ENERGY, _PRICE, _FIRST = range(3)
-# Layout of the counters.
-_DELIVERED, _WORK, _CLOSENESS = range(3)
-
 # At the start the crest of a wave has to be so far before the first grain, or it has begun already [grains].
 _ENTRY = 4.0
 _ITERATIONS = 20
 
 
-@jit
-def _count(a, counters, constants):
-    counters[_DELIVERED] = energy_between(a, int(constants[_FIRST]), int(a[SCALARS, GRAINS]))
-    counters[_WORK] = input_work(a)
-    off = counters[_DELIVERED] / constants[_ENERGY] - 1.0
-    counters[_CLOSENESS] = 1.0 - off * off
+class Wanted(NamedTuple):
+    """Constants of the task: the wanted energy [J], and the price of as much work."""
 
-
-@jit
-def _begin(a, counters, constants):
-    _count(a, counters, constants)
-
-
-@jit
-def _judge(a, inputs, counters, constants, duration, elapsed, steps):
-    closeness, work = counters[_CLOSENESS], counters[_WORK]
-    _count(a, counters, constants)
-    cost = constants[_PRICE] * (counters[_WORK] - work) / constants[_ENERGY]
-    return counters[_CLOSENESS] - closeness - cost, False
+    energy: float
+    price: float
 
 
 @jit
@@ -86,74 +70,79 @@ class EnergyDeliveryTask(DrivenEndTask):
         end: its left end.
         energy: wanted in the target region [J].
         region: number of grains of the target region.
-        price: what work as great as `energy` costs.
+        price: of as much work as `energy`.
     """
 
     name = "energy_delivery"
     counter_names = ("delivered_energy", "work", "closeness")
-    begin_kernel = staticmethod(_begin)
-    judge_kernel = staticmethod(_judge)
 
     def __init__(self, chain: Chain, end: DrivenEnd, energy: float, region: int, price: float) -> None:
         super().__init__(chain, end)
-        self.grain = hertz_chain(self.name, chain)
-        self.energy, self.price, self.region = positive_number("energy", energy), finite_number("work_price", price), region
-        self.constants = np.array([self.energy, self.price, float(self.grains - region + 1)])
+        self._grain, self._first = hertz_chain(self.name, chain), self.grains - region
+        self.constants = Wanted(positive_number("energy", energy), finite_number("work_price", price))
 
-    def objective(self, chain: Chain, steps: int) -> Objective:
-        """(delivered / wanted - 1)^2 + price x energy of the chain at the end / wanted.
+    def begin_rows(self, rows: ChainRows, constants: Wanted, counters: Mapping[str, FloatArray]) -> None:
+        """Note what is delivered, and the work done, at the start."""
+        delivered = counters["delivered_energy"][:] = rows.energy_from(self._first)
+        off = delivered / constants.energy - 1.0
+        counters["work"][:], counters["closeness"][:] = rows.input_work, 1.0 - off * off
+
+    def judge_rows(
+        self, rows: ChainRows, constants: Wanted, counters: Mapping[str, FloatArray], elapsed: Any
+    ) -> tuple[FloatArray, bool]:
+        """Return the gain in closeness, less the price of this step's work."""
+        closeness, work = counters["closeness"].copy(), counters["work"].copy()
+        self.begin_rows(rows, constants, counters)
+        return counters["closeness"] - closeness - constants.price * (counters["work"] - work) / constants.energy, False
+
+    def objective(self, component: Chain, steps: int) -> Objective:
+        """Return (delivered / wanted - 1)^2 + price x energy of the chain at the end / wanted.
 
         The energy that is in the chain at the end is the work done, where nothing dissipates and the chain starts at rest: then
         this is 1 less the return. What a piston's own grain has is not counted.
         """
         text = "squared relative error of the energy delivered, and the price of the energy in the chain"
-        return Objective(_note, _value, _pullback, self.constants, count=2, description=text)
+        constants = np.array([*self.constants, self._first + 1.0])
+        return Objective(_note, _value, _pullback, constants, count=2, description=text)
 
     def baselines(self) -> Mapping[str, Policy]:
-        """One solitary wave, which is just in the region at the deadline; and the best known drive."""
-        mass, stiffness, rest = self.grain
-        wanted = self.energy * (1.0 - 0.5 * self.price)
+        """Return one solitary wave, which is just in the region at the deadline; and the best known drive."""
+        mass, stiffness, rest = self._grain
+        wanted = self.constants.energy * (1.0 - 0.5 * self.constants.price)
         height = np.sqrt([wanted / (SOLITARY_ENERGY * mass)])
         shapes, speeds = wave_shapes(mass, stiffness, rest, height)
         for _ in range(_ITERATIONS if rest > 0.0 else 0):  # under precompression a wave's energy is no power of its height
             height *= np.sqrt(wanted / shape_energies(shapes, height))
             shapes, speeds = wave_shapes(mass, stiffness, rest, height)
-        horizon = self.duration * self.steps
         # As deep in the region as the deadline allows, its middle at most.
-        place = min(self.grains - 0.5 * self.region - 0.5, float(speeds[0]) * horizon - _ENTRY)
+        middle = self.grains - 0.5 * (self.grains - self._first) - 0.5
+        place = min(middle, float(speeds[0]) * self.end.duration * self.end.steps - _ENTRY)
         waves = np.array([[height[0], place, speeds[0]]])
-        drive = passing_waves(shapes, waves, horizon, self.duration, self.steps, next(iter(self.actions)))
-        return open_loops(self, "granular_env/EnergyDelivery-v1", drive)
+        return self.open_loops(passing_waves(shapes, waves, self.end.duration, self.end.steps, next(iter(self.actions))))
 
 
 @environment_factory
 def make_energy_delivery(
     grains: int = 64,
-    radius: Any = None,
-    material: Any = None,
     *,
-    action: str = "force",
-    action_scale: float | None = None,
     energy: float = 0.015,
     region: int = 8,
     work_price: float = 0.2,
-    step_size: float = 5e-7,
-    chain: dict[str, Any] | None = None,
-    **options: Unpack[ChainOptions],
-) -> ChainEnv:
+    **options: Unpack[DrivenOptions],
+) -> ComponentEnv:
     """Drive the left end so that by the deadline a wanted energy is in the last grains, at little work.
 
     A row of equal elastic spheres carries energy in solitary waves. One wave of the right height, sent off in time, holds all
     the energy that it was given; a push that is too short, too long or too late leaves part of it behind.
 
     ## Action space
-    `Box(-1, 1, (1,), float32)`: what is held over the next control step, in units of `action_scale`; clipped. `action="force"`:
-    the force on the first grain, positive to the right; pulling moves the first grain alone. `action="piston"`: the velocity of
-    the first grain.
+    `Box(-1, 1, (1,), float32)`: the value held over the next control step, in units of `action_scale`. `action="force"`: the
+    force on the first grain, positive to the right; pulling moves the first grain alone. `action="piston"`: the velocity of the
+    first grain.
 
     ## Observation space
     `Box((2 grains + clock,), float32)`: displacement and velocity of every grain, in units of 1 mm and 10 m/s, then the clock.
-    `info` has "time" [s], the input, and the counters "delivered_energy" and "work" [J] and "closeness".
+    The counters are "delivered_energy" and "work" [J] and "closeness".
 
     ## Rewards
     closeness = 1 - (E / `energy` - 1)^2, E being the energy of the last `region` grains and of the contacts from the first of
@@ -180,21 +169,17 @@ def make_energy_delivery(
     ## Baselines
     `env.unwrapped.task.baselines()`: "nothing"; "theory", what the missing grains would do to the first one while an exact
     solitary wave passes, whose energy 1.0693 m v^2 is that which is best and which is in the region's middle at the deadline;
-    "best", the best drive known, where these arguments have one. They return 0, 0.809965 and 0.810000 with a force, 0,
-    0.809942 and 0.810000 with a piston: nothing is left to gain beyond theory but the holding of the input over a control step.
-    Theory's wave is that of a chain of equal grains; in a dimer or a tapered chain it is none of that chain, and returns less.
+    "best", the best drive known, where all arguments but `action` are the defaults. They return 0, 0.809965 and 0.810000 with a
+    force, 0, 0.809942 and 0.810000 with a piston: nothing is left to gain beyond theory but the holding of the input over a
+    control step. Theory's wave is that of a chain of equal grains; in a dimer or a tapered chain it returns less.
 
     ## Version history
     * v1: the observation ends with a clock and the deadline terminates; `hold`; `randomise` draws a chain for each episode.
     * v0: first version.
     """
-    end = driven_end(make_energy_delivery, locals(), "left", internal_steps=3, deadline=280)
-    region = whole_number("region", region, 1, end.chain.parameters.grains)
-    env = end.environment(lambda chain: EnergyDeliveryTask(chain, end, energy, region, work_price))
-    if end.arguments:
-        first = end.chain.parameters.grains - region + 1
-        caution_late(
-            env.component, end, energy, "J",
-            lambda driven: driven.specialise(energy_between)(driven.table, first, driven.parameters.grains),
-        )  # fmt: skip
+    chain, end, rest = driven_end(make_energy_delivery, locals(), internal_steps=3, deadline=280)
+    region = whole_number("region", region, 1, chain.parameters.grains)
+    env = ComponentEnv(chain, partial(EnergyDeliveryTask, end=end, energy=energy, region=region, price=work_price), **rest)
+    first = chain.parameters.grains - region
+    refuse_too_early(chain, end, energy, "J", lambda driven: float(ChainRows([driven]).energy_from(first)[0]))
     return env

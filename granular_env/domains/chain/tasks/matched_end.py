@@ -8,12 +8,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 import numpy.typing as npt
 
 from granular_env.components.chain import Chain
+from granular_env.envs.task import Task
 
 # What a matched end reads: the end grain's displacement, velocity of the last but one and of the last, the force between them.
 SENSORS = {"displacement": [-1], "velocity": [-2, -1], "contact_force": [-2]}
@@ -29,6 +30,11 @@ class Sensors:
     displacement: float
     velocity: float
     force: float
+
+    @classmethod
+    def of(cls, task: Task) -> Self:
+        """Return the scales of a task."""
+        return cls(task.observations["displacement"], task.observations["velocity"], task.unit_scales["N"])
 
     def read(self, observation: npt.NDArray[np.float32]) -> tuple[float, float, float, float]:
         """Displacement of the end, velocity of the last but one and of the end, force between them; SI."""

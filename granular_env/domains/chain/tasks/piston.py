@@ -2,82 +2,71 @@
 
 from __future__ import annotations
 
-import copy
-from typing import Any, Unpack
+from collections.abc import Mapping
+from functools import partial
+from typing import Any, NamedTuple, Unpack
 
 import numpy as np
 
 from granular_env.components.chain import Chain
-from granular_env.components.chain.differentiable_quantities import input_work
-from granular_env.components.chain.layout import GRAINS, SCALARS, U, V
-from granular_env.components.support.jit import jit
-from granular_env.components.support.validation import finite_number, positive_number
-from granular_env.envs.environment import environment_factory
+from granular_env.components.support.float_arrays import FloatArray
+from granular_env.components.support.validation import finite_number, positive_number, whole_number
+from granular_env.envs.environment import ComponentEnv
+from granular_env.envs.factory import Options, environment_factory
+from granular_env.envs.task import RowTask
 
-from ..envs.domain_randomization import make_chain
-from ..envs.environment import ChainEnv, ChainOptions
-from ..envs.task import ChainTask
-from .arguments import without_none
-from .feasibility import arrived_by
+from ..rows import ChainRows
+from .driven_end import DrivenEnd, make_chain, refuse_too_early
 
 # The last grain has left when it has flown free by this part of its radius.
 _FREE_FLIGHT = 0.01
 
 
-# Counters and constants.
-_CLOSENESS, _WORK = range(2)
-_TARGET, _PRICE, _ENERGY, _CLEARANCE = range(4)
+class Shot(NamedTuple):
+    """Constants of the task: wanted speed [m/s], price of `energy` [J] of work, distance of free flight at the end [m]."""
+
+    target: float
+    price: float
+    energy: float
+    clearance: float
 
 
-@jit
-def _closeness(a, target):
-    return 1.0 - min(abs(a[V, int(a[SCALARS, GRAINS])] / target - 1.0), 1.0)
-
-
-@jit
-def _begin(a, counters, constants):
-    """Start the last grain's motion; work done before, in a log that goes on, is not charged."""
-    counters[_CLOSENESS], counters[_WORK] = _closeness(a, constants[_TARGET]), input_work(a)
-
-
-@jit
-def _judge(a, inputs, counters, constants, duration, elapsed, steps):
-    """Gain in closeness, less the price of this step's work; the end is the last grain's free flight."""
-    closeness, work, last = _closeness(a, constants[_TARGET]), input_work(a), int(a[SCALARS, GRAINS])
-    reward = closeness - counters[_CLOSENESS] - constants[_PRICE] * (work - counters[_WORK]) / constants[_ENERGY]
-    counters[_CLOSENESS], counters[_WORK] = closeness, work
-    return reward, a[U, last] - a[U, last - 1] > constants[_CLEARANCE]
-
-
-class PistonTask(ChainTask):
+class PistonTask(RowTask):
     """The last grain's speed shall be right when it leaves; the piston's work costs. See `make_piston`.
 
     Args:
-        target_velocity: wanted speed of the last grain [m/s].
-        price: what work as great as `energy` costs.
-        energy: the work that is charged `price` [J].
-        clearance: distance of free flight at which the last grain has left [m].
+        chain: the driven chain.
+        target: wanted speed of the last grain [m/s].
+        price: of as much work as the kinetic energy of the last grain at that speed.
         velocity_scale: piston velocity at action 1, and velocity observed as 1 [m/s].
-        displacement_scale: displacement observed as 1 [m].
     """
 
     name = "piston"
     counter_names = ("closeness", "work")
-    begin_kernel = staticmethod(_begin)
-    judge_kernel = staticmethod(_judge)
+    unit_scales = {"N": 1000.0}  # noqa: RUF012
 
-    def __init__(
-        self,
-        target_velocity: float,
-        price: float,
-        energy: float,
-        clearance: float,
-        velocity_scale: float,
-        displacement_scale: float,
-    ) -> None:
+    def __init__(self, chain: Chain, target: float, price: float, velocity_scale: float) -> None:
         self.actions = {"left_velocity": velocity_scale}
-        self.observations = {"displacement": displacement_scale, "velocity": velocity_scale}
-        self.constants = np.array([target_velocity, price, energy, clearance])
+        self.observations = {"displacement": 1e-3, "velocity": velocity_scale}
+        energy = 0.5 * float(chain.geometry.mass[-1]) * target**2
+        self.constants = Shot(target, price, energy, _FREE_FLIGHT * float(chain.geometry.radius[-1]))
+
+    def begin_rows(self, rows: ChainRows, constants: Shot, counters: Mapping[str, FloatArray]) -> None:
+        """Start with the motion of the last grain; work done before, in a log that continues, is not charged."""
+        counters["closeness"][:] = _closeness(rows, constants)
+        counters["work"][:] = rows.input_work
+
+    def judge_rows(self, rows: ChainRows, constants: Shot, counters: Mapping[str, FloatArray], elapsed: Any) -> tuple[Any, Any]:
+        """Return the gain in closeness, less the price of this step's work; the end is the last grain's free flight."""
+        closeness, work = _closeness(rows, constants), rows.input_work
+        cost = constants.price * (work - counters["work"]) / constants.energy
+        rewards = closeness - counters["closeness"] - cost
+        counters["closeness"][:], counters["work"][:] = closeness, work
+        return rewards, rows.displacement[:, -1] - rows.displacement[:, -2] > constants.clearance
+
+
+def _closeness(rows: ChainRows, constants: Shot) -> FloatArray:
+    return 1.0 - np.minimum(np.abs(rows.velocity[:, -1] / constants.target - 1.0), 1.0)
 
 
 @environment_factory
@@ -90,23 +79,21 @@ def make_piston(
     target_velocity: float = 5.0,
     work_price: float = 0.2,
     velocity_scale: float = 10.0,
-    chain: dict[str, Any] | None = None,
-    **options: Unpack[ChainOptions],
-) -> ChainEnv:
+    chain: Mapping[str, Any] | None = None,
+    **options: Unpack[Options],
+) -> ComponentEnv:
     """Shape a pulse with a piston so that the last grain of a chain flies off at a wanted speed.
 
-    A row of equal elastic spheres touches a piston at its left end; the right end is free (Nesterenko 1983, section 3.4). What
-    the piston does travels through the chain as solitary waves; the grain at the far end leaves at about 1.45 times the
+    A row of equal elastic spheres touches a piston at its left end; the right end is free (Nesterenko 1983, section 3.4). The
+    piston's motion travels through the chain as solitary waves; the grain at the far end leaves at about 1.45 times the
     velocity of the first wave that reaches it.
 
     ## Action space
-    `Box(-1, 1, (1,), float32)`: the piston's velocity over the next control step, in units of `velocity_scale` (10 m/s);
-    clipped.
+    `Box(-1, 1, (1,), float32)`: the piston's velocity over the next control step, in units of `velocity_scale` (10 m/s).
 
     ## Observation space
     `Box(-10, 10, (2 grains,), float32)`: the displacement of every grain, in mm, then the velocity of every grain, in units of
-    `velocity_scale`, clipped to +-10. `info` has both in SI units and float64 ("displacement", "velocity"), with "time" [s],
-    "closeness" and "work" [J].
+    `velocity_scale`. The counters are "closeness" and "work" [J].
 
     ## Rewards
     closeness = 1 - min(|v_last / target_velocity - 1|, 1), v_last being the last grain's velocity. A step's reward is its gain
@@ -132,18 +119,12 @@ def make_piston(
     * v1: `hold` and `clock`; `randomise` draws a chain for each episode, from the seed of the reset.
     * v0: first version.
     """
-    parameters = {"grains": grains, "radius": radius, "material": material, "step_size": step_size, "left": "piston"}
-    component = make_chain({**without_none(parameters), "velocity_scale": velocity_scale}, chain, options.get("randomise"))
+    own = {"grains": grains, "radius": radius, "material": material, "step_size": step_size, "left": "piston"}
+    component = make_chain({**own, "velocity_scale": velocity_scale}, chain)
     target, price = positive_number("target_velocity", target_velocity), finite_number("work_price", work_price)
-
-    def task(made: Chain) -> PistonTask:
-        energy = 0.5 * float(made.geometry.mass[-1]) * target**2
-        clearance = _FREE_FLIGHT * float(made.geometry.radius[-1])
-        return PistonTask(target, price, energy, clearance, velocity_scale, displacement_scale=1e-3)
-
-    env = ChainEnv(component, task, **{"deadline": 600, **options})
-    if env.control_steps:
-        push = {"left_velocity": env.task.actions["left_velocity"]}
-        driven, steps = copy.deepcopy(env.component), env.control_steps
-        arrived_by(driven, push, env.duration, steps, lambda chain: abs(float(chain.get("velocity")[-1])), abs(target))
+    task = partial(PistonTask, target=target, price=price, velocity_scale=velocity_scale)
+    env = ComponentEnv(component, task, **{"deadline": 600, **options})
+    if options.get("deadline", 600) is not None:
+        end = DrivenEnd(env.task.actions, {}, env.duration, whole_number("deadline", env.deadline), False)
+        refuse_too_early(component, end, abs(target), "", lambda driven: abs(float(driven.get("velocity")[-1])))
     return env

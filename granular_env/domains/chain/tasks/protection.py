@@ -4,49 +4,42 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from typing import Any, Unpack
+from functools import partial
+from typing import Any, NamedTuple, Unpack
 
 import numpy as np
 
 from granular_env.components.chain import Chain
-from granular_env.components.chain.differentiable_quantities import right_wall_force
 from granular_env.components.chain.layout import GRAINS, REST_OVERLAP, SCALARS, STIFFNESS, U
 from granular_env.components.chain.objective import Objective
+from granular_env.components.support.elementary_functions import exponential, root
+from granular_env.components.support.float_arrays import FloatArray
 from granular_env.components.support.jit import inlined, jit
 from granular_env.components.support.validation import positive_number
-from granular_env.envs.environment import environment_factory
-from granular_env.envs.policies import Policy
+from granular_env.envs.environment import ComponentEnv
+from granular_env.envs.factory import environment_factory
+from granular_env.envs.policies import Constant, Policy
 
-from ..envs.environment import ChainEnv, ChainOptions
-from .analytic_drives import ramped_push
-from .baselines import open_loops
-from .driven_end import DrivenEnd, DrivenEndTask, driven_end, hertz_chain
-from .feasibility import caution_late
-
-# Layout of the constants: impulse to deliver [N s], peak force that costs 1 [N], length of a control step [s]; of the
-# objective's also the binary logarithm of the p-norm's p, and the part of the impulse over which "all of it" is rounded.
-_IMPULSE, _PEAK_SCALE, _DURATION, _DOUBLINGS, _ROUNDING = range(5)
-# Layout of the counters.
-_DELIVERED, _FORCE, _PEAK = range(3)
+from ..rows import ChainRows
+from .driven_end import DrivenEnd, DrivenEndTask, DrivenOptions, driven_end, hertz_chain, refuse_too_early
 
 # Force [N] and velocity [m/s] at action 1.
 _SCALES = {"force": 500.0, "piston": 2.0}
+# The theory's push: how long it rises, as a part of the time that there is; what a wall feels of a front's force, 2^(6/5);
+# pushes that are tried, over the mean one: the logarithms of 1e-3 and 1e6.
+_RISE, _SHARE = 0.29, 2.2973967099940698
+_LEAST, _MOST = -6.907755278982137, 13.815510557964274
+# Layout of the objective's constants: those of the task, then the binary logarithm of the p-norm's p, and the part of the
+# impulse over which "all of it" is rounded.
+_IMPULSE, _PEAK_SCALE, _DURATION, _DOUBLINGS, _ROUNDING = range(5)
 
 
-@jit
-def _begin(a, counters, constants):
-    counters[_FORCE] = counters[_PEAK] = right_wall_force(a)
+class Delivery(NamedTuple):
+    """Constants of the task: impulse to deliver [N s], peak force that costs 1 [N], length of a control step [s]."""
 
-
-@jit
-def _judge(a, inputs, counters, constants, duration, elapsed, steps):
-    impulse, force = constants[_IMPULSE], right_wall_force(a)
-    delivered = counters[_DELIVERED] + 0.5 * duration * (counters[_FORCE] + force)
-    peak = max(counters[_PEAK], force)
-    gain = min(delivered / impulse, 1.0) - min(counters[_DELIVERED] / impulse, 1.0)
-    reward = gain - (peak - counters[_PEAK]) / constants[_PEAK_SCALE]
-    counters[_DELIVERED], counters[_FORCE], counters[_PEAK] = delivered, force, peak
-    return reward, delivered >= impulse
+    impulse: float
+    peak_scale: float
+    duration: float
 
 
 # -- the smooth counterpart -------------------------------------------------------------------------------------------
@@ -103,18 +96,6 @@ def _pullback(a, adjoint, step, steps, inputs, input_adjoint, constants, slopes)
     adjoint[STIFFNESS, n] += slope * force / a[STIFFNESS, n]
 
 
-def _impulse_of(duration: float) -> Callable[[Chain], float]:
-    """Return what adds up the wall's impulse [N s], called after each control step of that duration [s]."""
-    total = 0.0
-
-    def add_impulse(chain: Chain) -> float:
-        nonlocal total
-        total += duration * chain.specialise(right_wall_force)(chain.table)
-        return total
-
-    return add_impulse
-
-
 # -- task and environment ---------------------------------------------------------------------------------------------
 
 
@@ -130,57 +111,105 @@ class ProtectionTask(DrivenEndTask):
 
     name = "protection"
     counter_names = ("delivered_impulse", "wall_force", "peak_wall_force")
-    begin_kernel = staticmethod(_begin)
-    judge_kernel = staticmethod(_judge)
 
     def __init__(self, chain: Chain, end: DrivenEnd, impulse: float, peak_scale: float) -> None:
         super().__init__(chain, end)
-        self.chain, self.observed_force = chain, end.actions.get("left_force", self.observed_force)
-        self.impulse = positive_number("impulse", impulse)
-        self.constants = np.array([self.impulse, positive_number("peak_scale", peak_scale), end.duration])
+        self._chain = chain
+        self.unit_scales = {"N": end.actions.get("left_force", self.unit_scales["N"])}
+        self.constants = Delivery(positive_number("impulse", impulse), positive_number("peak_scale", peak_scale), end.duration)
 
-    def objective(self, chain: Chain, steps: int, *, sharpness: tuple[int, float] = (5, 0.01)) -> Objective:
-        """h(1 - delivered / impulse) + smooth peak / peak_scale, over all `steps`: delivery ends no episode here.
+    def begin_rows(self, rows: ChainRows, constants: Delivery, counters: Mapping[str, FloatArray]) -> None:
+        """Start with the wall's force at rest."""
+        counters["wall_force"][:] = counters["peak_wall_force"][:] = -rows.right_wall_force
+
+    def judge_rows(
+        self, rows: ChainRows, constants: Delivery, counters: Mapping[str, FloatArray], elapsed: Any
+    ) -> tuple[FloatArray, Any]:
+        """Return the gain in the delivered part, less the rise of the peak; the end is the whole impulse."""
+        before, force = counters["delivered_impulse"], -rows.right_wall_force
+        delivered = before + 0.5 * constants.duration * (counters["wall_force"] + force)
+        peak = np.maximum(counters["peak_wall_force"], force)
+        gain = np.minimum(delivered / constants.impulse, 1.0) - np.minimum(before / constants.impulse, 1.0)
+        rewards = gain - (peak - counters["peak_wall_force"]) / constants.peak_scale
+        before[:], counters["wall_force"][:], counters["peak_wall_force"][:] = delivered, force, peak
+        return rewards, delivered >= constants.impulse
+
+    def objective(self, component: Chain, steps: int, *, sharpness: tuple[int, float] = (5, 0.01)) -> Objective:
+        """Return h(1 - delivered / impulse) + smooth peak / peak_scale, over all `steps`: delivery ends no episode here.
 
         h(x) = (x + sqrt(x^2 + r^2)) / 2 is the positive part, rounded, r = 0.01. The smooth peak is the p-norm of the wall's
         force over the control steps, (sum_t F_t^p)^(1/p), p = 32: up to 1.2 times the peak. Both count the elastic part of the
         force.
 
         Args:
-            chain: what is driven.
+            component: the driven chain.
             steps: control steps.
             sharpness: binary logarithm of p, and r.
 
         Raises:
             ParameterError: the contacts are not Hertz's.
         """
-        hertz_chain(self.name, chain)
+        hertz_chain(self.name, component)
         text = "undelivered part of the wall's impulse, its positive part rounded, and the p-norm of its force / peak_scale"
-        constants = np.concatenate([self.constants, sharpness])
-        return Objective(_note, _value, _pullback, constants, count=2, description=text)
+        return Objective(_note, _value, _pullback, np.array([*self.constants, *sharpness]), count=2, description=text)
 
     def baselines(self) -> Mapping[str, Policy]:
         """Return a ramped push from the theory of fronts, and the best known drive; without a deadline doing nothing alone."""
-        drive = ramped_push(self.chain, self.impulse, self.duration, max(self.steps, 1), next(iter(self.actions)))
-        policies = open_loops(self, "granular_env/Protection-v1", drive)
-        return policies if self.steps else {"nothing": policies["nothing"]}
+        if not self.end.steps:
+            return {"nothing": Constant(0.0)}
+        return self.open_loops(ramped_push(self._chain, self.constants, self.end.steps, next(iter(self.actions))))
+
+
+def ramped_push(chain: Chain, wanted: Delivery, steps: int, action: str) -> FloatArray:
+    """Return a push that rises evenly to a level F and stays, which gives a wall its impulse in time, shape (steps,).
+
+    A front of force F runs at D = (F k^2)^(1/6) / sqrt(m) grains/s (`theory.shock_speed`), its grains at F/(m D). A rigid wall
+    doubles the particle velocity's share: in a simple wave v goes with overlap^(5/4) and F with overlap^(3/2), so the wall
+    feels 2^(6/5) F. With a rise over r = 0.29 of the time T that there is, F is the smaller root of
+
+        2^(6/5) F (T - n/D(F) - r/2) = impulse.
+
+    Where time is too short for any F, it is the one that delivers most.
+
+    Args:
+        chain: what is pushed; Hertz contacts.
+        wanted: the impulse of the wall, and the length of a control step.
+        steps: control steps.
+        action: the input, "left_force" or "left_velocity".
+    """
+    mass, stiffness = float(chain.geometry.mass.mean()), float(chain.geometry.stiffness[1:-1].mean())
+    horizon, grains = wanted.duration * steps, len(chain.geometry.mass)
+    force = exponential(np.linspace(_LEAST, _MOST, 20_000)) * wanted.impulse / horizon
+    speed = root(force * (stiffness * stiffness), 6) / math.sqrt(mass)
+    rise = _RISE * horizon
+    delivered = _SHARE * force * (horizon - grains / speed - 0.5 * rise)
+    enough = np.flatnonzero(delivered >= wanted.impulse)
+    chosen = enough[0] if len(enough) else int(np.argmax(delivered))
+    level = force[chosen] if action.endswith("force") else force[chosen] / (mass * speed[chosen])
+    return level * np.minimum((np.arange(steps) + 0.5) * wanted.duration / rise, 1.0)
+
+
+def _impulse_of(duration: float) -> Callable[[Chain], float]:
+    """Return a function that adds up the wall's impulse [N s], called after each control step of that duration [s]."""
+    total = 0.0
+
+    def add_impulse(chain: Chain) -> float:
+        nonlocal total
+        total -= duration * float(chain.get("right_wall_force"))
+        return total
+
+    return add_impulse
 
 
 @environment_factory
 def make_protection(
     grains: int = 64,
-    radius: Any = None,
-    material: Any = None,
     *,
-    action: str = "force",
-    action_scale: float | None = None,
-    step_size: float = 5e-7,
     impulse: float = 0.05,
     peak_scale: float = 1000.0,
     velocity_scale: float = 10.0,
-    chain: dict[str, Any] | None = None,
-    **options: Unpack[ChainOptions],
-) -> ChainEnv:
+    **options: Unpack[DrivenOptions],
+) -> ComponentEnv:
     """Push the left end of a chain so that the wall behind the last grain gets its impulse in time, and gently.
 
     A row of equal elastic spheres lies against a rigid wall at its right end. A hard push arrives as a train of tall solitary
@@ -188,14 +217,13 @@ def make_protection(
     design of a shock absorber.
 
     ## Action space
-    `Box(-1, 1, (1,), float32)`: what is held over the next control step, in units of `action_scale`; clipped. `action="force"`:
-    the force on the first grain, positive to the right; pulling moves the first grain alone, contacts carry no tension.
+    `Box(-1, 1, (1,), float32)`: the value held over the next control step, in units of `action_scale`. `action="force"`: the
+    force on the first grain, positive to the right; pulling moves the first grain alone, contacts carry no tension.
     `action="piston"`: the velocity of the first grain.
 
     ## Observation space
     `Box((2 grains + clock,), float32)`: displacement and velocity of every grain, in units of 1 mm and 10 m/s, then the clock.
-    `info` has both in SI units and float64 ("displacement", "velocity"), with "time" [s], the input, "delivered_impulse" [N s],
-    "wall_force" and "peak_wall_force" [N].
+    The counters are "delivered_impulse" [N s], "wall_force" and "peak_wall_force" [N].
 
     ## Rewards
     A step's reward is its gain in min(delivered_impulse / impulse, 1), less the rise of the wall's peak force / `peak_scale`.
@@ -220,19 +248,19 @@ def make_protection(
 
     ## Baselines
     `env.unwrapped.task.baselines()`: "nothing"; "theory", a push that rises evenly over 0.29 of the time to the level at which
-    its front, doubled by the wall (2^(6/5) in force), just delivers (`analytic_drives.ramped_push`); "best", the best drive
-    known, where these arguments have one. They return 0, 0.792 and 0.846 with a force, 0, 0.784 and 0.841
+    its front, doubled by the wall (2^(6/5) in force), just delivers (`ramped_push`); "best", the best drive known, where all
+    arguments but `action` are the defaults. They return 0, 0.792 and 0.846 with a force, 0, 0.784 and 0.841
     with a piston.
 
     ## Version history
     * v1: the observation ends with a clock and the deadline terminates; `hold`; `randomise` draws a chain for each episode.
     * v0: first version.
     """
-    end = driven_end(
-        make_protection, locals(), "left", internal_steps=3, deadline=700, endless=True, scales=_SCALES, right="rigid_plane",
-        velocity_scale=velocity_scale,
-    )  # fmt: skip
-    env = end.environment(lambda chain: ProtectionTask(chain, end, impulse, peak_scale))
-    if end.steps and end.arguments:
-        caution_late(env.component, end, impulse, "N s", _impulse_of(end.duration))
+    further = {"right": "rigid_plane", "velocity_scale": velocity_scale}
+    chain, end, rest = driven_end(
+        make_protection, locals(), scales=_SCALES, parameters=further, endless=True, internal_steps=3, deadline=700
+    )
+    env = ComponentEnv(chain, partial(ProtectionTask, end=end, impulse=impulse, peak_scale=peak_scale), **rest)
+    if end.steps:
+        refuse_too_early(chain, end, impulse, "N s", _impulse_of(end.duration))
     return env

@@ -3,74 +3,100 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any, Unpack
+from functools import partial
+from typing import Any, NamedTuple, Unpack
 
 import numpy as np
+import numpy.typing as npt
 
 from granular_env.components.chain import Chain
 from granular_env.components.chain.objective import Objective
 from granular_env.components.errors import ParameterError
 from granular_env.components.support.float_arrays import FloatArray
-from granular_env.components.support.jit import jit
 from granular_env.components.support.validation import positive_number
-from granular_env.envs.environment import environment_factory
+from granular_env.envs.environment import ComponentEnv
+from granular_env.envs.factory import environment_factory
 from granular_env.envs.policies import Policy
 
-from ..envs.environment import ChainEnv, ChainOptions
-from .analytic_drives import passing_waves, wave_velocities
-from .arguments import numbers
-from .baselines import open_loops
-from .driven_end import DrivenEnd, DrivenEndTask, driven_end, hertz_chain, sum_value
-from .feasibility import refuse_crowded, refuse_early_waves
-from .target_waves import COLUMNS, distance, distance_pullback, follow, shape_energies, wave_shapes
-
-# Layout of the constants: time from the start to the deadline [s], energy of the wanted waves [J], half width of what counts
-# as a wave [grains], number of waves, length of a control step [s], the objective's weight of the way there, then the goal's
-# rows and the shapes.
-_HORIZON, _ENERGY, _WINDOW, _WAVES, _DURATION, _WAY, _GOAL = range(7)
-
-
-@jit
-def _begin(a, counters, constants):
-    waves, left = int(constants[_WAVES]), constants[_HORIZON]
-    shapes = constants[_GOAL + COLUMNS * waves :]
-    follow(a, shapes, constants[_GOAL:], waves, left, constants[_WINDOW], constants[_ENERGY], counters)
+from ..rows import ChainRows
+from .driven_end import DrivenEnd, DrivenEndTask, DrivenOptions, driven_end, hertz_chain, numbers
+from .waves import (
+    AMPLITUDE,
+    COLUMNS,
+    distance_objective,
+    follow,
+    passing_waves,
+    refuse_crowded,
+    refuse_early_waves,
+    shape_energies,
+    wave_shapes,
+    wave_velocities,
+)  # fmt: skip
 
 
-@jit
-def _judge(a, inputs, counters, constants, duration, elapsed, steps):
-    waves, left = int(constants[_WAVES]), constants[_HORIZON] - elapsed * duration
-    shapes = constants[_GOAL + COLUMNS * waves :]
-    gain = follow(a, shapes, constants[_GOAL:], waves, left, constants[_WINDOW], constants[_ENERGY], counters)
-    return gain, False
+class Waves(NamedTuple):
+    """Constants of the tasks with wanted waves: the goal, and what turns it into a distance.
+
+    Attributes:
+        horizon: time from the start to the deadline [s].
+        duration: of a control step [s].
+        unit: energy of the wanted waves; where a goal is drawn, of a wave of 1 m/s [J].
+        window: half width of what counts as a wave [grains].
+        goal: rows (amplitude, place, speed); empty where it is drawn.
+        shapes: of the waves, see `waves`.
+    """
+
+    horizon: float
+    duration: float
+    unit: float
+    window: float
+    goal: FloatArray
+    shapes: FloatArray
 
 
-@jit
-def _weight(step, steps, constants):
-    """Return the weight of the distance after a control step: that of the last one, or one for all of them."""
-    way = constants[_WAY]
-    return way / steps + (1.0 - way if step == steps - 1 else 0.0)
+class WaveTask(DrivenEndTask):
+    """Base of the tasks that want solitary waves to stand in the chain at the deadline."""
+
+    constants: Waves
+
+    def goals(self, constants: Waves, counters: Mapping[str, FloatArray]) -> tuple[FloatArray, FloatArray]:
+        """Return the goals, shape (episodes, 3 waves), and the energies of their waves."""
+        return constants.goal, constants.unit
+
+    def _follow(self, rows: ChainRows, constants: Waves, counters: Mapping[str, FloatArray], left: FloatArray) -> None:
+        goals, energies = self.goals(constants, counters)
+        found = np.empty((len(left), COLUMNS))
+        rows.call(follow, constants.shapes, goals, left, constants.window, energies, found)
+        for name, values in zip(("distance", "energy_outside", "amplitude_error"), found.T, strict=True):
+            counters[name][:] = values
+
+    def begin_rows(self, rows: ChainRows, constants: Waves, counters: Mapping[str, FloatArray]) -> None:
+        """Note the distance from the waves that are on their way."""
+        self._follow(rows, constants, counters, constants.horizon)
+
+    def judge_rows(
+        self, rows: ChainRows, constants: Waves, counters: Mapping[str, FloatArray], elapsed: npt.NDArray[np.int64]
+    ) -> tuple[FloatArray, bool]:
+        """Return the distance before less the distance now."""
+        before = counters["distance"].copy()
+        self._follow(rows, constants, counters, constants.horizon - elapsed * constants.duration)
+        return before - counters["distance"], False
+
+    def present_goal(self) -> FloatArray:
+        """Return the rows (amplitude, place, speed) of the present goal, shape (waves, 3)."""
+        return self.constants.goal.reshape(-1, COLUMNS)
+
+    def wanted(self, elapsed: int) -> FloatArray:
+        """Return the velocities in the wanted waves on their way."""
+        left = self.end.duration * (self.end.steps - elapsed)
+        return wave_velocities(self.constants.shapes, self.present_goal(), left, self.grains)
+
+    def passing_waves(self, goal: FloatArray) -> FloatArray:
+        """Return what the waves of a goal would do to the left end as they pass, shape (steps,) [N or m/s]."""
+        return passing_waves(self.constants.shapes, goal, self.end.duration, self.end.steps, next(iter(self.actions)))
 
 
-@jit
-def _note(a, step, steps, inputs, constants, sums):
-    weight = _weight(step, steps, constants)
-    if weight > 0.0:
-        waves, left = int(constants[_WAVES]), (steps - 1 - step) * constants[_DURATION]
-        shapes = constants[_GOAL + COLUMNS * waves :]
-        sums[0] += weight * distance(a, shapes, constants[_GOAL:], waves, left) / constants[_ENERGY]
-
-
-@jit
-def _pullback(a, adjoint, step, steps, inputs, input_adjoint, constants, slopes):
-    weight = _weight(step, steps, constants)
-    if weight > 0.0:
-        waves, left = int(constants[_WAVES]), (steps - 1 - step) * constants[_DURATION]
-        shapes = constants[_GOAL + COLUMNS * waves :]
-        distance_pullback(a, adjoint, shapes, constants[_GOAL:], waves, left, slopes[0] * weight / constants[_ENERGY])
-
-
-class PulseFormingTask(DrivenEndTask):
+class PulseFormingTask(WaveTask):
     """Wanted solitary waves shall stand in the chain at the deadline. See `make_pulse_forming`.
 
     Args:
@@ -83,8 +109,6 @@ class PulseFormingTask(DrivenEndTask):
 
     name = "pulse_forming"
     counter_names = ("distance", "energy_outside", "amplitude_error")
-    begin_kernel = staticmethod(_begin)
-    judge_kernel = staticmethod(_judge)
 
     def __init__(self, chain: Chain, end: DrivenEnd, amplitudes: FloatArray, places: FloatArray, window: float) -> None:
         super().__init__(chain, end)
@@ -92,87 +116,65 @@ class PulseFormingTask(DrivenEndTask):
         if np.any(amplitudes <= 0.0):
             raise ParameterError(f"got {amplitudes.tolist()} m/s", expected="more than 0", at="amplitude")
         if len(amplitudes) != len(places) or not np.all((places >= 0.0) & (places <= grains - 1)):
-            raise ParameterError(
-                f"got {places.tolist()}",
-                expected=f"grains from 0 to {grains - 1}, one for each of {len(amplitudes)} waves",
-                at="place",
-            )
-        self.shapes, speeds = wave_shapes(mass, stiffness, rest, amplitudes)
-        self.waves = np.column_stack([amplitudes, places, speeds])
-        self.energy = float(shape_energies(self.shapes, amplitudes).sum())
-        refuse_crowded(self.shapes, self.waves, grains)
-        refuse_early_waves(self.shapes, self.waves, end.duration, end.steps)
-        horizon, width = end.duration * end.steps, positive_number("window", window)
-        head = [horizon, self.energy, width, float(len(self.waves)), end.duration, 0.0]
-        self.constants = np.concatenate([head, self.waves.reshape(-1), self.shapes])
+            expected = f"grains from 0 to {grains - 1}, one for each of {len(amplitudes)} waves"
+            raise ParameterError(f"got {places.tolist()}", expected=expected, at="place")
+        shapes, speeds = wave_shapes(mass, stiffness, rest, amplitudes)
+        waves = np.column_stack([amplitudes, places, speeds])
+        refuse_crowded(shapes, waves, grains)
+        refuse_early_waves(shapes, waves, end.duration, end.steps)
+        energy, horizon = float(shape_energies(shapes, waves[:, AMPLITUDE]).sum()), end.duration * end.steps
+        self.constants = Waves(horizon, end.duration, energy, positive_number("window", window), waves.reshape(-1), shapes)
 
-    def objective(self, chain: Chain, steps: int, *, way: float = 0.0) -> Objective:
+    def objective(self, component: Chain, steps: int, *, way: float = 0.0) -> Objective:
         """Return the distance at the end of the last control step: minus the return, if nothing is in the chain at the start.
 
         Args:
-            chain: what is driven.
+            component: the driven chain.
             steps: control steps.
-            way: from 0 to 1, weight of the mean distance over all control steps to the waves on their way: it has a slope far
-                from any solution, where a wave in a wrong place has none.
+            way: weight of the mean distance over all control steps, see `distance_objective`.
         """
-        text = "square of the distance to the wanted waves at the end, in the energy norm, over their energy"
-        constants = self.constants.copy()
-        constants[_WAY] = way
-        return Objective(_note, sum_value, _pullback, constants, description=text)
-
-    def wanted_velocity(self, elapsed: int, counters: FloatArray) -> FloatArray:
-        """Return that of the wanted waves on their way."""
-        return wave_velocities(self.shapes, self.waves, self.duration * (self.steps - elapsed), self.grains)
+        waves = self.constants
+        return distance_objective(waves.goal, waves.shapes, waves.unit, waves.duration, way)
 
     def baselines(self) -> Mapping[str, Policy]:
         """Return what passing waves would do to the left end, and the best known drive."""
-        drive = passing_waves(
-            self.shapes, self.waves, self.duration * self.steps, self.duration, self.steps, next(iter(self.actions))
-        )
-        return open_loops(self, "granular_env/PulseForming-v1", drive)
+        return self.open_loops(self.passing_waves(self.present_goal()))
 
 
 @environment_factory
 def make_pulse_forming(
     grains: int = 64,
-    radius: Any = None,
-    material: Any = None,
     *,
-    action: str = "force",
-    action_scale: float | None = None,
     amplitude: Any = 5.0,
     place: Any = 40.0,
     window: float = 5.0,
-    step_size: float = 5e-7,
-    chain: dict[str, Any] | None = None,
-    **options: Unpack[ChainOptions],
-) -> ChainEnv:
+    **options: Unpack[DrivenOptions],
+) -> ComponentEnv:
     """Drive the left end so that at the deadline given solitary waves stand in the chain, and nothing else moves.
 
     A row of equal elastic spheres in touch carries solitary waves: pulses some five grains long whose speed grows with the
     fifth root of their height (Nesterenko 1983). A push of the left end becomes one or several of them, with small ones behind
-    and grains that rebound. Wanted is their number, height, place and shape at one instant.
+    and grains that rebound. The task asks for their number, height, place and shape at one instant.
 
     ## Action space
-    `Box(-1, 1, (1,), float32)`: what is held over the next control step, in units of `action_scale`; clipped. `action="force"`:
-    the force on the first grain, positive to the right; pulling moves the first grain alone. `action="piston"`: the velocity of
-    the first grain.
+    `Box(-1, 1, (1,), float32)`: the value held over the next control step, in units of `action_scale`. `action="force"`: the
+    force on the first grain, positive to the right; pulling moves the first grain alone. `action="piston"`: the velocity of the
+    first grain.
 
     ## Observation space
     `Box((2 grains + clock,), float32)`: displacement and velocity of every grain, in units of 1 mm and 10 m/s, then the clock.
-    `info` has "time" [s], the input, and the counters "distance" (D below), "energy_outside" (energy further than `window`
-    grains from every wanted crest, over the energy put in) and "amplitude_error" (relative error of the fastest grain about
-    each crest, the largest over the waves).
+    The counters are "distance" (D below), "energy_outside" (energy further than `window` grains from every wanted crest, over
+    the energy put in) and "amplitude_error" (relative error of the fastest grain about each crest, the largest over the waves).
 
     ## Rewards
     The distance of a state from the wanted waves is that of the energy norm, D = (sum_i m_i (v_i - v*_i)^2 / 2 + sum_j (q_j -
     q*_j)^2) / E*, with q = sqrt(0.4 k) d^1.25, the root of the energy stored in a contact of overlap d (above that at rest,
     where the chain is precompressed), * for the exact solitary waves of the lattice, E* their energy. In a disordered chain
     they are those of its mean grain. Before the deadline the wanted waves are on their way: each crest is behind its place by
-    its speed times the time left, and what has not come into the chain yet is not wanted. A step's reward is D before it less D
-    after it. So the return is -D at the deadline. In a chain of equal grains doing nothing returns -1, and 0 is perfect. In a
-    dimer or a tapered chain the wanted wave is none of that chain: neither number holds, nor does the baseline of theory (a
-    dimer of 3 and 1.5 mm: doing nothing -1.286, theory -1.955).
+    its speed times the time left, and a wave that has not entered the chain yet is not wanted. A step's reward is D before it
+    less D after it. So the return is -D at the deadline. In a chain of equal grains doing nothing returns -1, and 0 is perfect.
+    In a dimer or a tapered chain the wanted wave is not a wave of that chain: neither number holds, nor does the baseline of
+    theory (a dimer of 3 and 1.5 mm: doing nothing -1.286, theory -1.955).
 
     ## Start state
     Everything at rest, all grains in touch.
@@ -194,14 +196,15 @@ def make_pulse_forming(
 
     ## Baselines
     `env.unwrapped.task.baselines()`: "nothing"; "theory", what the missing grains would do to the first one while the exact
-    waves pass, F = d(sum_i m v*_i)/dt or v*_0, averaged over each control step; "best", the best drive known, where these
-    arguments have one. They return -1, -7.3e-4 and -1.5e-13 with a force, -1, -1.4e-3 and -1.5e-13 with a
+    waves pass, F = d(sum_i m v*_i)/dt or v*_0, averaged over each control step; "best", the best drive known, where all
+    arguments but `action` are the defaults. They return -1, -7.3e-4 and -1.5e-13 with a force, -1, -1.4e-3 and -1.5e-13 with a
     piston: theory does not know that its input is held over a control step; the last is the error of the shape's table.
 
     ## Version history
     * v1: the observation ends with a clock and the deadline terminates; `hold`; `randomise` draws a chain for each episode.
     * v0: first version.
     """
-    end = driven_end(make_pulse_forming, locals(), "left", internal_steps=3, deadline=180)
+    chain, end, rest = driven_end(make_pulse_forming, locals(), internal_steps=3, deadline=180)
     heights, places = numbers("amplitude", amplitude), numbers("place", place)
-    return end.environment(lambda chain: PulseFormingTask(chain, end, heights, places, window))
+    task = partial(PulseFormingTask, end=end, amplitudes=heights, places=places, window=window)
+    return ComponentEnv(chain, task, **rest)

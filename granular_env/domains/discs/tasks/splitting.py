@@ -12,8 +12,8 @@ from granular_env.components.component import Component
 from granular_env.components.discs import Discs
 from granular_env.components.errors import ParameterError, one_line
 from granular_env.components.support.validation import finite_number, positive_number, whole_number
-from granular_env.envs.environment import ComponentEnv, environment_factory
-from granular_env.envs.factory_options import Options, further_parameters, refuse_early
+from granular_env.envs.environment import ComponentEnv
+from granular_env.envs.factory import Options, environment_factory, further_parameters, refuse_early
 from granular_env.envs.policies import Constant, OpenLoop, Policy
 from granular_env.envs.task import Seen, Task
 
@@ -84,8 +84,6 @@ def make_splitting(
     work_price: float = 0.1,
     step_size: float = 5e-5,
     discs: Mapping[str, Any] | None = None,
-    internal_steps: int = 4,
-    deadline: int | None = 60,
     **options: Unpack[Options],
 ) -> ComponentEnv:
     """Break a row of linked discs at a wanted link by pulling at its ends, and break no other link.
@@ -94,13 +92,12 @@ def make_splitting(
     two meet they add up, and are strong enough there.
 
     ## Action space
-    `Box(-1, 1, (2,), float32)`: the force on the first and on the last disc along x, in units of `force_scale` (1.5 N);
-    clipped.
+    `Box(-1, 1, (2,), float32)`: the force on the first and on the last disc along x, in units of `force_scale` (1.5 N).
 
     ## Observation space
     `Box(-10, 10, (5 columns - 1,), float32)`: displacement of every disc (x, y), in units of the lengthening that breaks a
-    link; velocity of every disc (x, y), in units of 0.25 m/s; 1 for each link that holds and 0 for each broken one. `info` has
-    them in SI units and float64, with "time" [s], "closeness", "wrong_links" and "work" [J].
+    link; velocity of every disc (x, y), in units of 0.25 m/s; 1 for each link that holds, 0 for each broken one. The counters
+    are "closeness", "wrong_links" and "work" [J].
 
     ## Rewards
     closeness = the greatest lengthening of the wanted link so far, as a part of what breaks it; 1 when it is broken. A step's
@@ -131,7 +128,11 @@ def make_splitting(
     if links < 2:
         raise ParameterError(f"got {one_line(columns)}", expected="at least 3: a link to break, one to keep", at="columns")
     target = whole_number("target", target, 0, links - 1)
-    control_step = whole_number("internal_steps", internal_steps) * component.step_size
+    settings: dict[str, Any] = {"internal_steps": 4, "deadline": 60, **options}
+    control_step, deadline = (
+        whole_number("internal_steps", settings["internal_steps"]) * component.step_size,
+        settings["deadline"],
+    )
     scale, price = positive_number("force_scale", force_scale), finite_number("work_price", work_price)
     if price < 0.0:
         raise ParameterError(f"got {price:g}", expected="0 or more", at="work_price")
@@ -139,5 +140,4 @@ def make_splitting(
         ways = min(target + 0.5, links - target - 0.5) * math.sqrt(component.parameters.mass / component.parameters.stiffness)
         why = f"a wave takes {ways:.3g} s from the nearer end to link {target}"
         refuse_early(whole_number("deadline", deadline), math.ceil(ways / control_step), control_step, why)
-    task = SplittingTask(component, target, scale, price, control_step)
-    return ComponentEnv(component, task, internal_steps=internal_steps, deadline=deadline, **options)
+    return ComponentEnv(component, SplittingTask(component, target, scale, price, control_step), **settings)

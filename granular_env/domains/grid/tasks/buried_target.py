@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from typing import Any, TypedDict, Unpack
+from typing import Any, Unpack
 
 import numpy as np
 
@@ -13,8 +13,8 @@ from granular_env.components.grid import Grid
 from granular_env.components.materials.elastic import Material
 from granular_env.components.support.float_arrays import FloatArray
 from granular_env.components.support.validation import finite_number, positive_number, whole_number
-from granular_env.envs.environment import ComponentEnv, environment_factory
-from granular_env.envs.factory_options import refuse_early
+from granular_env.envs.environment import ComponentEnv
+from granular_env.envs.factory import Options, environment_factory, refuse_early
 from granular_env.envs.policies import Constant, OpenLoop, Policy
 from granular_env.envs.task import Seen, Task
 
@@ -25,14 +25,6 @@ _ROCK = {"density": 2700.0, "young": 6e10, "poisson": 0.25}
 _SPACING = 4
 # Directions among which the fastest motion of the target is sought.
 _DIRECTIONS = 3600
-
-
-class Options(TypedDict, total=False):
-    """Options of the environment beside its own arguments; see `ComponentEnv`."""
-
-    clock: int
-    step_error_reward: float
-    render_mode: str | None
 
 
 class BuriedTargetTask(Task):
@@ -128,9 +120,6 @@ def make_buried_target(
     loads: int = 8,
     force: float = 1e4,
     target: Sequence[float] = (0.04, -0.1),
-    internal_steps: int = 4,
-    deadline: int = 24,
-    hold: int = 1,
     **options: Unpack[Options],
 ) -> ComponentEnv:
     """Shape the loads on the surface of a block of rock so that a buried target moves as fast as it can at the deadline.
@@ -141,12 +130,12 @@ def make_buried_target(
 
     ## Action space
     `Box(-1, 1, (2 loads,), float32)`: the force along x and along y of each load, in units of `force` (1e4 N, on a slab one
-    metre thick); clipped.
+    metre thick).
 
     ## Observation space
     `Box(-10, 10, (2 (loads + 1) + clock,), float32)`: the velocity along x and y under each load, then that of the target,
-    all in units of the fastest motion of the target that is possible at the deadline; then the clock. `info` has them in SI
-    units and float64, with "time" [s] and "target_energy".
+    all in units of the fastest motion of the target that is possible at the deadline; then the clock. The counter is
+    "target_energy".
 
     ## Rewards
     What the square of the target's speed gains in a step, in units of the largest that is possible at the deadline. So the
@@ -178,8 +167,8 @@ def make_buried_target(
         raise ParameterError(
             f"got {place}", expected="a point of the block: |x| at most 0.15 m, y from -0.18 m to below 0", at="target"
         )
-    internal_steps, deadline = whole_number("internal_steps", internal_steps), whole_number("deadline", deadline)
-    hold = whole_number("hold", hold)
+    settings: dict[str, Any] = {"internal_steps": 4, "deadline": 24, "hold": 1, "clock": 2, **options}
+    internal_steps, deadline, hold = (whole_number(name, settings[name]) for name in ("internal_steps", "deadline", "hold"))
     places = [[_SPACING * _CELL * (number - 0.5 * (loads - 1)), 0.0] for number in range(loads)]
     middle = [0.0, -0.5 * _ROWS * _CELL]
     grid = Grid(
@@ -193,7 +182,7 @@ def make_buried_target(
     why = f"a P wave takes {arrival:.3g} s from the nearest load to the target"
     refuse_early(deadline, math.ceil(arrival / duration), duration, why)
     task = BuriedTargetTask(grid, force, internal_steps, deadline, hold)
-    return ComponentEnv(grid, task, internal_steps=internal_steps, deadline=deadline, hold=hold, **{"clock": 2, **options})
+    return ComponentEnv(grid, task, **settings)
 
 
 def _pair(given: Any) -> list[Any]:

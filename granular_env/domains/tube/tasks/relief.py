@@ -7,7 +7,6 @@ from collections.abc import Mapping
 from typing import Any, Unpack
 
 import numpy as np
-import numpy.typing as npt
 
 from granular_env.components.component import Component
 from granular_env.components.detonation.gases import gas_at
@@ -16,8 +15,8 @@ from granular_env.components.materials.thermoviscoplastic import Thermoviscoplas
 from granular_env.components.shell.theory import static_hoop_stress
 from granular_env.components.support.validation import positive_number, whole_number
 from granular_env.components.tube import Tube
-from granular_env.envs.environment import ComponentEnv, environment_factory
-from granular_env.envs.factory_options import Options, refuse_early
+from granular_env.envs.environment import ComponentEnv
+from granular_env.envs.factory import Options, environment_factory, refuse_early
 from granular_env.envs.policies import Constant, OpenLoop, Policy
 from granular_env.envs.task import Seen, Task
 
@@ -50,6 +49,7 @@ class ReliefTask(Task):
     """
 
     name = "relief"
+    lowest_action = 0.0
 
     def __init__(self, tube: Tube, vent_area: float, limit: float, duration: float) -> None:
         self.actions = {"vent_area": vent_area}
@@ -61,6 +61,19 @@ class ReliefTask(Task):
     def begin(self, component: Component, seen: Seen) -> None:
         """Start without impulse and with a wall that has not flowed."""
         self.counters = {"impulse": 0.0, "plastic_strain": 0.0, "initial_pressure": 0.0}
+
+    def inputs(self, component: Component, driven: dict[str, Any]) -> dict[str, Any]:
+        """Fill the tube by the first action; the others open the vent.
+
+        An episode that continues from an instant of a log has been filled already: all of its actions are of the vent.
+        """
+        if component.time > 0.0:
+            return driven
+        assert isinstance(component, Tube)
+        pressure = _LEAST + (_MOST - _LEAST) * driven["vent_area"] / self.actions["vent_area"]
+        fill(component, pressure)
+        self.counters["initial_pressure"] = pressure
+        return {"vent_area": 0.0}
 
     def judge(self, component: Component, seen: Seen, duration: float) -> tuple[float, bool]:
         """Return the impulse on the end in this step; a wall that is lost costs 1."""
@@ -82,28 +95,11 @@ class ReliefTask(Task):
         }
 
 
-class ReliefEnv(ComponentEnv):
-    """An environment whose first action fills the tube, and whose other actions open a vent.
-
-    An episode that goes on from an instant of a log has been filled already: all of its actions are of the vent.
-    """
-
-    def _inputs(self, action: npt.ArrayLike) -> dict[str, Any]:
-        area = max(super()._inputs(action)["vent_area"], 0.0)
-        if self.component.time > 0.0:
-            return {"vent_area": area}
-        pressure = _LEAST + (_MOST - _LEAST) * area / self.task.actions["vent_area"]
-        self._fill(pressure)
-        self.task.counters["initial_pressure"] = pressure
-        return {"vent_area": 0.0}
-
-    def _fill(self, pressure: float) -> None:
-        """Start again with so much gas, everything else as it is: as much more of it everywhere, as warm as it was."""
-        tube = self.component
-        assert isinstance(tube, Tube)
-        start = {name: tube.get(name) for name, variable in tube.variables.items() if variable.state}
-        more = pressure / tube.parameters.gas.initial_pressure
-        tube.reset(**{**start, "gas_pressure": more * start["gas_pressure"], "gas_density": more * start["gas_density"]})
+def fill(tube: Tube, pressure: float) -> None:
+    """Reset with the gas mass scaled by a uniform factor at unchanged temperature, to an initial pressure [Pa]."""
+    start = {name: tube.get(name) for name, variable in tube.variables.items() if variable.state}
+    more = pressure / tube.parameters.gas.initial_pressure
+    tube.reset(**{**start, "gas_pressure": more * start["gas_pressure"], "gas_density": more * start["gas_density"]})
 
 
 def safe_filling() -> float:
@@ -141,8 +137,6 @@ def make_relief(
     *,
     vent_area: float = 6e-4,
     limit: float = 2e-4,
-    internal_steps: int = 20,
-    deadline: int = 35,
     **options: Unpack[Options],
 ) -> ComponentEnv:
     """Fill a tube for a detonation and open a vent in time, so that it pushes hard on the end and the wall stays whole.
@@ -159,9 +153,8 @@ def make_relief(
 
     ## Observation space
     `Box(-10, 10, (8 + clock,), float32)`: the pressure at 60, 119 and 159 mm, in units of that behind a detonation of the
-    mean filling; the mean radial displacement of the wall at 5 places along it, in units of 0.1 mm; then the clock. `info` has
-    them in SI units and float64, with "time" [s], "impulse" on the end [N s], "initial_pressure" [Pa], and "plastic_strain",
-    the largest one.
+    mean filling; the mean radial displacement of the wall at 5 places along it, in 0.1 mm; then the clock. The counters
+    are "impulse" on the end [N s], "initial_pressure" [Pa], and "plastic_strain", the largest one.
 
     ## Rewards
     The impulse on the end in the step, in units of what the pressure behind a detonation of the mean filling (130 kPa) would
@@ -185,10 +178,11 @@ def make_relief(
     * v1: first version.
     """
     tube = _make_tube()
-    internal_steps, deadline = whole_number("internal_steps", internal_steps), whole_number("deadline", deadline)
+    settings: dict[str, Any] = {"internal_steps": 20, "deadline": 35, "clock": 2, **options}
+    internal_steps, deadline = (whole_number(name, settings[name]) for name in ("internal_steps", "deadline"))
     duration, arrival = internal_steps * tube.step_size, _LENGTH / tube.gas.front.speed
     why = f"the detonation takes {arrival:.3g} s to the end"
     refuse_early(deadline, math.ceil(arrival / duration), duration, why)
     area, limit = positive_number("vent_area", vent_area), positive_number("limit", limit)
     task = ReliefTask(tube, area, limit, deadline * duration)
-    return ReliefEnv(tube, task, internal_steps=internal_steps, deadline=deadline, **{"clock": 2, **options})
+    return ComponentEnv(tube, task, **settings)

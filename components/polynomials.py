@@ -1,0 +1,63 @@
+"""Polynomials in ascending powers by + and x alone: value, mean over an interval, and shift of the origin."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from .support.float_arrays import FloatArray
+
+# Rows that are shifted together: their coefficients fit into the processor's cache.
+_SHIFTED_TOGETHER = 1024
+
+
+def evaluate(coefficients: FloatArray, s: float) -> float:
+    """Return sum_k c_k s^k, by Horner's rule."""
+    value = 0.0
+    for coefficient in coefficients[::-1]:
+        value = value * s + float(coefficient)
+    return value
+
+
+@np.errstate(over="ignore", invalid="ignore")  # the component refuses what is not finite
+def mean_over(coefficients: FloatArray, width: float | FloatArray) -> FloatArray:
+    """Return the means of polynomials over an interval, as polynomials of its middle.
+
+    m_i = sum_j C(i + 2j, 2j) (width / 2)^2j / (2j + 1) c_(i + 2j): up to degree 1 the value in the middle is the mean.
+
+    Args:
+        coefficients: shape (pieces, degree + 1).
+        width: of the interval, for all pieces or one for each, shape (pieces,).
+    """
+    averages, power = coefficients.copy(), 1.0
+    for order in range(2, coefficients.shape[1], 2):
+        power = power * (0.25 * width * width)
+        for index in range(coefficients.shape[1] - order):
+            averages[:, index] += math.comb(index + order, order) / (order + 1) * power * coefficients[:, index + order]
+    return averages
+
+
+def powers(base: float, count: int) -> FloatArray:
+    """Return base^0 to base^(count - 1), by repeated multiplication."""
+    found = np.ones(count)
+    for index in range(1, count):
+        found[index] = found[index - 1] * base
+    return found
+
+
+def shift_rows(coefficients: FloatArray, offsets: FloatArray) -> FloatArray:
+    """Return the coefficients of p(s + offset) for each row, by repeated synthetic division."""
+    shifted = coefficients.copy()
+    moved = np.flatnonzero((offsets != 0.0) & coefficients[:, 1:].any(axis=1))
+    for begin in range(0, len(moved), _SHIFTED_TOGETHER):
+        some = moved[begin : begin + _SHIFTED_TOGETHER]
+        # One row for each power, so that numpy runs over neighbours in memory.
+        powers, by = np.ascontiguousarray(coefficients[some].T), offsets[some]
+        product = np.empty(len(some))
+        for first in range(len(powers) - 1):
+            for index in range(len(powers) - 2, first - 1, -1):
+                np.multiply(by, powers[index + 1], out=product)
+                powers[index] += product
+        shifted[some] = powers.T
+    return shifted

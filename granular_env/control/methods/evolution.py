@@ -1,0 +1,46 @@
+"""CMA-ES (Hansen & Ostermeier 2001), by the package cma: a population adapts the normal distribution that it is drawn from."""
+
+from __future__ import annotations
+
+from typing import ClassVar, Literal
+
+import numpy as np
+from pydantic import Field
+
+from ..search import Search
+from .method import MethodTable
+
+
+class Evolution(MethodTable):
+    """CMA-ES over the knots of the drive; each population is simulated as one batch."""
+
+    packages: ClassVar[tuple[str, ...]] = ("cma",)
+    extra: ClassVar[str] = "control"
+
+    type: Literal["cma"] = "cma"
+    population: int = Field(default=16, ge=4, le=100_000, description="drives of a generation")
+    begin: str = Field(default="", description="a baseline that the first generation lies about; default: none")
+    start: float = Field(default=0.0, ge=-1.0, le=1.0, description="value of all knots that the first generation lies about")
+    spread: float = Field(default=0.3, gt=0.0, description="standard deviation at the start, in units of the bounds' distance")
+
+    def run(self, search: Search) -> None:
+        """Search generation after generation; start again elsewhere where it has converged."""
+        import cma
+
+        lowest, highest = search.shape.lowest, search.shape.highest
+        middle = search.baseline(self.begin) if self.begin else np.full(search.shape.size, self.start)
+        sigma, round_number = self.spread * (highest - lowest), 0
+        while True:
+            random = search.random(round_number)
+            here = middle if round_number == 0 else middle + sigma * random.standard_normal(len(middle))
+            options = {
+                "popsize": self.population, "bounds": [lowest, highest], "verbose": -9, "verb_log": 0, "verb_disp": 0,
+                # Its own generator, not numpy's global one: the path depends on the study's seed alone.
+                "seed": np.nan, "randn": lambda *shape, draw=random: draw.standard_normal(shape),
+            }  # fmt: skip
+            strategy = cma.CMAEvolutionStrategy(np.clip(here, lowest, highest), sigma, options)
+            # Wall time must end no search: the same study would find other drives.
+            while not set(strategy.stop() or {}) - {"timeout", "maxfevals", "maxiter"}:
+                points = np.array(strategy.ask())
+                strategy.tell(list(points), (-search.returns(points)).tolist())
+            round_number += 1

@@ -1,0 +1,88 @@
+"""L-BFGS-B (Byrd et al. 1995), by scipy, on the task's smooth objective, with the slopes of the discrete adjoint."""
+
+from __future__ import annotations
+
+import math
+from typing import Any, ClassVar, Literal
+
+import numpy as np
+from pydantic import Field
+
+from granular_env.components.support.float_arrays import FloatArray
+
+from ..search import Search
+from .method import MethodTable
+
+
+class Gradient(MethodTable):
+    """L-BFGS-B over the knots: a few iterations from each of some starts, then on from the best of them.
+
+    Drives have many local optima: waves of another number, or none. Each drive that lowers the objective is also judged by its
+    return.
+    """
+
+    needs_gradient: ClassVar[bool] = True
+
+    type: Literal["gradient"] = "gradient"
+    begin: str = Field(default="", description="a baseline that the starts lie about, the first one on it; default: none")
+    start: float = Field(default=0.0, ge=-1.0, le=1.0, description="value of all knots that the starts lie about otherwise")
+    spread: float = Field(default=0.3, ge=0.0, description="how far they are drawn from it, in units of the bounds' distance")
+    draws: int | None = Field(
+        default=None, ge=2, description="numbers that a start is drawn from, straight lines between; default: one for each knot"
+    )
+    starts: int = Field(default=4, ge=1, description="starts of a round")
+    trial: int = Field(default=20, ge=1, description="iterations from each start before the best goes on")
+    iterations: int = Field(default=1000, ge=1, description="most iterations from the best")
+    rounds: int | None = Field(default=None, ge=1, description="rounds of such starts; default: until the budget is spent")
+    stages: list[dict[str, Any]] = Field(
+        default=[{}],
+        min_length=1,
+        description="keyword arguments of the task's objective, one table a stage, each from the best of the one before",
+    )
+    memory: int = Field(default=20, ge=1, le=1000, description="steps that the estimate of the curvature rests on")
+
+    def run(self, search: Search) -> None:
+        """Search round after round: the first stage compares the starts, each stage descends from the best."""
+        shape, number = search.shape, 0
+        as_tuples = [{key: tuple(one) if isinstance(one, list) else one for key, one in stage.items()} for stage in self.stages]
+        middle = search.baseline(self.begin) if self.begin else np.full(shape.size, self.start)
+        while self.rounds is None or number < self.rounds:
+            starts = [self._start(search, middle, number * self.starts + place) for place in range(self.starts)]
+            search.problem.stage = as_tuples[0]
+            found = [self._descend(search, start, self.trial) for start in starts]
+            _, best = min(found, key=lambda pair: pair[0])  # of equal values, the first
+            for stage in as_tuples:
+                search.problem.stage = stage
+                _, best = self._descend(search, best, self.iterations)
+            number += 1
+
+    def _start(self, search: Search, middle: FloatArray, number: int) -> FloatArray:
+        """Return the start of that number, about the middle; the first start of all is the baseline."""
+        shape = search.shape
+        if self.begin and number == 0:
+            return middle
+        drawn = search.random(number).uniform(-1.0, 1.0, (shape.entries, self.draws or shape.knots))
+        if self.draws is not None:
+            along = np.linspace(0.0, self.draws - 1.0, shape.knots)
+            drawn = np.array([np.interp(along, np.arange(self.draws), row) for row in drawn])
+        reach = self.spread * (shape.highest - shape.lowest)
+        return np.clip(middle + reach * drawn.reshape(-1), shape.lowest, shape.highest)
+
+    def _descend(self, search: Search, start: FloatArray, iterations: int) -> tuple[float, FloatArray]:
+        """Return the least value found, and where."""
+        from scipy.optimize import minimize
+
+        least = [math.inf]
+
+        def objective(point: FloatArray) -> tuple[float, FloatArray]:
+            value, slopes = search.value_and_slopes(point)
+            if value < least[0]:
+                least[0] = value
+                search.returns(point[None])
+            return value, slopes
+
+        # It ends by its iterations, or where rounding stops the line search.
+        options = {"maxiter": iterations, "maxcor": self.memory, "maxfun": 10**9, "ftol": 0.0, "gtol": 0.0}
+        bounds = [(search.shape.lowest, search.shape.highest)] * search.shape.size
+        ended = minimize(objective, start, jac=True, method="L-BFGS-B", bounds=bounds, options=options)
+        return float(ended.fun), np.asarray(ended.x, dtype=np.float64)

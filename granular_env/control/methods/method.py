@@ -1,0 +1,62 @@
+"""The base of all methods of a study."""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from importlib import import_module
+from typing import Any, ClassVar
+
+from pydantic import Field
+
+from granular_env.components.errors import MissingExtraError
+from granular_env.documents import Table
+
+from ..drive import Drive
+from ..problem import Actor, Problem
+from ..search import Search
+
+
+class MethodTable(Table):
+    """Base of every method: a `[[method]]` table of the study file.
+
+    Attributes:
+        packages: modules that it needs besides the package's own.
+        extra: the extra that installs them.
+        needs_gradient: whether it needs an objective with slopes.
+    """
+
+    packages: ClassVar[tuple[str, ...]] = ()
+    extra: ClassVar[str] = ""
+    needs_gradient: ClassVar[bool] = False
+
+    type: Any = Field(description="which method")
+    name: str = Field(default="", pattern=r"^([A-Za-z0-9][A-Za-z0-9_-]{0,60})?$", description="its name in the results")
+    knots: int | None = Field(default=None, ge=1, le=100_000, description="values of each entry; default: those of [drive]")
+
+    @property
+    def label(self) -> str:
+        """Return its name in the results."""
+        return self.name or self.type
+
+    def refuse_unless_installed(self) -> None:
+        """`MissingExtraError` with the command that installs what is missing."""
+        for package in self.packages:
+            try:
+                import_module(package)
+            except ImportError as error:
+                raise MissingExtraError(
+                    f"method {self.label!r} needs the package {package}, which cannot be imported ({error})",
+                    hint=f"run: pip install 'granular-env[{self.extra}]'",
+                ) from error
+
+    def least_runs(self, problem: Problem) -> float:
+        """Return the cost of its first result, in forward runs of an episode."""
+        return problem.gradient_runs + 1.0 if self.needs_gradient else 1.0
+
+    @abstractmethod
+    def run(self, search: Search) -> None:
+        """Search until the budget is spent (`BudgetSpentError`), or nothing more is to be found."""
+
+    def actor(self, search: Search) -> Actor:
+        """Return an agent that plays the best of a search in a single environment."""
+        return Drive(search.shape.actions(search.best[None])[0])

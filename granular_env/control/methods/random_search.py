@@ -1,0 +1,23 @@
+"""Random search: points drawn evenly between the bounds, the measure of every other method."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+from pydantic import Field
+
+from ..search import Search
+from .method import MethodTable
+
+
+class RandomSearch(MethodTable):
+    """Draws knots evenly between the drive's bounds, and keeps the best."""
+
+    type: Literal["random"] = "random"
+    batch: int = Field(default=32, ge=1, le=100_000, description="drives that are simulated at a time")
+
+    def run(self, search: Search) -> None:
+        """Draw batch after batch."""
+        random, shape = search.random(), search.shape
+        while True:
+            search.returns(random.uniform(shape.lowest, shape.highest, (self.batch, shape.size)))

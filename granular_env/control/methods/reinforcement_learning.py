@@ -1,0 +1,158 @@
+"""PPO (Schulman et al. 2017) and SAC (Haarnoja et al. 2018), by stable-baselines3, on a batch of environments."""
+
+from __future__ import annotations
+
+import copy
+from abc import abstractmethod
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any, ClassVar, Literal
+
+import numpy as np
+import numpy.typing as npt
+from pydantic import Field
+
+from granular_env.envs.sensors import clock_readings
+
+from ..problem import Actor
+from ..search import BudgetSpentError, Search
+from .method import MethodTable
+
+
+class Reinforcement(MethodTable):
+    """Base of both: rounds of training, and every few rounds the policy, without its noise, in the study's episodes.
+
+    The best of these policies is kept.
+    """
+
+    packages: ClassVar[tuple[str, ...]] = ("torch", "stable_baselines3")
+    extra: ClassVar[str] = "rl"
+
+    environments: int = Field(default=16, ge=1, le=10_000, description="environments in the batch")
+    hold: int = Field(default=1, ge=1, description="control steps for which an action is held")
+    clock: int = Field(default=4, ge=0, le=100, description="cosines of the time that are added to the observation")
+    layers: list[int] = Field(default=[64, 64], description="widths of the networks' hidden layers")
+    learning_rate: float = Field(default=3e-4, gt=0.0, description="step of the optimiser")
+    discount: float = Field(default=0.99, gt=0.0, le=1.0, description="weight of a reward one decision later")
+    rollout: int = Field(ge=1, description="decisions of an environment in a round")
+    evaluate_every: int = Field(default=10, ge=1, description="rounds of training between two evaluations")
+
+    @abstractmethod
+    def algorithm(self, env: Any, seed: int) -> Any:
+        """Return the algorithm on an environment of stable-baselines3."""
+
+    def run(self, search: Search) -> None:
+        """Train round after round until the budget is spent."""
+        from ..stable_baselines import Sb3VecEnv
+
+        decisions, rounds = self.rollout * self.environments, 0
+        with one_thread():
+            model = self.algorithm(Sb3VecEnv(search.problem.vector(self.environments, self.hold, self.clock)), search.seed)
+            while True:
+                is_last = search.remaining_steps < decisions * self.hold
+                if is_last or rounds % self.evaluate_every == 0:
+                    self._evaluate(model.policy, search)
+                if is_last:
+                    raise BudgetSpentError
+                model.learn(decisions, reset_num_timesteps=False, log_interval=None)
+                search.count(decisions * self.hold)  # an action that the end of an episode cuts short counts in full
+                rounds += 1
+
+    def _evaluate(self, policy: Any, search: Search) -> None:
+        if search.remaining_steps < search.problem.steps * len(search.seeds):
+            return
+        value, steps = search.problem.policy_return(self._held(policy, search), search.seeds)
+        search.note_return(copy.deepcopy(policy) if value > search.best_return else None, value, steps)
+
+    def actor(self, search: Search) -> Actor:
+        """Return the best policy as an agent."""
+        return self._held(search.best, search)
+
+    def _held(self, policy: Any, search: Search) -> HeldPolicy:
+        return HeldPolicy(policy, self.hold, self.clock, search.problem.steps)
+
+
+class PPO(Reinforcement):
+    """Proximal policy optimisation: many environments, short rounds."""
+
+    type: Literal["ppo"] = "ppo"
+    rollout: int = Field(default=64, ge=2, description="decisions of an environment in a round")
+    batch: int = Field(default=256, ge=2, description="decisions that the slope of the loss is estimated from")
+    epochs: int = Field(default=10, ge=1, description="passes over a round's decisions")
+    trace: float = Field(default=0.95, ge=0.0, le=1.0, description="lambda of the advantages; 1: of whole returns")
+    noise: float = Field(default=0.6, gt=0.0, description="standard deviation of the actions at the start")
+
+    def algorithm(self, env: Any, seed: int) -> Any:
+        """Return PPO of stable-baselines3."""
+        from stable_baselines3 import PPO as Algorithm  # pyright: ignore[reportMissingImports]
+
+        decisions = self.rollout * env.num_envs
+        batch = next(part for part in range(min(decisions, self.batch), 0, -1) if decisions % part == 0)
+        return Algorithm(
+            "MlpPolicy", env, seed=seed, device="cpu", verbose=0, n_steps=self.rollout, batch_size=batch, n_epochs=self.epochs,
+            learning_rate=self.learning_rate, gamma=self.discount, gae_lambda=self.trace,
+            policy_kwargs={"net_arch": self.layers, "log_std_init": float(np.log(self.noise))},
+        )  # fmt: skip
+
+
+class SAC(Reinforcement):
+    """Soft actor-critic: learns from a memory of decisions, so it needs less physics and more arithmetic."""
+
+    type: Literal["sac"] = "sac"
+    rollout: int = Field(default=16, ge=1, description="decisions of an environment in a round")
+    batch: int = Field(default=256, ge=2, description="remembered decisions that a step is made from")
+    memory: int = Field(default=100_000, ge=100, description="decisions that are remembered")
+    first: int = Field(default=1000, ge=0, description="decisions made at random before the learning starts")
+    updates: int = Field(default=8, ge=1, description="steps of the optimiser after each decision of the batch")
+
+    def algorithm(self, env: Any, seed: int) -> Any:
+        """Return SAC of stable-baselines3."""
+        from stable_baselines3 import SAC as Algorithm  # pyright: ignore[reportMissingImports]
+
+        return Algorithm(
+            "MlpPolicy", env, seed=seed, device="cpu", verbose=0,
+            batch_size=self.batch, buffer_size=self.memory, learning_starts=self.first, train_freq=1,
+            gradient_steps=self.updates, learning_rate=self.learning_rate, gamma=self.discount,
+            policy_kwargs={"net_arch": self.layers},
+        )  # fmt: skip
+
+
+class HeldPolicy:
+    """A trained policy without its noise, which holds each action for some control steps.
+
+    It acts in a batch, on observations of shape (environments, size), and in a single environment.
+    """
+
+    def __init__(self, policy: Any, hold: int, clock: int, steps: int) -> None:
+        self._policy, self._hold, self._clock, self._steps = policy, hold, clock, steps
+        self.reset()
+
+    def reset(self) -> None:
+        """Begin an episode."""
+        self._step, self._decided = 0, np.empty(0)
+
+    def __call__(self, observation: npt.NDArray[Any], info: Any = None) -> npt.NDArray[Any]:
+        """Return the actions of the next control step."""
+        if self._step % self._hold == 0:
+            seen = np.atleast_2d(observation)
+            if self._clock:
+                times = clock_readings(np.array([self._step]), self._steps, self._clock)
+                seen = np.hstack([seen, np.broadcast_to(times, (len(seen), self._clock))])
+            with one_thread():
+                # One at a time: in a batch the sums of a network have other last bits.
+                self._decided = np.array([self._policy.predict(one, deterministic=True)[0] for one in seen])
+        self._step += 1
+        return self._decided if np.ndim(observation) > 1 else self._decided[0]
+
+
+@contextmanager
+def one_thread() -> Iterator[None]:
+    """Let torch use one thread: networks this small are slower on several, and sum in another order."""
+    import torch  # pyright: ignore[reportMissingImports]
+
+    before = torch.get_num_threads()
+    torch.set_num_threads(1)
+    try:
+        yield
+    finally:
+        torch.set_num_threads(before)

@@ -1,0 +1,168 @@
+"""Running a study: every method with every seed, judged in the same episodes, a file for each trial."""
+
+from __future__ import annotations
+
+import dataclasses
+import hashlib
+import math
+import os
+from collections.abc import Iterable
+from pathlib import Path
+
+from granular_env.code_hash import code_hash
+from granular_env.components.errors import ExperimentError, Fault, GranularError, nearest
+from granular_env.documents import Overrides, to_toml
+from granular_env.domains import gradient_domains
+from granular_env.optional_packages import import_optional
+from granular_env.output_files import file_name, replacing
+from granular_env.progress import Bar, Progress, ProgressBars
+from granular_env.run_loop import collect_warnings
+
+from .drive import DriveShape
+from .methods import MethodTable
+from .problem import Problem
+from .results import Score, StudyResult, Trial, read_trial
+from .search import BudgetSpentError, Search
+from .study import Source, Study, load_study
+
+_FLAT = (
+    "the slopes of the objective were 0 at every point, so that the search could not move: no drive that it tried reaches the "
+    "goal; give a later deadline, or another start"
+)
+
+
+def run_study(
+    source: Source,
+    folder: str | os.PathLike[str] | None = None,
+    *,
+    overrides: Overrides = (),
+    progress: Progress = False,
+    problem: Problem | None = None,
+    only: Iterable[str] = (),
+) -> StudyResult:
+    """Run the trials of a study that have no result yet.
+
+        result = run_study("pulse-forming", "studies/pulse", overrides={"budget": 100_000})
+
+    The folder gets the study (``study.toml``), a file for each finished trial (``trials/``), a log of the best of each
+    (``logs/``), ``table.csv`` and ``figure.png``. After Ctrl-C or a kill the same call continues: finished trials are read, an
+    unfinished one begins again.
+
+    Args:
+        source: a shipped study's name, the path of a TOML file, the content of one, or a loaded study.
+        folder: of the results; default: ``studies/`` and the study's name.
+        overrides: keys to set, as in `load_study`.
+        progress: show a bar for every trial, or call this with the part that is done.
+        problem: the task, where it is not the environment of the study.
+        only: names of the methods to run and to report; none: all.
+
+    Raises:
+        ExperimentError: the study is not valid, or a return was not finite; then the other trials have run.
+        MissingExtraError: a method, or the figure, needs a package that is not installed.
+    """
+    study = load_study(source, overrides)
+    import_optional("matplotlib", "the figure of a study")  # before hours of searching, not after
+    methods = chosen_methods(study, only)
+    for method in methods:
+        method.refuse_unless_installed()
+    problem, shape = prepare(study, problem)
+    where = Path(folder) if folder is not None else Path("studies") / file_name(study.name, "study")
+    with replacing(where / "study.toml", ExperimentError) as part:
+        part.write_text(to_toml(study.to_dict()), encoding="utf-8")
+    pairs = [(method, seed) for method in methods for seed in study.seeds]
+    trials, faults, interrupted = list[Trial](), list[Fault](), False
+    with collect_warnings() as warned, ProgressBars(progress, study.budget * len(pairs), keep=True) as bars:
+        for method, seed in pairs:
+            bar = bars.add(f"{method.label}-{seed}", study.budget)
+            try:
+                trials.append(_run_trial(study, method, seed, problem, shape, where, bar))
+            except GranularError as error:
+                faults += [fault.of(f"{method.label}-{seed}") for fault in error.faults]
+            except KeyboardInterrupt:
+                interrupted = True
+                break
+        baselines = {name: Score.of(actor, problem, study) for name, actor in problem.baselines().items()}
+    notes = [*(f"{trial.name}: {_FLAT}" for trial in trials if trial.is_flat), *warned]
+    result = StudyResult(study, where, trials, baselines, interrupted, notes)
+    result.write()
+    if faults:
+        raise ExperimentError(*faults)
+    return result
+
+
+def _run_trial(
+    study: Study, method: MethodTable, seed: int, problem: Problem, shape: DriveShape, folder: Path, bar: Bar
+) -> Trial:
+    """Return a trial, from its file where that is of this study and this program."""
+    name = f"{method.label}-{seed}"
+    path, log = folder / "trials" / f"{name}.json", folder / "logs" / f"{name}.mcap"
+    code = hashlib.sha256(f"{code_hash()} {problem.code}".encode()).hexdigest()
+    identity = study.identity_of(method, seed, code)
+    known = read_trial(path, identity)
+    if known is not None and log.exists():
+        bar.update(study.budget, f"best {known.search_return:.6g}")
+        return known
+
+    def watch(search: Search) -> None:
+        if bar.is_due():
+            bar.update(search.spent, f"best {search.best_return:.6g}" if search.curve else "")
+
+    shape = dataclasses.replace(shape, knots=method.knots or shape.knots)
+    search = Search(problem, shape, seed, study.search_seeds, study.budget, watch)
+    try:
+        method.run(search)
+    except BudgetSpentError:
+        pass
+    finally:
+        problem.stage = None
+    log.parent.mkdir(parents=True, exist_ok=True)
+    trial = Trial.of(search, method.label, identity, Score.of(method.actor(search), problem, study, log))
+    with replacing(path, ExperimentError) as part:
+        part.write_text(trial.model_dump_json())
+    return trial
+
+
+def chosen_methods(study: Study, only: Iterable[str]) -> list[MethodTable]:
+    """Return the methods of those names, all where none is named; `ExperimentError` with the nearest for another name."""
+    labels, wanted = [method.label for method in study.method], list(only)
+    for name in wanted:
+        if name not in labels:
+            received = f"got {name!r}, which is no method of it"
+            raise ExperimentError(Fault(("only",), received, hint=nearest(name, labels), source=study.origin))
+    return [method for method in study.method if not wanted or method.label in wanted]
+
+
+def prepare(study: Study, problem: Problem | None = None) -> tuple[Problem, DriveShape]:
+    """Return the task of a study, and how its points become drives.
+
+    Raises:
+        ExperimentError: the task is not valid, or the study does not fit it.
+    """
+
+    def refuse(*place: str | int, received: str, expected: str, hint: str = "") -> ExperimentError:
+        return ExperimentError(study.locate_fault(Fault(place, received, expected, hint)))
+
+    if problem is None:
+        with study.locate("task"):
+            path = Path(study.origin)
+            problem = Problem(study.task.name, study.task.arguments, path.resolve().parent if path.is_file() else None)
+    table = study.drive
+    if (driven := table.driven or problem.steps) > problem.steps:
+        expected = f"at most {problem.steps}, the control steps of an episode"
+        raise refuse("drive", "driven", received=f"got {driven}", expected=expected)
+    if table.knots > driven:
+        raise refuse("drive", "knots", received=f"got {table.knots}", expected=f"at most {driven}, the driven control steps")
+    for place, method in enumerate(study.method):
+        if method.needs_gradient and not problem.gradient_runs:
+            received = f"got {method.type!r}, but task {study.task.name!r} has no objective with a gradient"
+            hint = f"cma, random, ppo or sac; components with gradients: {gradient_domains()}"
+            raise refuse("method", place, "type", received=received, expected="a method that needs none", hint=hint)
+        if (method.knots or 1) > driven:
+            expected = f"at most {driven}, the driven control steps"
+            raise refuse("method", place, "knots", received=f"got {method.knots}", expected=expected)
+        least = math.ceil(method.least_runs(problem) * problem.steps * study.episodes)
+        if study.budget < least:
+            expected = f"at least {least}, which the first result of {method.label!r} takes"
+            raise refuse("budget", received=f"got {study.budget}", expected=expected)
+    rate = min((one for one in (table.rate, problem.rate) if one is not None), default=None)
+    return problem, DriveShape(problem.steps, problem.entries, **{**table.model_dump(), "rate": rate})

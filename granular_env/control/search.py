@@ -1,0 +1,148 @@
+"""Evaluations for methods: counted, and ended by the budget."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import numpy as np
+
+from granular_env.components.errors import ExperimentError, StepError, nearest
+from granular_env.components.support.float_arrays import FloatArray
+
+from .drive import DriveShape
+from .problem import Problem
+
+# Objective of a drive that breaks the physics; a line search steps back from it.
+_BROKEN = 1e6
+
+
+class BudgetSpentError(Exception):
+    """The budget does not hold the next evaluation: the method has ended, as it should."""
+
+
+class Search:
+    """The evaluations of one method with one seed.
+
+    Args:
+        problem: the task.
+        shape: how points become drives.
+        seed: of the method's random numbers.
+        seeds: of the episodes that a point is tried in.
+        budget: control steps that may be simulated.
+        watch: called after each evaluation, with the search.
+
+    Attributes:
+        spent: control steps simulated.
+        best: the point, or the policy, with the best return.
+        best_return: its return; -inf where nothing has one.
+        curve: (control steps, best return) at each improvement.
+        is_flat: whether slopes were asked for, and all of them were 0.
+    """
+
+    def __init__(
+        self,
+        problem: Problem,
+        shape: DriveShape,
+        seed: int,
+        seeds: Sequence[int],
+        budget: int,
+        watch: Callable[[Search], None] = lambda search: None,
+    ) -> None:
+        self.problem, self.shape, self.seed, self.seeds = problem, shape, seed, list(seeds)
+        self.budget, self._watch = budget, watch
+        self.spent = 0
+        self.best: Any = None
+        self.best_return, self.curve = -math.inf, list[tuple[int, float]]()
+        self._largest_slope: float | None = None
+
+    @property
+    def is_flat(self) -> bool:
+        """Return whether slopes were asked for, and all of them were 0."""
+        return self._largest_slope == 0.0
+
+    @property
+    def remaining_steps(self) -> int:
+        """Return the control steps that the budget still holds."""
+        return self.budget - self.spent
+
+    def random(self, stream: int = 0) -> np.random.Generator:
+        """Return random numbers of this trial; `stream` distinguishes the draws of one trial."""
+        return np.random.default_rng([self.seed, stream])
+
+    def count(self, steps: int) -> None:
+        """Count control steps that were simulated."""
+        self.spent += steps
+        self._watch(self)
+
+    def note_return(self, found: Any, value: float, steps: int) -> None:
+        """Count the return of a point or of a policy, and keep it if it is the best.
+
+        Raises:
+            ExperimentError: the return is not finite.
+        """
+        self._refuse_unless_finite("return", value)
+        if value > self.best_return:
+            self.best, self.best_return = found, value
+            self.curve.append((self.spent + steps, value))
+        self.count(steps)
+
+    def baseline(self, name: str) -> FloatArray:
+        """Return the point nearest to what a baseline does in the first episode, shape (size,); it counts as one episode.
+
+        Raises:
+            ExperimentError: the task has no such baseline.
+            BudgetSpentError: the budget does not hold an episode.
+        """
+        known = self.problem.baselines()
+        if name not in known:
+            raise ExperimentError(f"got {name!r}", expected="a baseline of this task", hint=nearest(name, known), at="begin")
+        if self.remaining_steps < self.problem.steps:
+            raise BudgetSpentError
+        self.count(self.problem.steps)
+        return self.shape.fit(self.problem.play(known[name], self.seeds[0]).actions)
+
+    def returns(self, points: FloatArray) -> FloatArray:
+        """Return the returns of some drives, averaged over the episodes.
+
+        Args:
+            points: shape (members, size); all of them are simulated as one batch.
+
+        Returns:
+            Shape (members,).
+
+        Raises:
+            BudgetSpentError: the budget does not hold all of them; those that it holds have been evaluated.
+        """
+        affordable = max(self.remaining_steps // (self.problem.steps * len(self.seeds)), 0)
+        chosen = points[:affordable]
+        if not len(chosen):
+            raise BudgetSpentError
+        values, steps = self.problem.returns(self.shape.actions(chosen), self.seeds)
+        for point, value, spent in zip(chosen, values.tolist(), steps.tolist(), strict=True):
+            self.note_return(np.array(point), value, spent)
+        if len(chosen) < len(points):
+            return np.concatenate([values, self.returns(points[len(chosen) :])])  # an episode may have ended early
+        return values
+
+    def value_and_slopes(self, point: FloatArray) -> tuple[float, FloatArray]:
+        """Return a drive's smooth objective, averaged over the episodes, and its slopes, shape (size,); errors of `returns`."""
+        cost = math.ceil(self.problem.gradient_runs * self.problem.steps * len(self.seeds))
+        if self.remaining_steps < cost:
+            raise BudgetSpentError
+        try:
+            value, adjoints = self.problem.value_and_grad(self.shape.actions(point[None])[0], self.seeds)
+        except StepError:
+            value, adjoints = _BROKEN, np.zeros((self.shape.steps, self.shape.entries))
+        slopes = self.shape.pullback(point, adjoints)
+        largest = float(np.abs(slopes).max())
+        self._refuse_unless_finite("objective", value + largest)
+        self._largest_slope = max(self._largest_slope or 0.0, largest)
+        self.count(cost)
+        return value, slopes
+
+    def _refuse_unless_finite(self, what: str, value: float) -> None:
+        if not math.isfinite(value):
+            received = f"after {self.spent} control steps: the {what} is {value}"
+            raise ExperimentError(received, expected="a finite number", hint="look at the task's parameters")

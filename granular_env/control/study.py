@@ -1,0 +1,142 @@
+"""The content of a study file.
+
+version = 1
+name = "pulse-forming"
+description = "what it shows"   # optional
+budget = 200_000                # control steps that every method may simulate
+seeds = [1]                     # every method runs once with each
+episodes = 1                    # starts that a drive is tried from while it is searched, where starts are drawn
+test_episodes = 1               # other starts, that judge the result; 0: those of the search
+
+[task]                          # name: an environment, or module:name of one's own; the rest are its arguments
+[drive]                         # how a few numbers become a drive (drive.py)
+[[method]]                      # type: gradient, cma, random, ppo, sac; the rest are its options (methods/)
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping
+from typing import Annotated, Any, ClassVar, Literal, Self
+
+from pydantic import ConfigDict, Field, model_validator
+
+from granular_env.components.errors import one_line
+from granular_env.components.support.serialization import canonical_json, digest
+from granular_env.components.support.validation import refusal
+from granular_env.documents import ByKey, Document, Overrides, Table, load
+from granular_env.package_contents import shipped_files
+
+from .methods import AnyMethod, MethodTable
+
+# Seeds of the episodes: those that judge are not those of the search.
+_SEARCH_SEED, _TEST_SEED = 1_000_000, 2_000_000
+
+
+class TaskTable(Table):
+    """The `[task]` table: an environment's name, and its arguments."""
+
+    model_config = ConfigDict(extra="allow")
+
+    name: str = Field(description="an environment, such as 'pulse-forming', or 'module:name' of what makes your own")
+
+    @model_validator(mode="after")
+    def _check_arguments(self) -> Self:
+        try:
+            canonical_json(self.arguments)
+        except (TypeError, ValueError, RecursionError) as error:
+            raise refusal(f"not usable: {error}") from None
+        return self
+
+    @property
+    def arguments(self) -> dict[str, Any]:
+        """Everything but the name."""
+        return dict(self.model_extra or {})
+
+
+class DriveTable(Table):
+    """The `[drive]` table: see `DriveShape`."""
+
+    knots: int = Field(default=32, ge=1, le=100_000, description="values of each entry of the action over the driven steps")
+    between: Literal["linear", "held"] = Field(default="linear", description="what the action is between two knots")
+    driven: int | None = Field(default=None, ge=1, description="control steps that the knots span; after them the action is 0")
+    lowest: float = Field(default=-1.0, ge=-1.0, le=1.0, description="least value of a knot, in units of the action's scale")
+    highest: float = Field(default=1.0, ge=-1.0, le=1.0, description="greatest value of a knot")
+    rate: float | None = Field(default=None, gt=0.0, description="largest change of the action per control step")
+
+    @model_validator(mode="after")
+    def _validate_order(self) -> Self:
+        if self.lowest >= self.highest:
+            raise refusal(f"got {self.highest:g}", f"more than lowest, {self.lowest:g}", at=("highest",))
+        return self
+
+
+class Study(Document):
+    """One study, checked as far as that is possible without building its environment."""
+
+    kind: ClassVar[str] = "study"
+    shelf: ClassVar[str] = "studies"
+
+    version: Literal[1] = Field(description="version of the file's format")
+    name: str = Field(min_length=1, max_length=200, description="name of the results")
+    description: str = Field("", description="what it shows, for people")
+    budget: int = Field(ge=1, description="control steps that every method may simulate")
+    seeds: list[int] = Field(default=[1], min_length=1, max_length=1000, description="every method runs once with each")
+    episodes: int = Field(1, ge=1, le=100_000, description="starts that a drive is tried from while it is searched")
+    test_episodes: int = Field(1, ge=0, le=100_000, description="other starts, to judge what was found; 0: the search's own")
+    task: TaskTable = Field(json_schema_extra={"advice": 'give a table [task] with a name, such as name = "pulse-forming"'})
+    drive: DriveTable = DriveTable()
+    method: list[Annotated[AnyMethod, ByKey("type")]] = Field(
+        min_length=1, json_schema_extra={"advice": 'give tables [[method]], each with a type, such as type = "cma"'}
+    )
+
+    @model_validator(mode="after")
+    def _distinct(self) -> Self:
+        labels = [method.label for method in self.method]
+        if twice := sorted({label for label in labels if labels.count(label) > 1}):
+            twice = ", ".join(map(repr, twice))
+            raise refusal(f"{twice} more than once", hint="give each a name of its own", at=("method",))
+        if len(set(self.seeds)) < len(self.seeds) or any(not 0 <= seed < 2**31 for seed in self.seeds):
+            expected = "different whole numbers from 0 to 2147483647"
+            raise refusal(f"got {one_line(self.seeds, 60)}", expected, at=("seeds",))
+        return self
+
+    @property
+    def search_seeds(self) -> list[int]:
+        """Return the seeds of the episodes of the search."""
+        return [_SEARCH_SEED + place for place in range(self.episodes)]
+
+    @property
+    def test_seeds(self) -> list[int]:
+        """Return the seeds of the episodes that judge the result."""
+        return [_TEST_SEED + place for place in range(self.test_episodes)] or self.search_seeds
+
+    def identity_of(self, method: MethodTable, seed: int, code: str) -> str:
+        """Hash everything that decides a trial: the study without its other methods and seeds, and the code."""
+        content = self.to_dict()
+        kept = {key: content.get(key) for key in ("budget", "episodes", "test_episodes", "task", "drive")}
+        return digest(canonical_json([kept, method.model_dump(), seed, code])).hex()
+
+
+Source = str | os.PathLike[str] | Mapping[str, Any] | Study
+
+
+def shipped_studies() -> list[str]:
+    """Return the names of the studies that come with the package, such as ``pulse-forming``."""
+    return list(shipped_files(Study.shelf))
+
+
+def load_study(source: Source, overrides: Overrides = ()) -> Study:
+    """Return a study, checked as far as that goes without building its environment; see `documents.load`.
+
+        load_study("pulse-forming", {"budget": 5000, "task.grains": 30, "method.0.population": 8})
+
+    Raises:
+        ExperimentError: file, table, key, what came and what was expected; unknown keys with the nearest right one.
+    """
+    return load(Study, source, overrides)
+
+
+def is_study(content: Mapping[str, Any]) -> bool:
+    """Return whether the content of a TOML file is a study: it compares methods, or names a task and no component."""
+    return "component" not in content and ("method" in content or "task" in content)

@@ -1,0 +1,437 @@
+"""Wanted solitary waves: their shapes, the distance of a chain from them in the energy norm, and the drives that send them.
+
+A goal is rows (amplitude, place, speed): the largest grain velocity [m/s], the grain at which the crest shall be when the time
+left is 0 (a real number, the first grain is 0), and the speed [grains/s]. Before that the crest is behind by the way that is
+left: a wave that is right is right at all times. Rows of amplitude 0 are no waves.
+
+Shapes are tables over the distance to the crest: grain velocity / amplitude, and energy root of the contact / (sqrt(m)
+amplitude), of the exact wave of the lattice (`theory.lattice_wave`), read by cubics through four points. One table serves
+every amplitude where the chain is not precompressed; otherwise each wave has its own.
+"""
+
+from __future__ import annotations
+
+import math
+from functools import cache
+
+import numpy as np
+
+from granular_env.components.chain.differentiable_quantities import energy_root, energy_root_pullback, input_work
+from granular_env.components.chain.layout import GRAINS, MASS, SCALARS, V
+from granular_env.components.chain.objective import Objective
+from granular_env.components.chain.theory.lattice_wave import LatticeWave, lattice_wave
+from granular_env.components.errors import ParameterError
+from granular_env.components.support.elementary_functions import exponential, logarithm, root, spline_through
+from granular_env.components.support.float_arrays import FloatArray
+from granular_env.components.support.jit import inlined, jit
+from granular_env.envs.factory import refuse_early
+
+from .driven_end import sum_value
+
+# Layout of the shapes: how many, points of a table, points per grain, reach [grains], the mass of the grains that the shapes
+# stand for, then the tables.
+SHAPES, POINTS, DENSITY, REACH, GRAIN_MASS, TABLES = range(6)
+# Columns of a goal.
+AMPLITUDE, PLACE, SPEED = range(3)
+COLUMNS = 3
+# Part of a wanted wave's energy that may be in the chain when the episode begins; that may hang over one of its ends, or reach
+# beyond the middle between two waves, when they are due.
+_PART = 1e-3
+_FINE, _FINER = 16, 32
+
+# Beyond its reach a wave is taken for nothing: it has fallen to this part of its crest.
+_NOTHING = 1e-8
+_LARGEST_REACH = 60.0
+
+
+# -- kernels ----------------------------------------------------------------------------------------------------------
+
+
+@inlined
+def _shape(shapes, table, x):
+    """Return the table at a distance x from the crest."""
+    count, reach = int(shapes[POINTS]), shapes[REACH]
+    if not (-reach < x < reach):
+        return 0.0
+    place = (x + reach) * shapes[DENSITY] + 1.0
+    i = int(place)
+    t, first = place - i, table + i
+    before, here, after, beyond = shapes[first - 1], shapes[first], shapes[first + 1], shapes[first + 2]
+    if i > count - 3:
+        return 0.0
+    slope, next_slope = 0.5 * (after - before), 0.5 * (beyond - here)
+    rise = after - here
+    return here + t * (slope + t * (3.0 * rise - 2.0 * slope - next_slope + t * (slope + next_slope - 2.0 * rise)))
+
+
+@jit
+def _target(shapes, goal, waves, left, place, contact):
+    """Return the target at a place, with time `left`: grain velocity, or energy root / sqrt(m) of a contact; the waves' sum."""
+    total, count = 0.0, int(shapes[POINTS])
+    for w in range(waves):
+        row, table = COLUMNS * w, TABLES + 2 * count * min(w, int(shapes[SHAPES]) - 1)
+        table += count if contact else 0
+        x = place - (goal[row + PLACE] - goal[row + SPEED] * left)
+        total += goal[row + AMPLITUDE] * _shape(shapes, table, x)
+    return total
+
+
+@jit
+def distance(a, shapes, goal, waves, left):
+    """Square of the distance to the wanted waves, `left` seconds before they are due [J]."""
+    n, root, total = int(a[SCALARS, GRAINS]), math.sqrt(shapes[GRAIN_MASS]), 0.0
+    for i in range(1, n + 1):
+        off = a[V, i] - _target(shapes, goal, waves, left, i - 1.0, False)
+        total += 0.5 * a[MASS, i] * (off * off)
+    for j in range(1, n):
+        off = energy_root(a, j) - root * _target(shapes, goal, waves, left, j - 0.5, True)
+        total += off * off
+    return total
+
+
+@jit
+def distance_pullback(a, adjoint, shapes, goal, waves, left, slope):
+    """Bar += slope ddistance/da."""
+    n, root = int(a[SCALARS, GRAINS]), math.sqrt(shapes[GRAIN_MASS])
+    for i in range(1, n + 1):
+        off = a[V, i] - _target(shapes, goal, waves, left, i - 1.0, False)
+        adjoint[V, i] += slope * a[MASS, i] * off
+        adjoint[MASS, i] += slope * 0.5 * (off * off)
+    for j in range(1, n):
+        off = energy_root(a, j) - root * _target(shapes, goal, waves, left, j - 0.5, True)
+        energy_root_pullback(a, adjoint, j, 2.0 * slope * off)
+
+
+@jit
+def energy_outside(a, goal, waves, left, window):
+    """Energy of grains and contacts further than `window` grains from every wanted crest, and that of all [J]."""
+    n, outside, whole = int(a[SCALARS, GRAINS]), 0.0, 0.0
+    for i in range(1, n + 1):
+        energy = 0.5 * a[MASS, i] * (a[V, i] * a[V, i])
+        whole += energy
+        outside += energy if _apart(goal, waves, left, i - 1.0, window) else 0.0
+    for j in range(n + 1):
+        q = energy_root(a, j)
+        whole += q * q
+        outside += q * q if _apart(goal, waves, left, j - 0.5, window) else 0.0
+    return outside, whole
+
+
+@jit
+def amplitude_error(a, shapes, goal, waves, left, window):
+    """Largest relative error, over the waves, of the fastest grain's velocity within `window` grains of the crest.
+
+    It is compared with the fastest wanted there at the same instant; waves that have not come yet have none.
+    """
+    n, worst = int(a[SCALARS, GRAINS]), 0.0
+    for w in range(waves):
+        row = COLUMNS * w
+        place = goal[row + PLACE] - goal[row + SPEED] * left
+        fastest, wanted = 0.0, 0.0
+        for i in range(max(int(np.ceil(place - window)), 0) + 1, min(int(np.floor(place + window)), n - 1) + 2):
+            fastest = max(fastest, a[V, i])
+            wanted = max(wanted, _target(shapes, goal, waves, left, i - 1.0, False))
+        if wanted > 0.5 * goal[row + AMPLITUDE]:
+            worst = max(worst, abs(fastest / wanted - 1.0))
+    return worst
+
+
+@jit
+def _apart(goal, waves, left, place, window):
+    for w in range(waves):
+        row = COLUMNS * w
+        if goal[row + AMPLITUDE] > 0.0 and abs(place - (goal[row + PLACE] - goal[row + SPEED] * left)) <= window:
+            return False
+    return True
+
+
+@jit
+def follow(tables, shapes, goals, left, windows, energies, found):
+    """Write the distance from the goal, the part of the energy outside of its waves, and the error of amplitude.
+
+    Every argument has one row for each chain.
+
+    Args:
+        tables: of the chains.
+        shapes: of the waves.
+        goals: rows (amplitude, place, speed), shape (chains, 3 waves).
+        left: time until the waves are due [s].
+        windows: half width of what counts as a wave [grains].
+        energies: of the wanted waves, the unit of the distance [J].
+        found: shape (chains, 3); written.
+    """
+    for k in range(len(left)):
+        a, goal, waves = tables[k], goals[k], len(goals[k]) // COLUMNS
+        outside, whole = energy_outside(a, goal, waves, left[k], windows[k])
+        put_in = max(input_work(a), whole)
+        found[k, 0] = distance(a, shapes[k], goal, waves, left[k]) / energies[k]
+        found[k, 1] = outside / put_in if put_in > 0.0 else 0.0
+        found[k, 2] = amplitude_error(a, shapes[k], goal, waves, left[k], windows[k])
+
+
+# -- the objective ----------------------------------------------------------------------------------------------------
+
+# Layout of its constants: energy of the wanted waves [J], number of waves, length of a control step [s], weight of the way
+# there; then the goal and the shapes.
+_ENERGY, _WAVES, _DURATION, _WAY, _GOAL = range(5)
+
+
+@jit
+def _weight(step, steps, constants):
+    """Return the weight of the distance after a control step: that of the last one, or one for all of them."""
+    way = constants[_WAY]
+    return way / steps + (1.0 - way if step == steps - 1 else 0.0)
+
+
+@jit
+def _note(a, step, steps, inputs, constants, sums):
+    weight = _weight(step, steps, constants)
+    if weight > 0.0:
+        waves, left = int(constants[_WAVES]), (steps - 1 - step) * constants[_DURATION]
+        shapes = constants[_GOAL + COLUMNS * waves :]
+        sums[0] += weight * distance(a, shapes, constants[_GOAL:], waves, left) / constants[_ENERGY]
+
+
+@jit
+def _pullback(a, adjoint, step, steps, inputs, input_adjoint, constants, slopes):
+    weight = _weight(step, steps, constants)
+    if weight > 0.0:
+        waves, left = int(constants[_WAVES]), (steps - 1 - step) * constants[_DURATION]
+        shapes = constants[_GOAL + COLUMNS * waves :]
+        distance_pullback(a, adjoint, shapes, constants[_GOAL:], waves, left, slopes[0] * weight / constants[_ENERGY])
+
+
+def distance_objective(goal: FloatArray, shapes: FloatArray, energy: float, duration: float, way: float = 0.0) -> Objective:
+    """Return the square of the distance to wanted waves at the end, over their energy.
+
+    Args:
+        goal: rows (amplitude, place, speed), one after the other.
+        shapes: of the waves.
+        energy: of the waves [J].
+        duration: of a control step [s].
+        way: from 0 to 1, weight of the mean distance over all control steps to the waves on their way: it has a slope far
+            from any solution, where a wave in a wrong place has none.
+    """
+    constants = np.concatenate([[energy, len(goal) // COLUMNS, duration, way], goal, shapes])
+    text = "square of the distance to the wanted waves at the end, in the energy norm, over their energy"
+    return Objective(_note, sum_value, _pullback, constants, description=text)
+
+
+# -- shapes -----------------------------------------------------------------------------------------------------------
+
+
+def wave_shapes(mass: float, stiffness: float, rest_overlap: float, amplitudes: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return the shapes of the wanted waves in the layout of the kernels, and their speeds [grains/s], shape (waves,).
+
+    Args:
+        mass: of a grain [kg].
+        stiffness: k of its contacts [N/m^1.5].
+        rest_overlap: overlap of the contacts at rest; 0 without precompression [m].
+        amplitudes: of the waves, shape (waves,) [m/s].
+    """
+    constant = stiffness / mass
+    if rest_overlap <= 0.0:
+        wave = _wave_without_precompression()
+        speeds = wave.speed_coefficient * root(constant * constant * np.asarray(amplitudes, dtype=np.float64), 5)
+        waves = [wave]
+    else:
+        waves = [_pressed_wave(constant, rest_overlap, float(one)) for one in amplitudes]
+        # Lengths are in overlaps at rest, times in A^-0.5 d0^-0.25.
+        speeds = np.array([wave.speed * math.sqrt(constant) * math.sqrt(math.sqrt(rest_overlap)) for wave in waves])
+    return _layout(mass, waves), speeds
+
+
+@cache
+def _wave_without_precompression() -> LatticeWave:
+    """Return the wave of an uncompressed chain, in units of its amplitude: environments that draw chains ask often."""
+    return lattice_wave(0.0)
+
+
+def _pressed_wave(constant: float, rest_overlap: float, amplitude: float) -> LatticeWave:
+    """Return the wave of an amplitude on a precompressed chain, in units of the overlap at rest and A."""
+    from scipy.optimize import brentq
+
+    unit = math.sqrt(constant) * rest_overlap * math.sqrt(math.sqrt(rest_overlap))
+    wanted = amplitude / unit
+
+    def too_high(height: float) -> float:
+        return float(logarithm(lattice_wave(1.0, float(exponential(height))).velocity.max() / wanted))
+
+    low, high = float(logarithm(0.01)), float(logarithm(1e6))
+    if too_high(low) > 0.0 or too_high(high) < 0.0:
+        raise ParameterError(
+            f"got {amplitude:g} m/s",
+            expected=f"1e-2 to 1e7 times {unit:.3g} m/s in a chain of this precompression",
+            at="amplitude",
+        )
+    height = float(exponential(brentq(too_high, low, high, xtol=1e-13)))  # type: ignore[arg-type]
+    return lattice_wave(1.0, height)
+
+
+def _layout(mass: float, waves: list[LatticeWave]) -> FloatArray:
+    density = round(1.0 / float(waves[0].position[1] - waves[0].position[0]))
+    reach = min(max(_reach(wave) for wave in waves), _LARGEST_REACH)
+    # Two more points at either end, which the cubics read.
+    count = 2 * round(reach * density) + 5
+    tables = []
+    for wave in waves:
+        crest = int(np.argmax(wave.velocity))
+        piece = slice(crest - count // 2, crest + count // 2 + 1)
+        tables += [_pad(wave.velocity, piece, count), _pad(_energy_roots(wave), piece, count)]
+    scaled = [table / float(waves[i // 2].velocity.max()) for i, table in enumerate(tables)]
+    # The first point lies one beyond the reach.
+    head = [float(len(waves)), float(count), float(density), (count - 3) / 2.0 / density, mass]
+    return np.concatenate([np.array(head), *scaled])
+
+
+def _reach(wave: LatticeWave) -> float:
+    return float(np.abs(wave.position[wave.velocity > _NOTHING * wave.velocity.max()]).max())
+
+
+def _pad(values: FloatArray, piece: slice, count: int) -> FloatArray:
+    out = np.zeros(count)
+    begin = max(piece.start, 0)
+    chosen = values[begin : piece.stop]
+    out[begin - piece.start : begin - piece.start + len(chosen)] = chosen
+    return out
+
+
+def _energy_roots(wave: LatticeWave) -> FloatArray:
+    """Return q of a contact, m = A = 1."""
+    s, s0 = np.sqrt(wave.rest_overlap + wave.overlap), np.sqrt(wave.rest_overlap)
+    return (s - s0) * np.sqrt(0.4 * s * s * s + 0.8 * s * s * s0 + 1.2 * s * s0 * s0 + 0.6 * s0 * s0 * s0)
+
+
+def shape_energies(shapes: FloatArray, amplitudes: FloatArray) -> FloatArray:
+    """Energy of each wave, its mean over time [J], shape (waves,)."""
+    count, density = int(shapes[POINTS]), shapes[DENSITY]
+    tables = shapes[TABLES:].reshape(-1, 2, count)
+    energies = (0.5 * tables[:, 0] ** 2 + tables[:, 1] ** 2).sum(axis=1) / density
+    chosen = np.minimum(np.arange(len(amplitudes)), len(energies) - 1)
+    return shapes[GRAIN_MASS] * energies[chosen] * np.asarray(amplitudes) ** 2
+
+
+def half_width(shapes: FloatArray, row: int) -> float:
+    """Return how far from its crest a wave reaches to either side, but for a thousandth of its kinetic energy [grains]."""
+    place, velocity = _velocity_table(shapes, row)
+    squares = velocity * velocity
+    return float(-place[np.searchsorted(np.cumsum(squares), _PART * squares.sum())])
+
+
+def _velocity_table(shapes: FloatArray, row: int) -> tuple[FloatArray, FloatArray]:
+    """Return the distances to the crest and the velocities of a wave's table."""
+    count = int(shapes[POINTS])
+    table = TABLES + 2 * count * min(row, int(shapes[SHAPES]) - 1)
+    return (np.arange(count) - 1.0) / shapes[DENSITY] - shapes[REACH], shapes[table : table + count]
+
+
+# -- drives -----------------------------------------------------------------------------------------------------------
+
+
+def passing_waves(shapes: FloatArray, goal: FloatArray, duration: float, steps: int, action: str) -> FloatArray:
+    """Return what a left end feels and does while solitary waves pass through it to their places, shape (steps,).
+
+    A force: the mean over each control step of the force of the missing grain -1 on grain 0. Grains i >= 0 carry the momentum
+    m A sum_i f(i - x(t)), f the shape of the velocity and x the crest's place, and its change is the impulse: exact for the
+    infinite chain. A piston: the mean velocity of grain 0.
+
+    Args:
+        shapes: of the waves.
+        goal: rows (amplitude, place, speed), due after the last step.
+        duration: of a control step [s].
+        steps: how many.
+        action: the input, "left_force" or "left_velocity".
+    """
+    total = np.zeros(steps)
+    for row, wave in enumerate(goal):
+        if wave[AMPLITUDE] <= 0.0:
+            continue
+        place, values = _velocity_shape(shapes, row)
+        reach = float(shapes[REACH])
+        fine = np.arange(steps * _FINE + 1) * (duration / _FINE)
+        crest = wave[PLACE] - wave[SPEED] * (duration * steps - fine)
+        if not action.endswith("force"):
+            v = wave[AMPLITUDE] * np.interp(-crest, place, values, left=0.0, right=0.0)
+            total += 0.5 * (v[:-1] + v[1:]).reshape(steps, _FINE).mean(axis=1)
+            continue
+        edges = crest[::_FINE]
+        grains = np.arange(int(np.ceil(max(edges.max(), 0.0) + reach)) + 2)
+        moving = np.interp(grains[None, :] - edges[:, None], place, values, left=0.0, right=0.0).sum(axis=1)
+        total += shapes[GRAIN_MASS] * wave[AMPLITUDE] * np.diff(moving) / duration
+    return total
+
+
+def wave_velocities(shapes: FloatArray, goal: FloatArray, left: float, grains: int) -> FloatArray:
+    """Return the velocities of the grains in waves that are on their way, `left` seconds before they are due [m/s]."""
+    total = np.zeros(grains)
+    for row, wave in enumerate(goal):
+        if wave[AMPLITUDE] > 0.0:
+            place, values = _velocity_shape(shapes, row)
+            crest = wave[PLACE] - wave[SPEED] * left
+            total += wave[AMPLITUDE] * np.interp(np.arange(grains) - crest, place, values, left=0.0, right=0.0)
+    return total
+
+
+def _velocity_shape(shapes: FloatArray, row: int) -> tuple[FloatArray, FloatArray]:
+    """Return a fine table of a wave's velocity over the distance to its crest: cubics through the points of the shape."""
+    place, velocity = _velocity_table(shapes, row)
+    return np.linspace(place[0], place[-1], _FINER * (len(place) - 1) + 1), spline_through(velocity, _FINER)
+
+
+# -- what cannot be ---------------------------------------------------------------------------------------------------
+
+
+def refuse_early_waves(shapes: FloatArray, waves: FloatArray, duration: float, steps: int, name: str = "deadline") -> None:
+    """Refuse waves that would have to be in the chain before an agent could have sent them.
+
+    Args:
+        shapes: of the waves.
+        waves: rows (amplitude, place, speed).
+        duration: of a control step [s].
+        steps: control steps until they are due.
+        name: of the argument at fault.
+
+    Raises:
+        ParameterError: more than a thousandth of a wave's energy is in the chain at the start.
+    """
+    for row, wave in enumerate(waves):
+        if wave[AMPLITUDE] > 0.0:
+            # The thousandth of the energy that is furthest ahead of the crest begins at this distance from it.
+            place, velocity = _velocity_table(shapes, row)
+            ahead = np.cumsum((velocity * velocity)[::-1])[::-1]
+            front = place[np.flatnonzero(ahead / ahead[0] > _PART)[-1]]
+            # It is left of the first grain's left side at the start.
+            least = math.floor((wave[PLACE] + front + 0.5) / (wave[SPEED] * duration)) + 1
+            arrival = f"a wave of {wave[AMPLITUDE]:g} m/s needs them from the left end to grain {wave[PLACE]:g}"
+            refuse_early(steps, least, duration, arrival, name)
+
+
+def refuse_crowded(shapes: FloatArray, waves: FloatArray, grains: int, name: str = "place") -> None:
+    """Refuse waves that lie over each other, or hang over an end of the chain: no state of it is the sum of these.
+
+    Args:
+        shapes: of the waves.
+        waves: rows (amplitude, place, speed), in any order.
+        grains: of the chain.
+        name: of the argument at fault.
+
+    Raises:
+        ParameterError: more than a thousandth of a wave's energy is beyond an end, or two waves are closer than their width.
+    """
+    kept = sorted((float(wave[PLACE]), half_width(shapes, row)) for row, wave in enumerate(waves) if wave[AMPLITUDE] > 0.0)
+    for place, half in kept:
+        low, high = half - 0.5, grains - 0.5 - half
+        if not low <= place <= high:
+            raise ParameterError(
+                f"a wave at grain {place:g} hangs over the end of the chain",
+                expected=f"{low:g} to {high:g}",
+                hint="give another place, or more grains",
+                at=name,
+            )
+    for (place, half), (other, other_half) in zip(kept, kept[1:], strict=False):
+        if other - place < half + other_half:
+            raise ParameterError(
+                f"waves at grains {place:g} and {other:g} lie over each other",
+                expected=f"{half + other_half:g} grains between them or more",
+                at=name,
+            )

@@ -1,0 +1,136 @@
+"""Domain randomisation: parameters of the component and start values that are drawn for each episode.
+
+`randomise` is a mapping. A parameter that is a number -> (low, high), drawn evenly. A parameter that holds a distribution, such
+as "radius" of a chain -> that distribution without its seed, which is drawn: {"low": 2e-3, "high": 3e-3}. A state variable ->
+(low, high), the start value of its first element, or {index: (low, high)}.
+
+Everything is drawn from the environment's own random numbers (`np_random`) at each reset, so a seed decides the component, in
+single environments and in batches of any kind alike.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from numpy.random import Generator
+
+from ..components.component import Component
+from ..components.errors import ParameterError, nearest, one_line
+from ..components.support.validation import finite_number
+from ..components.variables import check_index, parse_index
+from .state import Drawn
+
+Range = tuple[float, float]
+
+
+class Randomization:
+    """The draws of an environment at a reset.
+
+    Args:
+        randomise: see the module; None for nothing.
+        component: whose parameters and start values are drawn.
+
+    Attributes:
+        parameters: name -> (low, high), or a distribution without a seed.
+        starts: (state variable, index, low, high) of each start value.
+
+    Raises:
+        ParameterError: a name, a range or an index is not valid.
+    """
+
+    def __init__(self, randomise: Mapping[str, Any] | None, component: Component) -> None:
+        if not isinstance(randomise, Mapping | None):
+            raise ParameterError(f"got {one_line(randomise)}", expected="name -> (low, high)", at="randomise")
+        fields, states = type(component).Parameters.model_fields, _state_shapes(component)
+        self.parameters: dict[str, Any] = {}
+        self.starts: list[tuple[str, tuple[int, ...], float, float]] = []
+        self._whole = {name for name in fields if fields[name].annotation is int}
+        # In the order of the names: a draw must not depend on how the mapping was written.
+        for name, bounds in sorted((randomise or {}).items(), key=lambda item: str(item[0])):
+            if name in states:
+                self.starts += _start_ranges(name, bounds, states[name])
+            elif name not in fields or "float" not in str(fields[name].annotation) and name not in self._whole:
+                known = [*fields, *states]
+                raise ParameterError(
+                    f"{one_line(name)} is nothing that can be drawn", hint=nearest(str(name), known), at="randomise"
+                )
+            else:
+                self.parameters[name] = dict(bounds) if isinstance(bounds, Mapping) else _range(f"randomise.{name}", bounds)
+
+    def draw(self, random: Generator) -> Drawn:
+        """Draw the parameters of an episode."""
+        return {name: self._draw_one(name, bounds, random) for name, bounds in self.parameters.items()}
+
+    def _draw_one(self, name: str, bounds: Any, random: Generator) -> Any:
+        if isinstance(bounds, dict):
+            return {**bounds, "seed": int(random.integers(2**53))}
+        low, high = bounds
+        return int(random.integers(low, high + 1)) if name in self._whole else low + (high - low) * float(random.random())
+
+    def ends(self) -> list[Drawn]:
+        """Return the parameters at the lower and at the upper ends of their ranges; none where nothing is drawn."""
+        if not self.parameters:
+            return []
+        return [
+            {name: {**one, "seed": 0} if isinstance(one, dict) else one[end] for name, one in self.parameters.items()}
+            for end in (0, 1)
+        ]
+
+    def add_starts(self, start: Mapping[str, Any], random: Generator) -> dict[str, Any]:
+        """Return a task's start values with those drawn, which count more."""
+        found = dict(start)
+        for name, index, low, high in self.starts:
+            value = low + (high - low) * float(random.random())
+            given = found.get(name, {})
+            place = index[0] if len(index) == 1 else index
+            found[name] = {**(given if isinstance(given, Mapping) else {}), place: value} if index else value
+        return found
+
+
+def redrawn(component: Component, drawn: Drawn) -> Component:
+    """Return a component like this one, at its start, with other values of the parameters that are drawn."""
+    parameters: dict[str, Any] = component.parameters.model_dump()  # type: ignore[attr-defined]
+    if "step_size" in parameters:
+        parameters["step_size"] = component.step_size
+    made = type(component)(**{**parameters, **drawn})
+    if _state_shapes(made) != _state_shapes(component):
+        raise ParameterError(f"drawing {', '.join(drawn)} changes the size of the component", at="randomise")
+    made.share_cautions(component.issued_cautions)
+    return made
+
+
+def info_of_draws(drawn: Drawn) -> dict[str, float]:
+    """Return what ``info`` shows of drawn parameters: "drawn_radius" and so on; of a distribution its seed."""
+    return {
+        f"drawn_{name}{'_seed' if isinstance(value, Mapping) else ''}": float(
+            value["seed"] if isinstance(value, Mapping) else value
+        )
+        for name, value in drawn.items()
+    }
+
+
+def _state_shapes(component: Component) -> dict[str, tuple[int, ...]]:
+    return {variable.name: variable.shape for variable in component.variables.values() if variable.state}
+
+
+def _start_ranges(name: str, bounds: Any, shape: tuple[int, ...]) -> list[tuple[str, tuple[int, ...], float, float]]:
+    ranges: Mapping[Any, Any] = bounds if isinstance(bounds, Mapping) else {(0,) * len(shape): bounds}
+    starts = []
+    for given, pair in ranges.items():
+        index = parse_index(given) if shape and given != () else ()
+        check_index(("randomise", name), index, shape)
+        index = tuple(number % size for number, size in zip(index, shape, strict=True))
+        starts.append((name, index, *_range(f"randomise.{name}", pair)))
+    if len({index for _, index, _, _ in starts}) < len(starts):
+        raise ParameterError(f"got {one_line(bounds)}", expected="each element once", at=f"randomise.{name}")
+    return starts
+
+
+def _range(name: str, bounds: Any) -> Range:
+    if not isinstance(bounds, (tuple, list)) or len(bounds) != 2:
+        raise ParameterError(f"got {one_line(bounds)}", expected="(low, high)", at=name)
+    low, high = finite_number(f"{name}[0]", bounds[0]), finite_number(f"{name}[1]", bounds[1])
+    if low > high:
+        raise ParameterError(f"got ({low:g}, {high:g})", expected="low <= high", at=name)
+    return low, high

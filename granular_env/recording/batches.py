@@ -1,0 +1,210 @@
+"""What a recorder has gathered since the last write, and the records that this becomes."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from itertools import chain
+from types import NoneType
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ..components.inputs import Held
+from ..components.profiles import CompiledProfile
+from ..components.snapshot import Snapshot
+from .records import END, EVENTS, FRAMES, HASHES, INCIDENTS, KEY, SNAPSHOTS, START, STEPS, Record, nanoseconds
+from .writer import CHUNK_BYTES, LogWriter
+
+# Compiled profiles that are remembered by object, so that one that is used again is stored once.
+_KNOWN_PROFILES = 256
+
+
+class Place(NamedTuple):
+    """A segment's place in the log.
+
+    Attributes:
+        segment: its number.
+        start: its first tick.
+        before: ticks of the whole log, and of its parents, before it.
+    """
+
+    segment: int
+    start: int
+    before: int
+
+    def age(self, tick: int) -> int:
+        """Return the ticks of the whole log, and of its parents, before a tick of this segment."""
+        return self.before + tick - self.start
+
+
+@dataclass(slots=True)
+class Samples:
+    """Observations at some ticks.
+
+    Attributes:
+        frames: (tick, one value for each recorded variable).
+        hashes: (tick, one row).
+        snapshots: (tick, START, KEY or END, snapshot).
+        size: bytes, about.
+    """
+
+    frames: list[tuple[int, list[Any]]] = field(default_factory=list)
+    hashes: list[tuple[int, np.ndarray]] = field(default_factory=list)
+    snapshots: list[tuple[int, int, Snapshot]] = field(default_factory=list)
+    size: int = 0
+
+
+@dataclass(slots=True)
+class Batch(Samples):
+    """Everything of one segment between two writes.
+
+    Attributes:
+        place: of the segment.
+        first: tick before the first step.
+        steps: the tick after each step and the inputs that it set, in turns.
+        events: rows of events, shape (events, 5) each.
+        incidents: (tick, content).
+    """
+
+    place: Place = Place(-1, 0, 0)
+    first: int = 0
+    steps: list[Any] = field(default_factory=list)
+    events: list[np.ndarray] = field(default_factory=list)
+    incidents: list[tuple[int, dict[str, Any]]] = field(default_factory=list)
+
+    @property
+    def last(self) -> int:
+        """Return the tick after the last step."""
+        return self.steps[-2] if self.steps else self.first
+
+    @property
+    def is_bare_start(self) -> bool:
+        """Return whether it holds the start of a segment and no step."""
+        return not self.steps and any(why == START for _, why, _ in self.snapshots)
+
+    def take(self, samples: Samples) -> None:
+        """Add what was seen in a step."""
+        self.frames += samples.frames
+        self.hashes += samples.hashes
+        self.snapshots += samples.snapshots
+        self.size += samples.size
+
+    def next(self) -> Batch:
+        """Return the empty batch that follows in the same segment."""
+        return Batch(place=self.place, first=self.last)
+
+
+class Profiles:
+    """Numbers of compiled profiles, `count` of which the log has: a remembered object keeps its number."""
+
+    def __init__(self, count: int = 0) -> None:
+        self._known: dict[int, tuple[CompiledProfile, int]] = {}
+        self.count = count
+        self._new: list[CompiledProfile] = []
+
+    def number(self, profile: CompiledProfile) -> int:
+        """Return a profile's number; a new one is stored with the next batch."""
+        known = self._known.pop(id(profile), None)
+        if known is None:
+            known = (profile, self.count)
+            self.count += 1
+            self._new.append(profile)
+            if len(self._known) >= _KNOWN_PROFILES:
+                self._known.pop(next(iter(self._known)))
+        self._known[id(profile)] = known
+        return known[1]
+
+    def new(self) -> dict[str, np.ndarray]:
+        """Return the profiles not stored yet, end to end, and the pattern of each that has one, by its position."""
+        profiles, self._new = self._new, []
+        patterns = {f"pattern.{place}": p.pattern for place, p in enumerate(profiles) if p.pattern is not None}
+        return patterns | {
+            "profile_shapes": np.array([p.coefficients.shape for p in profiles], dtype=np.int64).reshape(-1, 2),
+            "profile_ticks": np.concatenate([p.ticks for p in profiles] or [np.zeros(0, np.int64)]),
+            "profile_coefficients": np.concatenate([p.coefficients.ravel() for p in profiles] or [np.zeros(0)]),
+        }
+
+
+def write_batch(
+    batch: Batch,
+    writer: LogWriter,
+    profiles: Profiles,
+    names: list[str],
+    inputs: Mapping[str, tuple[int, ...]],
+    step_size: float,
+) -> None:
+    """Write all that a batch holds.
+
+    Args:
+        batch: of one segment.
+        writer: of the log.
+        profiles: of the log so far.
+        names: the recorded variables.
+        inputs: the shape of each input, by name.
+        step_size: length of a tick [s].
+    """
+    for kind, detail, (first, last, count), header, arrays in _contents(batch, profiles, names, inputs):
+        record = Record(kind, detail, batch.place.segment, first, last, count, writer.number(kind), header, arrays)
+        writer.add(record, nanoseconds(batch.place.age(last), step_size))
+
+
+_Content = tuple[int, int, tuple[int, int, int], Mapping[str, Any], Mapping[str, Any]]
+
+
+def _contents(batch: Batch, profiles: Profiles, names: list[str], inputs: Mapping[str, tuple[int, ...]]) -> Iterator[_Content]:
+    """Yield kind, detail, (first tick, last tick, count), header and arrays of each record, in the order of the file.
+
+    The steps come after all that was seen in them: what follows the last steps in a cut file is not needed to run it again.
+    """
+    yield from _snapshots(batch, START)
+    for variable in range(len(names)):
+        values = [np.asarray(frame[variable], dtype=np.float64) for _, frame in batch.frames]
+        together = max(1, CHUNK_BYTES // max(values[0].nbytes, 1)) if values else 1
+        for begin in range(0, len(values), together):
+            ticks = np.array([tick for tick, _ in batch.frames[begin : begin + together]], dtype=np.int64)
+            stacked = np.stack(values[begin : begin + together])
+            yield FRAMES, variable, (int(ticks[0]), int(ticks[-1]), len(ticks)), {}, {"ticks": ticks, "values": stacked}
+    if batch.events:
+        rows = np.concatenate(batch.events)
+        yield EVENTS, 0, (int(rows[0, 0]), int(rows[-1, 0]), len(rows)), {}, {"rows": rows}
+    if batch.hashes:
+        ticks = np.array([tick for tick, _ in batch.hashes], dtype=np.int64)
+        rows = np.stack([row for _, row in batch.hashes])
+        yield HASHES, 0, (int(ticks[0]), int(ticks[-1]), len(ticks)), {}, {"ticks": ticks, "rows": rows}
+    yield from _snapshots(batch, KEY)
+    for tick, content in batch.incidents:
+        yield INCIDENTS, 0, (tick, tick, 1), content, {}
+    if batch.steps:
+        yield _steps(batch, profiles, inputs)
+    yield from _snapshots(batch, END)
+
+
+def _snapshots(batch: Batch, kind: int) -> Iterator[_Content]:
+    for tick, why, snapshot in batch.snapshots:
+        if why == kind:
+            yield SNAPSHOTS, why, (tick, tick, 1), {}, {"snapshot": np.frombuffer(snapshot.to_bytes(), np.uint8)}
+
+
+def _steps(batch: Batch, profiles: Profiles, inputs: Mapping[str, tuple[int, ...]]) -> _Content:
+    ends, sets = batch.steps[::2], batch.steps[1::2]
+    arrays: dict[str, Any] = {"durations": np.diff(np.array([batch.first, *ends], dtype=np.int64))}
+    # Each input as a whole: there may be hundreds of thousands of steps a second, and the stepping thread waits for this one.
+    for name in dict.fromkeys(chain.from_iterable(sets)):
+        values: list[Held | None] = [newly_held.get(name) for newly_held in sets]
+        kinds, places = set(map(type, values)), np.arange(len(values))
+        if NoneType in kinds:
+            places = np.array([place for place, value in enumerate(values) if value is not None], dtype=np.int64)
+            values = [value for value in values if value is not None]
+        numbers = np.full(len(values), -1)
+        if CompiledProfile in kinds:
+            for place, value in enumerate(values):
+                if isinstance(value, CompiledProfile):
+                    numbers[place] = profiles.number(value)
+            values = [value for value in values if not isinstance(value, CompiledProfile)]
+        label = str(list(inputs).index(name))
+        held = np.array(values, dtype=np.float64).reshape(len(values), *inputs[name])
+        arrays |= {f"{label}.steps": places, f"{label}.profiles": numbers, f"{label}.values": held}
+    arrays |= profiles.new()
+    header = {"profiles_before": profiles.count - len(arrays["profile_shapes"])}
+    return STEPS, 0, (batch.first, batch.last, len(ends)), header, arrays

@@ -1,0 +1,156 @@
+"""Go on from any instant of a log: with other inputs, or with the same ones for the same bits."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+from ..components.component import Component
+from ..components.errors import ParameterError, nearest
+from ..components.inputs import Held
+from ..components.profiles import Profile
+from .index import Segment
+from .recorder import Recorder, begin_log, note_log_on_error
+from .rerun import advance, check_work, restore
+from .schedule import make_schedule, names_to_record, schedule_from
+from .writer import LogWriter, as_path
+
+if TYPE_CHECKING:
+    from ..components.profiles import CompiledProfile
+    from .log import Log
+
+
+@dataclass(slots=True)
+class Branch:
+    """A component in the state at one instant of a log.
+
+    Attributes:
+        parent: the log.
+        segment, tick: where in it.
+        component: step it as you like, or let `run` do it.
+        remaining: the inputs that the log set from there on, by tick.
+    """
+
+    parent: Log
+    segment: Segment
+    tick: int
+    component: Component
+    remaining: dict[int, dict[str, Held]] = field(repr=False)
+
+    @property
+    def facts(self) -> dict[str, Any]:
+        """Return what a child log says of its parent; for `record(..., parent=...)`."""
+        name = os.path.basename(str(self.parent.path))
+        return {"file": name, "log": self.parent.identity, "identity": self.component.identity, "segment": self.segment.number,
+                "tick": self.tick}  # fmt: skip
+
+    def run(
+        self,
+        log: str | os.PathLike[str],
+        inputs: Mapping[str, float | Profile | CompiledProfile] | None = None,
+        until: float | None = None,
+        *,
+        every: float | None = None,
+        variables: list[str] | None = None,
+        overwrite: bool = False,
+    ) -> Log:
+        """Go on as the log did, but for the inputs given, and record that.
+
+        Args:
+            log: path of the new log.
+            inputs: values or profiles that hold from here on instead of the log's own.
+            until: time at which to stop, on the component's clock [s]; default where the log's segment ends. Later than that,
+                the inputs last held are kept.
+            every: as for `record`; by default frames are taken where the parent's are.
+            variables: as for `record`; by default the parent's.
+            overwrite: whether an existing file may be replaced.
+
+        Returns:
+            The new log, opened.
+
+        Raises:
+            ParameterError: an argument is not valid; nothing has been written.
+            StepError: the physics would break down with these inputs; the log until then is complete.
+        """
+        given, target = dict(inputs or {}), as_path(log)
+        end = self.end(until)
+        with self.recording(target, given, every=every, variables=variables, overwrite=overwrite):
+            advance(self.component, sorted(self.changes(given).items(), reverse=True), end)
+        return type(self.parent)(target, self.parent.records.limits.lifted)
+
+    def end(self, until: float | None = None) -> int:
+        """Return the tick at which to stop; by default where the log's segment ends. `ParameterError` where it has passed."""
+        end = self.segment.end if until is None else self.component.ticks_in(until, "until")
+        if end < self.component.tick:
+            raise ParameterError(f"got {until:g} s, the branch begins at {self.component.time:g} s", at="until")
+        if until is None:
+            # How far a log goes is its own word; how far somebody asks for is theirs.
+            check_work(end - self.component.tick, self.component, self.parent.records.limits)
+        return end
+
+    def changes(self, inputs: Mapping[str, Any]) -> dict[int, dict[str, Any]]:
+        """Return the inputs to set at each tick from here on: those given, and the log's for all others."""
+        found = {self.tick: dict(inputs)}
+        for tick, sets in self.remaining.items():
+            found.setdefault(tick, {}).update({name: value for name, value in sets.items() if name not in inputs})
+        return found
+
+    @contextmanager
+    def recording(
+        self,
+        log: str | os.PathLike[str],
+        inputs: Mapping[str, Any],
+        *,
+        every: float | None = None,
+        variables: list[str] | None = None,
+        overwrite: bool = False,
+    ) -> Iterator[None]:
+        """Record the component while the block lasts; arguments and errors are those of `run`."""
+        target = as_path(log)
+        self._check(dict(inputs))
+        if os.path.exists(target) and os.path.samefile(target, self.parent.path):
+            raise ParameterError(f"{str(target)!r} is the parent itself", hint="choose another name", at="log")
+        try:
+            recorder = self._recorder(target, every, variables, overwrite)
+        except ParameterError as error:
+            raise error.renamed("path", "log") from None
+        with note_log_on_error(recorder), recorder:
+            yield
+
+    def _check(self, given: dict[str, Any]) -> None:
+        known = self.parent.input_variables
+        for name in given:
+            if name not in known:
+                source = f"component {self.component.name!r}"
+                raise ParameterError("unknown", hint=nearest(name, known), at=("input", name), source=source)
+        if self.component.tick != self.tick:
+            raise ParameterError("the branch's component has been stepped already", hint="take a new branch")
+        self.component.hold(given)
+
+    def _recorder(self, target: Any, every: float | None, variables: list[str] | None, overwrite: bool) -> Recorder:
+        component = self.component
+        names = names_to_record(component, list(self.parent.variables) if variables is None else variables)
+        if every is None:
+            schedule = schedule_from(self.parent.records.header.get("options"))
+        else:
+            schedule = make_schedule(component, every, None, None, None, names)
+        # The parent's age counts on: frames fall where the parent's do.
+        elapsed = self.parent.records.elapsed + self.segment.elapsed + self.tick - self.segment.start
+        experiment = self.parent.records.header.get("experiment")
+        return begin_log(component, LogWriter(target, overwrite), names, schedule, experiment, self.facts, elapsed)
+
+
+def branch_of(log: Log, at: float) -> Branch:
+    """Return the branch at a time [s] of a log: from the nearest snapshot before it, re-run to that instant."""
+    segment, tick = log.locate(at)
+    component = log.component()
+    snapshot, steps = log.snapshot(segment, tick), log.steps_of(segment)
+    check_work(tick - snapshot.tick, component, log.records.limits)
+    restore(component, snapshot)
+    changes = steps.changes(log.snapshot(segment, segment.start).inputs)
+    done = [change for change in changes if snapshot.tick <= change[0] < tick]
+    advance(component, done[::-1], tick)
+    return Branch(log, segment, tick, component, {at: sets for at, sets in changes if at >= tick})

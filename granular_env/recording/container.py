@@ -1,0 +1,296 @@
+"""The MCAP container of a log: the `mcap` package reads it, behind a guard for files from strangers.
+
+The package believes the sizes that a file declares, so the guard checks each before memory is allocated: no read goes beyond
+the end of the file, a chunk is decompressed only up to the size that it declares, and that size and the number of its records
+are limited. `allow_large=True` (``--allow-large``) lifts the limits.
+
+A *complete* file ends in a summary, which lists its chunks. A file whose end is missing (the process was killed, the disk was
+full) is scanned from the front to the first record that is cut off or damaged.
+"""
+
+from __future__ import annotations
+
+import os
+import stat
+import struct
+import zlib
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from io import BytesIO
+from pathlib import Path
+from typing import IO, Any, NamedTuple
+
+import lz4.frame
+from mcap.data_stream import ReadDataStream
+from mcap.exceptions import EndOfFile, McapError
+from mcap.opcode import Opcode
+from mcap.records import Channel, Chunk, ChunkIndex, Footer, Header, McapRecord, Message
+from mcap.stream_reader import StreamReader, breakup_chunk
+from mcap.writer import MCAP0_MAGIC
+
+from ..components.errors import Fault, LogError, Option, Phrase
+from ..components.support.memory_limits import refuse_beyond, whole_memory
+
+# What the header of the file says of whose it is.
+PROFILE = "granular-env"
+NOT_A_LOG = "an MCAP file but no log of granular-env, or its first record is lost"
+_RECORD = struct.Struct("<BQ")
+_FOOTER_BYTES = _RECORD.size + 20 + len(MCAP0_MAGIC)
+_RECOVER = "`granular-env recover` saves what is intact"
+# Decompressed size of a chunk [bytes], or part of the memory of the machine: our chunks are near 1 MB or hold one array.
+_CHUNK_BYTES, _CHUNK_SHARE = 256 << 20, 4
+# Records in a chunk for each byte of it in the file, and whatever its size: each becomes an object, however small.
+_BYTES_A_RECORD, _RECORDS = 4, 1000
+# JSON text of one record [bytes], and for each byte of the file: parsed, it takes up to forty times its length.
+_TEXT_BYTES, _TEXT_SHARE = 16 << 20, 8
+# Decompressed chunks that are kept at hand, and what a message takes in addition to its data [bytes].
+_CACHE_BYTES, _OBJECT_BYTES = 64 << 20, 200
+_FAULTS = (McapError, struct.error, ValueError, RuntimeError, OverflowError)
+
+
+@dataclass(frozen=True, slots=True)
+class Limits:
+    """Limits for one log; each check raises `LogError` with both numbers.
+
+    Attributes:
+        path: of the log.
+        lifted: whether its owner trusts where it comes from.
+    """
+
+    path: str
+    lifted: bool = False
+
+    def check(self, what: str, value: int, limit: int) -> None:
+        """Refuse a number beyond its limit, unless the limits are lifted."""
+        if value > limit and not self.lifted:
+            advice = ("pass ", Option("allow_large"), " if you trust where it comes from")
+            raise LogError(Fault((), f"{what} is {value}, the limit is {limit}", hint=advice, source=f"log {self.path!r}"))
+
+    def check_chunk(self, size: int) -> None:
+        """Refuse a chunk that declares too large a decompressed size [bytes]."""
+        limit = max(_CHUNK_BYTES, (whole_memory() or 0) // _CHUNK_SHARE)
+        self.check("the decompressed size of a chunk, in bytes,", size, limit)
+        if size > _CHUNK_BYTES:
+            refuse_beyond(size, f"log {self.path!r}: a chunk", LogError)
+
+    def check_records(self, number: int, size: int) -> None:
+        """Refuse too many records in a part of the file of that size [bytes]."""
+        if number > _RECORDS + size // _BYTES_A_RECORD:
+            self.check(f"the number of records in {size} bytes", number, _RECORDS + size // _BYTES_A_RECORD)
+
+    def text(self, file_size: int) -> int | None:
+        """Return how many bytes of JSON one record of a file of that size may hold; None for any number."""
+        return None if self.lifted else max(_TEXT_BYTES, _TEXT_SHARE * file_size)
+
+
+class _BoundedFile:
+    """A file for the `mcap` package that never reads, and so never allocates, beyond its end."""
+
+    def __init__(self, file: IO[bytes], size: int) -> None:
+        self._file, self.size = file, size
+        self.seek, self.tell = file.seek, file.tell
+
+    def read(self, length: int) -> bytes:
+        if not 0 <= length <= self.size - self._file.tell():
+            raise EndOfFile
+        return self._file.read(length)
+
+
+class Entry(NamedTuple):
+    """A message and the topic of its channel."""
+
+    topic: str
+    message: Message
+
+
+class Container:
+    """An MCAP file opened for reading.
+
+    Attributes:
+        path: the file.
+        size: its bytes.
+        complete: whether it ends in a summary.
+        places: offset and length of each chunk that can be read [bytes].
+        damage: for an incomplete file: what stopped the scan.
+        advice: what to do about that.
+        bytes_lost: for an incomplete file: how much follows after that.
+    """
+
+    def __init__(self, path: Path, limits: Limits, scan: bool = False) -> None:
+        """Find the chunks; with `scan`, go through the file even where it has a summary.
+
+        Raises:
+            LogError: it is no log, cannot be read, or is a complete file whose summary is damaged.
+        """
+        self.path, self.limits = path, limits
+        self.complete, self.damage, self.bytes_lost = False, "", 0
+        self.advice: Phrase = ""
+        self.places: list[tuple[int, int]] = []
+        self._topics: dict[int, str] = {}
+        self._cache: dict[int, list[Entry]] = {}
+        self._cached_bytes = 0
+        try:
+            self._file = _open_regular(path)
+        except (OSError, ValueError) as error:
+            reason = getattr(error, "strerror", None) or error
+            raise LogError(f"cannot be read: {reason}", source=self.source) from error
+        try:
+            self.size = os.fstat(self._file.fileno()).st_size
+            self._bounded = _BoundedFile(self._file, self.size)
+            self._find_chunks(scan)
+        except BaseException:
+            self._file.close()
+            raise
+
+    @property
+    def source(self) -> str:
+        """Name of the log in messages."""
+        return f"log {str(self.path)!r}"
+
+    @property
+    def most_text(self) -> int | None:
+        """Limit on the bytes of JSON in one message; None where there is none."""
+        return self.limits.text(self.size)
+
+    @property
+    def chunk_count(self) -> int:
+        """Number of chunks that can be read."""
+        return len(self.places)
+
+    def close(self) -> None:
+        """Close the file."""
+        self._file.close()
+
+    def messages(self, chunk: int) -> list[Entry]:
+        """Return the messages of one chunk; `LogError` where it is damaged or too large."""
+        if chunk not in self._cache:
+            found = self._read_chunk(*self.places[chunk])
+            if self._cached_bytes > _CACHE_BYTES:
+                self._cache.clear()
+                self._cached_bytes = 0
+            self._cache[chunk] = found
+            self._cached_bytes += sum(len(entry.message.data) + _OBJECT_BYTES for entry in found)
+        return self._cache[chunk]
+
+    def all_messages(self) -> Iterator[tuple[int, Entry]]:
+        """Yield the messages of all chunks in order, each with the number of its chunk."""
+        for chunk in range(self.chunk_count):
+            for entry in self.messages(chunk):
+                yield chunk, entry
+
+    def _find_chunks(self, scan: bool) -> None:
+        if self.size == 0:
+            hint = "nothing was written to it, and there is nothing to recover"
+            raise LogError("the file is empty", hint=hint, source=self.source)
+        if self._read(0, min(self.size, len(MCAP0_MAGIC))) != MCAP0_MAGIC:
+            raise LogError("no MCAP file", expected="a log of granular-env", source=repr(str(self.path)))
+        try:
+            header = next(self._records(len(MCAP0_MAGIC)))
+        except _FAULTS:
+            header = None
+        if not isinstance(header, Header) or header.profile != PROFILE:
+            raise LogError(NOT_A_LOG, source=repr(str(self.path)))
+        if scan or self._read(self.size - len(MCAP0_MAGIC), len(MCAP0_MAGIC)) != MCAP0_MAGIC:
+            self._scan()
+            return
+        try:
+            footer = next(self._records(self.size - _FOOTER_BYTES))
+            records = self._records(footer.summary_start) if isinstance(footer, Footer) else iter(())
+            for number, record in enumerate(records):
+                self.limits.check_records(number, self.size)
+                if isinstance(record, Channel):
+                    self._topics[record.id] = record.topic
+                elif isinstance(record, ChunkIndex):
+                    self.places.append((record.chunk_start_offset, record.chunk_length))
+                self.complete = isinstance(record, Footer)
+        except _FAULTS as error:
+            raise self._damage_error("the summary") from error
+        if not self.complete:
+            raise self._damage_error("the footer")
+
+    def _records(self, offset: int) -> Iterator[McapRecord]:
+        """Yield the records from a place in the file on, chunks as they are."""
+        self._file.seek(min(offset, self.size))
+        return StreamReader(self._bounded, skip_magic=True, emit_chunks=True).records  # type: ignore[arg-type]
+
+    def _scan(self) -> None:
+        """Find the chunks from the front, as long as they are whole."""
+        offset = len(MCAP0_MAGIC)
+        while offset + _RECORD.size <= self.size and not self.damage:
+            opcode, length = _RECORD.unpack(self._read(offset, _RECORD.size))
+            total = _RECORD.size + length
+            if offset + total > self.size:
+                self.damage = f"the record at byte {offset} is cut off"
+            elif opcode in (Opcode.DATA_END, Opcode.FOOTER):
+                return
+            elif opcode == Opcode.CHUNK:
+                try:
+                    self._read_chunk(offset, total)
+                    self.places.append((offset, total))
+                except LogError as error:
+                    fault = error.faults[0]
+                    self.damage, self.advice = replace(fault, hint="").text(), fault.hint if fault.hint != _RECOVER else ""
+            elif not 1 <= opcode <= Opcode.DATA_END:
+                self.damage = f"the record at byte {offset} is of no known kind"
+            if not self.damage:
+                offset += total
+        self.bytes_lost = self.size - offset
+
+    def _read_chunk(self, offset: int, length: int) -> list[Entry]:
+        where, data = f"the chunk at byte {offset}", self._read(offset, length)
+        try:
+            opcode, body = _RECORD.unpack_from(data)
+            chunk = Chunk.read(ReadDataStream(BytesIO(data[_RECORD.size :])))
+            if opcode != Opcode.CHUNK or body != length - _RECORD.size or chunk.uncompressed_crc == 0:
+                raise self._damage_error(where)
+            records = breakup_chunk(self._decompress(chunk, where), validate_crc=True)
+        except _FAULTS as error:
+            raise self._damage_error(where) from error
+        found = []
+        for record in records:
+            if isinstance(record, Channel):
+                self._topics[record.id] = record.topic
+            elif isinstance(record, Message):
+                if record.channel_id not in self._topics:
+                    raise self._damage_error("a message of an unknown channel")
+                found.append(Entry(self._topics[record.channel_id], record))
+        return found
+
+    def _decompress(self, chunk: Chunk, where: str) -> Chunk:
+        """Return a chunk with its content decompressed, after checking how large that is and how many records it holds."""
+        size, content = chunk.uncompressed_size, chunk.data
+        self.limits.check_chunk(size)
+        if chunk.compression == "lz4":
+            # One byte more than declared is enough to notice a bomb, and all that it may unfold to.
+            content = lz4.frame.LZ4FrameDecompressor().decompress(content, max_length=size + 1)
+        elif chunk.compression:
+            came = f"{where} is compressed with {chunk.compression[:20]!r}"
+            raise LogError(came, hint="logs of granular-env use lz4", source=self.source)
+        if len(content) != size or zlib.crc32(content) != chunk.uncompressed_crc:
+            raise self._damage_error(where)
+        number = offset = 0
+        while offset < size:
+            _, length = _RECORD.unpack_from(content, offset)
+            offset, number = offset + _RECORD.size + length, number + 1
+            self.limits.check_records(number, len(chunk.data))
+        if offset != size:
+            raise self._damage_error("a record")
+        return replace(chunk, compression="", data=content)
+
+    def _read(self, offset: int, length: int) -> bytes:
+        if offset + length > self.size:
+            raise self._damage_error("its end")
+        self._file.seek(offset)
+        return self._file.read(length)
+
+    def _damage_error(self, what: str) -> LogError:
+        return LogError(Fault(received=f"{self.source} is damaged: {what} is not what was written", hint=_RECOVER))
+
+
+def _open_regular(path: Path) -> IO[Any]:
+    """Open a file for reading; refuse a pipe or a device, which might make the program wait for ever."""
+    descriptor = os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_CLOEXEC", 0))
+    if not stat.S_ISREG(os.fstat(descriptor).st_mode):
+        os.close(descriptor)
+        raise OSError(0, "it is a folder, a device or a pipe; give the path of a file")
+    return os.fdopen(descriptor, "rb")

@@ -1,0 +1,138 @@
+"""Drawables of a component, in the header of a log and out of it again."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+import numpy as np
+
+from ..components.drawables import Cells, Curve, Drawable, Links, Points
+from ..components.errors import Location
+from ..components.variables import Variable
+from .records import damage
+
+_KINDS = {"points": Points, "links": Links, "cells": Cells, "curve": Curve}
+# Arrays of a drawable -> dtype and number of dimensions.
+_ARRAYS = {
+    "reference": (np.float64, 2), "radius": (np.float64, 1), "pairs": (np.int64, 2), "nodes": (np.float64, 2),
+    "connectivity": (np.int64, 2), "coordinate": (np.float64, 1), "period": (np.float64, 1),
+}  # fmt: skip
+# Roles and arrays that are written only where a drawable has them.
+_OF_SOME = ((Cells, "state"), (Points, "period"))
+# Places beyond this are nowhere [m].
+_FARTHEST = 1e100
+# The arrays that have one row for each of the things drawn, and where their numbers point to.
+_COUNTED = {Points: ("reference", "radius"), Links: ("pairs",), Cells: ("nodes",), Curve: ("coordinate",)}
+
+
+def drawable_facts(drawables: Iterable[Drawable]) -> tuple[list[dict[str, str]], dict[str, np.ndarray]]:
+    """Return the header's JSON values and arrays; array 1.radius is that of the second drawable."""
+    facts, arrays = [], {}
+    for place, drawable in enumerate(drawables):
+        texts = {"kind": next(kind for kind, one in _KINDS.items() if type(drawable) is one)}
+        for field in dataclasses.fields(drawable):
+            value = getattr(drawable, field.name)
+            if (type(drawable), field.name) in _OF_SOME and not len(value):
+                continue
+            if field.name in _ARRAYS:
+                arrays[f"{place}.{field.name}"] = np.asarray(value, _ARRAYS[field.name][0])
+            else:
+                texts[field.name] = value
+        facts.append(texts)
+    return facts, arrays
+
+
+def drawables_from(facts: Any, arrays: Mapping[str, np.ndarray], variables: Mapping[str, Variable]) -> tuple[Drawable, ...]:
+    """Return the drawables from what `drawable_facts` gave; `LogError` for anything else.
+
+    Args:
+        facts: the header's JSON values.
+        arrays: the header's arrays.
+        variables: those recorded, by name; what a drawable shows of them has to fit it.
+    """
+    if not isinstance(facts, list):
+        raise damage("it does not say what can be drawn", "header.drawables")
+    found: list[Drawable] = []
+    for place, texts in enumerate(facts):
+        found.append(_drawable(place, texts, arrays))
+        if isinstance(found[-1], Links) and not _has_ends(found[-1], found):
+            raise damage("it joins points that there are not", _place(place, "pairs"))
+        if (name := unfit_output(found[-1], variables)) is not None:
+            raise damage(f"{name!r} has another number of values", _place(place))
+    return tuple(found)
+
+
+def _place(number: int, *field: str) -> Location:
+    return ("header", "drawables", number, *field)
+
+
+def _drawable(place: int, texts: Any, arrays: Mapping[str, np.ndarray]) -> Drawable:
+    kind = _KINDS.get(str(texts.get("kind"))) if isinstance(texts, dict) else None
+    if kind is None:
+        raise damage("it is of no known kind", _place(place))
+    values: dict[str, Any] = {}
+    for field in dataclasses.fields(kind):
+        name = f"{place}.{field.name}"
+        value = arrays.get(name) if field.name in _ARRAYS else texts.get(field.name)
+        if value is None and (kind, field.name) in _OF_SOME:
+            continue
+        if field.name in _ARRAYS:
+            dtype, dimensions = _ARRAYS[field.name]
+            sound = value is not None and value.dtype == dtype and value.ndim == dimensions
+        else:
+            sound = isinstance(value, str)
+        if not sound:
+            raise damage("it is missing or of another type", _place(place, field.name))
+        values[field.name] = value
+    drawable = kind(**values)
+    if not _is_consistent(drawable):
+        raise damage("its arrays do not fit together", _place(place))
+    return drawable
+
+
+def _is_consistent(drawable: Drawable) -> bool:
+    arrays = [getattr(drawable, name) for name in _COUNTED[type(drawable)]]
+    # Squares of distances have to be finite as well.
+    if len({len(array) for array in arrays}) != 1 or not all((np.abs(array) < _FARTHEST).all() for array in arrays):
+        return False
+    if isinstance(drawable, Points):
+        dimensions, period = drawable.reference.shape[1], drawable.period
+        return 1 <= dimensions <= 3 and len(period) in (0, dimensions) and bool(((period >= 0.0) & (period < _FARTHEST)).all())
+    if isinstance(drawable, Links):
+        return drawable.pairs.shape[1] == 2
+    if isinstance(drawable, Cells):
+        inside = (drawable.connectivity >= 0) & (drawable.connectivity < len(drawable.nodes))
+        return 1 <= drawable.nodes.shape[1] <= 3 and bool(inside.all())
+    return True
+
+
+def unfit_output(drawable: Drawable, variables: Mapping[str, Variable]) -> str | None:
+    """Return the name of the first output that a drawable shows, and that has another shape than it; None where all fit."""
+    if isinstance(drawable, Points):
+        count = len(drawable.radius)
+        fits = {drawable.displacement: [count], drawable.colour: [count], drawable.rotation: [count]}
+    elif isinstance(drawable, Links):
+        fits = {drawable.state: [len(drawable.pairs)]}
+    elif isinstance(drawable, Cells):
+        nodes, cells = len(drawable.nodes), len(drawable.connectivity)
+        fits = {drawable.displacement: [nodes], drawable.field: [nodes, cells], drawable.state: [cells]}
+    else:
+        fits = {drawable.field: [len(drawable.coordinate)]}
+    for name, lengths in fits.items():
+        shape = variables[name].shape if name in variables else None
+        if shape is not None and not (shape and shape[0] in lengths and _has_axes(drawable, name, shape)):
+            return name
+    return None
+
+
+def _has_axes(drawable: Drawable, name: str, shape: tuple[int, ...]) -> bool:
+    """Return whether a displacement has up to three components, and any other output one number for each thing drawn."""
+    moves = isinstance(drawable, Points | Cells) and name == drawable.displacement
+    return len(shape) == 1 or (moves and len(shape) == 2 and 1 <= shape[1] <= 3)
+
+
+def _has_ends(links: Links, known: Iterable[Drawable]) -> bool:
+    points = next((one for one in known if isinstance(one, Points) and one.name == links.points), None)
+    return points is not None and bool(((links.pairs >= 0) & (links.pairs < len(points.radius))).all())

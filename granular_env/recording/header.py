@@ -1,0 +1,235 @@
+"""The header of a log: which component, on which machine, with which versions, and what is recorded."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import math
+import os
+import platform
+import sys
+from collections.abc import Mapping, Sequence
+from datetime import UTC, datetime
+from functools import cache
+from importlib.metadata import PackageNotFoundError, version
+from typing import Any
+
+import numpy as np
+
+from ..components.balances import Balance
+from ..components.component import Component
+from ..components.errors import ParameterError
+from ..components.variables import Variable
+from .drawables import drawable_facts
+from .records import FORMAT, damage
+
+METADATA_NAME = "granular-env"
+_LONGEST = 20_000
+_PACKAGES = ("granular-env", "numpy", "numba", "llvmlite", "mcap")
+_VARIABLES = ("header", "variables")
+
+
+def versions() -> dict[str, str]:
+    """Versions of Python and of the packages that decide what bits come out."""
+    return {"python": platform.python_version(), **{name: _package_version(name) for name in _PACKAGES}}
+
+
+@cache
+def _package_version(name: str) -> str:
+    # Finding one reads files of the installation, which takes longer than all else that opens a log.
+    try:
+        return version(name)
+    except PackageNotFoundError:
+        return "not installed"
+
+
+def machine() -> dict[str, Any]:
+    """CPU and threads."""
+    return {
+        "cpu": _cpu_model(),
+        "architecture": platform.machine(),
+        "system": platform.system(),
+        "cores": os.cpu_count() or 1,
+        "numba_threads": os.environ.get("NUMBA_NUM_THREADS", ""),
+        "numba_jit": os.environ.get("NUMBA_DISABLE_JIT", "0") != "1",
+    }
+
+
+@cache
+def _cpu_model() -> str:
+    try:
+        with open("/proc/cpuinfo", encoding="utf-8", errors="replace") as lines:
+            return next((line.partition(":")[2].strip() for line in lines if line.startswith("model name")), "")
+    except OSError:
+        return platform.processor()
+
+
+def variable_facts(variable: Variable) -> dict[str, Any]:
+    """Return a variable as JSON values."""
+    return {
+        "name": variable.name,
+        "causality": variable.causality,
+        "unit": variable.unit,
+        "shape": list(variable.shape),
+        "dtype": variable.dtype,
+        "description": variable.description,
+        "state": variable.state,
+        "variability": variable.variability,
+        "nominal": variable.nominal,
+        "axes": list(variable.axes),
+    }
+
+
+def variable_from(facts: Mapping[str, Any]) -> Variable:
+    """Return a variable from the output of `variable_facts`; raise `LogError` for anything else."""
+    try:
+        shape = tuple(facts["shape"])
+        texts = [facts[key] for key in ("name", "causality", "unit", "description", "dtype")]
+        if not all(type(extent) is int and 0 <= extent < 2**40 for extent in shape) or len(shape) > 4:
+            raise damage(f"a variable has the shape {shape!r}", _VARIABLES)
+        if not all(isinstance(text, str) for text in texts) or texts[4] not in ("float64", "int64"):
+            raise damage("a variable has a name, a unit or a dtype that none has", _VARIABLES)
+        name, causality, unit, description, dtype = texts
+        axes = tuple(facts["axes"])
+        if len(axes) not in (0, len(shape)) or not all(isinstance(axis, str) for axis in axes):
+            raise damage(f"the axes are {axes!r}", (*_VARIABLES, name))
+        return Variable(name, causality, unit, shape, description, dtype, state=bool(facts["state"]), axes=axes)
+    except (KeyError, TypeError) as error:
+        raise damage(f"a variable is described wrongly: {error}", _VARIABLES) from error
+
+
+def table_of(value: Any) -> dict[str, Any]:
+    """Return a table of a header; an empty one where something else is in its place."""
+    return dict(value) if isinstance(value, dict) else {}
+
+
+def event_kinds_from(header: Mapping[str, Any], path: object) -> dict[str, str]:
+    """Return the kinds of events that can happen -> what they are, from a header; `LogError` where it does not say."""
+    kinds = header.get("event_kinds")
+    if not isinstance(kinds, dict) or not all(isinstance(text, str) for text in kinds.values()):
+        raise damage("it does not say what can happen", "header.event_kinds", path)
+    return dict(kinds)
+
+
+def header_of(
+    component: Component, recorded: Sequence[str], options: Mapping[str, Any], experiment: Any, parent: Any, elapsed: int
+) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
+    """Return the header's JSON values and arrays."""
+    facts, arrays = component_facts(component, recorded)
+    header = {
+        "format": FORMAT,
+        "created": datetime.now(UTC).isoformat(timespec="seconds"),
+        **facts,
+        "elapsed": elapsed,
+        "options": dict(options),
+        "experiment": experiment,
+        "parent": parent,
+        "versions": versions(),
+        "machine": machine(),
+        "command": "granular-env" if "granular-env" in os.path.basename(sys.argv[0] or "") else "script",
+    }
+    return header, arrays
+
+
+def component_facts(component: Component, recorded: Sequence[str]) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
+    """Return the part of the header, and its arrays, that follow from the component."""
+    drawables, arrays = drawable_facts(component.drawables())
+    facts = {
+        "component": component.name,
+        "version": component.version,
+        "platform_bound": component.platform_bound,
+        "parameters": component.parameters.model_dump(mode="json"),
+        "identity": component.identity,
+        "step_size": component.step_size,
+        "variables": [variable_facts(component.variables[name]) for name in recorded],
+        "inputs": [variable_facts(v) for v in component.variables.values() if v.causality == "input"],
+        "state": [v.name for v in component.variables.values() if v.state],
+        "balances": [balance_facts(balance) for balance in component.balances()],
+        "event_kinds": dict(component.event_kinds),
+        "event_details": {kind: dataclasses.asdict(detail) for kind, detail in component.event_details.items()},
+        "drawables": drawables,
+    }
+    return facts, arrays
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class BalanceNames:
+    """The names behind a balance, in the order of `balances.Balance`; all have one unit."""
+
+    quantity: str
+    unit: str
+    stored: tuple[str, ...]
+    lost: tuple[str, ...]
+    supplied: tuple[str, ...]
+
+    @property
+    def residual(self) -> str:
+        """Name of what is left over."""
+        return f"{self.quantity}_residual"
+
+    @property
+    def entries(self) -> tuple[str, ...]:
+        """All names but the residual's."""
+        return (*self.stored, *self.lost, *self.supplied)
+
+
+def balance_names_from(facts: Any) -> tuple[BalanceNames, ...]:
+    """Return the names from what `balance_facts` gave for each balance; `LogError` for anything else."""
+    try:
+        found = [
+            BalanceNames(one["quantity"], one["unit"], *(tuple(one[part]) for part in ("stored", "lost", "supplied")))
+            for one in facts
+        ]
+    except (KeyError, TypeError) as error:
+        raise damage(f"one is described wrongly: {error}", "header.balances") from error
+    if not all(isinstance(name, str) for one in found for name in (one.quantity, one.unit, *one.entries)):
+        raise damage("a name in them is no text", "header.balances")
+    return tuple(found)
+
+
+def balance_facts(balance: Balance) -> dict[str, Any]:
+    """Return the names behind a balance as JSON values."""
+    parts = {name: list(getattr(balance, name)) for name in ("stored", "lost", "supplied")}
+    return {"quantity": balance.quantity, "unit": balance.unit, **parts}
+
+
+def closing_facts(component: Component) -> dict[str, Any]:
+    """Return what the end of a log says of the run: the component's report, conclusions and cautions."""
+    names = ("report", "conclusions", "cautions")
+    return {name: _plain_values(getattr(component, name)()) for name in names}
+
+
+def _plain_values(value: Any) -> Any:
+    """Return a component's report as JSON holds it: numbers that are not finite become texts."""
+    if isinstance(value, dict):
+        return {str(name): _plain_values(part) for name, part in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [_plain_values(part) for part in value]
+    if isinstance(value, (int, float, np.number)):
+        number = float(value)
+        return number if math.isfinite(number) else str(number)
+    return str(value)
+
+
+def plain_json(name: str, value: Any) -> Any:
+    """Return the value as JSON holds it, or raise `ParameterError`."""
+    try:
+        return json.loads(json.dumps(value, allow_nan=False))
+    except (TypeError, ValueError, RecursionError) as error:
+        raise ParameterError(str(error), hint="expected dicts, lists, texts, finite numbers", at=name) from None
+
+
+def metadata_of(header: Mapping[str, Any]) -> dict[str, str]:
+    """Return the texts of the MCAP Metadata record, which stock tools show: the entries of the header, as JSON.
+
+    A long text, such as the radius of each of many grains, is cut; the header has it whole.
+    """
+    texts = {name: value if isinstance(value, str) else json.dumps(value) for name, value in header.items()}
+    return {name: text if len(text) <= _LONGEST else f"{text[:_LONGEST]}\u2026" for name, text in texts.items()}
+
+
+def title_of(header: Mapping[str, Any]) -> str:
+    """Return the name of the experiment, else of the component."""
+    experiment = header.get("experiment")
+    named = experiment.get("name") if isinstance(experiment, Mapping) else None
+    return str(named or header.get("component") or "run")

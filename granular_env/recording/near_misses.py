@@ -1,0 +1,146 @@
+"""Near misses: how near a run came to events that did not happen, found by running its log again."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..components.component import Component
+from ..components.errors import LogError, ParameterError
+from ..components.events import Event, EventDetail
+from .log import Log
+from .rerun import advance, restore
+
+# Besides its frames a run is looked at this many times.
+_INSTANTS = 1000
+
+
+@dataclass(frozen=True, slots=True)
+class EventRatio:
+    """The largest part of its limit that what decides an event reached at one place.
+
+    Attributes:
+        kinds: of the events that it decides.
+        variable: the output that says it; see `events.EventDetail.ratio`.
+        index: of which link, cell, ...
+        time: when [s].
+        ratio: what decided over its limit; 1 is an event.
+        passed: at how many places such an event happened in the run, or before the log begins.
+        instants: how many instants were looked at: those of the frames, the ends of segments, and a thousand more.
+        all_instants: how many there were: the start, and the end of each internal step.
+        nearest: which of `kinds` was near; "" where the component does not say.
+        limited: False where it has no limit there, so that such an event cannot happen.
+        events: what happened there, of `kinds` and others, also before the log begins.
+    """
+
+    kinds: tuple[str, ...]
+    variable: str
+    index: int
+    time: float
+    ratio: float
+    passed: int
+    instants: int
+    all_instants: int
+    nearest: str
+    limited: bool
+    events: tuple[Event, ...]
+
+
+def kinds_by_ratio(details: Mapping[str, EventDetail]) -> dict[str, tuple[str, ...]]:
+    """Return the outputs that say how near an event is -> the kinds of events that each decides."""
+    outputs = dict.fromkeys(detail.ratio for detail in details.values() if detail.ratio)
+    return {name: tuple(kind for kind, detail in details.items() if detail.ratio == name) for name in outputs}
+
+
+def nearest_to_events(log: Log, index: int | None = None, kind: str | None = None) -> list[EventRatio]:
+    """Return how near the run came to the events that did not happen: for each output that can tell, the nearest place.
+
+    Args:
+        log: an open log; its run is repeated.
+        index: of the link, cell, ... that is asked about; default: the nearest of those to which no such event happened.
+        kind: only of the output that decides on this kind of event.
+
+    Returns:
+        One for each output that can tell and that has such a place.
+
+    Raises:
+        LogError: the log cannot be run again here, or holds no step.
+        ParameterError: no output has such an index.
+    """
+    component = log.component()
+    # A parent need not have all outputs of its parts.
+    decided = kinds_by_ratio(component.event_details)
+    kinds = {name: decided[name] for name in decided if name in component.variables and kind in (None, *decided[name])}
+    sizes = {name: int(np.prod(component.variables[name].shape)) for name in kinds}
+    if index is not None and sizes and not 0 <= index < max(sizes.values()):
+        raise ParameterError(f"got {index}", expected=f"0 to {max(sizes.values()) - 1}", at="index")
+    # The component is in the state at the log's start, which holds the events before it.
+    happened = [*component.events(), *log.events()]
+    searches = []
+    for name, names in kinds.items():
+        passed = {event.index for event in happened if event.kind in names and event.index is not None}
+        places = np.arange(sizes[name])
+        asked = np.setdiff1d(places, list(passed)) if index is None else places[places == index]
+        if len(asked):
+            searches.append(_Search(name, names, asked, len(passed)))
+    instants = 0
+    for tick in _instants(log, component) if searches else ():
+        instants += 1
+        for search in searches:
+            search.look(component, tick)
+    if searches and not instants:
+        raise LogError("it holds no step, so nothing can be said", at="steps", source=f"log {str(log.path)!r}")
+    there = sum(segment.end - segment.start + 1 for segment in log.segments)
+    return [
+        EventRatio(
+            s.kinds, s.variable, s.index, s.tick * log.step_size, s.ratio, s.passed, instants, there, s.nearest,
+            component.has_limit(s.variable, s.index), _events_at(happened, s.index, s.kinds, component.event_details),
+        )
+        for s in searches
+        # What has no limit, such as a cell that cannot yield, is at 0 always.
+        if s.ratio > 0.0 or index is not None
+    ]  # fmt: skip
+
+
+def _events_at(
+    events: Sequence[Event], index: int, kinds: tuple[str, ...], details: Mapping[str, EventDetail]
+) -> tuple[Event, ...]:
+    """Return the events at a link, point, ...: of these kinds, and of others that count the same by their indices."""
+    counts = details[kinds[0]].counts
+    alike = {kind for kind, detail in details.items() if counts and detail.counts == counts}
+    return tuple(event for event in events if event.index == index and event.kind in alike.union(kinds))
+
+
+class _Search:
+    """The largest of the elements of an output that are asked for, of all instants so far."""
+
+    def __init__(self, variable: str, kinds: tuple[str, ...], asked: np.ndarray, passed: int) -> None:
+        self.variable, self.kinds, self.passed = variable, kinds, passed
+        self.ratio, self.index, self.tick, self.nearest = -np.inf, -1, -1, kinds[0] if len(kinds) == 1 else ""
+        self._asked = asked
+
+    def look(self, component: Component, tick: int) -> None:
+        ratios = np.ravel(component.peek(self.variable))[self._asked]
+        place = int(ratios.argmax())
+        if ratios[place] > self.ratio:
+            self.ratio, self.index, self.tick = float(ratios[place]), int(self._asked[place]), tick
+            if len(self.kinds) > 1:
+                self.nearest = component.nearest_kind(self.variable, self.index)
+
+
+def _instants(log: Log, component: Component) -> Iterator[int]:
+    """Run the log again; yield each tick of the log at which the component is to be looked at, once it is there."""
+    frames = np.unique(np.concatenate([log.ticks(name) for name in log.variables] or [np.zeros(0, np.int64)]))
+    for segment in log.segments:
+        start = log.snapshot(segment, segment.start)
+        restore(component, start)
+        changes = log.steps_of(segment).changes(start.inputs)
+        changes.reverse()
+        before = segment.elapsed + log.start_tick - segment.start  # the log's tick minus the segment's
+        ticks = frames - before
+        further = np.linspace(segment.start, segment.end, _INSTANTS + 1).astype(np.int64)
+        for tick in np.union1d(ticks[(ticks >= segment.start) & (ticks < segment.end)], further).tolist():
+            advance(component, changes, tick)
+            yield tick + before

@@ -1,0 +1,140 @@
+"""Messages of a log in bytes: schemas and contents in protobuf, and the ROS 2 messages that stock rerun plots, in CDR.
+
+Foxglove's messages are those of its package. Points and numbers are laid out by numpy as whole arrays of bytes: an object for
+each would take longer than the run that they show.
+"""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Sequence
+from functools import cache
+from typing import Any
+
+import numpy as np
+
+from ..records import varint
+
+FRAME = "world"
+CDR_HEAD = b"\x00\x01\x00\x00"
+TEXT_NAME, TEXT = "std_msgs/msg/String", "string data\n"
+NUMBERS_NAME = "std_msgs/msg/Float64MultiArray"
+_LINE = "=" * 80
+NUMBERS = f"""std_msgs/MultiArrayLayout layout
+float64[] data
+{_LINE}
+MSG: std_msgs/MultiArrayLayout
+std_msgs/MultiArrayDimension[] dim
+uint32 data_offset
+{_LINE}
+MSG: std_msgs/MultiArrayDimension
+string label
+uint32 size
+uint32 stride
+"""
+_POINT = np.dtype([("position", "<f4", 3), ("colour", "u1", 4)])
+
+
+@cache
+def block_schema() -> bytes:
+    """Return the FileDescriptorSet of ``granular.Block``: one field of bytes."""
+    return _own_schema("Block", {"data": ("TYPE_BYTES", "LABEL_OPTIONAL")})
+
+
+@cache
+def frames_schema() -> bytes:
+    """Return the FileDescriptorSet of ``granular.Frames``: place in the log, ticks, values of all frames one after another."""
+    kinds = {"place": "TYPE_SFIXED64", "ticks": "TYPE_SFIXED64", "values": "TYPE_DOUBLE"}
+    return _own_schema("Frames", {name: (kind, "LABEL_REPEATED") for name, kind in kinds.items()})
+
+
+@cache
+def point_cloud_schema() -> bytes:
+    """Return the FileDescriptorSet of ``foxglove.PointCloud``: its file after all that it imports."""
+    from foxglove_schemas_protobuf import PointCloud_pb2
+    from google.protobuf.descriptor_pb2 import FileDescriptorProto, FileDescriptorSet
+
+    files: dict[str, Any] = {}
+
+    def add(file: Any) -> None:
+        for needed in file.dependencies:
+            add(needed)
+        if file.name not in files:
+            files[file.name] = FileDescriptorProto()
+            file.CopyToProto(files[file.name])
+
+    add(PointCloud_pb2.DESCRIPTOR)
+    return FileDescriptorSet(file=files.values()).SerializeToString(deterministic=True)
+
+
+def _own_schema(name: str, fields: dict[str, tuple[str, str]]) -> bytes:
+    """Return a file with one message; each field has the name of its type and of its label."""
+    from google.protobuf.descriptor_pb2 import FieldDescriptorProto, FileDescriptorProto, FileDescriptorSet
+
+    file = FileDescriptorProto(name=f"granular/{name}.proto", package="granular", syntax="proto3")
+    message = file.message_type.add(name=name)
+    for number, (field, (kind, label)) in enumerate(fields.items(), 1):
+        kinds = {"type": getattr(FieldDescriptorProto, kind), "label": getattr(FieldDescriptorProto, label)}
+        message.field.add(name=field, number=number, **kinds)
+    return FileDescriptorSet(file=[file]).SerializeToString(deterministic=True)
+
+
+def encode_point_cloud(nanoseconds: int, positions: np.ndarray, colours: np.ndarray) -> bytes:
+    """Return one ``foxglove.PointCloud``.
+
+    The bytes of a colour are blue, green, red, alpha. Rerun reads them as four fields of these names; Foxglove chooses the
+    field ``rgba``, which is the same four bytes as one number.
+
+    Args:
+        nanoseconds: the time stamp.
+        positions: shape (n, 3) [m].
+        colours: red, green, blue, alpha; shape (n, 4), uint8.
+    """
+    points = np.empty(len(positions), dtype=_POINT)
+    points["position"], points["colour"] = positions, colours[:, [2, 1, 0, 3]]
+    seconds, rest = divmod(nanoseconds, 10**9)
+    stamp = (b"\x08" + varint(seconds) if seconds else b"") + (b"\x10" + varint(rest) if rest else b"")
+    data = points.tobytes()
+    return b"\x0a" + varint(len(stamp)) + stamp + _point_cloud_head() + b"\x32" + varint(len(data)) + data
+
+
+@cache
+def _point_cloud_head() -> bytes:
+    """Return frame, pose, stride and fields. Viewers draw nothing where the pose is not set."""
+    from foxglove_schemas_protobuf.PackedElementField_pb2 import PackedElementField as Field
+    from foxglove_schemas_protobuf.PointCloud_pb2 import PointCloud
+    from foxglove_schemas_protobuf.Pose_pb2 import Pose
+    from foxglove_schemas_protobuf.Quaternion_pb2 import Quaternion
+    from foxglove_schemas_protobuf.Vector3_pb2 import Vector3
+
+    fields = [Field(name=axis, offset=4 * place, type=Field.FLOAT32) for place, axis in enumerate("xyz")]
+    names = ("blue", "green", "red", "alpha")
+    fields += [Field(name=name, offset=12 + place, type=Field.UINT8) for place, name in enumerate(names)]
+    fields.append(Field(name="rgba", offset=12, type=Field.UINT32))
+    pose = Pose(position=Vector3(), orientation=Quaternion(w=1.0))
+    return PointCloud(frame_id=FRAME, pose=pose, point_stride=_POINT.itemsize, fields=fields).SerializeToString()
+
+
+def encode_text(text: str) -> bytes:
+    """Return one ``std_msgs/String``."""
+    return CDR_HEAD + _string(text)
+
+
+def encode_numbers(names: Sequence[str], rows: np.ndarray) -> list[bytes]:
+    """Return one ``std_msgs/Float64MultiArray`` for each row of `rows`, shape (messages, numbers), with their names."""
+    count, label = rows.shape[1], _string(", ".join(names))
+    body = struct.pack("<I", 1) + label
+    body += bytes(-len(body) % 4) + struct.pack("<4I", count, count, 0, count)
+    head = CDR_HEAD + body + bytes(-len(body) % 8)
+    return [head + row.tobytes() for row in np.ascontiguousarray(rows, dtype="<f8")]
+
+
+def names_of_numbers(data: bytes) -> list[str]:
+    """Return the names in a message that `encode_numbers` wrote."""
+    (length,) = struct.unpack_from("<I", data, 8)
+    return data[12 : 12 + length - 1].decode().split(", ")
+
+
+def _string(text: str) -> bytes:
+    data = text.encode() + b"\x00"
+    return struct.pack("<I", len(data)) + data

@@ -1,1 +1,0 @@
-"""The content of a log as it was written: by record, and by variable and time."""

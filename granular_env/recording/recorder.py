@@ -1,0 +1,430 @@
+"""The recorder: an observer that writes what a component does, without ever changing it.
+
+The stepping thread appends to a batch in memory. One daemon thread writes the batches, every few hundredths of a second, also
+while the script sits idle, so a killed process loses at most the last tenth of a second.
+"""
+
+from __future__ import annotations
+
+import atexit
+import os
+import threading
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from time import perf_counter
+from typing import Any, NamedTuple, Self
+
+import numpy as np
+
+from ..components.component import Component
+from ..components.errors import GranularError, LogError, ParameterError, one_line
+from ..components.inputs import Held
+from .batches import Batch, Place, Profiles, Samples, write_batch
+from .header import closing_facts, header_of, plain_json, title_of
+from .preview.film import Preview
+from .records import END, HEADER, KEY, START, Record, hash_row, nanoseconds
+from .schedule import Agenda, Schedule, make_schedule, names_to_record
+from .writer import LogWriter, as_path
+
+# Age at which gathered data is written [s], and at which a step waits until it has been: a stepping thread that never pauses
+# leaves the writing thread too little of the interpreter, and a kill may cost less than 100 ms.
+_WRITE_SECONDS, _WAIT_SECONDS, _LONGEST_WAIT = 0.03, 0.045, 0.5
+# Gathered bytes at which a part of a long step is handed over and the writing thread is woken, and bytes on their way to the
+# file at which the stepping thread waits.
+_WAKE_BYTES, _WAIT_BYTES = 4 << 20, 64 << 20
+_STEP_BYTES, _SET_BYTES = 40, 100
+
+
+class Kept(NamedTuple):
+    """The place where a recorder goes on with a log, instead of at the start of a segment.
+
+    Attributes:
+        start: tick at which the log begins.
+        key: tick of the last snapshot.
+        profiles: number of compiled profiles in the log.
+    """
+
+    start: int
+    key: int
+    profiles: int
+
+
+class Recorder:
+    """See `record`. Use it as a context manager, or call `close`.
+
+    Attributes:
+        path: where the log is.
+        next_tick: the tick at which it wants to look next.
+    """
+
+    def __init__(
+        self,
+        component: Component,
+        writer: LogWriter,
+        names: Sequence[str],
+        schedule: Schedule,
+        preview: Preview,
+        elapsed: int = 0,
+        kept: Kept | None = None,
+    ) -> None:
+        """Begin to look; the writer has written the header.
+
+        Args:
+            component: what to look at.
+            writer: of the log.
+            names: the variables of each frame.
+            schedule: when frames, hashes and snapshots are taken.
+            preview: takes the frames that stock viewers show.
+            elapsed: age of the parent where a branch begins [ticks].
+            kept: where it goes on with a log.
+        """
+        self.path, self.next_tick = writer.path, 0
+        self._component, self._names, self._schedule, self._preview = component, list(names), schedule, preview
+        self._state = [v.name for v in component.variables.values() if v.state]
+        self._inputs = {v.name: v.shape for v in component.variables.values() if v.causality == "input"}
+        self._has_events, self._agenda = bool(component.event_kinds), Agenda(schedule)
+        # Whether a step needs no look: no events, and no inputs that are arrays, whose size counts.
+        self._is_plain = not self._has_events and not any(self._inputs.values())
+        self._writer, self._profiles, self._kept = writer, Profiles(kept.profiles if kept is not None else 0), kept
+        # What the writing thread takes is guarded by the lock: the batches, the last of which grows, and their bytes.
+        self._lock, self._wake = threading.Lock(), threading.Event()
+        self._written = threading.Condition(self._lock)
+        self._batches = [Batch(place=Place(-1, 0, elapsed))]
+        self._size = self._backlog = 0
+        # Of the step under way: what was seen in it, and whether a part of it has been handed over.
+        self._samples, self._in_parts = Samples(), False
+        self._tick = self._event_count = 0
+        self._closing = self._closed = False
+        self._error: GranularError | None = None
+        self._closing_facts: dict[str, Any] = {}
+        self._due = perf_counter() + _WAIT_SECONDS
+        try:
+            component.observe(self)
+        except BaseException:
+            writer.abandon()
+            raise
+        self._thread = threading.Thread(target=self._write_until_closed, name=f"granular-env log {self.path}", daemon=True)
+        self._thread.start()
+        atexit.register(self.close)
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: object) -> None:
+        try:
+            self.close()
+        except LogError:
+            # What already went wrong matters more than that it could not be recorded.
+            if kind is None:
+                raise
+
+    @property
+    def published(self) -> bool:
+        """Return whether the log stands under its name; not yet, where it replaces one and holds no step."""
+        return self._writer.published
+
+    def note(self) -> str:
+        """Return a sentence on where the log is, and until when it holds the run."""
+        if not self.published:
+            return f"log: what stood at {str(self.path)!r} is kept"
+        end = f"{self._nanoseconds(self._batches[-1].place, self._tick) * 1e-9:.9g} s"
+        if self._error is None:
+            return f"log: {str(self.path)!r} is complete until {end}"
+        return f"log: {str(self.path)!r} is incomplete; `granular-env recover` makes it whole"
+
+    # -- observing, in the stepping thread ------------------------------------------------------------------------------
+
+    def on_reset(self, component: Component) -> None:
+        """Begin a new segment; where nothing happened in the last one, begin that one again."""
+        with self._lock:
+            if self._kept is not None:
+                self._go_on(component, self._kept)
+                self._kept = None
+            else:
+                self._begin(component)
+
+    def on_sample(self, component: Component) -> None:
+        """Take what is due at this tick; where a step gathers much, hand over the part that is done.
+
+        A step of n ticks is n steps of one, so a part is a step like any other. If the rest fails, the component is put back
+        to where the step began, and that is a new segment.
+        """
+        tick, agenda, into = component.tick, self._agenda, self._samples
+        if not self._closed and self._error is None:
+            place = self._batches[-1].place
+            if tick == agenda.frame:
+                self._take_frame(component, into)
+            if tick == agenda.hash:
+                into.hashes.append((tick, hash_row(component, self._state, self._inputs)))
+                into.size += 8 + 8 * len(self._state)
+            if tick == agenda.key:
+                into.snapshots.append((tick, KEY, component.save()))
+                into.size += component.state_bytes
+            if into.size > _WAKE_BYTES:
+                with self._lock:
+                    self._take_step(tick, {} if self._in_parts else component.held_inputs)
+                    self._in_parts = True
+                self._wait_for_writer()
+            self.next_tick = agenda.after(tick, place.age(tick))
+
+    def on_step(self, component: Component, ticks: int, inputs: Mapping[str, Held]) -> None:
+        """Note a whole step; raises `LogError` once if the log cannot be written, with the component's step done."""
+        if self._closed:
+            return
+        now = component.tick
+        with self._lock:
+            if self._is_plain and self._tick == now - ticks and not self._samples.size:
+                self._batches[-1].steps.extend((now, inputs))
+                self._tick = now
+            else:
+                self._take_whole_step(component, now, ticks, inputs)
+        if perf_counter() > self._due or self._size > _WAKE_BYTES:
+            self._wait_for_writer()
+            if self._error is not None:
+                component.ignore(self)
+                came = (
+                    f"{self._error}. Recording has stopped. The step is complete: the component is at {component.time:.12g} s"
+                )
+                raise LogError(came, hint="do not repeat this step; later steps are not recorded") from self._error
+
+    def on_failure(self, component: Component, error: BaseException) -> None:
+        """Forget what was seen inside the step that failed, unless its parts were handed over; keep the reason."""
+        with self._lock:
+            undone = max(self._tick - component.tick, 0)
+            self._samples, self._in_parts = Samples(), False
+            kind = "interrupted" if isinstance(error, KeyboardInterrupt) else "failed"
+            self._note({"incident": kind, "kind": type(error).__name__, "message": str(error)[:4000], "undone_ticks": undone})
+            if undone:
+                self._begin(component)
+            else:
+                self.next_tick = self._agenda.restart(component.tick, self._batches[-1].place.age(component.tick))
+
+    def _take_whole_step(self, component: Component, now: int, ticks: int, inputs: Mapping[str, Held]) -> None:
+        """Note a step in which there was something to be seen, or the rest of one, or a step after a gap."""
+        in_parts, self._in_parts = self._in_parts, False
+        if in_parts or self._tick == now - ticks:
+            self._take_step(now, {} if in_parts else inputs)
+        elif self._tick != now:
+            self._begin_after_gap(component)
+
+    def _take_step(self, now: int, inputs: Mapping[str, Held]) -> None:
+        batch, samples = self._batches[-1], self._samples
+        size = _STEP_BYTES + samples.size
+        for value in inputs.values():
+            size += _SET_BYTES + (value.nbytes if isinstance(value, np.ndarray) else 0)
+        if now > self._tick:
+            batch.steps.extend((now, inputs))
+        if self._has_events and (count := self._component.event_count) > self._event_count:
+            batch.events.append(self._component.event_rows(self._event_count))
+            size += batch.events[-1].nbytes
+            self._event_count = count
+        batch.take(samples)
+        self._tick, self._samples = now, Samples()
+        self._size += size
+
+    def _begin(self, component: Component) -> None:
+        """Begin a segment; the last one is begun again where nothing but its start has been noted."""
+        tick, last = component.tick, self._batches[-1]
+        place = Place(last.place.segment + 1, tick, last.place.age(self._tick))
+        incidents: list[Any] = []
+        if last.is_bare_start:
+            place = last.place._replace(start=tick)
+            incidents = self._batches.pop().incidents
+        batch = Batch(place=place, first=tick, incidents=incidents)
+        batch.snapshots.append((tick, START, component.save()))
+        batch.hashes.append((tick, hash_row(component, self._state, self._inputs)))
+        if self._schedule.is_frame(tick, place.before):
+            self._take_frame(component, batch)
+        self._batches.append(batch)
+        self._size += component.state_bytes
+        self._samples, self._in_parts, self._tick, self._event_count = Samples(), False, tick, component.event_count
+        self.next_tick = self._agenda.restart(tick, place.before)
+
+    def _begin_after_gap(self, component: Component) -> None:
+        """Begin a segment where the component is not where the last step has left it: a parent may have stepped it."""
+        first, last = self._tick, component.tick
+        times = sorted(tick * component.step_size for tick in (first, last))
+        between = "between {:.12g} s and {:.12g} s of the component's time".format(*times)
+        self._note({"incident": "unrecorded", "message": f"what happened {between} is not in the log"})
+        self._begin(component)
+
+    def _go_on(self, component: Component, kept: Kept) -> None:
+        """Go on with the segment that the log ends in."""
+        tick, place = component.tick, Place(0, kept.start, self._batches[-1].place.before)
+        self._batches = [Batch(place=place, first=tick)]
+        self._tick, self._event_count = tick, component.event_count
+        self._agenda.key = self._schedule.key_after(kept.key, place.age(kept.key))
+        self.next_tick = self._agenda.after(tick, place.age(tick))
+
+    def _take_frame(self, component: Component, into: Samples) -> None:
+        balances = component.balance_values()
+        values = [balances[name] if name in balances else component.peek(name) for name in self._names]
+        into.frames.append((component.tick, [np.array(one) if isinstance(one, np.ndarray) else one for one in values]))
+        into.size += 100 + sum(8 * np.size(value) + 100 for value in values)
+
+    def _note(self, content: dict[str, Any]) -> None:
+        self._batches[-1].incidents.append((self._tick, content))
+
+    def _wait_for_writer(self) -> None:
+        """Wake the writing thread, and wait while it is behind."""
+        self._wake.set()
+        with self._written:
+            self._written.wait_for(self._is_keeping_up, _LONGEST_WAIT)
+
+    def _is_keeping_up(self) -> bool:
+        return self._error is not None or (perf_counter() <= self._due and self._backlog + self._size <= _WAIT_BYTES)
+
+    def close(self) -> None:
+        """Write the rest and the summary that makes the file complete; a second call does nothing.
+
+        Raises:
+            LogError: something could not be written; the path is named.
+        """
+        if self._closed:
+            return
+        if not self._closing:
+            self._note_end()
+            self._component.ignore(self)
+            self._closing = True
+        self._wake.set()
+        self._thread.join()
+        self._closed = True
+        atexit.unregister(self.close)
+        if self._error is not None:
+            raise self._error
+
+    def _note_end(self) -> None:
+        component = self._component
+        with self._lock:
+            if component.tick != self._tick:
+                self._begin_after_gap(component)
+            # Before the state is copied: to draw up the report takes as much memory.
+            self._closing_facts = closing_facts(component)
+            batch = self._batches[-1]
+            if not batch.is_bare_start:
+                batch.snapshots.append((self._tick, END, component.save()))
+
+    # -- the writing thread ---------------------------------------------------------------------------------------------
+
+    def _write_until_closed(self) -> None:
+        try:
+            closing = False
+            while not closing:
+                self._wake.wait(_WRITE_SECONDS)
+                self._wake.clear()
+                closing = self._closing
+                self._write_gathered()
+            place, tick = self._batches[-1].place, self._tick
+            self._writer.add_preview(self._preview.messages())
+            self._writer.finish(place.segment, tick, self._nanoseconds(place, tick), self._closing_facts)
+        except GranularError as error:
+            self._error = error
+        except Exception as error:  # the stepping thread has to hear of everything that stops this one
+            came = f"cannot be written any more: {type(error).__name__}: {error}"
+            self._error = LogError(came, source=f"log {str(self.path)!r}")
+        finally:
+            self._writer.abandon()
+            with self._written:
+                self._due = 0.0 if self._error is not None else self._due
+                self._written.notify_all()
+
+    def _write_gathered(self) -> None:
+        with self._lock:
+            batches, gathered = self._batches, perf_counter()
+            self._batches = [batches[-1].next()]
+            self._backlog, self._size = self._size, 0
+        for batch in batches:
+            write_batch(batch, self._writer, self._profiles, self._names, self._inputs, self._component.step_size)
+            for tick, values in batch.frames:
+                self._preview.add(self._nanoseconds(batch.place, tick), dict(zip(self._names, values, strict=True)))
+        self._writer.flush()
+        if any(batch.steps for batch in batches):
+            self._writer.publish()
+        with self._written:
+            self._backlog, self._due = 0, gathered + _WAIT_SECONDS
+            self._written.notify_all()
+
+    def _nanoseconds(self, place: Place, tick: int) -> int:
+        return nanoseconds(place.age(tick), self._component.step_size)
+
+
+def record(
+    component: Component,
+    path: str | os.PathLike[str],
+    *,
+    every: float | None = None,
+    variables: Sequence[str] | None = None,
+    hash_every: int | None = None,
+    snapshot_every: float | None = None,
+    experiment: Mapping[str, Any] | None = None,
+    parent: Mapping[str, Any] | None = None,
+    overwrite: bool = False,
+) -> Recorder:
+    """Record everything that `component` does from now until the recorder is closed.
+
+        with ge.record(chain, "logs/mine.mcap", every=1e-6, variables=["velocity"]):
+            chain.reset(velocity={0: 5.0})
+            chain.step(1e-4)
+
+    Every input and the state at the start are kept exactly, so that the log can be re-run; frames are for looking.
+
+    Args:
+        component: what to look at.
+        path: the file; by custom it ends in ``.mcap``.
+        every: time between frames [s], a whole number of ticks. Default: for an experiment with a duration 160 to
+            400 frames; otherwise every tick at first, and half as often each time the run has become twice as long.
+        variables: names of outputs or inputs to keep in each frame, in addition to the balances and the inputs that are one
+            number. Default: the state variables, the outputs that viewers draw, and every output that is one number.
+        hash_every: ticks between hashes of the state; 1 lets a verification name the very step. Default: 4096.
+        snapshot_every: time between snapshots [s]. Default: each time the run has become a sixteenth longer, at least 4096
+            ticks apart; fewer where a tick of a large state, or of many steps of a part, takes long.
+        experiment: JSON values to keep with the log.
+        parent: which log and tick this one branched off.
+        overwrite: whether an existing log may be replaced; it stays until the new one holds its first step.
+
+    Raises:
+        ParameterError: an argument is not valid, or the file exists, is no log, or is being written by another recorder;
+            nothing has been written.
+        LogError: the file cannot be written.
+    """
+    if not isinstance(component, Component):
+        raise ParameterError(f"got {one_line(component)}", expected="a component", at="component")
+    target = as_path(path)
+    names = names_to_record(component, variables)
+    schedule = make_schedule(component, every, hash_every, snapshot_every, experiment, names)
+    facts = plain_json("experiment", experiment), plain_json("parent", parent)
+    return begin_log(component, LogWriter(target, overwrite), names, schedule, *facts)
+
+
+def begin_log(
+    component: Component,
+    writer: LogWriter,
+    names: list[str],
+    schedule: Schedule,
+    experiment: Any = None,
+    parent: Any = None,
+    elapsed: int = 0,
+) -> Recorder:
+    """Write the header of a log, and return the recorder that goes on with it; arguments as for `record` and `Recorder`."""
+    try:
+        header, arrays = header_of(component, names, schedule.options(), experiment, parent, elapsed)
+        writer.add_header(Record(HEADER, 0, 0, 0, 0, 1, 0, header, arrays))
+        variables = {name: component.variables[name] for name in names}
+        preview = Preview(title_of(header), component.drawables(), variables)
+    except BaseException:
+        writer.abandon()
+        raise
+    return Recorder(component, writer, names, schedule, preview, elapsed)
+
+
+@contextmanager
+def note_log_on_error(recorder: Recorder) -> Iterator[None]:
+    """Add a note to an error that ends a recorded run: where the log is, and until when it is complete.
+
+    Enter it before the recorder, so that the log is closed before the note is made.
+    """
+    try:
+        yield
+    except GranularError as error:
+        error.add_note(recorder.note())
+        raise

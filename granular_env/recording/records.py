@@ -1,0 +1,211 @@
+"""The records of a log: the names of its topics, and how each record becomes a message and is read back.
+
+A log is an MCAP file. Its exact content is in the topics ``granular/...``. A *segment* is an unbroken history: it begins with a
+reset or a restore, and with a snapshot.
+
+====================  =================================================================================================
+granular/header       the first message: component, parameters, experiment, versions, machine, what is recorded
+granular/snapshots    the state at the start of each segment, there with the events before it, at key ticks and at the end
+granular/steps        for many calls of `step`: their lengths in ticks and the inputs that were set
+granular/frames/NAME  for one variable: ticks and values
+granular/hashes       at key ticks: a digest of each state variable, of the whole state, and of the inputs then held
+granular/events       what happened to the component: rows of tick, kind, index, value and limit
+granular/incidents    what happened to the run: failures, a recovery; at the end "closed", with the index of all messages
+====================  =================================================================================================
+
+Frames are protobuf messages ``granular.Frames`` that any protobuf library reads; unit and shape are in the metadata of their
+channel. Every other message is one block of `support.serialization` in a protobuf message ``granular.Block``. Further topics,
+and a Metadata record, are for stock viewers and are not read back: see `preview` and `header.metadata_of`.
+"""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ..components.component import Component
+from ..components.errors import Location, LogError
+from ..components.inputs import Held
+from ..components.profiles import CompiledProfile
+from ..components.support.serialization import digest, pack_parts, unpack
+
+FORMAT = 4
+KINDS = ("header", "snapshots", "steps", "frames", "hashes", "events", "incidents")
+HEADER, SNAPSHOTS, STEPS, FRAMES, HASHES, EVENTS, INCIDENTS = range(len(KINDS))
+_FRAMES_TOPIC = "granular/frames/"
+_KINDS_BY_TOPIC = {f"granular/{name}": kind for kind, name in enumerate(KINDS)}
+# Column `detail` of the index, for a snapshot; for frames it holds the number of the variable, for incidents CLOSED or 0.
+START, KEY, END = 0, 1, 2
+CLOSED = 1
+# Columns of the index, one row a message.
+COLUMNS = ("kind", "detail", "segment", "first", "last", "count", "number", "chunk")
+_PLACE = COLUMNS[1:7]
+DAMAGED = "the log is damaged"
+# The last time that readers with signed numbers can hold, as a float [ns].
+_LAST_NANOSECOND = float(2**63 - 1024)
+
+
+@dataclass(frozen=True, slots=True)
+class Record:
+    """One message of the exact content.
+
+    Attributes:
+        kind: one of the numbers above.
+        detail: for frames the number of the variable, for snapshots START, KEY or END, for incidents CLOSED or 0.
+        segment: which unbroken history.
+        first, last: the ticks that it spans.
+        count: how many steps, frames or rows it holds.
+        number: place among the records of its kind.
+        header: plain JSON values; none of frames.
+        arrays: by name.
+    """
+
+    kind: int
+    detail: int
+    segment: int
+    first: int
+    last: int
+    count: int
+    number: int
+    header: Mapping[str, Any]
+    arrays: Mapping[str, Any]
+
+    @property
+    def row(self) -> tuple[int, ...]:
+        """All columns of the index but the chunk."""
+        return (self.kind, self.detail, self.segment, self.first, self.last, self.count, self.number)
+
+
+def topic_of(kind: int, variable: str = "") -> str:
+    """Return the topic of records of a kind; `variable` is the one that frames are of."""
+    return _FRAMES_TOPIC + variable if kind == FRAMES else f"granular/{KINDS[kind]}"
+
+
+def kind_of(topic: str) -> int | None:
+    """Return the kind of the records under a topic; None for topics of the preview."""
+    return FRAMES if topic.startswith(_FRAMES_TOPIC) else _KINDS_BY_TOPIC.get(topic)
+
+
+def encode(record: Record) -> bytes:
+    """Return a record as the bytes of a message."""
+    place = [getattr(record, name) for name in _PLACE]
+    if record.kind == FRAMES:
+        fields = map(np.ascontiguousarray, (np.array(place, "<i8"), record.arrays["ticks"], record.arrays["values"]))
+        return b"".join(part for number, one in enumerate(fields, 1) for part in (_field_head(number, one.nbytes), one.data))
+    parts = pack_parts({"kind": KINDS[record.kind], "place": place, "content": dict(record.header)}, record.arrays)
+    return b"".join([_field_head(1, sum(map(len, parts))), *parts])
+
+
+def decode(data: bytes, kind: int, most_text: int | None = None) -> Record:
+    """Return the record in a message.
+
+    Args:
+        data: the message.
+        kind: what its topic says it is.
+        most_text: limit on the bytes of its JSON text.
+
+    Raises:
+        LogError: `encode` did not write that for this kind.
+    """
+    header: Any = {}
+    if kind == FRAMES:
+        fields = _packed_fields(data)
+        if len(fields) != 3 or any(len(field) % 8 for field in fields):
+            raise LogError("a message is not laid out as granular-env writes it", hint=DAMAGED)
+        place, ticks, values = fields[0].view("<i8").tolist(), fields[1].view("<i8"), fields[2].view("<f8")
+        arrays = {"ticks": ticks, "values": values}
+    else:
+        block = next(iter(_packed_fields(data)), np.zeros(0, np.uint8))
+        content, arrays = unpack(block.data, most_text)
+        if not isinstance(content, dict) or content.get("kind") != KINDS[kind]:
+            raise LogError("a message is of another kind", hint=f"{DAMAGED}, or was put together from others", at=KINDS[kind])
+        place, header = content.get("place"), content.get("content")
+    whole = isinstance(place, list) and len(place) == len(_PLACE) and all(type(x) is int and -1 <= x < 2**62 for x in place)
+    if not whole or not isinstance(header, dict):
+        raise damage("a message does not say where in the log it belongs", KINDS[kind])
+    return Record(kind, *place, header, arrays)  # type: ignore[misc]
+
+
+def damage(received: str, at: str | Location, log: object = "") -> LogError:
+    """Return the error for a part of a log that `record` does not write like that.
+
+    Args:
+        received: what is wrong with it.
+        at: what holds it: "header", "index", one of the kinds of records, and the place there.
+        log: its path, where that is known.
+    """
+    return LogError(received, hint=DAMAGED, at=at, source=f"log {str(log)!r}" if log else "")
+
+
+def nanoseconds(ticks: int, step_size: float) -> int:
+    """Return the time of a message in an MCAP file: an unsigned 64-bit number, at its end where a time lies beyond."""
+    return round(min(ticks * step_size * 1e9, _LAST_NANOSECOND))
+
+
+def varint(value: int) -> bytes:
+    """Encode a protobuf number."""
+    parts = bytearray()
+    while value > 0x7F:
+        parts.append(value & 0x7F | 0x80)
+        value >>= 7
+    return bytes((*parts, value))
+
+
+def _field_head(number: int, size: int) -> bytes:
+    """Return what precedes the content of a protobuf field of bytes or of packed numbers."""
+    return varint(number << 3 | 2) + varint(size)
+
+
+def _packed_fields(data: bytes) -> list[np.ndarray]:
+    """Return the contents of the fields of a message, all of bytes or packed numbers, numbered from 1; uint8 each."""
+    view, found, offset = np.frombuffer(data, np.uint8), [], 0
+    while offset < len(data):
+        tag, length, begin = data[offset], 0, offset + 1
+        for shift in range(0, 35, 7):
+            byte = data[begin] if begin < len(data) else 0
+            length, begin = length | (byte & 0x7F) << shift, begin + 1
+            if byte < 0x80:
+                break
+        offset = begin + length
+        if tag != len(found) + 1 << 3 | 2 or offset > len(data):
+            raise LogError("a message is not laid out as granular-env writes it", hint=DAMAGED)
+        found.append(view[begin:offset])
+    return found
+
+
+# -- bits and digests ------------------------------------------------------------------------------------------------------
+
+
+def words(values: np.ndarray | float) -> bytes:
+    """Return the bits of a number or an array, for comparing and hashing."""
+    return np.ascontiguousarray(values).tobytes()
+
+
+def bits(value: float) -> int:
+    """Return the 64 bits of a number, so that -0.0 and 0.0 are told apart."""
+    return struct.unpack("<q", struct.pack("<d", value))[0]
+
+
+def held_word(value: Held) -> int:
+    """Return the bits of a number, or a digest of those of an array or a profile."""
+    if isinstance(value, CompiledProfile):
+        pattern = b"" if value.pattern is None else value.pattern.tobytes()
+        return _word(value.ticks.tobytes() + value.coefficients.tobytes() + pattern)
+    return _word(words(value)) if isinstance(value, np.ndarray) else bits(value)
+
+
+def hash_row(component: Component, state: Iterable[str], inputs: Iterable[str]) -> np.ndarray:
+    """Return one word for each state variable, one for the whole state, one for each input now held; int64."""
+    row = [_word(words(component.peek(name))) for name in state]
+    row.append(_word(component.state_view()))
+    held = component.held_inputs
+    row += [held_word(held[name]) for name in inputs]
+    return np.array(row, dtype=np.int64)
+
+
+def _word(data: bytes | memoryview) -> int:
+    return int.from_bytes(digest(data), "little", signed=True)

@@ -1,1 +1,0 @@
-"""The program that a log is: opened, run again, branched off, continued, recovered."""

@@ -1,0 +1,198 @@
+"""The steps of a log as arrays: how long each was, which inputs it set, and what was held when."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..components.errors import GranularError, LogError
+from ..components.inputs import Held, read_only
+from ..components.profiles import CompiledProfile
+from .records import Record, bits, damage, held_word
+
+# Samples of a profile over the time that it was held, in addition to its breakpoints.
+_PROFILE_SAMPLES = 201
+# Further samples of each of its pieces; an even number, so that one falls on the peak of a half sine.
+_PIECE_SAMPLES = 32
+
+
+@dataclass(frozen=True, slots=True)
+class StepHistory:
+    """All calls of `step` in one segment.
+
+    Attributes:
+        marks: ticks before the first step and after each, shape (steps + 1,).
+        sets: for each input that was set at all: the indices of the steps that set it, and the values.
+    """
+
+    marks: np.ndarray
+    sets: Mapping[str, tuple[np.ndarray, list[Held]]]
+
+    def __len__(self) -> int:
+        return len(self.marks) - 1
+
+    def __iter__(self) -> Iterator[tuple[int, dict[str, Held]]]:
+        """For each step its length in ticks and the inputs that it set."""
+        at = self.by_step()
+        for place, ticks in enumerate(np.diff(self.marks).tolist()):
+            yield ticks, at.get(place, {})
+
+    def by_step(self) -> dict[int, dict[str, Held]]:
+        """Index of the step -> the inputs that it set."""
+        found: dict[int, dict[str, Held]] = {}
+        for name, (places, values) in self.sets.items():
+            for place, value in zip(places.tolist(), values, strict=True):
+                found.setdefault(place, {})[name] = value
+        return found
+
+    def changes(self, held: Mapping[str, Held]) -> list[tuple[int, dict[str, Held]]]:
+        """Return (tick, inputs) for each step at which the bits of an input changed; `held` are the inputs at the start."""
+        found: dict[int, dict[str, Held]] = {}
+        ticks = self.marks
+        for name, (places, values) in self.sets.items():
+            before: Held | None = held.get(name)
+            word: int | None = None  # of `before`, once it is needed
+            for tick, value in zip(ticks[places].tolist(), values, strict=True):
+                if value is before:
+                    continue
+                if type(value) is float and type(before) is float:
+                    new, changed = None, value != before or (value == 0.0 and bits(value) != bits(before))
+                else:
+                    new = held_word(value)
+                    word = held_word(before) if word is None and before is not None else word
+                    changed = new != word or isinstance(value, float) != isinstance(before, float)
+                if changed:
+                    found.setdefault(tick, {})[name] = value
+                before, word = value, new
+        return sorted(found.items())
+
+
+def steps_of(
+    records: Sequence[Record],
+    start: int,
+    inputs: Mapping[str, tuple[int, ...]],
+    profiles: list[CompiledProfile],
+    step_size: float,
+) -> StepHistory:
+    """Return the steps in the records of one segment.
+
+    Args:
+        records: of steps.
+        start: tick before the first step.
+        inputs: the shape of each input, by name.
+        profiles: those of the log so far; they grow.
+        step_size: length of a tick [s].
+    """
+    marks = [np.array([start], dtype=np.int64)]
+    sets: dict[str, tuple[list[np.ndarray], list[Held]]] = {}
+    before = 0
+    for record in records:
+        durations = _array(record, "durations", np.int64)
+        if len(durations) != record.count or (durations < 1).any() or int(durations.sum()) != record.last - record.first:
+            raise damage(f"those from tick {record.first} to {record.last} do not add up", "steps")
+        _add_profiles(record, profiles, step_size)
+        for name, places, values in _sets_of(record, inputs, profiles):
+            parts = sets.setdefault(name, ([], []))
+            parts[0].append(places + before)
+            parts[1].extend(values)
+        marks.append(record.first + np.cumsum(durations))
+        before += len(durations)
+    return StepHistory(
+        np.concatenate(marks), {name: (np.concatenate(places), values) for name, (places, values) in sets.items()}
+    )
+
+
+def _sets_of(
+    record: Record, inputs: Mapping[str, tuple[int, ...]], profiles: list[CompiledProfile]
+) -> Iterator[tuple[str, np.ndarray, list[Held]]]:
+    span = f"from tick {record.first} to {record.last}"
+    for label, (name, shape) in enumerate(inputs.items()):
+        if f"{label}.steps" not in record.arrays:
+            continue
+        places, numbers = _array(record, f"{label}.steps", np.int64), _array(record, f"{label}.profiles", np.int64)
+        values = _array(record, f"{label}.values", np.float64, 1 + len(shape))
+        sound = len(places) == len(numbers) and len(places) and len(values) == (numbers < 0).sum()
+        sound = sound and values.shape[1:] == shape and np.isfinite(values).all()
+        if not sound or places[0] < 0 or places[-1] >= record.count or (np.diff(places) <= 0).any():
+            raise damage(f"the input {span} is not what was written", ("steps", name))
+        if numbers.min() < -1 or numbers.max() >= len(profiles):
+            raise damage(f"the input {span} refers to a profile that is not in the log", ("steps", name))
+        plain: list[Held] = values.tolist() if shape == () else [read_only(value.copy()) for value in values]
+        if len(plain) == len(numbers):
+            yield name, places, plain
+            continue
+        if any(profiles[number].shape != shape for number in set(numbers.tolist()) if number >= 0):
+            raise damage(f"the input {span} follows a profile of another shape", ("steps", name))
+        rest = iter(plain)
+        yield name, places, [profiles[number] if number >= 0 else next(rest) for number in numbers.tolist()]
+
+
+def _add_profiles(record: Record, profiles: list[CompiledProfile], step_size: float) -> None:
+    shapes = _array(record, "profile_shapes", np.int64, 2)
+    ticks, coefficients = _array(record, "profile_ticks", np.int64), _array(record, "profile_coefficients", np.float64)
+    if record.header.get("profiles_before") != len(profiles):
+        raise damage("profiles are missing, doubled or out of order", "steps")
+    pieces = number = 0
+    for place, (rows, columns) in enumerate(shapes.tolist()):
+        if rows < 1 or columns < 1 or pieces + rows > len(ticks) or number + rows * columns > len(coefficients):
+            raise damage(f"profile {len(profiles)} is not what was written", "steps")
+        part = coefficients[number : number + rows * columns].reshape(rows, columns)
+        try:
+            pattern = record.arrays.get(f"pattern.{place}")
+            if pattern is not None and pattern.dtype != np.float64:
+                raise LogError(f"a pattern has the dtype {pattern.dtype}", expected="float64")
+            profiles.append(CompiledProfile(step_size, ticks[pieces : pieces + rows], part, pattern))
+        except GranularError as error:
+            raise damage(f"profile {len(profiles)} is not what was written: {error}", "steps") from error
+        pieces, number = pieces + rows, number + rows * columns
+
+
+def _array(record: Record, name: str, dtype: type, dimensions: int = 1) -> np.ndarray:
+    array = record.arrays.get(name)
+    if array is None or array.dtype != dtype or array.ndim != dimensions:
+        raise damage(f"a record has no proper {name!r}", "steps")
+    return array
+
+
+@dataclass(frozen=True, slots=True)
+class Stretch:
+    """A time over which an input was held at one value, or followed one profile.
+
+    Attributes:
+        begin, end: its ticks, equal where nothing happened before a step set the input.
+        value: what was held.
+        shift: a tick of the component plus this is a tick of the log.
+    """
+
+    begin: int
+    end: int
+    value: Held
+    shift: int = 0
+
+    def sample_ticks(self) -> list[int]:
+        """Return ticks that show its course: both ends, and of a profile its breakpoints and samples between them."""
+        if not isinstance(self.value, CompiledProfile):
+            return [self.begin, self.end]
+        if self.end <= self.begin:
+            return []
+        even = np.linspace(self.begin, self.end, _PROFILE_SAMPLES).astype(np.int64)
+        grid = np.unique(np.concatenate([even, self.value.ticks, self._curved_ticks(self.value), [self.end]]))
+        return grid[(grid >= self.begin) & (grid <= self.end)].tolist()
+
+    def _curved_ticks(self, profile: CompiledProfile) -> np.ndarray:
+        """Return ticks within the curved pieces of a profile, so that a short pulse is not missed."""
+        begins = np.clip(profile.ticks, self.begin, self.end)
+        ends = np.append(begins[1:], self.end)
+        curved = (ends > begins) & profile.coefficients[:, 2:].any(axis=1)
+        each = max(2, min(_PIECE_SAMPLES, _PROFILE_SAMPLES * _PIECE_SAMPLES // max(1, int(curved.sum()))))
+        return np.linspace(begins[curved], ends[curved], each + 1).astype(np.int64).ravel()
+
+
+def stretches(steps: StepHistory, start: Mapping[str, Held], name: str, end: int, shift: int = 0) -> Iterator[Stretch]:
+    """Yield the stretches of one input in one segment; `start` holds the inputs before its first step."""
+    places, values = steps.sets.get(name, (np.zeros(0, np.int64), []))
+    begins = [int(steps.marks[0]), *steps.marks[places].tolist()]
+    for begin, stop, value in zip(begins, [*begins[1:], end], [start[name], *values], strict=True):
+        yield Stretch(begin, stop, value, shift)

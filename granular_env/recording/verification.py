@@ -1,0 +1,363 @@
+"""Verification: run a log again and compare its frames, hashes, snapshots, inputs and events, bit for bit."""
+
+from __future__ import annotations
+
+import heapq
+import os
+from collections import Counter
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field
+from operator import itemgetter
+from typing import Any, Literal
+
+import numpy as np
+
+from ..components.component import Component
+from ..components.errors import LogError, StepError
+from ..components.snapshot import Snapshot
+from ..output_files import count_of
+from ..progress import Progress, progress_bar
+from .header import machine, table_of, versions
+from .index import DETAIL, FIRST, LAST, Segment
+from .log import Log, open_log
+from .records import EVENTS, FRAMES, HASHES, SNAPSHOTS, hash_row, held_word, words
+from .rerun import Changes, advance, check_work, restore
+
+Outcome = Literal["identical", "different", "incomplete", "nothing was compared"]
+
+
+@dataclass(slots=True, repr=False)
+class Verification:
+    """The findings of a re-run.
+
+    Attributes:
+        path: the log.
+        complete: whether the log was closed.
+        calls, ticks: calls of `step`, and ticks, that were run again.
+        frames: instants at which the recorded variables were compared.
+        hashes, snapshots: how many of each were compared.
+        variable: name of the first variable that differs, "events" or "identity"; None where nothing does.
+        index: its first element that differs, or None where that is not known.
+        interval: times between which the difference arose: last agreeing, first differing [s]; None for the identity.
+        notes: one sentence for each difference, then what may explain them.
+        incidents: what happened to the recording, such as "failed" or "recovered"; not compared.
+        gaps: a sentence for each piece of the run that the log says it does not hold.
+    """
+
+    path: str
+    complete: bool
+    calls: int = 0
+    ticks: int = 0
+    frames: int = 0
+    hashes: int = 0
+    snapshots: int = 0
+    variable: str | None = None
+    index: int | None = None
+    interval: tuple[float, float] | None = None
+    notes: list[str] = field(default_factory=list)
+    incidents: list[str] = field(default_factory=list)
+    gaps: list[str] = field(default_factory=list)
+
+    @property
+    def outcome(self) -> Outcome:
+        """The verdict in a word or two."""
+        if self.variable is not None:
+            return "different"
+        if not self.ticks:
+            return "nothing was compared"
+        return "identical" if self.complete else "incomplete"
+
+    @property
+    def identical(self) -> bool:
+        """Return whether the log was closed, holds at least one tick, and every bit that a re-run gives is the same."""
+        return self.outcome == "identical"
+
+    @property
+    def message(self) -> str:
+        """The verdict for people: a line for what was compared, and one for each difference and each part left out."""
+        hashes = count_of(self.hashes, "hash", "hashes")
+        kinds = f"{count_of(self.frames, 'frame')}, {hashes}, {count_of(self.snapshots, 'snapshot')}"
+        size = f"{count_of(self.calls, 'call')} of step, {count_of(self.ticks, 'tick')} ({kinds})"
+        summary = {
+            "identical": f"{size} compared bit for bit",
+            "different": f"{size if self.ticks else kinds} agree{'' if self.complete else '; the log was not closed'}",
+            "incomplete": f"the log was not closed; what it holds agrees bit for bit: {size}",
+            "nothing was compared": f"the log holds no call of step{'' if self.complete else '; the log was not closed'}",
+        }
+        lines = [f"{self.outcome}: {summary[self.outcome]}", *self.notes, *self.gaps]
+        if self.variable is None and self.incidents:
+            counts = Counter(self.incidents).items()
+            kinds = ", ".join(kind if count == 1 else f"{kind} {count} times" for kind, count in counts)
+            lines.append(f"not compared: incidents of the recording ({kinds})")
+        return "\n".join(lines)
+
+    def __bool__(self) -> bool:
+        return self.identical
+
+    def __repr__(self) -> str:
+        return f"<Verification of {self.path!r}: {self.message.splitlines()[0]}>"
+
+
+class Difference(Exception):  # noqa: N818 - a finding, carried out of nested loops
+    """Something of the log that the re-run does not give.
+
+    Attributes:
+        variable: its name.
+        tick: where that was seen, a tick of the segment.
+        index: its element, where that is known.
+        reason: what is known beyond that.
+    """
+
+    def __init__(self, variable: str, tick: int, index: int | None = None, reason: str = "") -> None:
+        """Take what was found."""
+        super().__init__(variable)
+        self.variable, self.tick, self.index, self.reason = variable, tick, index, reason
+
+
+def verify(
+    path: str | os.PathLike[str] | Log,
+    *,
+    progress: Progress = False,
+    allow_large: bool = False,
+    components: Mapping[str, type[Component]] | None = None,
+) -> Verification:
+    """Re-run a log from its parameters, start states and inputs, and compare what it recorded, bit for bit.
+
+    Titles, dates, descriptions and other texts are not compared.
+
+    Args:
+        path: the log.
+        progress: show a bar, or call this now and then with the part that is done.
+        allow_large: lift the limits on sizes.
+        components: classes of components that are not ours, by name; an open log has its own.
+
+    Raises:
+        LogError: the file is no log, or it is damaged, or it cannot be re-run at all. A log that can be re-run but gives
+            other bits is no error: the result names the first variable and the interval.
+    """
+    log = path if isinstance(path, Log) else open_log(path, allow_large=allow_large, components=components)
+    try:
+        component = log.rebuilt()
+        check_work(log.end_tick - log.start_tick, component, log.records.limits)
+        _refuse_other_declaration(log, component)
+        result = Verification(str(log.path), log.complete)
+        for incident in log.incidents:
+            result.incidents.append(str(incident.get("incident")))
+            if incident.get("incident") == "unrecorded":
+                result.gaps.append(str(incident.get("message"))[:400])
+        with progress_bar(f"verification of {log.path.name}", show=progress) as bar:
+            total = max(log.end_tick - log.start_tick, 1)
+
+            def tell(done: int) -> None:
+                if bar.is_due():
+                    bar.update(min((result.ticks + done) / total, 1.0))
+
+            _compare(log, component, result, tell)
+        return result
+    finally:
+        if log is not path:
+            log.close()
+
+
+def _compare(log: Log, component: Component, result: Verification, tell: Callable[[int], None]) -> None:
+    """Compare all segments until the first difference, and write the findings into the result."""
+    # Also segments in which nothing happened: they hold a state, and perhaps a frame.
+    for segment in log.records.index.all_segments:
+        comparison = Comparison(log, component, segment, result)
+        try:
+            comparison.run(log.snapshot(segment, segment.start), segment.end, tell)
+        except Difference as found:
+            first = comparison.agreed.get(found.variable, segment.start)
+            span = [log.records.log_tick(segment.number, tick) for tick in (first, found.tick)]
+            result.variable, result.index = found.variable, found.index
+            result.interval = (span[0] * log.step_size, span[1] * log.step_size)
+            where = "" if found.index is None else f"[{found.index}]"
+            when = f"at {result.interval[0]:.12g} s (tick {span[0]})"
+            if span[0] != span[1]:
+                when = "between {:.12g} s and {:.12g} s".format(*result.interval) + f" (ticks {span[0]} to {span[1]})"
+            result.notes.append(f"{found.variable}{where} differs {when}" + (f": {found.reason}" if found.reason else ""))
+            break
+        result.calls += len(log.steps_of(segment))
+        result.ticks += segment.end - segment.start
+    if component.identity != log.records.header.get("identity"):
+        result.variable = result.variable or "identity"
+        result.notes.append(
+            "the log's parameters do not give the identity that it claims: they were changed, or the program was"
+        )
+    if result.variable is not None:
+        result.notes += _foreign_facts(log.records.header)
+
+
+class Comparison:
+    """A component that runs a part of a segment again, compared with what the log holds of that.
+
+    Attributes:
+        agreed: the last tick at which each variable was the same.
+    """
+
+    def __init__(self, log: Log, component: Component, segment: Segment, result: Verification) -> None:
+        self.agreed: dict[str, int] = {}
+        self._log, self._component, self._segment, self._result = log, component, segment, result
+        self._inputs = list(log.input_variables)
+        self._state = [v.name for v in component.variables.values() if v.state]
+        self._balances: tuple[int, dict[str, Any]] = (-1, {})
+        self._framed = -1
+
+    def run(self, start: Snapshot, end: int, tell: Callable[[int], None] = lambda done: None) -> None:
+        """Run from a snapshot of the segment to a tick.
+
+        Args:
+            start: of this segment; its identity is not compared.
+            end: the tick to reach; what is recorded later is not compared.
+            tell: called after each piece with the ticks that are done.
+
+        Raises:
+            Difference: the log holds something that the re-run does not give.
+            LogError: the log is damaged, or cannot be run again.
+        """
+        component, segment, log = self._component, self._segment, self._log
+        restore(component, self._adopt(start))
+        before = component.event_count
+        held = log.snapshot(segment, segment.start).inputs
+        changes = [change for change in log.steps_of(segment).changes(held) if change[0] >= start.tick]
+        changes.reverse()
+
+        def told() -> None:
+            tell(component.tick - segment.start)
+
+        for tick, check, *facts in heapq.merge(*self._marks(start.tick, end), key=itemgetter(0)):
+            self._advance(changes, tick, told)
+            check(tick, *facts)
+        self._advance(changes, end, told)
+        if component.event_kinds:
+            self._compare_events(start.tick, end, component.event_rows(before))
+
+    def _advance(self, changes: Changes, tick: int, tell: Callable[[], None]) -> None:
+        try:
+            advance(self._component, changes, tick, tell)
+        except StepError as error:
+            at = round(error.time / self._component.step_size)
+            reason = f"the re-run broke down where the log went on: {error}"
+            raise Difference(error.variable, at, error.index, reason) from error
+
+    def _marks(self, start: int, end: int) -> list[Iterator[tuple[Any, ...]]]:
+        """Return what is compared, each kind in the order of time: tick, the function that compares, and its arguments."""
+        index, number = self._log.records.index, self._segment.number
+        frames = index.select(FRAMES, None, number)
+        # At the same tick the inputs come first: a difference in them is the cause of one in the state.
+        marks = [
+            self._hash_marks(index.select(HASHES, 0, number), self._check_held),
+            *(self._frame_marks(frames[frames[:, DETAIL] == n], name) for n, name in enumerate(self._log.variables)),
+            self._hash_marks(index.select(HASHES, 0, number), self._check_hash),
+            ((int(row[FIRST]), self._check_snapshot, row) for row in index.select(SNAPSHOTS, None, number)),
+        ]
+        return [(mark for mark in kind if start <= mark[0] <= end) for kind in marks]
+
+    def _frame_marks(self, rows: np.ndarray, name: str) -> Iterator[tuple[Any, ...]]:
+        for row in rows:
+            ticks, values = self._log.records.frames(row, name)
+            for tick, value in zip(ticks.tolist(), values, strict=True):
+                yield tick, self._check_frame, name, value
+
+    def _hash_marks(self, rows: np.ndarray, check: Callable[..., None]) -> Iterator[tuple[Any, ...]]:
+        for row in rows:
+            ticks, digests = self._log.records.hash_rows(row, len(self._state) + 1 + len(self._inputs))
+            for tick, own in zip(ticks.tolist(), digests, strict=True):
+                yield tick, check, own
+
+    def _check_frame(self, tick: int, name: str, value: np.ndarray) -> None:
+        component = self._component
+        if self._balances[0] != tick:
+            self._balances = tick, component.balance_values()
+        if self._framed != tick:
+            self._framed = tick
+            self._result.frames += 1
+        balances = self._balances[1]
+        mine = np.asarray(balances[name] if name in balances else component.get(name), dtype=np.float64)
+        if words(mine) != words(value):
+            other = np.ascontiguousarray(value).view(np.int64).ravel()
+            index = int(np.argmax(np.ascontiguousarray(mine).view(np.int64).ravel() != other)) if value.ndim else None
+            raise Difference(name, tick, index, self._start_reason(tick))
+        self.agreed[name] = tick
+
+    def _check_held(self, tick: int, row: np.ndarray) -> None:
+        for name, word in zip(self._inputs, row.tolist()[len(self._state) + 1 :], strict=True):
+            if held_word(self._component.held_inputs[name]) != word:
+                raise Difference(name, tick, None, self._start_reason(tick))
+            self.agreed[name] = tick
+
+    def _check_hash(self, tick: int, row: np.ndarray) -> None:
+        own = hash_row(self._component, self._state, self._inputs)
+        for name, here, there in zip([*self._state, "state", *self._inputs], own.tolist(), row.tolist(), strict=True):
+            if here != there:
+                raise Difference(name, tick, None, self._start_reason(tick))
+            self.agreed[name] = tick
+        self._result.hashes += 1
+
+    def _check_snapshot(self, tick: int, row: np.ndarray) -> None:
+        snapshot, mine = self._adopt(self._log.records.snapshot(row)), self._component.save()
+        reason = f"the snapshot at {tick * self._log.step_size:.12g} s does not hold what the re-run gives"
+        for name, value in mine.inputs.items():
+            if name not in snapshot.inputs or held_word(snapshot.inputs[name]) != held_word(value):
+                raise Difference(name, tick, None, reason)
+        if words(snapshot.memory) != words(mine.memory):
+            values = {name: words(self._component.get(name)) for name in self._state}
+            restore(self._component, snapshot)
+            differing = (name for name, value in values.items() if words(self._component.get(name)) != value)
+            raise Difference(next(differing, "state"), tick, None, reason)
+        self.agreed["state"] = tick
+        self._result.snapshots += 1
+
+    def _compare_events(self, start: int, end: int, mine: np.ndarray) -> None:
+        """Compare the events of the re-run with those of the log."""
+        log, number = self._log, self._segment.number
+        recorded = [log.records.event_rows(row) for row in log.records.index.select(EVENTS, None, number) if row[LAST] > start]
+        rows = np.concatenate([*recorded, np.zeros((0, 5))])
+        rows = rows[(rows[:, 0] > start) & (rows[:, 0] <= end)]
+        count = min(len(rows), len(mine))
+        same = (rows[:count].view(np.int64) == mine[:count].view(np.int64)).all(axis=1)
+        if not same.all() or len(rows) > len(mine):
+            place = int(np.argmin(same)) if not same.all() else count
+            self.agreed["events"] = int(rows[place - 1, 0]) if place else start
+            raise Difference("events", int(rows[place, 0]))
+        if len(mine) > count:
+            raise Difference("events", int(mine[count, 0]), None, "the re-run has events that the log does not hold")
+
+    def _adopt(self, snapshot: Snapshot) -> Snapshot:
+        """Return a snapshot as one of this component: with changed parameters too, the first difference is of interest."""
+        snapshot.identity = self._component.identity
+        return snapshot
+
+    def _start_reason(self, tick: int) -> str:
+        """Return what a difference at the start of a segment means."""
+        if tick != self._segment.start:
+            return ""
+        return "nothing has been run yet, so the start state is not what was recorded, or this value is not"
+
+
+def _refuse_other_declaration(log: Log, component: Component) -> None:
+    """Refuse a log whose variables, inputs or step this program's component does not have."""
+    for name, variable in log.variables.items():
+        mine = component.variables.get(name)
+        if mine is None or mine.shape != variable.shape or mine.causality != variable.causality:
+            came = f"this program's {component.name!r} has no {name!r} of shape {variable.shape}"
+            raise LogError(came, at="header.variables", source=log.records.source)
+    known = [v.name for v in component.variables.values() if v.causality == "input"]
+    if list(log.input_variables) != known:
+        expected = f"the inputs of this program's {component.name!r}: {', '.join(known) or 'none'}"
+        came = f"got {', '.join(log.input_variables) or 'none'}"
+        raise LogError(came, expected=expected, at="header.inputs", source=log.records.source)
+    if log.step_size != component.step_size:
+        expected = f"the step_size that its parameters give, {component.step_size!r} s"
+        hint, source = "parameters or header were changed", log.records.source
+        raise LogError(f"got {log.step_size!r} s", expected=expected, at="header.step_size", hint=hint, source=source)
+
+
+def _foreign_facts(header: Mapping[str, Any]) -> list[str]:
+    """Return versions and facts of the machine that are not those of the recording, in case they are the reason."""
+    recorded = {**table_of(header.get("versions")), **table_of(header.get("machine"))}
+    return [
+        f"{name} was {recorded[name]!r} and is {value!r} now"
+        for name, value in {**versions(), **machine()}.items()
+        if name in recorded and recorded[name] != value
+    ]

@@ -1,0 +1,100 @@
+"""Rows and pictures of figures 2 to 5: the outcome for a notch with the paper's factor, and with ours."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from granular_env.components.support.float_arrays import FloatArray
+from pages import Page
+from tubes import DRAWN_OUT, FACTOR, INCH, LATE, PRINTED, RADIUS, WALL, Outcome, burst, outcome, saturation
+
+
+def as_printed(page: Page, inches: int, printed: str, strain: str, end: str) -> None:
+    """Compare the outcome with the paper's factor; `strain` and `end` are our known numbers."""
+    one = outcome(burst(inches, PRINTED))
+    page.head(f"The {inches} in notch with the paper's factor {PRINTED:g}")
+    page.compare("outcome", printed, one.word, found="whole")
+    page.value("points that have parted", int(one.parted), found="0")
+    page.value("place of the largest principal stress", "in the notch" if one.in_notch else "elsewhere", found="in the notch")
+    page.value("largest plastic strain", one.strain, found=strain)
+    page.value("the run ends, after the front", 1e3 * one.time, "ms", end)
+    page.say(f"""The flow stress of the printed material is {saturation():.2f} times the yield stress at a plastic strain of 1,
+        and the largest principal stress was {PRINTED * one.ratio:.1f} times it. The ligament flows instead, until aluminium
+        would tear; the run ends where a point has flowed by {DRAWN_OUT:g}. Either the material or the factor of the paper's
+        computation was another one. A tube is whole where no two neighbouring columns of nodes are parted.""")
+
+
+def with_our_factor(
+    page: Page, inches: int, statements: Sequence[tuple[str, str, bool, bool]], known: Sequence[str]
+) -> Outcome:
+    """Compare the paper's statements with what happens with our factor.
+
+    Args:
+        page: where rows go.
+        inches: length of the notch.
+        statements: (subject, the paper's words, whether ours agrees, whether ours is known to agree).
+        known: our outcome, reach along [in], around [%], at one place [%], pieces, valid until [ms].
+    """
+    one = outcome(burst(inches))
+    page.head(f"Cracks from the {inches} in notch with the factor {FACTOR:g}")
+    for what, words, ours, expected in statements:
+        page.compare(what, words, words if ours else "does not", reading="from where columns are parted",
+                     found=words if expected else "does not")  # fmt: skip
+    page.value("outcome", one.word, found=known[0])
+    page.value("reach of cracks along the tube", one.along / INCH, "in", known[1])
+    page.value("part of the circumference over which cracks reach", 100.0 * one.reach, "%", known[2])
+    page.value("largest part of it at one place", 100.0 * one.around, "%", known[3])
+    page.value("pieces", one.pieces, found=known[4])
+    page.value("valid until, after the front", one.valid, found=f"{known[5]} ms")
+    page.say(f"""Read {1e3 * LATE:g} ms after the front has passed the notch, from neighbouring columns of nodes on the outer
+        surface. Valid until a cross-section has grown by more than half: the gas of one-way coupling flows as in a rigid tube
+        and loads flaps with its full pressure. The piece of the tube is 6.3 in long. Cracks part columns, so that an angle of
+        45° shows as steps and is not judged. The factor is ours, and the outcome depends on it and on the mesh.""")
+    return one
+
+
+def runs_beyond(one: Outcome, inches: int) -> bool:
+    """Return whether cracks along the tube reach beyond the notch."""
+    return one.along > (inches + 0.05) * INCH
+
+
+def turns(one: Outcome) -> bool:
+    """Return whether cracks reach around the tube by more than a tenth of its circumference."""
+    return one.reach > 0.1
+
+
+def crack_lines(one: Outcome) -> tuple[FloatArray, FloatArray]:
+    """Return the cracks as lines with breaks between them, x [m] and angle [rad]: one across each pair that is cut."""
+    x, arc = one.x[one.pairs], one.arc[one.pairs]
+    dx, darc = np.abs(np.diff(x, axis=1)[:, 0]), np.abs(np.diff(arc, axis=1)[:, 0])
+    around = dx > 1e-6 * darc
+    half = 0.5 * np.where(around, float(np.median(darc[~around])), float(np.median(dx[around])))[one.cut]
+    around, middle, angle = around[one.cut], x[one.cut].mean(axis=1), arc[one.cut].mean(axis=1)
+    gap = np.full(len(middle), np.nan)
+    ends_x = np.stack([middle - half * ~around, middle + half * ~around, gap], axis=1).ravel()
+    ends_y = np.stack([angle - half * around, angle + half * around, gap], axis=1).ravel()
+    return np.concatenate([ends_x, ends_x]), np.concatenate([ends_y, -ends_y])
+
+
+def draw_rolled_out(page: Page, title: str, inches: int, after: float) -> None:
+    """Draw the rolled-out tube at a time `after` the front has passed the notch [s]: equivalent stress, cracks, notch."""
+    one = outcome(burst(inches), after)
+    invalid = "" if one.valid == "the end" else f" Not valid: a cross-section had grown by half after {one.valid}."
+    caption = (
+        f"{title}: notch of {inches} in, {1e3 * after:g} ms after the front, factor {FACTOR:g}. The outer surface, rolled out; "
+        f"one half is computed, the other is its mirror image. The detonation came from the left.{invalid}"
+    )
+    outer = RADIUS + WALL
+    with page.plot(caption, "x from the middle of the notch, mm", "around the tube, mm", (7.5, 5.2)) as axes:
+        places, angles = np.unique(np.round(one.x, 9)), np.unique(np.round(one.arc, 9))
+        stress = 1e-6 * one.stress.reshape(len(places), len(angles)).T
+        around = 1e3 * outer * np.concatenate([-angles[:0:-1], angles])
+        shade = axes.pcolormesh(1e3 * places, around, np.vstack([stress[:0:-1], stress]), cmap="Blues", shading="gouraud")
+        axes.figure.colorbar(shade, ax=axes, label="equivalent stress, MPa", shrink=0.8)
+        if one.cut.any():
+            x, arc = crack_lines(one)
+            axes.plot(1e3 * x, 1e3 * outer * arc, "C1", linewidth=1.5, label="cracks")
+        axes.plot([-500.0 * inches * INCH, 500.0 * inches * INCH], [0.0, 0.0], "k--", label="notch")
+        axes.set(aspect="equal", xlim=1e3 * places[[0, -1]], ylim=around[[0, -1]])

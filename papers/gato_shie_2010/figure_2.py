@@ -1,0 +1,45 @@
+"""Figure 2: the short notch, 1 in
+
+"In the case of the short notch, as in the experiment, the crack first ran straight; nearer to the front of the detonation it
+curved and ran at an angle of 45°, and then went on around the tube." It stopped after about 3/4 of the circumference.
+"""
+
+import math
+
+import numpy as np
+
+from cracks import as_printed, draw_rolled_out, runs_beyond, turns, with_our_factor
+from pages import Page, show
+from tubes import EARLY, GAUGES, LATE, burst, outcome, reach_history
+
+# A gauge measures up to this strain; a crack that has not moved for this time has stopped [s].
+LIMIT, STOPPED = 0.05, 5e-5
+
+
+def main(page: Page) -> None:
+    """Run the notch with the paper's factor and with ours."""
+    as_printed(page, 1, "hoop crack", "1.0", "0.07")
+    one = outcome(burst(1))
+    times, reach = reach_history(burst(1))
+    stopped = bool((reach[times > times[-1] - STOPPED] == reach[-1]).all())
+    statements = [
+        ("first", "straight on", runs_beyond(one, 1), True),
+        ("then", "around the tube", turns(one), True),
+        ("end", "stops at about 3/4 around", stopped and 0.6 < one.reach < 0.9, False),
+    ]
+    with_our_factor(page, 1, statements, ("hoop crack", "6.3", "100", "45", "2", "0.14"))
+    for after in (EARLY, LATE):
+        draw_rolled_out(page, "Figure 2", 1, after)
+    times, strains = burst(1).series("shell_gauge_strain")
+    # A gauge that a crack has passed measures a gap.
+    strains = np.where(np.maximum.accumulate(np.abs(strains), axis=0) > LIMIT, np.nan, strains)
+    with page.plot("Hoop strain at gauges on the outer surface; a curve ends at a strain of 5 %, where a gauge would fail. "
+                   "The paper has no such figure.", "time, µs", "hoop strain, 10⁻³") as axes:  # fmt: skip
+        for number, (place, angle) in enumerate(GAUGES):
+            label = f"{1e3 * place:.0f} mm along, {math.degrees(angle):.0f}° around"
+            axes.plot(1e6 * times, 1e3 * strains[:, number, 1], label=label)
+        axes.set_xlim(700.0)
+
+
+if __name__ == "__main__":
+    show(main)

@@ -1,0 +1,28 @@
+"""Figures 4 and 5: the very long notch, 3 in
+
+"First the cracks ran straight on from the notch, then they branched in the direction of the circumference into some small
+branches that went around the whole of it and led to the complete failure of the tube (on both sides of the notch)."
+"""
+
+from cracks import as_printed, draw_rolled_out, runs_beyond, turns, with_our_factor
+from pages import Page, show
+from tubes import EARLY, LATE, VERY_EARLY, burst, outcome
+
+
+def main(page: Page) -> None:
+    """Run the notch with the paper's factor and with ours."""
+    as_printed(page, 3, "severed", "1.1", "0.025")
+    one = outcome(burst(3))
+    statements = [
+        ("first", "straight on", runs_beyond(one, 3), True),
+        ("then", "branches around the tube", turns(one), True),
+        ("end", "severed", one.word == "severed", False),
+    ]
+    with_our_factor(page, 3, statements, ("axial crack", "6.3", "17", "17", "1", "0.13"))
+    page.say("The run ends 0.18 ms after the front, when a point has flowed by 9, after its results have stopped being valid.")
+    for title, after in (("Figure 4", VERY_EARLY), ("Figure 4", EARLY), ("Figure 5", LATE)):
+        draw_rolled_out(page, title, 3, after)
+
+
+if __name__ == "__main__":
+    show(main)

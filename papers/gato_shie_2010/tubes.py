@@ -1,0 +1,241 @@
+"""The paper's notched tubes: runs, and their outcomes, read from logs.
+
+The gas of the whole tube, and a piece of the wall of 160 mm around the notch, of which one half is computed by symmetry. Runs
+are done once in a process.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import functools
+import math
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+import granular_env as ge
+from granular_env.components.drawables import Cells, Links, Points
+from granular_env.components.materials.thermoviscoplastic import Thermoviscoplastic
+from granular_env.components.shell.fracture.outcome import OUTCOMES
+from granular_env.components.support.float_arrays import FloatArray
+from granular_env.experiments import load_experiment
+from pages import FULL, record
+
+# Nodes of the whole tube: coarse, or the paper's 140,000 (it had up to 280,000); a coarser mesh for many runs.
+NODES = 140_000 if FULL else 5_000
+COARSER = 0.64 * NODES
+# Multiple of the yield stress at which bonds break in the paper, and the one with which cracks are drawn here.
+PRINTED, FACTOR = 3.0, 1.6
+HOURGLASS, PRESSURE = 0.05, 180e3
+INCH, RADIUS, WALL = 0.0254, 0.01975, 0.89e-3
+# Detonation tube with specimen, the middle of the notch, and the piece of it that is a shell [m].
+LENGTH, MIDDLE, PIECE = 2.13, 1.825, 0.16
+# When the front is at the middle of the notch, about; times of interest after that; the last is the paper's [s].
+ARRIVAL, VERY_EARLY, EARLY, LATE = 7.7e-4, 3e-5, 1.5e-4, 4e-4
+# Plastic strain at which a run with the paper's factor ends (aluminium tears at 0.4), and any other run.
+DRAWN_OUT, TORN_OUT = 1.0, 9.0
+# Gauges: from the middle of the notch along the tube [m], angle from it around the tube [rad].
+GAUGES = ((-0.06, 0.0), (-0.06, math.pi), (0.0, math.pi), (0.06, math.pi))
+RECORDED = (
+    "shell_surface_stress", "shell_surface_displacement", "shell_surface_links", "shell_surface_cells", "shell_pieces",
+    "shell_outcome", "shell_crack_along", "shell_crack_around", "shell_gauge_strain", "radial_displacement",
+)  # fmt: skip
+
+
+@functools.cache
+def saturation() -> float:
+    """Return the flow stress at a plastic strain of 1 over the yield stress, of the material that the paper prints."""
+    law = Thermoviscoplastic()
+    return (1.0 + 1.0 / law.reference_strain) ** law.hardening_exponent
+
+
+@functools.cache
+def burst(
+    inches: int,
+    factor: float = FACTOR,
+    nodes: float = NODES,
+    hourglass: float = HOURGLASS,
+    pressure: float = PRESSURE,
+    coupling: str = "one_way",
+) -> Any:
+    """Return the log of a detonation in a tube with a notch.
+
+    Args:
+        inches: length of the notch.
+        factor: of the criterion of fracture.
+        nodes: of the whole tube.
+        hourglass: stabilisation of displacements that alternate from column to column.
+        pressure: of the gas before the detonation [Pa].
+        coupling: "one_way" as in the paper, or "two_way".
+    """
+    around = math.sqrt(0.5 * nodes / (3 * 1.4))
+    notch = {"length": inches * INCH, "depth": 0.6e-3, "width": 0.5e-3}
+    body = {
+        "name": "tube",
+        "length": PIECE,
+        "along": round(1.4 * around),
+        "around": round(around),
+        "half": True,
+        "notch": notch,
+    }
+    gas = {
+        "length": LENGTH, "cells": 710, "cross_section": 0.5 * math.pi * RADIUS * RADIUS, "initial_pressure": pressure,
+        "right": "absorbing", "ignition_zone": [0.0, 0.012],
+    }  # fmt: skip
+    shell = {
+        "body": body, "material": "thermoviscoplastic", "boundaries": {"start": "symmetry", "end": "symmetry"},
+        "fracture": {"name": "principal_stress", "factor": factor}, "hourglass": hourglass,
+        "gauges": [[0.5 * PIECE + place, angle] for place, angle in GAUGES],
+    }  # fmt: skip
+    # Internal steps, and steps of the wall in each; a ligament that nothing parts gets so thin that it takes twice as many.
+    tube = {
+        "type": "tube", "position": MIDDLE - 0.5 * PIECE, "coupling": coupling, "gas": gas, "shell": shell, "step_size": 2e-7,
+        "shell_steps": 22 if factor >= PRINTED else 11,
+    }  # fmt: skip
+    limit = DRAWN_OUT if factor >= PRINTED else TORN_OUT
+    return record({
+        "name": f"notch-{inches}-in", "duration": ARRIVAL + LATE, "component": tube,
+        "input": {"gas_ignition_power": {"profile": "half_sine", "peak": 1e7 * pressure / 1e5, "duration": 1e-5}},
+        "stop": [{"variable": "shell_plastic_strain", "reduce": "max", "above": limit}],
+        "record": {"every": 5e-6, "snapshot_every": 5e-4, "variables": list(RECORDED)},
+    })  # fmt: skip
+
+
+@dataclasses.dataclass(frozen=True)
+class Outcome:
+    """A tube at an instant.
+
+    Attributes:
+        word: the outcome: whole, bulged, axial crack, hoop crack, severed.
+        along: how far cracks reach along the tube, from the first place to the last [m].
+        around: the largest part of the circumference that cracks take at one place along the tube.
+        reach: the part of the circumference over which cracks reach from the notch, both ways, wherever along the tube.
+        pieces: how many there are.
+        time: after the front has passed the middle of the notch [s].
+        valid_until: when a cross-section has grown by more than half, which a gas of one-way coupling does not feel [s].
+        parted: how many points have parted until the end of the run.
+        ratio: the largest principal stress over its limit until the end of the run.
+        in_notch: whether that was in the notch.
+        strain: largest plastic strain at the end of the run.
+        x: of the nodes of the outer surface, from the middle of the notch [m].
+        arc: their angle from the notch, 0 to pi [rad].
+        stress: equivalent stress at these [Pa].
+        pairs: indices of neighbours in the surface, shape (links, 2).
+        cut: whether a crack lies between them.
+    """
+
+    word: str
+    along: float
+    around: float
+    reach: float
+    pieces: int
+    time: float
+    valid_until: float
+    parted: float
+    ratio: float
+    in_notch: bool
+    strain: float
+    x: FloatArray
+    arc: FloatArray
+    stress: FloatArray
+    pairs: npt.NDArray[np.int64]
+    cut: npt.NDArray[np.bool_]
+
+    @property
+    def valid(self) -> str:
+        """Until when the gas flows in a tube like that of the wall, in words."""
+        return "the end" if self.time < self.valid_until else f"{1e3 * self.valid_until:.2g} ms"
+
+
+def outcome(log: Any, after: float | None = None) -> Outcome:
+    """Return the outcome at a time `after` the front has passed the notch [s], by default at the end of the run."""
+    [surface] = [one for one in log.drawables if isinstance(one, Cells) and one.name == "surface"]
+    [nodes] = [one for one in log.drawables if isinstance(one, Points) and one.name == "nodes"]
+    [links] = [one for one in log.drawables if isinstance(one, Links)]
+    end = float(log.times("shell_pieces")[-1])
+    time = end if after is None else min(ARRIVAL + after, end)
+    # Links name the nodes of the body, the surface has its own numbers.
+    number = {tuple(place): k for k, place in enumerate(np.round(surface.nodes, 9).tolist())}
+    pairs = np.array([number.get(tuple(place), -1) for place in np.round(nodes.reference, 9).tolist()])[links.pairs]
+    arc, cut = np.arctan2(surface.nodes[:, 1], surface.nodes[:, 2]), np.asarray(log.get("shell_surface_links", time)) == 0.0
+    report, grown = log.metadata["report"], log.events("cross_section_grown")
+    place = float(report.get("shell: along the body, m", 0.0)) - 0.5 * float(np.ptp(surface.nodes[:, 0]))
+    notch = log.metadata["parameters"]["shell"]["body"]["notch"]["length"]
+    return Outcome(
+        word=OUTCOMES[int(log.get("shell_outcome", time))],
+        along=float(log.get("shell_crack_along", time)),
+        around=float(log.get("shell_crack_around", time)),
+        reach=float(reaches(arc, pairs)[cut].max(initial=0.0)),
+        pieces=int(log.get("shell_pieces", time)),
+        time=time - ARRIVAL,
+        valid_until=grown[0].tick * log.step_size - ARRIVAL if grown else math.inf,
+        parted=float(report.get("shell: points that have parted", 0.0)),
+        ratio=float(report.get("shell: largest fracture ratio so far, above 0.5", 0.0)),
+        in_notch=abs(place) <= 0.5 * notch + 0.1 * INCH and abs(float(report.get("shell: angle around, rad", math.nan))) < 0.1,
+        strain=float(report["shell: largest plastic strain"]),
+        x=surface.nodes[:, 0] - MIDDLE, arc=arc, stress=np.asarray(log.get("shell_surface_stress", time)), pairs=pairs, cut=cut,
+    )  # fmt: skip
+
+
+def reaches(arc: FloatArray, pairs: npt.NDArray[np.int64]) -> FloatArray:
+    """Return how far from the notch a crack between each pair reaches, over half a turn: the other half is its mirror image.
+
+    A crack between two columns of nodes lies halfway between them; one across a column goes through its strip, to there.
+    """
+    places = np.round(arc, 9)
+    columns, first = np.unique(places, return_index=True)
+    ends = np.append(0.5 * (arc[first][1:] + arc[first][:-1]), arc[first][-1])
+    return ends[np.searchsorted(columns, places[pairs].min(axis=1))] / math.pi
+
+
+def reach_history(log: Any) -> tuple[FloatArray, FloatArray]:
+    """Return the instants of a log [s], and at each the part of the circumference over which cracks reach."""
+    end = outcome(log)
+    times, links = log.series("shell_surface_links")
+    return times, np.where(links == 0.0, reaches(end.arc, end.pairs), 0.0).max(axis=1)
+
+
+# The columns of a table of outcomes.
+HEAD = ("outcome", "reach along", "reach around", "at one place", "pieces", "valid until")
+REACH = (
+    "Reach along: from the first place of a crack along the tube to the last. Reach around: the part of the circumference over "
+    "which cracks lie, wherever along the tube. At one place: the largest part that they take at one place along it. Valid "
+    "until: when a cross-section has grown by more than half; the gas of one-way coupling loads the wall as if it had not."
+)
+
+
+def cells(one: Outcome) -> list[str]:
+    """Return the columns of a table of outcomes."""
+    return [
+        one.word,
+        f"{1e3 * one.along:.0f} mm",
+        f"{100 * one.reach:.0f} %",
+        f"{100 * one.around:.0f} %",
+        f"{one.pieces}",
+        one.valid,
+    ]
+
+
+def gas_tube(pressure: float, *, cells: int = 710, length: float = LENGTH, reaction: str = "pressure_burn") -> dict[str, Any]:
+    """Return the shipped detonation tube with another filling [Pa], mesh, length [m] or reaction."""
+    found = load_experiment("gato-shie-2010/detonation-tube").to_dict()
+    component = found["component"] | {"cells": cells, "length": length, "initial_pressure": pressure, "reaction": reaction}
+    component["gauges"] = [place for place in component["gauges"] if place < length]
+    found["input"]["ignition_power"]["peak"] *= pressure / 1e5
+    if length < LENGTH:
+        component["right"], found["duration"] = "closed", 5.5e-4
+    record = {"every": 2e-6, "variables": ["gauge_pressure", "right_front", "cj_ratio"]}
+    return found | {"component": component, "record": record}
+
+
+def gas_component(document: dict[str, Any]) -> Any:
+    """Return the component of such an experiment, which knows its front of Chapman and Jouguet."""
+    return ge.make("detonation", **{key: value for key, value in document["component"].items() if key != "type"})
+
+
+def front_speed(log: Any) -> float:
+    """Return the speed of the front over the second half of its way [m/s]."""
+    times, place = log.series("right_front")
+    running = (place > 0.5 * place.max()) & (place < 0.95 * place.max())
+    return float(np.polyfit(times[running], place[running], 1)[0])

@@ -1,0 +1,530 @@
+"""Environments in mid-episode: as bytes, in a batch, copied, recorded, and at an instant of a log."""
+
+from __future__ import annotations
+
+import copy
+import math
+import pickle
+import subprocess
+import sys
+import warnings
+from collections.abc import Callable
+from contextlib import closing
+from pathlib import Path
+from typing import Any
+
+import gymnasium
+import numpy as np
+import pytest
+from support.env_toys import MAKERS, SMALL, actions, transcript
+
+import granular_env as ge
+import granular_env.envs
+from granular_env.components.errors import GranularWarning, LogError, ParameterError
+from granular_env.components.support.serialization import pack, unpack
+from granular_env.domains.chain.tasks.piston import make_piston
+from granular_env.domains.chain.tasks.protection import make_protection
+from granular_env.envs import ComponentEnv, EnvState, RecordEnv, make_batch
+from granular_env.envs.state import EpisodeOrigin
+from granular_env.recording import open_log, record, verify
+
+cloudpickle = pytest.importorskip("cloudpickle")
+HARD: dict[str, Any] = {
+    "grains": 6, "deadline": 200, "control_delay": 3, "action_rate": 0.3, "noise": 0.05, "hold": 2,
+    "randomise": {"radius": {"low": 2.5e-3, "high": 3e-3}, "velocity": (0.0, 1.0)},
+}  # fmt: skip
+NOISY: dict[str, Any] = {
+    "grains": 6, "deadline": 60, "control_delay": 4, "action_rate": 0.2, "noise": 0.05, "randomise": {"velocity": (0.0, 2.0)},
+}  # fmt: skip
+WAYS: dict[str, Callable[[Any], Any]] = {
+    "deepcopy": copy.deepcopy,
+    "pickle": lambda one: pickle.loads(pickle.dumps(one)),
+    "cloudpickle": lambda one: cloudpickle.loads(cloudpickle.dumps(one)),
+}
+
+
+# -- save and restore -----------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("maker", sorted(MAKERS))
+def test_a_restored_environment_goes_on_with_the_same_bits(maker: str) -> None:
+    env, other = MAKERS[maker](), MAKERS[maker]()
+    env.reset(seed=3)
+    transcript(env, actions(15))
+    state = EnvState.from_bytes(env.save().to_bytes())
+    assert state == env.save() and state.to_bytes() == env.save().to_bytes()
+    expected = transcript(env, actions(300, seed=1))
+    next_start = env.reset()[0]
+    transcript(env, actions(5, seed=2))
+    for one in (env, other):
+        one.restore(state)
+        observation, info = one.observe()
+        assert one.observation_space.contains(observation) and info["time"] == one.component.time
+        assert transcript(one, actions(300, seed=1)) == expected
+        np.testing.assert_array_equal(one.reset()[0], next_start)
+
+
+@pytest.mark.parametrize("maker", sorted(MAKERS))
+def test_a_saved_state_is_not_changed_by_what_follows(maker: str) -> None:
+    env = MAKERS[maker]()
+    env.reset(seed=3)
+    env.step([0.3])
+    state = env.save()
+    before = pickle.dumps(state)
+    transcript(env, actions(20))
+    env.restore(state)
+    transcript(env, actions(20, seed=5))
+    env.reset(seed=8)
+    assert pickle.dumps(state) == before
+
+
+def test_foreign_states_are_refused() -> None:
+    env, force, longer = make_piston(**SMALL), make_protection(**SMALL), make_piston(grains=9)
+    for one in (env, force, longer):
+        one.reset(seed=1)
+    before = pickle.dumps(env.save())
+    for state in (force.save(), longer.save(), env.component.save(), None, 3):
+        with pytest.raises(ParameterError):
+            env.restore(state)  # type: ignore[arg-type]
+    assert pickle.dumps(env.save()) == before
+
+
+def test_a_new_process_goes_on_with_the_same_bits(tmp_path: Path) -> None:
+    """Saved at random instants of a noisy, delayed episode."""
+    generator, expected = np.random.default_rng(5), []
+    env = make_piston(**NOISY)
+    for number, instant in enumerate(generator.integers(0, 30, 4).tolist()):
+        env.reset(seed=number)
+        transcript(env, actions(instant, seed=number))
+        (tmp_path / f"{number}.state").write_bytes(env.save().to_bytes())
+        told = transcript(env, actions(60, seed=7))
+        expected.append(b"".join([*told, env.reset()[0].tobytes()]).hex())
+    script = f"""
+import sys
+sys.path.insert(0, {str(Path(__file__).parent)!r})
+from pathlib import Path
+from support.env_toys import actions, transcript
+from granular_env.domains.chain.tasks.piston import make_piston
+from granular_env.envs import EnvState
+env = make_piston(**{NOISY!r})
+for number in range(4):
+    env.restore(EnvState.from_bytes((Path({str(tmp_path)!r}) / f"{{number}}.state").read_bytes()))
+    print(b"".join([*transcript(env, actions(60, seed=7)), env.reset()[0].tobytes()]).hex())
+"""
+    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
+    assert done.stdout.split() == expected
+
+
+def test_bytes_that_are_no_state_are_refused() -> None:
+    env = make_piston(**SMALL)
+    env.reset(seed=1)
+    data = env.save().to_bytes()
+    for wrong in (b"", b"nonsense" * 20, data[:-1], data[:40] + b"x" + data[41:], env.component.save().to_bytes()):
+        with pytest.raises(LogError):
+            EnvState.from_bytes(wrong)
+
+
+@pytest.mark.parametrize("name", ["test", "seed", "random", "exponential", "Generator", "RandomState", "", None, 3, ["PCG64"]])
+def test_bytes_choose_nothing_that_is_called(name: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    called: list[str] = []
+    for one in ("test", "seed", "random", "exponential"):
+        monkeypatch.setattr(np.random, one, lambda *arguments, one=one: called.append(one))
+    env = make_piston(**SMALL)
+    env.reset(seed=1)
+    header, arrays = unpack(env.save().to_bytes())
+    header["random"] = {"bit_generator": name}
+    with pytest.raises(LogError):
+        EnvState.from_bytes(pack(header, arrays))
+    assert called == []
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [("state", -1), ("state", 2**128), ("inc", 1.5), ("inc", None), ("has_uint32", 2), ("has_uint32", True), ("uinteger", -1)],
+)
+def test_states_of_pcg64_out_of_range_are_refused(name: str, value: Any) -> None:
+    env = make_piston(**SMALL)
+    env.reset(seed=1)
+    header, arrays = unpack(env.save().to_bytes())
+    random = header["random"]
+    (random["state"] if name in random["state"] else random)[name] = value
+    with pytest.raises(LogError, match=f"{name}: got"):
+        EnvState.from_bytes(pack(header, arrays))
+
+
+@pytest.mark.parametrize("place", [0, 2, 3])
+@pytest.mark.parametrize("number", [math.nan, math.inf, -1.5, 1e300])
+def test_memories_that_no_environment_has_are_refused_and_nothing_moves(place: int, number: float) -> None:
+    if place == 3 and math.isfinite(number):
+        pytest.skip("a command may be any finite number")
+    env, batch = make_piston(**SMALL), make_batch(make_piston, 3, **SMALL)
+    env.reset(seed=1)
+    batch.reset(seed=2)
+    batch.step(np.ones((3, 1)))
+    state, good = env.save(), batch.save()
+    memory = np.frombuffer(state.memory).copy()
+    memory[place] = number
+    bad = EnvState(state.snapshot, memory.tobytes(), {}, EpisodeOrigin(state.origin.task, state.origin.random, {}))
+    for restore in (lambda: env.restore(bad), lambda: batch.restore([state, bad], [0, 1])):
+        with pytest.raises(ParameterError, match="counts and commands"):
+            restore()
+    assert batch.save() == good, "a batch takes all of them or none"
+
+
+def test_a_state_with_another_memory_is_refused() -> None:
+    env, other = make_piston(**SMALL), make_piston(**SMALL, control_delay=2)
+    env.reset(seed=1)
+    other.reset(seed=1)
+    with pytest.raises(ParameterError, match="control_delay"):
+        env.restore(other.save())
+
+
+# -- in a batch -----------------------------------------------------------------------------------------------------------
+
+
+def test_states_move_between_batches_and_single_environments() -> None:
+    batch, env = make_batch(make_piston, 3, **NOISY, info="full"), make_piston(**NOISY)
+    batch.reset(seed=4)
+    env.reset(seed=20)
+    chosen = [actions(3, seed=step) for step in range(30)]
+    for some in chosen[:10]:
+        batch.step(some)
+        env.step(some[0])
+    states = batch.save()
+    first = [batch.step(some) for some in chosen[10:]]
+    # One goes back, one becomes the single environment, one goes on as it is.
+    now = batch.save()
+    batch.restore([states[1], env.save()], environments=[1, 2])
+    assert batch.save([0])[0].to_bytes() == now[0].to_bytes()
+    for step, some in enumerate(chosen[10:]):
+        observations, rewards, *_ = batch.step(some)
+        observation, reward, *_ = env.step(some[2])
+        np.testing.assert_array_equal(observations[1], first[step][0][1])
+        np.testing.assert_array_equal(observations[2], observation)
+        assert rewards[1] == first[step][1][1] and rewards[2] == reward
+
+
+def test_states_that_do_not_fit_a_batch_are_refused() -> None:
+    batch = make_batch(make_piston, 2, **SMALL)
+    batch.reset(seed=1)
+    states = batch.save()
+    for wrong, environments, words in (
+        (states[:1], None, "got 1, expected 2"),
+        (states, [0, 0], "once"),
+        (states, [0, 2], "0 to 1"),
+        ([states[0], None], None, "state"),
+        (3, None, "got 3, expected 2"),
+        (states, 1, "environments: got 1"),
+    ):
+        batch.step(np.ones((2, 1)))
+        before = [state.to_bytes() for state in batch.save()]
+        with pytest.raises(ParameterError, match=words):
+            batch.restore(wrong, environments)  # type: ignore[arg-type]
+        assert [state.to_bytes() for state in batch.save()] == before, "nothing has changed"
+
+
+# -- copies ---------------------------------------------------------------------------------------------------------------
+
+
+def same_from_here(one: Any, other: Any) -> None:
+    """Both get the same, also in the next episode, and neither moves the other."""
+    before = other.save().to_bytes()
+    expected = transcript(one, actions(20, seed=1))
+    assert other.save().to_bytes() == before, "the copy has not moved with the original"
+    assert transcript(other, actions(20, seed=1)) == expected
+    np.testing.assert_array_equal(other.reset()[0], one.reset()[0])
+    assert transcript(other, actions(5)) == transcript(one, actions(5))
+
+
+@pytest.mark.parametrize("way", WAYS)
+@pytest.mark.parametrize("maker", sorted(MAKERS))
+def test_a_copy_in_mid_episode_goes_on_alike(maker: str, way: str) -> None:
+    env = MAKERS[maker]()
+    env.reset(seed=3)
+    transcript(env, actions(7))
+    same_from_here(env, WAYS[way](env))
+
+
+COARSE: dict[str, Any] = {"grains": 6, "step_size": 2e-6, "internal_steps": 1, "deadline": 20}
+
+
+def cautions_of(call: Callable[[], Any]) -> tuple[Any, list[str]]:
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        found = call()
+    return found, [str(one.message).split(":")[0][:26] for one in caught if issubclass(one.category, GranularWarning)]
+
+
+def pushed(env: Any, value: float = 1.0) -> Any:
+    env.reset(seed=0)
+    for _ in range(4):
+        env.step(np.full(env.action_space.shape, value, np.float32))
+    return env
+
+
+@pytest.mark.parametrize("way", WAYS)
+@pytest.mark.parametrize("kind", ["single", "drawn", "batch"])
+def test_a_copy_warns_of_nothing_that_was_told(kind: str, way: str) -> None:
+    """Neither when it is made, nor when it comes to where the original has been; nor does what a reset draws."""
+    makers: dict[str, Callable[[], Any]] = {
+        "single": lambda: make_protection(**COARSE),
+        "drawn": lambda: make_protection(**COARSE, randomise={"radius": (2.9e-3, 3e-3)}),
+        "batch": lambda: make_batch(make_protection, 3, **COARSE),
+    }
+    env, made = cautions_of(makers[kind])
+    assert made[-1] == "deadline"
+    unwarned = copy.deepcopy(env)
+    _, stepped = cautions_of(lambda: pushed(env))
+    assert len(made + stepped) == 2 and "contacts get fewer than th" in made + stepped
+    assert cautions_of(lambda: pushed(WAYS[way](env)))[1] == []
+    # Copies share what they have said, whichever says it first.
+    assert cautions_of(lambda: pushed(unwarned))[1] == []
+
+
+def test_a_copy_of_what_is_drawn_delayed_and_held_goes_on_alike() -> None:
+    env = make_piston(**HARD)
+    env.reset(seed=2)
+    transcript(env, actions(4))
+    same_from_here(env, copy.deepcopy(env))
+
+
+@pytest.mark.parametrize("way", WAYS)
+def test_a_batch_is_copied_lane_by_lane(way: str) -> None:
+    batch = make_batch(make_piston, 3, **HARD)
+    batch.reset(seed=4)
+    for step in range(5):
+        batch.step(actions(3, seed=step))
+    other = WAYS[way](batch)
+    held = [state.to_bytes() for state in other.save()]
+    for step in range(30):
+        found = batch.step(actions(3, seed=step))
+        if step == 0:
+            assert [state.to_bytes() for state in other.save()] == held
+        expected = other.step(actions(3, seed=step))
+        for one, two in zip(found[:4], expected[:4], strict=True):
+            np.testing.assert_array_equal(one, two)
+    assert other.np_random_seed == batch.np_random_seed
+
+
+def test_made_batches_are_copied_with_their_spec() -> None:
+    batch = gymnasium.make_vec("granular_env/Piston-v1", num_envs=2, grains=5)
+    batch.reset(seed=1)
+    spaces = ("action_space", "observation_space", "single_action_space", "single_observation_space")
+    for space in spaces:
+        getattr(batch, space).seed(2)
+    other = pickle.loads(pickle.dumps(batch))
+    assert other.spec.id == batch.spec.id and other.unwrapped.save() == batch.unwrapped.save()
+    for space in spaces:
+        np.testing.assert_array_equal(getattr(other, space).sample(), getattr(batch, space).sample())
+
+
+@pytest.mark.filterwarnings("ignore::granular_env.components.errors.GranularWarning")
+def test_used_fresh_copied_and_batched_environments_refuse_the_same_steps() -> None:
+    """Pushed beyond what the chain allows: what an environment did before changes no reward, time or message."""
+    arguments: dict[str, Any] = {"grains": 12, "action_scale": 1e5}
+    used, batch = make_protection(**arguments), make_batch(make_protection, 1, **arguments)
+    refused = 0
+    for seed in range(12):
+        pushes = np.random.default_rng(seed).uniform(-0.5, 1.5, (12, 1)).astype(np.float32) * 10.0 ** (-seed / 12.0)
+        fresh = make_protection(**arguments)
+        played = []
+        for env in (used, fresh, copy.deepcopy(used)):
+            env.reset(seed=seed)
+            played.append(episode(env, pushes))
+        assert played[1:] == [played[0]] * 2
+        batch.reset(seed=seed)
+        steps = [batch.step(push[None]) for push in pushes[: len(played[0])]]
+        assert [(float(step[1][0]), bool(step[2][0])) for step in steps] == [one[:2] for one in played[0]]
+        refused += played[0][-1][3] != ""
+    assert refused > 3
+
+
+def episode(env: Any, pushes: np.ndarray) -> list[tuple[float, bool, float, str]]:
+    """Return reward, end, time and the message of a refusal, for each step until the episode is over."""
+    steps = []
+    for push in pushes:
+        _, reward, over, late, info = env.step(push)
+        steps.append((float(reward), bool(over), info["time"], info.get("step_error", "")))
+        if over or late:
+            break
+    return steps
+
+
+# -- records --------------------------------------------------------------------------------------------------------------
+
+
+def play(env: gymnasium.Env, episodes: int, seed: int = 0) -> list[float]:
+    """Random episodes to their end; all rewards."""
+    generator, rewards = np.random.default_rng(seed), []
+    for episode in range(episodes):
+        env.reset(seed=episode)
+        over = False
+        while not over:
+            _, reward, terminated, truncated, _ = env.step(generator.uniform(-1.0, 1.0, 1).astype(np.float32))
+            rewards.append(float(reward))
+            over = terminated or truncated
+    return rewards
+
+
+@pytest.mark.parametrize("maker", [make_piston, make_protection])
+def test_a_recorded_environment_verifies(maker: type, tmp_path: Path) -> None:
+    path = tmp_path / "episodes.mcap"
+    env = RecordEnv(maker(grains=6, deadline=25), path, every=1.5e-6)
+    recorded = play(env, episodes=3)
+    last = env.unwrapped.component.get("velocity")
+    env.close()
+    env.close()
+    assert recorded == play(maker(grains=6, deadline=25), episodes=3)
+    found = verify(path)
+    assert found.identical and found.calls == 75, found.message
+    with closing(open_log(path)) as log:
+        assert log.complete
+        # 25 control steps of 3 internal steps each.
+        assert [segment.end for segment in log.segments] == [75, 75, 75]
+        np.testing.assert_array_equal(log.series("velocity")[1][-1], last)
+
+
+def test_every_action_is_in_the_log(tmp_path: Path) -> None:
+    path = tmp_path / "actions.mcap"
+    env = RecordEnv(make_piston(grains=6, deadline=15), path, every=1.5e-6, variables=["velocity"])
+    env.reset(seed=1)
+    sent = np.linspace(-1.0, 1.0, 10)
+    for action in sent:
+        env.step([action])
+    env.close()
+    with closing(open_log(path)) as log:
+        times, values = log.inputs["left_velocity"]
+    middles = (np.arange(10) + 0.5) * env.unwrapped.duration
+    held = values[np.searchsorted(times, middles, side="right") - 1]
+    assert held.tolist() == (10.0 * sent).tolist()
+
+
+def test_a_restored_state_begins_a_segment(tmp_path: Path) -> None:
+    path = tmp_path / "branches.mcap"
+    env = RecordEnv(make_piston(grains=6, deadline=100), path)
+    env.reset(seed=1)
+    for _ in range(5):
+        env.step([0.4])
+    state = env.unwrapped.save()
+    for _ in range(5):
+        env.step([0.4])
+    env.unwrapped.restore(state)
+    for _ in range(3):
+        env.step([-0.2])
+    env.close()
+    assert verify(path).identical
+    with closing(open_log(path)) as log:
+        assert [(segment.start, segment.end) for segment in log.segments] == [(0, 30), (15, 24)]
+
+
+def test_only_a_component_can_be_recorded(tmp_path: Path) -> None:
+    with pytest.raises(ParameterError, match="ComponentEnv"):
+        RecordEnv(gymnasium.make("CartPole-v1"), tmp_path / "no.mcap")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_recorded_environment_is_not_copied_but_what_is_in_it_is(tmp_path: Any) -> None:
+    env = RecordEnv(make_piston(grains=5), tmp_path / "one.mcap")
+    env.reset(seed=1)
+    for way in ("deepcopy", "pickle"):
+        with pytest.raises(ParameterError, match="copy env.unwrapped"):
+            WAYS[way](env)
+    inner = copy.deepcopy(env.unwrapped)
+    env.close()
+    same_from_here(env.unwrapped, inner)
+
+
+# -- at an instant of a log -----------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("instant", [0, 7, 23, 39])
+@pytest.mark.parametrize("maker", [make_piston, make_protection])
+def test_a_log_goes_on_as_an_environment(maker: type[ComponentEnv], instant: int, tmp_path: Path) -> None:
+    """The same inputs give the bits of the log's own continuation."""
+    chosen, path = actions(40), tmp_path / "episode.mcap"
+    env = RecordEnv(maker(**SMALL), path, every=1.5e-6)
+    env.reset(seed=1)
+    passed = [env.unwrapped.component.save().to_bytes()]
+    for action in chosen:
+        env.step(action)
+        passed.append(env.unwrapped.component.save().data)
+    env.close()
+    fresh = maker(**SMALL)
+    observation, info = fresh.branch(path, at=instant * fresh.duration, seed=3)
+    assert fresh.observation_space.contains(observation) and info["time"] == fresh.component.time
+    for number in range(instant, 40):
+        fresh.step(chosen[number])
+        assert fresh.component.save().data == passed[number + 1]
+    assert fresh.component.tick == env.unwrapped.component.tick
+
+
+def test_an_episode_from_a_log_is_one_of_its_own(tmp_path: Path) -> None:
+    chain, path = (
+        ge.make("chain", grains=8, step_size=5e-7, left="piston", radius=3e-3, velocity_scale=10.0),
+        tmp_path / "run.mcap",
+    )
+    with record(chain, path):
+        chain.reset()
+        chain.step(3e-5, left_velocity=ge.Profile.half_sine(2.0, 3e-5))
+    env = make_piston(**SMALL)
+    assert env.component.identity == chain.identity
+    env.branch(path, at=3e-5)
+    rewards = [env.step([0.0])[1] for _ in range(20)]
+    # The work that the profile did is nobody's here; but the wave is there.
+    assert rewards[0] == pytest.approx(0.0, abs=1e-3)
+    assert np.abs(env.component.get("velocity")).max() > 0.1
+    _, _, _, truncated, _ = env.step([0.0])
+    assert not truncated and env.save().snapshot.tick == chain.tick + 63
+
+
+def test_an_environment_of_a_batch_goes_on_from_a_log(tmp_path: Path) -> None:
+    path = tmp_path / "pushed.mcap"
+    recorded = make_protection(**SMALL)
+    with record(recorded.component, path):
+        recorded.reset(seed=1)
+        transcript(recorded, actions(20))
+    batch, single = make_batch(make_protection, 2, **SMALL), make_protection(**SMALL)
+    batch.reset(seed=1)
+    batch.single(1).branch(path, at=1.5e-5, seed=8)
+    single.branch(path, at=1.5e-5, seed=8)
+    for some in actions(30):
+        observations, rewards, *_ = batch.step(np.stack([some, some]))
+        observation, reward, *_ = single.step(some)
+        np.testing.assert_array_equal(observations[1], observation)
+        assert rewards[1] == reward
+
+
+def test_a_log_of_another_chain_is_refused_by_name(tmp_path: Path) -> None:
+    path = tmp_path / "other.mcap"
+    other = make_piston(grains=9, radius=2e-3)
+    with record(other.component, path):
+        other.reset(seed=1)
+        other.step([0.5])
+    env = make_piston(**SMALL)
+    env.reset(seed=1)
+    before = env.save().to_bytes()
+    with pytest.raises(ParameterError, match="grains is 9 there and 8 here; radius is 0.002 there and 0.003 here"):
+        env.branch(path, at=0.0)
+    with pytest.raises(ParameterError, match="at: got 1 s, the log goes from"):
+        other.branch(path, at=1.0)
+    with pytest.raises(ParameterError, match="velocity"):
+        other.branch(path, at=0.0, options={"velocity": 1.0})
+    with pytest.raises(LogError):
+        env.branch(tmp_path / "missing.mcap", at=0.0)
+    with pytest.raises(ParameterError, match="oscillator"):
+        oscillator = MAKERS["swing"]()
+        with record(oscillator.component, tmp_path / "swing.mcap"):
+            oscillator.reset(seed=1)
+            oscillator.step([0.5])
+        env.branch(tmp_path / "swing.mcap", at=0.0)
+    assert env.save().to_bytes() == before
+
+
+def test_any_component_can_be_branched(tmp_path: Path) -> None:
+    path, env, other = tmp_path / "swing.mcap", MAKERS["swing"](), MAKERS["swing"]()
+    with record(env.component, path):
+        env.reset(seed=1)
+        transcript(env, actions(10))
+    other.branch(path, at=10 * other.duration)
+    assert other.component.save().data == env.component.save().data
+    other.step([0.1])
