@@ -15,8 +15,8 @@ from granular_env.domains.chain.viewing.space_time_diagram import GrowingPicture
 from granular_env.run_loop import run
 from granular_env.viewing import LiveViewer
 from granular_env.viewing.figures.drawing import NOT_SAMPLED, nearest_frames
-from granular_env.viewing.rerun import live_pace
-from granular_env.viewing.rerun.live_pace import Pace
+from granular_env.viewing.rerun import live
+from granular_env.viewing.rerun.live import Pace
 from granular_env.viewing.scene_data import from_component
 from granular_env.viewing.scene_scales import enlarge_scales, scales_of
 
@@ -41,8 +41,8 @@ class Clock:
 
     def __init__(self, monkeypatch):
         self.now = 100.0
-        monkeypatch.setattr(live_pace, "perf_counter", lambda: self.now)
-        monkeypatch.setattr(live_pace, "sleep", self.sleep)
+        monkeypatch.setattr(live, "perf_counter", lambda: self.now)
+        monkeypatch.setattr(live, "sleep", self.sleep)
 
     def sleep(self, seconds):
         assert seconds > 0.0
@@ -62,9 +62,9 @@ def instants_of_frames(clock, pacing, ticks_per_second, frame_seconds, seconds, 
     while clock.now < begin + seconds:
         clock.now += (upcoming - tick) / ticks_per_second
         tick = upcoming
-        if pacing.arrive(tick):
-            frames.append((clock.now - begin, tick))
-            clock.now += 1.0 if len(frames) in stalls else frame_seconds
+        pacing.arrive(tick)
+        frames.append((clock.now - begin, tick))
+        clock.now += 1.0 if len(frames) in stalls else frame_seconds
         upcoming = pacing.leave(tick)
         assert upcoming > tick
     return np.array(frames)
@@ -81,7 +81,8 @@ def test_twenty_frames_a_second_are_sent_however_fast_the_run_is(clock, ticks_pe
 
 def test_large_frames_take_at_most_half_of_the_time(clock):
     frames = instants_of_frames(clock, Pace(), 1e5, 0.2, 20.0)
-    assert 45 <= len(frames) <= 51
+    # One each 0.4 s; the first five come sooner, since the distance between frames grows by a factor of 4.
+    assert 45 <= len(frames) <= 55
 
 
 def test_a_pace_holds_a_run_back_and_spaces_its_frames_evenly(clock):
@@ -111,14 +112,14 @@ def test_a_run_of_few_ticks_shows_each_of_them(clock):
 def test_what_is_received_are_twenty_frames_of_each_second_of_a_paced_run(tmp_path, clock):
     """A run of 0.1 ms that is given 3 s: 60 frames arrive, 1/60 of the run apart, at their instants of wall time."""
     chain, times = make("chain", grains=60, left="piston"), []
-    with LiveViewer(chain, save=tmp_path / "live.rrd", duration=1e-4, pace=3.0) as live:
-        send = live._send
+    with LiveViewer(chain, save=tmp_path / "live.rrd", duration=1e-4, pace=3.0) as watching:
+        send = watching._send
 
         def timed(component, anew):
             times.append((clock.now - 100.0, component.time))
             send(component, anew)
 
-        live._send = timed
+        watching._send = timed
         chain.step(1e-4, left_velocity=5.0)
     found = columns(tmp_path / "live.rrd")
     received = (
@@ -219,8 +220,6 @@ def test_live_scales_only_grow_to_hold_what_comes():
 
 
 def test_a_viewer_that_fails_does_not_stop_the_run(tmp_path, monkeypatch):
-    from granular_env.viewing.rerun import live
-
     oscillator = make("oscillator")
     watching = LiveViewer(oscillator, save=tmp_path / "live.rrd")
 
@@ -255,7 +254,7 @@ def test_a_live_run_without_a_screen_is_refused_before_it_begins(no_screen, tmp_
 
 def test_a_live_run_whose_viewer_does_not_start_leaves_no_log(tmp_path, monkeypatch):
     monkeypatch.setenv("DISPLAY", ":99")
-    monkeypatch.setattr("granular_env.viewing.rerun.process.rerun_program", lambda: "/bin/false")
+    monkeypatch.setattr("granular_env.viewing.rerun.process._rerun_program", lambda: "/bin/false")
     with pytest.raises(GranularError, match="ended with status 1"):
         run("oscillator/pushed", log=tmp_path / "a.mcap", live=True)
     assert list(tmp_path.iterdir()) == []

@@ -184,7 +184,7 @@ def test_a_path_that_cannot_be_written_is_told_before_any_work(chain_log, tmp_pa
 
     for module in (viewer, report_figures):
         monkeypatch.setattr(module, "from_log", work)
-    monkeypatch.setattr(viewer, "rerun_process", work)
+    monkeypatch.setattr(viewer, "RerunProcess", work)
     (tmp_path / "taken").write_text("a file, no folder")
     call = {".rrd": save_rrd, ".png": screenshot, "": report}[suffix]
     with pytest.raises(GranularError, match="cannot be written: (File name too long|Not a directory)|is a file, expected"):
