@@ -221,7 +221,7 @@ class SceneData:
     @property
     def viewpoint(self) -> FloatArray:
         """The direction towards the eye that sees the bodies in space, shape (3,)."""
-        return viewpoint((mesh for mesh in self.meshes if mesh.is_solid), self.focus_normal)
+        return viewpoint(self.focus_normal)
 
     @property
     def can_move(self) -> bool:

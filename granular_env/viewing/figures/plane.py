@@ -91,8 +91,7 @@ class Plane:
         """The directions right and up in the picture, and towards the eye, as columns."""
         if not self.is_solid:
             return np.eye(3)
-        surfaces = (one for one in self.drawables if isinstance(one, Cells) and is_solid(one.nodes))
-        x, y, z = viewpoint(surfaces, self.focus_normal).tolist()
+        x, y, z = viewpoint(self.focus_normal).tolist()
         level = float(np.hypot(x, y))
         return np.array([[-y / level, x / level, 0.0], [-x * z / level, -y * z / level, level], [x, y, z]]).T
 
