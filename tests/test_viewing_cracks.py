@@ -16,7 +16,7 @@ from granular_env.components.errors import ParameterError
 from granular_env.viewing import report, save_rrd
 from granular_env.viewing.figures.plane import load_plane, words
 from granular_env.viewing.rerun.caption import caption, plain
-from granular_env.viewing.scene_data import from_component, from_log
+from granular_env.viewing.scene_builder import from_component, from_log
 from granular_env.viewing.scene_scales import scales_of
 from granular_env.viewing.visible_drawables import recolour, visible_cells, visible_points
 

@@ -19,7 +19,7 @@ from granular_env.viewing.colour_scales import ColourScale
 from granular_env.viewing.figures import drawing, run_figures
 from granular_env.viewing.figures.colour_bar import add_bar
 from granular_env.viewing.reports.run_incidents import incident_sentences
-from granular_env.viewing.scene_data import from_component, from_log
+from granular_env.viewing.scene_builder import from_component, from_log
 
 HOSTILE = "<script>alert(1)</script><img src=https://example.org/x.png onerror=\"x\"> & 'more'"
 PNG = b"\x89PNG\r\n\x1a\n"

@@ -10,7 +10,8 @@ from granular_env.recording import Log, open_log, record
 from granular_env.viewing import report
 from granular_env.viewing.input_curves import MOST_CURVES, load_input
 from granular_env.viewing.rerun.caption import caption
-from granular_env.viewing.scene_data import SceneData, from_component, from_log
+from granular_env.viewing.scene_builder import from_component, from_log
+from granular_env.viewing.scene_data import SceneData
 
 COLUMNS = 12
 

@@ -17,7 +17,7 @@ from granular_env.viewing import LiveViewer
 from granular_env.viewing.figures.drawing import NOT_SAMPLED, nearest_frames
 from granular_env.viewing.rerun import live
 from granular_env.viewing.rerun.live import Pace
-from granular_env.viewing.scene_data import from_component
+from granular_env.viewing.scene_builder import from_component
 from granular_env.viewing.scene_scales import enlarge_scales, scales_of
 
 pytest.importorskip("rerun", reason="the extra `view` is not installed")
@@ -216,7 +216,7 @@ def test_live_scales_only_grow_to_hold_what_comes():
     scales = enlarge_scales(scales_of(now), now, None)
     assert scales == scales_of(now)
     louder = replace(now.motion, colour=3.0 * now.motion.colour)
-    assert enlarge_scales(scales, replace(now, motion=louder), None).colour_limit >= float(np.abs(louder.colour).max())
+    assert enlarge_scales(scales, replace(now, motions=(louder,)), None).colour_limit >= float(np.abs(louder.colour).max())
 
 
 def test_a_viewer_that_fails_does_not_stop_the_run(tmp_path, monkeypatch):

@@ -22,7 +22,7 @@ from granular_env.viewing.figures.plane import Plane, draw_plane, load_plane, st
 from granular_env.viewing.figures.run_figures import event_counts
 from granular_env.viewing.rerun.meshes import edges_of, triangles_of
 from granular_env.viewing.rerun.scene import whole_camera
-from granular_env.viewing.scene_data import from_component, from_log
+from granular_env.viewing.scene_builder import from_component, from_log
 from granular_env.viewing.scene_scales import scales_of
 from granular_env.viewing.visible_drawables import (
     colouring_outputs,

@@ -18,12 +18,13 @@ from granular_env.documents import find, to_toml
 from granular_env.experiments import load_experiment, shipped_experiments
 from granular_env.recording import open_log, record
 from granular_env.viewing import plot, report
+from granular_env.viewing.curves import Curve
 from granular_env.viewing.figures import drawing, run_figures
 from granular_env.viewing.figures.drawing import page_svg
 from granular_env.viewing.recorded_fields import load_field
 from granular_env.viewing.reports import tables
 from granular_env.viewing.reports.tables import file_size
-from granular_env.viewing.scene_data import Curve, from_log
+from granular_env.viewing.scene_builder import from_log
 from granular_env.viewing.unit_labels import label_with_unit, typeset
 
 pytest.importorskip("matplotlib", reason="the extra `view` is not installed")

@@ -14,7 +14,7 @@ from granular_env.viewing import LiveViewer, report, save_rrd, screenshot, view
 from granular_env.viewing.rerun import viewer
 from granular_env.viewing.rerun.blueprint import blueprint
 from granular_env.viewing.rerun.entity_paths import entity
-from granular_env.viewing.scene_data import from_log
+from granular_env.viewing.scene_builder import from_log
 from granular_env.viewing.scene_scales import scales_of
 
 pytest.importorskip("rerun", reason="the extra `view` is not installed")

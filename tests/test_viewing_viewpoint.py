@@ -16,7 +16,7 @@ from granular_env.components.events import Event, EventDetail
 from granular_env.viewing.figures.plane import load_plane, words
 from granular_env.viewing.rerun.blueprint import blueprint
 from granular_env.viewing.rerun.caption import caption
-from granular_env.viewing.scene_data import from_component, from_log
+from granular_env.viewing.scene_builder import from_component, from_log
 from granular_env.viewing.scene_scales import scales_of
 from granular_env.viewing.viewpoint import USUAL, focus_normal, viewpoint
 

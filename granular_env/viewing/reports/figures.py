@@ -12,6 +12,7 @@ import numpy as np
 from granular_env.components.drawables import Cells, Points
 from granular_env.components.errors import ParameterError
 
+from ..curves import Curve
 from ..figures import plane, run_figures
 from ..input_curves import InputCurves, load_input
 from ..plot_groups import plots
@@ -22,10 +23,12 @@ from ..recorded_fields import (
     load_field,
     load_input_fields,
     load_vector_fields,
+    recorded_outputs,
     require_names,
     vector_names,
 )
-from ..scene_data import Curve, SceneData, from_log, recorded_outputs
+from ..scene_builder import from_log
+from ..scene_data import SceneData
 from ..visible_drawables import Place, colouring_outputs, is_solid, places_by_count, places_of_outputs
 
 if TYPE_CHECKING:
@@ -114,7 +117,7 @@ def draw_report(log: Any, choice: Choice, progress: Callable[[float], None]) -> 
         if name == main and scene_data.motion is not None:
             field = as_field(scene_data.motion)
         else:
-            field = load_field(log, name, run_figures.FRAMES, lambda part, place=place: progress(share * (place + part)))
+            field = load_field(log, name, run_figures.FRAMES)
         drawn |= _field_figures(field, choice, name == main, places.get(name), scene_data.valid_until)
         progress(share * (place + 1))
     moved = {one.displacement for one in log.drawables if isinstance(one, Points | Cells)}

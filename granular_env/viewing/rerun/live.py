@@ -17,7 +17,8 @@ from granular_env.components.inputs import Held
 from granular_env.optional_packages import import_optional
 
 from ..domain_views import Views, make_views
-from ..scene_data import Motion, SceneData, from_component
+from ..scene_builder import from_component
+from ..scene_data import Motion, SceneData
 from ..scene_scales import Scales, enlarge_scales, scales_of
 from .blueprint import blueprint
 from .process import RerunProcess, require_screen
@@ -284,8 +285,7 @@ class LiveViewer:
 
         return dataclasses.replace(
             scene_data,
-            motion=None if scene_data.motion is None else later(scene_data.motion),
-            more=tuple(later(motion) for motion in scene_data.more),
+            motions=tuple(later(motion) for motion in scene_data.motions),
             meshes=tuple(later(mesh) for mesh in scene_data.meshes),
             curves={name: later(curve) for name, curve in scene_data.curves.items()},
             inputs={name: later(curve) for name, curve in scene_data.inputs.items()},

@@ -19,7 +19,8 @@ from granular_env.output_files import require_writable, write_files
 from granular_env.progress import Progress, progress_bar
 
 from ..domain_views import make_views
-from ..scene_data import SceneData, from_log
+from ..scene_builder import from_log
+from ..scene_data import SceneData
 from ..scene_scales import Scales, scales_of
 from .blueprint import blueprint
 from .process import NEEDED, START_SECONDS, RerunProcess, require_screen
