@@ -16,8 +16,7 @@ from granular_env.components.support.float_arrays import FloatArray
 from granular_env.components.variables import Variable
 
 from . import curves
-from .curves import pick_with_extremes
-from .input_curves import acting_stretches, component_names, values_at
+from .curves import acting_stretches, component_names, pick_with_extremes, values_at
 from .scene_data import MAXIMUM_POINTS, MAXIMUM_SHOWN_PARTICLES, Motion
 from .visible_drawables import colour_name, colouring_outputs, recolour, with_colour
 

@@ -18,9 +18,8 @@ from granular_env.components.variables import Variable
 from granular_env.domains import domain_of
 from granular_env.recording.header import BalanceNames, balance_facts, balance_names_from
 
-from .curves import MAXIMUM_CURVE_POINTS, Curve
+from .curves import MAXIMUM_CURVE_POINTS, Curve, load_input, present_input
 from .domain_views import views_class
-from .input_curves import load_input, present_input
 from .recorded_fields import (
     coloured_drawables,
     curve_names,

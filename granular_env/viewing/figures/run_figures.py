@@ -42,19 +42,6 @@ from .drawing import (
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-__all__ = [
-    "FRAMES",
-    "balance",
-    "curves",
-    "default_indices",
-    "default_times",
-    "event_counts",
-    "headline",
-    "histories",
-    "profiles",
-    "space_time",
-    "stack",
-]
 
 # Frames that figures use: more than a viewer, they are only drawn once.
 FRAMES = 2000
