@@ -27,7 +27,7 @@ from granular_env.viewing import report
 from granular_env.viewing.colour_scales import ColourScale
 from granular_env.viewing.figures import plane
 from granular_env.viewing.foxglove import foxglove_layout
-from granular_env.viewing.scene_data import from_log
+from granular_env.viewing.scene_builder import from_log
 
 THROWN = {"rows": 3, "columns": 4, "clearance": 0.03}
 
@@ -239,7 +239,7 @@ def test_rerun_gets_the_discs(log, tmp_path: Path) -> None:
     pytest.importorskip("rerun", reason="the extra `view` is not installed")
     from granular_env.viewing import save_rrd
     from granular_env.viewing.rerun.scene import whole_camera
-    from granular_env.viewing.scene_data import from_log
+    from granular_env.viewing.scene_builder import from_log
     from granular_env.viewing.scene_scales import scales_of
 
     found, _ = columns(save_rrd(log, tmp_path / "a.rrd"))
