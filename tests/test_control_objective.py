@@ -122,18 +122,10 @@ def test_a_task_may_bring_its_objective() -> None:
         (lambda chain: total(chain, velocity(7).at_end()), r"velocity\[7\]: got 7, expected -7 to 6"),
         (lambda chain: total(chain, contact_force(8).at_end()), r"contact_force\[8\]: got 8, expected -8 to 7"),
         (lambda chain: total(chain, contact_force(0).at_end()), r"contact_force\[0\]: left is 'free', so there is no contact"),
-        (lambda chain: velocity(1).peak(scale=0.0), "scale: got 0.0"),
         (lambda chain: velocity(1).peak(scale=1.0, power=3), "power: got 3, expected an even number"),
         (lambda chain: velocity(1).mean(begin=8, end=5), "begin, end: got 8 and 5"),
-        (lambda chain: velocity(1).mean(begin=-3, end=-4), "begin, end: got -3 and -4"),
-        (lambda chain: velocity(1).peak(scale=1.0, begin=0.5), "begin: got 0.5"),  # type: ignore[arg-type]
-        (lambda chain: velocity(1).at_end(target="fast"), "target: got 'fast'"),  # type: ignore[arg-type]
-        (lambda chain: total(chain, energy(5, 2).at_end()), r"energy\[5:2\]: got 5 to 2"),
-        (lambda chain: total(chain, velocity(1)), "terms: got Quantity"),  # type: ignore[arg-type]
-        (lambda chain: applied("top"), "side: got 'top'"),  # type: ignore[arg-type]
-        (lambda chain: Objective(None, _value, _pullback), "objective.note: got None"),  # type: ignore[arg-type]
-        (lambda chain: Objective(_note, _value, _pullback, "one"), "objective.constants: got 'one'"),  # type: ignore[arg-type]
-        (lambda chain: Objective(_note, _value, _pullback, count=0), "objective.count: got 0"),
+        (lambda chain: total(chain, velocity(1)), "terms: got Quantity"),
+        (lambda chain: Objective(None, _value, _pullback), "objective.note: got None"),
     ],
 )
 def test_bad_terms(build: Any, said: str) -> None:
@@ -156,8 +148,6 @@ def test_terms_are_numbers_to_calculate_with() -> None:
     [
         (velocity(-1).at_end(), {"grains": 3}, "for chains of 7 grains, this one has 3"),
         (velocity(-1).mean(end=13), {}, "control step 12, but the drive has 12"),
-        (velocity(-1).mean(begin=-13), {}, "control step 12, but the drive has 12"),
-        (velocity(-1).peak(1.0, begin=12), {}, "control step 12, but the drive has 12"),
     ],
 )
 def test_a_run_that_an_objective_does_not_fit_is_refused(term: Term, other: dict[str, Any], said: str) -> None:
@@ -345,13 +335,6 @@ def test_plain_functions_are_compiled() -> None:
         value_and_grad(Objective(no_code, _value, pullback), chain, DRIVE, ticks=2)
 
 
-def test_factors_of_a_term_are_merged_in_its_description() -> None:
-    term = 1e-3 * applied("left").mean(target=0.0) / 10.0
-    assert term.description == "0.0001 ((left input - 0)^2 on average)"
-    assert (-term * -1e4).description == "(left input - 0)^2 on average"
-    assert (2.0 * term + velocity(-1).at_end()).description == f"0.0002 ({term.body}) + velocity[-1] at the end"
-
-
 def test_differences_that_leave_what_a_chain_may_be_say_so() -> None:
     chain = Chain(grains=3, gap=0.0, step_size=1e-7)
     chain.reset(velocity={0: 1.0})
@@ -361,7 +344,13 @@ def test_differences_that_leave_what_a_chain_may_be_say_so() -> None:
     assert "shape" not in str(caught.value)
 
 
-@pytest.mark.parametrize("name", ["discs", "grid", "oscillator", "detonation"])
+@pytest.mark.parametrize(
+    "name",
+    [
+        "discs",
+        "oscillator",
+    ],
+)
 def test_a_component_without_gradients_is_refused_at_every_entry(name: str) -> None:
     other: Any = ge.make(name)
     at_rest = total(Chain(grains=3), velocity(0).at_end())
