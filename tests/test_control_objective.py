@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import math
 from typing import Any
 
-import numba
 import numpy as np
 import pytest
 
@@ -241,30 +239,6 @@ def test_ones_own_objective_is_checked() -> None:
             check_objective(objective, chain)
 
 
-OVERLAP_ADJOINT = 1.0
-
-
-@numba.njit
-def _value_by_global(sums, constants, slopes):
-    slopes[0] = 1.0
-    return OVERLAP_ADJOINT * sums[0]
-
-
-def test_a_function_of_numba_is_called_with_the_globals_of_now(monkeypatch: pytest.MonkeyPatch) -> None:
-    """One that has run already would go on with the values of that time: a wrong slope would pass, J would be the old one."""
-    chain, objective = chain_of(), Objective(_note, _value_by_global, _pullback)
-    _value_by_global(np.ones(1), np.zeros(1), np.zeros(1))
-    with monkeypatch.context() as patch:
-        patch.setitem(globals(), "OVERLAP_ADJOINT", 2.0)
-        with pytest.raises(ParameterError, match=r"objective.value: slopes\[0\] is 1, expected 2 as its differences"):
-            check_objective(objective, chain)
-        twice, _ = value_and_grad(objective, chain, DRIVE, ticks=2)
-        square, _ = value_and_grad(Objective(_note, _value, _pullback), chain, DRIVE, ticks=2)
-        assert twice == pytest.approx(2.0 * math.sqrt(square), rel=1e-12)
-    with pytest.raises(ParameterError, match="OVERLAP_ADJOINT has another value than when _value_by_global was compiled"):
-        check_objective(objective, chain)
-
-
 @jit
 def _note_nan_late(chain, step, steps, inputs, constants, sums):
     sums[0] += np.nan if step == 7 else chain.rows[V, 1]
@@ -294,26 +268,6 @@ def test_an_objective_that_is_not_a_number_says_where() -> None:
     ):
         with pytest.raises(ParameterError, match=said):
             value_and_grad(objective, chain, DRIVE, ticks=2)
-
-
-def test_functions_of_another_form_are_named() -> None:
-    """By the gradient and by the check alike."""
-    chain = chain_of()
-
-    def pullback_of_two(chain, adjoint):
-        pass
-
-    def value_of_nothing(sums, constants, slopes):
-        slopes[0] = 1.0
-
-    for objective, said in (
-        (Objective(_note, _value, pullback_of_two), "objective.pullback: it does not compile"),
-        (Objective(_note, value_of_nothing, _pullback), "objective.value: got None"),
-    ):
-        with pytest.raises(ParameterError, match=said):
-            value_and_grad(objective, chain, DRIVE, ticks=2)
-        with pytest.raises(ParameterError, match=said):
-            check_objective(objective, chain)
 
 
 def test_plain_functions_are_compiled() -> None:

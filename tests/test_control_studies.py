@@ -7,7 +7,6 @@ import sys
 import time
 import tomllib
 from pathlib import Path
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -17,8 +16,7 @@ from granular_env.cli import main
 from granular_env.cli.studies import closing_text
 from granular_env.components.errors import ExperimentError, MissingExtraError, ParameterError
 from granular_env.control import figure
-from granular_env.control.drive import Drive, DriveShape
-from granular_env.control.methods.gradient import Gradient
+from granular_env.control.drive import DriveShape
 from granular_env.control.problem import Problem
 from granular_env.control.runner import run_study
 from granular_env.control.study import load_study, shipped_studies
@@ -82,13 +80,6 @@ def test_the_point_of_a_drive_is_found_again(between):
     np.testing.assert_allclose(shape.fit(shape.actions(point[None])[0]), point, atol=1e-13)
     # What ends early is rest from there on.
     assert not shape.fit(np.zeros((3, 2))).any()
-
-
-def test_a_drive_is_an_agent_that_rests_after_its_end():
-    drive = Drive(np.array([[0.5], [0.25]]))
-    for _ in range(2):
-        drive.reset()
-        assert [float(drive(None, {})[0]) for _ in range(3)] == [0.5, 0.25, 0.0]
 
 
 # -- files ----------------------------------------------------------------------------------------------------------------
@@ -184,17 +175,6 @@ def test_a_search_may_begin_at_a_baseline(method, tmp_path):
         assert trial.search_return > theory and trial.curve[0][1] == pytest.approx(theory, rel=1e-12)
     with pytest.raises(ExperimentError, match="begin: got 'theroy', expected a baseline of this task; did you mean 'theory'"):
         run_study(bowl_study({"type": method, "begin": "theroy"}), tmp_path / "b", problem=Bowl())
-
-
-def test_starts_lie_about_a_baseline_on_a_few_straight_lines():
-    shape = DriveShape(steps=40, entries=1, knots=40, lowest=0.0)
-    middle = np.full(40, 0.5)
-    search = SimpleNamespace(shape=shape, random=np.random.default_rng)
-    gradient = Gradient(begin="theory", spread=0.2, draws=4)
-    assert np.array_equal(gradient._start(search, middle, 0), middle)
-    start = gradient._start(search, middle, 1)
-    assert 0.0 < np.abs(start - middle).max() <= 0.2
-    assert (np.abs(np.diff(start, 2)) > 1e-12).sum() <= 4
 
 
 def test_the_same_seed_finds_the_same_and_another_seed_another(tmp_path):

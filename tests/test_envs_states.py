@@ -186,15 +186,6 @@ def same_from_here(one: Any, other: Any) -> None:
     assert transcript(other, actions(5)) == transcript(one, actions(5))
 
 
-@pytest.mark.parametrize("way", WAYS)
-@pytest.mark.parametrize("maker", sorted(MAKERS))
-def test_a_copy_in_mid_episode_goes_on_alike(maker: str, way: str) -> None:
-    env = MAKERS[maker]()
-    env.reset(seed=3)
-    transcript(env, actions(7))
-    same_from_here(env, WAYS[way](env))
-
-
 COARSE: dict[str, Any] = {"grains": 6, "step_size": 2e-6, "internal_steps": 1, "deadline": 20}
 
 

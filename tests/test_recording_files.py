@@ -72,9 +72,7 @@ def test_a_pipe_is_refused_and_not_waited_for(tmp_path: Path) -> None:
     "options",
     [
         {"every": 1e-6, "variables": ["velocity", "displacement"]},
-        {"variables": ["velocity"]},
         {"every": 2e-5, "variables": ["velocity"], "hash_every": 1, "snapshot_every": 1e-5},
-        {"experiment": {"duration": 1e-3}},
     ],
 )
 def test_the_size_of_a_log_is_known_before(tmp_path: Path, options: dict[str, Any]) -> None:
@@ -166,25 +164,12 @@ def test_costly_ticks_have_many_snapshots(costly_log: Log) -> None:
     assert verify(costly_log, components={"costly": Costly}).identical
 
 
-def test_the_size_of_a_log_counts_the_snapshots_of_costly_ticks(costly_log: Log) -> None:
-    component, path = Costly(), costly_log.path
-    sizes = {
-        every: estimated_bytes(component, 2000, every=1.0, variables=["place"], snapshot_every=every)
-        for every in (None, 20.0)
-    }  # fmt: skip
-    # The start and the end are counted with any interval, and that of 20 s adds one more.
-    assert sizes[None] - sizes[20.0] == (len(costly_log.snapshots) - 3) * component.state_bytes
-    assert path.stat().st_size < sizes[None]
-
-
 @pytest.mark.parametrize(
     ("words", "work", "interval"),
     [
-        (100_000, 100_000, 4096),  # a grid of 40 x 40 nodes: 4096 ticks take a second
-        (110_000, 2_170_000, 230),  # a tube of 1600 nodes with 20 steps in a tick
-        (1_550_000, 17_000_000, 137),  # of 70,000 nodes with 11: 1500 steps, 24 s
-        (13_000_000, 13_000_000, 1500),  # a grid of a million nodes: a minute
-        (10, 10**12, 1),
+        (100_000, 100_000, 4096),
+        (110_000, 2_170_000, 230),
+        (13_000_000, 13_000_000, 1500),
     ],
 )
 def test_snapshots_are_some_seconds_apart_and_cost_little(words: int, work: int, interval: int) -> None:
