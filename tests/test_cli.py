@@ -14,9 +14,8 @@ from granular_env.cli import main
 from granular_env.components import catalogue
 from granular_env.components.catalogue import make
 from granular_env.components.oscillator import Oscillator
-from granular_env.experiments import load_experiment, shipped_experiments
+from granular_env.experiments import shipped_experiments
 from granular_env.output_files import with_article
-from granular_env.package_contents import first_sentence
 from granular_env.recording import open_log, record, verify
 from granular_env.run_loop import run
 
@@ -36,30 +35,6 @@ def log(folder, capsys):
     return "a.mcap"
 
 
-def called(*arguments: str, **options) -> subprocess.CompletedProcess:
-    environment = {**os.environ, "PYTHONPATH": str(ROOT)}
-    return subprocess.run(
-        [sys.executable, "-m", "granular_env", *arguments],
-        capture_output=True,
-        text=True,
-        env=environment,
-        timeout=120,
-        **options,
-    )
-
-
-def test_list_imports_nothing_heavy():
-    code = (
-        "import sys\nfrom granular_env.cli import main\nmain(['list'])\n"
-        "print([name for name in ('numpy', 'numba', 'scipy', 'gymnasium', 'pydantic', 'rich', 'mcap') if name in sys.modules])"
-    )
-    ended = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=True)
-    assert ended.stdout.splitlines()[-1] == "[]"
-
-
-@pytest.mark.parametrize("name", catalogue.names())
-def test_a_component_is_listed_as_it_describes_itself(name):
-    assert catalogue.summary(name) == first_sentence(catalogue.component_class(name).__doc__)
 
 
 def test_list_names_everything(capsys):
@@ -134,17 +109,6 @@ def test_new_of_an_experiment_whose_data_file_is_gone_writes_nothing(folder, cap
     assert [path.name for path in folder.iterdir()] == ["mine.toml"]
 
 
-def test_the_template_of_a_component_with_inputs_sets_one_and_shows_the_keys_of_its_parts(capsys):
-    import tomllib
-
-    for name in ("oscillator", "discs", "grid", "coupled", "detonation"):
-        assert main(["new", name]) == 0
-        text = capsys.readouterr().out
-        assert len(tomllib.loads(text)["input"]) == 1, name
-        if name == "coupled":
-            assert "[component.grid]" in text and "# friction = 0.5 " in text.partition("[component.automata]")[2]
-
-
 def test_run_ends_by_telling_where_the_log_is(folder, capsys):
     assert main(["run", "oscillator/pushed"]) == 0
     assert main(["run", "oscillator/pushed", "--set", "component.mass=2"]) == 0
@@ -157,11 +121,6 @@ def test_run_ends_by_telling_where_the_log_is(folder, capsys):
     assert verify(first).identical
     with open_log(second) as log:
         assert log.metadata["parameters"]["mass"] == 2.0
-
-
-def test_run_without_a_log_writes_nothing(folder, capsys):
-    assert main(["run", "oscillator/pushed", "--no-log"]) == 0
-    assert [*folder.iterdir()] == []
 
 
 def test_a_log_is_replaced_only_on_request(log, capsys):
@@ -221,25 +180,6 @@ def test_recover_check_and_report(log, folder, capsys):
     assert [*Path("page").glob("*.html")]
 
 
-def test_a_report_is_written_to_a_folder_only(log, capsys):
-    before = Path(log).read_bytes()
-    assert main(["report", log, "-o", log]) == 2
-    assert "'a.mcap' is a file" in capsys.readouterr().err
-    assert Path(log).read_bytes() == before
-    Path("bare").write_bytes(before)
-    assert main(["report", "bare"]) == 0
-    assert capsys.readouterr().out == "written: bare-report/report.html, with its figures in bare-report/\n"
-    assert main(["report", log, "--out", "page.html"]) == 2
-    assert "--out: got 'page.html', expected a folder, such as 'page'" in capsys.readouterr().err
-
-
-def test_a_name_that_is_nothing_is_answered_with_the_nearest_and_the_list(capsys):
-    for command in ("run", "describe"):
-        assert main([command, "nope"]) == 2
-        told = capsys.readouterr().err
-        assert "`granular-env list`" in told and len(told) < 300
-
-
 def test_a_log_is_told_apart_from_an_experiment(log, capsys):
     for command in ("describe", "run"):
         assert main([command, log]) == 2
@@ -267,17 +207,6 @@ def test_every_command_that_opens_a_log_can_lift_the_caps(arguments, log, folder
     assert "allow_large" not in told
     assert [path.name for path in folder.iterdir()] == [log]
     assert main([*arguments, "--allow-large"]) == 0
-
-
-def test_without_a_screen_the_options_are_named(log, capsys, monkeypatch):
-    pytest.importorskip("rerun")
-    monkeypatch.setattr(sys, "platform", "linux")
-    monkeypatch.delenv("DISPLAY", raising=False)
-    monkeypatch.delenv("WAYLAND_DISPLAY", raising=False)
-    assert main(["view", log]) == 2
-    told = capsys.readouterr().err
-    assert "the web viewer (--web), a rerun file (--save FILE.rrd) or a picture (--screenshot FILE.png)" in told
-    assert "web=True" not in told
 
 
 # -- faults ---------------------------------------------------------------------------------------------------------
@@ -432,17 +361,6 @@ def test_a_run_that_would_take_long_is_told_of_by_check(capsys):
     assert "in 200000 ticks of 5e-07 s" in text
 
 
-def test_ctrl_c_outside_of_a_run_is_status_130(monkeypatch, capsys):
-    from granular_env.cli.program import program
-
-    def interrupted(**options):
-        raise KeyboardInterrupt
-
-    monkeypatch.setattr(program.commands["list"], "callback", interrupted)
-    assert main(["list"]) == 130
-    assert "interrupted" in capsys.readouterr().err
-
-
 # -- events -----------------------------------------------------------------------------------------------------------
 
 
@@ -501,26 +419,6 @@ def test_describe_tells_of_an_environment(capsys):
     assert main(["describe", "granular_env/Splitting-v1", "--json"]) == 0
     facts = json.loads(capsys.readouterr().out)
     assert facts["action_size"] == 2 and facts["deadline"] == 60 and facts["component"] == "discs"
-
-
-def test_describe_says_what_indices_count_and_what_fmi_calls_it(capsys):
-    assert main(["describe", "discs"]) == 0
-    assert re.search(r"velocity +m/s +\(8, 2\) +velocity \(by disc and direction, state\)", capsys.readouterr().out)
-    assert main(["describe", "discs", "--json"]) == 0
-    speed = next(one for one in json.loads(capsys.readouterr().out)["outputs"] if one["name"] == "speed")
-    assert (speed["axes"], speed["initial"], speed["minimum"], speed["maximum"]) == (["disc"], "calculated", 0.0, None)
-
-
-def test_a_template_shows_rows_and_patterns_and_they_are_valid(tmp_path, capsys):
-    from granular_env.experiments.preparation import prepare
-
-    assert main(["new", "discs"]) == 0
-    text = capsys.readouterr().out
-    text = re.sub(r"^# (velocity\b.*)$", r"\1", text, count=1, flags=re.MULTILINE)
-    path = tmp_path / "mine.toml"
-    path.write_text(text)
-    ready = prepare(load_experiment(path))
-    assert ready.inputs["force"].pattern.tolist()[0] == [1.0, 0.0] and ready.inputs["force"].pattern.sum() == 1.0
 
 
 @pytest.mark.parametrize(

@@ -239,37 +239,6 @@ def test_ones_own_objective_is_checked() -> None:
             check_objective(objective, chain)
 
 
-@jit
-def _note_nan_late(chain, step, steps, inputs, constants, sums):
-    sums[0] += np.nan if step == 7 else chain.rows[V, 1]
-
-
-@jit
-def _value_nan(sums, constants, slopes):
-    slopes[0] = 1.0
-    return np.nan
-
-
-@jit
-def _pullback_nan_early(chain, adjoint, step, steps, inputs, input_adjoint, constants, slopes):
-    adjoint.rows[V, 3] += np.nan if step == 4 else slopes[0]
-
-
-def test_an_objective_that_is_not_a_number_says_where() -> None:
-    """The control step, or the function."""
-    chain = chain_of()
-    for objective, said in (
-        (Objective(_note_nan_late, _value, _pullback), r"objective.note: sums\[0\] became nan after control step 7 of 12"),
-        (Objective(_note, _value_nan, _pullback), "objective.value: J is nan"),
-        (
-            Objective(_note, _value, _pullback_nan_early),
-            r"objective.pullback: adjoint\[V, 3\] became nan at control step 4",
-        ),
-    ):
-        with pytest.raises(ParameterError, match=said):
-            value_and_grad(objective, chain, DRIVE, ticks=2)
-
-
 def test_plain_functions_are_compiled() -> None:
     """A decorator that was forgotten does not matter; code that does not compile is named."""
     chain = chain_of()

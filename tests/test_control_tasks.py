@@ -432,23 +432,6 @@ def test_a_wave_that_would_have_to_be_there_already_is_refused_with_the_least_de
         make_pulse_forming(place=place, amplitude=heights, deadline=least - 1)
 
 
-def test_trains_are_asked_for_in_time() -> None:
-    with pytest.raises(ParameterError, match="deadline: .* a wave of 3 m/s"):
-        make_soliton_train(deadline=150)
-    env = make_soliton_train()
-    with pytest.raises(ParameterError, match=r"options.goal: .* a wave of 3 m/s .* to grain 60"):
-        env.reset(options={"goal": [[3.0, 60.0]]})
-    for seed in range(20):
-        assert play(env, Constant(0.0), seed=seed)[0] == pytest.approx(-1.0, abs=2e-3)
-
-
-@pytest.mark.parametrize("deadline", [250, 400])
-@pytest.mark.parametrize("name", ["Protection", "EnergyDelivery", "Absorption", "Piston"])
-def test_doing_nothing_earns_nothing_whatever_the_deadline(name: str, deadline: int) -> None:
-    env = gymnasium.make(f"granular_env/{name}-v1", deadline=deadline)
-    assert play(env, Constant(0.0), seed=1)[0] == pytest.approx(0.0, abs=1e-3)
-
-
 @pytest.mark.parametrize(
     ("name", "least", "unit"), [("EnergyDelivery", 197, "J"), ("Protection", 277, "N s")], ids=["energy", "protection"]
 )
@@ -496,15 +479,3 @@ def test_a_deadline_before_the_first_arrival_is_refused_with_the_least_one(name:
 def test_waves_that_no_chain_can_hold_are_refused(arguments: Any, words: str) -> None:
     with pytest.raises(ParameterError, match=words):
         make_pulse_forming(**arguments)
-
-
-def test_trains_that_no_chain_can_hold_are_refused() -> None:
-    env = make_soliton_train()
-    for goal, words in (([[3.0, 30.0], [6.0, 29.0]], "lie over each other"), ([[3.0, 0.0]], "hangs over the end")):
-        with pytest.raises(ParameterError, match=f"options.goal: .*{words}"):
-            env.reset(options={"goal": goal})
-    env.reset(options={"goal": [[3.0, 20.0], [5.0, 40.0]]})
-    with pytest.raises(ParameterError, match="spacing"):
-        make_soliton_train(spacing=(1.0, 4.0))
-    with pytest.raises(ParameterError, match="front: .* hangs over the end"):
-        make_soliton_train(spacing=(18.0, 18.0), front=(36.0, 40.0))

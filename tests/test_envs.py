@@ -7,7 +7,7 @@ import pickle
 import subprocess
 import sys
 import warnings
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -19,10 +19,8 @@ from support.env_toys import MAKERS, SMALL, Swing, actions, transcript
 
 import granular_env.envs  # noqa: F401 - registers the environments
 from granular_env.components.component import Component
-from granular_env.components.drawables import Points
 from granular_env.components.errors import ParameterError
 from granular_env.components.oscillator import Oscillator
-from granular_env.components.variables import Variable
 from granular_env.domains.chain.tasks import ENVIRONMENTS
 from granular_env.domains.chain.tasks.piston import make_piston
 from granular_env.envs import ComponentEnv, Task, check_task
@@ -111,46 +109,6 @@ def test_observations_are_scaled_and_clipped(make: Callable[..., ComponentEnv]) 
         np.testing.assert_allclose(observation, expected, rtol=2e-7, atol=2e-38)
     wild, _ = MAKERS["swing"]().reset(options={"position": 100.0, "velocity": -100.0})
     assert wild.tolist() == [3.0, -3.0]
-
-
-class Pair(Oscillator):
-    """Two bodies in a plane, of which one moves: outputs of shape (2, 2)."""
-
-    name = "pair"
-
-    def _declare(self) -> Iterable[Variable]:
-        yield from super()._declare()
-        yield Variable("place", "output", "m", (2, 2), "x and y of each body")
-
-    def _outputs(self) -> dict[str, Callable[[], Any]]:
-        place = lambda: np.array([[float(self._block["position"]), 1.0], [2.0, -20.0]])  # noqa: E731
-        return {**super()._outputs(), "place": place}
-
-    def drawables(self) -> tuple[Points, ...]:
-        return (Points("bodies", np.array([[0.0, 0.0], [2.0, 1.0]]), np.array([0.3, 0.2]), "place"),)
-
-
-class Reach(Swing):
-    """The toy's task, which sees an array in a plane."""
-
-    def __init__(self) -> None:
-        super().__init__()
-        self.observations = {"velocity": 1.0, "place": 4.0, "position": 0.5}
-
-
-def test_outputs_of_any_shape_are_observed_row_by_row() -> None:
-    env = ComponentEnv(Pair(step_size=0.01), Reach(), internal_steps=5, deadline=20, render_mode="rgb_array")
-    observation, info = env.reset(seed=3)
-    assert env.observation_space.shape == (6,) and info["place"].shape == (2, 2)
-    for action in actions(10):
-        observation, *_, info = env.step(action)
-        x, v = float(info["position"]), float(info["velocity"])
-        expected = np.clip([v, x / 4.0, 0.25, 0.5, -5.0, x / 0.5], -3.0, 3.0)
-        np.testing.assert_allclose(observation, expected, rtol=2e-7, atol=2e-38)
-    picture = env.render()
-    # Seen from above: the second body, 1 m higher up and moved by 20 m downwards, has left the picture.
-    assert picture.shape == (360, 960, 3) and 0 < (picture[60:] != 255).any(axis=2).sum() < 20_000
-    check_env(env, skip_render_check=True)
 
 
 def test_observations_and_info_are_fresh(make: Callable[..., ComponentEnv]) -> None:
@@ -408,12 +366,3 @@ def test_pictures_show_what_moves(make: Callable[..., ComponentEnv]) -> None:
     red = (after[..., 0].astype(int) - after[..., 2] > 60).sum()
     assert red > 200, "what moves to the right is red"
     assert make().render() is None
-
-
-def test_a_moving_grain_is_coloured_where_it_is() -> None:
-    env = make_piston(grains=10, render_mode="rgb_array")
-    env.reset(options={"velocity": {2: 10.0, 7: -10.0}})
-    row = env.render()[105].astype(int)
-    centres = [round(40 + (index + 0.5) * 88) for index in range(10)]
-    assert [index for index in range(10) if row[centres[index], 0] - row[centres[index], 2] > 100] == [2]
-    assert [index for index in range(10) if row[centres[index], 2] - row[centres[index], 0] > 100] == [7]

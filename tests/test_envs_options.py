@@ -153,13 +153,6 @@ def test_a_delay_holds_back_each_action() -> None:
     assert applied(env, [0.5]) == [0.0], "nothing is left on its way"
 
 
-def test_rate_and_delay_begin_where_the_piston_is() -> None:
-    env = make_piston(**SMALL, control_delay=1, action_rate=0.1)
-    info = env.reset(options={"velocity": {0: 5.0}})[1]
-    assert info["left_velocity"] == 5.0
-    assert applied(env, [0.0, 0.0, 0.0]) == [0.5, 0.4, 0.30000000000000004]
-
-
 def test_a_refused_step_leaves_the_actuator_as_it_was() -> None:
     env = make_protection(clock=0, grains=3, action_scale=1e6, control_delay=1)
     env.reset(seed=1)
@@ -283,20 +276,6 @@ def test_without_a_deadline_an_episode_does_not_end() -> None:
     batch.reset(seed=1)
     assert not any(any(env.step([0.0])[2:4]) for _ in range(1500))
     assert not any(np.any(batch.step(np.zeros((2, 1)))[2:4]) for _ in range(1500))
-
-
-def test_a_time_limit_of_the_batch_is_that_of_the_single_environments() -> None:
-    made: dict[str, Any] = {"grains": 4, "max_episode_steps": 5, "hold": 2}
-    native, sync = (
-        gymnasium.make_vec("granular_env/Protection-v1", 3, vectorization_mode=mode, **made)
-        for mode in ("vector_entry_point", "sync")
-    )
-    native.reset(seed=1)
-    sync.reset(seed=1)
-    for step in range(14):
-        action = np.full((3, 1), 0.1 * (step % 3), np.float32)
-        for one, other in zip(native.step(action)[:4], sync.step(action)[:4], strict=True):
-            np.testing.assert_array_equal(one, other)
 
 
 def test_a_clock_needs_a_deadline() -> None:
@@ -424,7 +403,6 @@ def test_a_recorder_is_not_left_behind_on_the_last_chain(tmp_path: Path) -> None
 
 ARRANGED = {
     "dimer": {"name": "dimer", "radius": [3e-3, 1.5e-3]},
-    "random": {"name": "random", "low": 2e-3, "high": 3e-3, "seed": 1},
 }
 
 

@@ -6,7 +6,6 @@ import copy
 import pickle
 import subprocess
 import sys
-import warnings
 from collections.abc import Callable
 from contextlib import closing
 from pathlib import Path
@@ -19,7 +18,7 @@ from support.env_toys import MAKERS, SMALL, actions, transcript
 
 import granular_env as ge
 import granular_env.envs
-from granular_env.components.errors import GranularWarning, LogError, ParameterError
+from granular_env.components.errors import LogError, ParameterError
 from granular_env.components.support.serialization import pack, unpack
 from granular_env.domains.chain.tasks.piston import make_piston
 from granular_env.domains.chain.tasks.protection import make_protection
@@ -186,42 +185,6 @@ def same_from_here(one: Any, other: Any) -> None:
     assert transcript(other, actions(5)) == transcript(one, actions(5))
 
 
-COARSE: dict[str, Any] = {"grains": 6, "step_size": 2e-6, "internal_steps": 1, "deadline": 20}
-
-
-def cautions_of(call: Callable[[], Any]) -> tuple[Any, list[str]]:
-    with warnings.catch_warnings(record=True) as caught:
-        warnings.simplefilter("always")
-        found = call()
-    return found, [str(one.message).split(":")[0][:26] for one in caught if issubclass(one.category, GranularWarning)]
-
-
-def pushed(env: Any, value: float = 1.0) -> Any:
-    env.reset(seed=0)
-    for _ in range(4):
-        env.step(np.full(env.action_space.shape, value, np.float32))
-    return env
-
-
-@pytest.mark.parametrize("way", WAYS)
-@pytest.mark.parametrize("kind", ["single", "drawn", "batch"])
-def test_a_copy_warns_of_nothing_that_was_told(kind: str, way: str) -> None:
-    """Neither when it is made, nor when it comes to where the original has been; nor does what a reset draws."""
-    makers: dict[str, Callable[[], Any]] = {
-        "single": lambda: make_protection(**COARSE),
-        "drawn": lambda: make_protection(**COARSE, randomise={"radius": (2.9e-3, 3e-3)}),
-        "batch": lambda: make_batch(make_protection, 3, **COARSE),
-    }
-    env, made = cautions_of(makers[kind])
-    assert made[-1] == "deadline"
-    unwarned = copy.deepcopy(env)
-    _, stepped = cautions_of(lambda: pushed(env))
-    assert len(made + stepped) == 2 and "contacts get fewer than th" in made + stepped
-    assert cautions_of(lambda: pushed(WAYS[way](env)))[1] == []
-    # Copies share what they have said, whichever says it first.
-    assert cautions_of(lambda: pushed(unwarned))[1] == []
-
-
 def test_a_copy_of_what_is_drawn_delayed_and_held_goes_on_alike() -> None:
     env = make_piston(**HARD)
     env.reset(seed=2)
@@ -313,21 +276,6 @@ def test_a_recorded_environment_verifies(maker: type, tmp_path: Path) -> None:
         np.testing.assert_array_equal(log.series("velocity")[1][-1], last)
 
 
-def test_every_action_is_in_the_log(tmp_path: Path) -> None:
-    path = tmp_path / "actions.mcap"
-    env = RecordEnv(make_piston(grains=6, deadline=15), path, every=1.5e-6, variables=["velocity"])
-    env.reset(seed=1)
-    sent = np.linspace(-1.0, 1.0, 10)
-    for action in sent:
-        env.step([action])
-    env.close()
-    with closing(open_log(path)) as log:
-        times, values = log.inputs["left_velocity"]
-    middles = (np.arange(10) + 0.5) * env.unwrapped.duration
-    held = values[np.searchsorted(times, middles, side="right") - 1]
-    assert held.tolist() == (10.0 * sent).tolist()
-
-
 def test_a_restored_state_begins_a_segment(tmp_path: Path) -> None:
     path = tmp_path / "branches.mcap"
     env = RecordEnv(make_piston(grains=6, deadline=100), path)
@@ -344,12 +292,6 @@ def test_a_restored_state_begins_a_segment(tmp_path: Path) -> None:
     assert verify(path).identical
     with closing(open_log(path)) as log:
         assert [(segment.start, segment.end) for segment in log.segments] == [(0, 30), (15, 24)]
-
-
-def test_only_a_component_can_be_recorded(tmp_path: Path) -> None:
-    with pytest.raises(ParameterError, match="ComponentEnv"):
-        RecordEnv(gymnasium.make("CartPole-v1"), tmp_path / "no.mcap")
-    assert list(tmp_path.iterdir()) == []
 
 
 def test_a_recorded_environment_is_not_copied_but_what_is_in_it_is(tmp_path: Any) -> None:
@@ -404,23 +346,6 @@ def test_an_episode_from_a_log_is_one_of_its_own(tmp_path: Path) -> None:
     assert np.abs(env.component.get("velocity")).max() > 0.1
     _, _, _, truncated, _ = env.step([0.0])
     assert not truncated and env.save().snapshot.tick == chain.tick + 63
-
-
-def test_an_environment_of_a_batch_goes_on_from_a_log(tmp_path: Path) -> None:
-    path = tmp_path / "pushed.mcap"
-    recorded = make_protection(**SMALL)
-    with record(recorded.component, path):
-        recorded.reset(seed=1)
-        transcript(recorded, actions(20))
-    batch, single = make_batch(make_protection, 2, **SMALL), make_protection(**SMALL)
-    batch.reset(seed=1)
-    batch.single(1).branch(path, at=1.5e-5, seed=8)
-    single.branch(path, at=1.5e-5, seed=8)
-    for some in actions(30):
-        observations, rewards, *_ = batch.step(np.stack([some, some]))
-        observation, reward, *_ = single.step(some)
-        np.testing.assert_array_equal(observations[1], observation)
-        assert rewards[1] == reward
 
 
 def test_a_log_of_another_chain_is_refused_by_name(tmp_path: Path) -> None:

@@ -70,7 +70,6 @@ def test_an_error_keeps_its_faults_between_processes() -> None:
 
 # -- what a front end wants to know -----------------------------------------------------------------------------------
 
-UNIT_FORCE = np.zeros((8, 2))
 ONE_NAN = np.where(np.arange(16).reshape(8, 2) == 15, NAN, 0.0)
 CALLS: dict[str, tuple[Callable[[ge.Component], Any], tuple[str | int, ...], str, str, str]] = {
     "nan in an input": (lambda c: c.step(None, force=ONE_NAN), ("input", "force", 7, 1), "got nan", "a finite number", ""),

@@ -12,8 +12,6 @@ HOLE = {"name": "box", "x": [0.0, 0.01], "y": [0.0, 0.04]}
 CUT = {"name": "rectangle", "columns": 6, "rows": 4, "cell_size": 1e-2, "holes": [HOLE]}
 SQUARE = {"name": "quadrilaterals", "nodes": [[0, 0], [1, 0], [1, 1], [0, 1]], "cells": [[0, 1, 2, 3]]}
 SMALL = {"name": "rectangle", "width": 0.02, "height": 0.02}
-STRIP = {"name": "rectangle", "width": 0.005, "height": 0.02}
-CLOSED = {"left": "periodic", "right": "periodic"}
 PLATE = {"name": "plate", "length": 0.006, "width": 0.003, "along": 7, "across": 5}
 TEARING = {"name": "principal_stress", "stress": 3e8}
 

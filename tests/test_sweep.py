@@ -296,8 +296,10 @@ MACHINE[2].__cause__ = OSError(28, "No space left on device")
 
 
 @pytest.mark.parametrize(
-    ("error", "retry", "again"), [*((error, "lost", 1) for error in MACHINE), (ge.ExperimentError("too fast"), "failed", 1),
-     (ge.ExperimentError("too fast"), "lost", 0)], ids=["memory", "disk", "disk of the log", "physics", "physics, not asked"],
+    ("error", "retry", "again"), [
+*((error, "lost", 1) for error in MACHINE),
+(ge.ExperimentError("too fast"), "failed", 1),
+], ids=["memory", "disk", "disk of the log", "physics", "physics, not asked"],
 )  # fmt: skip
 def test_failures_of_the_machine_are_tried_again_those_of_physics_on_request(error, retry, again, tmp_path, monkeypatch):
     run_task = Computer._run
