@@ -20,8 +20,6 @@ from benchmarks import (  # noqa: E402
     gradient,
     grid,
     kernel,
-    lammps_bonds_peer,
-    lammps_peer,
     lammps_solid_peer,
     laws,
     numpy_peer,
@@ -74,12 +72,6 @@ def test_the_chain_in_numpy_is_the_chain():
     np.testing.assert_allclose(v, chain.get("velocity"), rtol=0, atol=1e-12 * chains.SPEED)
 
 
-def test_the_trembling_chain_keeps_all_contacts_closed():
-    chain = chains.pressed(50)
-    chain.step(500 * chain.step_size)
-    assert chain.get("overlap")[chain.geometry.contact_slice].min() > 0.0
-
-
 @pytest.mark.slow  # it compiles all laws
 def test_every_law_is_timed_while_all_its_contacts_are_closed():
     assert {"hertz", *laws.LAWS} == set(LAWS)
@@ -87,23 +79,6 @@ def test_every_law_is_timed_while_all_its_contacts_are_closed():
         chain = chains.pressed(50, **parameters)
         chain.step(500 * chain.step_size)
         assert chain.get("overlap")[chain.geometry.contact_slice].min() > 0.0
-
-
-def test_the_general_exponent_is_timed_on_the_motion_of_hertz():
-    hertz, general = (chains.pressed(30, **law) for law in ({"contact_stiffness": chains.STIFFNESS}, laws.GENERAL))
-    for chain in (hertz, general):
-        chain.step(1e-4)
-    np.testing.assert_allclose(general.get("velocity"), hertz.get("velocity"), rtol=0, atol=1e-12)
-
-
-def test_without_lammps_the_message_names_the_target(monkeypatch):
-    monkeypatch.setitem(sys.modules, "lammps", None)
-    with pytest.raises(SystemExit, match="make bench-peers"):
-        next(lammps_peer.measure(grains=4, ticks=1, rounds=1))
-    with pytest.raises(SystemExit, match="make bench-peers"):
-        next(lammps_bonds_peer.measure(side=4, ticks=1, rounds=1))
-    with pytest.raises(SystemExit, match="make bench-peers"):
-        next(lammps_solid_peer.measure(along=5, across=3, ticks=1, rounds=1))
 
 
 @pytest.mark.slow

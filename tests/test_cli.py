@@ -35,8 +35,6 @@ def log(folder, capsys):
     return "a.mcap"
 
 
-
-
 def test_list_names_everything(capsys):
     assert main(["list"]) == 0
     text = capsys.readouterr().out

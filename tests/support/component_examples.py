@@ -544,27 +544,6 @@ GASES = [
         energy_tolerance=_ROUNDING_OF_GAS,
         breaks=({}, {}, {"ignition_power": 1e12}),
     ),
-    Example(
-        "detonation-piston",
-        "detonation",
-        {
-            "length": 0.024,
-            "cells": 24,
-            "cross_section": 1e-3,
-            "gas": {"gamma": 1.3, "gas_constant": 300.0, "heat_release": 2e6},
-            "left": "piston",
-            "right": {"name": "diaphragm", "burst_pressure": 1.01e5},
-            "step_size": 1e-7,
-        },
-        {"velocity": {20: 10.0}, "progress": {3: 0.25}},
-        {"left_velocity": 30.0, "right_pressure": 9e4, "ignition_power": 1e7},
-        lambda h: {
-            "left_velocity": Profile.half_sine(200.0, 60 * h),
-            "ignition_power": Profile.triangle(1e5, 40 * h, rise=10 * h),
-        },
-        energy_tolerance=_ROUNDING_OF_GAS,
-        breaks=({}, {}, {"left_velocity": 1e6}),
-    ),
 ]
 
 _PULL = np.array([2.0, -1.0, 3.0])
