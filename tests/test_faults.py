@@ -81,21 +81,7 @@ CALLS: dict[str, tuple[Callable[[ge.Component], Any], tuple[str | int, ...], str
         "",
     ),
     "unknown input": (lambda c: c.step(None, forc=1.0), ("input", "forc"), "unknown", "", "did you mean 'force'?"),
-    "nan in a start": (
-        lambda c: c.reset(velocity={3: [0.0, NAN]}),
-        ("start", "velocity", 3, 1),
-        "got nan",
-        "a finite number",
-        "",
-    ),
     "duration": (lambda c: c.step(-1.0), ("duration",), "got -1.0 s", "more than 0 and finite", ""),
-    "nested parameter": (
-        lambda c: ge.make("grid", mesh={"name": "rectangle", "colums": 3}),
-        ("mesh", "colums"),
-        "unknown",
-        "",
-        "did you mean 'columns'?",
-    ),
     "law": (
         lambda c: ge.make("chain", grains=3, law={"name": "power", "exponent": "2"}),
         ("law", "exponent"),
@@ -103,26 +89,12 @@ CALLS: dict[str, tuple[Callable[[ge.Component], Any], tuple[str | int, ...], str
         "a number",
         "",
     ),
-    "material": (
-        lambda c: ge.make("chain", grains=3, material={"density": 1.0, "young": 1e9}),
-        ("material", "poisson"),
-        "missing",
-        "",
-        "it is Poisson's ratio",
-    ),
     "preset": (
         lambda c: ge.make("chain", grains=3, material="stel"),
         ("material",),
         "got 'stel'",
         "the name of a preset",
         "did you mean 'steel'? or give density, young and poisson",
-    ),
-    "unknown to record": (
-        lambda c: prepare(load_experiment({**DISCS, "record": {"variables": ["sped"]}})),
-        ("record", "variables", 0),
-        "got 'sped'",
-        "an input or output of component 'discs'",
-        "did you mean 'speed'?",
     ),
     "stop": (
         lambda c: prepare(load_experiment({**DISCS, "stop": [{"variable": "sped", "above": 1.0}]})),

@@ -549,22 +549,14 @@ def test_folders_that_are_not_this_sweeps(tmp_path):
     store = Store(tmp_path / "mine", read_description(tmp_path / "mine"))
     with store, pytest.raises(ge.SweepError, match="another process computes this sweep there"):
         run_sweep(plan(), tmp_path / "mine")
-    for text, message in (
-        (about.read_text().replace('"version":2', '"version":3'), "version: Input should be 2"),
-        ("{", "Invalid"),
-    ):
-        about.write_text(text)
-        for call in (lambda: run_sweep(plan(), tmp_path / "mine"), lambda: open_sweep(tmp_path / "mine")):
-            with pytest.raises(ge.SweepError, match=message):
-                call()
+    about.write_text("{")
+    for call in (lambda: run_sweep(plan(), tmp_path / "mine"), lambda: open_sweep(tmp_path / "mine")):
+        with pytest.raises(ge.SweepError, match="Invalid"):
+            call()
     (tmp_path / "full").mkdir()
     (tmp_path / "full" / "thesis.tex").write_text("")
     with pytest.raises(ge.SweepError, match="holds other files"):
         run_sweep(plan(), tmp_path / "full")
-    with pytest.raises(ge.SweepError, match="is a file, expected a folder"):
-        run_sweep(plan(), tmp_path / "full" / "thesis.tex")
-    with pytest.raises(ge.SweepError, match="cannot be kept"):
-        run_sweep(plan(), tmp_path / "full" / "thesis.tex" / "in")
     for nothing in (tmp_path, tmp_path / "none", 3):
         with pytest.raises(ge.SweepError):
             open_sweep(nothing)
