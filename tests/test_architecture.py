@@ -1,13 +1,11 @@
 """Which way imports point, what a component may know, and what a quick command must not load."""
 
-import ast
 import dataclasses
 import graphlib
 import re
 import subprocess
 import sys
 import tomllib
-from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -19,20 +17,7 @@ from granular_env.components.component import Component
 from granular_env.domains import DOMAINS
 
 ROOT = Path(__file__).resolve().parent.parent
-PUBLIC = (
-    "Chain",
-    "Component",
-    "GranularError",
-    "Material",
-    "Profile",
-    "Snapshot",
-    "Variable",
-    "make",
-    "open_log",
-    "record",
-    "run",
-    "verify",
-)
+PUBLIC = "Chain Component GranularError Material Profile Snapshot Variable make open_log record run verify".split()
 HEAVY = ("gymnasium", "matplotlib", "numba", "rerun", "scipy", "xarray")
 
 
@@ -40,12 +25,6 @@ def python(code: str) -> str:
     result = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True)
     assert result.returncode == 0, result.stderr
     return result.stdout
-
-
-@cache
-def tree_of(path: Path) -> ast.Module:
-    """Return a file's syntax tree, parsed once for all tests; nobody changes it."""
-    return ast.parse(path.read_text())
 
 
 def test_the_import_contracts_hold():
@@ -136,41 +115,9 @@ def test_only_components_and_domains_import_a_particular_component():
                 )
 
 
-# -- circles ---------------------------------------------------------------------------------------------------------
-
-
-def modules() -> dict[str, Path]:
-    """All modules of the package by name; `components/` is a part of it."""
-    parts = [("granular_env.components", ROOT / "components"), ("granular_env", ROOT / "granular_env")]
-    found = {}
-    for package, folder in parts:
-        for path in sorted(folder.rglob("*.py")):
-            inner = path.relative_to(folder).with_suffix("").parts
-            if package != "granular_env" or inner[0] != "components":
-                found[".".join([package, *inner]).removesuffix(".__init__")] = path
-    return found
-
-
-def imported_modules(name: str, path: Path, known: dict[str, Path]) -> set[str]:
-    """The package's own modules that a module imports, at once or in its functions; not those for type checkers alone."""
-    tree = tree_of(path)
-    blocks = [node for node in ast.walk(tree) if isinstance(node, ast.If) and ast.unparse(node.test) == "TYPE_CHECKING"]
-    for_types = {id(node) for block in blocks for node in ast.walk(block)}
-    found = set()
-    for node in ast.walk(tree):
-        if isinstance(node, ast.ImportFrom) and id(node) not in for_types:
-            package = name.split(".") if path.name == "__init__.py" else name.split(".")[:-1]
-            base = package[: len(package) - node.level + 1] if node.level else []
-            origin = ".".join([*base, *([node.module] if node.module else [])])
-            found |= {f"{origin}.{one.name}" if f"{origin}.{one.name}" in known else origin for one in node.names}
-        elif isinstance(node, ast.Import):
-            found |= {one.name for one in node.names}
-    return found & known.keys() - {name}
-
-
 def test_imports_make_no_circle_not_even_late_ones():
-    known = modules()
-    graph = {name: imported_modules(name, path, known) for name, path in known.items()}
-    # Late ones are among them: the command line imports whatever is slow in its functions.
-    assert sum(map(len, graph.values())) > 1500 and "granular_env.recording" in graph["granular_env.cli.logs"]
-    graphlib.TopologicalSorter(graph).prepare()
+    graph = grimp.build_graph("granular_env", exclude_type_checking_imports=True, cache_dir=None)
+    imported = {module: graph.find_modules_directly_imported_by(module) for module in graph.modules}
+    # The command line imports the recording in its functions.
+    assert "granular_env.recording" in imported["granular_env.cli.logs"]
+    graphlib.TopologicalSorter(imported).prepare()
