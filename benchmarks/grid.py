@@ -44,7 +44,7 @@ def noisy(side: int) -> Any:
 
 
 def bytes_of_tick(grid: Any) -> int:
-    """What a tick has to read and write, each array once; scratch stays in the cache."""
+    """What a tick has to read and write, each array once; scratch is not counted."""
     read = sum(getattr(grid._grid, name).nbytes for name in _READ)
     return read + 2 * sum(getattr(grid._state, name).nbytes for name in _WRITTEN)
 

@@ -96,9 +96,9 @@ def a_core_that_cracks() -> None:
     """Draw the shipped impacts, on a square and on a hexagonal packing, at three instants."""
     figure = drawing.new_figure(12.0, 4.9)
     rows = figure.subplots(2, 3, sharex=True, sharey=True)
-    for row, (core, packing) in zip(rows, (("cracking", "square"), ("hexagonal", "hexagonal")), strict=True):
+    for row, (core, packing) in zip(rows, (("cracking-core", "square"), ("hexagonal-layer", "hexagonal")), strict=True):
         for axes, time in zip(row, (1.8e-5, 3.2e-5, 6e-5), strict=True):
-            show_core(axes, ge.run(f"psakhie-2003/impact-on-a-{core}-core", overrides={"duration": time}).component)
+            show_core(axes, ge.run(f"psakhie-2003/impact-on-a-{core}", overrides={"duration": time}).component)
         row[0].set_ylabel(f"{packing}, y [m]")
     for axes in rows[-1]:
         axes.set_xlabel("x [m]")

@@ -110,23 +110,6 @@ def test_a_mixture_keeps_discrete_energy_and_momenta(packing: str) -> None:
     assert np.ptp(momenta, axis=0).max() <= 1e-12 * 1e-9 * 6.0 * mass.sum()
 
 
-@BOTH
-def test_mirrored_mixtures_give_mirrored_bits(packing: str) -> None:
-    plain = block(packing)
-    x, y = plain.packing.reference.T
-    mirror = np.array([int(np.argmin((x - (8.0 - a)) ** 2 + (y - b) ** 2)) for a, b in zip(x, y, strict=True)])
-    numbers = np.random.default_rng(5).integers(0, 2, plain.count)
-    numbers = np.minimum(numbers, numbers[mirror])
-    automata = block(packing, material=[SOFT, HARD], automaton_material=numbers.tolist(), forced_automata="all")
-    force = 1e-2 * np.random.default_rng(1).standard_normal((automata.count, 2))
-    force = force + np.array([-1.0, 1.0]) * force[mirror]
-    automata.step(100 * automata.step_size, force=force)
-    u, w = automata.get("displacement"), automata.get("rotation")
-    assert np.abs(u).max() > 1e-3
-    np.testing.assert_array_equal(u[mirror], [-1.0, 1.0] * u)
-    np.testing.assert_array_equal(w[mirror], -w)
-
-
 # -- waves --------------------------------------------------------------------------------------------------------------
 
 

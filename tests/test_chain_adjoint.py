@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import os
-import subprocess
-import sys
 import tracemalloc
 from typing import Any
 
@@ -150,20 +147,6 @@ def test_a_long_disordered_and_dissipative_run() -> None:
         assert abs(found.value - change.sum()) <= BOUND * np.linalg.norm(change)
 
 
-def test_scalars_and_lists_have_gradients_in_their_own_shape() -> None:
-    """One radius for all has one derivative, the sum of those of a list."""
-    drive = np.full((5, 2), [30.0, 0.0])
-    found = []
-    for radius in (3e-3, [3e-3] * 6):
-        chain = Chain(grains=6, radius=radius, right="plane", precompression=20.0, step_size=5e-7)
-        found.append(
-            value_and_grad(total(chain, energy().at_end()), chain, drive, ticks=2, with_respect_to="radius")[1]["radius"]
-        )
-    assert found[0].shape == ()
-    assert found[1].shape == (6,)
-    assert found[0] == pytest.approx(found[1].sum(), rel=1e-13)
-
-
 @pytest.mark.parametrize("integrator", ["pefrl", pytest.param("leapfrog", marks=pytest.mark.slow)])
 def test_a_linear_chain_has_the_gradient_of_its_matrices(integrator: str) -> None:
     """Springs (power 1) that stay pressed: a step is a matrix, and the gradient is a product of them."""
@@ -261,15 +244,6 @@ def test_evaluate_has_the_bits_of_the_component(name: str) -> None:
     assert np.array_equal(_stepped(chain, drive), evaluated)
 
 
-@pytest.mark.parametrize("integrator", ["rk4", *(pytest.param(one, marks=pytest.mark.slow) for one in ("hamming", "dop853"))])
-def test_values_without_gradients(integrator: str) -> None:
-    """`evaluate` runs what has no adjoint."""
-    law = {"name": "elastic_plastic", "yield_pressure": 1e9} if integrator == "rk4" else "hertz"
-    chain = Chain(grains=5, integrator=integrator, law=law, step_size=5e-7)
-    drive = np.full((4, 2), [50.0, 0.0])
-    assert np.array_equal(_state_of_evaluate(chain, drive), _stepped(chain, drive))
-
-
 def test_gradients_are_the_same_every_time_and_members_are_independent() -> None:
     """Twice the same bits; a batch of drives gives what each gives alone; the chain is as it was."""
     chain, drive, objective = task("viscous", seed=5)
@@ -293,28 +267,6 @@ def test_a_gradient_starts_from_the_present_state() -> None:
     rest = value_and_adjoint(chain, drive[5:], TICKS, objective)
     assert rest.value == whole.value
     assert np.array_equal(rest.inputs, whole.inputs[5:])
-
-
-def test_without_the_jit() -> None:
-    """Plain Python gives the same bits."""
-    program = """
-import numpy as np
-from granular_env import Chain
-from granular_env.domains.chain.control import contact_force, energy, total, value_and_grad
-for law in ("hertz", {"name": "viscous", "dissipation": 20.0}):
-    chain = Chain(grains=4, law=law, right="plane", precompression=20.0, step_size=1e-6)
-    objective = total(chain, 1e3 * energy(1, 2).at_end(), contact_force(-1).peak(scale=20.0))
-    drive = np.array([[30.0, 0.0], [20.0, 0.0], [5.0, 0.0]])
-    value, gradient = value_and_grad(objective, chain, drive, ticks=2, with_respect_to=("drive", "radius"))
-    print(value.hex(), [x.hex() for x in gradient["drive"][:, 0]], float(gradient["radius"]).hex())
-"""
-    runs = []
-    for off in ("0", "1"):
-        environment = os.environ | {"NUMBA_DISABLE_JIT": off}
-        done = subprocess.run([sys.executable, "-c", program], env=environment, capture_output=True, text=True, check=True)
-        runs.append(done.stdout)
-    assert runs[0] == runs[1]
-    assert len(runs[0].splitlines()) == 2
 
 
 # -- kinks, limits, refusals --------------------------------------------------------------------------------------------
@@ -360,15 +312,6 @@ def test_the_slope_of_a_driven_chain_of_dashpots_is_that_of_the_reference() -> N
     assert gradient["gap"] == pytest.approx(expected, rel=5e-3)
 
 
-def test_the_faint_foot_of_a_wave_among_dashpots_has_a_gradient() -> None:
-    """Far ahead of a front grains move by 1e-200 m/s, whose squares are 0."""
-    chain = Chain(grains=60, step_size=5e-7, law={"name": "viscous", "dissipation": 2.0})
-    drive = np.zeros((80, 2))
-    drive[:20, 0] = 100.0
-    _, gradient = value_and_grad(total(chain, velocity(-1).at_end()), chain, drive, ticks=3, with_respect_to=["drive", "gap"])
-    assert np.isfinite(gradient["drive"]).all() and np.isfinite(gradient["gap"])
-
-
 def test_a_kink_is_reported() -> None:
     """Surfaces that just touch: pushed together they press, pulled apart they do not."""
     chain = Chain(grains=3, gap=1e-6, step_size=5e-7)
@@ -380,15 +323,6 @@ def test_a_kink_is_reported() -> None:
     apart = central_differences(objective, chain, drive, {"displacement": [0.0, 0.0, 1e-9]}, ticks=1)
     assert apart.kink is None
     assert apart.value == 0.0
-
-
-def test_a_pull_that_is_cut_off_is_a_kink() -> None:
-    """With so much dissipation that contacts would stick, the cut-off decides; runs that differ in it are told apart."""
-    chain = Chain(grains=3, law={"name": "viscous", "dissipation": 300.0}, precompression=1.0, step_size=5e-7)
-    chain.reset(velocity={2: 0.05})
-    drive, objective = np.zeros((12, 2)), total(chain, velocity(1).at_end())
-    found = central_differences(objective, chain, drive, {"velocity": [0.0, 0.0, 0.049]}, ticks=TICKS, step=1.0)
-    assert found.step < 1.0
 
 
 @pytest.mark.parametrize(
@@ -405,40 +339,6 @@ def test_chains_without_an_adjoint_are_refused_by_name(parameters: dict[str, Any
     chain = Chain(grains=4, step_size=5e-7, **parameters)
     with pytest.raises(ParameterError, match=said):
         value_and_grad(total(chain, velocity(1).at_end()), chain, np.zeros((3, 2)), ticks=1)
-
-
-@pytest.mark.parametrize(
-    ("key", "said"),
-    [
-        ("precompresion", "'precompresion' has no gradient; did you mean 'precompression'"),
-        ("precompression", "'precompression' has no derivative here: contact 1 carries no static force"),
-        ("gravity", "'gravity' has a gradient only where there is gravity"),
-        ("dissipation", "law 'hertz' has no dissipation"),
-    ],
-)
-def test_gradients_that_there_are_not(key: str, said: str) -> None:
-    """Are refused by name."""
-    chain = Chain(grains=4, step_size=5e-7)
-    with pytest.raises(ParameterError, match=said):
-        value_and_grad(total(chain, velocity(1).at_end()), chain, np.zeros((3, 2)), ticks=1, with_respect_to=key)
-
-
-@pytest.mark.parametrize(
-    ("drive", "ticks", "said"),
-    [
-        (np.zeros(3), 1, r"drive: got the shape \(3,\)"),
-        (np.zeros((0, 2)), 1, r"drive: got the shape \(0, 2\)"),
-        (np.array([[0.0, 0.0], [np.nan, 0.0]]), 1, r"drive\[1,0\]: got nan"),
-        ("push", 1, "drive: got 'push'"),
-        (np.zeros((3, 2)), 0, "ticks: got 0"),
-        (np.zeros((3, 2)), 1.5, "ticks: got 1.5"),
-    ],
-)
-def test_bad_drives(drive: Any, ticks: Any, said: str) -> None:
-    """Are named."""
-    chain = Chain(grains=4, step_size=5e-7)
-    with pytest.raises(ParameterError, match=said):
-        value_and_grad(total(chain, velocity(1).at_end()), chain, drive, ticks=ticks)
 
 
 def test_a_run_that_fails_names_its_control_step_and_leaves_the_chain() -> None:

@@ -4,15 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 from support.chain_tools import state_hash
 
 import granular_env as ge
-from granular_env.cli import main
-from granular_env.components.chain.arrangements import ARRANGEMENTS
 from granular_env.components.materials.elastic import PRESETS
-from granular_env.components.support.elementary_functions import integer_power, nth_root
 
 R = 3e-3
 DIMER = {"name": "dimer", "radius": [R, 1.5e-3], "material": ["steel", "aluminium"]}
@@ -77,14 +72,6 @@ def test_an_arrangement_gives_the_bits_of_the_same_chain_by_hand(case):
     assert one.get("velocity").tobytes() == other.get("velocity").tobytes()
 
 
-def test_every_arrangement_is_tried_here():
-    assert {case.split()[0] for case in TWICE} == set(ARRANGEMENTS)
-
-
-def test_uniform_is_the_chain_without_an_arrangement():
-    assert ge.make("chain", grains=4, arrangement="uniform").identity == ge.make("chain", grains=4).identity
-
-
 @pytest.mark.parametrize("case", TWICE)
 def test_parameters_read_back_as_they_were(case):
     grains, named, _ = TWICE[case]
@@ -92,14 +79,6 @@ def test_parameters_read_back_as_they_were(case):
     again = ge.make("chain", **chain.parameters.model_dump(mode="json"))
     assert again.identity == chain.identity
     assert state_hash(again) == state_hash(chain)
-
-
-@pytest.mark.parametrize("case", [case for case in TWICE if case != "uniform"])
-def test_an_arrangement_keeps_its_name_where_defaults_are_left_out(case):
-    """Or two of like fields would have one identity."""
-    grains, named, _ = TWICE[case]
-    told = ge.make("chain", grains=grains, **named).parameters.model_dump(mode="json", exclude_defaults=True)
-    assert told["arrangement"]["name"] == named["arrangement"]["name"]
 
 
 @pytest.mark.parametrize("case", TWICE)
@@ -114,32 +93,6 @@ def test_a_log_replays_and_branches(case, tmp_path):
     with ge.open_log(tmp_path / "run.mcap") as log:
         branch = log.branch(at=100 * chain.step_size)
         np.testing.assert_array_equal(branch.component.geometry.radius, chain.geometry.radius)
-
-
-def test_toml_and_set(tmp_path, capsys):
-    file = tmp_path / "mine.toml"
-    file.write_text(
-        'name = "mine"\nduration = 1e-5\n[component]\ntype = "chain"\ngrains = 8\n'
-        'arrangement = { name = "random", low = 1e-3, high = 3e-3, seed = 2 }\n'
-    )
-    log = tmp_path / "mine.mcap"
-    assert main(["run", str(file), "--set", "component.arrangement.seed=3", "--log", str(log)]) == 0
-    assert main(["replay", str(log), "--verify"]) == 0
-    with ge.open_log(log) as opened:
-        radius = opened.component().geometry.radius
-    expected = ge.make("chain", grains=8, radius={"low": 1e-3, "high": 3e-3, "seed": 3}).geometry.radius
-    np.testing.assert_array_equal(radius, expected)
-    assert main(["run", str(file), "--no-log", "--set", "component.arrangement.hihg=1"]) != 0
-    assert "hihg: unknown; did you mean 'high'?" in capsys.readouterr().err
-
-
-def test_described(capsys):
-    assert main(["describe", "chain", "--set", "grains=4"]) == 0
-    text = capsys.readouterr().out
-    for name, model in ARRANGEMENTS.items():
-        assert f'name = "{name}"' in text
-        for key, field in model.model_fields.items():
-            assert key == "name" or (key in text and str(field.description) in text)
 
 
 REFUSED = [
@@ -186,43 +139,6 @@ def test_refused_by_name(grains, parameters, words):
     assert words in str(caught.value)
 
 
-@given(
-    st.sampled_from(["uniform", "dimer", "tapered", "decorated", "random", "impurity", "", "x"]),
-    st.dictionaries(
-        st.sampled_from(["radius", "material", "counts", "taper", "first_radius", "last_radius", "decoration_radius", "index"]),
-        st.one_of(st.floats(), st.integers(), st.text(max_size=3), st.lists(st.floats(), max_size=3), st.none()),
-    ),
-    st.integers(1, 6),
-)
-def test_nothing_but_our_errors_leaves(name, fields, grains):
-    try:
-        ge.make("chain", grains=grains, arrangement={"name": name, **fields})
-    except ge.GranularError:
-        pass
-
-
-@given(st.floats(1e-3, 3e-3), st.floats(1e-4, 1e-2), st.integers(2, 200))
-def test_the_last_radius_is_reached(first, last, grains):
-    radius = ge.make(
-        "chain", grains=grains, arrangement={"name": "tapered", "first_radius": first, "last_radius": last}
-    ).geometry.radius
-    assert radius[0] == first
-    assert radius[-1] == pytest.approx(last, rel=1e-12)
-    np.testing.assert_allclose(radius[1:] / radius[:-1], radius[1] / radius[0], rtol=1e-14)
-
-
-@given(st.floats(1e-30, 1e30), st.integers(1, 1000))
-def test_roots_of_any_degree(value, degree):
-    root = nth_root(value, degree)
-    assert root == pytest.approx(value ** (1.0 / degree), rel=1e-14)
-    assert integer_power(root, degree) == pytest.approx(value, rel=1e-15 * (degree + 10))
-
-
-def test_growing_grains_are_a_negative_taper():
-    radius = ge.make("chain", grains=6, arrangement={"name": "tapered", "first_radius": 1e-3, "taper": -0.1}).geometry.radius
-    assert (np.diff(radius) > 0.0).all()
-
-
 def test_draws_do_not_depend_on_the_length():
     """Grain i's radius is a function of the seed and of i alone."""
     short, long = (
@@ -239,10 +155,3 @@ def test_an_arrangement_goes_with_walls_and_drives():
     chain.reset(velocity={0: 0.1})
     chain.step(50 * chain.step_size, left_velocity=0.1)
     assert chain.get("contact_force")[1] > 0.0
-
-
-def test_tapers_have_the_same_bits_everywhere():
-    """Only + x / reach them, which every machine rounds alike."""
-    for field, last in (({"taper": 0.03}, "0x1.aba84306004fap-10"), ({"last_radius": 1e-3}, "0x1.bfb247cf4dc90p-10")):
-        chain = ge.make("chain", grains=40, arrangement={"name": "tapered", "first_radius": R, **field})
-        assert float(chain.geometry.radius[20]).hex() == last

@@ -75,21 +75,6 @@ def test_momentum_to_rounding(case: str, scheme: str) -> None:
         assert abs(chain.get("momentum")) <= 1e-13 * largest
 
 
-@pytest.mark.parametrize("case", CASES)
-def test_the_balances_close_with_the_reference(case: str) -> None:
-    """Work of pistons, walls, profiles and of the static force on a free end is in it."""
-    parameters, velocity, inputs = CASES[case]
-    chain = paper_chain(**parameters)
-    chain.reset(velocity=velocity)
-    largest = 0.0
-    for _ in range(30):
-        chain.step(1e-5, **inputs)
-        inputs = {}
-        balances = chain.balance_values()
-        largest = max(largest, balances["kinetic_energy"] + abs(balances["input_work"]))
-        assert abs(balances["energy_residual"]) <= 1e-9 * largest
-
-
 def test_the_static_force_does_work_on_a_free_end() -> None:
     """A pressed chain whose end moves: without the work of F0 the balance would be off by F0 times the way."""
     chain = paper_chain(20, precompression=100.0)
@@ -98,20 +83,6 @@ def test_the_static_force_does_work_on_a_free_end() -> None:
     u, balances = chain.get("displacement"), chain.balance_values()
     assert balances["input_work"] == pytest.approx(100.0 * (u[0] - u[-1]), rel=1e-9)
     assert abs(balances["input_work"]) > 1e3 * abs(balances["energy_residual"])
-
-
-def test_the_work_of_a_profile_is_its_integral_over_the_way() -> None:
-    chain = paper_chain(20, step_size=1e-7)
-    times, speed, done = [], [], []
-    push = ge.Profile.half_sine(300.0, 4e-5)
-    for _ in range(400):
-        chain.step(left_force=push)
-        times.append(chain.time)
-        speed.append(chain.get("velocity")[0])
-        done.append(chain.get("input_work"))
-    power = 300.0 * np.sin(np.pi * np.array(times) / 4e-5) * np.array(speed)
-    assert done[-1] == pytest.approx(np.trapezoid(power, times), rel=1e-4)
-    assert chain.get("impulse") == pytest.approx(300.0 * 4e-5 * 2.0 / np.pi, rel=1e-9)
 
 
 @pytest.mark.parametrize("scheme", INTEGRATORS)
@@ -148,21 +119,6 @@ def test_a_mirrored_chain_moves_as_the_mirror_image_bit_for_bit(scheme: str) -> 
 
 
 @pytest.mark.parametrize("scheme", INTEGRATORS)
-def test_a_moving_frame_sees_the_same(scheme: str) -> None:
-    """Free ends only. A fixed step leaves rounding; the adaptive scheme takes other steps, and its tabulated error holds."""
-    seen = []
-    for shift in (0.0, 7.0):
-        chain = unit_chain(integrator=scheme, step_size=0.1 if scheme != "leapfrog" else 0.02)
-        chain.reset(velocity=shift + np.array([1.0, 1.0] + 98 * [0.0]))
-        chain.step(60.0)
-        seen.append((chain.get("velocity") - shift, chain.get("displacement") - shift * 60.0))
-    # Rounding: up to 3000 steps that add to displacements of 420, each to half of 6e-14.
-    bound = 7e-9 if scheme == "dop853" else 1e-10
-    assert np.abs(seen[1][0] - seen[0][0]).max() <= bound
-    assert np.abs(seen[1][1] - seen[0][1]).max() <= 60.0 * bound
-
-
-@pytest.mark.parametrize("scheme", INTEGRATORS)
 @pytest.mark.parametrize("ends", [("free", "free"), ("plane", "free"), ("rigid_plane", "fixed_grain"), ("piston", "free")])
 def test_a_pressed_chain_stays_at_rest(ends: tuple[str, str], scheme: str) -> None:
     radius = np.random.default_rng(4).uniform(1e-3, 3e-3, 40).tolist()
@@ -171,11 +127,3 @@ def test_a_pressed_chain_stays_at_rest(ends: tuple[str, str], scheme: str) -> No
     chain.step(2000 * chain.step_size if scheme != "dop853" else 200 * chain.step_size)
     assert np.abs(chain.get("displacement")).max() <= 1e-10 * rest
     assert chain.get("contact_force")[chain.geometry.contact_slice] == pytest.approx(100.0, rel=1e-10)
-
-
-@pytest.mark.parametrize("scheme", INTEGRATORS)
-def test_grains_that_rest_stay_exactly_at_rest(scheme: str) -> None:
-    chain = unit_chain(20, integrator=scheme)
-    chain.step(50.0)
-    assert not chain.get("velocity").any()
-    assert not chain.get("displacement").any()

@@ -43,17 +43,3 @@ def test_the_default_step_of_a_pressed_chain_is_as_exact_as_said(scheme: str, bo
             one.reset(velocity={0: 1e-3})
             one.step(400 * chain.step_size)
         assert np.abs(chain.get("velocity") - reference.get("velocity")).max() < bound * 1e-3, (radius, force)
-
-
-@pytest.mark.parametrize("scheme", ["pefrl", "leapfrog", "rk4", "hamming"])
-@pytest.mark.parametrize("law", [{"name": "viscous", "dissipation": 0.02}, {"name": "kuwabara_kono", "dissipation": 500.0}])
-def test_nor_with_dissipation(scheme: str, law: dict[str, object]) -> None:
-    for force in (10.0, 1000.0):
-        for speed in (1e-3, 0.1):
-            chain = ge.make(
-                "chain", grains=12, radius=5e-3, precompression=force, velocity_scale=speed, integrator=scheme, law=law
-            )
-            chain.reset(velocity={0: speed})
-            with warnings.catch_warnings():
-                warnings.simplefilter("error")
-                chain.step(200 * chain.step_size)

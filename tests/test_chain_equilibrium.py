@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 import granular_env as ge
-from granular_env.components.errors import ParameterError
 
 G = 9.81
 LAWS = [
@@ -64,26 +63,3 @@ def test_grains_with_gaps_fall_and_bounce() -> None:
     assert abs(balances["energy_residual"]) < 1e-6 * chain.geometry.mass[0] * G * height
     # The floor's push and the weight together: what is left is the rounding of 4 kicks in each of some 100,000 steps.
     assert abs(balances["momentum_residual"]) < 4e5 * 2.0**-53 * chain.geometry.mass[0] * G * fall
-
-
-@pytest.mark.parametrize(
-    ("parameters", "said"),
-    [
-        ({"gravity": G}, "both ends are free"),
-        ({"gravity": G, "left": "plane"}, "no tension.*precompression of at least"),
-        ({"gravity": -G, "right": "plane"}, "no tension.*reverse gravity"),
-        ({"gravity": G, "left": "plane", "precompression": 1e-4}, "precompression"),
-        ({"gravity": float("nan"), "right": "plane"}, "gravity"),
-        ({"gravity": 1e9, "right": "plane"}, "gravity"),
-    ],
-)
-def test_no_equilibrium_is_said(parameters: dict, said: str) -> None:
-    with pytest.raises(ParameterError, match=said):
-        ge.Chain(**{"grains": 5} | parameters)
-
-
-def test_the_precompression_that_is_asked_for_is_enough() -> None:
-    with pytest.raises(ParameterError) as caught:
-        ge.Chain(grains=5, gravity=G, left="plane")
-    wanted = float(str(caught.value).rsplit("at least ", 1)[1].split(" N")[0])
-    ge.Chain(grains=5, gravity=G, left="plane", precompression=wanted * (1.0 + 1e-5))

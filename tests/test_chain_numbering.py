@@ -50,18 +50,6 @@ def test_component_geometry_log_and_history_name_the_same_contact(tmp_path: Path
             assert live[place] == chain.get("overlap")[place] == 0.0
 
 
-def test_a_wall_in_the_place_of_a_free_end_shifts_no_sensor() -> None:
-    """Until the wave has come to the end, every reading of the same number is the same to the bit."""
-    ends = [struck(left, "free") for left in ("free", "plane", "piston")]
-    for chain in ends:
-        chain.step(4e-6)
-    forces, overlaps = ([chain.get(name) for chain in ends] for name in ("contact_force", "overlap"))
-    assert forces[0][4] > 1.0
-    for found in (forces, overlaps):
-        np.testing.assert_array_equal(found[0][2:], found[1][2:])
-        np.testing.assert_array_equal(found[0][2:], found[2][2:])
-
-
 def test_sensors_objectives_and_sweeps_count_as_the_output_does(tmp_path: Path) -> None:
     env = make_protection(grains=GRAINS, clock=0, observe={"contact_force": [2, -3]}, deadline=None)
     env.reset(seed=0)
@@ -98,38 +86,3 @@ def test_lists_of_stiffness_gap_and_losses_have_the_places_of_the_outputs() -> N
     # What geometry says can be given again.
     again = ge.Chain(grains=3, right="plane", contact_stiffness=chain.geometry.stiffness)
     assert np.array_equal(again.geometry.stiffness, chain.geometry.stiffness)
-
-
-@pytest.mark.parametrize(
-    ("parameters", "said"),
-    [
-        ({"gap": [1e-6] * 4}, r"gap: got 4 values, expected one for all or 6, one for each place"),
-        ({"gap": [1e-6] * 6}, r"gap\[0\]: got 1e-06, expected 0: left is 'free', so there is no contact left of grain 0"),
-        (
-            {"law": {"name": "viscous", "dissipation": [0.0, 1.0, 1.0, 1.0, 1.0, 1.0]}},
-            r"law\.dissipation\[5\]: got 1, expected 0",
-        ),
-        ({"law": {"name": "elastic_plastic", "yield_pressure": [0.0] * 6}}, r"law\.yield_pressure\[1\]: got 0, expected more"),
-    ],
-)
-def test_lists_of_another_length_or_beyond_the_ends_are_refused(parameters: dict[str, Any], said: str) -> None:
-    with pytest.raises(ge.ParameterError, match=said):
-        ge.Chain(grains=5, **parameters)
-
-
-def test_the_arrays_of_the_geometry_are_read_only() -> None:
-    """The chain runs on a copy of them: another value would change what is measured, and nothing of the run."""
-    for law in ({"name": "hertz"}, {"name": "kuwabara_kono", "dissipation": 10.0}, {"name": "elastic_plastic"}):
-        chain = ge.Chain(
-            grains=3,
-            radius=[1e-3, 2e-3, 3e-3],
-            mass=[1e-3, 2e-3, 3e-3],
-            contact_stiffness=[0.0, 1e9, 1e9, 1e9],
-            right="plane",
-            law=law,
-        )
-        arrays = [name for name, values in vars(chain.geometry).items() if isinstance(values, np.ndarray)]
-        assert "mass" in arrays and "law_constants" in arrays
-        for name in arrays:
-            with pytest.raises(ValueError, match="read-only"):
-                getattr(chain.geometry, name)[0] = 1.0

@@ -4,15 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from support.chain_tools import MASS, SPEED, heights, history, paper_chain, peaks, unit_chain
-
-import granular_env as ge
+from support.chain_tools import SPEED, history, paper_chain, peaks, unit_chain
 
 pytestmark = pytest.mark.filterwarnings("ignore::granular_env.components.errors.GranularWarning")
-
-
-# Grain 60, over v0, struck by five grain masses.
-SIX_WAVES = [1.2916, 0.6764, 0.3752, 0.2137, 0.124, 0.0733]
 
 
 def last_velocity(grains: int, start: dict[int, float], **parameters: object) -> float:
@@ -43,103 +37,6 @@ def test_34_last_grain(grains: int, value: float, printed: float) -> None:
     assert last_velocity(grains, {0: SPEED}, left="piston", integrator="pefrl", step_size=5e-7) == pytest.approx(
         value, abs=3e-4
     )
-
-
-def test_31_rebound() -> None:
-    """Seven grains bounce back; the paper prints six of their velocities."""
-    chain = paper_chain()
-    chain.reset(velocity={0: SPEED, 1: SPEED})
-    chain.step(2e-4)
-    velocity = chain.get("velocity") / SPEED
-    assert velocity[:7] == pytest.approx([-0.1126, -0.04802, -0.02471, -0.01327, -0.006807, -0.002877, -0.000405], abs=5e-5)
-    assert velocity[4:7] == pytest.approx([-0.006807, -0.002877, -0.000405], abs=1e-6)
-    assert (velocity[:7] < 0.0).all() and velocity[7] > 0.0
-    assert -velocity[:7].sum() / 2.0 == pytest.approx(0.10435, abs=5e-6)
-    # The first eight grains have left each other and the ninth.
-    assert (chain.get("overlap")[1:9] < 0.0).all() and chain.get("overlap")[9] > 0.0
-
-
-@pytest.mark.parametrize(("moving", "expected"), [(1, [0.681632]), (2, [0.853502, 0.446358]), (4, None)])
-def test_31_number_of_waves(moving: int, expected: list[float] | None) -> None:
-    """Waves above 0.02 v0 at grain 60: one for each moving grain, the tallest in front."""
-    chain = paper_chain()
-    chain.reset(velocity=dict.fromkeys(range(moving), SPEED))
-    seen = heights(history(chain, 6e-4, [59])[:, 0] / SPEED, 0.02)
-    assert len(seen) == moving and seen == sorted(seen, reverse=True)
-    if expected is not None:
-        assert seen == pytest.approx(expected, abs=1e-6)
-
-
-def test_32a_head_on() -> None:
-    """The shift of arrival at grain 75 is 4.2727 us (the paper: about 10 us), the amplitudes lose 1.15 % and 1.34 %."""
-    two = {0: SPEED, 1: SPEED}
-    seen = []
-    for start in (two | {98: -SPEED, 99: -SPEED}, two):
-        chain = paper_chain()
-        chain.reset(velocity=start)
-        seen.append(peaks(history(chain, 8e-4, [74])[:, 0] / SPEED, 0.02))
-    met, alone = seen
-    assert len(alone) == 2
-    assert (alone[0][0] - met[0][0]) * 0.5 == pytest.approx(4.2727, abs=1e-3)
-    assert 100.0 * (met[0][1] / alone[0][1] - 1.0) == pytest.approx(-1.15, abs=0.005)
-    assert 100.0 * (met[1][1] / alone[1][1] - 1.0) == pytest.approx(-1.34, abs=0.005)
-    assert max(height for _, height in met[2:]) == pytest.approx(0.045, abs=5e-4)
-
-
-def test_32b_overtaking() -> None:
-    """Six waves; the third passes the second, then the first (windows of the paper's fig. 4, grains 50, 85, 145)."""
-    chain = paper_chain(150)
-    chain.reset(velocity={0: 10.0, 1: 10.0, 17: 5.0, 18: 5.0})
-    seen = history(chain, 1e-3, [49, 84, 144])
-    assert heights(seen[:, 0], 0.5) == pytest.approx([4.2675, 2.2317, 8.4297, 4.438, 0.957, 0.609], abs=5e-4)
-    order = [np.argsort(heights(seen[:, column], 2.0))[::-1] for column in range(3)]
-    assert [int(ranks[0]) for ranks in order] == [2, 1, 0]
-    for column, begin, end in ((0, 200.0, 300.0), (1, 400.0, 550.0)):
-        leaders = [0.5 * step for step, _ in peaks(seen[:, column], 2.0)][:3]
-        assert all(begin < time < end for time in leaders)
-    assert 0.5 * peaks(seen[:, 2], 2.0)[0][0] > 800.0
-
-
-def test_32_striker_and_wall() -> None:
-    """Five grain masses make six waves; a rigid wall throws them back."""
-    chain = paper_chain(80, mass={0: 5.0 * MASS}, right="rigid_plane")
-    chain.reset(velocity={0: SPEED})
-    seen = history(chain, 8e-4, [59])[:, 0] / SPEED
-    first = [height for step, height in peaks(seen, 0.05) if step < 1130]
-    assert first[:4] == pytest.approx(SIX_WAVES[:4], abs=1e-4)
-    assert chain.get("velocity").min() < -SPEED
-    assert abs(chain.get("momentum_residual")) <= 1e-13 * 5.0 * MASS * SPEED
-
-
-@pytest.mark.parametrize(("striker", "waves"), [(4.0, 5), (5.0, 6), (6.0, 7)])
-def test_32_waves_of_a_striker(striker: float, waves: int) -> None:
-    """In a chain long enough that nothing comes back from its end."""
-    chain = paper_chain(160, mass={0: striker * MASS})
-    chain.reset(velocity={0: SPEED})
-    seen = heights(history(chain, 9e-4, [59])[:, 0] / SPEED, 0.05)
-    assert len(seen) == waves
-    if striker == 5.0:
-        assert seen == pytest.approx(SIX_WAVES, abs=1e-4)
-
-
-def test_33_triangle() -> None:
-    """100 us: seven waves at grain 35, and an eighth of 0.485 m/s at grain 60; 10 us: one."""
-    push = {duration: ge.Profile.triangle(2e6 * MASS, duration) for duration in (1e-4, 1e-5)}
-    seen = history(paper_chain(), 7e-4, [34, 59], left_force=push[1e-4])
-    assert len(heights(seen[:1200, 0], 0.4)) == 7
-    at_60 = heights(seen[:, 1], 0.4)
-    assert len(at_60) == 8 and at_60[-1] == pytest.approx(0.485, abs=5e-4)
-    assert heights(history(paper_chain(), 4e-4, [34], left_force=push[1e-5])[:, 0], 0.4) == pytest.approx([6.4296], abs=5e-5)
-
-
-def test_34_first_peak_grows_past_twice_the_piston() -> None:
-    chain = paper_chain(200, left="piston")
-    chain.reset(velocity={0: SPEED})
-    seen = history(chain, 1.05e-3, [49, 99, 179]) / SPEED
-    *tops, late = (heights(seen[:, column], 1.5)[0] for column in range(3))
-    assert tops[0] == pytest.approx(1.95898, abs=5e-6)
-    assert late == pytest.approx(2.00058, abs=5e-6)
-    assert tops[0] < tops[1] < late
 
 
 def test_34_energy_is_shared_as_the_virial_theorem_says() -> None:

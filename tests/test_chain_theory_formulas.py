@@ -7,7 +7,6 @@ import math
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
-from scipy.special import beta
 from support.chain_tools import RADIUS
 
 import granular_env as ge
@@ -26,11 +25,6 @@ def test_order_of_the_anharmonic_approximation() -> None:
     assert [math.log2(errors[i] / errors[i + 1]) for i in range(2)] == pytest.approx([3.0, 3.0], abs=0.05)
     alpha, beta_ = theory.anharmonic_coefficients(3.0, 0.7)
     assert (alpha, beta_) == pytest.approx((1.5 * 3.0 * 0.7**0.5, 0.375 * 3.0 / 0.7**0.5), rel=1e-14)
-
-
-def test_open_contacts_do_not_pull() -> None:
-    assert theory.lattice_acceleration([0.0, 1.0, 3.0], 1.0, 0.0) == pytest.approx([0.0])
-    assert theory.lattice_acceleration([3.0, 1.0, 5.0], 1.0, 0.0) == pytest.approx([2.0**1.5])
 
 
 def waves_of(place: np.ndarray, height: float) -> np.ndarray:
@@ -65,16 +59,6 @@ def test_orders_of_the_weakly_nonlinear_equation(diameters, heights, order: floa
         found = theory.long_wave_acceleration(derivatives, 1.0, diameter, diameter)[1:-1]
         errors.append(np.abs(found - exact).max() / diameter**2.5)
     assert [math.log2(errors[i] / errors[i + 1]) for i in range(2)] == pytest.approx([order, order], abs=0.1)
-
-
-def test_coefficients_of_the_weakly_nonlinear_equation() -> None:
-    """As printed: c0^2 = A delta0^(1/2) 6 R^2, gamma = c0 R^2/6, epsilon = c0^2 R/delta0."""
-    constant, overlap = 5.6e12, 1e-6
-    speed, dispersion, nonlinearity = theory.long_wave_coefficients(constant, 2.0 * RADIUS, overlap)
-    assert speed == pytest.approx(math.sqrt(constant * math.sqrt(overlap) * 6.0 * RADIUS**2), rel=1e-12)
-    assert speed == theory.sound_speed(constant, 2.0 * RADIUS, overlap)
-    assert dispersion == pytest.approx(speed * RADIUS**2 / 6.0, rel=1e-12)
-    assert nonlinearity == pytest.approx(speed**2 * RADIUS / overlap, rel=1e-12)
 
 
 @pytest.mark.parametrize("rise", [0.01, 0.3])
@@ -113,15 +97,6 @@ def test_the_paper_s_constants() -> None:
     shock = theory.shock_speed(constant, 2.0 * RADIUS, 5.0)
     assert shock * theory.shock_strain(shock / speed) == pytest.approx(5.0, rel=1e-12)
     assert 1.0 / theory.time_scale(1.0, 5.6e12, 5.0) == pytest.approx(173408.0, rel=1e-5)
-
-
-def test_collision_formulas_agree() -> None:
-    reduced, stiffness, speed = 4e-4, 5e9, np.array([0.1, 5.0])
-    overlap = theory.collision_overlap(reduced, stiffness, speed)
-    duration = theory.collision_duration(reduced, stiffness, speed)
-    assert theory.duration_of_overlap(reduced, stiffness, overlap) == pytest.approx(duration, rel=1e-12)
-    assert theory.COLLISION_COEFFICIENT == pytest.approx(0.8 * beta(0.4, 0.5), rel=1e-15)
-    assert pytest.approx(2.94328, abs=5e-6) == theory.COLLISION_COEFFICIENT
 
 
 # -- binary collisions ------------------------------------------------------------------------------------------------
@@ -187,34 +162,3 @@ def test_restitution_of_a_dashpot(wanted: float, speed: float) -> None:
     clipped = theory.viscous_loss_without_tension(1.0, 1.0, damping, speed)
     assert loss(damping, 0.0, speed) == pytest.approx(clipped, rel=3.0 * wanted)
     assert clipped < wanted
-
-
-def test_exponents_of_the_restitution() -> None:
-    """+1/5 and -1/5, within 0.01 for 1 - e <= 0.02."""
-    speeds = np.array([0.1, 1.0])
-    for law, power, exponent in ((theory.kuwabara_kono_loss, 0.5, 0.2), (theory.viscous_loss, 0.0, -0.2)):
-        damping = 0.02 / law(1.0, 1.0, 1.0, speeds).max()
-        seen = np.log10(loss(damping, power, 1.0) / loss(damping, power, 0.1))
-        assert seen == pytest.approx(exponent, abs=0.01)
-
-
-@pytest.mark.parametrize(
-    ("call", "named"),
-    [
-        (lambda: theory.collision_duration(1.0, -1.0, 1.0), "stiffness: got -1, expected more than 0 N/m^1.5"),
-        (lambda: theory.sound_speed(1.0, 1.0, 0.0), "overlap: got 0, expected more than 0 m"),
-        (lambda: theory.paper_speed(1.0, 0.6, 1.0), "poisson: got 0.6"),
-        (lambda: theory.lattice_acceleration([0.0, 1.0], 1.0, 1.0), "displacement: got shape (2,), expected a row of at least"),
-        (lambda: theory.nesterenko_acceleration(np.zeros(4), 1.0, 1.0), "the strain -u_x: got -0, expected more than 0"),
-        (lambda: theory.long_wave_acceleration(np.zeros(3), 1.0, 1.0, 1.0), "displacement_derivatives: got shape (3,)"),
-        (lambda: theory.tapered_ratio(1.0), "taper: got 1, expected more than -1 and less than 1"),
-        (lambda: theory.tapered_velocities(0.1, 0), "grains: got 0, expected a whole number of at least 1"),
-        (lambda: theory.binary_velocities([1.0, 0.0]), "mass: got 0, expected more than 0 kg"),
-        (lambda: theory.viscous_loss(1.0, 1.0, "weak", 1.0), "damping: got 'weak', expected a number"),
-        (lambda: theory.viscous_loss(1.0, 1.0, [[1.0], [1.0, 2.0]], 1.0), "damping: got [[1.0], [1.0, 2.0]]"),
-    ],
-)  # fmt: skip
-def test_what_is_out_of_range_is_named(call, named: str) -> None:
-    with pytest.raises(ge.ParameterError) as caught:
-        call()
-    assert named in str(caught.value)

@@ -140,24 +140,6 @@ def test_a_shock_in_a_chain_with_dashpots(viscosity: float) -> None:
     assert (len(overlap) - 1) / (last - first) == pytest.approx(speed, rel=5e-3)
 
 
-@pytest.mark.parametrize(("c3", "viscosity", "off"), [(0.1, 0.1, -0.022), (0.02, 0.1, -0.033)])
-def test_a_chain_of_weak_dashpots_overshoots_less_than_the_continuum(c3: float, viscosity: float, off: float) -> None:
-    """By what the page on theory says."""
-    _, overlap, _, speed = shock_in_a_chain(c3, viscosity, 180.0 if c3 == 0.1 else 120.0)
-    assert overlap[4].max() / theory.shock_wave(c3, viscosity).amplitude_ratio - 1.0 == pytest.approx(off, abs=1e-3)
-
-
-def test_a_chain_of_dashpots_is_monotonic_from_a_smaller_viscosity_than_the_continuum() -> None:
-    """At C3 = 0.1 between 0.90 and 0.95, where the continuum's critical viscosity is 1.260."""
-    tops = []
-    for viscosity in (0.8, 0.95):
-        _, overlap, behind, _ = shock_in_a_chain(0.1, viscosity, 45.0)
-        tops.append(overlap[4].max() / behind - 1.0)
-        assert theory.shock_wave(0.1, viscosity).amplitude_ratio / behind - 1.0 > tops[-1] + 1e-3
-    assert tops[0] > 1e-3 > tops[1]
-    assert theory.critical_viscosity(0.1) == pytest.approx(1.260, abs=5e-4)
-
-
 # -- small oscillations -----------------------------------------------------------------------------------------------
 
 GRAINS = 23
@@ -206,73 +188,6 @@ def test_frequencies_of_two_masses(mode: int, branch: int) -> None:
     shape = diatomic_shape(phase, expected, tangent, light)
     masses = np.where(np.arange(GRAINS) % 2 == 0, light, heavy).tolist()
     assert frequency_of_mode(shape / np.abs(shape).max(), expected, mass=masses) == pytest.approx(expected, rel=1e-7)
-
-
-@pytest.mark.parametrize(("odd", "even", "edge"), [(1.0, 3.0, 1), (3.0, 1.0, 0)])
-def test_edges_of_the_gap(odd: float, even: float, edge: int) -> None:
-    """kappa L = pi: the grains of one mass swing against each other, the others rest: sqrt(2K/m1), sqrt(2K/m2)."""
-    tangent = theory.tangent_stiffness(1.0, 8.0)
-    expected = theory.diatomic_edges(tangent, 1.0, 3.0)[edge]
-    assert theory.diatomic_frequencies(0.5 * math.pi, tangent, 3.0, 1.0, 2.0)[edge] == pytest.approx(expected, rel=1e-12)
-    masses = np.where(np.arange(GRAINS) % 2 == 0, odd, even).tolist()
-    shape = np.sin(0.5 * math.pi * np.arange(1, GRAINS + 1)).round()
-    assert frequency_of_mode(shape, expected, mass=masses) == pytest.approx(expected, rel=1e-7)
-
-
-def test_upper_edge_of_two_masses() -> None:
-    """The fastest mode of a chain tends to sqrt(2K (1/m1 + 1/m2)) from below, as 1/N^2."""
-    tangent = theory.tangent_stiffness(1.0, 8.0)
-    edge = theory.diatomic_edges(tangent, 3.0, 1.0).optical_high
-    phase = math.pi / (GRAINS + 1)
-    expected = theory.diatomic_frequencies(phase, tangent, 1.0, 3.0, 2.0)[1]
-    shape = diatomic_shape(phase, expected, tangent, 1.0)
-    masses = np.where(np.arange(GRAINS) % 2 == 0, 1.0, 3.0).tolist()
-    seen = frequency_of_mode(shape / np.abs(shape).max(), expected, mass=masses)
-    assert edge * (1.0 - phase**2) < seen < edge
-    assert theory.diatomic_frequencies(0.0, tangent, 1.0, 3.0, 2.0) == pytest.approx((0.0, edge), rel=1e-12)
-
-
-def test_speeds_are_slopes_of_the_frequency() -> None:
-    step, numbers = 1e-6, np.array([0.3, 1.1, 2.9])
-    acoustic, optical = theory.diatomic_group_speeds(numbers, 2.0, 0.7, 1.9, 1.0)
-    pairs = [
-        (lambda k: theory.monatomic_frequency(k, 2.0, 0.7, 1.0), theory.monatomic_group_speed(numbers, 2.0, 0.7, 1.0)),
-        (lambda k: theory.diatomic_frequencies(k, 2.0, 0.7, 1.9, 1.0)[0], acoustic),
-        (lambda k: theory.diatomic_frequencies(k, 2.0, 0.7, 1.9, 1.0)[1], optical),
-    ]
-    for frequency, speed in pairs:
-        assert np.abs(frequency(numbers + step) - frequency(numbers - step)) / (2.0 * step) == pytest.approx(speed, rel=1e-6)
-    phase = theory.monatomic_phase_speed(numbers, 2.0, 0.7, 1.0)
-    assert phase * numbers == pytest.approx(theory.monatomic_frequency(numbers, 2.0, 0.7, 1.0), rel=1e-12)
-    sound = math.sqrt(2.0 / 0.7)
-    assert theory.monatomic_phase_speed(0.0, 2.0, 0.7, 1.0) == pytest.approx(sound, rel=1e-12)
-    assert theory.monatomic_group_speed(math.pi, 2.0, 0.7, 1.0) == pytest.approx(0.0, abs=1e-12)
-    # Equal masses: half the cell is a diameter, and the acoustic branch the monatomic one.
-    equal = theory.diatomic_frequencies(numbers, 2.0, 0.7, 0.7, 1.0)[0]
-    assert equal == pytest.approx(theory.monatomic_frequency(numbers, 2.0, 0.7, 0.5), rel=1e-12)
-    assert theory.diatomic_sound_speed(2.0, 0.7, 1.9, 1.0) == pytest.approx(
-        theory.diatomic_group_speeds(1e-4, 2.0, 0.7, 1.9, 1.0)[0], rel=1e-7
-    )
-    # Long waves of (2.3): off by (kappa a)^4/1920 and more.
-    numbers = np.array([0.05, 0.1])
-    long = theory.long_wave_frequency(numbers, sound, 1.0) / theory.monatomic_frequency(numbers, 2.0, 0.7, 1.0) - 1.0
-    assert math.log2(long[1] / long[0]) == pytest.approx(4.0, abs=0.05)
-
-
-@pytest.mark.parametrize(
-    ("call", "named"),
-    [
-        (lambda: theory.monatomic_frequency(4.0, 1.0, 1.0, 1.0), "pi - |wave_number x diameter|: got -0.858407"),
-        (lambda: theory.long_wave_frequency(4.0, 1.0, 1.0), "12 - (wave_number x diameter)^2: got -4"),
-        (lambda: theory.diatomic_group_speeds(1.0, 1.0, 1.0, 1.0, 1.0), "heavy: got the same mass as light"),
-        (lambda: theory.diatomic_edges(1.0, 0.0, 1.0), "light: got 0, expected more than 0 kg"),
-        (lambda: theory.tangent_stiffness(1.0, 0.0), "force: got 0, expected more than 0 N"),
-    ],
-)
-def test_what_is_out_of_range_is_named(call, named: str) -> None:
-    with pytest.raises(ge.ParameterError) as caught:
-        call()
-    assert named in str(caught.value)
 
 
 # -- tapers -----------------------------------------------------------------------------------------------------------

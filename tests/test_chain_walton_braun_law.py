@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 import granular_env as ge
-from granular_env.components.errors import ParameterError
 
 MASS, LOADING = 2e-3, 1e7
 
@@ -33,14 +32,6 @@ def test_restitution_is_the_root_of_the_ratio_at_any_speed(ratio: float, speed: 
     left, right = chain.get("velocity")
     assert (right - left) / speed == pytest.approx(math.sqrt(ratio), rel=2e-6)
     assert chain.get("dissipated_energy") == pytest.approx(0.25 * MASS * speed**2 * (1.0 - ratio), rel=1e-5, abs=1e-12)
-
-
-@pytest.mark.parametrize("wall", ["fixed_grain", "plane", "rigid_plane"])
-@pytest.mark.parametrize("ratio", [0.64, 0.25])
-def test_the_restitution_at_a_wall_is_that_of_the_numbers_given(ratio: float, wall: str) -> None:
-    chain = pair(1.0, ratio, grains=1, right=wall)
-    chain.step(12_000 * chain.step_size)
-    assert chain.get("velocity")[0] == pytest.approx(-math.sqrt(ratio), rel=2e-6)
 
 
 def test_the_contact_opens_at_the_residual_overlap_and_reloads_along_the_unloading_line() -> None:
@@ -88,15 +79,3 @@ def test_each_contact_has_its_own_stiffnesses_and_a_pressed_chain_starts_on_the_
     np.testing.assert_allclose(chain.get("overlap"), 50.0 / np.array(loading), rtol=1e-12)
     np.testing.assert_allclose(chain.get("contact_force"), 50.0, rtol=1e-12)
     assert chain.get("dissipated_energy") == 0.0
-
-
-def test_the_suggested_step_resolves_the_unloading() -> None:
-    """100 times the stiffness is a tenth of the step: steps are rounded down to 1, 2 or 5."""
-    laws = [{"name": "walton_braun", "unloading_stiffness": k} for k in (LOADING, 100.0 * LOADING)]
-    steps = [ge.Chain(grains=5, contact_stiffness=LOADING, law=law).step_size for law in laws]
-    assert steps[1] == pytest.approx(0.1 * steps[0], rel=1e-12)
-
-
-def test_an_unloading_that_is_softer_than_the_loading_is_refused() -> None:
-    with pytest.raises(ParameterError, match=r"law\.unloading_stiffness: got 9e\+06 N/m for contact 1, expected at least"):
-        ge.Chain(grains=3, contact_stiffness=LOADING, law={"name": "walton_braun", "unloading_stiffness": 9e6})

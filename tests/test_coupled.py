@@ -296,30 +296,6 @@ def test_the_interface_is_found() -> None:
     np.testing.assert_allclose(hung, centres[interface.automata], atol=1e-12)
 
 
-def test_periodic_sides_are_one() -> None:
-    """A strip that is closed on itself moves as a longer piece of the same pattern does."""
-    medium = coupled(
-        {"mesh": mesh(6, 4), "boundaries": {"bottom": "periodic", "top": "periodic"}},
-        {"shape": rectangle(5.0, 4.0), "boundaries": {"bottom": "periodic", "top": "periodic"}},
-        origin=[6.0, 0.0],
-    )
-    energy = start_periodic_noise(medium)
-    medium.step(300 * medium.step_size)
-    assert abs(medium.get("energy_residual")) <= 1e-12 * energy
-    assert np.abs(medium.get("momentum_residual")).max() <= 1e-15 * medium.get("mass") * SMALL
-    low, high = medium.grid.mesh.edge_nodes("bottom"), medium.grid.mesh.edge_nodes("top")
-    np.testing.assert_array_equal(medium.get("grid_velocity")[low], medium.get("grid_velocity")[high])
-    assert medium.get("mass") == pytest.approx(44.0, rel=1e-14)
-
-
-def start_periodic_noise(medium: Coupled) -> float:
-    random = np.random.default_rng(4)
-    velocity = SMALL * random.standard_normal(medium.get("grid_velocity").shape)
-    velocity[medium.grid.mesh.edge_nodes("top")] = velocity[medium.grid.mesh.edge_nodes("bottom")]
-    medium.reset(grid_velocity=velocity, automata_velocity=SMALL * random.standard_normal((medium.automata.count, 2)))
-    return medium.get("grid_kinetic_energy") + medium.get("automata_kinetic_energy")
-
-
 # -- refusals ------------------------------------------------------------------------------------------------------------
 
 

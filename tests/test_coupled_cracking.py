@@ -170,20 +170,6 @@ def test_a_mirrored_body_cracks_as_its_image(n: int) -> None:
 # -- events, bits, logs -------------------------------------------------------------------------------------------------------
 
 
-def test_events_of_both_parts_are_those_of_the_whole() -> None:
-    medium = sandwich(n=2, micro_steps=2, plasticity=YIELDING)
-    shear_off(medium)
-    events = medium.events()
-    counts = {kind: sum(event.kind == kind for event in events) for kind in medium.event_kinds}
-    assert counts["grid_cell_yielded"] == np.count_nonzero(medium.get("grid_plastic_strain"))
-    assert sum(count for kind, count in counts.items() if kind != "grid_cell_yielded") == medium.get("automata_broken_links")
-    assert [event.tick for event in events] == sorted(event.tick for event in events)
-    assert 1 <= events[0].tick and events[-1].tick <= medium.tick
-    own = medium.automata.events()
-    theirs = [event for event in events if event.kind.startswith("automata")]
-    assert [-(-event.tick // 2) for event in own] == [event.tick for event in theirs]
-
-
 @pytest.mark.parametrize(("n", "micro_steps"), [(1, 1), (2, 3)])
 def test_a_run_that_cracks_goes_on_from_anywhere_with_the_same_bits(n: int, micro_steps: int) -> None:
     def made() -> Coupled:

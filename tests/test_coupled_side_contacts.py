@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 from support.coupled_tools import coupled, mesh
 
-import granular_env as ge
 from granular_env.components.coupled import Coupled
 
 STRONG = {"name": "mohr_coulomb", "cohesion": 0.4, "tensile": 0.3, "internal_friction": 0.5}
@@ -62,16 +61,6 @@ def test_a_side_pushes_what_lies_on_it_and_its_nodes_get_that_by_the_lever(n: in
     assert medium.balances()[0].stored["contact_energy"] == pytest.approx(energy, rel=1e-12)
 
 
-def test_a_corner_pushes_along_the_line_from_it() -> None:
-    """The lower right automaton of the piece, at (2, 6), goes to the left of and above the corner at (0, 4)."""
-    medium = body()
-    place(medium, (-2.2, -1.9))
-    corner = int(np.flatnonzero((medium.grid.mesh.nodes == [0.0, 4.0]).all(axis=1))[0])
-    force = medium.forces_on_nodes()
-    assert np.flatnonzero(np.abs(force).max(axis=1)).tolist() == [corner]
-    np.testing.assert_allclose(force[corner] / np.hypot(*force[corner]), np.array([0.2, -0.1]) / np.hypot(0.2, 0.1), rtol=1e-12)
-
-
 @pytest.mark.parametrize(
     "parameters",
     [{}, {"scheme": "momentum"}, {"n": 2, "micro_steps": 2}, {"grid": {"boundaries": {"top": "fixed", "left": "absorbing"}}}],
@@ -105,23 +94,3 @@ def test_the_energy_of_a_bounce_closes_at_second_order() -> None:
         medium.step(40.0)
         residuals.append(abs(medium.get("energy_residual")))
     assert 6.0 <= residuals[0] / residuals[1] <= 40.0
-
-
-@pytest.mark.parametrize("micro", [1, 2])
-def test_a_run_goes_on_from_the_middle_of_a_contact_with_the_same_bits(micro: int) -> None:
-    def made() -> Coupled:
-        return body(micro, micro_steps=micro, step_size=0.2)
-
-    whole = made()
-    throw(whole, (0.01, -0.05))
-    again = made()
-    again.restore(whole.save())
-    whole.step(60.0)
-    touched = False
-    for until in (31.0, 32.0, 33.2, 36.0, 37.2, 60.0):
-        pieces = made()
-        pieces.restore(ge.Snapshot.from_bytes(again.save().to_bytes()))
-        pieces.step(round((until - pieces.time) / 0.2) * 0.2)
-        touched |= pieces.balances()[0].stored["contact_energy"] > 0.0
-        again = pieces
-    assert touched and again.save().to_bytes() == whole.save().to_bytes()

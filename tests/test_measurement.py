@@ -9,7 +9,6 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-import granular_env as ge
 from granular_env.components.errors import LogError, ParameterError
 from granular_env.domains.chain import measurement
 from granular_env.domains.chain.measurement import History
@@ -92,21 +91,6 @@ def test_separation_tells_waves_from_ripples() -> None:
     assert ends(0.5) == [6.0, 8.0]
 
 
-def test_a_plateau_is_one_crest_and_ends_are_none() -> None:
-    values = np.concatenate((np.zeros(20), np.ones(20), np.zeros(20)))
-    (crest,) = measurement.crests(np.arange(60.0), values, 0.5)
-    assert crest.height == pytest.approx(1.0, abs=1e-12) and 20.0 <= crest.time <= 39.0
-    assert crest.duration == pytest.approx(20.0)
-    assert measurement.crests(np.arange(4.0), [3.0, 2.0, 1.0, 2.0], 0.5) == []
-    assert measurement.crests(np.arange(1.0), [3.0], 0.5) == []
-
-
-def test_a_width_that_does_not_exist_is_not_made_up() -> None:
-    time = np.arange(0.0, 10.0, 0.1)
-    first, second = measurement.crests(time, 2.0 + np.sin(time) ** 2 * (1.0 + 0.01 * time), 1.0)[:2]
-    assert math.isnan(first.duration) and math.isnan(second.duration)
-
-
 # -- waves -------------------------------------------------------------------------------------------------------------
 
 
@@ -124,14 +108,6 @@ def test_a_wave_at_a_grain(amplitude: float, speed: float, sense: float) -> None
     assert wave.width == wave.duration * wave.speed
     assert measurement.waves_at(history, 5, 0.1, direction="left" if sense > 0.0 else "right") == []
     assert measurement.waves_at(history, 5, 1.01 * amplitude, direction=direction) == []
-
-
-def test_speed_at_the_ends_comes_from_one_neighbour() -> None:
-    history = travelling([(1.0, 1.5, 5.0)], grains=12)
-    for grain in (0, 11):
-        assert measurement.waves_at(history, grain, 0.1)[0].speed == pytest.approx(1.5, rel=1e-4)
-    alone = travelling([(1.0, 1.5, 5.0)], grains=1)
-    assert math.isnan(measurement.waves_at(alone, 0, 0.1)[0].speed)
 
 
 def test_waves_are_counted_in_the_order_of_their_arrival() -> None:
@@ -170,13 +146,6 @@ def test_a_contact_with_a_wall_belongs_to_the_end_grain() -> None:
     assert last.potential_energy == pytest.approx(0.4 * 0.3**5)
 
 
-def test_a_wave_in_an_end_grain_is_seen_along_the_chain() -> None:
-    velocity = np.zeros((3, 5))
-    velocity[1, 0], velocity[1, 4] = 2.0, 3.0
-    waves = measurement.waves_along(still(3, 5, velocity=velocity), 1.0, 0.5)
-    assert [(wave.grain, wave.kinetic_energy) for wave in waves] == [(0, 2.0), (4, 4.5)]
-
-
 # -- fronts ------------------------------------------------------------------------------------------------------------
 
 
@@ -202,23 +171,6 @@ def test_a_front_that_never_comes() -> None:
     assert np.isnan(measurement.front_position(history, 0.5)).all()
     with pytest.raises(ParameterError, match="does not reach grain 0"):
         measurement.front_speed(history, 0.5, 0, 3)
-
-
-def test_a_front_passes_the_grains_that_it_leaves_still() -> None:
-    """Grain 1 moves after grain 2: the front is past it when it is at grain 2, and never goes back."""
-    velocity = np.zeros((9, 4))
-    for grain, begin in enumerate((1, 5, 3, 7)):
-        velocity[begin:, grain] = 1.0
-    front = measurement.front_position(still(9, velocity=velocity), 0.9)
-    assert (np.diff(front[1:]) >= 0.0).all()
-    # It passes 0.9 within the interval in which the grain jumps to 1.
-    assert front[[1, 3, 7]] == pytest.approx([0.0, 2.0, 3.0], abs=0.2)
-
-
-def test_a_grain_that_moves_from_the_start() -> None:
-    velocity = np.zeros((5, 4))
-    velocity[:, 0] = 1.0
-    assert measurement.arrivals(still(velocity=velocity), 0.5)[0] == 0.0
 
 
 # -- energies ----------------------------------------------------------------------------------------------------------
@@ -264,46 +216,7 @@ def test_energy_ratio_and_momentum_carried_off() -> None:
     assert measurement.momentum_carried_off(mirrored) == pytest.approx(0.5)
 
 
-def test_grains_side_by_side_are_not_detached() -> None:
-    assert measurement.detached_grains(still()).size == 0
-
-
 # -- refusals ----------------------------------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize(
-    ("changes", "message"),
-    [
-        ({"time": np.zeros(0), "velocity": np.zeros((0, 4)), "displacement": None}, "0 frames of 4 grains"),
-        ({"mass": np.zeros(0)}, "5 frames of 0 grains"),
-        ({"velocity": np.zeros((5, 3))}, r"velocity has shape \(5, 3\), expected \(5, 4\)"),
-        ({"stiffness": np.ones(4)}, r"stiffness has shape \(4,\), expected \(5,\)"),
-        ({"time": np.zeros(5)}, "time does not increase"),
-        ({"velocity": np.full((5, 4), np.nan)}, "velocity holds a value that is not finite"),
-    ],
-)
-def test_histories_that_are_none(changes: dict[str, object], message: str) -> None:
-    with pytest.raises(ParameterError, match=message):
-        still(**changes)
-
-
-@pytest.mark.parametrize("grain", [-1, 40, 1.5, "a", None, True])
-def test_grains_that_are_not_there(grain: object) -> None:
-    with pytest.raises(ParameterError, match="grain: got .* expected a whole number from 0 to 39"):
-        measurement.waves_at(travelling([(1.0, 2.0, 5.0)]), grain, 0.1)  # type: ignore[arg-type]
-
-
-@pytest.mark.parametrize("above", [0.0, -1.0, math.nan, math.inf, "high", None, True])
-def test_thresholds_that_are_not_positive(above: object) -> None:
-    history = travelling([(1.0, 2.0, 5.0)])
-    for refused in (
-        lambda: measurement.waves_at(history, 10, above),  # type: ignore[arg-type]
-        lambda: measurement.waves_along(history, 10.0, above),  # type: ignore[arg-type]
-        lambda: measurement.arrivals(history, above),  # type: ignore[arg-type]
-        lambda: measurement.crests(history.time, history.velocity[:, 0], above),  # type: ignore[arg-type]
-    ):
-        with pytest.raises(ParameterError, match="above: got .* expected more than 0"):
-            refused()
 
 
 def test_other_arguments_that_do_not_fit() -> None:
@@ -340,34 +253,3 @@ def test_velocities_alone_give_waves_but_no_energies() -> None:
     for refused in (measurement.potential_energy, measurement.energy_ratio, measurement.detached_grains):
         with pytest.raises(LogError, match=r"displacement was not recorded.*variables=\['velocity', 'displacement'\]"):
             refused(history)
-
-
-def test_only_chains_are_measured() -> None:
-    oscillator = ge.make("oscillator")
-    with pytest.raises(ParameterError, match="got a 'oscillator', expected a chain"):
-        measurement.observe(oscillator, 0.1, 0.1)
-    oscillator.step(0.01)  # nobody is left looking on
-
-
-def test_what_is_no_history_is_named():
-    chain = ge.make("chain", grains=5)
-    chain.reset(velocity={0: 1.0})
-    seen = measurement.observe(chain, duration=chain.step_size * 10, every=chain.step_size)
-    for call, words in (
-        (lambda: measurement.history(None), "log: got None, expected what granular_env.open_log gives"),
-        (lambda: measurement.history(chain), "watch a chain with measurement.observe"),
-        (lambda: measurement.phase_shifts(seen, None, 2, 0.1), "reference: got None, expected a History"),
-        (lambda: measurement.waves_at(None, 2, 0.1), "history: got None, expected a History"),
-        (lambda: measurement.crests([0.0, 2.0, 1.0], [0.0, 1.0, 0.0], 0.1), "times: they do not increase"),
-        (lambda: measurement.crests([0.0, 1.0, 2.0], [0.0, np.nan, 0.0], 0.1), "values: got nan among them"),
-    ):
-        with pytest.raises(ge.ParameterError, match=words):
-            call()
-
-
-def test_more_frames_than_memory_holds_are_refused_before_a_step():
-    chain = ge.make("chain", grains=1000)
-    chain.reset()
-    with pytest.raises(ge.ParameterError, match=r"1e\+12 frames of 2000 numbers.* GB are available"):
-        measurement.observe(chain, duration=1e12 * chain.step_size, every=chain.step_size)
-    assert chain.time == 0.0

@@ -46,14 +46,6 @@ def test_forces_have_the_bits_of_the_chain_and_energies_its_sum(tmp_path, name):
     assert frames.rest_force == pytest.approx(np.full(9, 20.0), rel=1e-12)
 
 
-@pytest.mark.parametrize("name", ["power", "kuwabara_kono"])
-def test_overlaps_tell_forces_too(tmp_path, name):
-    with recorded(tmp_path / "log.mcap", name, ["velocity", "overlap"]) as log:
-        by_overlap = measurement.history(log)
-    with recorded(tmp_path / "other.mcap", name) as log:
-        np.testing.assert_array_equal(by_overlap.contact_force, measurement.history(log).contact_force)
-
-
 def test_a_contact_with_a_history_needs_its_recorded_force(tmp_path):
     with recorded(tmp_path / "without.mcap", "elastic_plastic", ["velocity", "displacement"]) as log:
         frames = measurement.history(log)
@@ -63,17 +55,6 @@ def test_a_contact_with_a_history_needs_its_recorded_force(tmp_path):
         measurement.potential_energy(frames)
     with recorded(tmp_path / "with.mcap", "elastic_plastic") as log:
         np.testing.assert_array_equal(measurement.history(log).contact_force, log.series("contact_force")[1])
-
-
-def test_whoever_watches_a_plastic_chain_keeps_its_forces():
-    chain = ge.make("chain", grains=6, law=PLASTIC)
-    chain.reset(velocity={0: 2.0})
-    frames = measurement.observe(chain, 4e-5, 1e-6)
-    np.testing.assert_array_equal(frames.contact_force[-1], chain.get("contact_force"))
-    wave = measurement.waves_at(frames, 2, 0.1)[0]
-    mass = frames.mass[2]
-    # The pulse that comes to grain 2 takes it from rest to its largest velocity and on pushes grain 3.
-    assert measurement.momentum_of(frames, wave) > mass * wave.amplitude
 
 
 @pytest.mark.parametrize("force", [0.0, 50.0])

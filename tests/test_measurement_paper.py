@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from support.chain_tools import MASS, SPEED, paper_chain, unit_chain
+from support.chain_tools import SPEED, paper_chain, unit_chain
 
 import granular_env as ge
 from granular_env.components.errors import LogError, ParameterError
@@ -22,15 +22,6 @@ from granular_env.domains.chain.measurement import History
 pytestmark = pytest.mark.filterwarnings("ignore::granular_env.components.errors.GranularWarning")
 
 EVERY = 5e-7
-REFERENCE = {"component.integrator": "dop853", "component.step_size": EVERY}
-
-
-@cache
-def seen(name: str, *overrides: tuple[str, float]) -> History:
-    """A shipped experiment, run and watched."""
-    watch = measurement.Watch(EVERY)
-    ge.run(f"nesterenko-1983/{name}", overrides={**REFERENCE, **dict(overrides)}, observers=[watch])
-    return watch.history
 
 
 @cache
@@ -41,136 +32,16 @@ def solitary() -> History:
     return measurement.observe(chain, 280.0, 0.1)
 
 
-def amplitudes(history: History, grain: int, above: float, unit: float = 1.0) -> list[float]:
-    """Of the waves to the right; the paper counts grains from 1, and so does `grain` here."""
-    return [wave.amplitude / unit for wave in measurement.waves_at(history, grain - 1, above)]
-
-
 # -- 3.1 ---------------------------------------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize(("name", "expected"), [("3.1-one-grain", [0.681632]), ("3.1-two-grains", [0.853502, 0.446358])])
-def test_31_waves(name: str, expected: list[float]) -> None:
-    assert amplitudes(seen(name), 60, 0.02 * SPEED, SPEED) == pytest.approx(expected, abs=2e-6)
-
-
-def test_31_four_grains_make_four_waves() -> None:
-    tall = amplitudes(seen("3.1-four-grains"), 60, 0.02 * SPEED, SPEED)
-    assert len(tall) == 4 and tall == sorted(tall, reverse=True)
-
-
-def test_31_rebound() -> None:
-    history = seen("3.1-two-grains")
-    assert measurement.momentum_carried_off(history, 2e-4) == pytest.approx(0.10435, abs=5e-6)
-    assert measurement.detached_grains(history, 2e-4).tolist() == list(range(8))
-
-
-def test_31_speed_and_width() -> None:
-    """V = 0.907470 v_m^.2 in 2R and A = 5.6e12; one shape for both waves: the width does not depend on the amplitude."""
-    history = seen("3.1-two-grains")
-    waves = measurement.waves_at(history, 59, 0.02 * SPEED)
-    for wave in waves:
-        unit = 6e-3 * 5.6e12**0.4 * wave.amplitude**0.2
-        assert wave.speed / unit == pytest.approx(0.907470, abs=2e-6)
-        assert wave.width / 6e-3 == pytest.approx(1.57914, abs=1e-4)
-        assert measurement.overlap_of(history, wave).duration * wave.speed / 6e-3 == pytest.approx(1.7257, abs=1e-4)
 
 
 # -- 3.2 ---------------------------------------------------------------------------------------------------------------
 
 
-def test_32a_phase_shift() -> None:
-    first, second = measurement.phase_shifts(seen("3.2a-head-on"), seen("3.1-two-grains"), 74, 0.02 * SPEED)
-    assert first.advance == pytest.approx(4.2727e-6, abs=1e-10)
-    assert 100.0 * first.amplitude_change == pytest.approx(-1.15, abs=0.005)
-    assert 100.0 * second.amplitude_change == pytest.approx(-1.34, abs=0.005)
-    small = amplitudes(seen("3.2a-head-on"), 75, 0.02 * SPEED, SPEED)[2:]
-    assert max(small) == pytest.approx(0.045, abs=5e-4)
-
-
-def test_32b_overtaking() -> None:
-    history = seen("3.2b-overtaking")
-    expected = [4.2675, 2.2317, 8.4297, 4.438, 0.957, 0.609]
-    assert amplitudes(history, 50, 0.5) == pytest.approx(expected, abs=5e-4)
-    tallest = [int(np.argmax(amplitudes(history, grain, 2.0))) for grain in (50, 85, 145)]
-    assert tallest == [2, 1, 0]
-
-
-def test_32_wall_throws_waves_back() -> None:
-    """N = 80: four waves of the six are past grain 60 before the first comes back from the wall."""
-    history = seen("3.2-wall-striker")
-    incoming = measurement.waves_at(history, 59, 0.05 * SPEED)
-    back = measurement.waves_at(history, 59, 0.05 * SPEED, direction="left")
-    assert 0.95 < back[0].amplitude / incoming[0].amplitude < 1.0
-    clear = [w.amplitude / SPEED for w in incoming if w.time < back[0].begin]
-    assert clear[:4] == pytest.approx([1.2916, 0.6764, 0.3752, 0.2137], abs=5e-5)
-
-
-def test_32_striker_makes_six_waves() -> None:
-    """In a chain so long that nothing comes back."""
-    history = seen("3.2-wall-striker", ("component.grains", 160))
-    expected = [1.2916, 0.6764, 0.3752, 0.2137, 0.124, 0.0733]
-    assert amplitudes(history, 60, 0.05 * SPEED, SPEED) == pytest.approx(expected, abs=6e-5)
-
-
 # -- 3.3 ---------------------------------------------------------------------------------------------------------------
 
 
-def test_33_triangles() -> None:
-    history = seen("3.3-triangle-100us")
-    assert len(amplitudes(history, 35, 0.4)) == 7
-    at_60 = amplitudes(history, 60, 0.4)
-    assert len(at_60) == 8 and at_60[-1] == pytest.approx(0.485, abs=5e-4)
-    assert amplitudes(seen("3.3-triangle-10us"), 35, 0.4) == pytest.approx([6.4296], abs=5e-5)
-
-
 # -- 3.4 ---------------------------------------------------------------------------------------------------------------
-
-
-def piston() -> History:
-    return seen("3.4-piston", ("duration", 1.05e-3))
-
-
-def test_34_front() -> None:
-    """V/D1 = 1.0424; D1 = 2R A^.4 v0^.2, the steady shock's, from the conservation of mass and momentum."""
-    shock = 6e-3 * 5.6e12**0.4 * SPEED**0.2
-    first = measurement.waves_at(piston(), 179, 1.5 * SPEED)[0]
-    assert first.amplitude / SPEED == pytest.approx(2.00058, abs=5e-6)
-    assert first.speed / shock == pytest.approx(1.0424, abs=1e-4)
-    assert measurement.front_speed(piston(), 0.5 * SPEED, 150, 180) / shock == pytest.approx(1.0424, abs=2e-4)
-    # The front is within 1 % of its last speed after the first tens of grains.
-    early = measurement.front_speed(piston(), 0.5 * SPEED, 30, 40)
-    assert early / first.speed == pytest.approx(1.0, abs=0.01)
-    travelled = measurement.front_position(piston(), 0.5 * SPEED)
-    frames = slice(piston().frame(5e-4), piston().frame(1e-3))
-    slope = np.polyfit(piston().time[frames], travelled[frames], 1)[0]
-    assert slope / first.speed == pytest.approx(1.0, abs=2e-3)
-
-
-def test_34_front_of_a_steady_shock() -> None:
-    """v_m1/v0 = 1.625: the amplitude of the solitary wave that is as fast as the steady shock, from measured V(v_m)."""
-    wave = measurement.waves_at(solitary(), 100, 0.3)[0]
-    assert (200.0 / wave.speed) ** 5 * wave.amplitude == pytest.approx(1.625, abs=5e-4)
-
-
-def test_34_pressure_ratio() -> None:
-    """About 2.257 (the paper: 2.24); which contacts near grain 50 and near the piston are taken moves it by 0.2 %."""
-    found = measurement.pressure_ratio(piston(), 50)
-    assert found.ratio == pytest.approx(2.257, rel=2e-3)
-    for grain, near in ((49, 1), (51, 10)):
-        assert measurement.pressure_ratio(piston(), grain, near).ratio == pytest.approx(2.257, rel=2e-3)
-
-
-def test_34_energy_ratio() -> None:
-    """The mean falls from 1.254 towards 1.243; from the paper's 1.249 single values are up to 1.4 % away."""
-    first = measurement.energy_ratio(piston(), 2e-4, 3e-4)
-    last = measurement.energy_ratio(piston(), 9.5e-4, 1.05e-3)
-    assert first.mean == pytest.approx(1.2543, abs=5e-4)
-    assert 1.243 < last.mean < 1.246
-    assert 100.0 * (first.greatest / 1.249 - 1.0) == pytest.approx(1.4, abs=0.05)
-    driven = measurement.kinetic_energy(piston()) - measurement.kinetic_energy(piston(), piston=False)
-    assert driven == pytest.approx(0.5 * MASS * SPEED**2, rel=1e-9)
-    assert measurement.energy_ratio(piston(), 2e-4, 3e-4, piston=False).mean < first.mean - 0.01
 
 
 # -- the solitary wave -------------------------------------------------------------------------------------------------
@@ -205,25 +76,6 @@ def test_energy_in_a_wave_along_the_chain_is_that_which_passes_a_grain() -> None
     assert (kinetic / potential).mean() == pytest.approx(1.2508, abs=1e-4)
     lowest = min(waves[0].amplitude for waves in found) / wave.amplitude
     assert lowest > 0.75
-
-
-def test_amplitudes_hold_at_coarse_sampling() -> None:
-    """At 0.1, 0.2 and 0.3 tau a sample: within 1e-4 v0 of the finest."""
-    fine = measurement.waves_at(solitary(), 80, 0.3)[0]
-    for stride, bound in ((2, 1e-5), (3, 1e-4)):
-        for shift in range(stride):
-            coarse = thinned(solitary(), slice(shift, None, stride))
-            wave = measurement.waves_at(coarse, 80, 0.3)[0]
-            assert wave.amplitude == pytest.approx(fine.amplitude, abs=bound)
-            assert wave.time == pytest.approx(fine.time, abs=10.0 * bound)
-
-
-def thinned(history: History, own: slice) -> History:
-    assert history.displacement is not None
-    return History(
-        history.time[own], history.velocity[own], history.mass, history.stiffness, history.rest_overlap, history.position,
-        history.displacement[own], history.piston,
-    )  # fmt: skip
 
 
 def test_a_wave_on_a_precompressed_chain_carries_its_energy_above_the_static_one() -> None:
@@ -276,21 +128,6 @@ def test_a_log_and_a_running_chain_give_the_same(tmp_path: Path, names: list[str
     assert measurement.potential_energy(logged) == pytest.approx(potential, rel=1e-12, abs=1e-20)
     forces = chain.get("contact_force")
     assert live.contact_force[-1] == pytest.approx(forces, rel=1e-12)
-
-
-@pytest.mark.parametrize(
-    "ends", [{"left": "piston", "right": "plane"}, {"left": "fixed_grain", "right": "free", "precompression": 9.0}]
-)
-def test_walls_pistons_and_precompression_are_those_of_the_chain(ends: dict[str, object]) -> None:
-    chain = paper_chain(12, integrator="pefrl", **ends)
-    chain.reset(velocity={4: 2.0})
-    history = measurement.observe(chain, 4e-5, EVERY)
-    balances = chain.balance_values()
-    assert measurement.kinetic_energy(history)[-1] == pytest.approx(balances["kinetic_energy"], rel=1e-12)
-    assert measurement.potential_energy(history)[-1] == pytest.approx(balances["potential_energy"], rel=1e-12)
-    assert measurement.momentum(history)[-1] == pytest.approx(balances["momentum"], rel=1e-12)
-    assert history.overlap[-1] == pytest.approx(chain.get("overlap"), abs=1e-18)
-    assert history.piston is not None and history.piston[0] == (ends["left"] == "piston")
 
 
 def test_watching_changes_no_bit() -> None:
@@ -353,18 +190,6 @@ def test_logs_that_cannot_be_measured(tmp_path: Path) -> None:
         oscillator.step(0.1)
     with ge.open_log(tmp_path / "oscillator.mcap") as log, pytest.raises(LogError, match="of a 'oscillator', expected a chain"):
         measurement.history(log)
-
-
-def test_watches_that_cannot_watch() -> None:
-    chain = paper_chain(10)
-    for every in (0.0, -1e-6, float("nan"), "often"):
-        with pytest.raises(ParameterError, match="every: got"):
-            measurement.observe(chain, 1e-5, every)  # type: ignore[arg-type]
-    with pytest.raises(ParameterError, match="every: got 7e-07 s, which is 1.4 internal steps"):
-        measurement.observe(chain, 1e-5, 7e-7)
-    with pytest.raises(ParameterError, match="it has seen no chain yet"):
-        _ = measurement.Watch(1e-6).history
-    assert chain.tick == 0
 
 
 # -- chains of unlike grains ---------------------------------------------------------------------------------------------

@@ -374,6 +374,11 @@ class MeanStress(NamedTuple):
     """A law of this test."""
 
 
+@decisive_value.register(MeanStress)
+def mean_stress_of(law, point):
+    return 0.5 * point.principal
+
+
 def test_a_law_is_a_named_tuple_and_one_that_lacks_a_function_is_refused_by_name() -> None:
     assert decisive_value(MeanStress(), Point(3.0, 1.0, 0.0)) == 1.5
     with pytest.raises(TypeError, match="may_exceed: got a law MeanStress, expected one of PlasticStrainConstants"):

@@ -175,7 +175,7 @@ def test_a_gas_starts_with_the_cross_section_of_a_deformed_shell() -> None:
 def test_a_vessel_empties_as_theory_says() -> None:
     """Through a nozzle in which the flow is as fast as sound, without heat; then until the pressure is that of the room."""
     gamma, constant, volume = 1.4, 287.05, 1e-6
-    medium = Medium(gamma, constant, 0.0, 0.01, 1e-6, 1.0, 0, 300.0)
+    medium = Medium(gamma, constant, 0.0, 0.01, 1e-6, 1.0, 300.0)
     one = lambda value: np.array([value])  # noqa: E731
     density, sound = 1e6 / (constant * 300.0), math.sqrt(gamma * constant * 300.0)
     gas = State(

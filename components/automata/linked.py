@@ -115,7 +115,7 @@ def largest_strain(body, scratch):
     """Return the largest strain along or across a link."""
     largest = 0.0
     for q in range(body.layout.offset.size):
-        for p in range(body.layout.size):
+        for p in range(body.face.shape[1]):
             if body.face[q, p] > 0.0:
                 largest = max(largest, abs(scratch.links.eps[q, p]), abs(scratch.links.gamma[q, p]))
     return largest

@@ -17,7 +17,6 @@ from .arrangements.random_radii import draw_radii
 from .laws import Dissipative
 from .layout import MOST_LAW_CONSTANTS
 from .parameters import WALLS, ChainParameters, UniformRadii
-from .static_forces import static_forces
 from .theory.collisions import duration_times_frequency
 
 # Suggested step of PEFRL in units of (m / k)^(2/5) v^(-1/5): keeps 3e-4 in ordinary runs; gaps need the smaller one.
@@ -239,6 +238,53 @@ def _tangent(chain: Geometry, parameters: ChainParameters) -> FloatArray:
         else np.array([power(depth, exponent - 1.0) if depth > 0.0 else 0.0 for depth in overlap])
     )
     return exponent * chain.steepest * slope
+
+
+def static_forces(parameters: ChainParameters, mass: FloatArray) -> FloatArray:
+    """Force at each place for a contact, the ends included, shape (n + 1,) [N]; 0 where gaps leave the grains unsupported.
+
+    A free end carries `precompression`, and a wall or piston whatever it has to; between two of those the less loaded one
+    carries `precompression`.
+
+    Raises:
+        ParameterError: gravity would have to be carried by a free end, or pull a contact apart.
+    """
+    p = parameters
+    gaps = p.gap if isinstance(p.gap, list) else [p.gap]
+    if p.gravity == 0.0 or any(gap > 0.0 for gap in gaps):
+        return np.full(p.grains + 1, p.precompression)
+    weight = p.gravity * mass
+    # A piston carries its own grain.
+    weight[[0] if p.left == "piston" else []] = 0.0
+    weight[[-1] if p.right == "piston" else []] = 0.0
+    above = np.concatenate(([0.0], np.cumsum(weight)))
+    return above + _upstream_force(p, above)
+
+
+def _upstream_force(p: ChainParameters, above: FloatArray) -> float:
+    """Return the force at the left end."""
+    total = float(above[-1])
+    if p.left == "free" and p.right == "free":
+        raise ParameterError(
+            f"{p.gravity:g} m/s^2 pulls a chain whose both ends are free, so there is no equilibrium",
+            hint="give one end a wall or a piston, or give the grains gaps to let them fall",
+            at="gravity",
+        )
+    if p.left == "free":
+        force, end = p.precompression, "right"
+    elif p.right == "free":
+        force, end = p.precompression - total, "left"
+    else:
+        return p.precompression + max(0.0, -total)
+    lowest = force + float(above.min())
+    if lowest < 0.0:
+        raise ParameterError(
+            f"{p.gravity:g} m/s^2 would pull the grains away from the {end} end with {-lowest:.6g} N, and contacts "
+            "carry no tension",
+            hint=f"reverse gravity, or give precompression of at least {p.precompression - lowest:.6g} N",
+            at="gravity",
+        )
+    return force
 
 
 class _Same(list[Material]):

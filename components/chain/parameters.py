@@ -12,9 +12,9 @@ from ..support.parameter_fields import Index, NotNegative, Positive
 from ..support.parameter_fields import field as _field
 from ..support.validation import Parameters
 from .arrangements import ChosenArrangement, Uniform, refuse_misfit
+from .arrangements.random_radii import UniformRadii
 from .laws import ChosenLaw, Hertz
 from .laws.law import refuse_incomplete
-from .radius_distribution import UniformRadii
 
 __all__ = ["WALLS", "Boundary", "ChainParameters", "Integrator", "UniformRadii"]
 

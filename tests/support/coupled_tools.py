@@ -98,15 +98,6 @@ def start_noise(medium: Coupled, seed: int, part: float = 1.0) -> float:
     return medium.get("grid_kinetic_energy") + medium.get("automata_kinetic_energy")
 
 
-def mirror_images(medium: Coupled) -> list[Any]:
-    """Return for each node, and for each automaton, the number of its image in x = 0."""
-    found = []
-    for points in positions(medium):
-        places = {(round(4.0 * x), round(8.0 * y)): number for number, (x, y) in enumerate(points.tolist())}
-        found.append(np.array([places[-round(4.0 * x), round(8.0 * y)] for x, y in points.tolist()]))
-    return found
-
-
 def inner(medium: Coupled, margin: float) -> tuple[FloatArray, FloatArray]:
     """Return which nodes and automata lie farther than a margin [m] from all free surfaces."""
     nodes, centres = positions(medium)

@@ -22,6 +22,7 @@ from ..layout import (
     LEFT_DRIVE,
     LEFT_STATIC,
     LOST,
+    OTHER_U,
     REST_OVERLAP,
     RIGHT_DRIVE,
     RIGHT_STATIC,
@@ -115,15 +116,18 @@ def _reverse_drift(chain, adjoint, kick, drift):
 
 @internal
 def _reverse_forces(chain, adjoint, u):
-    """Carry adjoints from the forces on the grains to the contacts: constants, overlap."""
-    a, rest = adjoint.rows, chain.rows[REST_OVERLAP]
-    left, right, before, after = u[:-1], u[1:], a[FORCE_ADJOINT, :-1], a[FORCE_ADJOINT, 1:]
-    values, by_overlap, by_rest = a[FORCE], a[OVERLAP_ADJOINT], a[REST_OVERLAP]
-    for j in range(chain.settings.grains + 1):
-        d = forces.pressed(left[j] - right[j] + rest[j])
-        g = force_pullback(chain.law, adjoint.law, j, d, after[j] - before[j])
-        values[j], by_overlap[j] = force(chain.law, j, d), g
-        by_rest[j] += g
+    """Carry adjoints from the forces on the grains to the contacts: constants, overlap. Short loops become vectors."""
+    a, n, law, left, right = adjoint.rows, chain.settings.grains, chain.law, u[:-1], u[1:]
+    overlaps, rest, values = a[OTHER_U, : n + 1], chain.rows[REST_OVERLAP], a[FORCE]
+    before, after, by_overlap, by_rest = a[FORCE_ADJOINT, :-1], a[FORCE_ADJOINT, 1:], a[OVERLAP_ADJOINT], a[REST_OVERLAP]
+    for j in range(n + 1):
+        overlaps[j] = forces.pressed(left[j] - right[j] + rest[j])
+    for j in range(n + 1):
+        values[j] = force(law, j, overlaps[j])
+    for j in range(n + 1):
+        by_overlap[j] = force_pullback(law, adjoint.law, j, overlaps[j], after[j] - before[j])
+    for j in range(n + 1):
+        by_rest[j] += by_overlap[j]
 
 
 @internal

@@ -4,11 +4,28 @@ from __future__ import annotations
 
 from typing import Literal
 
+from pydantic import model_validator
+
+from ...errors import ParameterError
 from ...materials.elastic import Material, Preset
 from ...support.counter_random import uniform
 from ...support.parameter_fields import field
-from ..radius_distribution import UniformRadii
+from ...support.validation import Parameters
 from .arrangement import Arrangement, FloatArray, alternatives
+
+
+class UniformRadii(Parameters):
+    """Radii drawn evenly between two bounds, a function of the seed (the RAND of Nesterenko's section 3.5)."""
+
+    low: float = field(..., "smallest radius", "m", gt=0.0)
+    high: float = field(..., "largest radius", "m", gt=0.0)
+    seed: int = field(0, "which draw", "1", ge=0, lt=2**63)
+
+    @model_validator(mode="after")
+    def _validate_order(self) -> UniformRadii:
+        if self.high < self.low:
+            raise ParameterError(f"got {self.high:g} m", expected=f"at least low = {self.low:g} m", at="high")
+        return self
 
 
 class Random(UniformRadii, Arrangement):

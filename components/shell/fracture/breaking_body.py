@@ -139,7 +139,6 @@ class BreakingBody:
             if failures:
                 solid = self._tear(block, state, scratch, failures, tick + 1, add_event)
                 finish_tick(solid, state, scratch, inputs)
-            write_column_means(state.stress, self.cracks.judged.means)
             count = find_parting(solid, state, self.cracks.judged, self._found, block["nearest"], tick + 1)
             if count:
                 solid = self._part(block, state, scratch, self._found[:count].copy(), tick + 1, add_event)

@@ -19,7 +19,7 @@ from ...materials.tensors import (
 )
 from ...support.float_arrays import FloatArray
 from ...support.jit import internal, jit
-from ..column_means import ColumnMeans
+from ..column_means import ColumnMeans, write_column_means
 from ..geometry.bodies import EDGES
 from ..kernel_setup import Assembly
 from ..parameters import ShellParameters
@@ -74,12 +74,13 @@ def find_parting(solid, state, judged, found, nearest, tick):
     Args:
         solid: `kernel_arrays.Solid`.
         state: after a tick.
-        judged: `Judgement`, with the means of the stresses of `state`.
+        judged: `Judgement`; the means of the stresses are written.
         found: written, shape (m,).
         nearest: the largest ratio to the limit so far of points that had not parted, from a half on, its point and its tick,
             updated, shape (3,).
         tick: its number.
     """
+    write_column_means(state.stress, judged.means)
     count = 0
     for p in range(judged.limit.size):
         largest = min(max(nearest[0], _NOTED), 1.0)

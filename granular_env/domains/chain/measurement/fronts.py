@@ -10,8 +10,7 @@ from granular_env.components.errors import ParameterError
 from granular_env.components.support.float_arrays import FloatArray
 from granular_env.crests_and_crossings import crests, crossing, positive
 
-from .chain_history import Direction, History
-from .direction import sign
+from .chain_history import Direction, History, sign
 
 
 def arrivals(history: History, above: float, direction: Direction = "right") -> FloatArray:

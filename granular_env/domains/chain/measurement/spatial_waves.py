@@ -9,8 +9,7 @@ import numpy as np
 from granular_env.components.support.float_arrays import FloatArray
 from granular_env.crests_and_crossings import ridges, top
 
-from .chain_history import Direction, History
-from .direction import sign
+from .chain_history import Direction, History, sign
 
 
 @dataclasses.dataclass(frozen=True, slots=True)

@@ -11,8 +11,7 @@ from granular_env.components.errors import ParameterError
 from granular_env.components.support.validation import whole_number
 from granular_env.crests_and_crossings import Crest, crests
 
-from .chain_history import Direction, History, require_history
-from .direction import sign
+from .chain_history import Direction, History, require_history, sign
 
 # A crest at a neighbour is the same wave only if it is at least so high, in the wave's amplitude.
 _SAME_WAVE = 0.5
