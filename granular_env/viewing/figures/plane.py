@@ -57,7 +57,7 @@ class Plane:
         values: the outputs that the drawables name, as far as they were recorded, name -> (frames, *shape).
         exaggeration: factor of the displacements.
         scales: of the colours.
-        focus_normal: the outward direction of a body in space where most happens; None where nothing tells.
+        focus_normal: the outward normal of the side of a body in space to show; None for the usual view.
         valid_until: as of `SceneData`.
     """
 

@@ -142,7 +142,7 @@ def _number(value: Any) -> Any:
 def parameters(log: Any) -> Markup:
     """Return every parameter with its value, also where that is a default or was worked out.
 
-    Tables among them have rows of their own: in a cell they would be a heap of words.
+    A table among them has rows under its name.
     """
     component = None
     with suppress(GranularError):
