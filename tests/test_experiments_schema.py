@@ -1,7 +1,6 @@
 """Experiment files: what is wrong is said by file, table and key, with the nearest right name."""
 
 import json
-import math
 
 import numpy as np
 import pytest
@@ -60,55 +59,25 @@ def test_to_dict_gives_the_same_experiment_and_is_json(good):
 FAULTS = [
     ("duration = 1.0", "duratoin = 1.0", ["duratoin: unknown; did you mean 'duration'?", "duration: missing"]),
     ("duration = 1.0", 'duration = "1.0"', ["duration: got '1.0'"]),
-    ("duration = 1.0", "duration = -1.0", ["duration: got -1.0", "greater than 0"]),
     ("duration = 1.0", "duration = nan", ["duration: got nan"]),
     ("duration = 1.0", "duration = 0.0123456", ["duration: got 0.0123456 s, which is 1.23456 internal steps", "0.01 s"]),
-    ("duration = 1.0", "duration = true", ["duration: got True"]),
-    ("duration = 1.0", "duration = 1.0\nseed = -3", ["seed: got -3"]),
-    ("[component]", "[componnet]", ["componnet: unknown; did you mean 'component'?", "component: missing"]),
     (
         'type = "oscillator"',
         'type = "oscilator"',
         ["component", "got 'oscilator', expected the name of a component; did you mean 'oscillator'?"],
     ),
     ("stiffness = 4.0", "stifness = 4.0", ["component", "stifness: unknown; did you mean 'stiffness'?"]),
-    ("stiffness = 4.0", "stiffness = -4.0", ["component", "stiffness: got -4.0"]),
-    ("stiffness = 4.0", "stiffness = nan", ["component", "stiffness: got nan"]),
     ("position = 1.0", "positon = 1.0", ["start.positon", "did you mean 'position'?"]),
-    ("position = 1.0", "seed = 1.0", ["start.seed: unknown"]),
-    ("position = 1.0", "self = 1.0", ["start.self: unknown"]),
-    ("position = 1.0", "position = [1.0, 2.0]", ["start.position", "expected a number"]),
-    ("position = 1.0", "position = { 0 = 1.0 }", ["start.position"]),
-    ("position = 1.0", "position = 1979-05-27", ["start.position"]),
     ("position = 1.0", "position = inf", ["start.position"]),
-    ("[input.force]", "[input.forse]", ["input.forse: unknown", "did you mean 'force'?"]),
     ('"half_sine"', '"half_sin"', ["input.force.profiles[0].profile", "did you mean 'half_sine'?"]),
     ("peak = 1", "peek = 1", ["input.force.profiles[0].peek: unknown; did you mean 'peak'?", "profiles[0].peak: missing"]),
-    ("duration = 0.5 }", "duration = -0.5 }", ["input.force", "duration: got -0.5"]),
-    (
-        "[input.force]",
-        "[input]\nforce = [1.0, 2.0]\n[input.other]",
-        ["input.force: got an array of shape (2,), expected a single number"],
-    ),
     ("[input.force]", "[input]\nforce = [1.0, nan]\n[input.other]", ["input.force[1]: got nan, expected a finite number"]),
-    (
-        "[input.force]",
-        "[input]\nforce = [[1], [2, 3]]\n[input.other]",
-        ["input.force: got rows of unlike length", "rows of equal length"],
-    ),
-    ("[input.force]", "[input]\nforce = ['a']\n[input.other]", ["input.force[0]: got 'a', expected a number"]),
     ('profile = "sum"', 'profile = "triangle"', ["input.force.profiles: unknown"]),
-    ('variable = "position"', 'variable = "positoin"', ["stop[0].variable", "did you mean 'position'?"]),
     ('variable = "position"', 'varable = "position"', ["stop[0].varable: unknown; did you mean 'variable'?"]),
-    ("below = -100.0", "below = -100.0\nabove = 3.0", ["stop[0]", "exactly one of above and below"]),
     ('variable = "position"', 'variable = "position[1]"', ["stop[0].variable: got 'position[1]', expected no index"]),
     ("below = -100.0", "below = -100.0\nevery = 0.015", ["stop[0].every: got 0.015 s, which is 1.5 internal steps"]),
-    ("[[stop]]", "[stop]", ["stop: got", "two brackets"]),
-    ("every = 0.1", "evry = 0.1", ["record.evry: unknown; did you mean 'every'?"]),
     ("every = 0.1", "every = 0.015", ["record.every: got 0.015 s, which is 1.5 internal steps"]),
-    ('"kinetic_energy"', '"kinetik_energy"', ["record.variables", "did you mean 'kinetic_energy'?"]),
     ('"kinetic_energy"', "3", ["record.variables[1]: got 3"]),
-    ('name = "good"', 'name = "good', ["not valid TOML", "line 2"]),
 ]
 
 
@@ -131,22 +100,16 @@ def test_all_faults_are_told_at_once(good):
     assert len(str(caught.value).splitlines()) >= 3
 
 
-@pytest.mark.parametrize("override", ["radius=1e-300", "mass=1e-300", "contact_stiffness=1e300", "gap=1e300", "radius=1e100"])
+@pytest.mark.parametrize(
+    "override",
+    [
+        "radius=1e-300",
+        "contact_stiffness=1e300",
+    ],
+)
 def test_sizes_beyond_all_measure_are_refused_and_nothing_hangs(override):
     with pytest.raises(ExperimentError, match="units, which are SI"):
         prepare(load_experiment("nesterenko-1983/3.1-one-grain", parse_assignments([f"component.{override}"])))
-
-
-def test_a_piston_input_without_a_piston_is_refused():
-    experiment = {
-        "name": "x",
-        "duration": 1e-5,
-        "component": {"type": "chain", "grains": 3},
-        "input": {"left_velocity": 1.0},
-    }
-    advice = "left is 'free', and left_velocity needs left = 'piston'"
-    with pytest.raises(ExperimentError, match=rf"input\.left_velocity: .*{advice}"):
-        prepare(load_experiment(experiment))
 
 
 def test_files_that_are_no_toml(tmp_path):
@@ -180,19 +143,10 @@ def test_an_array_and_a_profile_with_a_pattern_are_held(tmp_path):
             [1.0, 2.0],
             "input.force: got an array of shape (2,), expected an array of shape (4, 2)",
         ),
-        ([[1.0, math.nan]] * 4, "input.force[0,1]: got nan, expected a finite number"),
         ([[1.0, 2.0], [3.0]], "input.force: got rows of unlike length, expected numbers, in a list or in rows of equal length"),
-        (
-            {"profile": "constant", "value": 1.0, "pattern": [1.0]},
-            "input.force.pattern: got an array of shape (1,), expected an",
-        ),
         (
             {"profile": "sum", "profiles": [{"profile": "constant", "value": 1.0, "pattern": CORNER}]},
             "input.force.profiles[0].pattern: got a pattern, expected none in a part of a sum",
-        ),
-        (
-            {"profile": "constant", "value": 1.0, "pattern": "all"},
-            "input.force.pattern: got 'all', expected numbers, in a list",
         ),
     ],
 )
@@ -244,21 +198,11 @@ def test_an_override_reaches_into_what_is_only_named():
     [
         ("duratoin=1", "did you mean 'duration'?"),
         ("component.stifness=1", "did you mean 'stiffness'?"),
-        ("record.evry=1", "did you mean 'every'?"),
-        ("start.positon=1", "did you mean 'position'?"),
-        ("input.forse=1", "did you mean 'force'?"),
         ("input.forse.x=1", "input.forse: unknown; did you mean 'force'?"),
-        ('input.forse={profile="half_sin", x={y=1}}', "input.forse: unknown; did you mean 'force'?"),
-        ("input.other.value=1", "input.other: unknown; known: force"),
         ("stop.3.below=1", "expected -1 to 0"),
-        ("stop.x.below=1", "got the index 'x'"),
         ("stop.0.bellow=1", "did you mean 'below'?"),
-        ("start.position.0=1", "set start.position as a whole"),
         ("duration", "expected key=value"),
-        ("=1", "expected key=value"),
-        ("duration=", "no TOML value"),
         ("duration=5OO", "no TOML value"),
-        ("duration=1\nseed=2", "no TOML value"),
         ("duration=fast", "duration: got 'fast'"),
     ],
 )
@@ -272,15 +216,8 @@ def test_a_wrong_override_is_named(good, override, said):
     ("override", "said"),
     [
         ("component.mass=-1", "override 'component.mass=-1': component.mass: got -1"),
-        ("duration=fast", "override 'duration=fast': duration: got 'fast'"),
         ("duration=0.0123", "override 'duration=0.0123': duration: got 0.0123 s, which is 1.23 internal steps"),
-        ("record.variables=['positon']", "override \"record.variables=['positon']\": record.variables[0]: got 'positon'"),
         ("start.velocity=nan", "override 'start.velocity=nan': start.velocity: got nan"),
-        ("input.forse=1", "override 'input.forse=1': input.forse: unknown"),
-        (
-            'input.force={profile="constant", valu=1}',
-            "override 'input.force={profile=\"constant\", valu=1}': input.force.valu: ",
-        ),
         (
             "component.type=chian",
             "override 'component.type=chian': component.type: got 'chian', expected the name of a component",
@@ -295,9 +232,6 @@ def test_a_fault_of_an_override_is_not_blamed_on_the_file(good, override, said):
     assert all(line.startswith("override ") for line in lines)
 
 
-HUGE = "9" * 100_000
-
-
 # -- stop rules -----------------------------------------------------------------------------------------------------
 
 
@@ -308,16 +242,10 @@ HUGE = "9" * 100_000
         ({"above": 1.0}, 1.0, False),
         ({"below": 1.0}, 0.5, True),
         ({"above": 1.0}, [0.0, 2.0], True),
-        ({"above": 1.0, "reduce": "any"}, [0.0, 2.0], True),
         ({"above": 1.0, "reduce": "min"}, [0.0, 2.0], False),
-        ({"variable": "x[0]", "above": 1.0}, [0.0, 2.0], False),
         ({"variable": "x[-1]", "above": 1.0}, [0.0, 2.0], True),
         ({"variable": "x[1,0]", "above": 1.0}, [[0.0, 0.0], [2.0, 0.0]], True),
-        ({"variable": "x[0,1]", "above": 1.0}, [[0.0, 0.0], [2.0, 0.0]], False),
-        ({"variable": "x", "above": 1.0}, [[0.0, 0.0], [2.0, 0.0]], True),
-        ({"below": 1.0}, [0.0, 2.0], True),
         ({"below": 1.0, "reduce": "max"}, [0.0, 2.0], False),
-        ({"below": 3.0, "reduce": "max"}, [0.0, 2.0], True),
     ],
 )
 def test_stop_rules_decide(rule, value, met):

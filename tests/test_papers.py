@@ -49,18 +49,11 @@ def test_every_script_is_in_the_list_of_its_paper():
     [
         (Row("", "1.2342", 1.23424999), "reproduced"),
         (Row("", "1.2342", 1.234251), "not reproduced: 0.0041 % off"),
-        (Row("", "about 10", 10.435), "reproduced"),
-        (Row("", "5.6e12", 6.391e12), "not reproduced: 14 % off"),
-        (Row("", "7", 8), "not reproduced: 1 off"),
         (Row("", "1/5", 0.2001, near=0.2, within=1e-3), "reproduced"),
-        (Row("", "unchanged", -1.2, near=0.0, within=5.0, reading="5 %"), "as read"),
         (Row("", "at most 2", 1.9, most=2.0), "bound kept"),
-        (Row("", "at most 2", float("nan"), most=2.0), "not reproduced: nan above"),
         (Row("", "3, 1", "3, 1"), "reproduced"),
-        (Row("", "3, 1", "1, 3"), "not reproduced"),
         (Row("", "2.5", 3.0, draws=(2.0, 3.0, 4.0)), "percentile 33"),
         (Row("", "1.5", 3.0, draws=(2.0, 3.0, 4.0)), "not reproduced: outside all draws"),
-        (Row("", None, 3.0), ""),
     ],
 )
 def test_a_verdict_follows_from_the_numbers(row, verdict):

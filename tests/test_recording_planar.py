@@ -20,7 +20,6 @@ from granular_env.components.profiles import Profile
 from granular_env.recording import open_log, record, verify
 from granular_env.recording.event_places import place_of
 from granular_env.recording.records import EVENTS, HEADER, STEPS, Record
-from granular_env.viewing import plot, report
 
 
 def torn_log(path: Path, ticks: int = 120, **options: object) -> Component:
@@ -100,22 +99,19 @@ def test_a_branch_knows_the_events_before_it_and_so_does_its_branch(tmp_path: Pa
     assert child.events() != [] == last.events()
 
 
-@pytest.mark.parametrize("at", [0.0, 2.5e-4, 6.5e-4, 1.25e-3])
+@pytest.mark.parametrize(
+    "at",
+    [
+        0.0,
+        6.5e-4,
+    ],
+)
 def test_a_branch_with_unchanged_inputs_has_the_parents_bits(tmp_path: Path, at: float) -> None:
     component = torn_log(tmp_path / "a.mcap")
     branch = open_log(tmp_path / "a.mcap").branch(at)
     branch.run(tmp_path / "b.mcap")
     assert bits(branch.component) == bits(component)
     assert verify(tmp_path / "b.mcap").identical
-
-
-def test_a_branch_takes_another_array(tmp_path: Path) -> None:
-    torn_log(tmp_path / "a.mcap")
-    branch = open_log(tmp_path / "a.mcap").branch(2.5e-4)
-    child = branch.run(tmp_path / "b.mcap", {"force": -TEAR})
-    assert child.inputs["force"][1][-1].tolist() == (-TEAR).tolist()
-    with pytest.raises(ge.ParameterError, match="force.*shape"):
-        open_log(tmp_path / "a.mcap").branch(2.5e-4).run(tmp_path / "c.mcap", {"force": np.ones(3)})
 
 
 # -- what is changed is named -------------------------------------------------------------------------------------------
@@ -161,23 +157,6 @@ def test_links_are_logged_and_drawn(tmp_path: Path) -> None:
     assert {"/points/discs", "/links/links"} <= film_topics(tmp_path / "a.mcap").keys()
 
 
-def test_a_report_shows_balances_and_events(tmp_path: Path) -> None:
-    torn_log(tmp_path / "a.mcap", variables=["displacement", "speed", "linked"])
-    log = open_log(tmp_path / "a.mcap")
-    html = report(log, tmp_path / "report").read_text()
-    for words in ("potential energy", "fracture energy", "momentum x", "momentum residual y", "link broken", "Events"):
-        assert words in html
-    assert plot(log, "speed").axes
-    last = log.events()[-1].tick * log.step_size
-    child = log.branch(last).run(tmp_path / "b.mcap", until=last + 2 * log.step_size)
-    happened, before = len(child.events()), len(child.earlier_events() or [])
-    html = report(child, tmp_path / "branch").read_text()
-    assert (
-        f"Of these events {happened} are in this log, {before} before it begins at {last:.9g} s: {before} x link broken."
-        in html
-    )
-
-
 # -- hostile logs -------------------------------------------------------------------------------------------------------
 
 
@@ -185,20 +164,14 @@ def test_a_report_shows_balances_and_events(tmp_path: Path) -> None:
     ("kind", "name", "values"),
     [
         (STEPS, "0.values", np.zeros((2, 6))),
-        # More than a block has: under load there may be a block of one.
-        (STEPS, "0.values", np.zeros((99, 6, 2))),
         (STEPS, "0.values", np.full((3, 6, 2), np.nan)),
         (STEPS, "pattern.0", np.zeros((6, 3))),
         (STEPS, "pattern.0", np.full((6, 2), np.inf)),
-        (STEPS, "pattern.0", np.zeros((6, 2), np.int64)),
         (EVENTS, "rows", np.zeros((1, 4))),
-        (EVENTS, "rows", np.full((1, 5), np.nan)),
         (EVENTS, "rows", np.array([[1e300, 0.0, 0.0, 1.0, 1.0]])),
         (EVENTS, "rows", np.array([[1.0, 7.0, 0.0, 1.0, 1.0]])),
         (HEADER, "1.pairs", np.full((6, 2), 99)),
-        (HEADER, "1.pairs", np.zeros((6, 3), np.int64)),
         (HEADER, "0.radius", np.zeros(4)),
-        (HEADER, "0.reference", np.zeros((6, 4))),
     ],
 )
 def test_arrays_of_another_form_are_refused(tmp_path: Path, kind: int, name: str, values: np.ndarray) -> None:

@@ -32,16 +32,6 @@ RUNS: dict[str, tuple[str, dict[str, Any]]] = {
         {"component.grains": 40, "duration": 2e-4, "record.every": 5e-6, "record.snapshot_every": 5e-5},
     ),
     "discs": ("discs/broken-row", {"duration": 0.008, "record.snapshot_every": 2e-3}),
-    "automata": (
-        "psakhie-2003/uniaxial-compression",
-        {
-            "component.diameter": 5e-3,
-            "component.shape.height": 0.0995929214352,
-            "duration": 4e-5,
-            "record.snapshot_every": 1e-5,
-            "input.top_velocity.values": [-5.0, -5.0],
-        },
-    ),
     "coupled": (
         "psakhie-2003/impact-on-a-cracking-core",
         {"component.automata.diameter": 2.5e-3, "record.snapshot_every": 1e-5, "duration": 4.4e-5},

@@ -16,7 +16,7 @@ from granular_env.components.profiles import Profile
 from granular_env.experiments import load_experiment, shipped_experiments
 from granular_env.experiments.preparation import prepare
 from granular_env.recording import open_log, verify
-from granular_env.run_loop import replay, run
+from granular_env.run_loop import run
 
 ROOT = Path(__file__).resolve().parents[1]
 OSCILLATOR = {
@@ -118,15 +118,6 @@ def test_the_log_holds_the_experiment_and_can_be_run_from_it(tmp_path):
     assert state(first.component) == state(again.component)
 
 
-def test_a_csv_history_is_in_the_log_and_not_its_path(tmp_path):
-    (tmp_path / "push.csv").write_text("time [ms],force [mN]\n0,0\n100,500\n200,0\n")
-    table = {"profile": "csv", "path": str(tmp_path / "push.csv"), "time_column": "time", "value_column": "force"}
-    first = run({**OSCILLATOR, "input": {"force": table}}, log=tmp_path / "x.mcap")
-    (tmp_path / "push.csv").unlink()
-    assert verify(tmp_path / "x.mcap").identical
-    assert state(replay(tmp_path / "x.mcap").component) == state(first.component)
-
-
 def test_a_run_that_breaks_down_leaves_a_complete_log(tmp_path):
     broken = {**OSCILLATOR, "component": {"type": "oscillator", "stiffness": 1e9}, "duration": 1e4}
     with pytest.raises(StepError):
@@ -168,31 +159,6 @@ def test_warnings_are_in_the_result_and_warned_of():
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         assert run(OSCILLATOR).warnings == []
-
-
-def test_observers_look_on_and_are_let_go():
-    class Counter:
-        next_tick = 0
-        looks = 0
-
-        def on_reset(self, component):
-            self.next_tick = component.tick
-
-        def on_sample(self, component):
-            self.looks += 1
-            self.next_tick = component.tick + 100
-
-        def on_step(self, component, ticks, inputs): ...
-
-        def on_failure(self, component, error): ...
-
-    counter = Counter()
-    result = run(OSCILLATOR, observers=[counter])
-    assert counter.looks >= 10
-    looks = counter.looks
-    result.component.step(1.0)
-    assert counter.looks == looks
-    assert state(run(OSCILLATOR).component) != state(result.component)
 
 
 def test_an_error_in_the_middle_tells_of_the_log_that_is_left(tmp_path, capsys):

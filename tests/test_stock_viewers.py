@@ -17,7 +17,6 @@ from mcap_ros2.decoder import DecoderFactory
 import granular_env as ge
 from granular_env.cli import main
 from granular_env.recording import open_log, recover
-from granular_env.viewing import save_foxglove_layout
 
 GRAINS, DURATION = 30, 2.5e-4
 
@@ -133,15 +132,6 @@ def test_a_recovered_log_has_its_preview(log: Path, tmp_path: Path) -> None:
     assert {"/points/grains", "/energy[J]", "/about"} <= decoded(tmp_path / "b.mcap").keys()
 
 
-def test_the_preview_of_a_large_body_has_a_bounded_size(tmp_path: Path) -> None:
-    chain = make_chain(grains=50_000)
-    with ge.record(chain, tmp_path / "a.mcap", every=1e-6, variables=["velocity"]):
-        chain.reset(velocity={0: 5.0})
-        chain.step(2e-5)
-    clouds = decoded(tmp_path / "a.mcap")["/points/grains"]
-    assert 8 <= len(clouds) <= 21 and all(2_500 < len(points_of(cloud)[0]) <= 5_000 for _, _, cloud in clouds)
-
-
 def test_colours_follow_the_velocity(log: Path) -> None:
     """Grey at rest, red to the right; the same four bytes as Foxglove's packed number and as rerun's four fields."""
     record, messages = open_log(log), decoded(log)["/points/grains"]
@@ -173,13 +163,6 @@ def test_scalars_are_grouped_by_unit_with_names_and_none_is_empty(log: Path) -> 
     assert messages["/energy[J]"][-1][2].data[0] == energy[-1]
 
 
-def test_words_say_what_is_drawn(log: Path) -> None:
-    ((_, _, about),) = decoded(log)["/about"]
-    assert about.data.startswith("a-shock\n")
-    for part in ("x as large", "1 s here = ", "m/s", "/energy[J]: [0] kinetic_energy"):
-        assert part in about.data
-
-
 def test_messages_lie_in_the_order_of_time_in_each_chunk(tmp_path: Path) -> None:
     """Each batch holds several variables and hashes, whose last ticks differ."""
     chain = make_chain(grains=200)
@@ -194,18 +177,6 @@ def test_messages_lie_in_the_order_of_time_in_each_chunk(tmp_path: Path) -> None
             times["exact" if channel.topic.startswith("granular/") else "preview"].append(message.log_time)
     for found in times.values():
         assert found == sorted(found)
-
-
-def test_a_component_without_particles_has_its_scalars_alone(tmp_path: Path) -> None:
-    oscillator = ge.make("oscillator")
-    with ge.record(oscillator, tmp_path / "a.mcap"):
-        oscillator.reset(velocity=1.0)
-        oscillator.step(1.0, force=2.0)
-    topics = {topic for topic in decoded(tmp_path / "a.mcap") if topic.startswith("/")}
-    assert topics == {
-        "/about", "/energy[J]", "/force[N]", "/position[m]", "/velocity[m\u00b7s\u207b\u00b9]",
-        "/momentum[kg\u00b7m\u00b7s\u207b\u00b9]",
-    }  # fmt: skip
 
 
 def test_the_foxglove_layout_shows_what_is_in_the_log(log: Path, tmp_path: Path) -> None:
@@ -234,13 +205,6 @@ def test_the_foxglove_layout_shows_what_is_in_the_log(log: Path, tmp_path: Path)
 
 def leaves(mosaic: Any) -> list[str]:
     return [mosaic] if isinstance(mosaic, str) else leaves(mosaic["first"]) + leaves(mosaic["second"])
-
-
-def test_a_log_without_a_preview_has_no_layout(log: Path, tmp_path: Path) -> None:
-    (tmp_path / "cut.mcap").write_bytes(log.read_bytes()[:20_000])
-    with pytest.raises(ge.GranularError, match="recover"):
-        save_foxglove_layout(open_log(tmp_path / "cut.mcap"), tmp_path / "layout.json")
-    assert not (tmp_path / "layout.json").exists()
 
 
 def test_stock_rerun_draws_points_text_and_a_plot_for_each_unit(log: Path) -> None:

@@ -31,7 +31,7 @@ from granular_env.sweep import (
 )
 from granular_env.sweep.engines.ray_cluster import compute_on_node
 from granular_env.sweep.store import Store, read_description
-from granular_env.sweep.tasks import make_workload, units_of
+from granular_env.sweep.tasks import make_workload
 from granular_env.sweep.worker import Computer
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -62,21 +62,6 @@ def values(**table):
     return parameter_values.Range(**table).values()
 
 
-@pytest.mark.parametrize("value", [float("inf"), [1.0, float("nan")]])
-def test_values_that_no_experiment_can_hold_are_refused_where_they_stand(value):
-    for changes, place in (
-        ({"grid": {"component.grains": [6, value]}}, "grid.component.grains[1]: got "),
-        ({"set": {"component.radius": value}}, "set.component.radius: got "),
-        (
-            {"samples": {"count": 2, "component.radius": {"distribution": "choice", "values": [value]}}},
-            "samples.component.radius.values[0]: got ",
-        ),
-    ):
-        with pytest.raises(ge.ExperimentError) as told:
-            load_plan(plan(**changes))
-        assert place in str(told.value) and "expected a finite number" in str(told.value)
-
-
 def test_ranges_are_even_and_meet_their_ends():
     assert values(**{"from": 10, "to": 40, "count": 4}) == [10, 20, 30, 40]
     assert all(isinstance(value, int) for value in values(**{"from": 10, "to": 40, "count": 4}))
@@ -84,12 +69,6 @@ def test_ranges_are_even_and_meet_their_ends():
     assert values(**{"from": 3, "to": 102, "count": 100}) == list(range(3, 103))
     assert values(**{"from": 1.0, "to": 100.0, "count": 3, "spacing": "log"}) == [1.0, 10.0, 100.0]
     assert values(**{"from": 2.0, "to": 2.0, "count": 1}) == [2]
-
-
-def test_powers_have_twelve_digits_whatever_computes_them():
-    assert parameter_values.between_by_ratio(1.0, 2.0, 0.5) == 1.41421356237
-    assert parameter_values.between_by_ratio(1e-3, 1e3, 0.5) == 1.0
-    assert parameter_values.between_by_ratio(4.0, 64.0, 0.25) == 8.0
 
 
 @pytest.mark.parametrize(
@@ -121,17 +100,8 @@ FAULTS = {
     "key of the experiment": (plan(duration=1.0), r"duration: unknown; keys of the experiment stand in \[set\]"),
     "no such measure": (plan(measure={"a": "maximum velocity"}), "measure.a: got 'maximum velocity', expected such as"),
     "unknown variable": (plan(measure={"a": "max velocty"}), "^plan: measure.a: got 'velocty'.* did you mean 'velocity'"),
-    "index": (plan(measure={"a": "max velocity[9]"}), r"measure.a: got 'velocity\[9\]', expected an index of -6 to 5"),
     "array": (plan(measure={"a": "final velocity"}), r"6 elements; name one, such as velocity\[-1\]"),
-    "missing argument": (plan(measure={"a": {"measurement": "waves_at", "grain": 1}}), "a.above: missing"),
-    "one value": (plan(grid={"component": {"grains": 3}}), "grid.component.grains: got 3, expected a list"),
-    "ends": (plan(samples={"count": 2, "a": {"distribution": "uniform", "from": 2, "to": 1}}), "expected from < to"),
     "unknown parameter": (plan(set={"component.graisn": 5}), "plan: component.graisn: unknown; did you mean 'grains'"),
-    "unknown parameter of the grid": (
-        plan(grid={"component.graisn": [5, 6]}),
-        "plan: component.graisn: unknown; did you mean .grains.",
-    ),
-    "idle seeds": (plan(seeds=3), "seeds.keys: seed changes nothing in component .chain."),
     "every": (plan(every=1.7e-9), "every: got 1.7e-09 s, which is .* internal steps"),
 }
 
@@ -161,13 +131,6 @@ def test_check_reports_tasks_that_cannot_begin():
     # Those that are tried come from the end of the plan as well.
     with pytest.warns(ge.GranularWarning, match="2 of 7 tasks that were tried cannot begin, such as: .*grains: got -1"):
         check_sweep(plan(grid={"component.grains": [*range(6, 16), -1, -2, -3, -4, -5]}))
-
-
-def test_an_override_of_a_key_that_the_plan_varies_is_refused(tmp_path):
-    with pytest.raises(ge.ExperimentError, match="override 'component.grains=5': plan gives this key its values in grid"):
-        run_sweep(plan(), tmp_path / "out", overrides={"component.grains": 5})
-    experiment = load_plan(plan(), {"component.radius": 4e-3}).load_experiment()
-    assert (experiment.duration, experiment.component.parameters["radius"]) == (4e-5, 4e-3)
 
 
 def hashes(**changes):
@@ -256,17 +219,6 @@ def test_the_time_of_a_crest_of_a_force_is_known_between_the_looks(tmp_path):
     assert not any("crest" in (note or "") for note in coarse["notes"])
 
 
-def test_a_crest_that_the_looks_do_not_resolve_is_told_of(tmp_path):
-    measures = {"when": "time of max velocity[2]", "pushed": "max left_force", "late": "time of max velocity[7]"}
-    force = {"profile": "constant", "value": 5.0, "start": 1e-5}
-    content = plan(measure=measures, every=1e-5, grid={"component.grains": [8]})
-    sweep = run_sweep(content, tmp_path / "out", engine="serial", overrides={"input.left_force": force})
-    columns = sweep.columns()
-    assert columns["pushed"] == [5.0]  # no curve overshoots the jump
-    assert "when: the crest is not resolved, its time is that of a look" in columns["notes"][0]
-    assert "late: its time is that of the last look" in columns["notes"][0]
-
-
 def test_columns_have_units(tmp_path):
     measures = {
         "peak": "max velocity[2]",
@@ -286,25 +238,6 @@ def test_columns_have_units(tmp_path):
         "task,component.radius [m],start.velocity.0 [m/s],duration [s],peak [m/s],when [s],pressure [Pa],part,"
     )
     assert float(row.split(",")[4]) == sweep.columns()["peak"][0]
-
-
-def test_columns_of_keys_within_tables_have_units():
-    keys = {"component.radius.high": [3e-3], "component.radius.seed": [1], "component.law.dissipation": [10.0]}
-    radius, law = {"low": 2.9e-3, "high": 3e-3, "seed": 1}, {"name": "kuwabara_kono", "dissipation": 10.0}
-    units = units_of(load_plan(plan(grid=keys)), ge.make("chain", grains=5, material="steel", radius=radius, law=law))
-    assert (units["component.radius.high"], units["component.law.dissipation"]) == ("m", "N s/m^1.5")
-
-
-def test_every_number_that_can_be_taken_has_a_unit():
-    from granular_env.domains import DOMAINS, load
-    from granular_env.sweep.measures import Measurement
-
-    homes = [domain.columns for domain in DOMAINS.values() if domain.columns is not None]
-    assert homes
-    for home in homes:
-        for name, takes in load(home).MEASUREMENTS.items():
-            for take in takes:
-                assert Measurement(home, name, take, 0, ()).unit(None)
 
 
 def test_equal_tasks_are_computed_once_and_a_plan_that_grows_keeps_what_holds(tmp_path):
@@ -340,14 +273,15 @@ def test_a_task_that_fails_is_a_row(tmp_path):
     assert list(sweep.errors) == [1, 2]
 
 
-MACHINE = [MemoryError(), OSError(28, "No space left on device"), ge.LogError("the log cannot be written")]
-MACHINE[2].__cause__ = OSError(28, "No space left on device")
+MACHINE = [MemoryError(), ge.LogError("the log cannot be written")]
+MACHINE[1].__cause__ = OSError(28, "No space left on device")
 
 
 @pytest.mark.parametrize(
-    ("error", "retry", "again"), [*((error, "lost", 1) for error in MACHINE), (ge.ExperimentError("too fast"), "failed", 1),
-     (ge.ExperimentError("too fast"), "lost", 0)], ids=["memory", "disk", "disk of the log", "physics", "physics, not asked"],
-)  # fmt: skip
+    ("error", "retry", "again"),
+    [*((error, "lost", 1) for error in MACHINE), (ge.ExperimentError("too fast"), "failed", 1)],
+    ids=["memory", "disk of the log", "physics"],
+)
 def test_failures_of_the_machine_are_tried_again_those_of_physics_on_request(error, retry, again, tmp_path, monkeypatch):
     run_task = Computer._run
 
@@ -569,11 +503,7 @@ def test_a_script_is_not_run_again_by_the_processes(tmp_path):
         ({"engine": "proceses"}, "did you mean 'processes'"),
         ({"engine": "serial", "time_limit": 2.0}, "time_limit: the engine 'serial' does not take it"),
         ({"workers": 0}, "workers: got 0"),
-        ({"address": "127.0.0.1:1"}, "address: the engine 'processes' does not take it; take engine='ray'"),
         ({"part": (3, 3)}, r"part: got \(3, 3\), expected"),
-        ({"retry": "all"}, "retry: got 'all'"),
-        ({"overrides": "duration=1"}, "overrides: got 'duration=1'"),
-        ({"folder": 3}, "folder: got 3"),
     ],
 )
 def test_wrong_options_are_named_and_nothing_is_written(options, message, tmp_path):
@@ -619,22 +549,14 @@ def test_folders_that_are_not_this_sweeps(tmp_path):
     store = Store(tmp_path / "mine", read_description(tmp_path / "mine"))
     with store, pytest.raises(ge.SweepError, match="another process computes this sweep there"):
         run_sweep(plan(), tmp_path / "mine")
-    for text, message in (
-        (about.read_text().replace('"version":2', '"version":3'), "version: Input should be 2"),
-        ("{", "Invalid"),
-    ):
-        about.write_text(text)
-        for call in (lambda: run_sweep(plan(), tmp_path / "mine"), lambda: open_sweep(tmp_path / "mine")):
-            with pytest.raises(ge.SweepError, match=message):
-                call()
+    about.write_text("{")
+    for call in (lambda: run_sweep(plan(), tmp_path / "mine"), lambda: open_sweep(tmp_path / "mine")):
+        with pytest.raises(ge.SweepError, match="Invalid"):
+            call()
     (tmp_path / "full").mkdir()
     (tmp_path / "full" / "thesis.tex").write_text("")
     with pytest.raises(ge.SweepError, match="holds other files"):
         run_sweep(plan(), tmp_path / "full")
-    with pytest.raises(ge.SweepError, match="is a file, expected a folder"):
-        run_sweep(plan(), tmp_path / "full" / "thesis.tex")
-    with pytest.raises(ge.SweepError, match="cannot be kept"):
-        run_sweep(plan(), tmp_path / "full" / "thesis.tex" / "in")
     for nothing in (tmp_path, tmp_path / "none", 3):
         with pytest.raises(ge.SweepError):
             open_sweep(nothing)
@@ -746,15 +668,3 @@ def test_ctrl_c_ends_the_command_with_what_is_done(tmp_path):
     assert "Traceback" not in errors
     assert all_gone(workers)
     assert 0 < open_sweep(tmp_path / "sweeps" / "long").done < 2000
-
-
-def test_after_a_kill_nothing_goes_on_and_what_is_done_is_there(tmp_path):
-    (tmp_path / "plan.toml").write_text(LONG)
-    program = called(tmp_path, "plan.toml", "--workers", "2")
-    first_results(tmp_path, program)
-    workers = children(program.pid)
-    program.kill()
-    program.communicate(timeout=60)
-    assert all_gone(workers)
-    sweep = open_sweep(tmp_path / "sweeps" / "long")
-    assert 0 < sweep.done < 2000 and sweep.done + sweep.outcomes.count("pending") == 2000

@@ -5,7 +5,6 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -58,13 +57,6 @@ def test_a_log_of_which_only_the_start_is_left_was_not_compared(tmp_path: Path, 
     assert result.outcome == "nothing was compared" and not result.identical and result.ticks == 0
     status, text = said(tmp_path / "b.mcap", capsys)
     assert status == 3 and "nothing was compared" in text and "identical" not in text
-
-
-def test_a_closed_log_without_a_step_was_not_compared(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    with record(catalogue.make("oscillator"), tmp_path / "a.mcap"):
-        pass
-    status, text = said(tmp_path / "a.mcap", capsys)
-    assert status == 3 and text.startswith("nothing was compared: the log holds no call of step")
 
 
 # -- what is compared --------------------------------------------------------------------------------------------------
@@ -162,18 +154,3 @@ def test_warnings_of_the_re_run_are_notes(tmp_path: Path, capsys: pytest.Capture
     assert main(["replay", str(tmp_path / "a.mcap"), "--verify"]) == 0
     output = capsys.readouterr()
     assert "note: " in output.out and "GranularWarning" not in output.err
-
-
-def test_the_command_shows_how_far_it_is(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    import granular_env.recording
-
-    oscillator_log(tmp_path / "a.mcap")
-    parts: list[float] = []
-
-    def watched(*arguments: Any, progress: bool, **options: Any) -> Any:
-        assert progress is True
-        return verify(*arguments, progress=parts.append, **options)
-
-    monkeypatch.setattr(granular_env.recording, "verify", watched)
-    assert main(["replay", str(tmp_path / "a.mcap"), "--verify"]) == 0
-    assert len(parts) > 10 and parts == sorted(parts) and parts[-1] == 1.0

@@ -65,12 +65,6 @@ def test_a_link_stays_one(tmp_path):
     assert (tmp_path / "real").read_text() == "new"
 
 
-def test_a_file_gets_the_permissions_of_any_other(tmp_path):
-    (tmp_path / "plain").touch()
-    write_files({tmp_path / "a": b""})
-    assert (tmp_path / "a").stat().st_mode == (tmp_path / "plain").stat().st_mode
-
-
 def writers(log: Path, target: str) -> list[list[str]]:
     """Every command that writes one file that the user names."""
     return [
@@ -91,18 +85,6 @@ def test_nothing_is_written_over_a_folder_or_a_pipe(log, tmp_path, capsys, numbe
     assert f"is a {'folder' if what == 'folder' else 'device, a pipe or a socket'}" in capsys.readouterr().err
     assert target.is_dir() or target.is_fifo()
     assert set(os.listdir(tmp_path)) <= {"target.png", "hammer.csv"}
-
-
-@pytest.mark.parametrize("number", range(4))
-@pytest.mark.parametrize("name", ["x" * 300, "x\0y"], ids=["long", "zero byte"])
-def test_names_that_no_file_can_have_are_told(log, tmp_path, capsys, number, name):
-    pytest.importorskip("rerun")
-    # The one that each command wants: a wrong one is refused before the name is tried.
-    suffix = [".toml", ".mcap", ".rrd", ".png"][number]
-    assert main(writers(log, str(tmp_path / f"{name}{suffix}"))[number]) == 2
-    told = capsys.readouterr().err
-    assert "cannot be written: File name too long" in told or "is no path: embedded null byte" in told
-    assert os.listdir(tmp_path) == []
 
 
 def test_a_report_takes_no_file_for_a_folder(log, tmp_path, capsys):

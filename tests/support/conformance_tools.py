@@ -31,14 +31,13 @@ def readings(component: Component) -> dict[str, bytes]:
     }
 
 
-def drive(component: Component, example: Example, ticks: int, mode: str = "mixed") -> None:
+def drive(component: Component, example: Example, ticks: int) -> None:
     """Step one tick at a time: held numbers, then a change of them, then profiles."""
     half = {name: 0.5 * value for name, value in example.inputs.items()}
     profiles = example.all_profiles(component)
-    changes = {"numbers": {0: example.inputs, ticks // 3: half}, "profiles": {0: profiles}}
-    changes["mixed"] = {0: example.inputs, ticks // 4: half, ticks // 2: profiles}
+    changes = {0: example.inputs, ticks // 4: half, ticks // 2: profiles}
     for tick in range(ticks):
-        component.step(None, **changes[mode].get(tick, {}))
+        component.step(None, **changes.get(tick, {}))
 
 
 # Ticks of each call of `load_until_refused`, calls in which the load grows to its full size, and calls at most.

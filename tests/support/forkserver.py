@@ -10,7 +10,7 @@ import multiprocessing
 LOADED = (
     "granular_env.cli", "granular_env.envs.environment", "granular_env.run_loop", "granular_env.recording",
     "granular_env.components.chain", "gymnasium", "matplotlib.pyplot", "scipy.optimize", "support.page_runner",
-    "support.forked", "support.endless_recording",
+    "support.endless_recording",
 )  # fmt: skip
 forkserver = multiprocessing.get_context("forkserver")
 forkserver.set_forkserver_preload(list(LOADED))

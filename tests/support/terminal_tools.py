@@ -49,55 +49,6 @@ def run_in_terminal(arguments: list[str], width: int = 80, cwd: Path = ROOT, tim
         os.close(parent)
 
 
-class Terminal:
-    """An interactive program in a terminal, and a person at its keys."""
-
-    def __init__(self, arguments: list[str], cwd: Path, environment: dict[str, str]) -> None:
-        self._arguments, self._cwd = arguments, cwd
-        self._environment = {**os.environ, "TERM": "xterm-256color", **environment}
-
-    def __enter__(self) -> "Terminal":
-        try:
-            self._parent, child = pty.openpty()
-        except OSError as error:
-            pytest.skip(f"no terminal can be made here: {error}")
-        fcntl.ioctl(child, termios.TIOCSWINSZ, struct.pack("HHHH", 40, 120, 0, 0))
-        self._process = subprocess.Popen(
-            self._arguments,
-            stdin=child,
-            stdout=child,
-            stderr=child,
-            cwd=self._cwd,
-            env=self._environment,
-            start_new_session=True,
-            preexec_fn=lambda: fcntl.ioctl(0, termios.TIOCSCTTY, 0),
-        )
-        os.close(child)
-        return self
-
-    def type(self, text: str) -> None:
-        """Press keys, once the program has been silent for a moment."""
-        while self._read(0.3):
-            pass
-        os.write(self._parent, text.encode())
-
-    def wait_for(self, text: str, timeout: float = 60.0) -> None:
-        """Wait until the program has written a text since keys were last pressed."""
-        written, end = "", time.monotonic() + timeout
-        while text not in re.sub(_CONTROLS, "", written):
-            assert time.monotonic() < end, f"{text!r} was not written, but {written!r}"
-            written += self._read(0.1)
-
-    def _read(self, timeout: float) -> str:
-        ready, _, _ = select.select([self._parent], [], [], timeout)
-        return os.read(self._parent, 65536).decode(errors="replace") if ready else ""
-
-    def __exit__(self, *_: object) -> None:
-        self._process.kill()
-        self._process.wait()
-        os.close(self._parent)
-
-
 def seen_lines(written: str) -> list[str]:
     """Return the lines, and states of lines that were written over, without colours and cursor movements."""
     return [line for line in re.split(r"[\r\n]+", re.sub(_CONTROLS, "", written)) if line.strip()]
