@@ -227,7 +227,9 @@ def _input_words(acted: InputCurves) -> str:
     variable, size = acted.variable, math.prod(acted.variable.shape)
     words = f"{variable.name.replace('_', ' ').capitalize()} in time: {variable.description}."
     if variable.axes and any("[" in curve.name for curve in acted.curves):
-        words += f" In brackets: {', '.join(axis.replace('_', ' ') for axis in variable.axes)}."
+        numbers = ", ".join(f"{number} is {axis}" for number, axis in enumerate("xyz"[: variable.shape[-1]]))
+        counted = (axis.replace("_", " ") + (f" ({numbers})" if axis == "direction" else "") for axis in variable.axes)
+        words += f" In brackets: {', '.join(counted)}."
     if acted.is_summary:
         return f"{words} {acted.acting} of {size} elements act; the curves are the largest and the least of all elements."
     if acted.acting < size:
