@@ -19,8 +19,8 @@ from granular_env.envs import OpenLoop
 from granular_env.envs.policies import Policy
 from granular_env.recording import verify
 from granular_env.sweep import run_sweep
-from granular_env.viewing.colour_scales import ColourScale
 from granular_env.viewing.figures import plane
+from granular_env.viewing.scene_scales import ColourScale
 
 THROWN = {"rows": 3, "columns": 4, "clearance": 0.03}
 

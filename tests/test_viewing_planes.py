@@ -13,12 +13,11 @@ from granular_env.components.drawables import Cells, Links, Points
 from granular_env.components.variables import Variable
 from granular_env.recording.event_places import place_of, position_words
 from granular_env.viewing import LiveViewer, report, save_rrd
-from granular_env.viewing.colour_scales import colour_scales
 from granular_env.viewing.cracks import MOST_LINES, crack_lines
 from granular_env.viewing.figures.plane import load_plane, stretch_words
 from granular_env.viewing.rerun.scene import whole_camera
 from granular_env.viewing.scene_builder import from_component, from_log
-from granular_env.viewing.scene_scales import scales_of
+from granular_env.viewing.scene_scales import colour_scales, scales_of
 
 ROCK = {"density": 2700.0, "young": 6e10, "poisson": 0.25}
 BRITTLE = {"name": "mohr_coulomb", "cohesion": 2e6, "internal_friction": 0.4, "tensile": 1e6}

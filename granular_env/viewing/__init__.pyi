@@ -1,4 +1,4 @@
-from .figures.variable_figure import plot
+from .figures.run_figures import plot
 from .foxglove import save_foxglove_layout
 from .reports.page import report
 from .rerun.live import LiveViewer

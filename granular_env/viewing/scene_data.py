@@ -16,7 +16,7 @@ from .curves import Curve
 from .viewpoint import viewpoint
 from .visible_drawables import is_solid
 
-# Bounds of what is shown: viewers die of more.
+# Bounds of what is shown; viewers run out of memory beyond them.
 MAXIMUM_FRAMES = 400
 MAXIMUM_SHOWN_PARTICLES = 20_000
 MAXIMUM_SHOWN_LINKS = 60_000
@@ -156,7 +156,7 @@ class SceneData:
         profiles: fields along a line; of a log only, whose ranges are known.
         remark: what pictures have to say beside what they show; "" for nothing.
         conclusions: what has become of the system at the end of the run, in sentences.
-        focus_normal: the outward direction of a body in space where most happens; None where nothing tells, as while it runs.
+        focus_normal: the outward normal of the side of a body in space to show; None for the usual view.
         valid_until: time of the first event that ends the validity of the results [s]; infinity where there is none.
     """
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 from granular_env.colours import DIVERGING
 from granular_env.optional_packages import import_optional
 
-from ..colour_scales import ColourScale
+from ..scene_scales import ColourScale
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -16,11 +16,10 @@ from granular_env.components.support.round_numbers import round_down_to_125
 from granular_env.optional_packages import import_optional
 from granular_env.recording.preview.displacement_scale import common_exaggeration
 
-from ..colour_scales import ColourScale, colour_scales, scale_of
 from ..cracks import MOST_LINES, crack_lines
 from ..recorded_fields import coloured_drawables, sample_frames, validity_of
 from ..scene_data import MAXIMUM_SHOWN_LINKS, SceneData
-from ..scene_scales import scales_of
+from ..scene_scales import ColourScale, colour_scales, scale_of, scales_of
 from ..viewpoint import focus_normal, viewpoint, viewpoint_words
 from ..visible_drawables import is_hidden, is_plane, is_solid
 from .colour_bar import add_bar
@@ -58,7 +57,7 @@ class Plane:
         values: the outputs that the drawables name, as far as they were recorded, name -> (frames, *shape).
         exaggeration: factor of the displacements.
         scales: of the colours.
-        focus_normal: the outward direction of a body in space where most happens; None where nothing tells.
+        focus_normal: the outward normal of the side of a body in space to show; None for the usual view.
         valid_until: as of `SceneData`.
     """
 

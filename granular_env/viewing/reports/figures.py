@@ -33,9 +33,6 @@ from ..visible_drawables import Place, colouring_outputs, is_solid, place_of_out
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-FRAMES = 2000
-_DIRECTIONS = "xyz"
-
 
 @dataclass(frozen=True)
 class Shown:
@@ -230,19 +227,11 @@ def _input_words(acted: InputCurves) -> str:
     variable, size = acted.variable, math.prod(acted.variable.shape)
     words = f"{variable.name.replace('_', ' ').capitalize()} in time: {variable.description}."
     if variable.axes and any("[" in curve.name for curve in acted.curves):
-        counted = [_axis_words(*one) for one in zip(variable.axes, variable.shape, strict=True)]
+        numbers = ", ".join(f"{number} is {axis}" for number, axis in enumerate("xyz"[: variable.shape[-1]]))
+        counted = (axis.replace("_", " ") + (f" ({numbers})" if axis == "direction" else "") for axis in variable.axes)
         words += f" In brackets: {', '.join(counted)}."
     if acted.is_summary:
         return f"{words} {acted.acting} of {size} elements act; the curves are the largest and the least of all elements."
     if acted.acting < size:
-        return (
-            f"{words} {acted.acting} of {size} elements act{'s' if acted.acting == 1 else ''}; those that stay 0 are left out."
-        )
+        return f"{words} {acted.acting} of {size} elements act; those that stay 0 are left out."
     return words if len(acted.curves) > 1 or size == 1 else f"{words} It is the same for all {size} elements."
-
-
-def _axis_words(axis: str, size: int) -> str:
-    """Return what the numbers along an axis count."""
-    if axis == "direction" and size <= len(_DIRECTIONS):
-        return f"direction ({', '.join(f'{number} is {name}' for number, name in enumerate(_DIRECTIONS[:size]))})"
-    return axis.replace("_", " ")

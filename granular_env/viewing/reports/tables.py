@@ -29,8 +29,6 @@ _LONGEST_LIST = 8
 _MOST_EVENTS = 200
 _MOST_INCIDENTS, _LONGEST_MESSAGE = 20, 1000
 _LONGEST_TEXT = 20_000
-# A balance of which so much is left over is one of numbers that are rounding themselves, or none.
-_ALL_ROUNDING = 0.1
 # Parameters that the component works out -> what its geometry calls them.
 _WORKED_OUT = {"mass": "mass", "contact_stiffness": "stiffness"}
 
@@ -52,25 +50,15 @@ def balances(scene_data: SceneData) -> Markup:
 
 
 def _closure(scene_data: SceneData, balance: BalanceNames) -> str:
-    """Return how well a balance adds up, in one sentence."""
-    known = [scene_data.curves[name] for name in balance.entries if name in scene_data.curves]
-    residuals = [scene_data.curves[name] for name in scene_data.curves if name.startswith(balance.residual)]
-    scale = max((float(np.abs(curve.values).max()) for curve in known), default=0.0)
+    """Return how large the residual of a balance is beside its largest entry, in one sentence."""
+    entries = [scene_data.curves[name] for name in balance.entries if name in scene_data.curves]
+    residuals = [curve for name, curve in scene_data.curves.items() if name.startswith(balance.residual)]
     quantity = balance.quantity.replace("_", " ")
+    words = f"The residual of the balance of {quantity} is the error of the numerics"
+    scale, worst = (max((float(np.abs(one.values).max()) for one in curves), default=0.0) for curves in (entries, residuals))
     if not residuals or scale == 0.0:
-        return f"The residual is what the balance of {quantity} cannot account for: the error of the numerics."
-    worst = max(float(np.abs(curve.values).max()) for curve in residuals)
-    largest = f"{float(f'{scale:.2g}'):g} {typeset(balance.unit)}"
-    if worst > _ALL_ROUNDING * scale:
-        return (
-            f"The residual of the balance of {quantity} is up to {worst / scale:.2g} of its largest entry, {largest}: either "
-            "all entries are at round-off, or the balance does not close."
-        )
-    # The entry itself as well: it may be rounding, too.
-    return (
-        f"The balance of {quantity} closes to {worst / scale:.2g} of its largest entry, {largest}; what is left over is the "
-        "error of the numerics."
-    )
+        return f"{words}."
+    return f"{words}: at most {worst / scale:.2g} of the largest entry, {scale:.2g} {typeset(balance.unit)}."
 
 
 def incident_sentences(log: Any) -> list[str]:
@@ -154,7 +142,7 @@ def _number(value: Any) -> Any:
 def parameters(log: Any) -> Markup:
     """Return every parameter with its value, also where that is a default or was worked out.
 
-    Tables among them have rows of their own: in a cell they would be a heap of words.
+    A table among them has rows under its name.
     """
     component = None
     with suppress(GranularError):

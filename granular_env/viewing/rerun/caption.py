@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
-from ..colour_scales import ColourScale
 from ..cracks import MOST_LINES
 from ..scene_data import MeshFrames, Motion, SceneData
+from ..scene_scales import ColourScale
 from ..viewpoint import viewpoint_words
 
 if TYPE_CHECKING:

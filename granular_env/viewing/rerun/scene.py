@@ -23,13 +23,12 @@ from granular_env.colours import PALETTE, rgb
 from granular_env.components.support.float_arrays import FloatArray
 from granular_env.optional_packages import import_optional
 
-from ..colour_scales import ColourScale
 from ..domain_views import Views
 from ..figures.colour_bar import add_bar
 from ..figures.drawing import DARK, canvas, new_figure
 from ..plot_groups import plots
 from ..scene_data import Motion, SceneData
-from ..scene_scales import Scales
+from ..scene_scales import ColourScale, Scales
 from .camera import Camera
 from .caption import caption
 from .profiles import send_profile

@@ -222,8 +222,10 @@ def _instant(log: Any, at: float | None) -> float:
 
 
 def _window(size: Any) -> tuple[int, int]:
-    if not (
-        isinstance(size, (tuple, list)) and len(size) == 2 and all(type(side) is int and 100 <= side <= 8192 for side in size)
+    if (
+        not isinstance(size, tuple | list)
+        or len(size) != 2
+        or not all(type(side) is int and 100 <= side <= 8192 for side in size)
     ):
         raise ParameterError(f"got {size!r}", expected="a width and a height, whole numbers from 100 to 8192", at="size")
     return size[0], size[1]
