@@ -48,7 +48,11 @@ def measure(side: int = 600, triad_words: int = 8_000_000, rounds: int = 11, cra
         step = automata.step_size
         ticks = repeats_for(lambda one=automata, h=step: one.step(h), _SAMPLE_SECONDS)
         times = interleaved(
-            {"automata": lambda one=automata, t=ticks * step: one.step(t), "triad": lambda: triad(*arrays, 1)}, rounds
+            {
+                "automata": lambda one=automata, t=ticks * step: one.step(t),
+                "triad": lambda: triad(arrays[0], arrays[1], arrays[2], 1),
+            },
+            rounds,
         )
         moved, count = ticks * bytes_of_tick(automata) / (24 * triad_words), automata.count
         rate = ticks * count / float(np.median(times["automata"])) / 1e6

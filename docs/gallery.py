@@ -14,7 +14,7 @@ from granular_env.domains.chain.tasks.pulse_forming import make_pulse_forming
 from granular_env.envs import ComponentEnv, RecordEnv
 from granular_env.envs.policies import OpenLoop, Policy
 from granular_env.recording import open_log
-from granular_env.viewing import recorded_fields, scene_data
+from granular_env.viewing import recorded_fields, scene_builder
 from granular_env.viewing.figures import drawing
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -98,7 +98,7 @@ def draw(name: str, titles: dict[str, str]) -> None:
     figure = drawing.new_figure(5.0 * len(titles), 6.0)
     panels = figure.subplots(2, len(titles), squeeze=False, height_ratios=[2, 5])
     for place, (log, title) in enumerate(titles.items()):
-        seen = scene_data.from_log(open_log(LOGS / f"{log}.mcap"))
+        seen = scene_builder.from_log(open_log(LOGS / f"{log}.mcap"))
         above, below = panels[:, place]
         curve = max(seen.inputs.values(), key=lambda curve: (np.abs(curve.values).max(), curve.name))
         above.plot(curve.times * 1e6, curve.values, **drawing.line(0))

@@ -15,7 +15,7 @@ from matplotlib.figure import Figure
 
 import granular_env as ge
 from granular_env.components.chain import theory
-from granular_env.viewing import scene_data
+from granular_env.viewing import scene_builder
 from granular_env.viewing.figures import drawing, run_figures
 
 DOCS = Path(__file__).parent
@@ -31,7 +31,7 @@ def piston() -> None:
     """Draw the x-t diagram of the shipped piston experiment, with the profile at its end (the paper's figure 6)."""
     with tempfile.TemporaryDirectory() as folder:
         result = ge.run("nesterenko-1983/3.4-piston", log=Path(folder) / "piston.mcap")
-        motion = scene_data.from_log(ge.open_log(result.log)).motion
+        motion = scene_builder.from_log(ge.open_log(result.log)).motion
         picture = run_figures.headline(motion, "A piston at 5 m/s drives a shock front into 200 steel grains")
         appearance.save(picture, IMAGES / "piston.png")
 

@@ -8,17 +8,14 @@ from typing import Any
 import numpy as np
 import pytest
 from support.rerun_tools import columns
-from support.tube_tools import BODY, small_tube
 
 import granular_env as ge
 from granular_env.components.drawables import Cells, Links, Points
 from granular_env.components.errors import ParameterError
 from granular_env.viewing import report, save_rrd
 from granular_env.viewing.figures.plane import load_plane, words
-from granular_env.viewing.rerun.caption import caption, plain
-from granular_env.viewing.scene_data import from_component, from_log
-from granular_env.viewing.scene_scales import scales_of
-from granular_env.viewing.visible_drawables import recolour, visible_cells, visible_points
+from granular_env.viewing.scene_builder import from_component, from_log
+from granular_env.viewing.visible_drawables import visible_cells, visible_points
 
 RECORDED = ["surface_displacement", "surface_stress", "surface_plastic_strain", "surface_cells"]
 ALONG, AROUND = 9, 24
@@ -62,12 +59,6 @@ def test_cells_that_a_crack_crosses_are_left_out(burst_log: Any, tmp_path: Any) 
     assert [len(one) for one in inside] == [2 * count for count in kept]
 
 
-def test_the_caption_says_what_has_become_of_the_body(burst_log: Any) -> None:
-    scene_data = from_log(burst_log)
-    words = caption(scene_data, scales_of(scene_data), None)
-    assert "outcome: " in words and all(plain(one) in words for one in burst_log.metadata["conclusions"])
-
-
 def test_pictures_show_the_outside_lit_and_the_inside_dark(burst_log: Any) -> None:
     plane = load_plane(burst_log, None)
     assert plane is not None and plane.is_solid
@@ -86,16 +77,6 @@ def test_a_log_is_coloured_by_any_output_of_its_nodes(burst_log: Any) -> None:
     assert mesh.field is not None and np.array_equal(mesh.field[-1], burst_log.series("surface_plastic_strain")[1][-1])
     with pytest.raises(ParameterError, match="coloured by surface_stress, surface_plastic_strain, surface_cells"):
         from_log(burst_log, colour="kinetic_energy")
-
-
-def test_what_is_hidden_colours_nothing() -> None:
-    """The wall of a tube hides the gas in it, and its own points."""
-    tube = small_tube()
-    drawn = recolour(tube.drawables(), tube.variables, "shell_surface_plastic_strain")
-    assert [one.field for one in visible_cells(drawn)] == ["shell_surface_plastic_strain"]
-    for name in ("gas_pressure", "shell_plastic_strain"):
-        with pytest.raises(ParameterError, match=f"colour: '{name}'.*not one value for each.*_stress, shell_"):
-            recolour(tube.drawables(), tube.variables, name)
 
 
 def test_the_page_has_the_body_in_each_quantity_and_a_film(burst_log: Any, tmp_path: Any) -> None:
@@ -120,15 +101,3 @@ def test_a_surface_hides_what_lies_below_it_and_what_lies_flat_beside_it() -> No
     assert visible_points([*drawn, balls]) == [balls]
     [mesh] = from_component(tube).meshes
     assert mesh.whole is not None and mesh.whole.all()
-
-
-def test_pictures_of_half_a_tube_say_that_the_other_half_is_its_mirror_image(tmp_path: Any) -> None:
-    half, whole = ge.make("shell", body=BODY), ge.make("shell", body={**BODY, "half": False})
-    for tube, is_half in ((half, True), (small_tube(), True), (whole, False)):
-        scene_data = from_component(tube)
-        assert ("mirror image" in caption(scene_data, scales_of(scene_data), None)) == is_half
-    with ge.record(half, tmp_path / "half.mcap", every=4 * half.step_size, variables=RECORDED[:2]):
-        half.step(20 * half.step_size, pressure=1e5)
-    page = report(ge.open_log(tmp_path / "half.mcap"), tmp_path / "half").read_text()
-    for element in ("legend", "figcaption"):
-        assert f"the other half is its mirror image.</{element}>" in page, "beside the film, and below the pictures"

@@ -1,25 +1,18 @@
 """Figures and reports: complete, self-contained, and harmless whatever a log says."""
 
 import re
-import warnings
-from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
 
-from granular_env import colours, viewing
+from granular_env import colours
 from granular_env.components.catalogue import make
-from granular_env.components.errors import GranularError, MissingExtraError, ParameterError, StepError
-from granular_env.domains.chain.viewing.space_time_diagram import space_time_picture
+from granular_env.components.errors import MissingExtraError, ParameterError, StepError
 from granular_env.recording import open_log, record
 from granular_env.recording.preview.displacement_scale import choose_exaggeration
 from granular_env.viewing import report
-from granular_env.viewing.colour_scales import ColourScale
 from granular_env.viewing.figures import drawing, run_figures
-from granular_env.viewing.figures.colour_bar import add_bar
-from granular_env.viewing.reports.run_incidents import incident_sentences
-from granular_env.viewing.scene_data import from_component, from_log
+from granular_env.viewing.scene_builder import from_component, from_log
 
 HOSTILE = "<script>alert(1)</script><img src=https://example.org/x.png onerror=\"x\"> & 'more'"
 PNG = b"\x89PNG\r\n\x1a\n"
@@ -56,14 +49,6 @@ def test_scene_data_holds_what_was_recorded(chain_log):
     assert scene_data.inputs["left_velocity"].unit == "m/s" and scene_data.inputs["left_velocity"].values[-1] == 5.0
 
 
-def test_overlaps_stand_in_for_forces_that_were_not_recorded(chain_log):
-    motion = from_log(chain_log).motion
-    u = chain_log.to_numpy("displacement")
-    assert (motion.contact_name, motion.contact_unit) == ("overlap", "\u00b5m")
-    # Less than 1e-12 of a radius, 3e-9 um, is shown as a mere touch; rounding of positions up to 0.1 m is 1e-11 um.
-    np.testing.assert_allclose(motion.contact, np.maximum(u[:, :-1] - u[:, 1:], 0.0) * 1e6, rtol=1e-7, atol=3.1e-9)
-
-
 def test_scene_data_is_thinned_but_keeps_both_ends(chain_log):
     motion = from_log(chain_log, frames=7).motion
     times = chain_log.times("velocity")
@@ -87,51 +72,6 @@ def test_exaggeration_shows_the_wave_and_lets_no_grains_pass(chain_log):
     assert factor > 1.0 and re.fullmatch(r"[125]0*", f"{factor:.0f}")
     # Half a radius, or less by the rounding to 1, 2, 5 (a factor of up to 2.5).
     assert 0.2 * 3e-3 <= overlap.max() <= 0.5 * 3e-3 * (1 + 1e-9)
-
-
-def test_exaggeration_closes_gaps_without_passing():
-    reference = np.array([[0.0, 0, 0], [2.5, 0, 0]])
-    displacement = np.zeros((2, 2, 3))
-    displacement[1, 0, 0] = 0.01
-    assert choose_exaggeration(reference, np.ones(2), displacement) == 100.0
-    assert choose_exaggeration(reference, np.ones(2), np.zeros((2, 2, 3))) == 1.0
-
-
-def test_exaggeration_in_a_plane_looks_at_those_that_nearly_touch():
-    """Two discs above each other, and one far away at nearly the same x, which may pass."""
-    reference = np.array([[0.0, 0, 0], [0, 2.0, 0], [0.1, 40.0, 0]])
-    displacement = np.zeros((2, 3, 3))
-    displacement[1, 1, 1] = -0.004  # towards the first; half a radius of overlap is reached at 125 times
-    displacement[1, 2, 0] = -0.1
-    assert choose_exaggeration(reference, np.ones(3), displacement) == 100.0
-
-
-def perceived(names):
-    """CIE L*, a*, b* under daylight of colours such as #0072b2, shape (n, 3)."""
-    part = np.array([colours.rgb(name) for name in names]) / 255.0
-    linear = np.where(part <= 0.04045, part / 12.92, ((part + 0.055) / 1.055) ** 2.4)
-    to_xyz = np.array([[0.4124, 0.3576, 0.1805], [0.2126, 0.7152, 0.0722], [0.0193, 0.1192, 0.9505]])
-    cubic = np.cbrt(linear @ to_xyz.T / [0.9505, 1.0, 1.089])  # of colours that are not all but black
-    x, y, z = cubic.T
-    return np.column_stack([116.0 * y - 16.0, 500.0 * (x - y), 200.0 * (y - z)])
-
-
-def test_ten_colours_are_told_apart_in_files_and_on_pages():
-    """Distances of some 2 are just seen side by side; a legend is not beside what it names."""
-    palettes = [colours.PALETTE]
-    sheet = next(Path(viewing.__file__).parent.glob("templates/*.css")).read_text()
-    numbers, names = zip(*re.findall(r"--c(\d+): (#[0-9a-f]{6})", sheet), strict=True)
-    assert list(numbers) == [str(place) for place in range(len(colours.PALETTE))] * 2, "by day and by night"
-    palettes += [names[: len(colours.PALETTE)], names[len(colours.PALETTE) :]]
-    for names in palettes:
-        places = perceived(names)
-        distances = np.linalg.norm(places[:, None] - places, axis=-1)[np.triu_indices(len(names), 1)]
-        assert len(names) >= 10 and distances.min() >= 15.0
-
-
-def test_events_of_eight_kinds_have_eight_colours():
-    figure = run_figures.event_counts([(0.1 * k, f"kind {k}") for k in range(8)], (0.0, 1.0))
-    assert len({container.patches[0].get_facecolor() for container in figure.axes[0].containers}) == 8
 
 
 def test_colours_are_symmetric_about_white():
@@ -161,27 +101,11 @@ def test_axes_say_what_and_in_which_unit(chain_log):
     np.testing.assert_array_equal(above.lines[0].get_ydata(), motion.colour[-1])
 
 
-def test_histories_and_profiles_show_what_was_asked_for(chain_log):
-    motion = from_log(chain_log).motion
-    line = run_figures.histories(motion, indices=[-1]).axes[0].lines[0]
-    np.testing.assert_array_equal(line.get_ydata(), motion.colour[:, 19])
-    panel = run_figures.profiles(motion, times=[5e-5]).axes[0]
-    np.testing.assert_array_equal(panel.lines[0].get_ydata(), motion.colour[50])
-
-
 @pytest.mark.parametrize(("chosen", "word"), [({"times": [1.0]}, "times: got 1 s"), ({"indices": [20]}, "indices: got 20")])
 def test_what_the_log_does_not_have_is_refused_and_nothing_written(chain_log, tmp_path, chosen, word):
     with pytest.raises(ParameterError, match=word):
         report(chain_log, tmp_path / "report", **chosen)
     assert not (tmp_path / "report").exists()
-
-
-def test_the_rows_of_the_picture_are_the_instants(chain_log):
-    motion = from_log(chain_log).motion
-    picture = space_time_picture(motion, 10.0)
-    rows = picture.rows(motion.times)
-    assert (rows[0], rows[-1]) == pytest.approx((picture.bottom, picture.top))
-    assert 0 < picture.top < picture.bottom < picture.pixels.shape[0] and picture.right < picture.pixels.shape[1]
 
 
 def test_report_of_a_chain_is_complete_and_self_contained(chain_log, tmp_path):
@@ -259,78 +183,7 @@ def test_failures_and_segments_stand_at_the_top_and_break_the_lines(tmp_path):
     assert "A step failed: StepError: " in top and "The log has 2 segments" in top
 
 
-def test_steps_that_were_written_and_undone_are_told():
-    from types import SimpleNamespace
-
-    def told(**incident):
-        return incident_sentences(SimpleNamespace(incidents=[incident], segments=[1]))
-
-    assert told(incident="failed", kind="StepError", message="too fast", undone_ticks=12) == [
-        "A step failed: StepError: too fast; 12 internal steps of it, which had been written already, were undone"
-    ]
-    assert told(incident="interrupted", kind="KeyboardInterrupt", message="") == ["A step was interrupted (KeyboardInterrupt)"]
-    assert told(incident="unrecorded", message="what happened between 1 s and 2 s is not in the log") == [
-        "Steps are missing: what happened between 1 s and 2 s is not in the log."
-    ]
-    assert told(incident="something") == []
-
-
-def test_histories_are_of_grains_that_the_wave_reached(tmp_path):
-    chain = make("chain", grains=200, left="piston")
-    with record(chain, tmp_path / "a.mcap", every=1e-6):
-        chain.step(1e-4, left_velocity=5.0)
-    with open_log(tmp_path / "a.mcap") as log:
-        motion = from_log(log).motion
-    chosen = run_figures.default_indices(motion)
-    assert len(chosen) == 5 and chosen[0] == 0 and chosen[-1] < 100
-    assert np.abs(motion.colour[:, chosen]).max(axis=0).min() > 0.1
-
-
-def test_a_folder_that_cannot_be_written_is_named(oscillator_log, tmp_path):
-    (tmp_path / "file").write_text("")
-    with pytest.raises(GranularError, match="file"):
-        report(oscillator_log, tmp_path / "file")
-
-
 def test_missing_matplotlib_says_what_to_install(oscillator_log, tmp_path, monkeypatch):
     monkeypatch.setitem(__import__("sys").modules, "matplotlib", None)
     with pytest.raises(MissingExtraError, match="pip install"):
         report(oscillator_log, tmp_path)
-
-
-def test_a_motion_without_colour_is_refused_by_name(chain_log):
-    motion = replace(from_log(chain_log).motion, colour=None)
-    with pytest.raises(ParameterError, match="'velocity' was not recorded"):
-        run_figures.space_time(motion)
-
-
-def test_the_legend_of_a_vectors_residual_names_its_directions_and_lies_within_the_figure():
-    golden = Path(__file__).resolve().parent.parent / "logs" / "golden" / "shell-cracking.mcap"
-    with open_log(golden) as log:
-        figure = run_figures.balance(from_log(log), "momentum")
-    renderer = drawing.canvas(figure, 100).get_renderer()
-    below = figure.axes[1].get_legend()
-    assert [text.get_text() for text in below.get_texts()] == ["x", "y", "z"]
-    for axes in figure.axes[:2]:
-        assert axes.get_legend().get_window_extent(renderer).x1 <= figure.bbox.x1
-
-
-@pytest.mark.parametrize("limit", [4.3e8, 350e6, 9999.0, 0.0047, 3e-7])
-@pytest.mark.parametrize("has_sign", [False, True])
-def test_the_numbers_of_a_colour_bar_stand_apart(limit, has_sign):
-    figure = drawing.new_figure(8.0, 4.0)
-    add_bar(figure, ColourScale(("stress",), "Pa", limit, has_sign), ax=figure.subplots(), shrink=0.5, aspect=40)
-    renderer = drawing.canvas(figure, 100).get_renderer()
-    labels = [label for label in figure.axes[1].get_xticklabels() if label.get_text()]
-    boxes = [label.get_window_extent(renderer) for label in labels]
-    assert len(boxes) >= 3
-    assert all(before.x1 + 3.0 < after.x0 for before, after in zip(boxes[:-1], boxes[1:], strict=True))
-
-
-def test_names_with_missing_glyphs_print_no_warning() -> None:
-    with warnings.catch_warnings():
-        warnings.simplefilter("error")
-        for draw in (drawing.png, lambda figure: drawing.svg(figure, "a"), lambda figure: drawing.canvas(figure, 80)):
-            figure = drawing.new_figure(2.0, 1.0)
-            figure.add_subplot().set_title("a\x1b[2Jb\u202ec")
-            draw(figure)

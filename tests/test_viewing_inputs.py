@@ -8,9 +8,10 @@ import pytest
 import granular_env as ge
 from granular_env.recording import Log, open_log, record
 from granular_env.viewing import report
-from granular_env.viewing.input_curves import MOST_CURVES, load_input
+from granular_env.viewing.curves import MOST_CURVES, load_input
 from granular_env.viewing.rerun.caption import caption
-from granular_env.viewing.scene_data import SceneData, from_component, from_log
+from granular_env.viewing.scene_builder import from_component, from_log
+from granular_env.viewing.scene_data import SceneData
 
 COLUMNS = 12
 
@@ -48,20 +49,6 @@ def test_a_report_shows_an_array_that_acts(broken_row: Log, tmp_path: Path) -> N
     page = Path(report(broken_row, tmp_path)).read_text(encoding="utf-8")
     assert ">Inputs<" in page and "2 of 20 elements act; those that stay 0 are left out" in page
     assert "disc, direction (0 is x, 1 is y)" in page
-
-
-def test_the_caption_says_that_nothing_acts_only_where_nothing_does(tmp_path: Path) -> None:
-    silent = np.zeros((COLUMNS, 2))
-    assert "No input acts in this run." in _words(from_log(_pushed(tmp_path / "a.mcap", silent)))
-    pushed = silent.copy()
-    pushed[3, 1] = 0.25
-    assert "No input acts" not in _words(from_log(_pushed(tmp_path / "b.mcap", silent, pushed, silent)))
-
-
-def test_what_was_held_before_the_first_step_acted_on_nothing(tmp_path: Path) -> None:
-    one = load_input(_pushed(tmp_path / "a.mcap", np.full((COLUMNS, 2), 0.5)), "force")
-    assert one is not None and one.acting == 2 * COLUMNS and [curve.name for curve in one.curves] == ["force"]
-    np.testing.assert_array_equal(one.curves[0].values, 0.5)
 
 
 def test_many_elements_are_drawn_by_their_extremes(tmp_path: Path) -> None:

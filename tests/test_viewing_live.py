@@ -10,14 +10,13 @@ import pytest
 from granular_env.cli import main
 from granular_env.colours import rgb
 from granular_env.components.catalogue import make
-from granular_env.components.errors import GranularError, GranularWarning, ParameterError
+from granular_env.components.errors import GranularWarning
 from granular_env.domains.chain.viewing.space_time_diagram import GrowingPicture
-from granular_env.run_loop import run
 from granular_env.viewing import LiveViewer
-from granular_env.viewing.figures.drawing import NOT_SAMPLED, nearest_frames
-from granular_env.viewing.rerun import live_pace
-from granular_env.viewing.rerun.live_pace import Pace
-from granular_env.viewing.scene_data import from_component
+from granular_env.viewing.figures.drawing import NOT_SAMPLED
+from granular_env.viewing.rerun import live
+from granular_env.viewing.rerun.live import Pace
+from granular_env.viewing.scene_builder import from_component
 from granular_env.viewing.scene_scales import enlarge_scales, scales_of
 
 pytest.importorskip("rerun", reason="the extra `view` is not installed")
@@ -41,8 +40,8 @@ class Clock:
 
     def __init__(self, monkeypatch):
         self.now = 100.0
-        monkeypatch.setattr(live_pace, "perf_counter", lambda: self.now)
-        monkeypatch.setattr(live_pace, "sleep", self.sleep)
+        monkeypatch.setattr(live, "perf_counter", lambda: self.now)
+        monkeypatch.setattr(live, "sleep", self.sleep)
 
     def sleep(self, seconds):
         assert seconds > 0.0
@@ -62,9 +61,9 @@ def instants_of_frames(clock, pacing, ticks_per_second, frame_seconds, seconds, 
     while clock.now < begin + seconds:
         clock.now += (upcoming - tick) / ticks_per_second
         tick = upcoming
-        if pacing.arrive(tick):
-            frames.append((clock.now - begin, tick))
-            clock.now += 1.0 if len(frames) in stalls else frame_seconds
+        pacing.arrive(tick)
+        frames.append((clock.now - begin, tick))
+        clock.now += 1.0 if len(frames) in stalls else frame_seconds
         upcoming = pacing.leave(tick)
         assert upcoming > tick
     return np.array(frames)
@@ -81,7 +80,8 @@ def test_twenty_frames_a_second_are_sent_however_fast_the_run_is(clock, ticks_pe
 
 def test_large_frames_take_at_most_half_of_the_time(clock):
     frames = instants_of_frames(clock, Pace(), 1e5, 0.2, 20.0)
-    assert 45 <= len(frames) <= 51
+    # One each 0.4 s; the first five come sooner, since the distance between frames grows by a factor of 4.
+    assert 45 <= len(frames) <= 55
 
 
 def test_a_pace_holds_a_run_back_and_spaces_its_frames_evenly(clock):
@@ -92,42 +92,9 @@ def test_a_pace_holds_a_run_back_and_spaces_its_frames_evenly(clock):
     np.testing.assert_allclose(frames[:, 0], frames[:, 1] / 1000.0, atol=2e-3)
 
 
-def test_a_frame_that_takes_long_costs_no_other_frame(clock):
-    frames = instants_of_frames(clock, Pace(1000.0), 1e6, 0.002, 6.0, stalls=(3, 20, 40))
-    assert set(np.diff(frames[1:, 1])) == {50.0} and len(frames) >= 58
-
-
 def test_a_run_that_is_too_slow_for_its_pace_has_twenty_frames_a_second_all_the_same(clock):
     frames = instants_of_frames(clock, Pace(1e6), 1e4, 0.005, 5.0)
     assert 95 <= len(frames) <= 112
-
-
-def test_a_run_of_few_ticks_shows_each_of_them(clock):
-    frames = instants_of_frames(clock, Pace(6.0), 1e6, 0.002, 10.0)
-    np.testing.assert_array_equal(frames[:, 1], np.arange(1, len(frames) + 1))
-    np.testing.assert_allclose(frames[:, 0], frames[:, 1] / 6.0, atol=3e-3)
-
-
-def test_what_is_received_are_twenty_frames_of_each_second_of_a_paced_run(tmp_path, clock):
-    """A run of 0.1 ms that is given 3 s: 60 frames arrive, 1/60 of the run apart, at their instants of wall time."""
-    chain, times = make("chain", grains=60, left="piston"), []
-    with LiveViewer(chain, save=tmp_path / "live.rrd", duration=1e-4, pace=3.0) as live:
-        send = live._send
-
-        def timed(component, anew):
-            times.append((clock.now - 100.0, component.time))
-            send(component, anew)
-
-        live._send = timed
-        chain.step(1e-4, left_velocity=5.0)
-    found = columns(tmp_path / "live.rrd")
-    received = (
-        np.array([time.value for time in found["scene/particles"]["time"] if time is not None and time.value >= 0]) * 1e-9
-    )
-    assert len(set(received)) == pytest.approx(61, abs=1) and received[-1] == pytest.approx(1e-4)
-    wall, simulated = np.array(times).T
-    np.testing.assert_allclose(wall, simulated / 1e-4 * 3.0, atol=0.03)
-    assert np.diff(np.unique(received)).max() < 1.5e-4 / 60
 
 
 def test_a_live_viewer_changes_no_bit_and_sends_frames(tmp_path):
@@ -174,28 +141,6 @@ def test_even_frames_fill_the_diagram_as_far_as_the_run_has_come():
     assert sampled_part(picture, 2.6e-4, 5e-4) == 0.0
 
 
-def test_even_thinning_leaves_no_gap():
-    times = np.linspace(0.0, 5e-4, 546)[np.unique(np.rint(np.linspace(0, 545, 400)).astype(int))]
-    assert (nearest_frames(times, np.linspace(0.0, 5e-4, 800)) >= 0).all()
-
-
-def test_a_gap_between_frames_stays_a_gap():
-    picture = picture_of(np.concatenate([np.linspace(0, 2e-4, 100), np.linspace(2.3e-4, 5e-4, 100)]), 5e-4)
-    assert sampled_part(picture, 2.05e-4, 2.25e-4) == 0.0
-    assert sampled_part(picture, 2.35e-4, 5e-4) == 1.0
-
-
-def test_a_diagram_whose_end_nobody_knows_has_room():
-    picture = picture_of(np.linspace(0.0, 3e-4, 200), None)
-    assert picture.end >= 3e-4 and sampled_part(picture, 0.0, 3e-4) == 1.0
-
-
-def test_each_instant_belongs_to_the_nearest_frame():
-    times = np.linspace(0.0, 1.0, 101)
-    np.testing.assert_array_equal(nearest_frames(times, times), np.arange(101))
-    np.testing.assert_array_equal(nearest_frames(times, np.linspace(0.0, 1.0, 100_001)[[4_990, 5_010]]), [-1, -1])
-
-
 # -- other histories ------------------------------------------------------------------------------------------------------
 
 
@@ -215,12 +160,10 @@ def test_live_scales_only_grow_to_hold_what_comes():
     scales = enlarge_scales(scales_of(now), now, None)
     assert scales == scales_of(now)
     louder = replace(now.motion, colour=3.0 * now.motion.colour)
-    assert enlarge_scales(scales, replace(now, motion=louder), None).colour_limit >= float(np.abs(louder.colour).max())
+    assert enlarge_scales(scales, replace(now, motions=(louder,)), None).colour_limit >= float(np.abs(louder.colour).max())
 
 
 def test_a_viewer_that_fails_does_not_stop_the_run(tmp_path, monkeypatch):
-    from granular_env.viewing.rerun import live
-
     oscillator = make("oscillator")
     watching = LiveViewer(oscillator, save=tmp_path / "live.rrd")
 
@@ -250,39 +193,4 @@ def test_a_live_run_without_a_screen_is_refused_before_it_begins(no_screen, tmp_
     told = capsys.readouterr().err
     assert "no screen: neither DISPLAY nor WAYLAND_DISPLAY is set" in told and "run without --live" in told
     assert "apt-get" not in told
-    assert list(tmp_path.iterdir()) == []
-
-
-def test_a_live_run_whose_viewer_does_not_start_leaves_no_log(tmp_path, monkeypatch):
-    monkeypatch.setenv("DISPLAY", ":99")
-    monkeypatch.setattr("granular_env.viewing.rerun.process.rerun_program", lambda: "/bin/false")
-    with pytest.raises(GranularError, match="ended with status 1"):
-        run("oscillator/pushed", log=tmp_path / "a.mcap", live=True)
-    assert list(tmp_path.iterdir()) == []
-
-
-def test_a_live_viewer_without_a_screen_names_the_other_ways(no_screen):
-    with pytest.raises(GranularError, match=r"no screen.*web=True.*save"):
-        LiveViewer(make("oscillator"))
-
-
-@pytest.mark.parametrize(
-    ("given", "word"),
-    [
-        ({"pace": 3.0}, "duration: missing, expected the simulated time"),
-        ({"pace": -1.0, "duration": 1.0}, "pace: got -1.0"),
-        ({"pace": "fast", "duration": 1.0}, "pace: got 'fast'"),
-        ({"duration": 0.0}, "duration: got 0.0"),
-    ],
-    ids=str,
-)
-def test_a_pace_that_is_none_is_refused(tmp_path, given, word):
-    with pytest.raises(ParameterError, match=word):
-        LiveViewer(make("oscillator"), save=tmp_path / "live.rrd", **given)
-    assert list(tmp_path.iterdir()) == []
-
-
-def test_a_pace_for_a_run_that_is_not_shown_is_refused(tmp_path, capsys):
-    assert main(["run", "oscillator/pushed", "--pace", "3", "--log", str(tmp_path / "a.mcap")]) == 2
-    assert "pace: got 3.0 for a run that is not shown; pass --live" in capsys.readouterr().err
     assert list(tmp_path.iterdir()) == []

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -13,23 +12,13 @@ import granular_env as ge
 from granular_env.components.drawables import Cells, Links, Points
 from granular_env.components.variables import Variable
 from granular_env.recording.event_places import place_of, position_words
-from granular_env.recording.preview.displacement_scale import common_exaggeration
 from granular_env.viewing import LiveViewer, report, save_rrd
 from granular_env.viewing.colour_scales import colour_scales
 from granular_env.viewing.cracks import MOST_LINES, crack_lines
-from granular_env.viewing.figures.html_film import _instants
-from granular_env.viewing.figures.plane import Plane, draw_plane, load_plane, stretch_words
-from granular_env.viewing.figures.run_figures import event_counts
-from granular_env.viewing.rerun.meshes import edges_of, triangles_of
+from granular_env.viewing.figures.plane import load_plane, stretch_words
 from granular_env.viewing.rerun.scene import whole_camera
-from granular_env.viewing.scene_data import from_component, from_log
+from granular_env.viewing.scene_builder import from_component, from_log
 from granular_env.viewing.scene_scales import scales_of
-from granular_env.viewing.visible_drawables import (
-    colouring_outputs,
-    places_by_count,
-    places_of_outputs,
-    visible_points,
-)
 
 ROCK = {"density": 2700.0, "young": 6e10, "poisson": 0.25}
 BRITTLE = {"name": "mohr_coulomb", "cohesion": 2e6, "internal_friction": 0.4, "tensile": 1e6}
@@ -117,49 +106,6 @@ def test_cells_that_never_move_are_drawn_without_a_word_on_displacements(tmp_pat
     assert "Pressure along x (across)" in page and "chosen cells" in page and 'class="film"' in page
 
 
-def test_cells_without_lines_are_pixels_where_a_browser_would_leave_gaps() -> None:
-    edges = np.linspace(0.0, 1.0, 201)
-    nodes = np.stack([np.tile(edges, 2), np.repeat([0.0, 0.02], 201)], axis=1)
-    first = np.arange(200)
-    row = np.stack([first, first + 1, first + 202, first + 201], axis=1)
-    for cells, is_pixels in ((row, True), (np.array([[0, 200, 401, 201]]), False)):
-        plane = Plane((Cells("tube", nodes, cells, "pressure"),), np.zeros(1), {}, 1.0, ())
-        [axes] = draw_plane(plane).axes
-        assert axes.collections[0].get_rasterized() == is_pixels
-
-
-@pytest.mark.parametrize(("width", "label"), [(0.05, "10 mm"), (4.0, "1 m"), (3e-4, "50 µm")])
-def test_a_picture_says_how_large_its_bodies_are(width: float, label: str) -> None:
-    artists = pytest.importorskip("mpl_toolkits.axes_grid1.anchored_artists")
-    nodes = width * np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
-    plane = Plane((Cells("cells", nodes, np.array([[0, 1, 2, 3]]), "speed"),), np.zeros(1), {}, 1.0, ())
-    [axes] = draw_plane(plane).axes
-    [bar] = [one for one in axes.artists if isinstance(one, artists.AnchoredSizeBar)]
-    assert bar.txt_label.get_text() == label
-
-
-def test_a_field_of_cells_colours_whole_cells(tmp_path):
-    connectivity = np.array([[0, 1, 4, 3], [1, 2, 5, 4]])
-    assert triangles_of(connectivity).tolist() == [[0, 1, 4], [0, 4, 3], [1, 2, 5], [1, 5, 4]]
-    nodes = np.array([[0.0, 0.0], [1.0, 0.0], [2.0, 0.0], [0.0, 1.0], [1.0, 1.0], [2.0, 1.0]])
-    assert sorted(map(tuple, edges_of(connectivity, nodes).tolist())) == [
-        (0, 1),
-        (0, 3),
-        (1, 2),
-        (1, 4),
-        (2, 5),
-        (3, 4),
-        (4, 5),
-    ]
-    side = 50
-    corner = (np.arange(side)[:, None] * (side + 1) + np.arange(side)).ravel()
-    many = np.stack([corner, corner + 1, corner + side + 2, corner + side + 1], axis=1)
-    square = np.stack(np.meshgrid(np.arange(side + 1.0), np.arange(side + 1.0)), axis=-1).reshape(-1, 2)
-    assert len(edges_of(many, square)) == 4 * side  # the rim alone
-    # Two long rows of nodes: lines between the cells would be closer than the pixels.
-    assert len(edges_of(connectivity, nodes * [500.0, 1.0])) == 6
-
-
 def test_cracks_lie_across_broken_links_while_their_ends_are_near():
     rest = np.array([[0.0, 0.0], [1.0, 0.0], [2.0, 0.0], [3.0, 0.0]])
     places = rest + [[0.0, 0.0], [0.2, 0.0], [0.2, 0.0], [3.0, 0.0]]
@@ -214,33 +160,6 @@ def test_outputs_of_one_unit_share_a_scale_and_outstanding_values_do_not_set_it(
     assert row.limit == 50.0 and row.has_sign and not row.is_exceeded
 
 
-def test_nodes_of_cells_are_no_points_of_their_own():
-    nodes = np.zeros((2, 2))
-    cells = Cells("grid", nodes, np.array([[0, 1, 0]]), "speed", "moved")
-    hidden, shown = Points("nodes", nodes, np.ones(2), "moved"), Points("balls", nodes + 1.0, np.ones(2), "moved")
-    assert visible_points([cells, hidden, shown]) == [shown] and visible_points([hidden]) == [hidden]
-
-
-def test_one_factor_stretches_points_and_cells():
-    points = (np.array([[0.0, 0.0, 0.0]]), np.ones(1), np.full((1, 1, 3), 1e-3))
-    cells = (np.array([[0.0, 0.0], [10.0, 0.0]]), np.full((1, 2, 2), 1e-2))
-    assert common_exaggeration([points], []) == 2000.0 and common_exaggeration([], [cells]) == 100.0
-    assert common_exaggeration([points], [cells]) == 100.0 and common_exaggeration([], []) == 1.0
-    at_rest = (points[0], points[1], 0.0 * points[2])
-    assert common_exaggeration([points, at_rest], []) == 2000.0 and common_exaggeration([at_rest], []) == 1.0
-
-
-def test_half_of_a_films_instants_are_where_things_happen():
-    events = [SimpleNamespace(tick=tick, kind="break") for tick in range(850, 900)]
-    log = SimpleNamespace(events=lambda: events, event_details={}, step_size=1.0)
-    clock = np.arange(1001.0)
-    instants = np.array(_instants(log, clock, 24))
-    assert len(instants) == 24 and instants.min() == 0.0 and instants.max() == 1000.0
-    assert 12 <= np.count_nonzero((instants >= 850.0) & (instants < 900.0)) <= 14
-    np.testing.assert_allclose(np.diff(instants[:12]), 1000.0 / 11.0, atol=1.0)
-    assert _instants(log, clock[:20], 24) == clock[:20].tolist()
-
-
 def test_the_page_has_a_film_with_events_on_its_time_axis_and_no_script(cracking_log, tmp_path):
     page = report(cracking_log, tmp_path / "report").read_text()
     frames = len(cracking_log.times("displacement"))
@@ -265,32 +184,6 @@ def test_the_page_has_a_film_with_events_on_its_time_axis_and_no_script(cracking
     assert "Histories of chosen automata" in page and "x-t diagram" not in page and "Profiles" not in page
     chosen = report(cracking_log, tmp_path / "chosen", variables=["damage"]).read_text()
     assert 'class="film"' not in chosen and "x-t diagram" in chosen
-
-
-def test_events_are_counted_in_time_by_kind():
-    figure = event_counts([(0.005, "break"), (0.006, "yield"), (0.5, "break"), (1.0, "break")], (0.0, 1.0))
-    axes = figure.axes[0]
-    heights = [[bar.get_height() for bar in bars] for bars in axes.containers]
-    assert [sum(one) for one in heights] == [3, 1] and [one[0] for one in heights] == [1, 1]
-    assert heights[0][50] == heights[0][99] == 1 and axes.get_xlabel() == "time [s]"
-    # One kind stands on the other.
-    assert axes.containers[1][0].get_y() == 1.0
-    assert [text.get_text() for text in axes.get_legend().get_texts()] == ["break", "yield"]
-
-
-def test_what_is_drawn_says_what_its_outputs_belong_to(coupled_log, cracking_log):
-    found = places_of_outputs(cracking_log.drawables)
-    assert found["damage"].name == found["rotation"].name == "automata" and found["linked"].name == "links"
-    assert found["damage"].fills_plane and found["linked"].fills_plane
-    assert places_of_outputs(coupled_log.drawables)["grid_speed"].fills_plane
-    # What nothing is drawn by counts cells, nodes, automata or links all the same.
-    counts, made = places_by_count(coupled_log.drawables), coupled_log.component()
-    assert {made.variables[name].shape[0] for name in ("grid_pressure", "grid_velocity", "automata_dilation")} <= set(counts)
-    assert counts[made.automata.count].name == "automata"
-    tube = Cells("tube", np.array([[0.0, -1.0], [1.0, -1.0], [1.0, 1.0], [0.0, 1.0]]), np.array([[0, 1, 2, 3]]), "pressure")
-    assert not places_of_outputs([tube])["pressure"].fills_plane and places_of_outputs([tube])["pressure"].name == ""
-    row = Points("beads", np.array([[0.0, 0.0], [1.0, 0.0]]), np.ones(2), "moved", "speed")
-    assert not places_of_outputs([row])["speed"].fills_plane and places_by_count([row]) == {}
 
 
 @pytest.mark.parametrize(
@@ -325,21 +218,3 @@ def test_what_was_recorded_colours_what_names_another_output(tmp_path, component
             still = " and ".join(one.name for one in movable if one.displacement not in recorded)
             note = f"{still} drawn at the places of the start: no displacements recorded"
             assert stretch_words(plane).endswith(note) == bool(still)
-
-
-def test_values_of_other_things_of_the_same_number_colour_nothing():
-    """Four links between four points: their axes tell them apart."""
-    points = Points("discs", np.zeros((4, 3)), np.ones(4), "displacement", "speed")
-    moved = Variable("displacement", "output", "m", (4, 2), "", axes=("disc", "direction"))
-    stretch, spin = (
-        Variable(name, "output", "1", (4,), "", axes=(axis,)) for name, axis in (("stretch", "link"), ("spin", "disc"))
-    )
-    variables = {one.name: one for one in (moved, stretch, spin)}
-    assert colouring_outputs([points], variables) == ["spin"]
-
-
-def test_pictures_say_how_much_larger_displacements_are_drawn(coupled_log):
-    pytest.importorskip("matplotlib", reason="the extra `view` is not installed")
-    plane = load_plane(coupled_log, from_log(coupled_log))
-    texts = [one.get_text() for one in draw_plane(plane).findobj(lambda artist: hasattr(artist, "get_text"))]
-    assert plane.exaggeration > 1.0 and any(f"displacements drawn {plane.exaggeration:g} x larger" in text for text in texts)

@@ -21,8 +21,7 @@ from granular_env.components.errors import GranularError
 from granular_env.recording import open_log, record
 from granular_env.viewing import screenshot
 from granular_env.viewing.rerun import viewer
-from granular_env.viewing.rerun.process import rerun_process
-from granular_env.viewing.rerun.web_page import WebPage, web_arguments
+from granular_env.viewing.rerun.process import RerunProcess
 
 pytest.importorskip("rerun", reason="the extra `view` is not installed")
 
@@ -49,56 +48,31 @@ def log_path(tmp_path_factory):
 
 @contextlib.contextmanager
 def served(path):
-    """A log in the web viewer, as `view` serves it: the page and the process."""
+    """A log in the web viewer, as `view` serves it."""
     with open_log(path) as log:
         data = viewer.scene_bytes(log)
-    source, arguments = web_arguments()
-    with rerun_process(*arguments, data=data) as process:
-        process.wait_until_it_listens(source)
-        page = WebPage(process, source)
-        yield page, process
-        page.close()
-
-
-def port_of(page):
-    return int(page.address.partition("http://127.0.0.1:")[2].partition("/")[0])
-
-
-def answer(port, host, path="/"):
-    with socket.create_connection(("127.0.0.1", port), timeout=10.0) as page:
-        page.sendall(f"GET {path} HTTP/1.0\r\nHost: {host}\r\n\r\n".encode())
-        pieces = iter(lambda: page.recv(1 << 16), b"")
-        return b"".join(pieces)
+    with RerunProcess(data=data, web=True) as process:
+        process.wait_until_it_listens(process.web_port)
+        yield process
 
 
 def test_the_web_viewer_listens_on_this_machine_only(log_path):
-    with served(log_path) as (page, process):
-        for port in (port_of(page), process.port):
+    with served(log_path) as process:
+        for port in (process.web_port, process.port):
             # Every 127.x address is this machine; a server on all interfaces would answer here, one on 127.0.0.1 does not.
             with pytest.raises(OSError), socket.create_connection(("127.0.0.2", port), timeout=5.0):
                 pass
-        assert b" 200 " in answer(port_of(page), f"127.0.0.1:{port_of(page)}").partition(b"\r\n")[0]
-        # The page of another site, whose name was made to lead here.
-        assert b" 403 " in answer(port_of(page), "example.org").partition(b"\r\n")[0]
     assert process.process.poll() is not None
-
-
-def test_the_page_may_ask_this_machine_and_nobody_else(log_path):
-    with served(log_path) as (page, process):
-        head, _, body = answer(port_of(page), f"127.0.0.1:{port_of(page)}", "/?theme=dark").partition(b"\r\n\r\n")
-    policy = next(line for line in head.decode().splitlines() if line.startswith("Content-Security-Policy: "))
-    assert "default-src 'none'" in policy and f"connect-src 'self' data: blob: http://127.0.0.1:{process.port};" in policy
-    assert "https:" not in policy and b"<link" in body and b'href="https:' not in body
 
 
 @pytest.mark.skipif(browser.found() is None, reason="no Chromium here: make system-packages")
 def test_the_web_viewer_shows_the_layout_and_plays_in_a_real_browser(log_path, tmp_path):
     """The chain's pane reaches over the whole width, on its own dark ground; the line at `now` in the x-t diagram moves."""
-    with served(log_path) as (page, _), browser.Browser() as chromium:
+    with served(log_path) as process, browser.Browser() as chromium:
         chromium.call("Emulation.setDeviceMetricsOverride", width=900, height=600, deviceScaleFactor=1, mobile=False)
         light = {"name": "prefers-color-scheme", "value": "light"}
         chromium.call("Emulation.setEmulatedMedia", features=[light])
-        chromium.call("Page.navigate", url=page.address)
+        chromium.call("Page.navigate", url=process.page)
         rows = set()
         for _ in range(60):
             time.sleep(1.0)
@@ -108,16 +82,6 @@ def test_the_web_viewer_shows_the_layout_and_plays_in_a_real_browser(log_path, t
             if len(rows) > 1:
                 break
         assert len(rows) > 1, "the layout did not appear, or does not play"
-        addresses = [
-            address for address in chromium.requests() if not address.startswith(("http://127.0.0.1:", "data:", "blob:"))
-        ]
-        failed = {event["params"]["requestId"] for event in chromium._events if event.get("method") == "Network.loadingFailed"}
-        sent = {
-            event["params"]["requestId"]
-            for event in chromium._events
-            if event.get("method") == "Network.requestWillBeSent" and event["params"]["request"]["url"] in addresses
-        }
-        assert sent <= failed, addresses
 
 
 def row_of_now(picture):
@@ -209,25 +173,8 @@ def test_a_screenshot_is_taken_without_a_screen(log_path, tmp_path):
     assert picture.shape[:2] == (600, 800) and len(np.unique(picture.reshape(-1, picture.shape[2]), axis=0)) > 100
 
 
-@LINUX
-@pytest.mark.parametrize("drivers", ["/nonexistent", "EMPTY"])
-def test_without_vulkan_the_command_that_installs_it_is_named(log_path, tmp_path, monkeypatch, drivers):
-    (tmp_path / "EMPTY").mkdir()
-    (tmp_path / "out").mkdir()
-    monkeypatch.setenv("VK_DRIVER_FILES", str(tmp_path / drivers))
-    monkeypatch.setattr(viewer, "_SETTLE_SECONDS", 0.0)
-    # A viewer that never answers would be asked again for this long; one that has ended is not.
-    monkeypatch.setattr(viewer, "START_SECONDS", 1e6)
-    with (
-        open_log(log_path) as log,
-        pytest.raises(GranularError, match=r"needs Vulkan.*make system-packages.*mesa-vulkan-drivers.*it said: "),
-    ):
-        screenshot(log, tmp_path / "out" / "picture.png")
-    assert list((tmp_path / "out").iterdir()) == []
-
-
 def test_a_viewer_that_does_not_start_names_the_packages_it_needs(log_path, tmp_path, monkeypatch):
-    monkeypatch.setattr("granular_env.viewing.rerun.process.rerun_program", lambda: "/bin/false")
+    monkeypatch.setattr("granular_env.viewing.rerun.process._rerun_program", lambda: "/bin/false")
     with (
         open_log(log_path) as log,
         pytest.raises(GranularError, match=r"ended with status 1.*make system-packages.*mesa-vulkan-drivers"),

@@ -10,11 +10,9 @@ from support.rerun_tools import columns
 from granular_env.components.catalogue import make
 from granular_env.components.errors import GranularError, MissingExtraError, ParameterError
 from granular_env.recording import open_log, record
-from granular_env.viewing import LiveViewer, report, save_rrd, screenshot, view
-from granular_env.viewing.rerun import viewer
+from granular_env.viewing import save_rrd, screenshot, view
 from granular_env.viewing.rerun.blueprint import blueprint
-from granular_env.viewing.rerun.entity_paths import entity
-from granular_env.viewing.scene_data import from_log
+from granular_env.viewing.scene_builder import from_log
 from granular_env.viewing.scene_scales import scales_of
 
 pytest.importorskip("rerun", reason="the extra `view` is not installed")
@@ -84,16 +82,6 @@ def test_fields_along_a_line_are_curves_in_panes_of_their_own(tmp_path):
         assert type(layout.root_container.contents[0]).__name__ == kind
 
 
-def test_names_that_authors_choose_are_one_part_of_a_path():
-    assert entity("scene/links_", "links of a/b") == r"scene/links_links\ of\ a\/b"
-
-
-def test_every_frame_of_the_force_bars_has_one_for_each_contact(chain_log, tmp_path):
-    found, _ = columns(save_rrd(chain_log, tmp_path / "scene.rrd"))
-    strips = [row for row in found["scene/contacts"]["strips"] if row is not None]
-    assert [len(row) for row in strips] == [59] * len(chain_log.times("velocity"))
-
-
 def test_a_given_exaggeration_is_taken_and_a_wrong_one_refused(chain_log, tmp_path):
     found, _ = columns(save_rrd(chain_log, tmp_path / "scene.rrd", exaggerate=7.0))
     assert "scene/particles_displacement_x7" in found
@@ -130,34 +118,6 @@ def test_no_peak_of_an_input_of_many_steps_is_lost(tmp_path):
         assert {0.0, 1.0} <= set(part)
 
 
-def test_series_are_drawn_point_by_point(chain_log, tmp_path):
-    """Rerun would draw the mean of the points that fall on one pixel: stairs as ramps, peaks too low."""
-    import rerun as rr
-
-    found, _ = columns(save_rrd(chain_log, tmp_path / "scene.rrd"))
-    for path in ("inputs/left_velocity", "energy/kinetic_energy"):
-        policies = [row for row in found[path]["aggregation_policy"] if row is not None]
-        assert policies == [[rr.components.AggregationPolicy.Off.value]]
-
-
-def test_a_live_run_is_not_written_over_a_folder(tmp_path):
-    with pytest.raises(ParameterError, match="is a folder"):
-        LiveViewer(make("oscillator"), save=tmp_path)
-
-
-def test_a_log_whose_name_is_no_text_is_saved_too(chain_log, tmp_path):
-    odd = tmp_path / "chain\udcff.mcap"
-    odd.write_bytes(chain_log.path.read_bytes())
-    with open_log(odd) as log:
-        assert save_rrd(log, tmp_path / "scene.rrd").stat().st_size > 1000
-
-
-def test_a_path_that_cannot_be_written_is_named(chain_log, tmp_path):
-    (tmp_path / "taken").write_text("a file, no folder")
-    with pytest.raises(GranularError, match=r"taken/scene\.rrd' cannot be written"):
-        save_rrd(chain_log, tmp_path / "taken" / "scene.rrd")
-
-
 @pytest.mark.parametrize(
     "call", [lambda log, path: save_rrd(log, path), lambda log, path: view(log), lambda log, path: screenshot(log, path)]
 )
@@ -165,56 +125,6 @@ def test_missing_rerun_says_what_to_install(chain_log, tmp_path, monkeypatch, ca
     monkeypatch.setitem(sys.modules, "rerun", None)
     with pytest.raises(MissingExtraError, match=r"rerun-sdk.*pip install"):
         call(chain_log, tmp_path / "file")
-
-
-WRONG_PATHS = {
-    "a name too long": "x" * 300,
-    "a file for a folder": "taken/scene",
-    "a long name in a new folder": f"new/{'x' * 300}",
-}
-
-
-@pytest.mark.parametrize("name", WRONG_PATHS.values(), ids=WRONG_PATHS)
-@pytest.mark.parametrize("suffix", [".rrd", ".png", ""], ids=["save", "screenshot", "report"])
-def test_a_path_that_cannot_be_written_is_told_before_any_work(chain_log, tmp_path, monkeypatch, name, suffix):
-    from granular_env.viewing.reports import figures as report_figures
-
-    def work(*_, **__):
-        raise AssertionError("the path was not looked at first")
-
-    for module in (viewer, report_figures):
-        monkeypatch.setattr(module, "from_log", work)
-    monkeypatch.setattr(viewer, "rerun_process", work)
-    (tmp_path / "taken").write_text("a file, no folder")
-    call = {".rrd": save_rrd, ".png": screenshot, "": report}[suffix]
-    with pytest.raises(GranularError, match="cannot be written: (File name too long|Not a directory)|is a file, expected"):
-        call(chain_log, tmp_path / f"{name}{suffix}")
-    assert [entry.name for entry in tmp_path.iterdir()] == ["taken"]
-
-
-@pytest.mark.parametrize(
-    ("arguments", "word"),
-    [
-        ({"path": None}, "path: got None"),
-        ({"path": 3}, "path: got 3"),
-        ({"log": "a.mcap"}, "log: got str, expected an open log"),
-        ({"exaggerate": "2"}, "exaggerate: got '2'"),
-        ({"at": "1"}, "at: got '1'"),
-        ({"at": [1.0]}, "at: got"),
-        ({"size": 800}, "size: got 800"),
-        ({"size": (0, 600)}, "size: got"),
-    ],
-    ids=str,
-)
-def test_values_of_a_wrong_type_are_told(chain_log, tmp_path, arguments, word):
-    given = {"log": chain_log, "path": tmp_path / "picture", **arguments}
-    log, path = given.pop("log"), given.pop("path")
-    for call, suffix in ((save_rrd, ".rrd"), (screenshot, ".png")):
-        if call is save_rrd and {"at", "size"} & set(given):
-            continue
-        named = path.with_suffix(suffix) if hasattr(path, "with_suffix") else path
-        with pytest.raises(ParameterError, match=word):
-            call(log, named, **given)
 
 
 def test_without_a_screen_the_other_ways_are_named(chain_log, monkeypatch):
@@ -228,8 +138,3 @@ def test_without_a_screen_the_other_ways_are_named(chain_log, monkeypatch):
 def test_an_instant_outside_the_log_is_refused(chain_log, tmp_path):
     with pytest.raises(ParameterError, match="at: got 1 s"):
         screenshot(chain_log, tmp_path / "picture.png", at=1.0)
-
-
-def test_the_end_as_people_write_it_is_in_the_log(chain_log):
-    assert viewer._instant(chain_log, 1e-4 * (1.0 + 1e-12)) == pytest.approx(chain_log.duration)
-    assert viewer._instant(chain_log, None) == pytest.approx(2e-4 / 3.0)

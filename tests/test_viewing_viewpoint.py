@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -14,16 +13,13 @@ from support.tube_tools import BODY, cracking_tube
 import granular_env as ge
 from granular_env.components.drawables import Cells, Points
 from granular_env.components.events import Event, EventDetail
-from granular_env.components.variables import Variable
-from granular_env.viewing.figures.plane import Plane, load_plane, words
+from granular_env.viewing.figures.plane import load_plane, words
 from granular_env.viewing.rerun.blueprint import blueprint
 from granular_env.viewing.rerun.caption import caption
-from granular_env.viewing.scene_data import from_component, from_log
+from granular_env.viewing.scene_builder import from_component, from_log
 from granular_env.viewing.scene_scales import scales_of
-from granular_env.viewing.viewpoint import focus_normal, viewpoint, viewpoint_words
+from granular_env.viewing.viewpoint import USUAL, focus_normal, viewpoint
 
-# Of a body to which nothing happens: from before, above, and a little from the left.
-USUAL = np.array([-0.25, -0.6, 0.76]) / math.sqrt(0.0625 + 0.36 + 0.5776)
 AROUND, ALONG = 36, 4
 
 
@@ -44,15 +40,10 @@ def outwards(angle: float, axis: int = 0) -> np.ndarray:
 
 @dataclasses.dataclass
 class FakeLog:
-    """What a viewpoint is found from: events, and the last frame of a field."""
+    """A log that has events and drawables only."""
 
     drawables: tuple[Any, ...]
-    happened: list[Event] = dataclasses.field(default_factory=list)
-    last: np.ndarray = dataclasses.field(default_factory=lambda: np.zeros(AROUND * ALONG))
-
-    @property
-    def variables(self) -> dict[str, Variable]:
-        return {"damage": Variable("damage", "output", "1", self.last.shape, "damage")}
+    happened: list[Event]
 
     @property
     def event_details(self) -> dict[str, EventDetail]:
@@ -61,23 +52,16 @@ class FakeLog:
     def events(self) -> list[Event]:
         return self.happened
 
-    def times(self, name: str) -> np.ndarray:
-        return np.array([0.0, 1.0])
-
-    def get(self, name: str, time: float) -> np.ndarray:
-        return self.last if time == 1.0 else np.zeros_like(self.last)
-
     def focus(self) -> np.ndarray | None:
         return focus_normal(self, self.drawables)
 
 
-def log_of(surface: Cells, happened: list[Event] | None = None, last: Any = None) -> FakeLog:
+def log_of(surface: Cells, happened: list[Event] | None = None) -> FakeLog:
     """Return a log of a body with a point below the middle of each cell."""
     places = surface.nodes[surface.connectivity].mean(axis=1)
     flat = Cells("gas", np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]]), np.array([[0, 1, 2, 3]]), "damage")
     points = Points("points", places - 0.01 * places.mean(axis=0), np.full(len(places), 0.01), "moved")
-    drawn = (surface, points, flat)
-    return FakeLog(drawn, happened or []) if last is None else FakeLog(drawn, happened or [], last)
+    return FakeLog((surface, points, flat), happened or [])
 
 
 def broken(cells: Any) -> list[Event]:
@@ -97,54 +81,28 @@ def test_a_crack_anywhere_around_a_tube_is_seen(axis: int) -> None:
         focus = log_of(surface, broken([cell_at(angle)])).focus()
         # The cells are flat, 10 degrees wide, and begin at 0.
         assert focus is not None and focus == pytest.approx(outwards(angle, axis), abs=1e-9)
-        eye = viewpoint([surface], focus)
+        eye = viewpoint(focus)
         assert np.sqrt(eye @ eye) == pytest.approx(1.0)
-        # Seen least well is what lies between two eyes: 53 degrees from each, around an upright tube 63 degrees.
-        assert eye @ outwards(angle, axis) > (0.45 if axis == 2 else 0.59)
+        # The worst place has a small component on the hidden side: 0.6 cos(12 degrees) - 0.76 sin(12 degrees) = 0.43.
+        assert eye @ outwards(angle, axis) > 0.42
 
 
-def test_what_is_at_the_front_or_nowhere_is_seen_as_usual() -> None:
+def test_cracks_at_the_front_or_on_all_sides_are_seen_as_usual() -> None:
     surface = tube()
     everywhere = range(ALONG * AROUND)
     for log in (
-        log_of(surface), log_of(surface, broken(everywhere)), log_of(surface, last=np.ones(ALONG * AROUND)),
+        log_of(surface), log_of(surface, broken(everywhere)),
         log_of(surface, broken([cell_at(0.0)])), log_of(surface, broken([cell_at(5.0)])),
         log_of(surface, [Event(1, "ignited", 0, 1.0, 1.0), Event(2, "started", None, 1.0, 1.0)]),
     ):  # fmt: skip
-        assert viewpoint([surface], log.focus()) == pytest.approx(USUAL)
-    assert viewpoint([]) == pytest.approx(USUAL)
-    assert viewpoint_words(USUAL) == "obliquely from above, x to the right"
-
-
-def test_without_events_a_body_is_seen_where_its_colour_is_fullest_at_the_end() -> None:
-    surface, values = tube(), np.full(ALONG * AROUND, 0.1)
-    values[cell_at(2.0)] = -1.0
-    focus = log_of(surface, last=values).focus()
-    assert focus is not None and focus @ outwards(2.0) > 0.99
-    assert viewpoint_words(viewpoint([surface], focus)) == "obliquely from below, x to the left"
-    # Of nodes each cell has the mean; what is no number counts for nothing.
-    of_nodes = np.zeros(len(surface.nodes))
-    of_nodes[surface.connectivity[cell_at(1.0)]] = 1.0
-    of_nodes[surface.connectivity[cell_at(4.0)]] = np.nan
-    focus = log_of(surface, last=of_nodes).focus()
-    assert focus is not None and focus @ outwards(1.0) > 0.98
-    # Events come first.
-    focus = log_of(surface, broken([cell_at(3.0)]), values).focus()
-    assert focus is not None and focus @ outwards(3.0) > 0.99
+        assert viewpoint(log.focus()) == pytest.approx(USUAL)
 
 
 def test_part_of_a_tube_is_looked_at_from_its_outside() -> None:
     for begin in np.deg2rad(np.arange(0.0, 360.0, 15.0)):
         half = tube(begin=begin, end=begin + math.pi)
         facing = outwards(begin + 0.5 * math.pi)
-        for focus in (None, *(outwards(begin + part * math.pi) for part in np.linspace(0.0, 1.0, 7))):
-            # The mean of its normals is 2 / pi long; seen from aside, as much of the outside is in sight as of the inside.
-            assert viewpoint([half], focus) @ facing * 2.0 / math.pi > -0.1
-    for sign, begin in ((1.0, 0.0), (-1.0, math.pi)):
-        plane = Plane((tube(begin=begin, end=begin + math.pi),), np.zeros(1), {}, 1.0, ())
-        assert plane.eye[1, 2] * sign > 0.0 and plane.eye[2, 2] > 0.0
-        assert np.allclose(plane.eye.T @ plane.eye, np.eye(3)) and np.linalg.det(plane.eye) == pytest.approx(1.0)
-        assert f"x to the {'left' if sign > 0.0 else 'right'}" in words(plane)
+        assert viewpoint(log_of(half).focus()) @ facing > 0.0
 
 
 @pytest.fixture(scope="module")
@@ -201,13 +159,3 @@ def panes(container: Any) -> list[Any]:
     if not isinstance(contents, (list, tuple)) or any(isinstance(one, str) for one in contents):
         return [container]
     return [pane for one in contents for pane in panes(one)]
-
-
-def test_a_log_that_was_cut_is_seen_from_where_it_got_to(notched_log: Any, tmp_path: Path) -> None:
-    data = Path(notched_log.path).read_bytes()
-    for part in (0.5, 0.8, 0.95):
-        (tmp_path / "cut.mcap").write_bytes(data[: int(part * len(data))])
-        with ge.open_log(tmp_path / "cut.mcap") as log:
-            assert not log.complete
-            expected = outwards(2.0) if log.events() else USUAL
-            assert from_log(log).viewpoint @ expected > 0.6

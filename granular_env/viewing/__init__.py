@@ -1,6 +1,6 @@
 """Looking at runs: rerun scenes of logs and of live components, figures, and a report page.
 
-`scene_data.py` takes from a log, or from a component that is stepped, what all of them show. `rerun/` has scenes and viewers
+`scene_builder.py` takes from a log, or from a component that is stepped, what all of them show. `rerun/` has scenes and viewers
 (`save_rrd`, `view`, `screenshot`, `LiveViewer`) and needs rerun; `figures/` (`plot`) and `reports/` (`report`) need matplotlib.
 Both are imported only when used. `foxglove.py` lays out the preview of a log in Foxglove.
 """

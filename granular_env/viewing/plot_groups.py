@@ -7,7 +7,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from .scene_data import Curve, SceneData
+from .curves import Curve
+from .scene_data import SceneData
 
 
 @dataclass(frozen=True)

@@ -1,8 +1,8 @@
-"""Recorded arrays of a log, instants by places: what x-t diagrams, profiles and histories draw."""
+"""Recorded outputs of a log: frames, curves, and fields (instants by places), as viewers and figures draw them."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Container, Sequence
+from collections.abc import Container, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from math import prod
 from typing import Any
@@ -15,8 +15,100 @@ from granular_env.components.errors import ParameterError
 from granular_env.components.support.float_arrays import FloatArray
 from granular_env.components.variables import Variable
 
-from .input_curves import acting_stretches, component_names, values_at
-from .scene_data import MAXIMUM_POINTS, MAXIMUM_SHOWN_PARTICLES, Motion, cuts_of, evenly_picked, sample_frames
+from . import curves
+from .curves import acting_stretches, component_names, pick_with_extremes, values_at
+from .scene_data import MAXIMUM_POINTS, MAXIMUM_SHOWN_PARTICLES, Motion
+from .visible_drawables import colour_name, colouring_outputs, recolour, with_colour
+
+# Up to so many numbers a whole series is read at once; beyond, frame by frame.
+_READ_AT_ONCE = 50_000_000
+_AXES = "xyz"
+
+
+def validity_of(log: Any) -> tuple[float, str]:
+    """Return until when the results of a run are valid [s], and a sentence on it; infinity and "" where nothing ends that."""
+    details = log.event_details
+    for event in (*(log.earlier_events() or ()), *log.events()):
+        if event.kind in details and details[event.kind].ends_validity:
+            time = event.tick * log.step_size
+            return time, f"Not valid from {1e6 * time:.4g} \u00b5s on: {event.kind.replace('_', ' ')}."
+    return np.inf, ""
+
+
+def has_frames(log: Any, name: str) -> bool:
+    """Return whether a log holds frames of a variable."""
+    return name in log.variables and len(log.times(name)) > 0
+
+
+def recorded_outputs(log: Any) -> dict[str, Variable]:
+    """Return the outputs of which a log has frames, by name."""
+    return {name: one for name, one in log.variables.items() if one.causality == "output" and len(log.times(name))}
+
+
+def coloured_drawables(log: Any, colour: str | None) -> tuple[Drawable, ...]:
+    """Return what a log draws, coloured by an output; None for that which the component names.
+
+    Points and cells whose output was not recorded take the first output that was and that can colour them.
+
+    Raises:
+        ParameterError: nothing can be coloured by that output.
+    """
+    recorded = recorded_outputs(log)
+    if colour is not None:
+        return recolour(log.drawables, recorded, colour)
+    found: list[Drawable] = []
+    for one in log.drawables:
+        named = colour_name(one)
+        others = colouring_outputs([one], recorded) if named and named not in recorded else []
+        others = [name for name in others if name != getattr(one, "state", "")]
+        found.append(with_colour(one, others[0]) if others else one)
+    return tuple(found)
+
+
+def curve_names(variable: Variable) -> list[str]:
+    """Return the name of the curve of a scalar, or of an array of one, or those of the curves of a short vector."""
+    if variable.shape in ((), (1,)):
+        return [variable.name]
+    if len(variable.shape) == 1 and variable.shape[0] <= len(_AXES):
+        return [f"{variable.name}_{axis}" for axis in _AXES[: variable.shape[0]]]
+    return []
+
+
+def evenly_picked(available: int, wanted: int) -> npt.NDArray[np.int64]:
+    """Return indices of evenly spaced frames, the first and the last among them."""
+    if available <= wanted:
+        return np.arange(available)
+    return np.unique(np.rint(np.linspace(0, available - 1, wanted)).astype(np.int64))
+
+
+def cuts_of(log: Any, name: str, picked: npt.NDArray[np.int64]) -> npt.NDArray[np.int64]:
+    """Return which of the frames picked are the first of a later segment."""
+    ticks, lengths = np.asarray(log.ticks(name)), [segment.end - segment.start for segment in log.segments]
+    bounds = log.start_tick + np.cumsum(lengths[:-1], dtype=np.int64)
+    # Where two segments meet, a frame of each may lie on the same tick; the later one begins the segment.
+    after = np.searchsorted(ticks, bounds, side="right")
+    firsts = np.where(np.isin(bounds, ticks), after - 1, after)
+    cuts = np.unique(np.searchsorted(picked, firsts))
+    return cuts[(cuts > 0) & (cuts < len(picked))]
+
+
+def sample_frames(log: Any, name: str, picked: npt.NDArray[np.int64]) -> tuple[FloatArray, FloatArray]:
+    """Return times (frames,) [s] and values (frames, *shape) of some frames."""
+    times = np.asarray(log.times(name), dtype=np.float64)
+    if len(times) * int(np.prod(log.variables[name].shape, dtype=np.int64)) <= _READ_AT_ONCE:
+        return times[picked], np.asarray(log.series(name)[1], dtype=np.float64)[picked]
+    return times[picked], np.stack([np.asarray(log.get(name, float(time)), dtype=np.float64) for time in times[picked]])
+
+
+def curves_of(log: Any, name: str) -> Iterator[curves.Curve]:
+    """Yield a recorded scalar in time, or each component of a short vector, thinned so that no peak is lost."""
+    variable = log.variables[name]
+    times, values = sample_frames(log, name, np.arange(len(log.times(name))))
+    for column, shown in enumerate(curve_names(variable)):
+        own = values if values.ndim == 1 else values[:, column]
+        picked = pick_with_extremes(own)
+        ticks, cuts = np.asarray(log.ticks(name))[picked], cuts_of(log, name, picked)
+        yield curves.Curve(shown, variable.unit, variable.description, times[picked], ticks, own[picked], cuts)
 
 
 @dataclass(frozen=True)
@@ -80,7 +172,7 @@ def field_names(log: Any) -> list[str]:
     ]
 
 
-def load_field(log: Any, name: str, frames: int, progress: Callable[[float], None] | None = None) -> Field:
+def load_field(log: Any, name: str, frames: int) -> Field:
     """Read a recorded array of a log, at most so many frames and 20 000 places of it.
 
     Raises:
@@ -95,7 +187,7 @@ def load_field(log: Any, name: str, frames: int, progress: Callable[[float], Non
     every = -(-total // MAXIMUM_SHOWN_PARTICLES)
     count = -(-total // every)
     picked = evenly_picked(len(log.times(name)), max(2, min(frames, MAXIMUM_POINTS // count)))
-    times, values = sample_frames(log, name, picked, progress)
+    times, values = sample_frames(log, name, picked)
     points = main_points(log.drawables)
     surplus = total - len(points.radius) if points is not None and _is_row(points.reference) else None
     place, axis = _axis(variable, surplus, points.name.removesuffix("s") if points is not None else "")

@@ -126,7 +126,7 @@ def is_plane(reference: FloatArray, displacement: Variable | None) -> bool:
 
 @dataclass(frozen=True)
 class Place:
-    """The things that an output that is drawn belongs to.
+    """The things that an output belongs to.
 
     Attributes:
         name: of points and links, a plural such as "discs"; empty for cells, whose name is that of all of them together.
@@ -137,34 +137,24 @@ class Place:
     fills_plane: bool
 
 
-def places_of_outputs(drawables: Sequence[Drawable]) -> dict[str, Place]:
-    """Return what each output that is drawn belongs to, by the output's name."""
+def place_of_output(drawables: Sequence[Drawable], name: str, count: int) -> Place | None:
+    """Return what an output of `count` values belongs to; None where nothing is drawn by it or fills a plane with as many."""
     points = {one.name: one for one in drawables if isinstance(one, Points)}
-    found: dict[str, Place] = {}
+    alike: Place | None = None
     for one in drawables:
         if isinstance(one, Cells):
-            found |= dict.fromkeys(drawn_outputs([one]), Place("", fills_plane(one.nodes[one.connectivity].mean(axis=1))))
-        elif isinstance(one, Points | Links) and not is_hidden(one, drawables):
-            reference = (one if isinstance(one, Points) else points[one.points]).reference
-            found |= dict.fromkeys(drawn_outputs([one]), Place(one.name, fills_plane(reference)))
-    return found
-
-
-def places_by_count(drawables: Sequence[Drawable]) -> dict[int, Place]:
-    """Return what an output belongs to that nothing is drawn by, by how many values it has: points, links, nodes or cells.
-
-    Only of drawables that fill a plane.
-    """
-    points = {one.name: one for one in drawables if isinstance(one, Points)}
-    found: dict[int, Place] = {}
-    for one in drawables:
-        if isinstance(one, Cells) and fills_plane(one.nodes):
-            found |= dict.fromkeys((len(one.nodes), len(one.connectivity)), Place("", fills_plane=True))
-        elif isinstance(one, Points) and fills_plane(one.reference):
-            found[len(one.reference)] = Place(one.name, fills_plane=True)
-        elif isinstance(one, Links) and fills_plane(points[one.points].reference):
-            found[len(one.pairs)] = Place(one.name, fills_plane=True)
-    return found
+            things, places, counts = "", one.nodes[one.connectivity].mean(axis=1), (len(one.nodes), len(one.connectivity))
+        elif isinstance(one, Points):
+            things, places, counts = one.name, one.reference, (len(one.reference),)
+        elif isinstance(one, Links):
+            things, places, counts = one.name, points[one.points].reference, (len(one.pairs),)
+        else:
+            continue
+        if name in drawn_outputs([one]) and (isinstance(one, Cells) or not is_hidden(one, drawables)):
+            return Place(things, fills_plane(places))
+        if count in counts and fills_plane(places):
+            alike = Place(things, fills_plane=True)
+    return alike
 
 
 def fills_plane(places: FloatArray) -> bool:

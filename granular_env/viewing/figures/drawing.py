@@ -17,8 +17,8 @@ from granular_env.colours import DIVERGING, PALETTE, symmetric_limit
 from granular_env.components.support.float_arrays import FloatArray
 from granular_env.optional_packages import import_optional
 
+from ..curves import Curve
 from ..recorded_fields import Field
-from ..scene_data import Curve
 from ..unit_labels import label_with_unit
 
 if TYPE_CHECKING:

@@ -17,7 +17,8 @@ import numpy as np
 from granular_env.components.support.float_arrays import FloatArray
 from granular_env.optional_packages import import_optional
 
-from ..scene_data import SceneData, evenly_picked
+from ..recorded_fields import evenly_picked
+from ..scene_data import SceneData
 from .colour_bar import add_bar
 from .drawing import canvas, new_figure, svg, time_unit, with_style
 from .plane import Plane, draw_instant, events_in_sight, load_plane, stretch_words

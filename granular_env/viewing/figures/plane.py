@@ -18,7 +18,8 @@ from granular_env.recording.preview.displacement_scale import common_exaggeratio
 
 from ..colour_scales import ColourScale, colour_scales, scale_of
 from ..cracks import MOST_LINES, crack_lines
-from ..scene_data import MAXIMUM_SHOWN_LINKS, SceneData, coloured_drawables, sample_frames, validity_of
+from ..recorded_fields import coloured_drawables, sample_frames, validity_of
+from ..scene_data import MAXIMUM_SHOWN_LINKS, SceneData
 from ..scene_scales import scales_of
 from ..viewpoint import focus_normal, viewpoint, viewpoint_words
 from ..visible_drawables import is_hidden, is_plane, is_solid
@@ -91,8 +92,7 @@ class Plane:
         """The directions right and up in the picture, and towards the eye, as columns."""
         if not self.is_solid:
             return np.eye(3)
-        surfaces = (one for one in self.drawables if isinstance(one, Cells) and is_solid(one.nodes))
-        x, y, z = viewpoint(surfaces, self.focus_normal).tolist()
+        x, y, z = viewpoint(self.focus_normal).tolist()
         level = float(np.hypot(x, y))
         return np.array([[-y / level, x / level, 0.0], [-x * z / level, -y * z / level, level], [x, y, z]]).T
 

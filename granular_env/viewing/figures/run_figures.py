@@ -18,8 +18,9 @@ from granular_env.components.errors import ParameterError
 from granular_env.components.support.float_arrays import FloatArray
 from granular_env.optional_packages import import_optional
 
+from ..curves import Curve
 from ..recorded_fields import Field, as_field
-from ..scene_data import Curve, Motion, SceneData
+from ..scene_data import Motion, SceneData
 from ..unit_labels import label_with_unit
 from .drawing import (
     draw_curves,
@@ -41,19 +42,6 @@ from .drawing import (
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-__all__ = [
-    "FRAMES",
-    "balance",
-    "curves",
-    "default_indices",
-    "default_times",
-    "event_counts",
-    "headline",
-    "histories",
-    "profiles",
-    "space_time",
-    "stack",
-]
 
 # Frames that figures use: more than a viewer, they are only drawn once.
 FRAMES = 2000

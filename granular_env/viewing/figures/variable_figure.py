@@ -10,9 +10,8 @@ import numpy as np
 
 from granular_env.components.errors import ParameterError
 
-from ..input_curves import MOST_CURVES, load_elements, load_input
-from ..recorded_fields import Field, field_names, load_field, load_input_fields, load_vector_fields, vector_names
-from ..scene_data import curves_of
+from ..curves import MOST_CURVES, load_elements, load_input
+from ..recorded_fields import Field, curves_of, field_names, load_field, load_input_fields, load_vector_fields, vector_names
 from . import run_figures
 
 if TYPE_CHECKING:

@@ -12,8 +12,8 @@ import numpy as np
 from granular_env.components.drawables import Cells, Points
 from granular_env.components.errors import ParameterError
 
+from ..curves import Curve, InputCurves, load_input
 from ..figures import plane, run_figures
-from ..input_curves import InputCurves, load_input
 from ..plot_groups import plots
 from ..recorded_fields import (
     Field,
@@ -22,11 +22,13 @@ from ..recorded_fields import (
     load_field,
     load_input_fields,
     load_vector_fields,
+    recorded_outputs,
     require_names,
     vector_names,
 )
-from ..scene_data import Curve, SceneData, from_log, recorded_outputs
-from ..visible_drawables import Place, colouring_outputs, is_solid, places_by_count, places_of_outputs
+from ..scene_builder import from_log
+from ..scene_data import SceneData
+from ..visible_drawables import Place, colouring_outputs, is_solid, place_of_output
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -102,11 +104,8 @@ def draw_report(log: Any, choice: Choice, progress: Callable[[float], None]) -> 
         if scene_data.motion is not None and scene_data.motion.colour is not None
         else None
     )
-    by_count, drawn_by = places_by_count(log.drawables), places_of_outputs(log.drawables)
-    places: dict[str, Place | None] = {name: by_count.get(log.variables[name].shape[0]) for name in arrays} | drawn_by
-    surfaces = [one for one in log.drawables if isinstance(one, Cells) and is_solid(one.nodes)]
-    places |= dict.fromkeys(colouring_outputs(surfaces, recorded_outputs(log)), Place("", fills_plane=True))
-    states = {one.state for one in surfaces}
+    # The states of a surface are seen in its pictures.
+    states = {one.state for one in log.drawables if isinstance(one, Cells) and is_solid(one.nodes)}
     arrays = [name for name in arrays if name not in states or choice.variables is not None]
     # What colours the particles comes first and is in memory already.
     share = 1.0 / (1 + len(arrays))
@@ -114,8 +113,10 @@ def draw_report(log: Any, choice: Choice, progress: Callable[[float], None]) -> 
         if name == main and scene_data.motion is not None:
             field = as_field(scene_data.motion)
         else:
-            field = load_field(log, name, run_figures.FRAMES, lambda part, place=place: progress(share * (place + part)))
-        drawn |= _field_figures(field, choice, name == main, places.get(name), scene_data.valid_until)
+            field = load_field(log, name, run_figures.FRAMES)
+        drawn |= _field_figures(
+            field, choice, name == main, place_of_output(log.drawables, name, field.total), scene_data.valid_until
+        )
         progress(share * (place + 1))
     moved = {one.displacement for one in log.drawables if isinstance(one, Points | Cells)}
     for name in vector_names(log):
@@ -205,7 +206,6 @@ def _input_figures(log: Any, scene_data: SceneData) -> dict[str, Shown]:
     scalars = {name for name, one in log.input_variables.items() if one.shape == ()}
     if curves := [one for one in _curves(scene_data, "inputs") if one.name in scalars]:
         drawn["inputs"] = Shown("Inputs", run_figures.curves(curves), "Inputs in time; those that stay 0 are left out.")
-    by_count = places_by_count(log.drawables)
     for name in log.input_variables:
         acted = None if name in scalars else load_input(log, name)
         if acted is None or not acted.acts:
@@ -214,7 +214,8 @@ def _input_figures(log: Any, scene_data: SceneData) -> dict[str, Shown]:
         drawn[f"inputs-{name}"] = Shown("Inputs", run_figures.curves(moving), _input_words(acted))
         shape = acted.variable.shape
         # The numbers of what lies side by side in a plane do not say where it is.
-        if not acted.is_summary or ((place := by_count.get(shape[0])) is not None and place.fills_plane):
+        place = place_of_output(log.drawables, name, shape[0])
+        if not acted.is_summary or (place is not None and place.fills_plane):
             continue
         fields = [one for one in load_input_fields(log, name, run_figures.FRAMES) if one.values.any()]
         figure = run_figures.stack(fields, lambda field, into: run_figures.space_time(field, into=into))

@@ -19,7 +19,6 @@ from ..figures.html_film import film_of
 from ..scene_data import SceneData
 from . import tables
 from .figures import Choice, Shown, draw_report
-from .run_incidents import incident_sentences
 
 _PAGE = "report.html"
 _FILM_WORDS = "The run as a film: choose an instant on the time axis below (the arrow keys go through them), or play."
@@ -133,5 +132,5 @@ def _lead(log: Any, scene_data: SceneData) -> Markup:
     words.append(html_page.paragraph(f"{what}; recorded {metadata.get('created')}; {size}.", "dim"))
     if concluded := metadata.get("conclusions"):
         words.append(html_page.bullets([str(text) for text in concluded]))
-    notes = [*incident_sentences(log), *scene_data.notes]
+    notes = [*tables.incident_sentences(log), *scene_data.notes]
     return Markup().join([*words, *([html_page.bullets(notes, "cautions")] if notes else [])])

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import math
 import os
 import shlex
@@ -15,7 +14,7 @@ import numpy as np
 from markupsafe import Markup
 from pydantic.fields import FieldInfo
 
-from granular_env.components.errors import GranularError, LogError
+from granular_env.components.errors import GranularError
 from granular_env.components.events import Event
 from granular_env.components.support.parameter_fields import left_out, unit_of
 from granular_env.documents import to_toml
@@ -28,6 +27,7 @@ from ..unit_labels import typeset
 
 _LONGEST_LIST = 8
 _MOST_EVENTS = 200
+_MOST_INCIDENTS, _LONGEST_MESSAGE = 20, 1000
 _LONGEST_TEXT = 20_000
 # A balance of which so much is left over is one of numbers that are rounding themselves, or none.
 _ALL_ROUNDING = 0.1
@@ -71,6 +71,28 @@ def _closure(scene_data: SceneData, balance: BalanceNames) -> str:
         f"The balance of {quantity} closes to {worst / scale:.2g} of its largest entry, {largest}; what is left over is the "
         "error of the numerics."
     )
+
+
+def incident_sentences(log: Any) -> list[str]:
+    """Return a sentence for each incident besides the steps, and one for the segments if they are several."""
+    sentences = [text for incident in log.incidents if (text := _incident_sentence(incident))][:_MOST_INCIDENTS]
+    if (count := len(log.segments)) > 1:
+        why = "the component was reset, restored or put back in between"
+        sentences.append(f"The log has {count} segments, laid end to end in time: {why}.")
+    return sentences
+
+
+def _incident_sentence(incident: Mapping[str, Any]) -> str | None:
+    undone = incident.get("undone_ticks")
+    after = f"; internal steps of it that had been written and were undone: {undone}" if undone else ""
+    message = ": ".join(str(incident[key])[:_LONGEST_MESSAGE] for key in ("kind", "message") if incident.get(key))
+    return {
+        "recovered": f"Recovered from another log; lost: {str(incident.get('lost'))[:_LONGEST_MESSAGE]}.",
+        "resumed": "The run was resumed: its process had been killed or interrupted before.",
+        "unrecorded": f"Steps are missing: {message}.",
+        "failed": f"A step failed: {message}{after}.",
+        "interrupted": f"A step was interrupted: {message or 'by the user'}{after}.",
+    }.get(str(incident.get("incident")))
 
 
 def events(log: Any) -> Markup:
@@ -134,28 +156,29 @@ def parameters(log: Any) -> Markup:
 
     Tables among them have rows of their own: in a cell they would be a heap of words.
     """
-    values = log.metadata["parameters"]
-    rows = _parameter_rows("", values, *_model(log.metadata.get("component"), values), _automatic_parameters(log))
+    component = None
+    with suppress(GranularError):
+        component = log.component()
+    model = None if component is None else component.parameters
+    worked_out = {"step_size": log.step_size, **_worked_out(getattr(component, "geometry", None))}
+    rows = _parameter_rows("", log.metadata["parameters"], model, worked_out)
     return html_page.table(["parameter", "value", "unit", "meaning"], rows)
 
 
-def _parameter_rows(
-    path: str, values: Mapping[str, Any], fields: Mapping[str, FieldInfo], model: Any, worked_out: Mapping[str, Any]
-) -> Iterator[list[Any]]:
+def _parameter_rows(path: str, values: Mapping[str, Any], model: Any, worked_out: Mapping[str, Any]) -> Iterator[list[Any]]:
     """Yield a row for each value, and those of the tables among them, each under a row with its name alone.
 
     Args:
         path: name of the table; empty for the outermost.
         values: what is in it.
-        fields: their units and meanings.
-        model: the values as the component has them; None where that is not known.
+        model: the values as the component has them, with units and meanings; None where that is not known.
         worked_out: what the component makes of values that were left to it.
     """
+    fields: Mapping[str, FieldInfo] = getattr(type(model), "model_fields", {})
     tables = list[tuple[str, Mapping[str, Any], Any]]()
     for name, value in values.items():
-        inner = list(_tables(f"{path}.{name}" if path else name, value, getattr(model, name, None)))
-        tables += inner
-        if inner:
+        if inner := list(_tables(f"{path}.{name}" if path else name, value, getattr(model, name, None))):
+            tables += inner
             continue
         unit, meaning, without = "", "", "none"
         if name in fields:
@@ -166,7 +189,7 @@ def _parameter_rows(
         yield [name, shown, typeset(unit), meaning]
     for place, table, inner in tables:
         yield [place]
-        yield from _parameter_rows(place, table, getattr(type(inner), "model_fields", {}), inner, {})
+        yield from _parameter_rows(place, table, inner, {})
 
 
 def _tables(name: str, value: Any, model: Any) -> Iterator[tuple[str, Mapping[str, Any], Any]]:
@@ -175,39 +198,15 @@ def _tables(name: str, value: Any, model: Any) -> Iterator[tuple[str, Mapping[st
         yield name, value, model
     elif isinstance(value, list) and value and all(isinstance(entry, dict) and entry for entry in value):
         models = model if isinstance(model, (list, tuple)) and len(model) == len(value) else [None] * len(value)
-        alike = all(entry == value[0] for entry in value)
-        shown = value[: 1 if alike else _LONGEST_LIST]
-        for place, entry in enumerate(shown):
-            more = f" ({len(value)} times)" if alike and len(value) > 1 else ""
-            more = f" (of {len(value)})" if len(shown) < len(value) and not alike else more
+        for place, entry in enumerate(value[:_LONGEST_LIST]):
+            more = f" (of {len(value)})" if len(value) > _LONGEST_LIST else ""
             yield f"{name}[{place}]{more}", entry, models[place]
 
 
-def _model(component: Any, values: Any) -> tuple[Mapping[str, FieldInfo], Any]:
-    """Return the fields of a component of ours, and its parameters; a log makes us load no other."""
-    from granular_env.recording.rerun import own_or_given
-
-    try:
-        kind = own_or_given(component, None).Parameters
-    except LogError:
-        return {}, None
-    with suppress(ValueError, TypeError, ArithmeticError, LookupError, MemoryError, RecursionError):
-        return kind.model_fields, kind(**values)
-    return kind.model_fields, None
-
-
-def _automatic_parameters(log: Any) -> dict[str, Any]:
-    """Return what a component of ours makes of the parameters that were left to it."""
-    found: dict[str, Any] = {"step_size": log.step_size}
-    try:
-        geometry = getattr(log.component(), "geometry", None)
-    except GranularError:
-        return found
-    if dataclasses.is_dataclass(geometry):
-        for name, attribute in _WORKED_OUT.items():
-            values = np.asarray(getattr(geometry, attribute, []))
-            found[name] = [value for value in values.tolist() if value != 0.0]
-    return {name: value for name, value in found.items() if not isinstance(value, list) or value}
+def _worked_out(geometry: Any) -> dict[str, list[float]]:
+    """Return what a component's geometry has for the parameters that were left to it."""
+    found = {name: getattr(geometry, attribute, ()) for name, attribute in _WORKED_OUT.items()}
+    return {name: kept for name, values in found.items() if (kept := [one for one in np.ravel(values).tolist() if one != 0.0])}
 
 
 def _short(value: Any) -> str:

@@ -6,16 +6,14 @@ from typing import Any
 
 import numpy as np
 
-from granular_env.components.support.float_arrays import FloatArray
 from granular_env.optional_packages import import_optional
 
 from ..domain_views import Views
 from ..plot_groups import Plot, select_plots
 from ..scene_data import SceneData
 from ..scene_scales import Scales
-from .legend import LEGEND
 from .profiles import profile_pane
-from .scene import TIMELINE, whole_camera
+from .scene import LEGEND, TIMELINE, whole_camera
 
 # A run is played back in about this wall time [s].
 _PLAYBACK_SECONDS = 10.0
@@ -24,8 +22,8 @@ _SHOWN_PLOTS, _SHOWN_PLOTS_ALONE = 3, 4
 # Of fields along a line.
 _SHOWN_PROFILES = 4
 
-# How far from a body in space the eye is at least, in lengths of its diagonal, and the tangent of half the angle that it sees.
-_EYE_DISTANCE, _HALF_VIEW = 0.85, 0.52
+# Distance of the eye from a body in space, in diagonals of its box: all of it is within the 55 degrees that rerun's eye sees.
+_EYE_DISTANCE = 1.1
 
 # A plane less wide than so many heights stands beside the plots, not above them.
 _WIDE = 2.0
@@ -128,18 +126,6 @@ def _oblique(rrb: Any, scene_data: SceneData, scales: Scales) -> Any:
     middle = 0.5 * (low + high)
     away = np.array([-0.35, -0.55, 0.3]) * float((high - low).max())
     if scene_data.is_solid:
-        near = _EYE_DISTANCE * float(np.sqrt(((high - low) ** 2).sum()))
-        away = scene_data.viewpoint * max(near, _whole_distance(scene_data, scales, middle))
+        away = scene_data.viewpoint * _EYE_DISTANCE * float(np.sqrt(((high - low) ** 2).sum()))
     position = (middle + away).tolist()
     return rrb.EyeControls3D(kind="Orbital", position=position, look_target=middle.tolist(), eye_up=[0.0, 0.0, 1.0])
-
-
-def _whole_distance(scene_data: SceneData, scales: Scales, middle: FloatArray) -> float:
-    """Return how far from the middle the eye sees all nodes of the bodies in space, as they are at the end."""
-    found, towards = [0.0], scene_data.viewpoint
-    for mesh in scene_data.meshes:
-        drawn = scales.magnification * (mesh.nodes + scales.exaggeration * mesh.displacement[-1]) - middle
-        along = drawn @ towards
-        aside = np.sqrt(((drawn - along[:, None] * towards) ** 2).sum(axis=1))
-        found.append(float((along + aside / _HALF_VIEW).max()))
-    return max(found)

@@ -8,7 +8,7 @@ import math
 import os
 import warnings
 from collections.abc import Mapping
-from time import perf_counter
+from time import perf_counter, sleep
 from typing import Any, Self
 
 from granular_env.components.component import Component
@@ -17,15 +17,17 @@ from granular_env.components.inputs import Held
 from granular_env.optional_packages import import_optional
 
 from ..domain_views import Views, make_views
-from ..scene_data import Motion, SceneData, from_component
+from ..scene_builder import from_component
+from ..scene_data import Motion, SceneData
 from ..scene_scales import Scales, enlarge_scales, scales_of
 from .blueprint import blueprint
-from .live_pace import Pace
-from .output_path import rerun_target
 from .process import RerunProcess, require_screen
 from .scene import APPLICATION, send_curves, send_frames, send_static
-from .web_page import WebPage, web_arguments
+from .viewer import output_path
 
+FRAME_SECONDS = 0.05
+# Distances between frames grow by this factor at most.
+_GROWTH = 4.0
 # Wall time between two pictures that take long to draw [s].
 _PICTURE_SECONDS = 0.25
 _NEVER = 1 << 62
@@ -33,6 +35,57 @@ _NEVER = 1 << 62
 _ROOM = (0.1, 0.3)
 # Older frames are dropped by the viewer beyond this.
 _MEMORY = ("--memory-limit", "2GB", "--server-memory-limit", "512MB")
+
+
+class Pace:
+    """The ticks at which frames are sent, about one in `FRAME_SECONDS`, and the wait of a run that is ahead of its pace.
+
+    A run with a pace has its frames at even distances in simulated time, unless it is too slow for that pace.
+
+    Args:
+        ticks_per_second: the most ticks in a second of wall time; None for as many as the run can do.
+    """
+
+    def __init__(self, ticks_per_second: float | None = None) -> None:
+        """Begin at tick 0."""
+        self._pace, self._stride, self._sending = ticks_per_second, 1.0, 0.0
+        self.restart(0)
+
+    def restart(self, tick: int) -> None:
+        """Count from this tick and this moment on."""
+        self._first_tick, self._first = tick, perf_counter()
+        self._left_tick, self._left = tick, self._first
+        self._arrived, self._rate = self._first, math.inf
+
+    def arrive(self, tick: int) -> None:
+        """Note how fast the run was; wait where it is ahead of its pace."""
+        self._arrived = perf_counter()
+        if tick > self._left_tick:
+            self._rate = (tick - self._left_tick) / max(self._arrived - self._left, 1e-9)
+        if self._pace is not None:
+            ahead = self._first + (tick - self._first_tick) / self._pace - self._arrived
+            if ahead > 0.0:
+                sleep(ahead)
+                self._arrived = perf_counter()
+            elif ahead < -FRAME_SECONDS:
+                # Lost time is not caught up: the frames in between would be missing.
+                self._first -= ahead
+
+    def leave(self, tick: int) -> int:
+        """Return the tick of the next frame, after this one was sent."""
+        self._left_tick, self._left = tick, perf_counter()
+        # Frames take at most half of the time, however large they are; a single slow one does not count.
+        last, self._sending = self._sending, self._left - self._arrived
+        sending = min(last, self._sending)
+        interval = max(FRAME_SECONDS, 2.0 * sending)
+        upcoming = self._rate * (interval - sending)
+        if self._pace is None:
+            # The rate of the first ticks says little.
+            self._stride = max(1.0, min(upcoming, _GROWTH * self._stride))
+            return tick + int(self._stride)
+        spacing = max(1.0, self._pace * FRAME_SECONDS)
+        number = round((tick - self._first_tick) / spacing) + round(interval / FRAME_SECONDS)
+        return max(tick + 1, int(min(tick + upcoming, self._first_tick + round(number * spacing))))
 
 
 class LiveViewer:
@@ -74,8 +127,8 @@ class LiveViewer:
 
         Raises:
             MissingExtraError: rerun is not installed.
-            ParameterError: `save` does not end in .rrd, or something other than a rerun file stands there; `duration` or
-                `pace` is not a positive number, or there is a pace for no duration.
+            ParameterError: `save` does not end in .rrd; `duration` or `pace` is not a positive number, or there is a pace for
+                no duration.
             GranularError: there is no screen, or the viewer cannot be started.
         """
         if not isinstance(component, Component):
@@ -88,7 +141,7 @@ class LiveViewer:
         self._scales: Scales | None = None
         self._views: Views | None = None
         self._process: RerunProcess | None = None
-        self._page: WebPage | None = None
+        self._is_served = web and save is None
         rr = import_optional("rerun", "the live viewer")
         self._recording = rr.RecordingStream(APPLICATION)
         scene_data = from_component(component, title)
@@ -102,7 +155,7 @@ class LiveViewer:
     def _connect(self, layout: Any, web: bool, save: str | os.PathLike[str] | None) -> None:
         if save is not None:
             try:
-                self._recording.save(rerun_target(save), default_blueprint=layout)
+                self._recording.save(output_path(save, ".rrd"), default_blueprint=layout)
             except (OSError, RuntimeError) as error:
                 raise GranularError(
                     f"cannot be written: {error}", hint="choose another file", at="save", source=f"{str(save)!r}"
@@ -112,15 +165,13 @@ class LiveViewer:
             require_screen(
                 ("use the web viewer (", Option("web"), "), or write a rerun file (", Option("save", "FILE.rrd"), ")")
             )
-        source, served = web_arguments() if web else (None, ("--expect-data-soon",))
-        # A window is its user's to close, also when this program has ended.
-        process = RerunProcess(*served, *_MEMORY, bound=web)
+        # A window is its user's to close, also after this program has ended.
+        process = RerunProcess(*(() if web else ("--expect-data-soon",)), *_MEMORY, web=web, outlives=not web)
         try:
             process.wait_until_it_listens()
-            if source is not None:
-                process.wait_until_it_listens(source)
-                self._page = WebPage(process, source)
-                print(f"rerun's web viewer: {self._page.address}", flush=True)
+            if web:
+                process.wait_until_it_listens(process.web_port)
+                print(f"rerun's web viewer: {process.page}", flush=True)
         except BaseException:
             process.stop()
             raise
@@ -144,8 +195,8 @@ class LiveViewer:
             self.next_tick = _NEVER
             return
         shown = self._elapsed + component.tick
-        if self._pacing.arrive(shown):
-            self._send(component, anew=False)
+        self._pacing.arrive(shown)
+        self._send(component, anew=False)
         self.next_tick = self._pacing.leave(shown) - self._elapsed
 
     def on_step(self, component: Component, ticks: int, inputs: Mapping[str, Held]) -> None:
@@ -170,8 +221,7 @@ class LiveViewer:
                 self._draw_pictures()
             self._recording.flush()
             self._recording.disconnect()
-        if self._page is not None and self._process is not None:
-            self._page.close()
+        if self._is_served and self._process is not None:
             self._process.stop()
 
     def wait(self) -> None:
@@ -235,8 +285,7 @@ class LiveViewer:
 
         return dataclasses.replace(
             scene_data,
-            motion=None if scene_data.motion is None else later(scene_data.motion),
-            more=tuple(later(motion) for motion in scene_data.more),
+            motions=tuple(later(motion) for motion in scene_data.motions),
             meshes=tuple(later(mesh) for mesh in scene_data.meshes),
             curves={name: later(curve) for name, curve in scene_data.curves.items()},
             inputs={name: later(curve) for name, curve in scene_data.inputs.items()},

@@ -12,7 +12,7 @@ from granular_env.optional_packages import import_optional
 
 from ..scene_data import ProfileFrames
 from ..unit_labels import label_with_unit
-from .entity_paths import entity
+from .shapes import entity
 
 # Width and height of the frame, and the room around it, in pixels of the pane.
 _WIDTH, _HEIGHT, _ROOM = 1000.0, 120.0, 8.0

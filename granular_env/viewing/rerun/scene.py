@@ -13,6 +13,7 @@ caption                 what is seen, in words: units, factors, limits
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -22,20 +23,24 @@ from granular_env.colours import PALETTE, rgb
 from granular_env.components.support.float_arrays import FloatArray
 from granular_env.optional_packages import import_optional
 
+from ..colour_scales import ColourScale
 from ..domain_views import Views
+from ..figures.colour_bar import add_bar
+from ..figures.drawing import DARK, canvas, new_figure
 from ..plot_groups import plots
 from ..scene_data import Motion, SceneData
 from ..scene_scales import Scales
 from .camera import Camera
 from .caption import caption
-from .entity_paths import entity
-from .legend import send_legend
-from .links import send_links, send_spokes
-from .meshes import send_mesh, send_triangles
 from .profiles import send_profile
+from .shapes import entity, send_links, send_mesh, send_spokes, send_triangles
 
 APPLICATION = "granular-env"
+LEGEND = "legend"
 TIMELINE, TICKS = "time", "tick"
+# Of one bar with its numbers [inch], and its pixels.
+_BAR_WIDTH, _BAR_HEIGHT = 5.0, 0.8
+_DOTS_PER_INCH = 150
 
 
 def whole_camera(scene_data: SceneData, scales: Scales, views: Views | None) -> Camera:
@@ -68,7 +73,7 @@ def send_static(recording: Any, scene_data: SceneData, scales: Scales | None, vi
     text = rr.TextDocument(caption(scene_data, scales, views), media_type=rr.MediaType.MARKDOWN)
     recording.log("caption", text, static=True)
     if scales is not None:
-        send_legend(recording, scales.colours)
+        _send_legend(recording, scales.colours)
         if scales.magnification != 1.0:
             recording.log("scene", rr.Transform3D(scale=scales.magnification), static=True)
         for motion in scene_data.motions:
@@ -87,6 +92,20 @@ def send_static(recording: Any, scene_data: SceneData, scales: Scales | None, vi
                 names=name, colors=colour, widths=2.0, aggregation_policy=rr.components.AggregationPolicy.Off
             )
             recording.log(path, lines, static=True)
+
+
+def _send_legend(recording: Any, scales: Sequence[ColourScale]) -> None:
+    """Send the picture of all scales, in the place of one that was sent before."""
+    if not scales:
+        return
+    rr = import_optional("rerun", "the viewer")
+    with import_optional("matplotlib", "figures").rc_context(DARK):
+        figure = new_figure(_BAR_WIDTH, _BAR_HEIGHT * len(scales))
+        panels = figure.subplots(len(scales), 1, squeeze=False)[:, 0]
+        for axes, scale in zip(panels, scales, strict=True):
+            add_bar(figure, scale, cax=axes)
+        pixels = canvas(figure, _DOTS_PER_INCH).buffer_rgba()
+    recording.log(LEGEND, rr.Image(np.asarray(pixels)[..., :3]), static=True)
 
 
 def _particles_entity(scene_data: SceneData, motion: Motion, scales: Scales) -> str:

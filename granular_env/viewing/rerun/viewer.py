@@ -1,11 +1,12 @@
 """Rerun files and rerun's viewers, for logs.
 
 `save_rrd` writes a file with its layout, `view` opens the desktop or the web viewer, `screenshot` takes a picture without a
-screen. Every server that is started listens on 127.0.0.1 only (rerun's default is all interfaces).
+screen. Every server that is started listens on 127.0.0.1 only.
 """
 
 from __future__ import annotations
 
+import contextlib
 import os
 import time
 from collections.abc import Callable
@@ -18,13 +19,12 @@ from granular_env.output_files import require_writable, write_files
 from granular_env.progress import Progress, progress_bar
 
 from ..domain_views import make_views
-from ..scene_data import SceneData, from_log
+from ..scene_builder import from_log
+from ..scene_data import SceneData
 from ..scene_scales import Scales, scales_of
 from .blueprint import blueprint
-from .output_path import rerun_target
-from .process import NEEDED, START_SECONDS, RerunProcess, require_screen, rerun_process
+from .process import NEEDED, START_SECONDS, RerunProcess, require_screen
 from .scene import APPLICATION, TIMELINE, send
-from .web_page import WebPage, web_arguments
 
 _SETTLE_SECONDS = 5.0
 
@@ -40,7 +40,7 @@ def save_rrd(
 
     Args:
         log: an open log.
-        path: of the .rrd file; a rerun file that stands there is replaced, any other file is not.
+        path: of the .rrd file; a file that stands there is replaced.
         exaggerate: draw displacements so many times larger; by default chosen so that the wave is seen and no particles
             pass one another. The factor is stated in the scene.
         progress: show a bar, or call this with the part that is done.
@@ -52,11 +52,11 @@ def save_rrd(
     Raises:
         MissingExtraError: rerun or matplotlib is not installed.
         ParameterError: the factor is not a positive number, nothing can be coloured by that output, or the path does not end in
-            .rrd or is that of another file.
+            .rrd.
         GranularError: the file cannot be written.
     """
     import_optional("rerun", "saving a rerun file")
-    target = rerun_target(path)
+    target = output_path(path, ".rrd")
     with progress_bar(f"scene of {target.name}", show=progress) as bar:
         write_files({target: scene_bytes(log, exaggerate, bar.update, colour)})
     return target
@@ -115,27 +115,11 @@ def view(log: Any, web: bool = False, exaggerate: float | None = None, colour: s
         picture = Option("screenshot", "FILE.png", call="screenshot(log, 'FILE.png')")
         require_screen(("use the web viewer (", Option("web"), "), a rerun file (", file, ") or a picture (", picture, ")"))
     data = scene_bytes(log, exaggerate, colour=colour)
-    try:
+    with contextlib.suppress(KeyboardInterrupt), RerunProcess(data=data, web=web) as viewer:
         if web:
-            _serve(data)
-        else:
-            with rerun_process(data=data) as viewer:
-                viewer.wait()
-    except KeyboardInterrupt:
-        return
-
-
-def _serve(data: bytes) -> None:
-    """Serve the web viewer until it ends."""
-    source, arguments = web_arguments()
-    with rerun_process(*arguments, data=data) as viewer:
-        viewer.wait_until_it_listens(source)
-        page = WebPage(viewer, source)
-        try:
-            print(f"rerun's web viewer: {page.address}  (Ctrl-C ends it)", flush=True)
-            viewer.wait()
-        finally:
-            page.close()
+            viewer.wait_until_it_listens(viewer.web_port)
+            print(f"rerun's web viewer: {viewer.page}  (Ctrl-C ends it)", flush=True)
+        viewer.wait()
 
 
 def screenshot(
@@ -162,15 +146,12 @@ def screenshot(
         GranularError: the viewer cannot start; the message names the system packages it needs.
     """
     import_optional("rerun", "a screenshot")
-    target = Path(os.path.abspath(_path(png)))
-    if target.suffix.lower() != ".png":
-        raise ParameterError(f"got {str(target)!r}", expected="the name of a PNG picture, which ends in .png", at="path")
-    require_writable(target)
+    target = output_path(png, ".png")
     width, height = _window(size)
     _require_log(log)
     instant = _instant(log, at)
     data = scene_bytes(log, exaggerate, colour=colour)
-    with rerun_process("--headless", "--window-size", f"{width}x{height}", data=data) as viewer:
+    with RerunProcess("--headless", "--window-size", f"{width}x{height}", data=data) as viewer:
         picture = _take(viewer, instant)
     write_files({target: picture})
     return target
@@ -212,11 +193,14 @@ def _require_log(log: Any) -> None:
         raise ParameterError(f"got {type(log).__name__}", expected="an open log: open_log(path)", at="log")
 
 
-def _path(path: Any) -> str:
-    try:
-        return os.fsdecode(path)
-    except TypeError:
-        raise ParameterError(f"got {path!r}", expected="the path of a file", at="path") from None
+def output_path(path: Any, suffix: str) -> Path:
+    """Return the path of a file to write; refuse one that cannot be written or whose name does not end in the suffix."""
+    if not isinstance(path, str | os.PathLike):
+        raise ParameterError(f"got {path!r}", expected="the path of a file", at="path")
+    require_writable(path)
+    if Path(path).suffix.lower() != suffix:
+        raise ParameterError(f"got {os.fspath(path)!r}", expected=f"the name of a file that ends in {suffix}", at="path")
+    return Path(path)
 
 
 def _number(name: str, value: Any) -> float:
