@@ -19,8 +19,6 @@ from granular_env.output_files import with_article
 from granular_env.recording import open_log, record, verify
 from granular_env.run_loop import run
 
-ROOT = Path(__file__).resolve().parents[1]
-
 
 @pytest.fixture
 def folder(tmp_path, monkeypatch):
