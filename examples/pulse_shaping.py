@@ -42,9 +42,9 @@ def shaped(env: make_pulse_forming, pushed: int | None = None, iterations: int =
 
     First for the waves on their way, which have a slope everywhere, then for their arrival.
     """
-    drive = np.zeros(env.task.steps)
+    drive = np.zeros(int(env.deadline))
     for way, part in ((1.0, 0.5), (0.3, 0.5), (0.0, 1.0)):
-        drive = improved(env, drive, way, pushed or env.task.steps, int(part * iterations))
+        drive = improved(env, drive, way, pushed or int(env.deadline), int(part * iterations))
     return drive
 
 
@@ -113,7 +113,7 @@ def other_chains() -> dict[str, float]:
 
 def two_waves_environment(first: float = 5.0, second: float = 3.0, grain: int = 30, delay: float = 1e-4) -> make_pulse_forming:
     """Wanted are two waves that pass a grain one after the other, `delay` seconds apart."""
-    speeds = make_pulse_forming(amplitude=[first, second], place=[40, 10]).task.waves[:, 2]
+    speeds = make_pulse_forming(amplitude=[first, second], place=[40, 10]).task.present_goal()[:, 2]
     # When the first is at grain 60, the second has gone on from `grain` for the time that is left.
     behind = grain + speeds[1] * ((60 - grain) / speeds[0] - delay)
     return make_pulse_forming(100, amplitude=[first, second], place=[60.0, float(behind)], deadline=270, action_scale=SCALE)
