@@ -325,9 +325,10 @@ class Profile:
 
         Breakpoints that differ by no more than the rounding of their times are one.
         """
-        profiles = list(profiles) if isinstance(profiles, Iterable) else []
+        given = profiles
+        profiles = list(given) if isinstance(given, Iterable) else []
         if not profiles or not all(isinstance(profile, Profile) for profile in profiles):
-            raise ParameterError(f"got {one_line(profiles)}", expected="a list of at least one Profile", at="profiles")
+            raise ParameterError(f"got {one_line(given)}", expected="a list of at least one Profile", at="profiles")
         if len(profiles) == 1:
             return profiles[0]
         pattern = profiles[0].pattern

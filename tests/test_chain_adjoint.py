@@ -161,8 +161,7 @@ def test_a_linear_chain_has_the_gradient_of_its_matrices(integrator: str) -> Non
         matrix[j - 1 : j + 1, j - 1 : j + 1] += k[j] * np.array([[1.0, -1.0], [-1.0, 1.0]])
     matrix[-1, -1] += k[n]
     inverse_mass = np.diag(1.0 / chain.geometry.mass)
-    composition = chain._scheme.composition
-    assert composition is not None
+    composition = chain._scheme.numbers
     one, zero = np.eye(n), np.zeros((n, n))
     step, push = np.eye(2 * n), np.zeros(2 * n)
     force = np.concatenate([np.zeros(n), inverse_mass[0]])

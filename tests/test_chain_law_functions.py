@@ -285,6 +285,10 @@ def unfinished_force(law, j, d):
     return law.stiffness[j] * d
 
 
+def unfinished_contacts(kind, stiffness, constants, history):
+    return UnfinishedContacts(stiffness)
+
+
 class Unfinished(Law):
     """A law without an energy."""
 
@@ -295,7 +299,9 @@ class Unfinished(Law):
 
 def test_a_law_that_lacks_a_function_is_refused_by_name(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(LAWS, "unfinished", Unfinished)
-    with pytest.raises(ParameterError, match=r"law 'unfinished' lacks overlap_at, energy in .*test_chain_law_functions"):
+    with pytest.raises(
+        ParameterError, match=r"law 'unfinished' lacks overlap_at, contact_law, energy in .*test_chain_law_functions"
+    ):
         ge.Chain(grains=3, law="unfinished")
 
 
@@ -303,6 +309,7 @@ def test_a_law_without_derivatives_has_no_gradients_and_says_which_it_lacks(monk
     monkeypatch.setitem(LAWS, "unfinished", Unfinished)
     monkeypatch.setattr(Unfinished, "overlap_at", HertzRest.overlap_at)
     monkeypatch.setitem(functions.energy.implementations, UnfinishedContacts, unfinished_force)
+    monkeypatch.setitem(functions.contact_law.implementations, UnfinishedContacts, unfinished_contacts)
     chain = ge.Chain(grains=3, law="unfinished", contact_stiffness=1e9)
     said = "no gradients of 'unfinished', which lacks force_pullback, energy_pullback; use hertz, "
     with pytest.raises(ParameterError, match=said):

@@ -8,7 +8,6 @@ from typing import Any
 import numpy as np
 import pytest
 from support.coupled_tools import (
-    TALL,
     between,
     corner,
     coupled,
@@ -57,18 +56,14 @@ def test_parts_that_meet_do_not_overlap_and_do_once_they_are_moved(
         assert (medium.interface.free[found.automata] == 0).any()
 
 
-@pytest.mark.parametrize("packing", ["square", "hexagonal"])
 @pytest.mark.parametrize(("n", "rows"), [(2, 1), (3, 1), (4, 1), (8, 1), (8, 3)])
-def test_columns_of_automata_inside_the_last_cells_are_refused_with_the_origin_that_fits(
-    packing: str, n: int, rows: int
-) -> None:
-    size, high = (1.0, 4.0) if packing == "square" else (TALL, 4 * TALL[1])
+def test_columns_of_automata_inside_the_last_cells_are_refused_with_the_origin_that_fits(n: int, rows: int) -> None:
     reach = rows / n
     found = rf"automata reach up to {reach:.6g} m into cells .*: automaton .* cell 7, .*; move `origin` to \[8, 0\]"
     with pytest.raises(ParameterError, match=found):
         coupled(
-            {"mesh": mesh(8, 4, cell_size=size)},
-            {"shape": rectangle(4.0, high), "packing": packing},
+            {"mesh": mesh(8, 4, cell_size=1.0)},
+            {"shape": rectangle(4.0, 4.0), "packing": "square"},
             n,
             origin=[8.0 - reach, 0.0],
         )

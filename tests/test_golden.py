@@ -47,8 +47,8 @@ def test_every_log_is_pinned_and_small() -> None:
     assert set(FINAL) == set(CASES)
     logs = sorted(FOLDER.glob("*.mcap"))
     assert {path.stem for path in logs} == set(CASES)
-    # In the mean: each new component brings one or two.
-    assert sum(path.stat().st_size for path in logs) < 60_000 * len(logs)
+    # In the mean: each new component brings one or two. A log also holds every output that is one number.
+    assert sum(path.stat().st_size for path in logs) < 64_000 * len(logs)
 
 
 @pytest.mark.parametrize("name", CASES)

@@ -37,7 +37,7 @@ def forge(component: Component, snapshot: Snapshot, chance: random.Random) -> Sn
         for number, one in enumerate(whole)
         for name, array in block.arrays_in(snapshot.data, one).items()
     }
-    covered = {(0, name) for name in block.views if name not in block._fields}  # noqa: SLF001 - parts lie there
+    covered = {(0, name) for name in block.views if name not in block.fields}  # parts lie there
     covered |= {key for key in arrays if key[1] == "_counts"}
     lists = [(whole.index(one), name) for one, name in block._tables]  # noqa: SLF001
     choices = [key for key in arrays if key not in covered and arrays[key].size]
