@@ -102,7 +102,7 @@ def _assembled(
                 words[begin : begin + view.size] = arrays[number, name].reshape(-1).view(np.int64)
     for number, name in lists:
         one = whole[number]
-        words[block._word_of(one) + one._count_word(name)] = len(arrays[number, name])  # noqa: SLF001
+        words[block._count_word(one, name)] = len(arrays[number, name])  # noqa: SLF001
     data = b"".join([words.tobytes(), *(arrays[key].tobytes() for key in lists)])
     return Snapshot(snapshot.identity, snapshot.tick, data, snapshot.inputs)
 

@@ -23,7 +23,7 @@ _SPOKE_LENGTH = 0.9
 # Up to so many cells, and so many along the longest side, the edges of all of them are drawn; beyond, those at the rim.
 _MOST_EDGED_CELLS, _MOST_ALONG = 2000, 200.0
 # The edges lie before the cells, by this part of the mesh's length.
-_IN_FRONT = 2e-3
+_EDGES_IN_FRONT = 2e-3
 _EDGE = (120, 124, 128)
 # The colour of the inside of a body in space, and how far below the surface it lies, in lengths of the mesh.
 _INSIDE, _LINING = (45, 48, 52, 255), 2e-3
@@ -233,7 +233,7 @@ def _send_edges(recording: Any, mesh: MeshFrames, drawn: npt.NDArray[Any], when:
     edges = [edges_of(mesh.connectivity[kept], mesh.nodes) for kept in whole] * (len(drawn) if mesh.whole is None else 1)
     strips = np.concatenate([places[ends] for places, ends in zip(drawn, edges, strict=True)])
     if not mesh.is_solid:
-        strips[..., 2] += _IN_FRONT * float(np.ptp(mesh.nodes, axis=0).max())
+        strips[..., 2] += _EDGES_IN_FRONT * float(np.ptp(mesh.nodes, axis=0).max())
     colour = np.broadcast_to(np.array(_EDGE, np.uint8), (len(strips), 3))
     radii = np.full(len(strips), rr.Radius.ui_points(0.5), np.float32)
     lines = rr.LineStrips3D.columns(strips=strips, colors=colour, radii=radii)
