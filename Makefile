@@ -17,6 +17,9 @@ BY_FILE := --dist loadfile --no-loadscope-reorder
 # The tests that are repeated with the lowest versions of the packages that pyproject.toml allows.
 LOWEST := $(addprefix tests/test_,golden.py sweep.py cli.py control_studies.py envs_registered.py viewing_figures.py contract.py)
 
+# The tests of what linear algebra could change: they are repeated with each kernel of OpenBLAS.
+BITS := $(addprefix tests/test_,golden.py gallery.py conformance.py verification.py envs_reproducible.py control_tasks.py shell_fracture.py)
+
 BIN := .venv/bin
 LOG := logs/nesterenko-1983-3.4-piston.mcap
 REPORT := logs/nesterenko-1983-3.4-piston
@@ -27,7 +30,7 @@ SYSTEM_PACKAGES := mesa-vulkan-drivers libvulkan1 libegl1 libgl1-mesa-dri libxkb
 unexport PYTHONDONTWRITEBYTECODE
 
 .NOTPARALLEL:
-.PHONY: help demo test test-extras test-slow test-lowest check format bench bench-peers papers docs clean system-packages install-hooks
+.PHONY: help demo test test-bits test-extras test-slow test-lowest check format bench bench-peers papers docs clean system-packages install-hooks
 
 help: ## this list
 	@grep -hE '^[a-z-]+:.*##' Makefile | sed -E 's/^([a-z-]+):.*## /\1\t/' | expand -t 18
@@ -51,6 +54,9 @@ test-extras: .venv/.extras ## what needs the large optional packages: reinforcem
 
 test-slow: .venv/.test .venv/.extras ## the slow tests: a thousand kills, twenty thousand mutated files, a Ray cluster
 	$(BIN)/pytest -n $(WORKERS) -m slow
+
+test-bits: .venv/.test ## the tests of bits, for another choice of linear algebra (OPENBLAS_CORETYPE=Zen make test-bits)
+	$(BIN)/pytest -n $(WORKERS) $(BY_FILE) -m "not slow and not extra" $(BITS)
 
 test-lowest: ## the tests of golden logs, sweeps, studies, environments and pages with the lowest versions that are allowed
 	@[ -d .venv-lowest ] || "$(PYTHON)" -m venv .venv-lowest
