@@ -47,12 +47,6 @@ def foreign_packages() -> set[str]:
     return {point.module.partition(".")[0] for point in _foreign()}
 
 
-def foreign_package(name: str) -> str | None:
-    """Return the top-level package that a third party's component comes from; None for our own."""
-    known = {point.name: point.module.partition(".")[0] for point in _foreign()}
-    return None if name in _OWN else known.get(name)
-
-
 def summary(name: str) -> str:
     """Return the first sentence of a component's docstring: of our own without importing them, for lists."""
     if name in _OWN:

@@ -118,10 +118,6 @@ class Block:
 
     # -- lists ------------------------------------------------------------------------------------------------------
 
-    def has_list(self, name: str) -> bool:
-        """Return whether there is a list of this name."""
-        return name in self._lists
-
     def count(self, name: str) -> int:
         """Return the number of rows of a list in use; 0 if there is no such list."""
         place = self._places.get(name)

@@ -8,12 +8,6 @@ from .links import Mixture, Uniform
 
 
 @internal_inlined
-def opposite_slot(directions, slot):
-    """Return the slot of the same link at its other end: the first half of the slots are those of links that begin there."""
-    return slot + directions if slot < directions else slot - directions
-
-
-@internal_inlined
 def link_at(layout, i, j, slot):
     """Return the direction of a link and the place where it begins, from its two automata and its slot at the first.
 
