@@ -61,7 +61,7 @@ test-bits: .venv/.test ## the tests of bits, for another choice of linear algebr
 test-lowest: ## the tests of golden logs, sweeps, studies, environments and pages with the lowest versions that are allowed
 	@[ -d .venv-lowest ] || "$(PYTHON)" -m venv .venv-lowest
 	.venv-lowest/bin/python .ci/lowest-versions > .venv-lowest/constraints.txt
-	.venv-lowest/bin/python -m pip install --quiet --disable-pip-version-check -c .venv-lowest/constraints.txt -e '.[extras,mixtures]'
+	.venv-lowest/bin/python -m pip install --quiet --disable-pip-version-check -c .venv-lowest/constraints.txt -e '.[extras]'
 	.venv-lowest/bin/pytest -n $(WORKERS) $(BY_FILE) -m "not slow and not extra" $(LOWEST)
 
 check: .venv/.dev ## lint, format, types, import direction

@@ -16,7 +16,7 @@ from ..support.float_arrays import FloatArray
 from ..support.round_numbers import round_down_to_125
 from ..variables import Variable
 from . import ignition, kernel_arrays, kernels, moving_mesh
-from .boundaries import DIAPHRAGM, OPEN, PISTON, Diaphragm
+from .boundaries import DIAPHRAGM, OPEN, PISTON
 from .chapman_jouguet import Detonation, Flow, chapman_jouguet
 from .input_signals import area_pattern, tick_signals
 from .kernel_arrays import Events, Medium, State, Tables, Tube
@@ -75,11 +75,10 @@ class DetonationTube(Component):
         # Where the ends are now, and where the front passed each cell; of the block if an end moves.
         self._walls: FloatArray = np.array([0.0, p.length, 0.0, 0.0])
         self._places: FloatArray = np.zeros(p.cells)
-        self._resting_centres: FloatArray = np.asarray((np.arange(p.cells) + 0.5) * p.cell_size, dtype=np.float64)
         self.ahead = Flow(p.initial_pressure / (self.gas.gas_constant * p.initial_temperature), 0.0, p.initial_pressure)
         self.front: Detonation = chapman_jouguet(self.gas, p.initial_pressure, self.ahead.density)
         self.areas: FloatArray = np.full(p.cells, 1.0) * np.array(p.cross_section)
-        self.step_size = self._suggest_step() if p.step_size is None else p.step_size
+        self.step_size = p.step_size or round_down_to_125(self.longest_suggested_step)
         self._medium = Medium(
             self.gas.gamma, self.gas.gas_constant, self.gas.heat_release, p.cell_size, self.step_size, LIMITERS[p.limiter],
             p.initial_temperature,
@@ -88,9 +87,6 @@ class DetonationTube(Component):
         self._scratch = kernel_arrays.make_scratch(p.cells)
         self._failed = np.zeros(2, dtype=np.int64)
         self._lay_out_state()
-
-    def _suggest_step(self) -> float:
-        return round_down_to_125(self.longest_suggested_step)
 
     @property
     def longest_suggested_step(self) -> float:
@@ -107,7 +103,7 @@ class DetonationTube(Component):
         p, n = self.parameters, self.parameters.cells
         constants = p.chosen_reaction.constants(self.gas, self.front, (p.initial_pressure, self.ahead.density), p.cell_size)
         gauges = np.full(n, -1, dtype=np.int64)
-        gauges[self._gauge_cells()] = np.arange(len(p.gauges))
+        gauges[p.gauge_cells] = np.arange(len(p.gauges))
         return Tube(
             ends=np.array([p.left.code, p.right.code]),
             burst=np.array([getattr(end, "burst_pressure", 0.0) for end in (p.left, p.right)]),
@@ -122,10 +118,6 @@ class DetonationTube(Component):
         if first == last:
             first = int(np.abs(self.centres - 0.5 * (begin + end)).argmin())
         return first, max(last, first + 1)
-
-    def _gauge_cells(self) -> list[int]:
-        last = self.parameters.cells - 1
-        return [min(int(x / self.cell_size), last) for x in self.parameters.gauges]
 
     def _lay_out_state(self) -> None:
         n = self.parameters.cells
@@ -151,17 +143,12 @@ class DetonationTube(Component):
     @property
     def centres(self) -> FloatArray:
         """Middles of the cells as they are now, shape (n,) [m]."""
-        if not self.parameters.has_pistons:
-            return self._resting_centres
         return np.asarray(self._walls[moving_mesh.LEFT] + (np.arange(self.parameters.cells) + 0.5) * self.cell_size)
 
     @property
     def cell_size(self) -> float:
         """Length of a cell now [m]."""
-        p = self.parameters
-        if not p.has_pistons:
-            return p.cell_size
-        return float(self._walls[moving_mesh.RIGHT] - self._walls[moving_mesh.LEFT]) / p.cells
+        return float(self._walls[moving_mesh.RIGHT] - self._walls[moving_mesh.LEFT]) / self.parameters.cells
 
     # -- the contract -----------------------------------------------------------------------------------------------
 
@@ -238,7 +225,7 @@ class DetonationTube(Component):
         return np.stack([np.tile(moved, 2), np.zeros(2 * (p.cells + 1))], axis=1)
 
     def _outputs(self) -> dict[str, Callable[[], Any]]:
-        state, gauges = self._state, self._gauge_cells()
+        state, gauges = self._state, self.parameters.gauge_cells
         moving = self._piston_outputs() if self.parameters.has_pistons else {}
         return moving | {
             "temperature": lambda: state.pressure / (state.density * self.gas.gas_constant),
@@ -247,32 +234,24 @@ class DetonationTube(Component):
             "right_front": lambda: self.fronts()[1],
             "front_speed": self._front_speed,
             "cj_ratio": lambda: self._front_speed() / self.front.speed,
-            "courant_number": lambda: self._courant_number(float(self._wave_speeds(self._cell_velocities(self._tick)).max())),
+            "courant_number": lambda: float(self._courant_numbers(self._tick).max()),
             "gauge_pressure": lambda: state.pressure[gauges],
             "gauge_velocity": lambda: state.velocity[gauges],
         }
 
     @np.errstate(all="ignore")
-    def _wave_speeds(self, cell_velocities: FloatArray | float = 0.0) -> FloatArray:
-        """Return |u| + c as seen from cells of these velocities, shape (n,) [m/s]."""
-        state = self._state
-        return np.abs(state.velocity - cell_velocities) + np.sqrt(self.gas.gamma * state.pressure / state.density)
-
-    def _courant_number(self, speed: float) -> float:
-        return speed * self.step_size / self.cell_size
+    def _courant_numbers(self, tick: int | None = None) -> FloatArray:
+        """Return (|u| + c) dt / dx, shape (n,); u relative to the cells as they move in the tick that begins at `tick`."""
+        state, n = self._state, self.parameters.cells
+        left, right = (0.0, 0.0) if tick is None else self._end_velocities(tick)
+        relative = state.velocity - (left + (right - left) * (np.arange(n) + 0.5) / n)
+        speeds = np.abs(relative) + np.sqrt(self.gas.gamma * state.pressure / state.density)
+        return speeds * self.step_size / self.cell_size
 
     def _end_velocities(self, tick: int) -> tuple[float, float]:
-        """Return how fast the two ends move in the tick that begins at `tick`, 0 where they do not [m/s]."""
+        """Return the velocities of the two ends in the tick that begins at `tick`, 0 where they do not move [m/s]."""
         left, right = tick_signals(self._held, tick, 1)[0, kernel_arrays.LEFT_VELOCITY : kernel_arrays.RIGHT_VELOCITY + 1]
         return float(left), float(right)
-
-    def _cell_velocities(self, tick: int) -> FloatArray | float:
-        """Return how fast the middles of the cells move in that tick, 0 where no end does, shape (n,) [m/s]."""
-        p = self.parameters
-        if not p.has_pistons:
-            return 0.0
-        left, right = self._end_velocities(tick)
-        return np.asarray(left + (right - left) * (np.arange(p.cells) + 0.5) / p.cells)
 
     def fronts(self) -> tuple[float, float]:
         """Return where the progress passes 1/2 for the first and for the last time, linear between cells [m]."""
@@ -344,59 +323,24 @@ class DetonationTube(Component):
             state.velocity[cells], state.progress[cells] = region.velocity, region.progress
 
     def _refuse_bad_start(self) -> None:
-        state = self._state
-        for name, values in (("density", state.density), ("pressure", state.pressure)):
-            if not (values > 0.0).all():
-                cell = int(np.argmin(values > 0.0))
-                raise ParameterError(
-                    f"got {values[cell]:g}",
-                    expected="more than 0 everywhere",
-                    hint="give an array, or use the parameter `regions`",
-                    at=f"start.{name}[{cell}]",
-                )
-        if not ((state.progress >= 0.0) & (state.progress <= 1.0)).all():
-            cell = int(np.argmin((state.progress >= 0.0) & (state.progress <= 1.0)))
-            raise ParameterError(f"got {state.progress[cell]:g}", expected="0 to 1", at=f"start.progress[{cell}]")
-        self._refuse_burst_diaphragms()
-        speeds = self._wave_speeds()
-        cell, allowed = int(speeds.argmax()), kernels.LARGEST_COURANT * self.cell_size
-        if not speeds[cell] * self.step_size <= allowed:
-            is_default = self.parameters.step_size is None
+        state, above_zero = self._state, "more than 0 everywhere: give an array, or use the parameter `regions`"
+        for name, values, sound, expected in (
+            ("density", state.density, state.density > 0.0, above_zero),
+            ("pressure", state.pressure, state.pressure > 0.0, above_zero),
+            ("progress", state.progress, (state.progress >= 0.0) & (state.progress <= 1.0), "0 to 1"),
+        ):
+            if not sound.all():
+                cell = int(np.argmin(sound))
+                raise ParameterError(f"got {values[cell]:g}", expected=expected, at=("start", name, cell))
+        numbers = self._courant_numbers()
+        cell = int(numbers.argmax())
+        if not numbers[cell] <= kernels.LARGEST_COURANT:
             raise ParameterError(
-                f"the default is {self.step_size:g} s" if is_default else f"got {self.step_size:g} s",
-                expected=(
-                    f"at most {allowed / speeds[cell]:.4g} s: waves in cell {cell} run at {speeds[cell]:g} m/s at the "
-                    f"start and may cross at most {kernels.LARGEST_COURANT:g} cells a step"
-                ),
-                hint=self._advise_step(float(speeds[cell])),
+                f"got {self.step_size:g} s, in which waves cross {numbers[cell]:.4g} cells at the start, in cell {cell}",
+                expected=f"at most {kernels.LARGEST_COURANT * self.step_size / numbers[cell]:.4g} s",
+                hint="give a smaller step_size, or a less extreme start",
                 at="step_size",
             )
-
-    def _refuse_burst_diaphragms(self) -> None:
-        """Refuse start values with which a diaphragm would open at the first tick; `DetonationParameters` refuses its own."""
-        p, pressure = self.parameters, self._state.pressure
-        for end, cell in ((p.left, 0), (p.right, p.cells - 1)):
-            if isinstance(end, Diaphragm) and pressure[cell] >= end.burst_pressure:
-                raise ParameterError(
-                    f"got {pressure[cell]:g} Pa at a diaphragm, which would burst at once",
-                    expected=f"less than its burst_pressure of {end.burst_pressure:g} Pa",
-                    hint="give it a higher one, or make the tube with an open end",
-                    at=f"start.pressure[{cell}]",
-                )
-
-    def _advise_step(self, speed: float) -> str:
-        """Return the hint for a start whose waves are too fast for the step: the step to give, at a speed [m/s]."""
-        fits = min(_SUGGESTED_COURANT * self.cell_size / speed, self._largest_advised_step())
-        if not fits > 0.0:
-            return "take a less extreme start"
-        leaves_out = (
-            self.parameters.step_size is not None and self._suggest_step() * speed <= kernels.LARGEST_COURANT * self.cell_size
-        )
-        return f"give step_size = {round_down_to_125(fits):g} when it is made{', or leave it out' if leaves_out else ''}"
-
-    def _largest_advised_step(self) -> float:
-        """Return the default step, for a detonation that is still to come; infinity where the gas is inert [s]."""
-        return self._suggest_step() if self.gas.heat_release > 0.0 else np.inf
 
     def tables(self) -> Tables:
         """Return the arrays of the kernels, for a parent that calls them itself."""
@@ -417,66 +361,41 @@ class DetonationTube(Component):
 
     def _explain(self, status: int) -> StepError:
         cell, tick = (int(number) for number in self._failed)
-        time, state = tick * self.step_size, self._state
-        where = f"cell {cell}, x = {self.centres[cell]:.6g} m, at {time:.9g} s"
+        time, state, index = tick * self.step_size, self._state, cell
+        where = f"in cell {cell}, x = {self.centres[cell]:.6g} m"
         if status in (kernel_arrays.TOO_FAST, kernel_arrays.TOO_FAST_AHEAD):
-            return self._explain_fast_waves(status, cell, tick)
-        if status == kernel_arrays.ENDS_TOO_FAST:
-            return self._explain_fast_ends(tick)
-        if status == kernel_arrays.BAD_AREA:
-            area = float(tick_signals(self._held, tick - 1, 1)[0, kernel_arrays.AREA] * area_pattern(self._held)[cell])
-            now = float(state.area[cell])
-            least, largest = now / kernel_arrays.LARGEST_RATIO, now * kernel_arrays.LARGEST_RATIO
-            return StepError(
-                f"got {area:g} m^2 for {where}, expected {least:g} to {largest:g} m^2, half and twice of what it is now; let "
-                "the walls move less in a tick, as a profile of the input does",
-                time=time, at="area", variable="area", index=cell, value=area, limit=least if area < now else largest,
-            )  # fmt: skip
-        name = "pressure" if state.density[cell] > 0.0 else "density"
-        value = float(getattr(state, name)[cell])
+            name, limit, index = "courant_number", kernels.LARGEST_COURANT, None
+            value = float(self._courant_numbers(tick - 1)[cell])
+            if status == kernel_arrays.TOO_FAST:  # judged by the smaller of both numbers, see `kernels.finish`
+                value = min(value, float(self._courant_numbers()[cell]))
+            fits = _ADVISED_COURANT * self.step_size / value
+            said = f"reached {value:.4g} {where}, expected at most {limit:g}; take a step_size of {fits:.2g} s or less"
+        elif status == kernel_arrays.ENDS_TOO_FAST:
+            left, right = self._end_velocities(tick - 1)
+            length, index = self.parameters.cells * self.cell_size, None
+            name, value, limit = "left_velocity", left, right + 0.5 * length / self.step_size
+            if left <= -right:
+                name, value, limit = "right_velocity", right, left - 0.5 * length / self.step_size
+            said = (
+                f"got {value:g} m/s: the ends, {length:.4g} m apart, would come {(left - right) * self.step_size:.4g} m closer "
+                f"in one step, expected less than half of their distance; take a step_size of "
+                f"{0.25 * length / (left - right):.2g} s or less, or slower pistons"
+            )
+        elif status == kernel_arrays.BAD_AREA:
+            now, name = float(state.area[cell]), "area"
+            value = float(tick_signals(self._held, tick - 1, 1)[0, kernel_arrays.AREA] * area_pattern(self._held)[cell])
+            limit = now / kernel_arrays.LARGEST_RATIO if value < now else now * kernel_arrays.LARGEST_RATIO
+            said = (
+                f"got {value:g} m^2 {where}, expected half to twice of the {now:g} m^2 before; let the walls move less in a "
+                "tick, as a profile of the input does"
+            )
+        else:
+            name, limit = "pressure" if state.density[cell] > 0.0 else "density", 0.0
+            value = float(getattr(state, name)[cell])
+            said = f"fell to {value:g} {where}, expected more than 0; take a smaller step_size, or the limiter minmod"
         return StepError(
-            f"fell to {value:g} {self.variables[name].unit} in {where}, expected more than 0; take a smaller "
-            "step_size, or the limiter minmod",
-            time=time, at=name, variable=name, index=cell, value=value, limit=0.0,
-        )  # fmt: skip
-
-    def _explain_fast_waves(self, status: int, cell: int, tick: int) -> StepError:
-        """Return the error with the Courant number that the kernel has judged by, and the step that suits it."""
-        speed, time = float(self._wave_speeds(self._cell_velocities(tick - 1))[cell]), (tick - 1) * self.step_size
-        if status == kernel_arrays.TOO_FAST:  # at the end of the tick, see `kernels.finish`
-            speed, time = min(speed, float(self._wave_speeds()[cell])), tick * self.step_size
-        courant = self._courant_number(speed)
-        advised = min(_ADVISED_COURANT * self.step_size / courant, self._largest_advised_step())
-        return StepError(
-            f"reached {courant:.4g} in cell {cell}, x = {self.centres[cell]:.6g} m, at {time:.9g} s, expected at most "
-            f"{kernels.LARGEST_COURANT:g}; take a step_size of {advised:.2g} s or less, "
-            f"now {self.step_size:g} s{self._describe_shrinking(tick - 1)}",
-            time=time, at="courant_number", variable="courant_number", index=None, value=courant, limit=kernels.LARGEST_COURANT,
-        )  # fmt: skip
-
-    def _describe_shrinking(self, tick: int) -> str:
-        """Return a part of a message where cells shrink in the tick that begins at `tick`: a smaller step helps for a while."""
-        left, right = self._end_velocities(tick)
-        if not right < left:
-            return ""
-        return (
-            f"; that suits the {self.parameters.cells * self.cell_size:.4g} m that the tube has left: as it goes on becoming "
-            "shorter the step has to fall in proportion, so that no fixed one lasts until the ends meet"
-        )
-
-    def _explain_fast_ends(self, tick: int) -> StepError:
-        """Return the error for ends that would leave less than half of the tube in one tick, named by the faster one."""
-        left, right = self._end_velocities(tick - 1)
-        length, closing, time = self.parameters.cells * self.cell_size, left - right, (tick - 1) * self.step_size
-        largest = 0.5 * length / self.step_size
-        name, value, limit = (
-            ("left_velocity", left, right + largest) if left > -right else ("right_velocity", right, left - largest)
-        )
-        return StepError(
-            f"got {value:g} m/s: the ends, {length:.4g} m apart at {time:.9g} s, would come {closing * self.step_size:.4g} m "
-            f"closer in one step, expected less than half of their distance; take a step_size of {0.25 * length / closing:.2g} "
-            f"s or less, now {self.step_size:g} s, or slower pistons",
-            time=time, at=name, variable=name, index=None, value=value, limit=limit,
+            f"{said}, at {time:.9g} s, now {self.step_size:g} s a step",
+            time=time, at=name, variable=name, index=index, value=value, limit=limit,
         )  # fmt: skip
 
     # -- reading ----------------------------------------------------------------------------------------------------
@@ -561,5 +480,5 @@ class DetonationTube(Component):
         cells = np.stack([below, below + 1, below + n + 2, below + n + 1], axis=1)
         fields = ("pressure", "velocity", "temperature", "progress")
         moved = "outline_displacement" if self.parameters.has_pistons else ""
-        curves = (Curve(name, self._resting_centres, name) for name in fields)
+        curves = (Curve(name, (below + 0.5) * self.parameters.cell_size, name) for name in fields)
         return Cells("tube", nodes, cells, "pressure", moved), *curves

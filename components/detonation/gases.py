@@ -7,14 +7,13 @@ chemical equilibrium.
 
 from __future__ import annotations
 
-import math
 from typing import Annotated, NamedTuple
 
 from pydantic import AfterValidator
 
 from ..errors import ParameterError
 from ..support.parameter_fields import Magnitude, NotNegativeMagnitude, field
-from ..support.validation import Parameters
+from ..support.validation import Parameters, positive_number
 
 # Bounds of gamma: what lies between them covers every gas.
 SMALLEST_GAMMA, LARGEST_GAMMA = 1.01, 3.0
@@ -60,10 +59,7 @@ MIXTURES = {
     ),
 }
 INERT_GASES = {"air": Gas()}
-_OWN_GAS = (
-    "or give gamma, gas_constant and heat_release, which "
-    "granular_env.components.detonation.chemical_equilibrium.equilibrium_gas computes for a mixture"
-)
+_OWN_GAS = "or give gamma, gas_constant and heat_release"
 # How far the initial temperature may be from that of a mixture's table [K].
 _TEMPERATURE_RANGE = 15.0
 
@@ -126,31 +122,18 @@ def fit_gas(speed: float, cj_pressure: float, pressure: float, density: float, t
         temperature: initial [K].
 
     Raises:
-        ParameterError: no gas has these; the number that does not fit is named.
+        ParameterError: a number is not positive, or no gas has these.
     """
-    _refuse_impossible(speed, cj_pressure, pressure, density, temperature)
-    gamma = (pressure + density * speed * speed) / cj_pressure - 1.0
-    sound = math.sqrt(gamma * pressure / density)
-    mach = speed / sound
-    h = ((mach * mach - 1.0) / (2.0 * mach)) ** 2
-    heat = 2.0 * h * sound * sound / (gamma * gamma - 1.0)
-    return Gas(gamma=gamma, gas_constant=pressure / (density * temperature), heat_release=heat)
-
-
-def _refuse_impossible(speed: float, cj_pressure: float, pressure: float, density: float, temperature: float) -> None:
-    """Refuse numbers of `fit_gas` that are not positive, that no gamma fits, or with which the front runs below the sound."""
-    given = {
-        "speed": speed, "cj_pressure": cj_pressure, "pressure": pressure, "density": density, "temperature": temperature
-    }  # fmt: skip
+    given = {"speed": speed, "cj_pressure": cj_pressure, "pressure": pressure, "density": density, "temperature": temperature}
     for name, value in given.items():
-        if not 0.0 < value < math.inf:
-            raise ParameterError(f"got {value:g}", expected="greater than 0, and finite", at=name)
-    behind = pressure + density * speed * speed
-    least, most = behind / (LARGEST_GAMMA + 1.0), behind / (SMALLEST_GAMMA + 1.0)
-    if not least <= cj_pressure < most:
+        positive_number(name, value)
+    gamma = (pressure + density * speed * speed) / cj_pressure - 1.0
+    mach_squared = density * speed * speed / (gamma * pressure)
+    if not (SMALLEST_GAMMA < gamma <= LARGEST_GAMMA and mach_squared > 1.0):
         raise ParameterError(
-            f"got {cj_pressure:g} Pa", expected=f"{least:g} to {most:g} Pa with a front of {speed:g} m/s", at="cj_pressure"
+            f"got {cj_pressure:g} Pa: gamma would be {gamma:.4g}, the square of the front's Mach number {mach_squared:.4g}",
+            expected=f"a gamma of {SMALLEST_GAMMA:g} to {LARGEST_GAMMA:g}, and a front faster than sound",
+            at="cj_pressure",
         )
-    sound = math.sqrt((behind / cj_pressure - 1.0) * pressure / density)
-    if speed <= sound:
-        raise ParameterError(f"got {speed:g} m/s", expected=f"more than the {sound:g} m/s of sound in the gas", at="speed")
+    heat = 0.5 * (mach_squared - 1.0) ** 2 / mach_squared * (gamma * pressure / density) / (gamma * gamma - 1.0)
+    return Gas(gamma=gamma, gas_constant=pressure / (density * temperature), heat_release=heat)

@@ -44,6 +44,11 @@ def steady_power(gas: Gas, ahead: Flow, pressure: float, area: float) -> float:
     return gamma / (gamma - 1.0) * pressure * speed * area
 
 
+def pressure_needed(gas: DetonationTube) -> float:
+    """Return the pressure [Pa] to which gas has to be heated at constant volume to ignite; NaN where the law has none."""
+    return gas.parameters.chosen_reaction.ignition_pressure(gas.front, (gas.ahead.pressure, gas.ahead.density))
+
+
 def describe_dud(gas: DetonationTube) -> str:
     """Return words for gas that could detonate and does not; "" for other gas."""
     _, _, state, _, tally = gas.tables()
@@ -56,13 +61,16 @@ def describe_dud(gas: DetonationTube) -> str:
 
 def conclude(gas: DetonationTube) -> str:
     """Return a sentence on whether the gas has ignited, where and when, and how much of it is unburnt."""
-    _, tube, state, _, tally = gas.tables()
+    _, _, state, _, tally = gas.tables()
     if isinstance(gas.parameters.chosen_reaction, Inert):
         least, largest = (1e-3 * float(one) for one in (state.pressure.min(), state.pressure.max()))
         return f"the gas does not react; its pressure is {least:.4g} to {largest:.4g} kPa"
     if not state.flags[kernel_arrays.IGNITED]:
-        peak, law = max(float(tally[kernel_arrays.PEAK]), float(state.pressure.max())), gas.parameters.chosen_reaction
-        return f"the gas has not ignited: {law.describe_ignition(tube.reaction, peak, state.density, state.pressure)}"
+        peak, needed = max(float(tally[kernel_arrays.PEAK]), float(state.pressure.max())), pressure_needed(gas)
+        compared = (
+            f"{1e-3 * peak:.4g} kPa" if math.isnan(needed) else f"{peak / needed:.2f} of the {1e-3 * needed:.4g} kPa it needs"
+        )
+        return f"the gas has not ignited: its largest pressure was {compared}"
     begin, end = gas.fronts()
     first, ratio = gas.events("ignited"), gas.get("cj_ratio")
     time = f"{1e6 * first[0].tick * gas.step_size:.4g} us after the start" if first else "before the start"
@@ -80,7 +88,7 @@ def cautions(gas: DetonationTube) -> list[str]:
         return []
     said = f"{dud}, and its pressure is not that of a detonation"
     p, ahead, (_, tube, state, _, tally) = gas.parameters, gas.ahead, gas.tables()
-    needed = p.chosen_reaction.ignition_pressure(gas.front, (ahead.pressure, ahead.density))
+    needed = pressure_needed(gas)
     if state.flags[kernel_arrays.IGNITED] or math.isnan(needed):
         return [f"{said}; give more ignition_power, or a longer ignition_zone"]
     first, last = (int(cell) for cell in tube.heated)

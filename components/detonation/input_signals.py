@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 
@@ -21,11 +22,14 @@ def tick_signals(held: Mapping[str, Held], tick: int, ticks: int) -> FloatArray:
     """Return the mean of each input over each of `ticks` ticks from `tick` on, shape (ticks, SIGNALS)."""
     signals = np.zeros((ticks, SIGNALS))
     for name, column in COLUMNS.items():
-        if name in held:
-            signals[:, column] = _values(held[name], tick, ticks)
+        signals[:, column] = _factors(held.get(name, 0.0), tick, ticks)
     area = held.get("area")
-    signals[:, AREA] = _values(area, tick, ticks) if isinstance(area, CompiledProfile) else 1.0
+    signals[:, AREA] = _factors(area, tick, ticks) if isinstance(area, CompiledProfile) else 1.0
     return signals
+
+
+def _factors(held: Any, tick: int, ticks: int) -> FloatArray | float:
+    return held.mean_factors(tick, ticks) if isinstance(held, CompiledProfile) else held
 
 
 def area_pattern(held: Mapping[str, Held]) -> FloatArray:
@@ -36,10 +40,3 @@ def area_pattern(held: Mapping[str, Held]) -> FloatArray:
     area = held["area"]
     pattern = area.pattern if isinstance(area, CompiledProfile) else area
     return np.array(pattern)
-
-
-def _values(held: Held, tick: int, ticks: int) -> FloatArray | float:
-    """Return a number, or the mean factor of a profile over each tick."""
-    if isinstance(held, CompiledProfile):
-        return held.mean_factors(tick, ticks)
-    return float(held)

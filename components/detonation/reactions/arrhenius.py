@@ -10,17 +10,16 @@ the default activation, the speed of the steady wave is right within 0.7, 0.2, 0
 from __future__ import annotations
 
 import math
-from typing import Any, Literal, NamedTuple
+from typing import Literal, NamedTuple
 
 from ...support.elementary_functions import exponential
-from ...support.float_arrays import FloatArray
 from ...support.parameter_fields import Magnitude, field
 from ...support.powers import power
 from ..chapman_jouguet import Detonation
 from ..gases import Gas
 from .reaction import Reacted, Reaction, react
 
-_ONE_OVER_E, _LN2 = 0.36787944117144233, 0.6931471805599453
+_ONE_OVER_E = 0.36787944117144233
 # Beyond this exponent there is no reaction, for `power`.
 _LARGEST_EXPONENT = 100.0
 _INTERVALS = 400
@@ -52,12 +51,6 @@ class Arrhenius(Reaction):
     def ignition_pressure(self, front: Detonation, ahead: tuple[float, float]) -> float:
         """Return the pressure at which gas of the initial density is as hot as behind the leading shock [Pa]."""
         return ahead[1] * front.shocked.pressure / front.shocked.density
-
-    def describe_ignition(self, constants: Any, peak: float, density: FloatArray, pressure: FloatArray) -> str:
-        """Return the time ln 2 / (k exp(-E rho / p)) in which half of the hottest gas would react."""
-        exponent = min(float(constants.energy * (density / pressure).min()), _LARGEST_EXPONENT)
-        half = _LN2 / constants.rate * float(exponential(exponent))
-        return f"half of it would react in {1e3 * half:.3g} ms where it is hottest now"
 
     def cautions(self, cell_size: float) -> list[str]:
         """Return a sentence where cells do not resolve the reaction zone."""

@@ -7,7 +7,6 @@ from abc import abstractmethod
 from typing import Any, NamedTuple
 
 from ...support.dispatch import dispatched
-from ...support.float_arrays import FloatArray
 from ...support.tagged_union import Named
 from ..chapman_jouguet import Detonation
 from ..gases import Gas
@@ -53,17 +52,6 @@ class Reaction(Named):
     def ignition_pressure(self, front: Detonation, ahead: tuple[float, float]) -> float:
         """Return the pressure to which gas has to be heated at constant volume to ignite [Pa]; NaN where there is none."""
         return math.nan
-
-    def describe_ignition(self, constants: Any, peak: float, density: FloatArray, pressure: FloatArray) -> str:
-        """Return how near gas that has not ignited came to it.
-
-        Args:
-            constants: of the kernel.
-            peak: largest pressure so far [Pa].
-            density: now, shape (n,) [kg/m^3].
-            pressure: now, shape (n,) [Pa].
-        """
-        return f"its largest pressure was {1e-3 * peak:.4g} kPa"
 
     def cautions(self, cell_size: float) -> list[str]:
         """Return a sentence for each assumption that this law does not meet on such cells."""

@@ -9,11 +9,10 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.optimize import brentq
 
 from ...support.float_arrays import FloatArray
 from ..chapman_jouguet import Flow
-
-_BISECTIONS = 200
 
 
 @dataclass(frozen=True)
@@ -54,19 +53,17 @@ def riemann_problem(left: Flow, right: Flow, gamma: float) -> RiemannSolution:
     parting = right.velocity - left.velocity
     if parting >= 2.0 * sum(speeds) / (gamma - 1.0):
         raise ValueError(f"the states part at {parting:g} m/s: a vacuum opens between them")
-    low, high = 0.0, max(left.pressure, right.pressure)
-    while _excess_velocity(left, right, gamma, high) < 0.0:
+
+    def excess_velocity(pressure: float) -> float:
+        return _velocity_change(left, gamma, pressure) + _velocity_change(right, gamma, pressure) + parting
+
+    high = max(left.pressure, right.pressure)
+    while excess_velocity(high) < 0.0:
         high *= 2.0
-    for _ in range(_BISECTIONS):
-        middle = 0.5 * (low + high)
-        low, high = (low, middle) if _excess_velocity(left, right, gamma, middle) > 0.0 else (middle, high)
-    change = [_velocity_change(one, gamma, high) for one in (left, right)]
+    pressure = brentq(excess_velocity, 0.0, high, xtol=1e-15 * high, rtol=1e-14)
+    change = [_velocity_change(one, gamma, pressure) for one in (left, right)]
     velocity = 0.5 * (left.velocity + right.velocity) + 0.5 * (change[1] - change[0])
-    return RiemannSolution(left, right, gamma, high, velocity)
-
-
-def _excess_velocity(left: Flow, right: Flow, gamma: float, pressure: float) -> float:
-    return _velocity_change(left, gamma, pressure) + _velocity_change(right, gamma, pressure) + right.velocity - left.velocity
+    return RiemannSolution(left, right, gamma, pressure, velocity)
 
 
 def _velocity_change(state: Flow, gamma: float, pressure: float) -> float:

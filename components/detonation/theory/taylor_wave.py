@@ -10,6 +10,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.optimize import minimize_scalar
 
 from ...support.float_arrays import FloatArray
 from ..chapman_jouguet import Detonation, Flow
@@ -68,14 +69,9 @@ class TaylorWave:
 
 def fit_decay(times: FloatArray, excess: FloatArray) -> float:
     """Return the T for which exp(-t / T) is nearest to `excess` at equidistant times, in the mean square [s]."""
-    low, high = 1e-3 * times[-1], 10.0 * times[-1]
-    ratio = 0.5 * (np.sqrt(5.0) - 1.0)
 
     def misfit(logarithm: float) -> float:
         return float(((np.exp(-times / np.exp(logarithm)) - excess) ** 2).sum())
 
-    a, b = float(np.log(low)), float(np.log(high))
-    for _ in range(100):  # golden section
-        c, d = b - ratio * (b - a), a + ratio * (b - a)
-        a, b = (a, d) if misfit(c) < misfit(d) else (c, b)
-    return float(np.exp(0.5 * (a + b)))
+    bounds = (np.log(1e-3 * times[-1]), np.log(10.0 * times[-1]))
+    return float(np.exp(minimize_scalar(misfit, bounds=bounds, options={"xatol": 1e-9}).x))
