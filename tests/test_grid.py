@@ -356,11 +356,11 @@ def test_inputs_of_an_edge_keep_the_order_of_its_nodes() -> None:
         ({"mesh": {**SQUARE, "holes": [{"name": "box", "x": [9, 10], "y": [0, 1]}]}}, ["holes[0]", "the middle of no cell"]),
         (
             {"mesh": mesh_of([[0, 1, 2, 3], [4, 5, 6, 7]], [*NODES[:4], [0.5, 0.5], [1.5, 0.5], [1.5, 1.5], [0.5, 1.5]])},
-            ["nodes[4]", "lies inside cell 0"],
+            ["nodes[4]", "lies in cell 0 or on a side of it", "overlap"],
         ),
         (
             {"mesh": mesh_of([[0, 1, 2, 3], [1, 4, 5, 6]], [*NODES[:4], [2, 0], [2, 0.5], [1, 0.5]])},
-            ["nodes[6]", "hangs on the side from node 1 to node 2", "divide that cell"],
+            ["nodes[6]", "lies in cell 0 or on a side of it", "nothing joins them", "divide that cell"],
         ),
         ({"boundaries": {"left": "periodic"}}, ["boundaries.left", "partner"]),
         ({"boundaries": {"left": {"name": "absorbing", "sponge_width": 9.0}}}, ["left.sponge_width", "all of the mesh"]),

@@ -9,8 +9,9 @@ import pytest
 from support.grid_tools import MEDIUM, P_SPEED, S_SPEED, SMALL, along_axis, bar, block, pulse, start_pulse
 
 import granular_env as ge
+from granular_env.components.coupled.theory import reflection, transmission
 from granular_env.components.grid import Grid
-from granular_env.components.grid.theory import mesh_frequencies, reflected_energy, reflection, transmission
+from granular_env.components.grid.theory import mesh_frequencies, reflected_energy
 from granular_env.components.materials.elastic import Material
 
 

@@ -133,20 +133,14 @@ class Grid(Component):
 
     def _node_near(self, where: str, point: Sequence[float]) -> int:
         """Return the node nearest to a point of the body, and keep a sentence where it is not at that point."""
-        node = self.mesh.nearest_node(point[0], point[1])
-        x, y = self.mesh.nodes[node].tolist()
-        distance = math.hypot(point[0] - x, point[1] - y)
+        squares = ((self.mesh.nodes - np.array(point)) ** 2).sum(axis=1)
+        node = int(np.argmin(squares))
+        (x, y), distance = self.mesh.nodes[node].tolist(), math.sqrt(squares[node])
+        found = f"the nearest node, {node}, is at ({x:.6g}, {y:.6g}) m"
+        if distance > 2.0 * self.mesh.reach.max():
+            raise ParameterError(f"got the point {list(point)} m", expected="a point of the body", hint=found, at=where)
         if distance > _OFF_NODE * math.sqrt(self.mesh.areas.min()):
-            self._off_nodes.append(
-                f"{where}: the nearest node, {node}, is at ({x:.6g}, {y:.6g}) m, not at the point {list(point)} m"
-            )
-        if not self.mesh.contains(point[0], point[1]):
-            raise ParameterError(
-                f"got the point {list(point)} m",
-                expected="a point of the body",
-                hint=f"the nearest node, {node}, is at ({x:.6g}, {y:.6g}) m",
-                at=where,
-            )
+            self._off_nodes.append(f"{where}: {found}, not at the point {list(point)} m")
         return node
 
     def attach(self, mass: FloatArray | None, pushed: Sequence[int] = ()) -> None:
@@ -271,7 +265,10 @@ class Grid(Component):
                 self._refuse_parting(name, values[name])
         if "displacement" in values:
             state.displacement[:] = values["displacement"]
-            self._refuse_inverted_start(self._update_forces(0.0))
+            if (cell := self._update_forces(0.0)) >= 0:
+                raise ParameterError(
+                    f"cell {cell} would be inverted", hint="give smaller displacements", at="start.displacement"
+                )
             self._strain_elastically()
         if "stress" in values:
             state.stress[:] = values["stress"]
@@ -321,10 +318,6 @@ class Grid(Component):
                 raise ParameterError(
                     f"the nodes {members.tolist()} are joined by periodic edges", hint="give them one value", at=f"start.{name}"
                 )
-
-    def _refuse_inverted_start(self, cell: int) -> None:
-        if cell >= 0:
-            raise ParameterError(f"cell {cell} would be inverted", hint="give smaller displacements", at="start.displacement")
 
     @property
     def joined(self) -> IntArray:
@@ -418,13 +411,11 @@ class Grid(Component):
     def cautions(self) -> list[str]:
         """Return sentences on nodes that are not at their points, and where cells are too compressed for the step."""
         smallest = self.report()["smallest area of a cell over that at rest"]
-        if smallest > _COMPRESSED:
-            return [*self._off_nodes]
-        return [
-            *self._off_nodes,
+        compressed = (
             f"a cell has {smallest:.2g} of its area at rest: the elastic law is meant for small elastic strains, and the step "
-            f"(now {self.step_size:g} s) for cells as they are at rest; load less, or take a smaller step_size",
-        ]
+            f"(now {self.step_size:g} s) for cells as they are at rest; load less, or take a smaller step_size"
+        )
+        return [*self._off_nodes, *([] if smallest > _COMPRESSED else [compressed])]
 
     def balances(self) -> tuple[Balance, ...]:
         """Return energy, momentum, angular momentum about the origin (not where edges are periodic), and mass.

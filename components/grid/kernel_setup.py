@@ -58,7 +58,6 @@ def assemble(
     boundaries: Mapping[str, Boundary],
     forced: Sequence[int] = (),
     hourglass: float = 1.0,
-    others: Sequence[int] = (),
     attached: FloatArray | None = None,
     pushed: Sequence[int] = (),
 ) -> Assembly:
@@ -72,7 +71,6 @@ def assemble(
         boundaries: of edges by name.
         forced: nodes with the input `force`.
         hourglass: stiffness against hourglass modes, as a part of full integration's.
-        others: nodes that a parent moves: only their forces are written.
         attached: masses of another body that nodes carry too, whose forces a parent adds to those of the cells; nodes that
             carry some become nodes with conditions, shape (n,) [kg].
         pushed: nodes to which a parent adds forces although they carry nothing.
@@ -90,18 +88,19 @@ def assemble(
         for name in ("density", "longitudinal_speed", "shear_speed")
     )
     own_mass = lump(mesh, density * mesh.areas)
-    damped = nodal_conditions.dashpots(mesh, boundaries, density, longitudinal, shear, own_mass)
+    damping = nodal_conditions.dashpots(mesh, boundaries, density, longitudinal, shear, own_mass)
     node_slots, further = _corners_of_nodes(count, mesh.cells)
     more = np.zeros(count) if attached is None else attached
-    apart = np.concatenate([further[:, 0], np.flatnonzero(more), np.array(pushed, np.int64)])
-    nodes = nodal_conditions.special_nodes(joined, inputs, prescribed, damped, apart)
+    apart = [joined[joined >= 0], *(one.nodes for one in inputs), list(prescribed), np.flatnonzero(damping.any(axis=1))]
+    apart += [further[:, 0], np.flatnonzero(more), pushed]
+    nodes = np.unique(np.concatenate([np.array(some, dtype=np.int64) for some in apart]))
     places = np.full(count, -1, dtype=np.int64)
     places[nodes] = np.arange(len(nodes))
     share = own_mass[nodes] / nodal_conditions.join_rows(own_mass[nodes, None], places, joined)[:, 0]
     mass = own_mass + more
     mass[nodes] = nodal_conditions.join_rows(mass[nodes, None], places, joined)[:, 0]
     special = np.zeros(count, dtype=np.uint8)
-    special[nodes] = special[np.array(others, dtype=np.int64)] = 1
+    special[nodes] = 1
     moduli = np.array([[one.first_lame, one.shear_modulus] for one in materials])
     grid = kernel_arrays.Grid(
         reference=mesh.nodes,
@@ -116,11 +115,10 @@ def assemble(
         further=further.astype(np.uint32),
         special=special,
     )
-    damping = np.array([damped.get(node, np.zeros(3)) for node in nodes.tolist()]).reshape(-1, 3)
     held = kernel_arrays.Conditions(
         nodes=nodes.astype(np.uint32),
         mass=mass[nodes],
-        damping=nodal_conditions.join_rows(damping, places, joined),
+        damping=nodal_conditions.join_rows(damping[nodes], places, joined),
         prescribed=_prescribed_flags(prescribed, places, joined, len(nodes)),
         share=share,
         groups=joined.astype(np.int32),

@@ -15,10 +15,9 @@ from ..support.float_arrays import FloatArray
 IntArray = npt.NDArray[np.int64]
 # A cell that is flatter than this, its area over the square of its longest side, is a slip.
 _FLATTEST = 1e-6
-# A node that is nearer to a side than this part of the side's length hangs on it.
-_HANGING = 1e-3
-# A point that is outside a cell by this part of the cell's area lies on its boundary.
-_ROUNDING = 1e-6
+# A node lies on a side that is nearer than this part of its length, and at a corner that is nearer than this part of the
+# distance from the cell's centre to its farthest corner.
+_ON_SIDE, _AT_CORNER = 1e-3, 5e-3
 
 
 @dataclass(frozen=True)
@@ -29,14 +28,12 @@ class Mesh:
         nodes: where they are before anything moves, shape (n, 2) [m].
         cells: the nodes of each cell, counterclockwise, shape (m, 4).
         edges: name -> sides of cells on that part of the boundary, shape (k, 2): their two nodes, the body on the left.
-        counts: cells along x and y where it is a full rectangle; () otherwise.
         orders: name -> nodes of an edge, shape (k,), of edges whose nodes were given one after the other.
     """
 
     nodes: FloatArray
     cells: IntArray
     edges: Mapping[str, IntArray] = field(default_factory=dict)
-    counts: tuple[int, ...] = ()
     orders: Mapping[str, IntArray] = field(default_factory=dict)
 
     @cached_property
@@ -67,18 +64,15 @@ class Mesh:
         nodes = np.unique(self.edges[name])
         return nodes[np.lexsort((self.nodes[nodes, 1], self.nodes[nodes, 0]))]
 
-    def nearest_node(self, x: float, y: float) -> int:
-        """Return the node that is nearest to a point [m]; the first of several."""
-        offsets = self.nodes - (x, y)
-        return int(np.argmin((offsets * offsets).sum(axis=1)))
+    @cached_property
+    def reach(self) -> FloatArray:
+        """Distance from the centre of each cell to its farthest corner, shape (m,) [m]."""
+        return np.sqrt(((self.nodes[self.cells] - self.centres[:, np.newaxis]) ** 2).sum(axis=2).max(axis=1))
 
-    def contains(self, x: float, y: float) -> bool:
-        """Return whether a point [m] lies in a cell or, to rounding, on its boundary."""
-        corners = self.nodes[self.cells] - (x, y)
-        onward = np.roll(corners, -1, axis=1)
-        # Twice the area of the triangle of each side and the point.
-        areas = corners[..., 0] * onward[..., 1] - corners[..., 1] * onward[..., 0]
-        return bool((areas >= -_ROUNDING * self.areas[:, None]).all(axis=1).any())
+    def lengths(self, sides: IntArray) -> FloatArray:
+        """Return the lengths of sides that are given by their two nodes, shape (k,) [m]."""
+        x, y = (self.nodes[sides[:, 1]] - self.nodes[sides[:, 0]]).T
+        return np.sqrt(x * x + y * y)
 
     def problem(self) -> tuple[str, str] | None:
         """Return what is wrong, as location and sentence; None where it is a mesh that can be computed on."""
@@ -94,7 +88,7 @@ class Mesh:
         unused = np.flatnonzero(np.bincount(self.cells.ravel(), minlength=n) == 0)
         if len(unused):
             return f"nodes[{unused[0]}]", "belongs to no cell; remove it, or number the nodes anew"
-        return self._shape_problem() or self._side_problem() or self._overlap_problem() or self._hanging_problem()
+        return self._shape_problem() or self._side_problem() or self._foreign_node_problem()
 
     def _shape_problem(self) -> tuple[str, str] | None:
         """Return the first cell with an inverted or flat corner."""
@@ -125,45 +119,26 @@ class Mesh:
         cells = np.unique(np.flatnonzero((sides == (start, end)).all(axis=1)) % len(self.cells)).tolist()
         return "cells", f"the cells {cells} lie on the same side of the line from node {start} to node {end}, expected one cell"
 
-    def _overlap_problem(self) -> tuple[str, str] | None:
-        """Return a node that lies inside a cell: parts of the mesh that have no nodes in common overlap there."""
+    def _foreign_node_problem(self) -> tuple[str, str] | None:
+        """Return a node in a cell or on its sides that is no corner of it: cells overlap there, or nothing joins them."""
         from scipy.spatial import cKDTree  # type: ignore[attr-defined]
 
-        corners = self.nodes[self.cells]
-        reach = np.sqrt(((corners - self.centres[:, np.newaxis]) ** 2).sum(axis=2).max(axis=1))
-        tree: Any = cKDTree(self.nodes)
-        near = tree.query_ball_point(self.centres, reach)
+        corners, tree = self.nodes[self.cells], cKDTree(self.nodes)
+        near: Any = tree.query_ball_point(self.centres, self.reach)
         cell = np.repeat(np.arange(len(self.cells)), [len(one) for one in near])
         node = np.concatenate(near).astype(np.int64)
-        inside = np.ones(len(node), dtype=bool)
+        foreign = np.ones(len(node), dtype=bool)
         for j in range(4):
             side, way = corners[cell, (j + 1) % 4] - corners[cell, j], self.nodes[node] - corners[cell, j]
-            inside &= side[:, 0] * way[:, 1] - side[:, 1] * way[:, 0] > _FLATTEST * reach[cell] ** 2
-        if not inside.any():
+            inside = side[:, 0] * way[:, 1] - side[:, 1] * way[:, 0]
+            foreign &= inside > -_ON_SIDE * (side * side).sum(axis=1)
+            # Neither a corner nor a second node at its place, as on the other face of a slit.
+            foreign &= (way * way).sum(axis=1) > (_AT_CORNER * self.reach[cell]) ** 2
+        if not foreign.any():
             return None
-        place = int(np.argmax(inside))
-        return f"nodes[{node[place]}]", f"lies inside cell {cell[place]}, expected cells that do not overlap"
-
-    def _hanging_problem(self) -> tuple[str, str] | None:
-        """Return a node within a side of a cell that does not have it: nothing joins the two, and the mesh would part there."""
-        from scipy.spatial import cKDTree  # type: ignore[attr-defined]
-
-        ends, outer = self.nodes[self.sides], np.unique(self.sides)
-        way = ends[:, 1] - ends[:, 0]
-        length = np.sqrt((way * way).sum(axis=1))
-        near = cKDTree(self.nodes[outer]).query_ball_point(0.5 * (ends[:, 0] + ends[:, 1]), 0.5 * length)
-        side = np.repeat(np.arange(len(self.sides)), [len(one) for one in near])
-        node = outer[np.concatenate(near).astype(np.int64)]
-        offset, along = self.nodes[node] - ends[side, 0], way[side] / length[side, np.newaxis]
-        place = (offset * along).sum(axis=1) / length[side]
-        apart = np.abs(along[:, 0] * offset[:, 1] - along[:, 1] * offset[:, 0]) / length[side]
-        hanging = (apart < _HANGING) & (place > _HANGING) & (place < 1.0 - _HANGING)
-        if not hanging.any():
-            return None
-        first = int(np.argmax(hanging))
-        start, end = self.sides[side[first]].tolist()
+        first = int(np.argmax(foreign))
         return f"nodes[{node[first]}]", (
-            f"hangs on the side from node {start} to node {end}, whose cell does not have it, so that nothing joins them; "
+            f"lies in cell {cell[first]} or on a side of it, and is no corner of it: cells overlap, or nothing joins them; "
             "divide that cell, or for a slit give both faces nodes at the same places or leave a gap between them"
         )
 
@@ -199,7 +174,7 @@ def rectangle(columns: int, rows: int, size: tuple[float, float], centre: tuple[
         "bottom": np.stack([below, below + 1], axis=1),
         "top": np.stack([above + 1, above], axis=1),
     }
-    return Mesh(nodes, cells, edges, (columns, rows))
+    return Mesh(nodes, cells, edges)
 
 
 def without_cells(mesh: Mesh, removed: npt.NDArray[np.bool_]) -> Mesh:

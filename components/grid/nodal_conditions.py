@@ -74,15 +74,15 @@ def joined_nodes(mesh: Mesh, boundaries: Mapping[str, Boundary]) -> IntArray:
                 pairs.append(_opposite_nodes(mesh, name, partner))
     if not pairs:
         return np.zeros((0, 4), dtype=np.int64)
-    leader = np.arange(len(mesh.nodes))
-    for pair in pairs:
-        for _ in range(2):
-            low = np.minimum(leader[pair[:, 0]], leader[pair[:, 1]])
-            np.minimum.at(leader, pair[:, 0], low)
-            np.minimum.at(leader, pair[:, 1], low)
+    from scipy.sparse import coo_array
+    from scipy.sparse.csgraph import connected_components
+
+    linked = np.concatenate(pairs)
+    graph = coo_array((np.ones(len(linked)), linked.T), shape=(len(mesh.nodes), len(mesh.nodes)))
+    _, group = connected_components(graph, directed=False)
     members: dict[int, list[int]] = {}
-    for node in np.unique(np.concatenate(pairs)):
-        members.setdefault(int(leader[node]), []).append(int(node))
+    for node in np.unique(linked).tolist():
+        members.setdefault(int(group[node]), []).append(node)
     rows = np.full((len(members), 4), -1, dtype=np.int64)
     for row, nodes in zip(rows, members.values(), strict=True):
         if len(nodes) not in (2, 4):
@@ -120,8 +120,7 @@ def edge_inputs(
         if isinstance(boundary, Traction):
             sides = np.searchsorted(np.sort(mesh.edge_nodes(name)), mesh.edges[name])
             sides = np.argsort(mesh.edge_nodes(name), kind="stable")[sides]
-            lengths = np.array([_length(mesh, first, second) for first, second in mesh.edges[name].tolist()])
-            variable = _edge_variable(mesh, name, boundary)
+            variable, lengths = _edge_variable(mesh, name, boundary), mesh.lengths(mesh.edges[name])
             found.append(EdgeInput(variable, mesh.edge_nodes(name), sides=sides, lengths=lengths))
         elif isinstance(boundary, PrescribedVelocity):
             nodes, own = held[name]
@@ -143,11 +142,6 @@ def _edge_variable(mesh: Mesh, name: str, boundary: Traction | PrescribedVelocit
     order = f"of `mesh.edges.{name}`" if name in mesh.orders else "of x, then y"
     text = f"{variable.description}, for each of its nodes in the order {order}"
     return replace(variable, shape=shape, description=text, axes=axes)
-
-
-def _length(mesh: Mesh, first: int, second: int) -> float:
-    way = mesh.nodes[second] - mesh.nodes[first]
-    return float(np.sqrt(way[0] * way[0] + way[1] * way[1]))
 
 
 def prescribed_components(mesh: Mesh, boundaries: Mapping[str, Boundary]) -> dict[int, dict[int, str]]:
@@ -184,8 +178,10 @@ def _components(mesh: Mesh, name: str, boundary: Boundary) -> tuple[int, ...]:
 def dashpots(
     mesh: Mesh, boundaries: Mapping[str, Boundary], density: FloatArray, longitudinal: FloatArray, shear: FloatArray,
     mass: FloatArray,
-) -> dict[int, FloatArray]:  # fmt: skip
-    """Return node -> damping coefficients xx, yy, xy [N s/m] of absorbing edges and their sponges.
+) -> FloatArray:  # fmt: skip
+    """Return the damping coefficients xx, yy, xy of each node from absorbing edges and their sponges, shape (n, 3) [N s/m].
+
+    A side adds half of (rho c_p n n + rho c_s t t) times its length to each of its nodes.
 
     Args:
         mesh: the mesh.
@@ -195,18 +191,37 @@ def dashpots(
         shear: wave speed [m/s].
         mass: of each node by itself, shape (n,) [kg].
     """
-    found: dict[int, FloatArray] = {}
+    damping = np.zeros((len(mesh.nodes), 3))
     for name, boundary in boundaries.items():
         if isinstance(boundary, Absorbing):
-            cell = cells_of_sides(mesh, mesh.edges[name])
-            constants = np.stack([density, longitudinal, shear], axis=1)
-            for (first, second), c in zip(mesh.edges[name].tolist(), cell.tolist(), strict=True):
-                tensor = _impedance(mesh, first, second, *constants[c].tolist())
-                for node in (first, second):
-                    found[node] = found.get(node, np.zeros(3)) + tensor
+            sides = mesh.edges[name]
+            cell, length = cells_of_sides(mesh, sides), mesh.lengths(sides)
+            tx, ty = ((mesh.nodes[sides[:, 1]] - mesh.nodes[sides[:, 0]]) / length[:, None]).T
+            along, across = 0.5 * density[cell] * shear[cell] * length, 0.5 * density[cell] * longitudinal[cell] * length
+            xx, yy = along * tx * tx + across * ty * ty, along * ty * ty + across * tx * tx
+            for end in (0, 1):
+                np.add.at(damping, sides[:, end], np.stack([xx, yy, (along - across) * tx * ty], axis=1))
             if boundary.sponge_width > 0.0:
-                _add_sponge(found, mesh, name, boundary, longitudinal, mass)
-    return found
+                damping[:, :2] += _sponge(mesh, name, boundary, longitudinal, mass)[:, None]
+    return damping
+
+
+def _sponge(mesh: Mesh, name: str, boundary: Absorbing, longitudinal: FloatArray, mass: FloatArray) -> FloatArray:
+    """Return the damping coefficient of each node from the layer before an absorbing edge, shape (n,) [N s/m]."""
+    from scipy.spatial import cKDTree  # type: ignore[attr-defined]
+
+    width, speed = boundary.sponge_width, np.zeros(len(mesh.nodes))
+    for corner in range(4):
+        np.maximum.at(speed, mesh.cells[:, corner], longitudinal)
+    distance, _ = cKDTree(mesh.nodes[mesh.edge_nodes(name)]).query(mesh.nodes)
+    if (distance < width).all():
+        raise ParameterError(
+            f"got {width:g} m, and all of the mesh lies in it",
+            hint="give a narrower one",
+            at=("boundaries", name, "sponge_width"),
+        )
+    part = np.maximum(1.0 - distance / width, 0.0)
+    return boundary.sponge_strength * speed / width * part * part * mass
 
 
 def absorbing_sides(mesh: Mesh, boundaries: Mapping[str, Boundary]) -> IntArray:
@@ -215,62 +230,12 @@ def absorbing_sides(mesh: Mesh, boundaries: Mapping[str, Boundary]) -> IntArray:
     return np.concatenate([np.zeros((0, 2), dtype=np.int64), *sides])
 
 
-def _impedance(mesh: Mesh, first: int, second: int, density: float, longitudinal: float, shear: float) -> FloatArray:
-    """Return half of rho c_p n n + rho c_s t t times the length of a side: xx, yy, xy."""
-    length = _length(mesh, first, second)
-    tx, ty = (mesh.nodes[second] - mesh.nodes[first]) / length
-    along, across = 0.5 * density * shear * length, 0.5 * density * longitudinal * length
-    return np.array([along * tx * tx + across * ty * ty, along * ty * ty + across * tx * tx, (along - across) * tx * ty])
-
-
-def _add_sponge(
-    found: dict[int, FloatArray], mesh: Mesh, name: str, boundary: Absorbing, longitudinal: FloatArray, mass: FloatArray
-) -> None:
-    speed = np.zeros(len(mesh.nodes))
-    for corner in range(4):
-        np.maximum.at(speed, mesh.cells[:, corner], longitudinal)
-    width = boundary.sponge_width
-    near = _nodes_near(mesh, name, width)
-    if len(near) == len(mesh.nodes):
-        raise ParameterError(
-            f"got {width:g} m, and all of the mesh lies in it",
-            hint="give a narrower one",
-            at=("boundaries", name, "sponge_width"),
-        )
-    for node, distance in near:
-        part = 1.0 - distance / width
-        rate = boundary.sponge_strength * float(speed[node]) / width * part * part * float(mass[node])
-        found[node] = found.get(node, np.zeros(3)) + np.array([rate, rate, 0.0])
-
-
-def _nodes_near(mesh: Mesh, name: str, width: float) -> list[tuple[int, float]]:
-    """Return the nodes within a distance from the nodes of an edge, and their distance [m]."""
-    from scipy.spatial import cKDTree  # type: ignore[attr-defined]
-
-    distance, _ = cKDTree(mesh.nodes[mesh.edge_nodes(name)]).query(mesh.nodes)
-    near = np.flatnonzero(distance < width)
-    return [(int(node), float(distance[node])) for node in near]
-
-
 def cells_of_sides(mesh: Mesh, sides: IntArray) -> IntArray:
     """Return the cell of each side of the boundary."""
     n = len(mesh.nodes)
     keys = np.concatenate([mesh.cells[:, j] * n + mesh.cells[:, (j + 1) % 4] for j in range(4)])
     order = np.argsort(keys, kind="stable")
     return order[np.searchsorted(keys[order], sides[:, 0] * n + sides[:, 1])] % len(mesh.cells)
-
-
-def special_nodes(
-    joined: IntArray,
-    inputs: Sequence[EdgeInput],
-    prescribed: Mapping[int, object],
-    damped: Mapping[int, object],
-    further: IntArray,
-) -> IntArray:
-    """Return all nodes with conditions, in increasing order, shape (s,)."""
-    groups = [joined[joined >= 0], *[one.nodes for one in inputs], further]
-    groups += [np.array(list(some), dtype=np.int64) for some in (prescribed, damped)]
-    return np.unique(np.concatenate(groups).astype(np.int64))
 
 
 def join_rows(rows: FloatArray, places: IntArray, joined: IntArray) -> FloatArray:

@@ -12,6 +12,7 @@ from ..support.float_arrays import FloatArray
 from ..support.stable_step import ResultCache
 from . import kernels
 from .kernel_arrays import Conditions, Grid, State
+from .mesh import cell_areas
 from .yielding import NoYield
 
 # Strains so small that the geometry stays what it is, to rounding.
@@ -44,7 +45,7 @@ def _compute_frequency(grid: Grid, conditions: Conditions, corner: FloatArray) -
     )
     held = np.zeros((n, 2), dtype=bool)
     held[conditions.nodes] = conditions.prescribed.astype(bool)
-    size = _SMALL * math.sqrt(float(np.abs(corner_area(grid)).min()))
+    size = _SMALL * math.sqrt(float(np.abs(cell_areas(grid.reference, grid.cells)).min()))
     shape = uniform(1, 0, 2 * n).reshape(n, 2) - 0.5
     for group in conditions.groups:
         members = group[group >= 0]
@@ -61,10 +62,3 @@ def _compute_frequency(grid: Grid, conditions: Conditions, corner: FloatArray) -
     return stable_step.highest_frequency(
         shape, size, held, grid.mass, force, kernels.norm_ratio, iterations=_ITERATIONS, settled=_SETTLED
     )
-
-
-def corner_area(grid: Grid) -> FloatArray:
-    """Return the area of each cell before anything moves, shape (m,) [m2]."""
-    corners = grid.reference[grid.cells]
-    first, second = corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1]
-    return 0.5 * (first[:, 0] * second[:, 1] - first[:, 1] * second[:, 0])

@@ -10,9 +10,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...materials.elastic import Material
+from ...materials.elastic import Material, rayleigh_speed
 from ...support.float_arrays import FloatArray
-from .rayleigh import rayleigh_speed
 
 _POINTS = 181
 # A Rayleigh wave is drawn down to this part of the way that it has gone: most of it is above.
@@ -42,35 +41,18 @@ def load_fronts(material: Material, time: float, source: float = 0.0) -> tuple[F
         time: since the impulse [s].
         source: where it acted, along x [m].
     """
-    fast, slow = material.longitudinal_speed * time, material.shear_speed * time
-    fronts = [_arc("P", fast, 0.25 * math.pi), _arc("S", slow, 0.12 * math.pi)]
-    fronts += [
-        mirrored for front in (_head(fast, slow), _rayleigh(rayleigh_speed(material) * time)) for mirrored in _both(front)
-    ]
-    place = np.array([[source, 0.0], [0.0, 0.0]])
-    return tuple(Front(one.name, one.points + place[:1], one.outward + place) for one in fronts)
-
-
-def _arc(name: str, radius: float, angle: float) -> Front:
-    """Return a half circle, named at an angle from the depth."""
+    fast, slow, reach = (
+        speed * time for speed in (material.longitudinal_speed, material.shear_speed, rayleigh_speed(material))
+    )
     angles = np.linspace(-math.pi, 0.0, _POINTS)
-    direction = np.array([math.sin(angle), -math.cos(angle)])
-    return Front(name, radius * np.stack([np.cos(angles), np.sin(angles)], axis=1), np.array([radius * direction, direction]))
-
-
-def _head(fast: float, slow: float) -> Front:
-    """Return the line from where P meets the surface to the front of S, which it touches at the critical angle."""
-    sine = slow / fast
-    normal = np.array([sine, -math.sqrt(1.0 - sine * sine)])
-    ends = np.array([[fast, 0.0], slow * normal])
-    return Front("C", ends, np.array([0.5 * (ends[0] + ends[1]), normal]))
-
-
-def _rayleigh(reach: float) -> Front:
-    ends = np.array([[reach, 0.0], [reach, -_DEPTH_OF_RAYLEIGH * reach]])
-    return Front("R", ends, np.array([ends[0], [0.0, 1.0]]))
-
-
-def _both(front: Front) -> tuple[Front, Front]:
-    flip = np.array([-1.0, 1.0])
-    return Front(front.name, front.points * flip, front.outward * flip), front
+    circle = np.stack([np.cos(angles), np.sin(angles)], axis=1)
+    p_way, s_way = (np.array([math.sin(angle), -math.cos(angle)]) for angle in (0.25 * math.pi, 0.12 * math.pi))
+    found = [("P", fast * circle, fast * p_way, p_way), ("S", slow * circle, slow * s_way, s_way)]
+    # The head wave goes from where P meets the surface to the front of S, which it touches at the critical angle.
+    normal = np.array([slow / fast, -math.sqrt(1.0 - (slow / fast) ** 2)])
+    head = np.array([[fast, 0.0], slow * normal])
+    rayleigh = np.array([[reach, 0.0], [reach, -_DEPTH_OF_RAYLEIGH * reach]])
+    for name, line, place, way in (("C", head, head.mean(axis=0), normal), ("R", rayleigh, rayleigh[0], np.array([0.0, 1.0]))):
+        found += [(name, line * side, place * side, way * side) for side in (np.array([-1.0, 1.0]), np.array([1.0, 1.0]))]
+    origin = np.array([source, 0.0])
+    return tuple(Front(name, line + origin, np.array([place + origin, way])) for name, line, place, way in found)
