@@ -14,7 +14,7 @@ import numpy as np
 
 from .balances import balance_variables
 from .drawables import element_count
-from .errors import IssuedCautions, ParameterError, StepError, nearest, one_line
+from .errors import ParameterError, StepError, nearest, one_line
 from .events import MOST_INDEX, Event, EventDetail, decode_events, event_rows, renumber_kinds
 from .inputs import Held, input_value
 from .number_arrays import start_array
@@ -38,8 +38,6 @@ class Component(Stepping):
 
     version: ClassVar[int] = 1
     """Raised whenever the same parameters and inputs would give other bits."""
-    platform_bound: ClassVar[bool] = False
-    """True if the same run may give other bits on another CPU."""
 
     # Parts in this component's memory, the prefix of their events, their ticks in one of this.
     _included: tuple[tuple[Component, str, int], ...] = ()
@@ -56,7 +54,6 @@ class Component(Stepping):
             ParameterError: a parameter is unknown, missing or out of range, or the component would not fit into memory.
         """
         self._given_memory = memory
-        self.issued_cautions: IssuedCautions = IssuedCautions()
         self.parameters = validate_parameters(self.Parameters, parameters, self._full_name)
         refuse_beyond(self.memory_needed(self.parameters), self._full_name)
         try:
@@ -92,14 +89,8 @@ class Component(Stepping):
     def __setattr__(self, name: str, value: Any) -> None:
         variables = self.__dict__.get("variables", {})
         if name in variables or (variables and name == "parameters"):
-            variable, advice = variables.get(name), "an output can only be read"
-            if variable is None or variable.causality == "parameter":
-                advice = f"the parameters of {self._full_name} are fixed; make a new one with the other value"
-            elif variable.causality == "input":
-                advice = f"an input is given to a step: step(duration, {name}=...)"
-            elif variable.state:
-                advice = f"a start value is given to reset: reset({name}=...)"
-            raise ParameterError(advice, at=name)
+            hint = f"parameters are fixed, an input is given to step(duration, {name}=...), a start value to reset({name}=...)"
+            raise ParameterError("cannot be set", hint=hint, at=name)
         object.__setattr__(self, name, value)
 
     @property
@@ -119,16 +110,9 @@ class Component(Stepping):
 
     def _claim_memory(self, shape: tuple[int, ...]) -> FloatArray:
         """Return zeros of that shape, in the memory of a parent if there is one."""
-        memory: Any = self._given_memory
-        if memory is None:
-            self._memory = np.zeros(shape)
-            return self._memory
-        sound = isinstance(memory, np.ndarray) and memory.dtype == np.float64 and memory.flags.c_contiguous
-        if not sound or not memory.flags.writeable or memory.size != math.prod(shape):
-            came = f"{memory.dtype} of shape {memory.shape}" if isinstance(memory, np.ndarray) else one_line(memory)
-            raise ParameterError(f"got {came}", expected=f"writable C-ordered float64 of shape {shape}", at="memory")
-        memory[...] = 0.0
-        self._memory: FloatArray = memory.reshape(shape)
+        memory = self._given_memory
+        self._memory: FloatArray = np.zeros(shape) if memory is None else memory.reshape(shape)
+        self._memory[...] = 0.0
         return self._memory
 
     def _include(self, part: Component, prefix: str, ticks: int = 1) -> None:
@@ -439,11 +423,7 @@ class Component(Stepping):
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Support pickle and `copy.deepcopy`: the parameters and the state. Observers stay with the original."""
-        return _recreate, (type(self), self.parameters.model_dump(), self.save(), self.issued_cautions)
-
-    def share_cautions(self, issued: IssuedCautions) -> None:
-        """Issue no caution that is among these, which another component of this kind has issued, and add to them."""
-        self.issued_cautions = issued
+        return _recreate, (type(self), self.parameters.model_dump(), self.save())
 
     def __copy__(self) -> Component:
         """Return an independent component: one that shares the state would step the original as well."""
@@ -454,10 +434,7 @@ def _reader_of(view: np.ndarray) -> Callable[[], Any]:
     return (lambda: view) if view.ndim else lambda: float(view)
 
 
-def _recreate(
-    kind: type[Component], parameters: Mapping[str, Any], state: Snapshot, issued_cautions: IssuedCautions
-) -> Component:
+def _recreate(kind: type[Component], parameters: Mapping[str, Any], state: Snapshot) -> Component:
     component = kind(**parameters)
-    component.share_cautions(issued_cautions)
     component.restore(state)
     return component

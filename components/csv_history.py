@@ -18,13 +18,12 @@ import re
 import stat
 from dataclasses import replace
 from pathlib import Path
-from typing import NamedTuple
 
 import numpy as np
 
 from .errors import GranularError, ParameterError, nearest, one_line
 from .support.float_arrays import FloatArray
-from .support.validation import whole_number
+from .support.validation import finite_number, whole_number
 
 LARGEST_FILE = 256 * 2**20
 # A step longer than this number of median steps is a hole in the sampling.
@@ -49,10 +48,8 @@ UNITS |= {f"{prefix}sec": ("s", *_PREFIXES[prefix]) for prefix in ("", "m", "u",
 UNITS |= {"kgf": ("N", 980665.0, 1e5), "lbf": ("N", 44482216152605.0, 1e13), "g": ("m/s^2", 980665.0, 1e5)}
 
 
-class _Column(NamedTuple):
-    place: int
-    multiply: float
-    divide: float
+# The place of a column, and what its numbers are multiplied and divided by.
+_Column = tuple[int, float, float]
 
 
 def read_history(
@@ -70,7 +67,21 @@ def read_history(
     scale: float | None = None,
     name: str | None = None,
 ) -> tuple[FloatArray, FloatArray]:
-    """Return the times [s], increasing, and the values [`unit`], both of shape (rows,); arguments as in `Profile.from_csv`.
+    """Return the times [s], increasing, and the values [`unit`], both of shape (rows,).
+
+    Args:
+        path: the file, UTF-8; its header may contain the units, such as ``time [us],force [kN]``.
+        time_column: a name from the header, with or without its unit, or a number from 0.
+        value_column: likewise.
+        time_unit: s, ms, us, ns or sec, ...; by default the unit in the header.
+        value_unit: such as kN or mm/s, or V with a `scale`; by default the unit in the header.
+        unit: SI unit of the values, such as N; None for the SI unit of the file's quantity.
+        delimiter: of the columns: a comma, a semicolon, a tab or blanks.
+        decimal: the decimal mark, a point or a comma.
+        skip: number of lines to leave out at the beginning, such as the preamble of an oscilloscope.
+        gaps: "refuse" holes in the sampling, of over 10 median steps, or "bridge" them in a straight line.
+        scale: factor of the values: a number, or `unit` for each volt of a sensor.
+        name: what messages call the file; None for its path.
 
     Raises:
         ParameterError: names the file and the line, the text found, and what was expected.
@@ -83,6 +94,7 @@ def read_history(
         if given is not None and not isinstance(given, str):
             raise ParameterError(f"got {one_line(given)}", expected="a unit such as 'us' or 'kN'", at=argument)
     whole_number("skip", skip, 0)
+    factor = 1.0 if scale is None else finite_number("scale", scale)
     try:
         lines, cells = _rows(Path(path), delimiter, skip)
         if not cells:
@@ -94,7 +106,7 @@ def read_history(
         ]
         if header:
             lines, cells = lines[1:], cells[1:]
-        return _samples(lines, cells, columns, decimal, gaps, scale)
+        return _samples(lines, cells, columns, decimal, gaps, factor)
     except TypeError:
         raise ParameterError(f"got {one_line(path)}", expected="the path of a CSV file", at="path") from None
     except ParameterError as error:
@@ -153,7 +165,7 @@ def _column(
         )
     base, multiply, divide = UNITS.get(found, (found if found == wanted else "", 1.0, 1.0))
     if base and (base == wanted or (wanted is None and base != "V") or (base == "V" and scaled)):
-        return _Column(int(place), multiply, divide)
+        return int(place), multiply, divide
     expected = ", ".join(one for one, (si, _, _) in UNITS.items() if si == wanted) or wanted or "a unit of a quantity"
     hint = f"set {what}_unit; with a scale, values may be in V" if what == "value" else ""
     raise ParameterError(f"{where}: the {what}s are in {found!r}", expected=expected, hint=hint)
@@ -170,21 +182,21 @@ def _name_and_unit(cell: str) -> tuple[str, str | None]:
 
 
 def _samples(
-    lines: list[int], cells: list[list[str]], columns: list[_Column], decimal: str, gaps: str, scale: float | None
+    lines: list[int], cells: list[list[str]], columns: list[_Column], decimal: str, gaps: str, scale: float
 ) -> tuple[FloatArray, FloatArray]:
     if len(lines) < 2:
         raise ParameterError(f"it holds {len(lines)} samples", expected="at least 2")
     found = []
-    for what, column in zip(("time", "value"), columns, strict=True):
+    for what, factor, (place, multiply, divide) in zip(("time", "value"), (1.0, scale), columns, strict=True):
         numbers = np.empty(len(lines))
         for row, (line, texts) in enumerate(zip(lines, cells, strict=True)):
-            text = texts[column.place]
+            text = texts[place]
             if not _is_number(text, decimal):
                 came, expected = f"line {line}: the {what} is {text[:40]!r}", f"a finite number such as 1{decimal}5e-3"
                 raise ParameterError(came, expected=expected, hint="set decimal, or skip lines, if need be")
             numbers[row] = float(text.replace(decimal, "."))
         with np.errstate(over="ignore"):  # infinite values are refused
-            numbers = numbers * column.multiply / column.divide * (scale if what == "value" and scale is not None else 1.0)
+            numbers = numbers * multiply / divide * factor
         if not np.isfinite(numbers).all():
             raise ParameterError(f"line {lines[int(np.argmin(np.isfinite(numbers)))]}: the {what} overflows")
         found.append(numbers)

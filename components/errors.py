@@ -310,20 +310,6 @@ def caution(message: str) -> None:
     warnings.warn(message, GranularWarning, stacklevel=level)
 
 
-class IssuedCautions(set[str]):
-    """The cautions that a component and its copies have issued: each once for all of them."""
-
-    def issue(self, message: str) -> None:
-        """Warn, unless this caution has been issued."""
-        if message not in self:
-            self.add(message)
-            caution(message)
-
-    def __deepcopy__(self, memo: dict[int, Any]) -> IssuedCautions:
-        """Return the same: copies share it."""
-        return self
-
-
 def nearest(word: str, known: Iterable[str], others: str = "") -> str:
     """Return the hint for an unknown name: a similar known one, or the list of all; then the text `others`."""
     names = sorted(known)

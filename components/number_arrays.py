@@ -77,24 +77,14 @@ def start_array(at: str | Location, value: Any, shape: Shape, rest: FloatArray |
         return array
     if not shape:
         raise ParameterError("got {index: value}", expected="a single number", at=at)
-    indices = [_index(at, key, shape) for key in value]
-    _refuse_elements_given_twice(at, indices)
-    for index, item in zip(indices, value.values(), strict=True):
+    given = np.zeros(shape, dtype=bool)
+    for key, item in value.items():
+        index = _index(at, key, shape)
+        if given[index].any():
+            raise ParameterError(f"got {index_text(index)} twice", expected="each element once", at=at)
+        given[index] = True
         array[index] = _values((*at, *index), item, shape[len(index) :])
     return array
-
-
-def _refuse_elements_given_twice(at: Location, indices: list[Shape]) -> None:
-    given = set(indices)
-    for index in indices:
-        row = index[:1]
-        if index != row and row in given:
-            came = f"got {index_text(index)} and its row {index_text(row)}"
-        elif indices.count(index) > 1:
-            came = f"got {index_text(index)} twice"
-        else:
-            continue
-        raise ParameterError(came, expected="each element once", at=at)
 
 
 def _values(at: Location, value: Any, shape: Shape, *others: str) -> FloatArray | float:

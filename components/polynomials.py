@@ -8,9 +8,6 @@ import numpy as np
 
 from .support.float_arrays import FloatArray
 
-# Rows that are shifted together: their coefficients fit into the processor's cache.
-_SHIFTED_TOGETHER = 1024
-
 
 def evaluate(coefficients: FloatArray, s: float) -> float:
     """Return sum_k c_k s^k, by Horner's rule."""
@@ -50,14 +47,10 @@ def shift_rows(coefficients: FloatArray, offsets: FloatArray) -> FloatArray:
     """Return the coefficients of p(s + offset) for each row, by repeated synthetic division."""
     shifted = coefficients.copy()
     moved = np.flatnonzero((offsets != 0.0) & coefficients[:, 1:].any(axis=1))
-    for begin in range(0, len(moved), _SHIFTED_TOGETHER):
-        some = moved[begin : begin + _SHIFTED_TOGETHER]
-        # One row for each power, so that numpy runs over neighbours in memory.
-        powers, by = np.ascontiguousarray(coefficients[some].T), offsets[some]
-        product = np.empty(len(some))
-        for first in range(len(powers) - 1):
-            for index in range(len(powers) - 2, first - 1, -1):
-                np.multiply(by, powers[index + 1], out=product)
-                powers[index] += product
-        shifted[some] = powers.T
+    # One row for each power, so that numpy runs over neighbours in memory.
+    powers, by = np.ascontiguousarray(coefficients[moved].T), offsets[moved]
+    for first in range(len(powers) - 1):
+        for index in range(len(powers) - 2, first - 1, -1):
+            powers[index] += by * powers[index + 1]
+    shifted[moved] = powers.T
     return shifted

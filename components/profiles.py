@@ -12,13 +12,13 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
-from functools import cached_property
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
+from .csv_history import read_history
 from .errors import ParameterError, caution, one_line
 from .number_arrays import number_array
 from .polynomials import evaluate, mean_over, powers, shift_rows
@@ -51,19 +51,18 @@ class CompiledProfile:
     ticks: npt.NDArray[np.int64]
     coefficients: FloatArray
     pattern: FloatArray | None = None
+    _known_averages: dict[int, FloatArray] = field(default_factory=dict, init=False, repr=False)
 
     def __post_init__(self) -> None:
         ticks, rows, pattern = self.ticks, self.coefficients, self.pattern
         sound = (
-            isinstance(ticks, np.ndarray)
-            and isinstance(rows, np.ndarray)
-            and ticks.ndim == 1
+            ticks.ndim == 1
             and rows.ndim == 2
             and len(ticks) == len(rows) > 0
             and 1 <= rows.shape[1] <= _MAXIMUM_DEGREE + 1
             and not np.any(np.diff(ticks) <= 0)
             and np.isfinite(rows).all()
-            and (pattern is None or (isinstance(pattern, np.ndarray) and np.isfinite(pattern).all()))
+            and (pattern is None or np.isfinite(pattern).all())
         )
         if not sound:
             raise ParameterError(
@@ -107,14 +106,9 @@ class CompiledProfile:
 
     def _averages(self, parts: int) -> FloatArray:
         """Return the coefficients of the mean over one of `parts` equal parts of a tick, as functions of its middle."""
-        known = self._known_averages.get(parts)
-        if known is None:
-            known = self._known_averages[parts] = mean_over(self.coefficients, 1.0 / parts)
-        return known
-
-    @cached_property
-    def _known_averages(self) -> dict[int, FloatArray]:
-        return {}
+        if parts not in self._known_averages:
+            self._known_averages[parts] = mean_over(self.coefficients, 1.0 / parts)
+        return self._known_averages[parts]
 
     def spread(self, shape: tuple[int, ...]) -> CompiledProfile:
         """Return the same signal for every element of an input of that shape; itself if it has that shape already."""
@@ -124,14 +118,7 @@ class CompiledProfile:
             raise ParameterError(
                 f"got a profile of shape {self.shape}", expected=f"one of shape {shape}, or one for all elements"
             )
-        known = self._spread.get(shape)
-        if known is None:
-            known = self._spread[shape] = CompiledProfile(self.step_size, self.ticks, self.coefficients, np.ones(shape))
-        return known
-
-    @cached_property
-    def _spread(self) -> dict[tuple[int, ...], CompiledProfile]:
-        return {}
+        return CompiledProfile(self.step_size, self.ticks, self.coefficients, np.ones(shape))
 
 
 @dataclass(frozen=True, eq=False)
@@ -149,6 +136,7 @@ class Profile:
     coefficients: FloatArray
     description: str = "piecewise polynomial"
     pattern: FloatArray | None = None
+    _compiled: dict[float, CompiledProfile] = field(default_factory=dict, init=False, repr=False)
 
     # So that numpy leaves `array * profile` to `__rmul__`.
     __array_ufunc__ = None
@@ -246,19 +234,9 @@ class Profile:
     def from_csv(
         path: str | os.PathLike[str],
         *,
-        time_column: str | int = 0,
-        value_column: str | int = 1,
-        time_unit: str | None = None,
-        value_unit: str | None = None,
-        unit: str | None = None,
-        delimiter: str = ",",
-        decimal: str = ".",
-        skip: int = 0,
-        gaps: str = "refuse",
-        scale: float | None = None,
         offset_time: float = 0.0,
         after: float | str = 0.0,
-        name: str | None = None,
+        **reading: Any,
     ) -> Profile:
         """Return a measured history from a CSV file: straight lines between its samples.
 
@@ -268,40 +246,15 @@ class Profile:
 
         Args:
             path: the file, UTF-8; its header may contain the units, such as ``time [us],force [kN]``.
-            time_column: a name from the header, with or without its unit, or a number from 0.
-            value_column: likewise.
-            time_unit: s, ms, us, ns or sec, ...; by default the unit in the header.
-            value_unit: such as kN or mm/s, or V with a `scale`; by default the unit in the header.
-            unit: SI unit of the profile, such as N; None for the SI unit of the file's quantity.
-            delimiter: of the columns: a comma, a semicolon, a tab or blanks.
-            decimal: the decimal mark, a point or a comma.
-            skip: number of lines to leave out at the beginning, such as the preamble of an oscilloscope.
-            gaps: "refuse" holes in the sampling, of over 10 median steps, or "bridge" them in a straight line.
-            scale: factor of the values: a number, or `unit` for each volt of a sensor.
             offset_time: added to the times [s].
             after: the value after the last sample, or "hold" for the last sample's.
-            name: what messages call the file; None for its path.
+            **reading: columns, units, separators and scale; see `csv_history.read_history`.
 
         Raises:
             ParameterError: names the file and the line, the text found and what was expected.
         """
-        from .csv_history import read_history
-
         offset = finite_number("offset_time", offset_time)
-        times, values = read_history(
-            path,
-            time_column=time_column,
-            value_column=value_column,
-            time_unit=time_unit,
-            value_unit=value_unit,
-            unit=unit,
-            delimiter=delimiter,
-            decimal=decimal,
-            skip=skip,
-            gaps=gaps,
-            scale=None if scale is None else finite_number("scale", scale),
-            name=name,
-        )
+        times, values = read_history(path, **reading)
         times = times + offset if offset else times
         if times[-1] < 0.0:
             raise ParameterError(f"every sample lies before time 0 (the last at {times[-1]:g} s)", at="offset_time")
@@ -333,7 +286,7 @@ class Profile:
             return profiles[0]
         pattern = profiles[0].pattern
         for place, profile in enumerate(profiles):
-            if not _same_pattern(profile.pattern, pattern):
+            if not np.array_equal(profile.pattern, pattern):  # type: ignore[arg-type] - None is equal to None alone
                 hint = "add up the profiles of time first, then multiply the sum by one array"
                 raise ParameterError("its pattern is not that of the first one", hint=hint, at=f"profiles[{place}]")
         times = np.unique(np.concatenate([profile.starts for profile in profiles]))
@@ -401,10 +354,6 @@ class Profile:
         part = shift_rows(self.coefficients[pieces], offsets)
         rows[begin:end, : part.shape[1]] += part
 
-    @cached_property
-    def _compilations(self) -> dict[float, CompiledProfile]:
-        return {}
-
     def compile(self, step_size: float, name: str = "profile") -> CompiledProfile:
         """Return the signal on a tick grid.
 
@@ -415,11 +364,10 @@ class Profile:
             step_size: seconds per tick.
             name: what messages call the signal.
         """
-        step_size = step_size if type(step_size) is float else positive_number("step_size", step_size)
-        known = self._compilations.get(step_size)
-        if known is None:
-            known = self._compilations[step_size] = self._compile(positive_number("step_size", step_size), name)
-        return known
+        step_size = positive_number("step_size", step_size)
+        if step_size not in self._compiled:
+            self._compiled[step_size] = self._compile(step_size, name)
+        return self._compiled[step_size]
 
     def _compile(self, step_size: float, name: str) -> CompiledProfile:
         with np.errstate(over="ignore"):
@@ -472,11 +420,6 @@ class Profile:
                 f"add {-self.starts[0]:.6g} s to its times (offset_time, start)"
             )
 
-    def to_dict(self) -> dict[str, Any]:
-        """Return plain lists, for JSON."""
-        facts = {"starts": self.starts.tolist(), "coefficients": self.coefficients.tolist(), "description": self.description}
-        return facts if self.pattern is None else {**facts, "pattern": self.pattern.tolist()}
-
 
 def _refuse_decreasing(name: str, times: FloatArray) -> None:
     late = np.diff(times) <= 0
@@ -493,12 +436,6 @@ def _read_only_pattern(values: Any) -> FloatArray:
         raise ParameterError(f"got {one_line(values)}", expected=expected, at="pattern")
     pattern.setflags(write=False)
     return pattern
-
-
-def _same_pattern(first: FloatArray | None, second: FloatArray | None) -> bool:
-    if first is None or second is None:
-        return first is second
-    return first.shape == second.shape and first.tobytes() == second.tobytes()
 
 
 def _vector(name: str, values: npt.ArrayLike) -> FloatArray:

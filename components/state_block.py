@@ -87,13 +87,7 @@ class Block:
         self._backup, self._backup_rows = memoryview(b""), b""
 
     def include(self, part: Block) -> None:
-        """Add the lists of a part, whose memory is a piece of this memory, to the copies of this block.
-
-        Raises:
-            ValueError: the part lies elsewhere.
-        """
-        if not np.shares_memory(self.memory, part.memory) or self._word_of(part) + part.memory.size > self.memory.size:
-            raise ValueError("the part does not lie in this block's memory")
+        """Add the lists of a part, whose memory is a piece of this memory, to the copies of this block."""
         # The part declares the ranges of its memory.
         for name, view in self.views.items():
             if np.may_share_memory(view, part.memory):

@@ -8,19 +8,15 @@ from time import perf_counter
 from typing import Any, ClassVar, Protocol
 
 from .contract import Physics
-from .errors import GranularError, Location, ParameterError, caution, nearest, one_line
+from .errors import GranularError, Location, ParameterError, nearest, one_line
 from .inputs import Held, hold_input
 from .profiles import CompiledProfile
 from .state_block import Block
-from .support.round_numbers import round_down_to_125
 from .support.validation import Parameters, finite_number
 from .variables import Variable
 
 # A long step is cut, invisibly, into pieces of about this wall time, so that Ctrl-C and observers get their turn [s].
 _PIECE_SECONDS = 0.05
-# A step of more ticks that has lasted for the first time, and has more than the second time left, is reported: a slip in a
-# duration takes hours [s].
-_MANY_TICKS, _SILENT_SECONDS, _LONG_SECONDS = 1_000_000, 5.0, 60.0
 
 
 class Observer(Protocol):
@@ -192,41 +188,25 @@ class Stepping(Physics):
         return False
 
     def _advance_in_pieces(self, ticks: int) -> None:
-        start, end, begun, reported = self._tick, self._tick + ticks, perf_counter(), ticks < _MANY_TICKS
+        end = self._tick + ticks
         while self._tick < end:
             stop = min(end, self._tick + self._chunk_ticks)
             for observer in self._observers:
                 stop = min(stop, max(observer.next_tick, self._tick + 1))
-            self._advance_piece(stop - self._tick)
-            spent = perf_counter() - begun
-            if not reported and spent > _SILENT_SECONDS:
-                reported = True
-                self._report_time_left(self._tick - start, ticks, spent)
+            piece, begin = stop - self._tick, perf_counter()
+            status = self._advance(piece)
+            if status:
+                raise self._explain(status)
+            self._tick = stop
+            if piece == self._chunk_ticks:
+                spent = perf_counter() - begin
+                if spent < 0.5 * _PIECE_SECONDS:
+                    self._chunk_ticks *= 2
+                elif spent > 2.0 * _PIECE_SECONDS and piece > 1:
+                    self._chunk_ticks //= 2
             for observer in self._observers:
                 if observer.next_tick <= stop:
                     observer.on_sample(self)
-
-    def _advance_piece(self, ticks: int) -> None:
-        begin = perf_counter()
-        status = self._advance(ticks)
-        if status:
-            raise self._explain(status)
-        self._tick += ticks
-        if ticks == self._chunk_ticks:
-            spent = perf_counter() - begin
-            if spent < 0.5 * _PIECE_SECONDS:
-                self._chunk_ticks *= 2
-            elif spent > 2.0 * _PIECE_SECONDS and ticks > 1:
-                self._chunk_ticks //= 2
-
-    def _report_time_left(self, done: int, ticks: int, spent: float) -> None:
-        left = spent * (ticks - done) / done
-        if left > _LONG_SECONDS:
-            caution(
-                f"step: {ticks * self.step_size:.9g} s are {ticks:,} internal steps of {self.step_size:.9g} s; after "
-                f"{spent:.0f} s of wall time {done / ticks:.1%} are done, about {left / 60.0:,.0f} minutes are left; Ctrl-C "
-                "undoes the step. Durations are in seconds: a microsecond is 1e-6"
-            )
 
     # -- a part of a parent, whose kernels advance it ---------------------------------------------------------------
 
@@ -259,22 +239,10 @@ class Stepping(Physics):
             raise ParameterError(
                 f"got {duration:.12g} s, which is {exact:.9g} internal steps of {self.step_size:.12g} s",
                 expected="a whole number of them",
-                hint=f"use {choices}, or {self._fitting_step(duration)}",
+                hint=f"use {choices}, or another step_size",
                 at=name,
             )
         return ticks
-
-    def _fitting_step(self, duration: float) -> str:
-        """Return advice on a step_size of 1, 2 or 5 x 10^k that divides a duration."""
-        if "step_size" not in self.Parameters.model_fields:
-            return "another step"
-        step = min(self.step_size, duration)
-        for _ in range(6):
-            step = round_down_to_125(step)
-            if abs(duration / step - round(duration / step)) <= 1e-9 * (duration / step):
-                return f"give step_size = {step:g} (s)"
-            step *= 0.99
-        return "give another step_size"
 
     def _whole_ticks(self, duration: float | None) -> int:
         ticks = self.ticks_in(duration)  # type: ignore[arg-type]

@@ -14,7 +14,6 @@ import granular_env as ge
 from granular_env.components.balances import Balance
 from granular_env.components.component import Component
 from granular_env.components.errors import GranularError, StepError
-from granular_env.components.state_block import Block
 from granular_env.components.support.float_arrays import FloatArray
 from granular_env.components.support.validation import Parameters
 from granular_env.components.variables import Variable
@@ -43,12 +42,6 @@ def test_a_part_is_not_changed_beside_its_whole(label: str) -> None:
     assert whole.save().to_bytes() == before
     whole.step()
     whole.reset()
-
-
-def test_a_part_elsewhere_is_refused() -> None:
-    whole, part = Block(first=("f8", (4,))), Block(growing={"rows": ("f8", ())}, second=("f8", (2,)))
-    with pytest.raises(ValueError, match="does not lie"):
-        whole.include(part)
 
 
 # -- a part of any component -----------------------------------------------------------------------------------------------

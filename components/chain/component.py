@@ -10,7 +10,7 @@ import numpy as np
 from ..balances import Balance
 from ..component import Component
 from ..drawables import Points
-from ..errors import ParameterError, StepError
+from ..errors import ParameterError, StepError, caution
 from ..inputs import Held
 from ..profiles import CompiledProfile
 from ..state_block import LARGEST, Block
@@ -317,7 +317,7 @@ class Chain(Component):
         if unsound or self._worst(self._peak)[2] > 1.0:
             return 1
         self._table[layout.LIMIT, : self.parameters.grains + 1] = self._refused_overlap
-        self.issued_cautions.issue(self._resolution_sentence())
+        caution(self._resolution_sentence())
         if done == ticks:
             return 0
         begin, self._tick = self._tick, self._tick + done

@@ -9,7 +9,7 @@ import numpy as np
 
 from ..errors import ParameterError
 from ..materials.elastic import Material, material
-from ..support.elementary_functions import fifth_root
+from ..support.elementary_functions import nth_root
 from ..support.float_arrays import FloatArray
 from ..support.powers import power
 from ..support.round_numbers import round_down_to_125
@@ -224,7 +224,8 @@ def _deepest(chain: Geometry, speed: float, exponent: float) -> FloatArray:
 def _collision_time(mass_by_stiffness: float, speed: float, exponent: float) -> float:
     """(m/k)^(1/(p + 1)) v^(-(p - 1)/(p + 1)): what the duration of a collision goes with, where F = k d^p."""
     if exponent == 1.5:
-        return fifth_root(mass_by_stiffness) * fifth_root(mass_by_stiffness) / fifth_root(speed)
+        root = nth_root(mass_by_stiffness, 5)
+        return root * root / nth_root(speed, 5)
     return power(mass_by_stiffness, 1.0 / (exponent + 1.0)) / power(speed, (exponent - 1.0) / (exponent + 1.0))
 
 

@@ -35,12 +35,7 @@ def uniform(seed: int, stream: int, count: int) -> npt.NDArray[np.float64]:
 _WORDS, _MIDDLE = 3, 12 * 32767.5
 
 
-@jit
-def mix_word(word):
-    """`_mix` of one number, in jitted code."""
-    word = (word ^ (word >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
-    word = (word ^ (word >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
-    return word ^ (word >> np.uint64(31))
+mix_word = jit(_mix)
 
 
 @jit

@@ -156,25 +156,6 @@ def two_thirds_power(value: FloatArray) -> FloatArray:
     return np.where(value > 0.0, root, 0.0)
 
 
-def fifth_root(value: float) -> float:
-    """Return value^(1/5) for a finite number > 0, by Newton's iteration."""
-    if not 0.0 < value < float("inf"):
-        raise ValueError(f"fifth_root of {value}")
-    scale = 1.0
-    while value > 32.0:
-        value, scale = value / 32.0, scale * 2.0
-    while value < 1.0:
-        value, scale = value * 32.0, scale * 0.5
-    root = 2.0
-    for _ in range(60):
-        fourth = root * root * root * root
-        better = root - (root * fourth - value) / (5.0 * fourth)
-        if better >= root:
-            break
-        root = better
-    return root * scale
-
-
 def nth_root(value: float, degree: int) -> float:
     """Return value^(1/degree) for a finite number > 0 and a degree from 1, by bisection down to two neighbouring floats."""
     if not (0.0 < value < float("inf") and degree >= 1):

@@ -16,8 +16,6 @@ from typing import Any, TypeVar
 import numba
 import numpy as np
 
-from .notice import tell
-
 _settings: Any = numba.config  # pyright: ignore[reportPrivateImportUsage]
 # Whether anything is compiled at all.
 JIT = not _settings.DISABLE_JIT
@@ -95,6 +93,12 @@ def cache_folder() -> Path | None:
     if is_new:
         tell(f"the first run of each system compiles its kernels, which takes some seconds; they are kept in {folder}")
     return folder
+
+
+def tell(message: str) -> None:
+    """Write one line to stderr, unless ``GRANULAR_ENV_QUIET`` is set to anything but 0."""
+    if os.environ.get("GRANULAR_ENV_QUIET", "0") in ("", "0") and sys.stderr is not None:
+        print(f"granular-env: {message}", file=sys.stderr, flush=True)
 
 
 def cache_base() -> Path:

@@ -177,7 +177,6 @@ class ComponentEnv(gymnasium.Env[Observation, npt.NDArray[np.float32]]):
         made = object.__new__(type(self))
         vars(made).update(self.__getstate__(), component=self.component.clone(), task=copy.copy(self.task), drawn={})
         made.memory, made._origin, made._np_random, made._np_random_seed = np.zeros_like(self.memory), None, None, None
-        made.component.share_cautions(self.component.issued_cautions)
         made.task.counters = {}
         made.__setstate__({})
         return made

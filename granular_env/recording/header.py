@@ -128,7 +128,6 @@ def component_facts(component: Component, recorded: Sequence[str]) -> tuple[dict
     facts = {
         "component": component.name,
         "version": component.version,
-        "platform_bound": component.platform_bound,
         "parameters": component.parameters.model_dump(mode="json"),
         "identity": component.identity,
         "step_size": component.step_size,

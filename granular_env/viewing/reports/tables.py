@@ -226,7 +226,6 @@ def environment(log: Any) -> Markup:
     metadata = log.metadata
     rows = [[f"{name} version", text] for name, text in metadata["versions"].items()]
     rows += [[name.replace("_", " "), _short(value)] for name, value in metadata["machine"].items()]
-    rows.append(["bits depend on the platform", "yes" if metadata.get("platform_bound") else "no"])
     rows.append(["identity of component and parameters", metadata.get("identity", "")])
     rows.append(["size of the log", file_size(os.path.getsize(log.path))])
     return html_page.table(["fact", "value"], rows)
