@@ -43,21 +43,6 @@ def location_text(location: Location) -> str:
 
 
 @dataclass(frozen=True)
-class Option:
-    """An argument that a hint advises: `overwrite=True` in Python, `--overwrite` on the command line.
-
-    Attributes:
-        name: of the argument.
-        value: to give.
-        call: what a script writes instead, if a script calls another function.
-    """
-
-    name: str
-    value: object = True
-    call: str = ""
-
-
-@dataclass(frozen=True)
 class Override:
     """A key of a document that a mapping in Python or `--set` on the command line sets.
 
@@ -71,22 +56,13 @@ class Override:
     value: Any
     text: str
 
-
-Term = Option | Override
-Phrase = str | Term | tuple[str | Term, ...]
-Words = Callable[[Term], str]
-
-
-def python_words(term: Term) -> str:
-    """Return an option or an override as a script writes it."""
-    if isinstance(term, Option):
-        return term.call or f"{term.name}={term.value!r}"
-    return f"override {one_line(term.text, 60)}"
+    def __str__(self) -> str:
+        return f"override {one_line(self.text, 60)}"
 
 
 @dataclass(frozen=True)
 class Fault:
-    """One thing that is wrong, as data: each front end renders it in its own words.
+    """One thing that is wrong, as data.
 
     Attributes:
         location: the keys and indices that lead to it.
@@ -97,21 +73,15 @@ class Fault:
     """
 
     location: Location = ()
-    received: Phrase = ""
-    expected: Phrase = ""
-    hint: Phrase = ""
-    source: Phrase = ""
+    received: str = ""
+    expected: str = ""
+    hint: str = ""
+    source: str | Override = ""
 
-    def text(self, words: Words = python_words) -> str:
-        """Return the fault as a sentence; `words` formats its options and overrides."""
-        source, received, expected, hint = (
-            _render(part, words) for part in (self.source, self.received, self.expected, self.hint)
-        )
-        said = ", ".join(filter(None, (received, f"expected {expected}" if expected else "")))
-        said = "; ".join(filter(None, (said, hint)))
-        return ": ".join(filter(None, (source, location_text(self.location), said)))
-
-    __str__ = text
+    def __str__(self) -> str:
+        said = ", ".join(filter(None, (self.received, f"expected {self.expected}" if self.expected else "")))
+        said = "; ".join(filter(None, (said, self.hint)))
+        return ": ".join(filter(None, (str(self.source), location_text(self.location), said)))
 
     def within(self, *location: str | int) -> Fault:
         """Return the fault with an outer location prepended, unless its own begins with that already."""
@@ -121,25 +91,15 @@ class Fault:
 
     def of(self, source: str) -> Fault:
         """Return the fault with a source prepended to its own."""
-        if not source:
-            return self
-        return dataclasses.replace(self, source=(source, ": ", *_parts(self.source)) if self.source else source)
+        return dataclasses.replace(self, source=": ".join(filter(None, (source, str(self.source)))))
 
     def with_hint(self, hint: str) -> Fault:
         """Return the fault with a hint appended to its own."""
-        return dataclasses.replace(self, hint=(*_parts(self.hint), "; ", hint) if self.hint else hint)
+        return dataclasses.replace(self, hint="; ".join(filter(None, (self.hint, hint))))
 
 
 def _shorten(text: str, length: int = 60) -> str:
     return text if len(text) <= length else f"{text[: length - 3]}..."
-
-
-def _parts(phrase: Phrase) -> tuple[str | Term, ...]:
-    return phrase if isinstance(phrase, tuple) else (phrase,)
-
-
-def _render(phrase: Phrase, words: Words) -> str:
-    return "".join(part if isinstance(part, str) else words(part) for part in _parts(phrase))
 
 
 class GranularError(Exception):
@@ -161,11 +121,11 @@ class GranularError(Exception):
 
     def __init__(
         self,
-        *faults: Phrase | Fault | GranularError,
+        *faults: str | Fault | GranularError,
         at: str | Location = (),
-        expected: Phrase = "",
-        hint: Phrase = "",
-        source: Phrase = "",
+        expected: str = "",
+        hint: str = "",
+        source: str = "",
     ) -> None:
         super().__init__(*faults)
         self.faults: tuple[Fault, ...] = ()
@@ -204,12 +164,8 @@ class GranularError(Exception):
         error.faults = tuple(map(change, self.faults))
         return error
 
-    def text(self, words: Words = python_words) -> str:
-        """Return all faults, one a line."""
-        return "\n".join(fault.text(words) for fault in self.faults)
-
     def __str__(self) -> str:
-        return self.text()
+        return "\n".join(map(str, self.faults))
 
 
 def _recreate(kind: type[Any], arguments: tuple[Any, ...], attributes: dict[str, Any]) -> Any:

@@ -17,11 +17,9 @@ from typing import TYPE_CHECKING, Any, Self
 from granular_env.components.component import Component
 from granular_env.components.errors import (
     ExperimentError,
-    Fault,
     GranularError,
     GranularWarning,
     LogError,
-    Option,
     ParameterError,
     StepError,
     caution,
@@ -415,13 +413,12 @@ def _live_seconds(live: bool, pace: float | None) -> float | None:
     """Return the least wall time of a live run [s], None for no limit; refuse a live run without a screen."""
     if not live:
         if pace is not None:
-            hint = ("pass ", Option("live"))
-            raise ParameterError(Fault(("pace",), f"got {pace!r} for a run that is not shown", hint=hint))
+            raise ParameterError(f"got {pace!r} for a run that is not shown", hint="pass live=True (--live)", at="pace")
         return None
     from granular_env.viewing.rerun.process import require_screen
 
-    look = " and look at the log: granular-env view LOG --web, --save FILE.rrd or --screenshot FILE.png"
-    require_screen(("run without ", Option("live"), look))
+    look = "look at the log: granular-env view LOG --web, --save FILE.rrd or --screenshot FILE.png"
+    require_screen(f"run without live=True (--live) and {look}")
     seconds = _LIVE_SECONDS if pace is None else finite_number("pace", pace, "seconds")
     if seconds < 0.0:
         raise ParameterError(f"got {pace!r} s", expected="0 or more", at="pace")

@@ -136,7 +136,7 @@ def try_mutations(path: Path, seed: int, count: int, kind: str = "experiment", o
                 warnings.simplefilter("ignore", GranularWarning)
                 read(path)
         except GranularError as error:
-            assert str(error) and all(fault.text() for fault in error.faults)
+            assert str(error) and all(str(fault) for fault in error.faults)
             refused += 1
         except Exception as error:
             raise AssertionError(f"{type(error).__name__} came out of this file:\n{text}") from error

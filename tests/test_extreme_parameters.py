@@ -127,8 +127,8 @@ def names_a_parameter(error: ParameterError, name: str) -> bool:
     known = component_class(name).Parameters.model_fields
     return all(
         (fault.location and str(fault.location[0]) in known)
-        or any(fault.text().removeprefix(f"component {name!r}: ").startswith(one) for one in known)
-        or "GB of memory" in fault.text()
+        or any(str(fault).removeprefix(f"component {name!r}: ").startswith(one) for one in known)
+        or "GB of memory" in str(fault)
         for fault in error.faults
     )
 

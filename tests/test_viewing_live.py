@@ -191,6 +191,6 @@ def test_a_live_run_without_a_screen_is_refused_before_it_begins(no_screen, tmp_
     log = tmp_path / "new" / "a.mcap"
     assert main(["run", "oscillator/pushed", "--live", "--log", str(log)]) == 2
     told = capsys.readouterr().err
-    assert "no screen: neither DISPLAY nor WAYLAND_DISPLAY is set" in told and "run without --live" in told
+    assert "no screen: neither DISPLAY nor WAYLAND_DISPLAY is set" in told and "run without live=True (--live)" in told
     assert "apt-get" not in told
     assert list(tmp_path.iterdir()) == []

@@ -10,7 +10,7 @@ from dataclasses import replace
 import click
 
 from granular_env.cli.command import Status
-from granular_env.components.errors import Fault, GranularError, Override, Term, one_line
+from granular_env.components.errors import Fault, GranularError
 from granular_env.terminal_text import printable
 
 
@@ -39,7 +39,7 @@ def report_misuse(misuse: click.ClickException) -> int:
 def _message(command: click.Command | None, failure: BaseException) -> tuple[str, Status]:
     match failure:
         case GranularError():
-            faults = [_with_option(command, fault).text(command_words) for fault in failure.faults]
+            faults = [str(_with_option(command, fault)) for fault in failure.faults]
             return "\n".join([*faults, *getattr(failure, "__notes__", ())]), Status.ERROR
         case MemoryError():
             return "it asks for more memory than there is; ask for less", Status.ERROR
@@ -76,14 +76,6 @@ def _with_option(command: click.Command | None, fault: Fault) -> Fault:
             flags |= {option.name: flag, flag.lstrip("-").replace("-", "_"): flag}
     first, *rest = fault.location or (None,)
     return fault if fault.source or first not in flags else replace(fault, location=(flags[first], *rest))
-
-
-def command_words(term: Term) -> str:
-    """Return an option or an override as it is given on the command line."""
-    if isinstance(term, Override):
-        return f"--set {one_line(term.text, 60)}"
-    option = f"--{term.name.replace('_', '-')}"
-    return option if term.value is True else f"{option} {term.value}"
 
 
 def discard_output() -> None:

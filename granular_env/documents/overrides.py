@@ -10,7 +10,7 @@ import tomllib
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
-from granular_env.components.errors import ExperimentError, Fault, Override, ParameterError, Phrase, one_line
+from granular_env.components.errors import ExperimentError, Fault, Override, ParameterError, one_line
 from granular_env.components.variables import index_text, parse_element
 
 from .toml_writing import toml_value
@@ -87,7 +87,7 @@ def _list_index(node: list[Any], text: str, override: Override) -> int:
     return int(text)
 
 
-def source_of(location: Sequence[str | int], origin: str, overrides: Sequence[Override]) -> Phrase:
+def source_of(location: Sequence[str | int], origin: str, overrides: Sequence[Override]) -> str | Override:
     """Return what holds a fault: the override that set its key; the file, with overrides that matter; or the file.
 
     Those of the same table matter, and those of the component: shapes and names of everything else depend on it.
@@ -98,8 +98,7 @@ def source_of(location: Sequence[str | int], origin: str, overrides: Sequence[Ov
         if key == keys[: len(key)]:
             return override
     near = [override for override in overrides if override.key[:1] in (keys[:1], ("component",))]
-    listed = [part for override in near for part in (", ", override)][1:]
-    return (origin, " with ", *listed) if near else origin
+    return f"{origin} with {', '.join(map(str, near))}" if near else origin
 
 
 def _parse_assignment(text: str) -> Override:

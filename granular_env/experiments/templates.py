@@ -13,7 +13,7 @@ from pydantic.fields import FieldInfo
 
 from granular_env.components import catalogue
 from granular_env.components.component import Component
-from granular_env.components.errors import ExperimentError, Fault, Option
+from granular_env.components.errors import ExperimentError
 from granular_env.components.support.parameter_fields import left_out, unit_of
 from granular_env.components.support.validation import Parameters, tables
 from granular_env.components.variables import Variable
@@ -101,8 +101,7 @@ def write_text(text: str, target: Path, force: bool = False) -> None:
 def _refuse_existing(paths: Iterable[Path], force: bool) -> None:
     for path in paths:
         if os.path.lexists(path) and not force:
-            hint = ("choose another name, or pass ", Option("force"))
-            raise ExperimentError(Fault(received=f"{path} exists", hint=hint))
+            raise ExperimentError(f"{path} exists", hint="choose another name, or pass force=True (--force)")
 
 
 def _data_files(name: str, folder: Path) -> dict[Path, Path]:

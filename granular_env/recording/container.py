@@ -28,7 +28,7 @@ from mcap.records import Channel, Chunk, ChunkIndex, Footer, Header, McapRecord,
 from mcap.stream_reader import StreamReader, breakup_chunk
 from mcap.writer import MCAP0_MAGIC
 
-from ..components.errors import Fault, LogError, Option, Phrase
+from ..components.errors import Fault, LogError
 from ..components.support.memory_limits import refuse_beyond, whole_memory
 
 # The profile in the header of the file.
@@ -63,8 +63,8 @@ class Limits:
     def check(self, what: str, value: int, limit: int) -> None:
         """Refuse a number beyond its limit, unless the limits are lifted."""
         if value > limit and not self.lifted:
-            advice = ("pass ", Option("allow_large"), " if you trust where it comes from")
-            raise LogError(Fault((), f"{what} is {value}, the limit is {limit}", hint=advice, source=f"log {self.path!r}"))
+            hint = "pass allow_large=True (--allow-large) if you trust where it comes from"
+            raise LogError(f"{what} is {value}, the limit is {limit}", hint=hint, source=f"log {self.path!r}")
 
     def check_chunk(self, size: int) -> None:
         """Refuse a chunk that declares too large a decompressed size [bytes]."""
@@ -124,7 +124,7 @@ class Container:
         """
         self.path, self.limits = path, limits
         self.complete, self.damage, self.bytes_lost = False, "", 0
-        self.advice: Phrase = ""
+        self.advice = ""
         self.places: list[tuple[int, int]] = []
         self._topics: dict[int, str] = {}
         self._cache: dict[int, list[Entry]] = {}
@@ -229,7 +229,7 @@ class Container:
                     self.places.append((offset, total))
                 except LogError as error:
                     fault = error.faults[0]
-                    self.damage, self.advice = replace(fault, hint="").text(), fault.hint if fault.hint != _RECOVER else ""
+                    self.damage, self.advice = str(replace(fault, hint="")), fault.hint if fault.hint != _RECOVER else ""
             elif not 1 <= opcode <= Opcode.DATA_END:
                 self.damage = f"the record at byte {offset} is of no known kind"
             if not self.damage:

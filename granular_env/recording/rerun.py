@@ -10,7 +10,7 @@ from typing import Any
 
 from ..components.catalogue import component_class, own_names
 from ..components.component import Component
-from ..components.errors import GranularError, LogError, Option, StepError
+from ..components.errors import GranularError, LogError, StepError
 from ..components.inputs import Held
 from ..components.snapshot import Snapshot
 from ..components.support.memory_limits import whole_memory
@@ -73,7 +73,7 @@ def own_or_given(name: Any, components: Mapping[str, type[Component]] | None) ->
     if not isinstance(name, str) or name not in own_names():
         raise LogError(
             f"the log is of a component {name!r}, which is not one of ours ({', '.join(own_names())})",
-            hint=("if you trust it, pass ", Option("component", name, f"components={{{name!r}: ...}}, its class")),
+            hint=f"if you trust it, pass components={{{name!r}: ...}}, its class (--component {name})",
             at="header.component",
         )
     try:

@@ -13,7 +13,7 @@ from typing import IO, Any
 import numpy as np
 from mcap.writer import MCAP0_MAGIC, CompressionType, Writer
 
-from ..components.errors import Fault, LogError, Option, ParameterError
+from ..components.errors import LogError, ParameterError
 from ..output_files import advice_for, resolve_file
 from .container import PROFILE
 from .header import METADATA_NAME, metadata_of
@@ -205,8 +205,8 @@ def _create(path: Path, overwrite: bool, is_hidden: bool) -> tuple[IO[bytes], Pa
     try:
         target = resolve_file(path)
         if os.path.lexists(path) and not overwrite:
-            hint = ("choose another name, or pass ", Option("overwrite"))
-            raise ParameterError(Fault(("path",), f"{str(path)!r} exists", hint=hint))
+            hint = "choose another name, or pass overwrite=True (--overwrite)"
+            raise ParameterError(f"{str(path)!r} exists", hint=hint, at="path")
         target.parent.mkdir(parents=True, exist_ok=True)
         part = target.with_name(f".{secrets.token_hex(8)}.part")
         if not os.path.exists(target):

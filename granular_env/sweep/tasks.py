@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 
 from granular_env.code_hash import code_hash
 from granular_env.components.component import Component
-from granular_env.components.errors import ExperimentError, Fault, Option
+from granular_env.components.errors import ExperimentError
 from granular_env.components.support.parameter_fields import unit_of
 from granular_env.components.support.serialization import canonical_json
 from granular_env.documents.files import read_data
@@ -66,10 +66,8 @@ def make_workload(plan: Plan, time_limit: float | None = None, allow_large: bool
         ExperimentError: too many tasks, an experiment that is not valid, or a file that cannot be read.
     """
     if plan.size > LARGEST and not allow_large:
-        hint = ("take fewer values, or pass ", Option("allow_large"))
-        raise ExperimentError(
-            Fault(received=f"it has {plan.size} tasks", expected=f"at most {LARGEST}", hint=hint, source=plan.origin)
-        )
+        hint = "take fewer values, or pass allow_large=True (--allow-large)"
+        raise ExperimentError(f"it has {plan.size} tasks", expected=f"at most {LARGEST}", hint=hint, source=plan.origin)
     experiment = plan.load_experiment()
     files = _Files(experiment.folder)
     document = copy.deepcopy(experiment.to_dict())

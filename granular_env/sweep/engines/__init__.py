@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from granular_env.components.errors import Fault, Option, ParameterError, nearest, one_line
+from granular_env.components.errors import ParameterError, nearest, one_line
 from granular_env.components.support.validation import positive_number, whole_number
 
 from ..worker import Job
@@ -38,8 +38,8 @@ def open_engine(name: str, job: Job, folder: Path, workers: int | None = None, a
         whole_number("workers", workers, 1, 4096)
     for option, given, fitting in (("time_limit", job.time_limit, "processes"), ("address", address, "ray")):
         if given is not None and name not in (fitting, "ray"):
-            hint = ("take ", Option("engine", fitting))
-            raise ParameterError(Fault((option,), f"the engine {name!r} does not take it", hint=hint))
+            hint = f"take engine={fitting!r} (--engine {fitting})"
+            raise ParameterError(f"the engine {name!r} does not take it", hint=hint, at=option)
     if name == "serial":
         return Engine(job, folder)
     return Processes(job, folder, workers) if name == "processes" else RayCluster(job, folder, workers, address)

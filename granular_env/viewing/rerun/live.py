@@ -12,7 +12,7 @@ from time import perf_counter, sleep
 from typing import Any, Self
 
 from granular_env.components.component import Component
-from granular_env.components.errors import GranularError, GranularWarning, Option, ParameterError, one_line
+from granular_env.components.errors import GranularError, GranularWarning, ParameterError, one_line
 from granular_env.components.inputs import Held
 from granular_env.optional_packages import import_optional
 
@@ -162,9 +162,7 @@ class LiveViewer:
                 ) from error
             return
         if not web:
-            require_screen(
-                ("use the web viewer (", Option("web"), "), or write a rerun file (", Option("save", "FILE.rrd"), ")")
-            )
+            require_screen("use the web viewer, web=True (--web), or write a rerun file, save='FILE.rrd' (--save FILE.rrd)")
         # A window is its user's to close, also after this program has ended.
         process = RerunProcess(*(() if web else ("--expect-data-soon",)), *_MEMORY, web=web, outlives=not web)
         try:

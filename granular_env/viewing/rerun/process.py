@@ -18,7 +18,7 @@ from pathlib import Path
 from typing import IO, Self
 from urllib.parse import quote
 
-from granular_env.components.errors import Fault, GranularError, Phrase
+from granular_env.components.errors import GranularError
 
 LOCALHOST = "127.0.0.1"
 NEEDED = (
@@ -133,11 +133,11 @@ class RerunProcess:
         return f"it said: {self.messages()}"
 
 
-def require_screen(advice: Phrase) -> None:
+def require_screen(advice: str) -> None:
     """Raise `GranularError` with this advice where no window can open."""
     if sys.platform.startswith("linux") and not (os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")):
         missing = "no screen: neither DISPLAY nor WAYLAND_DISPLAY is set, so the desktop viewer cannot open"
-        raise GranularError(Fault(received=missing, hint=advice))
+        raise GranularError(missing, hint=advice)
 
 
 def _rerun_program() -> str:

@@ -13,7 +13,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from granular_env.components.errors import GranularError, Option, ParameterError
+from granular_env.components.errors import GranularError, ParameterError
 from granular_env.optional_packages import import_optional
 from granular_env.output_files import require_writable, write_files
 from granular_env.progress import Progress, progress_bar
@@ -111,9 +111,8 @@ def view(log: Any, web: bool = False, exaggerate: float | None = None, colour: s
     """
     import_optional("rerun", "the viewer")
     if not web:
-        file = Option("save", "FILE.rrd", call="save_rrd(log, 'FILE.rrd')")
-        picture = Option("screenshot", "FILE.png", call="screenshot(log, 'FILE.png')")
-        require_screen(("use the web viewer (", Option("web"), "), a rerun file (", file, ") or a picture (", picture, ")"))
+        file, picture = "save_rrd (--save FILE.rrd)", "screenshot (--screenshot FILE.png)"
+        require_screen(f"use the web viewer, web=True (--web), a rerun file, {file}, or a picture, {picture}")
     data = scene_bytes(log, exaggerate, colour=colour)
     with contextlib.suppress(KeyboardInterrupt), RerunProcess(data=data, web=web) as viewer:
         if web:
