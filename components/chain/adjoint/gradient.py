@@ -22,6 +22,8 @@ from .reverse import reverse_tick
 
 # Control steps of a block where nothing is kept for the way back.
 _LONG_BLOCK = 256
+# The rows of a table that a run changes and an adjoint starts from.
+_STATE = slice(U, V + 1)
 
 
 @dataclass(frozen=True, eq=False)
@@ -123,7 +125,7 @@ class _Run:
         for begin in range(0, len(drive), block):
             some = drive[begin : begin + block]
             if saved is not None:
-                saved.append(self.table[[U, V]])
+                saved.append(self.table[_STATE].copy())
             done = self._loops.forward(self.table, some, tick + begin * self.ticks, self.ticks, states, nothing)
             sound = self._judge.note(self.table, some[:done], states, (begin, self.steps), self.objective.constants, sums)
             if sound < done:
@@ -149,17 +151,17 @@ class _Run:
             begin = place * block
             some, own = drive[begin : begin + block], input_adjoints[begin : begin + block]
             rows = tape[: len(some) * self.ticks * tape_rows(self.chain)]
-            self.table[[U, V]] = saved[place]
+            self.table[_STATE] = saved[place]
             self._loops.forward(self.table, some, 0, self.ticks, states, rows)
             span = (begin, self.steps)
             judged = self._judge.pullback(self.table, adjoint, some, own, states, sources, span, numbers)
             if judged < len(some):
                 _explain_derivative(adjoint, begin + judged, self.steps, by_objective=True)
-            adjoint[[U, V]] = running
+            adjoint[_STATE] = running
             sound = self._loops.backward(self.table, adjoint, some, self.ticks, rows, sources, own)
             if sound > 0:
                 _explain_derivative(adjoint, begin + sound - 1, self.steps, by_objective=False)
-            running = adjoint[[U, V]]
+            running[:] = adjoint[_STATE]
         self._loops.finish(self.table, adjoint)
         return adjoint, input_adjoints
 

@@ -117,6 +117,7 @@ def judge_loops(kind: type, note: Callable[..., Any], pullback: Callable[..., An
 
     @jit
     def notes(table, drive, states, span, constants, sums):
+        table, drive, states = borrowed(table), borrowed(drive), borrowed(states)
         chain, first, steps = chain_state(kind, table), span[0], span[1]
         for k in range(len(drive)):
             _set_state(table, states[k])
@@ -128,6 +129,8 @@ def judge_loops(kind: type, note: Callable[..., Any], pullback: Callable[..., An
 
     @jit
     def pullbacks(table, adjoint, drive, input_adjoints, states, sources, span, numbers):
+        table, adjoint, drive, states = borrowed(table), borrowed(adjoint), borrowed(drive), borrowed(states)
+        sources, input_adjoints = borrowed(sources), borrowed(input_adjoints)
         chain, reverse, first, steps = chain_state(kind, table), chain_state(kind, adjoint), span[0], span[1]
         constants, slopes = numbers
         for k in range(len(drive)):
