@@ -89,18 +89,6 @@ def energy_root_pullback(chain, adjoint, j, slope):
 
 
 @jit
-def grain_force(chain, i):
-    """Return the reading of a sensor inside the grain of column i: the mean of the forces in its two contacts."""
-    return 0.5 * (contact_force(chain, i - 1) + contact_force(chain, i))
-
-
-@jit
-def right_wall_force(chain):
-    """Return the force between the chain and the right wall, never negative; 0 without a wall."""
-    return contact_force(chain, chain.settings.grains)
-
-
-@jit
 def input_work(chain):
     """Return the work done by inputs and boundaries since the reset, as the component's `input_work`."""
     tally, behind = chain.rows[TALLY], chain.settings.grains + 2

@@ -13,7 +13,6 @@ from ..support.elementary_functions import fifth_root
 from ..support.float_arrays import FloatArray
 from ..support.powers import power
 from ..support.round_numbers import round_down_to_125
-from .arrangements.random_radii import draw_radii
 from .laws import Dissipative
 from .layout import MOST_LAW_CONSTANTS
 from .parameters import WALLS, ChainParameters, UniformRadii
@@ -294,7 +293,7 @@ class _Same(list[Material]):
 def _radius(parameters: ChainParameters) -> FloatArray:
     given = parameters.radius
     if isinstance(given, UniformRadii):
-        return draw_radii(given, parameters.grains)
+        return given.draw(parameters.grains)
     return np.full(parameters.grains, given) if isinstance(given, float) else np.array(given)
 
 

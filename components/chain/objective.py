@@ -16,10 +16,6 @@ from ..errors import ParameterError, one_line
 from ..support.float_arrays import FloatArray
 
 
-def _nothing() -> FloatArray:
-    return np.zeros(1)
-
-
 @dataclass(frozen=True, eq=False)
 class Objective:
     """A number J of a driven chain, which is to become small: three jitted functions and what they need.
@@ -45,7 +41,7 @@ class Objective:
     note: Callable[..., Any]
     value: Callable[..., Any]
     pullback: Callable[..., Any]
-    constants: FloatArray = field(default_factory=_nothing)
+    constants: FloatArray = field(default_factory=lambda: np.zeros(1))
     count: int = 1
     smooth: bool = True
     description: str = ""

@@ -11,7 +11,6 @@ from ..support.float_arrays import FloatArray
 from ..support.jit import inlined
 from .laws.functions import contact_law
 from .layout import (
-    EXPONENT,
     GRAINS,
     GRAVITY,
     HISTORY,
@@ -30,7 +29,6 @@ from .layout import (
     SPEED_LIMIT,
     STEP,
     STIFFNESS,
-    TOLERANCE,
 )  # fmt: skip
 
 
@@ -58,8 +56,6 @@ class Settings(NamedTuple):
         step: length of a tick [s].
         gravity: acceleration [m/s^2].
         speed_limit: largest velocity of a grain [m/s].
-        tolerance: of adaptive integrators.
-        exponent: p of F ~ d^p.
         left: end.
         right: end.
     """
@@ -68,8 +64,6 @@ class Settings(NamedTuple):
     step: float
     gravity: float
     speed_limit: float
-    tolerance: float
-    exponent: float
     left: End
     right: End
 
@@ -95,7 +89,7 @@ def chain_state(kind, table):
     a = table[SCALARS]
     left = End(a[LEFT_FREE] > 0.0, a[LEFT_PISTON] > 0.0, a[LEFT_MASS], a[LEFT_STATIC])
     right = End(a[RIGHT_FREE] > 0.0, a[RIGHT_PISTON] > 0.0, a[RIGHT_MASS], a[RIGHT_STATIC])
-    settings = Settings(int(a[GRAINS]), a[STEP], a[GRAVITY], a[SPEED_LIMIT], a[TOLERANCE], a[EXPONENT], left, right)
+    settings = Settings(int(a[GRAINS]), a[STEP], a[GRAVITY], a[SPEED_LIMIT], left, right)
     law = contact_law(kind, table[STIFFNESS], table[LAW_CONSTANTS:LEFT_DRIVE], table[HISTORY:LOST])
     return ChainState(law, table, settings)
 

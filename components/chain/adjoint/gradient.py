@@ -15,10 +15,10 @@ from ..component import Chain
 from ..integrators import SCHEMES
 from ..laws import LAWS
 from ..laws.law import Law, missing_parts
-from ..layout import LEFT_FREE, LEFT_PISTON, RIGHT_FREE, RIGHT_PISTON, SCALARS, U, V
+from ..layout import INVERSE_MASS, LEFT_DRIVE, LEFT_FREE, LEFT_PISTON, LOST, RIGHT_FREE, RIGHT_PISTON, SCALARS, U, V
 from ..objective import Objective
 from .loops import JudgeLoops, judge_loops, loops
-from .reverse import reverse_tick
+from .reverse import INVERSE_MASS_SUM, reverse_tick
 
 # Control steps of a block where nothing is kept for the way back.
 _LONG_BLOCK = 256
@@ -116,7 +116,7 @@ class _Run:
         self.table = chain.detached_table()
         self.start = self.table.copy()
         self._loops = loops(chain.parameters.law.contacts, chain.scheme)
-        self._judge = _compiled(objective, chain)
+        self._judge = compiled_judge(objective, chain)
 
     def forward(self, drive: FloatArray, block: int, saved: list[FloatArray] | None = None) -> FloatArray:
         """Return the sums of the features; with a list, put the states at the begin of each block into it."""
@@ -162,7 +162,10 @@ class _Run:
             if sound > 0:
                 _explain_derivative(adjoint, begin + sound - 1, self.steps, by_objective=False)
             running[:] = adjoint[_STATE]
-        self._loops.finish(self.table, adjoint)
+        # The sums of the inverse masses ran in units of these, in a row of scratch.
+        moved = self.table[INVERSE_MASS] > 0.0
+        adjoint[INVERSE_MASS, moved] += adjoint[INVERSE_MASS_SUM, moved] / self.table[INVERSE_MASS, moved]
+        adjoint[LEFT_DRIVE : LOST + 1] = 0.0
         return adjoint, input_adjoints
 
 
@@ -172,7 +175,7 @@ def tape_rows(chain: Chain) -> int:
     return kicks + 1 if chain.scheme is SCHEMES[chain.parameters.integrator].damped else kicks
 
 
-def _compiled(objective: Objective, chain: Chain) -> JudgeLoops:
+def compiled_judge(objective: Objective, chain: Chain) -> JudgeLoops:
     """Return the loops of an objective after compiling them; `ParameterError` where a function does not compile."""
     judge = judge_loops(chain.parameters.law.contacts, objective.note, objective.pullback)
     table, sums = chain.table.copy(), np.zeros(objective.count)
@@ -205,11 +208,6 @@ def value_and_slopes(objective: Objective, sums: FloatArray) -> tuple[float, Flo
             f"{what} for the sums {one_line(sums)}", hint="mend the function, or check its constants", at="objective.value"
         )
     return value, slopes
-
-
-def check_functions(objective: Objective, chain: Chain) -> None:
-    """Compile an objective's note and pullback for a chain; `ParameterError` where one does not compile."""
-    _compiled(objective, chain)
 
 
 def has_gradient(law: type[Law]) -> bool:

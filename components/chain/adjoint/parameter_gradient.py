@@ -117,18 +117,6 @@ def _refuse_unpressed(chain: Chain, built: _Built, name: str) -> None:
         )
 
 
-def _drive(chain: Chain, adjoints: Adjoints) -> FloatArray:
-    return adjoints.inputs
-
-
-def _velocity(chain: Chain, adjoints: Adjoints) -> FloatArray:
-    return adjoints.velocity
-
-
-def _displacement(chain: Chain, adjoints: Adjoints) -> FloatArray:
-    return adjoints.displacement
-
-
 def _radius(chain: Chain, adjoints: Adjoints) -> float | FloatArray:
     p, g, n, built = chain.parameters, chain.geometry, chain.parameters.grains, _Built(chain, adjoints)
     _refuse_dependent_constants(chain, "radius")
@@ -208,7 +196,7 @@ def _dissipation(chain: Chain, adjoints: Adjoints) -> float | FloatArray:
 
 
 KNOWN: dict[str, Callable[[Chain, Adjoints], float | FloatArray]] = {
-    "drive": _drive,
+    "drive": lambda chain, adjoints: adjoints.inputs,
     "radius": _radius,
     "mass": _mass,
     "contact_stiffness": _contact_stiffness,
@@ -216,7 +204,7 @@ KNOWN: dict[str, Callable[[Chain, Adjoints], float | FloatArray]] = {
     "dissipation": _dissipation,
     "gap": _gap,
     "gravity": _gravity,
-    "velocity": _velocity,
-    "displacement": _displacement,
+    "velocity": lambda chain, adjoints: adjoints.velocity,
+    "displacement": lambda chain, adjoints: adjoints.displacement,
 }
 """What there are gradients by."""

@@ -292,14 +292,3 @@ def _impulse_slopes(c, y):
     below = 1.0 / (1.0 + 2.0 * y * (1.0 + y))
     q, slope = (1.0 + y) * below, -(1.0 + y * (4.0 + 2.0 * y)) * (below * below)
     return q + y * slope, (0.5 * c * c) * slope
-
-
-@internal_inlined
-def finish_sums(chain, adjoint):
-    """Finish the sums that ran in other units, and leave no scratch behind."""
-    a, n = adjoint.rows, chain.settings.grains
-    for i in range(1, n + 1):
-        if chain.rows[INVERSE_MASS, i] > 0.0:
-            a[INVERSE_MASS, i] += a[INVERSE_MASS_SUM, i] / chain.rows[INVERSE_MASS, i]
-    for row in range(LEFT_DRIVE, LOST + 1):
-        forces.fill(a[row], 0.0)

@@ -16,11 +16,10 @@ from numpy.polynomial import Polynomial
 from ...errors import ParameterError
 from ...support.validation import whole_number
 from .arguments import FloatArray, above, between, number
-from .effective_potential import LARGEST_C3, extreme_roots, ratio_of_c3
+from .continuum import LARGEST_C3, extreme_roots, ratio_of_c3
 
 # Gauss's points on each piece of a profile; the integrands are smooth, eight leave rounding only.
-# From this viscosity on a shock creeps.
-_CREEP = 500.0
+# Below this C3 the strain in front alone changes with it.
 _SMALLEST_SHOCK_C3 = 1e-7
 _POINTS, _WEIGHTS = np.polynomial.legendre.leggauss(8)
 # A solitary wave is followed until its strain above xi_0 has fallen by cosh^2 of this: 6e-11 of its height.
@@ -152,83 +151,45 @@ def periodic_wave(c3: float, depth: float, samples: int = 401) -> StationaryWave
     return _mirror(c3, energy, eta, root(angles), width, 2.0 * eta[-1])
 
 
-def critical_viscosity(c3: float) -> float:
-    """Return the viscosity above which the continuum's shock is monotonic: 5/2 s2 sqrt(2/5 (3 - 2/s2)); 1.5811 at C3 = 0.
-
-    From (2.6) linearised about y2 with the friction of `shock_wave`. A chain of dashpots, whose front is a few grains wide, is
-    monotonic from a third less on: 1.0 to 1.1 for C3 -> 0, 0.90 to 0.95 at C3 = 0.1, where this gives 1.260.
-    """
-    _, high = extreme_roots(c3)
-    return 2.5 * high * (0.4 * (3.0 - 2.0 / high)) ** 0.5
-
-
 def shock_wave(c3: float, viscosity: float, length: float = 40.0, samples: int = 2001) -> StationaryWave:
-    """Return a stationary shock in a chain with a linear dashpot g d(delta)/dt in each contact, 1e-7 <= C3 < 5/27.
+    """Return a stationary shock in a chain with a linear dashpot g d(delta)/dt in each contact, 1e-7 <= C3 < 5/27 - 1e-9.
 
     The paper argues with weak losses and writes no equation for them. The dashpot adds (g a^2/m) xi_xxt to the long-wave
     equation of the strain, and -(4/5) mu y^(-2/5) y_t to the particle's motion in W, t = -eta, mu = sqrt(10) g a/(m V): it
-    leaves the hilltop y1 and comes to rest in y2. Weak losses: the front is a solitary wave, and oscillations follow; from
-    `critical_viscosity` on: none.
+    leaves the hilltop y1 and comes to rest in y2. Weak losses: the front is a solitary wave, and oscillations follow; from mu =
+    5/2 s2 sqrt(2/5 (3 - 2/s2)) on, s2 = y2^(2/5), none.
 
     Args:
         c3: C3 of W; the strain behind over that in front is `shock_ratio`(C3).
-        viscosity: 0 < mu < 1e9, dimensionless; above 500 inertia, some 1/mu^2 of the rest, is left out.
+        viscosity: 0 < mu < 500, dimensionless.
         length: how far behind the front the wave is followed, in a; to settle, weak losses need some 3/mu,
             strong ones some 10 mu.
         samples: points of the profile, equidistant; the front, where the mean strain of both sides is passed, is at x = 0.
-
-    Raises:
-        ParameterError: out of range; C3 below 1e-7, or within 1e-9 of 5/27.
     """
     from scipy.integrate import solve_ivp
 
-    advice = "nearer to 5/27 the shock is so low that it is lost in rounding"
-    c3 = number("c3", between("c3", c3, 0.0, LARGEST_C3 - 1e-9, advice=advice))
-    if c3 < _SMALLEST_SHOCK_C3:
-        raise ParameterError(
-            f"got {c3:g}",
-            expected=f"at least {_SMALLEST_SHOCK_C3:g}",
-            hint="below it nothing changes but the strain in front, which goes as C3^(5/4)",
-            at="c3",
-        )
-    viscosity = number("viscosity", between("viscosity", viscosity, 0.0, 1e9))
+    c3 = number("c3", between("c3", c3, _SMALLEST_SHOCK_C3, LARGEST_C3 - 1e-9, closed_below=True))
+    viscosity = number("viscosity", between("viscosity", viscosity, 0.0, 500.0))
     length = number("length", above("length", length, 0.0))
     samples = whole_number("samples", samples, 16)
     rim, bottom = extreme_roots(c3)
     start, end = rim**2.5, bottom**2.5
-    constant, drag_at_1 = 0.8 * c3, 0.8 * viscosity
 
     # In z = ln y, whose errors are relative ones: y1 may be so small that nothing else is exact at both ends.
     def motion(_: float, state: FloatArray) -> list[float]:
         fall, rate = np.exp(-0.4 * state[0]), state[1]
-        return [rate, fall - 1.0 - constant * fall**3 - drag_at_1 * fall * rate - rate * rate]
-
-    def slopes(_: float, state: FloatArray) -> list[list[float]]:
-        fall, rate = np.exp(-0.4 * state[0]), state[1]
-        pull = -0.4 * fall + 1.2 * constant * fall**3 + 0.4 * drag_at_1 * fall * rate
-        return [[0.0, 1.0], [pull, -drag_at_1 * fall - 2.0 * rate]]
-
-    def creep(_: float, state: FloatArray) -> list[float]:
-        fall = np.exp(-0.4 * state[0])
-        return [(1.0 - 1.0 / fall - constant * fall * fall) / drag_at_1]
+        return [rate, fall - 1.0 - 0.8 * c3 * fall**3 - 0.8 * viscosity * fall * rate - rate * rate]
 
     # Down the unstable direction of the hilltop: rate^2 + 2 p rate - curvature = 0.
     curvature, drag = 0.4 * (2.0 / rim - 3.0), 0.4 * viscosity / rim
     growth = curvature / ((drag**2 + curvature) ** 0.5 + drag)
     push = 1e-7
     climb = (np.log(1e7 * end / start) + 5.0) / growth + 20.0
-    span = climb + length * 10.0**0.5
     middle = np.log(0.5 * (rim**2 + bottom**2)) * 1.25
-    begin, tolerance = [np.log(start) + push, push * growth], 1e-12 * np.array([1.0, min(1.0, growth)])
-    # Strong friction is stiff: an explicit method would take a step for each of its many times of decay.
-    method: Any = {"method": "LSODA", "jac": slopes} if drag * span > 1e4 else {"method": "DOP853"}
-    if viscosity > _CREEP:
-        rates, begin, tolerance, method = creep, begin[:1], tolerance[:1], {"method": "LSODA"}
-    else:
-        rates = motion
+    # Strong friction is stiff.
     found: Any = solve_ivp(
-        rates, (0.0, span), begin, **method, rtol=1e-10, atol=tolerance, dense_output=True,
-        events=lambda _, state: state[0] - middle,
+        motion, (0.0, climb + length * 10.0**0.5), [np.log(start) + push, push * growth], method="LSODA", rtol=1e-10,
+        atol=1e-12 * np.array([1.0, min(1.0, growth)]), dense_output=True, events=lambda _, state: state[0] - middle,
     )  # fmt: skip
     front = found.t_events[0][0]
     times = np.linspace(front + length * 10.0**0.5, 0.0, samples)
