@@ -17,7 +17,7 @@ from ..state_block import LARGEST, Block
 from ..support.float_arrays import FloatArray
 from ..variables import Variable
 from . import layout
-from .geometry import Geometry, geometry, smoothness, step_times_frequency, suggested_step_size
+from .geometry import Geometry, geometry, step_times_frequency, suggested_step_size, wanted_forces
 from .integrators import SCHEMES, UNSOUND, Entries, entries
 from .laws import Dissipative, Law
 from .parameters import WALLS, ChainParameters
@@ -34,6 +34,11 @@ _NO_PIECES = np.zeros((0, 2))
 _LARGE_RADIUS, _LIGHT_DENSITY, _HEAVY_DENSITY, _SLOW_SOUND = 0.1, 100.0, 1e6, 20.0
 _NUMBERING = "place i is left of grain i, the last one right of the last grain; 0 where there is no contact"
 _OF_A_WALL = "wall on the chain, positive to the right; 0 without a wall"
+# Kind of an end -> name, unit and description of its input.
+_INPUTS = {
+    "piston": ("velocity", "m/s", "velocity of the {} piston, positive to the right"),
+    "free": ("force", "N", "force on the {} end grain, positive to the right"),
+}
 # Name, unit, what its index counts, description.
 _OUTPUTS = (
     ("position", "m", "grain", "position of the grains' centres, the first one's start is 0"),
@@ -85,8 +90,8 @@ class Chain(Component):
         p = self.parameters
         self.geometry: Geometry = geometry(p)
         self._scheme = SCHEMES[p.integrator]
-        self._wanted_forces = self._scheme.wanted_forces / smoothness(p.law.exponent)
-        self.step_size = self._suggested_step() if p.step_size is None else p.step_size
+        self._wanted_forces = wanted_forces(p.law.exponent, self._scheme)
+        self.step_size = suggested_step_size(p, self.geometry, self._scheme) if p.step_size is None else p.step_size
         self.scheme = self._scheme.damped if isinstance(p.law, Dissipative) else self._scheme.numbers
         self.entries: Entries = entries(p.law.contacts, self.scheme)
         self._advance_held = self.entries.advance_held
@@ -99,25 +104,12 @@ class Chain(Component):
         # Pistons carry their own grains.
         self._weight = p.gravity * self._table[layout.MASS, self._grains]
         self._whole_weight = float(self._weight.sum())
-        self._wanted_overlap, self._refused_overlap = self._overlap_limits()
-        self._table[layout.LIMIT, : p.grains + 1] = np.minimum(self._wanted_overlap, self._refused_overlap)
+        wanted, self._refused_overlap = self._overlap_limits()
+        self._table[layout.LIMIT, : p.grains + 1] = np.minimum(wanted, self._refused_overlap)
         self.left_input = "left_velocity" if p.left == "piston" else "left_force"
         self.right_input = "right_velocity" if p.right == "piston" else "right_force"
         self._left_moves, self._right_moves = p.left not in WALLS, p.right not in WALLS
         self._drive, self._left_pieces, self._left, self._right = _NO_PIECES, 0, 0.0, 0.0
-
-    def _suggested_step(self) -> float:
-        return suggested_step_size(
-            self.parameters,
-            self.geometry,
-            scheme_factor=self._scheme.step_factor,
-            largest_angle=self._largest_angle(self._wanted_forces),
-            pressed_angle=self._scheme.pressed_angle,
-        )
-
-    def _largest_angle(self, forces: float) -> float:
-        """Step x frequency of a contact at which it sees so many force evaluations."""
-        return step_times_frequency(self.parameters.law.exponent, self._scheme.evaluations, forces)
 
     def _live_in(self, memory: FloatArray) -> None:
         self._table = memory
@@ -148,8 +140,7 @@ class Chain(Component):
         places = slice(0, p.grains + 1)
         rows[layout.STIFFNESS, places] = chain.stiffness
         rows[layout.REST_OVERLAP, places] = chain.rest_overlap
-        constants = chain.law_constants.T
-        rows[layout.LAW_CONSTANTS : layout.LAW_CONSTANTS + len(constants), places] = constants
+        rows[layout.LAW_CONSTANTS : layout.LEFT_DRIVE, places] = chain.law_constants.T
         rows[layout.INVERSE_MASS, self._grains] = 1.0 / chain.mass
         rows[layout.MASS, self._grains] = chain.mass
         for end, column in ((p.left, 1), (p.right, p.grains)):
@@ -167,7 +158,7 @@ class Chain(Component):
 
         def largest_overlap(forces: float) -> FloatArray:
             p = law.exponent
-            frequency = self._largest_angle(forces) / self.step_size
+            frequency = step_times_frequency(p, self._scheme, forces) / self.step_size
             tangent = frequency * frequency * chain.reduced_mass[places] / (p * chain.steepest[places])
             # The overlap of that tangent stiffness; linear contacts have one frequency, whatever the overlap.
             return tangent ** (1.0 / (p - 1.0)) if p > 1.0 else np.where(tangent < 1.0, 0.0, np.inf)
@@ -189,13 +180,9 @@ class Chain(Component):
     def _declare(self) -> Iterable[Variable]:
         p = self.parameters
         for side, end in (("left", p.left), ("right", p.right)):
-            if end == "piston":
-                about = f"velocity of the {side} piston, positive to the right"
-                yield Variable(f"{side}_velocity", "input", "m/s", (), about, start=0.0)
-            elif end == "free":
-                yield Variable(
-                    f"{side}_force", "input", "N", (), f"force on the {side} end grain, positive to the right", start=0.0
-                )
+            if end in _INPUTS:
+                name, unit, about = _INPUTS[end]
+                yield Variable(f"{side}_{name}", "input", unit, (), about.format(side), start=0.0)
         shapes: dict[str | None, tuple[int, ...]] = {None: (), "grain": (p.grains,), "contact": (p.contact_places,)}
         for name, unit, axis, about in _OUTPUTS:
             state, axes = name in ("displacement", "velocity"), (axis,) if axis else ()
@@ -228,11 +215,8 @@ class Chain(Component):
         kinetic, potential, momentum = self._sums()
         tally = self._table[layout.TALLY]
         tally[layout.START_ENERGY], tally[layout.START_MOMENTUM] = kinetic + potential, momentum
-        ends = {
-            "left_velocity": float(self._table[layout.V, 1]),
-            "right_velocity": float(self._table[layout.V, self.parameters.grains]),
-        }
-        return {name: speed for name, speed in ends.items() if name in (self.left_input, self.right_input)}
+        ends = {self.left_input: self._table[layout.V, 1], self.right_input: self._table[layout.V, self.parameters.grains]}
+        return {name: float(speed) for name, speed in ends.items() if name.endswith("velocity")}
 
     def _refuse_start(self) -> None:
         """Raise the error of the first step at once, where the start would make it fail."""
@@ -292,18 +276,15 @@ class Chain(Component):
 
     def _worst(self, overlap: FloatArray) -> tuple[str, int, float]:
         """Return the variable, index and ratio to its limit of the value furthest past its limit (NaN counts as infinite)."""
-        worst = ("velocity", 0, 0.0)
-        fastest = self._table[layout.SCALARS, layout.SPEED_LIMIT]
         with np.errstate(all="ignore"):
-            for name, ratio in (
-                ("overlap", overlap / self._refused_overlap),
-                ("velocity", np.abs(self._table[layout.V, self._grains]) / fastest),
-                ("displacement", np.where(np.isfinite(self._table[layout.U, self._grains]), 0.0, np.inf)),
-            ):
-                ratio = np.where(np.isnan(ratio), np.inf, ratio)
-                if ratio.size and ratio.max() > worst[2]:
-                    worst = (name, int(np.argmax(ratio)), float(ratio.max()))
-        return worst
+            ratios = {
+                "overlap": overlap / self._refused_overlap,
+                "velocity": np.abs(self._table[layout.V, self._grains]) / self._table[layout.SCALARS, layout.SPEED_LIMIT],
+                "displacement": np.where(np.isfinite(self._table[layout.U, self._grains]), 0.0, np.inf),
+            }
+        ratios = {name: np.where(np.isnan(ratio), np.inf, ratio) for name, ratio in ratios.items()}
+        name = max(ratios, key=lambda one: ratios[one].max())
+        return name, int(np.argmax(ratios[name])), float(ratios[name].max())
 
     def _explain(self, status: int) -> StepError:
         time = (self._failed_tick if status else self._tick) * self.step_size

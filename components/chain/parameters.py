@@ -74,28 +74,20 @@ class ChainParameters(Parameters):
 
     @model_validator(mode="after")
     def _shapes(self) -> ChainParameters:
-        for name, count, what in (
-            ("radius", self.grains, "grain"),
-            ("material", self.grains, "grain"),
-            ("mass", self.grains, "grain"),
-        ):
+        for name in ("radius", "material", "mass"):
             value = getattr(self, name)
-            if isinstance(value, list) and len(value) != count:
+            if isinstance(value, list) and len(value) != self.grains:
                 raise ParameterError(
-                    f"got {len(value)} values", expected=f"one for all or {count}, one for each {what}", at=name
+                    f"got {len(value)} values", expected=f"one for all or {self.grains}, one for each grain", at=name
                 )
         if isinstance(self.mass, dict) and any(index >= self.grains for index in self.mass):
             raise ParameterError(f"got index {max(self.mass)}", expected=f"0 to {self.grains - 1}", at="mass")
-        for side in ("left", "right"):
-            if getattr(self, f"{side}_wall_material") is not None and getattr(self, side) not in WALLS:
+        for side, end in (("left", self.left), ("right", self.right)):
+            if getattr(self, f"{side}_wall_material") is not None and end not in ("fixed_grain", "plane"):
                 raise ParameterError(
-                    f"there is no wall, {side} is {getattr(self, side)!r}",
-                    hint=f"expected {side} to be one of {', '.join(WALLS)}",
+                    f"{side} is {end!r}, which has no material",
+                    hint=f"give {side} = 'plane' or 'fixed_grain', or leave it out",
                     at=f"{side}_wall_material",
-                )
-            if getattr(self, f"{side}_wall_material") is not None and getattr(self, side) == "rigid_plane":
-                raise ParameterError(
-                    "a rigid plane has none", hint=f"give {side} = 'plane' or leave it out", at=f"{side}_wall_material"
                 )
         refuse_incomplete(type(self.law), self.law.name)
         if self.law.needs_stiffness and self.contact_stiffness is None:

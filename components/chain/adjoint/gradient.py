@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -11,8 +12,9 @@ from numba.core.errors import NumbaError
 
 from ...errors import ParameterError, StepError, one_line
 from ...support.float_arrays import FloatArray
+from ...support.validation import whole_number
 from ..component import Chain
-from ..integrators import SCHEMES
+from ..integrators import SCHEMES, DampedComposition
 from ..laws import LAWS
 from ..laws.law import Law, missing_parts
 from ..layout import INVERSE_MASS, LEFT_DRIVE, LEFT_FREE, LEFT_PISTON, LOST, RIGHT_FREE, RIGHT_PISTON, SCALARS, U, V
@@ -65,7 +67,7 @@ def evaluate(chain: Chain, drives: npt.ArrayLike, ticks: int, objective: Objecti
     given = _numbers("drives", drives)
     if given.ndim != 3:
         raise ParameterError(f"got the shape {given.shape}", expected="(members, control steps, 2)", at="drives")
-    ticks = validate_ticks(ticks)
+    ticks = whole_number("ticks", ticks, 1)
     run = _Run(chain, ticks, objective, given.shape[1])
     values = np.empty(len(given))
     for member, drive in enumerate(given):
@@ -92,7 +94,7 @@ def value_and_adjoint(chain: Chain, drive: npt.ArrayLike, ticks: int, objective:
         StepError: the physics breaks down; it names the control step.
     """
     refuse_without_adjoint(chain)
-    ticks, inputs = validate_ticks(ticks), validate_drive(chain, drive)
+    ticks, inputs = whole_number("ticks", ticks, 1), validate_drive(chain, drive)
     run, block = _Run(chain, ticks, objective, len(inputs)), math.isqrt(len(inputs) - 1) + 1
     saved: list[FloatArray] = []
     value, slopes = value_and_slopes(objective, run.forward(inputs, block, saved))
@@ -171,8 +173,7 @@ class _Run:
 
 def tape_rows(chain: Chain) -> int:
     """Return the rows of a tape for each tick: the displacements of each kick, and the velocities that dissipation meets."""
-    kicks = len(chain.scheme.kicks)
-    return kicks + 1 if chain.scheme is SCHEMES[chain.parameters.integrator].damped else kicks
+    return len(chain.scheme.kicks) + isinstance(chain.scheme, DampedComposition)
 
 
 def compiled_judge(objective: Objective, chain: Chain) -> JudgeLoops:
@@ -180,15 +181,13 @@ def compiled_judge(objective: Objective, chain: Chain) -> JudgeLoops:
     judge = judge_loops(chain.parameters.law.contacts, objective.note, objective.pullback)
     table, sums = chain.table.copy(), np.zeros(objective.count)
     none, no_states = np.zeros((0, 2)), np.zeros((0, 2, table.shape[1]))
-    for name, call in (
-        ("note", lambda: judge.note(table, none, no_states, (0, 1), objective.constants, sums)),
-        (
-            "pullback",
-            lambda: judge.pullback(table, table, none, none, no_states, no_states, (0, 1), (objective.constants, sums)),
-        ),
-    ):
+    arguments: dict[str, tuple[Any, ...]] = {
+        "note": (table, none, no_states, (0, 1), objective.constants, sums),
+        "pullback": (table, table, none, none, no_states, no_states, (0, 1), (objective.constants, sums)),
+    }
+    for name, given in arguments.items():
         try:
-            call()
+            getattr(judge, name)(*given)
         except (NumbaError, TypeError) as error:
             reason = " ".join(str(error).split())
             raise ParameterError(f"it does not compile: {one_line(reason, 400)}", at=f"objective.{name}") from None
@@ -237,13 +236,6 @@ def _numbers(name: str, given: npt.ArrayLike) -> FloatArray:
         return np.asarray(given, dtype=np.float64)
     except (TypeError, ValueError):
         raise ParameterError(f"got {one_line(given)}", expected="an array of numbers", at=name) from None
-
-
-def validate_ticks(ticks: int) -> int:
-    """Return the internal steps of a control step."""
-    if isinstance(ticks, bool) or not isinstance(ticks, (int, np.integer)) or ticks < 1:
-        raise ParameterError(f"got {one_line(ticks)}", expected="the internal steps of a control step, at least 1", at="ticks")
-    return int(ticks)
 
 
 def validate_drive(chain: Chain, given: npt.ArrayLike) -> FloatArray:

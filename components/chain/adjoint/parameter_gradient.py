@@ -98,7 +98,7 @@ def _refuse_dependent_constants(chain: Chain, name: str) -> None:
     g, chosen = chain.geometry, chain.parameters.law
     # By unlike factors, so that k / R* changes too.
     moved = chosen.contact_constants(1.5 * g.stiffness, 1.25 * g.reduced_radius, g.yield_strength, g.contact_slice)
-    if not np.array_equal(moved, g.law_constants[g.contact_slice]):
+    if not np.array_equal(moved, g.law_constants[g.contact_slice, : moved.shape[1]]):
         raise ParameterError(
             f"{name!r} has no derivative for law {chosen.name!r}, whose constants follow from stiffness or radius",
             hint=f"leave {name!r} out",

@@ -57,7 +57,8 @@ def reverse_tick(scheme, chain, adjoint, inputs, input_adjoint, tape):
 def reverse_composed_tick(scheme, chain, adjoint, inputs, input_adjoint, tape):
     """Reverse the kicks and drifts of a tick."""
     stages, h = len(scheme.kicks), chain.settings.step
-    bases = _reverse_pistons(chain, adjoint, input_adjoint, scheme.passed[stages - 1] + scheme.drifts[stages])
+    _reverse_piston_speeds(chain, adjoint, input_adjoint)
+    bases = _reverse_places(chain, adjoint, input_adjoint, scheme.passed[stages - 1] + scheme.drifts[stages])
     for back in range(stages):
         s = stages - 1 - back
         e = scheme.drifts[0] if s == 0 else scheme.passed[s - 1] + scheme.drifts[s]
@@ -73,7 +74,8 @@ def reverse_composed_tick(scheme, chain, adjoint, inputs, input_adjoint, tape):
 def reverse_damped_tick(scheme, chain, adjoint, inputs, input_adjoint, tape):
     """Reverse the kicks, drifts and the dissipative flow of a tick."""
     stages, h, row = len(scheme.kicks), chain.settings.step, len(tape)
-    bases = _reverse_pistons(chain, adjoint, input_adjoint, scheme.passed[stages - 1] + scheme.drifts[stages])
+    _reverse_piston_speeds(chain, adjoint, input_adjoint)
+    bases = _reverse_places(chain, adjoint, input_adjoint, scheme.passed[stages - 1] + scheme.drifts[stages])
     for back in range(stages):
         s = stages - 1 - back
         e = scheme.drifts[0] if s == 0 else scheme.passed[s - 1] + scheme.drifts[s]
@@ -166,13 +168,6 @@ def _reverse_gravity(chain, adjoint, kick):
 
 
 # -- pistons ------------------------------------------------------------------------------------------------------------
-
-
-@internal_inlined
-def _reverse_pistons(chain, adjoint, input_adjoint, e):
-    """Reverse the speeds and places of prescribed grains at the end of a tick; return the adjoints of their places before."""
-    _reverse_piston_speeds(chain, adjoint, input_adjoint)
-    return _reverse_places(chain, adjoint, input_adjoint, e)
 
 
 @internal_inlined

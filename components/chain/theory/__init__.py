@@ -69,4 +69,4 @@ from .long_waves import (
     sound_speed,
     time_scale,
 )
-from .stationary_waves import StationaryWave, periodic_wave, shock_wave, solitary_wave
+from .stationary_waves import StationaryWave, shock_wave, solitary_wave
