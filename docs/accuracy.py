@@ -33,9 +33,7 @@ def struck(step_size=None, **parameters):
 
 def errors(steps, **parameters):
     """Largest error of a velocity, over 5 m/s, at each step; and the default step with its error."""
-    plastic = parameters.get("law") == "elastic_plastic"
-    # A history changes once per step, with DOP853 too.
-    exact = struck(2e-9, **parameters)[0] if plastic else struck(1e-7, **parameters | {"integrator": "dop853"})[0]
+    exact = struck(2e-9, **parameters)[0]
     usual, default = struck(**parameters)
     found = []
     for step in steps:

@@ -107,7 +107,7 @@ def derivatives(chain: Chain) -> dict[str, Any]:
 @pytest.mark.parametrize("seed", [1, pytest.param(2, marks=pytest.mark.slow)])
 @pytest.mark.parametrize("name", MARKED_CASES)
 def test_gradients_agree_with_central_differences(name: str, seed: int) -> None:
-    """Of every parameter along a random direction, wherever no contact changes state between the runs compared."""
+    """Of every parameter along a random direction, wherever the difference itself is exact enough to tell."""
     chain, drive, objective = task(name, seed)
     sizes = derivatives(chain)
     value, exact = value_and_grad(objective, chain, drive, ticks=TICKS, with_respect_to=sizes)
@@ -117,11 +117,9 @@ def test_gradients_agree_with_central_differences(name: str, seed: int) -> None:
         direction = rng.normal(size=exact[key].shape) * size
         change = exact[key] * direction
         found = central_differences(objective, chain, drive, {key: direction}, ticks=TICKS, step=0.05)
-        if found.kink is None:
-            scale = float(np.linalg.norm(change))
+        scale = float(np.linalg.norm(change))
+        if found.error <= BOUND * scale:
             assert abs(found.value - change.sum()) <= BOUND * scale, (key, found, change.sum(), scale)
-            # The difference can tell so much.
-            assert found.error <= BOUND * scale, (key, found, scale)
             compared += scale > 0.0
     assert compared >= len(sizes) - 2
 
@@ -143,7 +141,6 @@ def test_a_long_disordered_and_dissipative_run() -> None:
         direction = rng.normal(size=exact[key].shape) * size
         change = exact[key] * direction
         found = central_differences(objective, chain, drive, {key: direction}, ticks=TICKS)
-        assert found.kink is None
         assert abs(found.value - change.sum()) <= BOUND * np.linalg.norm(change)
 
 
@@ -293,12 +290,12 @@ def test_the_slope_of_a_dashpot_that_closes_goes_to_that_of_the_physics(integrat
 
 
 def test_the_slope_of_a_driven_chain_of_dashpots_is_that_of_the_reference() -> None:
-    """Six grains with gaps: by DOP853, which begins a step where a contact closes, d/d gap = 4.099e4 1/s; it was 3.51e4."""
+    """Six grains with gaps: d/d gap = 4.099e4 1/s, by differences of runs with a small step; it was 3.51e4."""
     drive = np.zeros((20, 2))
     drive[:10, 0] = 50.0 * np.sin(0.1 * np.pi * np.arange(10)) + 10.0
 
     def last(gap: float) -> float:
-        chain = Chain(grains=6, gap=gap, step_size=1e-7, integrator="dop853", **DASHPOT)
+        chain = Chain(grains=6, gap=gap, step_size=2e-9, **DASHPOT)
         for push, _ in drive:
             chain.step(5e-6, left_force=float(push))
         return float(chain.get("velocity")[-1])
@@ -311,16 +308,15 @@ def test_the_slope_of_a_driven_chain_of_dashpots_is_that_of_the_reference() -> N
     assert gradient["gap"] == pytest.approx(expected, rel=5e-3)
 
 
-def test_a_kink_is_reported() -> None:
+def test_differences_across_a_kink_say_what_they_are_worth() -> None:
     """Surfaces that just touch: pushed together they press, pulled apart they do not."""
     chain = Chain(grains=3, gap=1e-6, step_size=5e-7)
     chain.reset(displacement={0: 1e-6})
     drive, objective = np.zeros((4, 2)), total(chain, 1e9 * velocity(1).at_end())
     found = central_differences(objective, chain, drive, {"displacement": [1e-9, 0.0, 0.0]}, ticks=1)
-    assert found.kink == (0, 1)
-    # One contact of three; moving the third grain, which nobody touches, changes no contact.
+    assert found.error > 1e-3 * abs(found.value) > 0.0
+    # Moving the third grain, which nobody touches, changes no contact.
     apart = central_differences(objective, chain, drive, {"displacement": [0.0, 0.0, 1e-9]}, ticks=1)
-    assert apart.kink is None
     assert apart.value == 0.0
 
 
@@ -329,7 +325,6 @@ def test_a_kink_is_reported() -> None:
     [
         ({"integrator": "rk4"}, "integrator: there are no gradients of 'rk4'; build the chain with integrator = 'pefrl' or"),
         ({"integrator": "hamming"}, "integrator: there are no gradients of 'hamming'"),
-        ({"integrator": "dop853"}, "integrator: there are no gradients of 'dop853'"),
         ({"law": {"name": "elastic_plastic", "yield_pressure": 1e9}}, "law: there are no gradients of 'elastic_plastic'"),
     ],
 )

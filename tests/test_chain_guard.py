@@ -34,16 +34,6 @@ def test_contacts_hardly_seen_are_refused_and_the_state_is_unharmed(scheme: str)
     assert chain.save().to_bytes() == before
 
 
-def test_the_reference_resolves_by_itself() -> None:
-    chain = unit_chain(5, step_size=4.0, integrator="dop853")
-    chain.reset(velocity={0: 1.0})
-    with warnings.catch_warnings():
-        warnings.simplefilter("error")
-        chain.step(40.0)
-    assert chain.get("momentum") == pytest.approx(1.0, rel=1e-13)
-    assert abs(chain.get("energy_residual")) <= 1e-10
-
-
 @pytest.mark.parametrize("scheme", INTEGRATORS)
 def test_too_deep(scheme: str) -> None:
     chain = ge.make("chain", grains=4, radius=3e-3, overlap_limit=1e-3, integrator=scheme, step_size=1e-7)
@@ -119,9 +109,9 @@ REFUSED = [
     (GOOD | {"precompression": -1.0}, "precompression"),
     (GOOD | {"precompression": math.inf}, "precompression"),
     (GOOD | {"left": "pistn"}, "left"),
-    (GOOD | {"left_wall_material": "steel"}, "left_wall_material: there is no wall"),
-    (GOOD | {"right": "piston", "right_wall_material": "steel"}, "right_wall_material: there is no wall"),
-    (GOOD | {"right": "rigid_plane", "right_wall_material": "steel"}, "right_wall_material: a rigid plane has none"),
+    (GOOD | {"left_wall_material": "steel"}, "left_wall_material: left is 'free', which has no material"),
+    (GOOD | {"right": "piston", "right_wall_material": "steel"}, "right_wall_material: right is 'piston', which has"),
+    (GOOD | {"right": "rigid_plane", "right_wall_material": "steel"}, "right_wall_material: right is 'rigid_plane', which has"),
     ({"grains": 1, "left": "piston"}, "grains: got 1, expected at least 2"),
     (GOOD | {"integrator": "euler"}, "integrator"),
     (GOOD | {"step_size": 0.0}, "step_size"),
@@ -141,7 +131,7 @@ def test_bad_parameters(parameters: dict[str, object], words: str) -> None:
     assert words in str(caught.value)
 
 
-@pytest.mark.parametrize("integrator", ["pefrl", "leapfrog", "rk4", "hamming", "dop853"])
+@pytest.mark.parametrize("integrator", INTEGRATORS)
 def test_a_passing_excess_of_speed_is_refused_however_the_step_is_cut(integrator: str) -> None:
     """A push takes one grain above its material's sound speed, a pull back below it, all inside one long step."""
 
@@ -159,20 +149,6 @@ def test_a_passing_excess_of_speed_is_refused_however_the_step_is_cut(integrator
         for _ in range(300):
             single.step(1e-6, left_force=force)
     assert one_by_one.value.time == at_once.value.time == pytest.approx(8.4e-5)
-
-
-@pytest.mark.parametrize("amplitude", [1e-3, 1e-9, 1e-14])
-def test_dop853_stops_refining_at_the_rounding_of_the_overlaps(amplitude: float) -> None:
-    """A tolerance that rounding cannot meet once made it take a billionth of a step at a time."""
-    parameters = {"grains": 20, "precompression": 100.0, "left": "plane", "right": "plane"}
-    reference = ge.Chain(**parameters, integrator="dop853", tolerance=1e-15)
-    chain = ge.Chain(**parameters, step_size=reference.step_size / 8)
-    for one in (reference, chain):
-        one.reset(velocity={5: amplitude})
-        one.step(100 * reference.step_size)
-    # An overlap of 10 um is rounded to 1e-21 m; contacts turn that over 1e5 times a second.
-    rounding = 1e-21 * 1e5 * 100
-    assert reference.get("velocity") == pytest.approx(chain.get("velocity"), abs=1e-11 * amplitude + 10 * rounding, rel=0.0)
 
 
 LINEAR = {"name": "power", "exponent": 1.0}

@@ -17,7 +17,7 @@ KUWABARA_KONO = {"name": "kuwabara_kono", "dissipation": 2e3}
 VISCOUS = {"name": "viscous", "dissipation": 5.0}
 PLASTIC = {"name": "elastic_plastic", "yield_pressure": 1.2e9}
 LAWS = {"kuwabara_kono": KUWABARA_KONO, "viscous": VISCOUS, "elastic_plastic": PLASTIC}
-INTEGRATORS = ("pefrl", "leapfrog", "rk4", "hamming", "dop853")
+INTEGRATORS = ("pefrl", "leapfrog", "rk4", "hamming")
 
 
 def collided(speed: float, law: object, **parameters: object) -> ge.Chain:
@@ -63,7 +63,7 @@ def pressed(law: object, integrator: str, step_size: float, grains: int = 30, **
 )
 def test_restitution_goes_with_the_fifth_root_of_speed(law: str, damping: float, exponent: float, loss) -> None:  # noqa: ANN001
     speeds = np.array([0.1, 0.3, 1.0, 3.0])
-    losses = np.array([1.0 - restitution(v, {"name": law, "dissipation": damping}, integrator="dop853") for v in speeds])
+    losses = np.array([1.0 - restitution(v, {"name": law, "dissipation": damping}, step_size=2e-8) for v in speeds])
     assert np.all((losses > 1e-4) & (losses <= 0.02))
     slope = np.polyfit(np.log(speeds), np.log(losses), 1)[0]
     assert slope == pytest.approx(exponent, abs=0.01)
@@ -135,7 +135,7 @@ STEPS = (4e-7, 2e-7, 1e-7, 5e-8)
 @pytest.mark.parametrize(("integrator", "order"), [("pefrl", 2.0), ("leapfrog", 2.0), ("rk4", 4.0)])
 def test_dissipative_chains_have_the_stated_order(law: str, integrator: str, order: float) -> None:
     """While all contacts stay closed: velocities, and for the symplectic schemes the ledger too."""
-    reference = pressed(LAWS[law], "dop853", 2e-7).get("velocity")
+    reference = pressed(LAWS[law], "pefrl", 2e-10).get("velocity")
     chains = [pressed(LAWS[law], integrator, h) for h in STEPS]
     errors = np.array([np.abs(chain.get("velocity") - reference).max() for chain in chains])
     assert np.log2(errors[:-1] / errors[1:]) == pytest.approx(np.full(3, order), abs=0.05)
@@ -215,20 +215,3 @@ def test_a_weakly_dissipative_piston_front_tends_to_the_shock_speed() -> None:
 
 
 # -- what is refused ----------------------------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize("gap", [0.0, 1.1e-6])
-@pytest.mark.parametrize("step_size", [1e-6, 2e-7])
-def test_the_reference_controls_the_error_of_the_loss_too(step_size: float, gap: float) -> None:
-    """Where dissipation is cut off the contact carries nothing, but gives up its energy: grains do not tell that error."""
-
-    def lost(step: float, tolerance: float) -> float:
-        law = {"name": "kuwabara_kono", "dissipation": 2e3}
-        chain = ge.Chain(grains=2, law=law, integrator="dop853", step_size=step, tolerance=tolerance, gap=gap)
-        chain.reset(velocity={0: 1.0})
-        chain.step(1e-4)
-        return chain.get("dissipated_energy")
-
-    exact = lost(1e-8, 1e-14)
-    assert lost(step_size, 1e-12) == pytest.approx(exact, rel=1e-7)
-    assert lost(step_size, 1e-14) == pytest.approx(exact, rel=1e-11)

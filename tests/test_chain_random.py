@@ -18,7 +18,7 @@ EXAMPLES = 200
 TICKS = 60
 
 ENDS = ("free", "piston", *WALLS)
-SCHEMES = ("pefrl", "leapfrog", "rk4", "hamming", "dop853")
+SCHEMES = ("pefrl", "leapfrog", "rk4", "hamming")
 
 
 @dataclass

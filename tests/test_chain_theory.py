@@ -53,12 +53,12 @@ def test_walls_of_another_material() -> None:
 @pytest.mark.parametrize("masses", [(1.0, 1.0), (1.0, 5.0)])
 def test_collision_of_two_spheres(masses: tuple[float, float]) -> None:
     """T1 = 2.94328 (5 m*/4k)^(2/5) v^(-1/5), the largest overlap (5 m* v^2/4k)^(2/5), and velocities of elastic balls."""
-    chain = unit_chain(2, mass=list(masses), integrator="dop853", step_size=0.01)
+    chain = unit_chain(2, mass=list(masses), step_size=0.002)
     chain.reset(velocity={0: 1.0})
     reduced = masses[0] * masses[1] / sum(masses)
     overlap = []
     for _ in range(1000):
-        chain.step()
+        chain.step(0.01)
         overlap.append(chain.get("overlap")[1])
     velocity = chain.get("velocity")
     assert velocity == pytest.approx([(masses[0] - masses[1]) / sum(masses), 2.0 * masses[0] / sum(masses)], abs=1e-9)
@@ -73,7 +73,7 @@ def test_collision_of_two_spheres(masses: tuple[float, float]) -> None:
 
 
 def test_collision_with_a_wall_turns_the_velocity_round() -> None:
-    chain = ge.make("chain", grains=1, right="rigid_plane", integrator="dop853", step_size=1e-7)
+    chain = ge.make("chain", grains=1, right="rigid_plane", step_size=1e-9)
     chain.reset(velocity={0: 1.0})
     chain.step(1e-4)
     assert chain.get("velocity")[0] == pytest.approx(-1.0, rel=1e-10)
@@ -129,12 +129,10 @@ CLOSED = {
 }
 
 
-def closed_run(scheme: str, step_size: float, case: str, tolerance: float = 1e-13) -> np.ndarray:
+def closed_run(scheme: str, step_size: float, case: str) -> np.ndarray:
     """State, work and impulse after 8 tau of small waves in a pressed chain, not one contact of which opens."""
     parameters, inputs = CLOSED[case]
-    chain = unit_chain(
-        16, precompression=1.0, overlap_limit=1.0, integrator=scheme, step_size=step_size, tolerance=tolerance, **parameters
-    )
+    chain = unit_chain(16, precompression=1.0, overlap_limit=1.0, integrator=scheme, step_size=step_size, **parameters)
     velocity = 0.05 * np.sin(np.arange(16.0))
     if "piston" in parameters.values():
         velocity[[0, -1]] = 0.0
@@ -157,14 +155,7 @@ def closed_run(scheme: str, step_size: float, case: str, tolerance: float = 1e-1
 @pytest.mark.filterwarnings("ignore::granular_env.components.errors.GranularWarning")
 def test_nominal_order(scheme: str, order: int, steps: tuple[float, ...], case: str) -> None:
     """Hamming's corrector has order 4; its mop-up takes the leading error away, and 5 is what is seen of smooth motion."""
-    reference = closed_run("dop853", 0.05, case)
+    reference = closed_run("pefrl", 0.0025, case)
     errors = [np.abs(closed_run(scheme, step, case) - reference).max() for step in steps]
     slopes = [math.log(errors[i] / errors[i + 1]) / math.log(steps[i] / steps[i + 1]) for i in range(2)]
     assert slopes[1] == pytest.approx(order, abs=0.2 if scheme == "hamming" else 0.1)
-
-
-def test_order_of_the_reference() -> None:
-    """With a tolerance that cuts no step: at least 7."""
-    reference = closed_run("dop853", 0.02, "force")
-    errors = [np.abs(closed_run("dop853", step, "force", tolerance=1e-3) - reference).max() for step in (1.0, 0.5)]
-    assert math.log2(errors[0] / errors[1]) >= 7.0

@@ -18,13 +18,13 @@ from granular_env.components.chain import theory
 def travelled(ratio: float, start: dict[str, np.ndarray], first: int, last: int, grains: int) -> tuple[float, float]:
     """Largest strain over that at rest at contact `last`, and V/c0 between both contacts; the crest's overlap is about 1."""
     rest = 1.0 / ratio
-    chain = unit_chain(grains, precompression=rest**1.5, integrator="dop853", step_size=0.25)
+    chain = unit_chain(grains, precompression=rest**1.5, step_size=0.01)
     chain.reset(**start)
     sound = theory.sound_speed(1.0, 1.0, rest)
     width = 8.0 + 4.0 / math.sqrt(ratio - 1.0)
     overlap = []
-    for _ in range(int((last + 2.0 * width) / (sound * chain.step_size))):
-        chain.step()
+    for _ in range(int((last + 2.0 * width) / (sound * 0.25))):
+        chain.step(0.25)
         overlap.append(chain.get("overlap")[[first, last]] - rest)
         if overlap[-1][1] < 0.2 * overlap[-1][0] < 0.0:
             break
@@ -32,7 +32,7 @@ def travelled(ratio: float, start: dict[str, np.ndarray], first: int, last: int,
     (begin, _), (end, height) = (
         max(peaks(seen[:, column], 0.3 * seen[:, column].max()), key=lambda peak: peak[1]) for column in range(2)
     )
-    return 1.0 + height / rest, (last - first) / ((end - begin) * chain.step_size) / sound
+    return 1.0 + height / rest, (last - first) / ((end - begin) * 0.25) / sound
 
 
 def lattice_start(ratio: float, grains: int, middle: int) -> dict[str, np.ndarray]:
@@ -76,7 +76,7 @@ def uncompressed_wave(grains: int, middle: int, step_size: float) -> ge.Chain:
     """A touching chain with nothing but the lattice's solitary wave in it, v_m = 1."""
     wave = theory.lattice_wave(0.0, theory.LATTICE_STRAIN_OVERSHOOT * theory.SOLITARY_SPEED**4)
     assert wave.velocity.max() == pytest.approx(1.0, rel=1e-9)
-    chain = unit_chain(grains, integrator="dop853", step_size=step_size)
+    chain = unit_chain(grains, step_size=step_size)
     place = np.arange(grains) - float(middle)
     chain.reset(
         displacement=np.interp(place, wave.position, wave.displacement),
@@ -104,7 +104,7 @@ def test_shares_of_energy_of_a_travelling_wave() -> None:
 
 def test_a_free_end_leaves() -> None:
     """With 1.44606 v_m, when a solitary wave has arrived there."""
-    chain = uncompressed_wave(60, 30, 0.1)
+    chain = uncompressed_wave(60, 30, 0.01)
     chain.step(80.0)
     assert chain.get("velocity")[-1] == pytest.approx(theory.FREE_END_VELOCITY, abs=1e-5)
 
@@ -196,7 +196,7 @@ def test_frequencies_of_two_masses(mode: int, branch: int) -> None:
 def tapered(taper: float, lead: int, grains: int, **parameters: object) -> np.ndarray:
     """Largest velocity of each tapered grain, after `lead` equal ones, shape (grains,)."""
     radius = 0.01 * np.concatenate((np.ones(lead), (1.0 - taper) ** np.arange(1.0, grains + 1.0)))
-    chain = ge.make("chain", grains=lead + grains, radius=radius.tolist(), integrator="dop853", step_size=2e-7, **parameters)
+    chain = ge.make("chain", grains=lead + grains, radius=radius.tolist(), step_size=2e-7, **parameters)
     chain.reset(velocity={0: 0.01})
     top = np.zeros(lead + grains)
     while chain.time < 0.1:

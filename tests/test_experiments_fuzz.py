@@ -101,7 +101,6 @@ def is_small(experiment) -> bool:
         all(count is None or (isinstance(count, int) and count <= 48) for count in counts)
         and given.get("grains", 1) <= 1000
         and given.get("rows", 1) * given.get("columns", 1) <= 400
-        and experiment.component.parameters.get("integrator") != "dop853"
     )
 
 

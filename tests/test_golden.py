@@ -21,7 +21,6 @@ FINAL = {
     "random-right-piston": "ca13b1c61a99c873172aed27c4448535",
     "hamming": "ed710df8976c37e5ccfe14b13513281a",
     "rk4": "06270df3f976f946e8de36448ce53d84",
-    "dop853": "21d7182844281ee90b90ad7ff7ab82ad",
     "kuwabara-kono": "e4d243353cee1fb5c74be472487af35d",
     "viscous-column": "a9f44998e1efc9baf50c473bbe932a6f",
     "elastic-plastic": "33792a8c85ba2af8b295b5d069aab56b",

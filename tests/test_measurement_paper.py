@@ -27,7 +27,7 @@ EVERY = 5e-7
 @cache
 def solitary() -> History:
     """One grain strikes a chain with m = A = v0 = 1: a single solitary wave, sampled at 0.1 tau."""
-    chain = unit_chain(200, integrator="dop853")
+    chain = unit_chain(200, step_size=0.02)
     chain.reset(velocity={0: 1.0})
     return measurement.observe(chain, 280.0, 0.1)
 

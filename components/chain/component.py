@@ -17,9 +17,8 @@ from ..state_block import LARGEST, Block
 from ..support.float_arrays import FloatArray
 from ..variables import Variable
 from . import layout
-from .geometry import Geometry, geometry, smoothness, step_times_frequency, suggested_step_size
-from .integrators import SCHEMES, TOO_MUCH_WORK, UNSOUND, Entries, entries
-from .integrators.dop853 import most_trials
+from .geometry import Geometry, geometry, step_times_frequency, suggested_step_size, wanted_forces
+from .integrators import SCHEMES, UNSOUND, Entries, entries
 from .laws import Dissipative, Law
 from .parameters import WALLS, ChainParameters
 from .state import ChainState, state_of
@@ -31,11 +30,26 @@ _LEAST_FORCES = 16.0
 _STOPPED_IN_A_STEP = 0.3
 
 _NO_PIECES = np.zeros((0, 2))
-# A status: a tick takes more work than is allowed.
-_EXHAUSTED = 2
 # Beyond these a unit is likely to be wrong [m, kg/m^3, kg/m^3, m/s]; a heavy striker may weigh as much as many grains.
 _LARGE_RADIUS, _LIGHT_DENSITY, _HEAVY_DENSITY, _SLOW_SOUND = 0.1, 100.0, 1e6, 20.0
 _NUMBERING = "place i is left of grain i, the last one right of the last grain; 0 where there is no contact"
+_OF_A_WALL = "wall on the chain, positive to the right; 0 without a wall"
+# Kind of an end -> name, unit and description of its input.
+_INPUTS = {
+    "piston": ("velocity", "m/s", "velocity of the {} piston, positive to the right"),
+    "free": ("force", "N", "force on the {} end grain, positive to the right"),
+}
+# Name, unit, what its index counts, description.
+_OUTPUTS = (
+    ("position", "m", "grain", "position of the grains' centres, the first one's start is 0"),
+    ("displacement", "m", "grain", "displacement from the start, positive to the right"),
+    ("velocity", "m/s", "grain", "velocity, positive to the right"),
+    ("overlap", "m", "contact", f"approach of the surfaces in each contact, negative: a gap; {_NUMBERING}"),
+    ("contact_force", "N", "contact", f"compressive force in each contact, never negative; {_NUMBERING}"),
+    ("potential_energy", "J", None, "stored energy: elastic, and of the weight where there is gravity"),
+    ("left_wall_force", "N", None, f"force of the left {_OF_A_WALL}"),
+    ("right_wall_force", "N", None, f"force of the right {_OF_A_WALL}"),
+)
 # Arrays as long as the chain that exist at a time while it is built, beside the table and its copy.
 _GEOMETRY_ROWS = 18
 
@@ -76,8 +90,8 @@ class Chain(Component):
         p = self.parameters
         self.geometry: Geometry = geometry(p)
         self._scheme = SCHEMES[p.integrator]
-        self._wanted_forces = self._scheme.wanted_forces / smoothness(p.law.exponent)
-        self.step_size = self._suggested_step() if p.step_size is None else p.step_size
+        self._wanted_forces = wanted_forces(p.law.exponent, self._scheme)
+        self.step_size = suggested_step_size(p, self.geometry, self._scheme) if p.step_size is None else p.step_size
         self.scheme = self._scheme.damped if isinstance(p.law, Dissipative) else self._scheme.numbers
         self.entries: Entries = entries(p.law.contacts, self.scheme)
         self._advance_held = self.entries.advance_held
@@ -90,25 +104,12 @@ class Chain(Component):
         # Pistons carry their own grains.
         self._weight = p.gravity * self._table[layout.MASS, self._grains]
         self._whole_weight = float(self._weight.sum())
-        self._wanted_overlap, self._refused_overlap = self._overlap_limits()
-        self._table[layout.LIMIT, : p.grains + 1] = np.minimum(self._wanted_overlap, self._refused_overlap)
+        wanted, self._refused_overlap = self._overlap_limits()
+        self._table[layout.LIMIT, : p.grains + 1] = np.minimum(wanted, self._refused_overlap)
         self.left_input = "left_velocity" if p.left == "piston" else "left_force"
         self.right_input = "right_velocity" if p.right == "piston" else "right_force"
         self._left_moves, self._right_moves = p.left not in WALLS, p.right not in WALLS
         self._drive, self._left_pieces, self._left, self._right = _NO_PIECES, 0, 0.0, 0.0
-
-    def _suggested_step(self) -> float:
-        return suggested_step_size(
-            self.parameters,
-            self.geometry,
-            scheme_factor=self._scheme.step_factor,
-            largest_angle=self._largest_angle(self._wanted_forces),
-            pressed_angle=self._scheme.pressed_angle,
-        )
-
-    def _largest_angle(self, forces: float) -> float:
-        """Step x frequency of a contact at which it sees so many force evaluations."""
-        return step_times_frequency(self.parameters.law.exponent, self._scheme.evaluations, forces)
 
     def _live_in(self, memory: FloatArray) -> None:
         self._table = memory
@@ -139,8 +140,7 @@ class Chain(Component):
         places = slice(0, p.grains + 1)
         rows[layout.STIFFNESS, places] = chain.stiffness
         rows[layout.REST_OVERLAP, places] = chain.rest_overlap
-        constants = chain.law_constants.T
-        rows[layout.LAW_CONSTANTS : layout.LAW_CONSTANTS + len(constants), places] = constants
+        rows[layout.LAW_CONSTANTS : layout.LEFT_DRIVE, places] = chain.law_constants.T
         rows[layout.INVERSE_MASS, self._grains] = 1.0 / chain.mass
         rows[layout.MASS, self._grains] = chain.mass
         for end, column in ((p.left, 1), (p.right, p.grains)):
@@ -149,33 +149,27 @@ class Chain(Component):
         numbers = rows[layout.SCALARS]
         numbers[layout.STEP], numbers[layout.GRAVITY], numbers[layout.GRAINS] = self.step_size, p.gravity, p.grains
         numbers[layout.SPEED_LIMIT] = chain.sound_speed.min()
-        numbers[layout.TOLERANCE], numbers[layout.EXPONENT] = p.tolerance, p.law.exponent
         for first, end, place in ((layout.LEFT_FREE, p.left, 0), (layout.RIGHT_FREE, p.right, -1)):
             numbers[first : first + 4] = end == "free", end == "piston", chain.mass[place], chain.static_force[place]
 
     def _overlap_limits(self) -> tuple[FloatArray, FloatArray]:
         """Overlaps at which a contact is seen too seldom (warn) and at which a step is refused; infinite without a contact."""
-        chain, places = self.geometry, self.geometry.contact_slice
+        chain, places, law = self.geometry, self.geometry.contact_slice, self.parameters.law
 
         def largest_overlap(forces: float) -> FloatArray:
-            p = self.parameters.law.exponent
-            frequency = self._largest_angle(forces) / self.step_size
+            p = law.exponent
+            frequency = step_times_frequency(p, self._scheme, forces) / self.step_size
             tangent = frequency * frequency * chain.reduced_mass[places] / (p * chain.steepest[places])
             # The overlap of that tangent stiffness; linear contacts have one frequency, whatever the overlap.
             return tangent ** (1.0 / (p - 1.0)) if p > 1.0 else np.where(tangent < 1.0, 0.0, np.inf)
 
-        wanted, refused = np.full(self.parameters.grains + 1, np.inf), np.full(self.parameters.grains + 1, np.inf)
-        deep = self.parameters.overlap_limit * chain.smaller_radius[places]
-        # An adaptive scheme resolves its contacts by itself.
-        adaptive = self._scheme.adaptive
-        wanted[places] = np.inf if adaptive else largest_overlap(self._wanted_forces)
-        refused[places] = deep if adaptive else np.minimum(deep, largest_overlap(_LEAST_FORCES))
-        law = self.parameters.law
-        if isinstance(law, Dissipative) and not adaptive:
-            constants, whole = (
-                chain.law_constants[places],
-                chain.reduced_mass[places] / self.step_size,
-            )
+        wanted, refused = np.full((2, self.parameters.grains + 1), np.inf)
+        wanted[places] = largest_overlap(self._wanted_forces)
+        refused[places] = np.minimum(
+            self.parameters.overlap_limit * chain.smaller_radius[places], largest_overlap(_LEAST_FORCES)
+        )
+        if isinstance(law, Dissipative):
+            constants, whole = chain.law_constants[places], chain.reduced_mass[places] / self.step_size
             wanted[places] = np.minimum(wanted[places], law.overlap_of(constants, _STOPPED_IN_A_STEP * whole))
             if self._scheme.explicit:
                 refused[places] = np.minimum(refused[places], law.overlap_of(constants, whole))
@@ -185,52 +179,14 @@ class Chain(Component):
 
     def _declare(self) -> Iterable[Variable]:
         p = self.parameters
-        n, places = (p.grains,), (p.contact_places,)
         for side, end in (("left", p.left), ("right", p.right)):
-            if end == "piston":
-                yield Variable(
-                    f"{side}_velocity", "input", "m/s", (), f"velocity of the {side} piston, positive to the right", start=0.0
-                )
-            elif end == "free":
-                yield Variable(
-                    f"{side}_force", "input", "N", (), f"force on the {side} end grain, positive to the right", start=0.0
-                )
-        yield Variable(
-            "position", "output", "m", n, "position of the grains' centres, the first one's start is 0", axes=("grain",)
-        )
-        yield Variable(
-            "displacement", "output", "m", n, "displacement from the start, positive to the right", state=True, axes=("grain",)
-        )
-        yield Variable("velocity", "output", "m/s", n, "velocity, positive to the right", state=True, axes=("grain",))
-        yield Variable(
-            "overlap",
-            "output",
-            "m",
-            places,
-            f"approach of the surfaces in each contact, negative: a gap; {_NUMBERING}",
-            axes=("contact",),
-        )
-        yield Variable(
-            "contact_force",
-            "output",
-            "N",
-            places,
-            f"compressive force in each contact, never negative; {_NUMBERING}",
-            axes=("contact",),
-        )
-        yield Variable(
-            "potential_energy", "output", "J", (), "stored energy: elastic, and of the weight where there is gravity"
-        )
-        yield Variable(
-            "left_wall_force", "output", "N", (), "force of the left wall on the chain, positive to the right; 0 without a wall"
-        )
-        yield Variable(
-            "right_wall_force",
-            "output",
-            "N",
-            (),
-            "force of the right wall on the chain, positive to the right; 0 without a wall",
-        )
+            if end in _INPUTS:
+                name, unit, about = _INPUTS[end]
+                yield Variable(f"{side}_{name}", "input", unit, (), about.format(side), start=0.0)
+        shapes: dict[str | None, tuple[int, ...]] = {None: (), "grain": (p.grains,), "contact": (p.contact_places,)}
+        for name, unit, axis, about in _OUTPUTS:
+            state, axes = name in ("displacement", "velocity"), (axis,) if axis else ()
+            yield Variable(name, "output", unit, shapes[axis], about, state=state, axes=axes)
 
     def _outputs(self) -> dict[str, Callable[[], Any]]:
         return {
@@ -239,8 +195,8 @@ class Chain(Component):
             "velocity": lambda: self._table[layout.V, self._grains],
             "overlap": self._overlap,
             "contact_force": self._contact_force,
-            "left_wall_force": lambda: self._force_in(0),
-            "right_wall_force": lambda: 0.0 - self._force_in(self.parameters.grains),
+            "left_wall_force": lambda: self._contact_force()[0],
+            "right_wall_force": lambda: 0.0 - self._contact_force()[-1],
             "input_work": self._input_work,
         }
 
@@ -257,15 +213,10 @@ class Chain(Component):
             self.entries.update_histories(self._table)
             self._table[layout.LOST] = 0.0
         kinetic, potential, momentum = self._sums()
-        self._table[layout.TALLY, layout.START_ENERGY], self._table[layout.TALLY, layout.START_MOMENTUM] = (
-            kinetic + potential,
-            momentum,
-        )
-        ends = {
-            "left_velocity": float(self._table[layout.V, 1]),
-            "right_velocity": float(self._table[layout.V, self.parameters.grains]),
-        }
-        return {name: speed for name, speed in ends.items() if name in (self.left_input, self.right_input)}
+        tally = self._table[layout.TALLY]
+        tally[layout.START_ENERGY], tally[layout.START_MOMENTUM] = kinetic + potential, momentum
+        ends = {self.left_input: self._table[layout.V, 1], self.right_input: self._table[layout.V, self.parameters.grains]}
+        return {name: float(speed) for name, speed in ends.items() if name.endswith("velocity")}
 
     def _refuse_start(self) -> None:
         """Raise the error of the first step at once, where the start would make it fail."""
@@ -308,9 +259,6 @@ class Chain(Component):
         The state alone decides what is refused. LIMIT decides only how soon the kernel returns: after the caution it need not
         return for contacts that are seen too seldom.
         """
-        if done >= TOO_MUCH_WORK:
-            self._failed_tick = self._tick + done - TOO_MUCH_WORK
-            return _EXHAUSTED
         unsound = done >= UNSOUND
         done -= UNSOUND if unsound else 0
         self._failed_tick = self._tick + done
@@ -328,23 +276,18 @@ class Chain(Component):
 
     def _worst(self, overlap: FloatArray) -> tuple[str, int, float]:
         """Return the variable, index and ratio to its limit of the value furthest past its limit (NaN counts as infinite)."""
-        worst = ("velocity", 0, 0.0)
-        fastest = self._table[layout.SCALARS, layout.SPEED_LIMIT]
         with np.errstate(all="ignore"):
-            for name, ratio in (
-                ("overlap", overlap / self._refused_overlap),
-                ("velocity", np.abs(self._table[layout.V, self._grains]) / fastest),
-                ("displacement", np.where(np.isfinite(self._table[layout.U, self._grains]), 0.0, np.inf)),
-            ):
-                ratio = np.where(np.isnan(ratio), np.inf, ratio)
-                if ratio.size and ratio.max() > worst[2]:
-                    worst = (name, int(np.argmax(ratio)), float(ratio.max()))
-        return worst
+            ratios = {
+                "overlap": overlap / self._refused_overlap,
+                "velocity": np.abs(self._table[layout.V, self._grains]) / self._table[layout.SCALARS, layout.SPEED_LIMIT],
+                "displacement": np.where(np.isfinite(self._table[layout.U, self._grains]), 0.0, np.inf),
+            }
+        ratios = {name: np.where(np.isnan(ratio), np.inf, ratio) for name, ratio in ratios.items()}
+        name = max(ratios, key=lambda one: ratios[one].max())
+        return name, int(np.argmax(ratios[name])), float(ratios[name].max())
 
     def _explain(self, status: int) -> StepError:
         time = (self._failed_tick if status else self._tick) * self.step_size
-        if status == _EXHAUSTED:
-            return self._exhaustion_error(time)
         # Before the first tick no peak is known; afterwards the peak is what the kernel judges.
         overlap = self._peak if status else self._overlap()
         name, index, _ = self._worst(overlap)
@@ -372,14 +315,6 @@ class Chain(Component):
             time=time, at=(name, index), variable=name, index=index, value=value, limit=limit,
         )  # fmt: skip
 
-    def _exhaustion_error(self, time: float) -> StepError:
-        most = most_trials(self.parameters.grains)
-        return StepError(
-            f"the tick that ends at {time:.9g} s needs more than {most} trial steps of {self.parameters.integrator!r}; take a "
-            f"smaller step_size (now {self.step_size:g} s) or a larger tolerance",
-            time=time, variable="step_size", index=None, value=self.step_size, limit=self.step_size,
-        )  # fmt: skip
-
     # -- reading ----------------------------------------------------------------------------------------------------
 
     @property
@@ -392,13 +327,11 @@ class Chain(Component):
         """Return the chain as jitted functions see it, such as those of `differentiable_quantities`; to be read only."""
         return state_of(self.parameters.law.contacts, self._table)
 
-    def detached_table(self, rows: int = 0) -> FloatArray:
-        """Copy the table with `rows` more behind it, for runs beside the chain: overlaps are refused, not warned of."""
-        known = len(self._table)
-        table_of_run = np.zeros((known + rows, self._table.shape[1]))
-        table_of_run[:known] = self._table
-        table_of_run[layout.LIMIT, : self.parameters.grains + 1] = self._refused_overlap
-        return table_of_run
+    def detached_table(self) -> FloatArray:
+        """Copy the table for runs beside the chain: overlaps are refused, not warned of."""
+        table = self._table.copy()
+        table[layout.LIMIT, : self.parameters.grains + 1] = self._refused_overlap
+        return table
 
     def balances(self) -> tuple[Balance, ...]:
         """Return energy and momentum; the work of a precompressing force on a free end is input work."""
@@ -450,17 +383,10 @@ class Chain(Component):
         """Largest overlap since the reset that the kernel has judged, once a tick, shape (n + 1,)."""
         return self._table[layout.PEAK, : self.parameters.grains + 1]
 
-    def _largest_overlap(self) -> FloatArray:
-        """Since the reset, shape (n + 1,)."""
-        return np.maximum(self._overlap(), self._peak)
-
     def _contact_force(self) -> FloatArray:
         forces = np.empty(self.parameters.grains + 1)
         self.entries.contact_forces(self._table, forces)
         return forces
-
-    def _force_in(self, contact: int) -> float:
-        return float(self._contact_force()[contact])
 
     def drawables(self) -> tuple[Points, ...]:
         """Return the grains, along x."""
@@ -473,7 +399,7 @@ class Chain(Component):
         return Validity.of(
             self.geometry, self.parameters.law, self._peak[places],
             self._scheme.evaluations / self.step_size,
-            wanted_forces=self._wanted_forces, adaptive=self._scheme.adaptive,
+            wanted_forces=self._wanted_forces,
         )  # fmt: skip
 
     def report(self) -> dict[str, float]:
@@ -486,34 +412,33 @@ class Chain(Component):
     def cautions(self) -> list[str]:
         """Return a sentence for each assumption that the run so far has left behind."""
         said = self._size_sentences() + self.validity().cautions()
-        if self._dissipation_in_a_step() > _STOPPED_IN_A_STEP and not self._scheme.adaptive:
+        if self._dissipation_in_a_step() > _STOPPED_IN_A_STEP:
             said.append(self._dissipation_sentence())
         return said
 
     def _size_sentences(self) -> list[str]:
         """Return what looks like a slip of units: millimetres as metres, g/cm^3 as kg/m^3, grams as kg, MPa as Pa."""
-        radius, said = self.geometry.radius, []
+        radius, sound = self.geometry.radius, self.geometry.sound_speed
         density = self.geometry.mass / (4.0 / 3.0 * np.pi * radius**3)
-        if radius.max() > _LARGE_RADIUS:
-            said.append(
-                f"grain {int(np.argmax(radius))} has a radius of {radius.max():.4g} m: radius is in metres, 2.38e-3 not 2.38"
-            )
-        if density.min() < _LIGHT_DENSITY:
-            said.append(
-                f"grain {int(np.argmin(density))} weighs {density.min():.4g} kg/m^3, less than any solid grain: density is in "
-                "kg/m^3, 7800 not 7.8"
-            )
-        if density.max() > _HEAVY_DENSITY:
-            said.append(
-                f"grain {int(np.argmax(density))} weighs {density.max():.4g} kg/m^3, far more than any solid: mass is in kg, "
-                "8.8e-4 not 0.88, and density in kg/m^3"
-            )
-        sound = self.geometry.sound_speed
-        if sound.min() < _SLOW_SOUND:
-            said.append(
-                f"the sound speed of grain {int(np.argmin(sound))} is {sound.min():.4g} m/s, less than in any solid: young "
-                "is in Pa, 2e11 not 200e3"
-            )
+        said = []
+        for excess, values, sentence in (
+            (radius / _LARGE_RADIUS, radius, "grain {} has a radius of {:.4g} m: radius is in metres, 2.38e-3 not 2.38"),
+            (
+                _LIGHT_DENSITY / density, density,
+                "grain {} weighs {:.4g} kg/m^3, less than any solid grain: density is in kg/m^3, 7800 not 7.8",
+            ),
+            (
+                density / _HEAVY_DENSITY, density,
+                "grain {} weighs {:.4g} kg/m^3, far more than any solid: mass is in kg, 8.8e-4 not 0.88, and density in kg/m^3",
+            ),
+            (
+                _SLOW_SOUND / sound, sound,
+                "the sound speed of grain {} is {:.4g} m/s, less than in any solid: young is in Pa, 2e11 not 200e3",
+            ),
+        ):  # fmt: skip
+            worst = int(np.argmax(excess))
+            if excess[worst] > 1.0:
+                said.append(sentence.format(worst, values[worst]))
         return said
 
     def _dissipation_sentence(self) -> str:
@@ -527,7 +452,7 @@ class Chain(Component):
         law, places = self.parameters.law, self.geometry.contact_slice
         if not isinstance(law, Dissipative):
             return 0.0
-        peak = self._largest_overlap()[places]
+        peak = np.maximum(self._overlap(), self._peak)[places]
         coefficients = np.where(peak > 0.0, law.coefficients(self.geometry.law_constants[places], peak), 0.0)
         return float(np.max(coefficients / self.geometry.reduced_mass[places], initial=0.0)) * self.step_size
 

@@ -89,18 +89,6 @@ def energy_root_pullback(chain, adjoint, j, slope):
 
 
 @jit
-def grain_force(chain, i):
-    """Return the reading of a sensor inside the grain of column i: the mean of the forces in its two contacts."""
-    return 0.5 * (contact_force(chain, i - 1) + contact_force(chain, i))
-
-
-@jit
-def right_wall_force(chain):
-    """Return the force between the chain and the right wall, never negative; 0 without a wall."""
-    return contact_force(chain, chain.settings.grains)
-
-
-@jit
 def input_work(chain):
     """Return the work done by inputs and boundaries since the reset, as the component's `input_work`."""
     tally, behind = chain.rows[TALLY], chain.settings.grains + 2
@@ -148,7 +136,7 @@ def kinetic_energy(chain, first, last):
     """Return the energy of the grains first..last, from 0 and both included [J]; a piston's own grain has none."""
     total = 0.0
     for i in range(first + 1, last + 2):
-        total += 0.5 * chain.rows[MASS, i] * chain.rows[V, i] * chain.rows[V, i]
+        total += 0.5 * chain.rows[MASS, i] * (chain.rows[V, i] * chain.rows[V, i])
     return total
 
 
@@ -157,7 +145,7 @@ def kinetic_energy_pullback(chain, adjoint, first, last, slope):
     """Add slope dE/da."""
     for i in range(first + 1, last + 2):
         adjoint.rows[V, i] += slope * chain.rows[MASS, i] * chain.rows[V, i]
-        adjoint.rows[MASS, i] += slope * 0.5 * chain.rows[V, i] * chain.rows[V, i]
+        adjoint.rows[MASS, i] += slope * 0.5 * (chain.rows[V, i] * chain.rows[V, i])
 
 
 @jit
@@ -203,9 +191,7 @@ def energy_pullback(chain, adjoint, first, last, slope):
 @jit
 def energy_between(chain, first, last):
     """Energy above that at rest of the columns first..last and of the contacts from `first` on up to `last` [J]."""
-    energy = 0.0
-    for i in range(first, last + 1):
-        energy += 0.5 * chain.rows[MASS, i] * (chain.rows[V, i] * chain.rows[V, i])
+    energy = kinetic_energy(chain, first - 1, last - 1)
     for j in range(first, last + 1):
         q = energy_root(chain, j)
         energy += q * q
@@ -215,8 +201,6 @@ def energy_between(chain, first, last):
 @jit
 def energy_between_pullback(chain, adjoint, first, last, slope):
     """Add slope denergy/da of `energy_between` to adjoint."""
-    for i in range(first, last + 1):
-        adjoint.rows[V, i] += slope * chain.rows[MASS, i] * chain.rows[V, i]
-        adjoint.rows[MASS, i] += slope * 0.5 * (chain.rows[V, i] * chain.rows[V, i])
+    kinetic_energy_pullback(chain, adjoint, first - 1, last - 1, slope)
     for j in range(first, last + 1):
         energy_root_pullback(chain, adjoint, j, 2.0 * slope * energy_root(chain, j))

@@ -13,7 +13,7 @@ from ..support.elementary_functions import nth_root
 from ..support.float_arrays import FloatArray
 from ..support.powers import power
 from ..support.round_numbers import round_down_to_125
-from .arrangements.random_radii import draw_radii
+from .integrators import Scheme
 from .laws import Dissipative
 from .layout import MOST_LAW_CONSTANTS
 from .parameters import WALLS, ChainParameters, UniformRadii
@@ -51,7 +51,7 @@ class Geometry:
         yield_strength: of the weaker side of each contact, NaN where neither is known, shape (n + 1,) [Pa].
         static_force: in each contact in the reference configuration, shape (n + 1,) [N].
         static_overlap: that this force makes, shape (n + 1,) [m].
-        law_constants: what the contact law wants to know of each contact beside its stiffness, shape (n + 1, k).
+        law_constants: of each contact in addition to its stiffness, shape (n + 1, 3).
         contact_slice: which places are contacts of this chain, a slice.
     """
 
@@ -90,13 +90,8 @@ def geometry(parameters: ChainParameters) -> Geometry:
     yield_strength, static_force = _yield_strength(parameters, materials), static_forces(parameters, mass)
     law, static_overlap, rest_overlap = parameters.law, np.zeros(count + 1), np.zeros(count + 1)
     constants = law.contact_constants(stiffness, reduced_radius, yield_strength, real)
-    if constants.shape[1] > MOST_LAW_CONSTANTS:
-        raise ParameterError(
-            f"{law.name!r} has {constants.shape[1]} constants of each contact beside its stiffness",
-            expected=f"at most {MOST_LAW_CONSTANTS}", hint="`contact_constants` gives a column for each", at="law",
-        )  # fmt: skip
-    law_constants = np.zeros((count + 1, constants.shape[1]))
-    law_constants[real] = constants
+    law_constants = np.zeros((count + 1, MOST_LAW_CONSTANTS))
+    law_constants[real, : constants.shape[1]] = constants
     steepest = np.zeros(count + 1)
     steepest[real] = law.steepest(stiffness[real], constants)
     gap = np.broadcast_to(np.asarray(parameters.gap), count + 1)[real]
@@ -110,40 +105,31 @@ def geometry(parameters: ChainParameters) -> Geometry:
         np.minimum(left_radius, right_radius), position,
         _per_grain(materials, "longitudinal_speed"), yield_strength, static_force, static_overlap, law_constants, real,
     )  # fmt: skip
-    _lock(arrays)
+    # The chain has copied them, and would not notice another value.
+    for values in vars(arrays).values():
+        if isinstance(values, np.ndarray):
+            values.setflags(write=False)
     return arrays
 
 
-def _lock(arrays: Geometry) -> None:
-    """Make all arrays read-only: the chain has copied them, and would not notice another value."""
-    for name in Geometry.__dataclass_fields__:
-        values = getattr(arrays, name)
-        if isinstance(values, np.ndarray):
-            values.setflags(write=False)
-
-
 def _refuse_absurd(mass: FloatArray, stiffness: FloatArray, position: FloatArray, exponent: float) -> None:
-    """Sizes whose masses or stiffnesses leave the range of a float would make every figure after them meaningless."""
+    """Refuse sizes whose masses, stiffnesses or length leave the range of a float, and with them every later figure."""
     # Overlaps of micrometres and less make the stiffness of a high exponent large.
     stiffest = _LARGEST * _MICROMETRES ** max(0.0, exponent - 1.5)
-    for name, values, unit, largest in (
-        ("mass", mass, "kg", _LARGEST), ("contact_stiffness", stiffness, f"N/m^{exponent:g}", stiffest),
-    ):  # fmt: skip
-        wrong = ~((values > _SMALLEST) & (values < largest))
+    for name, values, least, most, unit in (
+        ("mass", mass, _SMALLEST, _LARGEST, "kg"),
+        ("contact_stiffness", stiffness, _SMALLEST, stiffest, f"N/m^{exponent:g}"),
+        ("gap", position, -_LARGEST, _LARGEST, "m from the first grain to the others"),
+    ):
+        wrong = ~((values > least) & (values < most))
         if wrong.any():
             where = int(np.argmax(wrong))
             raise ParameterError(
-                f"radius, material and overrides give {values[where]:g} {unit}",
-                expected=f"{_SMALLEST:g} to {largest:g}",
+                f"radius, material, gap and overrides give {values[where]:g} {unit}",
+                expected=f"{least:g} to {most:g}",
                 hint="check their units, which are SI",
                 at=f"{name}[{where}]",
             )
-    if not abs(position[-1]) < _LARGEST:
-        raise ParameterError(
-            f"radius, gap and precompression make the chain {position[-1]:g} m long",
-            hint="check their units, which are SI",
-            at="gap",
-        )
 
 
 def smoothness(exponent: float) -> float:
@@ -151,61 +137,55 @@ def smoothness(exponent: float) -> float:
     return min(1.0, 0.25 + 1.5 * (exponent - 1.0))
 
 
-def step_times_frequency(exponent: float, forces_per_step: float, forces_per_collision: float) -> float:
-    """Step x sqrt(p k d^(p-1) / m*), d the largest overlap, where a collision F = k d^p gets so many force evaluations."""
-    return duration_times_frequency(exponent) * forces_per_step / forces_per_collision
+def step_times_frequency(exponent: float, scheme: Scheme, forces: float) -> float:
+    """Return step x sqrt(p k d^(p-1) / m*), d the largest overlap, where a collision F = k d^p gets `forces` evaluations."""
+    return duration_times_frequency(exponent) * scheme.evaluations / forces
 
 
-def suggested_step_size(
-    parameters: ChainParameters, chain: Geometry, *, scheme_factor: float, largest_angle: float, pressed_angle: float
-) -> float:
-    """0.1 (m/k)^(2/5) v^(-1/5) of the quickest contact (spheres), less under a static load; 1, 2 or 5 x 10^k [s].
+def wanted_forces(exponent: float, scheme: Scheme) -> float:
+    """Return the force evaluations below which the chain warns of a contact."""
+    return scheme.wanted_forces / smoothness(exponent)
 
-    Args:
-        parameters: of the chain.
-        chain: its arrays.
-        scheme_factor: what the integrator needs, in units of PEFRL's step.
-        largest_angle: step x frequency of a contact, beyond which the chain warns; see `step_times_frequency`.
-        pressed_angle: largest step x frequency of the lattice under a static load.
-    """
+
+def suggested_step_size(parameters: ChainParameters, chain: Geometry, scheme: Scheme) -> float:
+    """0.1 (m/k)^(2/5) v^(-1/5) of the quickest contact (spheres), less under a static load; 1, 2 or 5 x 10^k [s]."""
+    law = parameters.law
     lighter = np.minimum(*_sides(_inertia(parameters, chain.mass), np.inf, np.inf))
     ratio = float(np.min(lighter[chain.contact_slice] / chain.steepest[chain.contact_slice], initial=np.inf))
     if not math.isfinite(ratio):  # nothing that a contact could accelerate
         return _STEP_WITHOUT_CONTACTS
     gapped = bool(np.any(chain.rest_overlap < 0.0))
-    scale = _collision_time(ratio, parameters.velocity_scale, parameters.law.exponent)
-    factor = scheme_factor * smoothness(parameters.law.exponent)
+    scale = _collision_time(ratio, parameters.velocity_scale, law.exponent)
+    factor = scheme.step_factor * smoothness(law.exponent)
     step = (_STEP_FACTOR_WITH_GAPS if gapped else _STEP_FACTOR) * factor * scale
     if np.any(chain.rest_overlap > 0.0):
-        step = min(step, _pressed_step(chain, parameters, largest_angle, pressed_angle * smoothness(parameters.law.exponent)))
-    if isinstance(parameters.law, Dissipative):
-        rate = _dissipation_rate(parameters.law, chain, parameters.velocity_scale)
+        step = min(step, _pressed_step(chain, parameters, scheme))
+    if isinstance(law, Dissipative):
+        rate = _dissipation_rate(law, chain, parameters.velocity_scale)
         step = min(step, _STEP_TIMES_DISSIPATION / rate) if rate > 0.0 else step
-        if parameters.law.jumps and rate > 0.0:
+        if law.jumps and rate > 0.0:
             step = min(step, max(_STEP_TIMES_JUMP / rate, _SHORTEST_FOR_JUMP * step))
     return round_down_to_125(step)
 
 
-def _pressed_step(chain: Geometry, parameters: ChainParameters, largest_angle: float, pressed_angle: float) -> float:
+def _pressed_step(chain: Geometry, parameters: ChainParameters, scheme: Scheme) -> float:
     """At which contacts are seen often enough and the lattice's highest frequency is followed; infinite without one [s]."""
-    tangent = _tangent(chain, parameters)
+    tangent, exponent = _tangent(chain, parameters), parameters.law.exponent
     contact = float(np.max(tangent[chain.contact_slice] / chain.reduced_mass[chain.contact_slice], initial=0.0))
     lattice = float(np.max(2.0 * (tangent[:-1] + tangent[1:]) / chain.mass))
-    limits = [
-        angle / math.sqrt(square) for angle, square in ((largest_angle, contact), (pressed_angle, lattice)) if square > 0.0
-    ]
+    angles = (
+        (step_times_frequency(exponent, scheme, wanted_forces(exponent, scheme)), contact),
+        (scheme.pressed_angle * smoothness(exponent), lattice),
+    )
     # Too faint a force to be felt gives no frequency, and no limit.
-    return min(limits, default=math.inf)
+    return min((angle / math.sqrt(square) for angle, square in angles if square > 0.0), default=math.inf)
 
 
 def _dissipation_rate(law: Dissipative, chain: Geometry, speed: float) -> float:
     """Return c / m* of the contact that dissipates fastest, at its deepest [1/s]."""
     real = chain.contact_slice
-    moved = np.isfinite(chain.reduced_mass[real])
-    overlap = _deepest(chain, speed, law.exponent)[real][moved]
-    return float(
-        np.max(law.coefficients(chain.law_constants[real][moved], overlap) / chain.reduced_mass[real][moved], initial=0.0)
-    )
+    overlap, reduced = _deepest(chain, speed, law.exponent)[real], chain.reduced_mass[real]
+    return float(np.max(law.coefficients(chain.law_constants[real], overlap) / reduced, initial=0.0))
 
 
 def _deepest(chain: Geometry, speed: float, exponent: float) -> FloatArray:
@@ -288,14 +268,10 @@ def _upstream_force(p: ChainParameters, above: FloatArray) -> float:
     return force
 
 
-class _Same(list[Material]):
-    """One material for all grains: what follows from it is worked out once."""
-
-
 def _radius(parameters: ChainParameters) -> FloatArray:
     given = parameters.radius
     if isinstance(given, UniformRadii):
-        return draw_radii(given, parameters.grains)
+        return given.draw(parameters.grains)
     return np.full(parameters.grains, given) if isinstance(given, float) else np.array(given)
 
 
@@ -303,7 +279,7 @@ def _materials(parameters: ChainParameters) -> list[Material]:
     given = parameters.material
     if isinstance(given, list):
         return [material(one) for one in given]
-    return _Same([material(given)] * parameters.grains)
+    return [material(given)] * parameters.grains
 
 
 def _mass(parameters: ChainParameters, radius: FloatArray, materials: list[Material]) -> FloatArray:
@@ -327,8 +303,9 @@ def _inertia(parameters: ChainParameters, mass: FloatArray) -> FloatArray:
 
 
 def _per_grain(materials: list[Material], name: str) -> FloatArray:
-    if isinstance(materials, _Same):
-        return np.full(len(materials), getattr(materials[0], name), dtype=np.float64)
+    first = materials[0]
+    if all(one is first for one in materials):
+        return np.full(len(materials), getattr(first, name), dtype=np.float64)
     return np.array([getattr(one, name) for one in materials], dtype=np.float64)
 
 

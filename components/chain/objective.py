@@ -14,10 +14,7 @@ import numpy as np
 
 from ..errors import ParameterError, one_line
 from ..support.float_arrays import FloatArray
-
-
-def _nothing() -> FloatArray:
-    return np.zeros(1)
+from ..support.validation import whole_number
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,7 +42,7 @@ class Objective:
     note: Callable[..., Any]
     value: Callable[..., Any]
     pullback: Callable[..., Any]
-    constants: FloatArray = field(default_factory=_nothing)
+    constants: FloatArray = field(default_factory=lambda: np.zeros(1))
     count: int = 1
     smooth: bool = True
     description: str = ""
@@ -70,10 +67,7 @@ class Objective:
                 raise ParameterError(
                     f"got {one_line(getattr(self, name))}", expected="a jitted function", at=f"objective.{name}"
                 )
-        if isinstance(self.count, bool) or not isinstance(self.count, (int, np.integer)) or self.count < 1:
-            raise ParameterError(
-                f"got {one_line(self.count)}", expected="the number of features, at least 1", at="objective.count"
-            )
+        whole_number("objective.count", self.count)
 
     def fit(self, grains: int, steps: int) -> None:
         """Return whether it can judge a run of `steps` control steps of a chain of so many grains.

@@ -9,29 +9,8 @@ from typing import Any, NamedTuple
 
 from ..support.float_arrays import FloatArray
 from ..support.jit import inlined
+from . import layout
 from .laws.functions import contact_law
-from .layout import (
-    EXPONENT,
-    GRAINS,
-    GRAVITY,
-    HISTORY,
-    LAW_CONSTANTS,
-    LEFT_DRIVE,
-    LEFT_FREE,
-    LEFT_MASS,
-    LEFT_PISTON,
-    LEFT_STATIC,
-    LOST,
-    RIGHT_FREE,
-    RIGHT_MASS,
-    RIGHT_PISTON,
-    RIGHT_STATIC,
-    SCALARS,
-    SPEED_LIMIT,
-    STEP,
-    STIFFNESS,
-    TOLERANCE,
-)  # fmt: skip
 
 
 class End(NamedTuple):
@@ -58,8 +37,6 @@ class Settings(NamedTuple):
         step: length of a tick [s].
         gravity: acceleration [m/s^2].
         speed_limit: largest velocity of a grain [m/s].
-        tolerance: of adaptive integrators.
-        exponent: p of F ~ d^p.
         left: end.
         right: end.
     """
@@ -68,8 +45,6 @@ class Settings(NamedTuple):
     step: float
     gravity: float
     speed_limit: float
-    tolerance: float
-    exponent: float
     left: End
     right: End
 
@@ -92,11 +67,12 @@ class ChainState(NamedTuple):
 @inlined
 def chain_state(kind, table):
     """Return a chain whose numbers lie in a table; `kind` is the class of its contact law, or any law of that class."""
-    a = table[SCALARS]
-    left = End(a[LEFT_FREE] > 0.0, a[LEFT_PISTON] > 0.0, a[LEFT_MASS], a[LEFT_STATIC])
-    right = End(a[RIGHT_FREE] > 0.0, a[RIGHT_PISTON] > 0.0, a[RIGHT_MASS], a[RIGHT_STATIC])
-    settings = Settings(int(a[GRAINS]), a[STEP], a[GRAVITY], a[SPEED_LIMIT], a[TOLERANCE], a[EXPONENT], left, right)
-    law = contact_law(kind, table[STIFFNESS], table[LAW_CONSTANTS:LEFT_DRIVE], table[HISTORY:LOST])
+    a = table[layout.SCALARS]
+    left = End(a[layout.LEFT_FREE] > 0.0, a[layout.LEFT_PISTON] > 0.0, a[layout.LEFT_MASS], a[layout.LEFT_STATIC])
+    right = End(a[layout.RIGHT_FREE] > 0.0, a[layout.RIGHT_PISTON] > 0.0, a[layout.RIGHT_MASS], a[layout.RIGHT_STATIC])
+    settings = Settings(int(a[layout.GRAINS]), a[layout.STEP], a[layout.GRAVITY], a[layout.SPEED_LIMIT], left, right)
+    constants, history = table[layout.LAW_CONSTANTS : layout.LEFT_DRIVE], table[layout.HISTORY : layout.LOST]
+    law = contact_law(kind, table[layout.STIFFNESS], constants, history)
     return ChainState(law, table, settings)
 
 

@@ -13,8 +13,7 @@ import numpy as np
 
 from .geometry import FloatArray, Geometry
 from .laws.law import YIELD_PRESSURE, Law
-from .theory import duration_of_overlap
-from .theory.collisions import duration_times_frequency
+from .theory.collisions import duration_of_overlap, duration_times_frequency
 
 # Beyond these a run is told so: a/R at which Hertz's parabola is off by about 1 %, and ten oscillations of a grain.
 _SMALL_CONTACT = 0.1
@@ -39,37 +38,32 @@ class Validity:
     time_scale_ratio: float
     forces_per_contact: float
     wanted_forces: float
-    adaptive: bool
     plastic: bool = False
 
     @staticmethod
-    def of(chain: Geometry, law: Law, peak: FloatArray, force_rate: float, *, wanted_forces: float, adaptive: bool) -> Validity:
+    def of(chain: Geometry, law: Law, peak: FloatArray, force_rate: float, *, wanted_forces: float) -> Validity:
         """Make it from the largest overlap of each contact, shape (contacts,) [m], and force evaluations per second.
 
         Only spheres have a pressure and a contact radius; plastic ones no pressure above that at which they yield.
         """
-        if not np.any(peak > 0.0):
-            return Validity(math.nan, math.nan, math.nan, math.nan, math.nan, wanted_forces, adaptive)
         places = np.flatnonzero(peak > 0.0)
         peak, real = peak[places], np.arange(len(chain.stiffness))[chain.contact_slice][places]
-        stiffness, radius = chain.stiffness[real], chain.reduced_radius[real]
-        duration = _duration(chain.reduced_mass[real], chain.steepest[real], peak, law.exponent)
-        if law.exponent != 1.5:
-            time_scale_ratio, forces = float((duration / _oscillation(chain)[real]).min()), float(duration.min() * force_rate)
-            return Validity(math.nan, math.nan, math.nan, time_scale_ratio, forces, wanted_forces, adaptive)
-        # 3F / (2 pi a^2) with F = k d^1.5 and a^2 = R* d.
-        pressure = 1.5 / math.pi * stiffness * np.sqrt(peak) / radius
-        by_law = law.yield_pressures(stiffness, radius, chain.law_constants[real])
-        limit = _yield_pressure(chain)[real] if by_law is None else by_law
+        peak_pressure = pressure_to_yield = contact_radius_ratio = time_scale_ratio = forces = math.nan
+        by_law = None
+        if len(places):
+            duration = _duration(chain.reduced_mass[real], chain.steepest[real], peak, law.exponent)
+            forces, time_scale_ratio = float(duration.min() * force_rate), float((duration / _oscillation(chain)[real]).min())
+        if len(places) and law.exponent == 1.5:
+            stiffness, radius = chain.stiffness[real], chain.reduced_radius[real]
+            # 3F / (2 pi a^2) with F = k d^1.5 and a^2 = R* d.
+            pressure = 1.5 / math.pi * stiffness * np.sqrt(peak) / radius
+            by_law = law.yield_pressures(stiffness, radius, chain.law_constants[real])
+            limit = YIELD_PRESSURE * chain.yield_strength[real] if by_law is None else by_law
+            peak_pressure = float((pressure if by_law is None else np.minimum(pressure, by_law)).max())
+            pressure_to_yield = float((pressure / limit).max())
+            contact_radius_ratio = float((np.sqrt(radius * peak) / chain.smaller_radius[real]).max())
         return Validity(
-            peak_pressure=float((pressure if by_law is None else np.minimum(pressure, by_law)).max()),
-            pressure_to_yield=float((pressure / limit).max()),
-            contact_radius_ratio=float((np.sqrt(radius * peak) / chain.smaller_radius[real]).max()),
-            time_scale_ratio=float((duration / _oscillation(chain)[real]).min()),
-            forces_per_contact=float(duration.min() * force_rate),
-            wanted_forces=wanted_forces,
-            adaptive=adaptive,
-            plastic=by_law is not None,
+            peak_pressure, pressure_to_yield, contact_radius_ratio, time_scale_ratio, forces, wanted_forces, by_law is not None
         )
 
     def figures(self) -> dict[str, float]:
@@ -100,17 +94,12 @@ class Validity:
                 f"collisions last {self.time_scale_ratio:.2g} oscillations of a grain "
                 f"(a static contact law wants more than {_SLOW_CONTACT:g})"
             )
-        if self.forces_per_contact < self.wanted_forces and not self.adaptive:
+        if self.forces_per_contact < self.wanted_forces:
             said.append(
                 f"a contact got {self.forces_per_contact:.0f} force evaluations ({self.wanted_forces:.0f} are wanted): "
                 "take a smaller step_size"
             )
         return said
-
-
-def _sides(values: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return the values left and right of each contact; a wall counts as the grain it touches."""
-    return np.concatenate((values[:1], values)), np.concatenate((values, values[-1:]))
 
 
 def _duration(reduced_mass: FloatArray, stiffness: FloatArray, overlap: FloatArray, exponent: float) -> FloatArray:
@@ -120,10 +109,7 @@ def _duration(reduced_mass: FloatArray, stiffness: FloatArray, overlap: FloatArr
     return duration_times_frequency(exponent) / np.sqrt(exponent * stiffness * overlap ** (exponent - 1.0) / reduced_mass)
 
 
-def _yield_pressure(chain: Geometry) -> FloatArray:
-    return YIELD_PRESSURE * chain.yield_strength
-
-
 def _oscillation(chain: Geometry) -> FloatArray:
-    """Return T = 2.5 R / c1 of the slower side [s]."""
-    return np.maximum(*_sides(2.5 * chain.radius / chain.sound_speed))
+    """Return T = 2.5 R / c1 of the slower side of each contact; a wall counts as the grain that it touches [s]."""
+    periods = np.pad(2.5 * chain.radius / chain.sound_speed, 1, mode="edge")
+    return np.maximum(periods[:-1], periods[1:])

@@ -113,14 +113,13 @@ def _driven_chain(integrator: str, energy_tolerance: float) -> Example:
 
 # Energy residuals of an impact at the default step, 0.1 of the collision's unit of time, over the energy (measured once with
 # a reference integrator of relative error 1e-13): PEFRL 2e-6; leapfrog 6e-6 at an eighth of that step, and of second order;
-# RK4 7e-5 and Hamming 5e-5, of fourth order; DOP853 2e-9. The driven chains take 0.43 of the default step.
+# RK4 7e-5 and Hamming 5e-5, of fourth order. The driven chains take 0.43 of the default step.
 _PEFRL = 2e-6
 _DRIVEN = {
     "pefrl": _PEFRL,
     "leapfrog": 6e-6 * (0.43 * 8) ** 2,
     "rk4": 7e-5 * 0.43**4,
     "hamming": 5e-5 * 0.43**4,
-    "dop853": 2e-9,
 }
 # A grain that leaves a wall at full speed inside a step costs up to 2 k (v h)^1.5 h / (m v) = 1.3e-3 of its energy; PEFRL's
 # four forces see all but a fortieth of it.

@@ -337,11 +337,6 @@ CASES: dict[str, tuple[Callable[[], ge.Component], Play, float]] = {
     ),
     "hamming": (make("chain", grains=30, integrator="hamming", **PAPER), plain(2e-4, velocity={0: 5.0, 1: 5.0}), 2e-5),
     "rk4": (make("chain", grains=30, integrator="rk4", left="piston", **PAPER), plain(2e-4, velocity={0: 5.0}), 2e-5),
-    "dop853": (
-        make("chain", grains=30, integrator="dop853", step_size=1e-6, **PAPER),
-        plain(2e-4, velocity={0: 5.0, 1: 5.0}),
-        2e-5,
-    ),
     "kuwabara-kono": (
         make(
             "chain",

@@ -8,16 +8,14 @@ that memory grows with the square root of the horizon (A. Griewank, Optim. Metho
 
 from __future__ import annotations
 
-from .contact_states import contact_states
-from .gradient import Adjoints, check_functions, evaluate, validate_drive, value_and_adjoint, value_and_slopes
+from .gradient import Adjoints, compiled_judge, evaluate, validate_drive, value_and_adjoint, value_and_slopes
 from .parameter_gradient import KNOWN, natural_mass, parameter_gradient
 
 __all__ = [
     "KNOWN",
     "Adjoints",
-    "check_functions",
+    "compiled_judge",
     "validate_drive",
-    "contact_states",
     "evaluate",
     "natural_mass",
     "parameter_gradient",

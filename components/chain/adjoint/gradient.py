@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -11,17 +12,20 @@ from numba.core.errors import NumbaError
 
 from ...errors import ParameterError, StepError, one_line
 from ...support.float_arrays import FloatArray
+from ...support.validation import whole_number
 from ..component import Chain
-from ..integrators import SCHEMES
+from ..integrators import SCHEMES, DampedComposition
 from ..laws import LAWS
 from ..laws.law import Law, missing_parts
-from ..layout import LEFT_FREE, LEFT_PISTON, RIGHT_FREE, RIGHT_PISTON, SCALARS, U, V
+from ..layout import INVERSE_MASS, LEFT_DRIVE, LEFT_FREE, LEFT_PISTON, LOST, RIGHT_FREE, RIGHT_PISTON, SCALARS, U, V
 from ..objective import Objective
 from .loops import JudgeLoops, judge_loops, loops
-from .reverse import reverse_tick
+from .reverse import INVERSE_MASS_SUM, reverse_tick
 
 # Control steps of a block where nothing is kept for the way back.
 _LONG_BLOCK = 256
+# The rows of a table that a run changes and an adjoint starts from.
+_STATE = slice(U, V + 1)
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,7 +67,7 @@ def evaluate(chain: Chain, drives: npt.ArrayLike, ticks: int, objective: Objecti
     given = _numbers("drives", drives)
     if given.ndim != 3:
         raise ParameterError(f"got the shape {given.shape}", expected="(members, control steps, 2)", at="drives")
-    ticks = validate_ticks(ticks)
+    ticks = whole_number("ticks", ticks, 1)
     run = _Run(chain, ticks, objective, given.shape[1])
     values = np.empty(len(given))
     for member, drive in enumerate(given):
@@ -90,7 +94,7 @@ def value_and_adjoint(chain: Chain, drive: npt.ArrayLike, ticks: int, objective:
         StepError: the physics breaks down; it names the control step.
     """
     refuse_without_adjoint(chain)
-    ticks, inputs = validate_ticks(ticks), validate_drive(chain, drive)
+    ticks, inputs = whole_number("ticks", ticks, 1), validate_drive(chain, drive)
     run, block = _Run(chain, ticks, objective, len(inputs)), math.isqrt(len(inputs) - 1) + 1
     saved: list[FloatArray] = []
     value, slopes = value_and_slopes(objective, run.forward(inputs, block, saved))
@@ -114,7 +118,7 @@ class _Run:
         self.table = chain.detached_table()
         self.start = self.table.copy()
         self._loops = loops(chain.parameters.law.contacts, chain.scheme)
-        self._judge = _compiled(objective, chain)
+        self._judge = compiled_judge(objective, chain)
 
     def forward(self, drive: FloatArray, block: int, saved: list[FloatArray] | None = None) -> FloatArray:
         """Return the sums of the features; with a list, put the states at the begin of each block into it."""
@@ -123,7 +127,7 @@ class _Run:
         for begin in range(0, len(drive), block):
             some = drive[begin : begin + block]
             if saved is not None:
-                saved.append(self.table[[U, V]])
+                saved.append(self.table[_STATE].copy())
             done = self._loops.forward(self.table, some, tick + begin * self.ticks, self.ticks, states, nothing)
             sound = self._judge.note(self.table, some[:done], states, (begin, self.steps), self.objective.constants, sums)
             if sound < done:
@@ -149,41 +153,41 @@ class _Run:
             begin = place * block
             some, own = drive[begin : begin + block], input_adjoints[begin : begin + block]
             rows = tape[: len(some) * self.ticks * tape_rows(self.chain)]
-            self.table[[U, V]] = saved[place]
+            self.table[_STATE] = saved[place]
             self._loops.forward(self.table, some, 0, self.ticks, states, rows)
             span = (begin, self.steps)
             judged = self._judge.pullback(self.table, adjoint, some, own, states, sources, span, numbers)
             if judged < len(some):
                 _explain_derivative(adjoint, begin + judged, self.steps, by_objective=True)
-            adjoint[[U, V]] = running
+            adjoint[_STATE] = running
             sound = self._loops.backward(self.table, adjoint, some, self.ticks, rows, sources, own)
             if sound > 0:
                 _explain_derivative(adjoint, begin + sound - 1, self.steps, by_objective=False)
-            running = adjoint[[U, V]]
-        self._loops.finish(self.table, adjoint)
+            running[:] = adjoint[_STATE]
+        # The sums of the inverse masses ran in units of these, in a row of scratch.
+        moved = self.table[INVERSE_MASS] > 0.0
+        adjoint[INVERSE_MASS, moved] += adjoint[INVERSE_MASS_SUM, moved] / self.table[INVERSE_MASS, moved]
+        adjoint[LEFT_DRIVE : LOST + 1] = 0.0
         return adjoint, input_adjoints
 
 
 def tape_rows(chain: Chain) -> int:
     """Return the rows of a tape for each tick: the displacements of each kick, and the velocities that dissipation meets."""
-    kicks = len(chain.scheme.kicks)
-    return kicks + 1 if chain.scheme is SCHEMES[chain.parameters.integrator].damped else kicks
+    return len(chain.scheme.kicks) + isinstance(chain.scheme, DampedComposition)
 
 
-def _compiled(objective: Objective, chain: Chain) -> JudgeLoops:
+def compiled_judge(objective: Objective, chain: Chain) -> JudgeLoops:
     """Return the loops of an objective after compiling them; `ParameterError` where a function does not compile."""
     judge = judge_loops(chain.parameters.law.contacts, objective.note, objective.pullback)
     table, sums = chain.table.copy(), np.zeros(objective.count)
     none, no_states = np.zeros((0, 2)), np.zeros((0, 2, table.shape[1]))
-    for name, call in (
-        ("note", lambda: judge.note(table, none, no_states, (0, 1), objective.constants, sums)),
-        (
-            "pullback",
-            lambda: judge.pullback(table, table, none, none, no_states, no_states, (0, 1), (objective.constants, sums)),
-        ),
-    ):
+    arguments: dict[str, tuple[Any, ...]] = {
+        "note": (table, none, no_states, (0, 1), objective.constants, sums),
+        "pullback": (table, table, none, none, no_states, no_states, (0, 1), (objective.constants, sums)),
+    }
+    for name, given in arguments.items():
         try:
-            call()
+            getattr(judge, name)(*given)
         except (NumbaError, TypeError) as error:
             reason = " ".join(str(error).split())
             raise ParameterError(f"it does not compile: {one_line(reason, 400)}", at=f"objective.{name}") from None
@@ -203,11 +207,6 @@ def value_and_slopes(objective: Objective, sums: FloatArray) -> tuple[float, Flo
             f"{what} for the sums {one_line(sums)}", hint="mend the function, or check its constants", at="objective.value"
         )
     return value, slopes
-
-
-def check_functions(objective: Objective, chain: Chain) -> None:
-    """Compile an objective's note and pullback for a chain; `ParameterError` where one does not compile."""
-    _compiled(objective, chain)
 
 
 def has_gradient(law: type[Law]) -> bool:
@@ -237,13 +236,6 @@ def _numbers(name: str, given: npt.ArrayLike) -> FloatArray:
         return np.asarray(given, dtype=np.float64)
     except (TypeError, ValueError):
         raise ParameterError(f"got {one_line(given)}", expected="an array of numbers", at=name) from None
-
-
-def validate_ticks(ticks: int) -> int:
-    """Return the internal steps of a control step."""
-    if isinstance(ticks, bool) or not isinstance(ticks, (int, np.integer)) or ticks < 1:
-        raise ParameterError(f"got {one_line(ticks)}", expected="the internal steps of a control step, at least 1", at="ticks")
-    return int(ticks)
 
 
 def validate_drive(chain: Chain, given: npt.ArrayLike) -> FloatArray:

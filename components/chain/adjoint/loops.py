@@ -19,7 +19,7 @@ from ..drive import drive_of
 from ..integrators.scheme import advance
 from ..layout import U, V
 from ..state import chain_state
-from .reverse import finish_sums, reverse_tick
+from .reverse import reverse_tick
 
 _LARGEST = np.finfo(np.float64).max
 
@@ -32,12 +32,10 @@ class Loops(NamedTuple):
         backward: backward(table, adjoint, drive, ticks, tape, sources, input_adjoints) reverses a block; to the adjoint of the
             state after each control step it adds its `sources`. It returns 0, or one more than the control step in which a
             derivative became infinite.
-        finish: finish(table, adjoint) ends the way back.
     """
 
     forward: Any
     backward: Any
-    finish: Any
 
 
 class JudgeLoops(NamedTuple):
@@ -103,11 +101,7 @@ def loops(kind: type, scheme: Any) -> Loops:
                 return k + 1
         return 0
 
-    @jit
-    def finish(table, adjoint):
-        finish_sums(chain_state(kind, table), chain_state(kind, adjoint))
-
-    return Loops(forward, backward, finish)
+    return Loops(forward, backward)
 
 
 @lru_cache(maxsize=64)
@@ -117,6 +111,7 @@ def judge_loops(kind: type, note: Callable[..., Any], pullback: Callable[..., An
 
     @jit
     def notes(table, drive, states, span, constants, sums):
+        table, drive, states = borrowed(table), borrowed(drive), borrowed(states)
         chain, first, steps = chain_state(kind, table), span[0], span[1]
         for k in range(len(drive)):
             _set_state(table, states[k])
@@ -128,6 +123,8 @@ def judge_loops(kind: type, note: Callable[..., Any], pullback: Callable[..., An
 
     @jit
     def pullbacks(table, adjoint, drive, input_adjoints, states, sources, span, numbers):
+        table, adjoint, drive, states = borrowed(table), borrowed(adjoint), borrowed(drive), borrowed(states)
+        sources, input_adjoints = borrowed(sources), borrowed(input_adjoints)
         chain, reverse, first, steps = chain_state(kind, table), chain_state(kind, adjoint), span[0], span[1]
         constants, slopes = numbers
         for k in range(len(drive)):

@@ -98,7 +98,7 @@ def _refuse_dependent_constants(chain: Chain, name: str) -> None:
     g, chosen = chain.geometry, chain.parameters.law
     # By unlike factors, so that k / R* changes too.
     moved = chosen.contact_constants(1.5 * g.stiffness, 1.25 * g.reduced_radius, g.yield_strength, g.contact_slice)
-    if not np.array_equal(moved, g.law_constants[g.contact_slice]):
+    if not np.array_equal(moved, g.law_constants[g.contact_slice, : moved.shape[1]]):
         raise ParameterError(
             f"{name!r} has no derivative for law {chosen.name!r}, whose constants follow from stiffness or radius",
             hint=f"leave {name!r} out",
@@ -115,18 +115,6 @@ def _refuse_unpressed(chain: Chain, built: _Built, name: str) -> None:
             hint=f"give precompression, or leave {name!r} out",
             at="with_respect_to",
         )
-
-
-def _drive(chain: Chain, adjoints: Adjoints) -> FloatArray:
-    return adjoints.inputs
-
-
-def _velocity(chain: Chain, adjoints: Adjoints) -> FloatArray:
-    return adjoints.velocity
-
-
-def _displacement(chain: Chain, adjoints: Adjoints) -> FloatArray:
-    return adjoints.displacement
 
 
 def _radius(chain: Chain, adjoints: Adjoints) -> float | FloatArray:
@@ -208,7 +196,7 @@ def _dissipation(chain: Chain, adjoints: Adjoints) -> float | FloatArray:
 
 
 KNOWN: dict[str, Callable[[Chain, Adjoints], float | FloatArray]] = {
-    "drive": _drive,
+    "drive": lambda chain, adjoints: adjoints.inputs,
     "radius": _radius,
     "mass": _mass,
     "contact_stiffness": _contact_stiffness,
@@ -216,7 +204,7 @@ KNOWN: dict[str, Callable[[Chain, Adjoints], float | FloatArray]] = {
     "dissipation": _dissipation,
     "gap": _gap,
     "gravity": _gravity,
-    "velocity": _velocity,
-    "displacement": _displacement,
+    "velocity": lambda chain, adjoints: adjoints.velocity,
+    "displacement": lambda chain, adjoints: adjoints.displacement,
 }
 """What there are gradients by."""

@@ -9,7 +9,7 @@ contact its force (FORCE) and g = dF/dd times the derivative by that (OVERLAP_AD
 from __future__ import annotations
 
 from ...support.dispatch import dispatched
-from ...support.jit import internal, internal_inlined
+from ...support.jit import internal_inlined
 from .. import forces
 from ..integrators.compositions import Composition, DampedComposition
 from ..integrators.dissipative_step import closed_time, half_sweep, is_closing, prepare, share
@@ -57,7 +57,8 @@ def reverse_tick(scheme, chain, adjoint, inputs, input_adjoint, tape):
 def reverse_composed_tick(scheme, chain, adjoint, inputs, input_adjoint, tape):
     """Reverse the kicks and drifts of a tick."""
     stages, h = len(scheme.kicks), chain.settings.step
-    bases = _reverse_pistons(chain, adjoint, input_adjoint, scheme.passed[stages - 1] + scheme.drifts[stages])
+    _reverse_piston_speeds(chain, adjoint, input_adjoint)
+    bases = _reverse_places(chain, adjoint, input_adjoint, scheme.passed[stages - 1] + scheme.drifts[stages])
     for back in range(stages):
         s = stages - 1 - back
         e = scheme.drifts[0] if s == 0 else scheme.passed[s - 1] + scheme.drifts[s]
@@ -73,7 +74,8 @@ def reverse_composed_tick(scheme, chain, adjoint, inputs, input_adjoint, tape):
 def reverse_damped_tick(scheme, chain, adjoint, inputs, input_adjoint, tape):
     """Reverse the kicks, drifts and the dissipative flow of a tick."""
     stages, h, row = len(scheme.kicks), chain.settings.step, len(tape)
-    bases = _reverse_pistons(chain, adjoint, input_adjoint, scheme.passed[stages - 1] + scheme.drifts[stages])
+    _reverse_piston_speeds(chain, adjoint, input_adjoint)
+    bases = _reverse_places(chain, adjoint, input_adjoint, scheme.passed[stages - 1] + scheme.drifts[stages])
     for back in range(stages):
         s = stages - 1 - back
         e = scheme.drifts[0] if s == 0 else scheme.passed[s - 1] + scheme.drifts[s]
@@ -93,7 +95,7 @@ def reverse_damped_tick(scheme, chain, adjoint, inputs, input_adjoint, tape):
     _reverse_begin(chain, adjoint, bases, scheme.drifts[0] * h)
 
 
-@internal
+@internal_inlined
 def _reverse_kick(chain, adjoint, inputs, input_adjoint, u, stage):
     """Reverse a kick and the drift after it; `stage` is as in `compositions.kick`, u the displacements of the kick."""
     _, kick, drift = stage
@@ -104,7 +106,7 @@ def _reverse_kick(chain, adjoint, inputs, input_adjoint, u, stage):
     _reverse_overlaps(chain.settings.grains, adjoint.rows)
 
 
-@internal
+@internal_inlined
 def _reverse_drift(chain, adjoint, kick, drift):
     """Add drift u_adjoint to v_adjoint, and the effect on the adjoint of the force on each grain, in the kick before."""
     a, n = adjoint.rows, chain.settings.grains
@@ -114,7 +116,7 @@ def _reverse_drift(chain, adjoint, kick, drift):
         c[i] = (kick * w[i]) * v[i]
 
 
-@internal
+@internal_inlined
 def _reverse_forces(chain, adjoint, u):
     """Carry adjoints from the forces on the grains to the contacts: constants, overlap. Short loops become vectors."""
     a, n, law, left, right = adjoint.rows, chain.settings.grains, chain.law, u[:-1], u[1:]
@@ -130,7 +132,7 @@ def _reverse_forces(chain, adjoint, u):
         by_rest[j] += by_overlap[j]
 
 
-@internal
+@internal_inlined
 def _reverse_overlaps(n, a):
     """Carry adjoints from overlaps to displacements, and from the forces on grains to their inverse masses."""
     u, sums, c = a[U, 1 : n + 1], a[INVERSE_MASS_SUM, 1 : n + 1], a[FORCE_ADJOINT, 1 : n + 1]
@@ -140,7 +142,7 @@ def _reverse_overlaps(n, a):
         sums[i] += c[i] * (left_force[i] - right_force[i])
 
 
-@internal
+@internal_inlined
 def _reverse_ends(chain, adjoint, inputs, input_adjoint):
     """Replace the forces of the missing contacts at free ends by the forces on those ends."""
     a, n, left, right = adjoint.rows, chain.settings.grains, chain.settings.left, chain.settings.right
@@ -154,7 +156,7 @@ def _reverse_ends(chain, adjoint, inputs, input_adjoint):
         a[SCALARS, RIGHT_STATIC] -= a[FORCE_ADJOINT, n]
 
 
-@internal
+@internal_inlined
 def _reverse_gravity(chain, adjoint, kick):
     if chain.settings.gravity != 0.0:
         low = 2 if chain.settings.left.is_piston else 1
@@ -168,14 +170,7 @@ def _reverse_gravity(chain, adjoint, kick):
 # -- pistons ------------------------------------------------------------------------------------------------------------
 
 
-@internal
-def _reverse_pistons(chain, adjoint, input_adjoint, e):
-    """Reverse the speeds and places of prescribed grains at the end of a tick; return the adjoints of their places before."""
-    _reverse_piston_speeds(chain, adjoint, input_adjoint)
-    return _reverse_places(chain, adjoint, input_adjoint, e)
-
-
-@internal
+@internal_inlined
 def _reverse_places(chain, adjoint, input_adjoint, e):
     """Reverse the places at e, which are those at the tick plus the input's integral; return the adjoints of those."""
     u, h, n, left, right = adjoint.rows[U], chain.settings.step, chain.settings.grains, 0.0, 0.0
@@ -188,7 +183,7 @@ def _reverse_places(chain, adjoint, input_adjoint, e):
     return left, right
 
 
-@internal
+@internal_inlined
 def _reverse_piston_speeds(chain, adjoint, input_adjoint):
     """Reverse the speeds of prescribed grains, which are the inputs."""
     if chain.settings.left.is_piston:
@@ -198,7 +193,7 @@ def _reverse_piston_speeds(chain, adjoint, input_adjoint):
     _forget_piston_speeds(chain, adjoint)
 
 
-@internal
+@internal_inlined
 def _forget_piston_speeds(chain, adjoint):
     if chain.settings.left.is_piston:
         adjoint.rows[V, 1] = 0.0
@@ -206,7 +201,7 @@ def _forget_piston_speeds(chain, adjoint):
         adjoint.rows[V, chain.settings.grains] = 0.0
 
 
-@internal
+@internal_inlined
 def _reverse_begin(chain, adjoint, bases, drift):
     """Reverse the first drift of a tick; prescribed grains have the adjoints of their places at the tick."""
     a, n = adjoint.rows, chain.settings.grains
@@ -220,7 +215,7 @@ def _reverse_begin(chain, adjoint, bases, drift):
 # -- the dissipative part of a step ---------------------------------------------------------------------------------------
 
 
-@internal
+@internal_inlined
 def _reverse_dissipation(chain, adjoint, u, v):
     """Reverse the flow of the dissipative forces at the displacements u, with the velocities v before it."""
     a, b, n = chain.rows, adjoint.rows, chain.settings.grains
@@ -241,7 +236,7 @@ def _reverse_dissipation(chain, adjoint, u, v):
         b[V, i] += b[_LEAST_ADJOINT, i] - b[_LEAST_ADJOINT, i - 1]
 
 
-@internal
+@internal_inlined
 def _reverse_half_sweep(a, b, n, approach, parity):
     """Reverse a half sweep: to impulses per speed and least impulses of one parity, inverse masses, velocities."""
     for j in range(n + 1):
@@ -260,7 +255,7 @@ def _reverse_half_sweep(a, b, n, approach, parity):
         b[V, i] += b[_SPEED_ADJOINT, i] - b[_SPEED_ADJOINT, i - 1]
 
 
-@internal
+@internal_inlined
 def _reverse_preparation(chain, adjoint, u):
     """Reverse `prepare`; leave the adjoints of the overlaps and of the approaches in the two rows that it reads."""
     a, b, law, h = chain.rows, adjoint.rows, chain.law, chain.settings.step
@@ -292,14 +287,3 @@ def _impulse_slopes(c, y):
     below = 1.0 / (1.0 + 2.0 * y * (1.0 + y))
     q, slope = (1.0 + y) * below, -(1.0 + y * (4.0 + 2.0 * y)) * (below * below)
     return q + y * slope, (0.5 * c * c) * slope
-
-
-@internal
-def finish_sums(chain, adjoint):
-    """Finish the sums that ran in other units, and leave no scratch behind."""
-    a, n = adjoint.rows, chain.settings.grains
-    for i in range(1, n + 1):
-        if chain.rows[INVERSE_MASS, i] > 0.0:
-            a[INVERSE_MASS, i] += a[INVERSE_MASS_SUM, i] / chain.rows[INVERSE_MASS, i]
-    for row in range(LEFT_DRIVE, LOST + 1):
-        forces.fill(a[row], 0.0)

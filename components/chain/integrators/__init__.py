@@ -5,11 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-from . import compositions, dop853, hamming, runge_kutta
+from . import compositions, hamming, runge_kutta
 from .compositions import Composition, DampedComposition
-from .scheme import TOO_MUCH_WORK, UNSOUND, Entries, entries
+from .scheme import UNSOUND, Entries, entries
 
-__all__ = ["SCHEMES", "TOO_MUCH_WORK", "UNSOUND", "Composition", "DampedComposition", "Entries", "Scheme", "entries"]
+__all__ = ["SCHEMES", "UNSOUND", "Composition", "DampedComposition", "Entries", "Scheme", "entries"]
 
 
 @dataclass(frozen=True)
@@ -19,49 +19,43 @@ class Scheme:
     Attributes:
         numbers: the tuple for whose class `one_tick` is registered.
         damped: the same where contacts dissipate.
-        order: of the error while no contact opens or closes; 2 at most for damped compositions.
-        evaluations: force evaluations of a step (a trial's, where it is adaptive).
+        evaluations: force evaluations of a step.
         history_rows: rows of state in addition to displacement, velocity and peak.
         scratch_rows: rows of scratch.
         step_factor: the step for the accuracy of the default, in units of PEFRL's.
         pressed_angle: largest step x the lattice's highest angular frequency, under a static load.
         wanted_forces: force evaluations that a contact should see, so that velocities are about as exact as 1e-3.
-        adaptive: whether it takes as many steps within a tick as its error asks for.
     """
 
     numbers: Any
     damped: Any
-    order: int
     evaluations: int
     history_rows: int = 0
     scratch_rows: int = 0
     step_factor: float = 1.0
     pressed_angle: float = 0.5
     wanted_forces: float = 60.0
-    adaptive: bool = False
 
     @property
     def explicit(self) -> bool:
-        """Return whether dissipation is a force like any other to it; a strong one, in a fixed step, then makes it unstable."""
+        """Return whether it treats dissipation as a force like any other; a strong one then makes it unstable."""
         return not isinstance(self.numbers, Composition)
 
 
 SCHEMES = {
-    "pefrl": Scheme(compositions.PEFRL, compositions.DAMPED_PEFRL, 4, 4),
+    "pefrl": Scheme(compositions.PEFRL, compositions.DAMPED_PEFRL, 4),
     # Second order: an eighth of the step for the error of the others.
     "leapfrog": Scheme(
-        compositions.LEAPFROG, compositions.DAMPED_LEAPFROG, 2, 1, step_factor=0.125, pressed_angle=0.0625, wanted_forces=120.0
+        compositions.LEAPFROG, compositions.DAMPED_LEAPFROG, 1, step_factor=0.125, pressed_angle=0.0625, wanted_forces=120.0
     ),
-    "rk4": Scheme(runge_kutta.RK4, runge_kutta.RK4, 4, 4, scratch_rows=runge_kutta.SCRATCH_ROWS, pressed_angle=0.2),
+    "rk4": Scheme(runge_kutta.RK4, runge_kutta.RK4, 4, scratch_rows=runge_kutta.SCRATCH_ROWS, pressed_angle=0.2),
     "hamming": Scheme(
         hamming.HAMMING,
         hamming.HAMMING,
-        5,
         2,
         hamming.HISTORY_ROWS,
         hamming.SCRATCH_ROWS,
         pressed_angle=0.2,
         wanted_forces=30.0,
     ),
-    "dop853": Scheme(dop853.DOP853, dop853.DOP853, 8, 12, scratch_rows=dop853.SCRATCH_ROWS, adaptive=True),
 }

@@ -15,15 +15,11 @@ from ..state import chain_state
 
 # `advance` subtracts this from its result where a velocity passed its limit, or is not a number.
 UNSOUND = 1 << 60
-# And this where a tick takes more work than is allowed.
-TOO_MUCH_WORK = 1 << 61
-# `one_tick` returns this where a tick takes more work than is allowed.
-EXHAUSTED = 2
 
 
 @partial(dispatched, inlined=True)
 def one_tick(scheme, chain, drive, tick, tape):
-    """Advance a chain by one tick, the drive being turned to it; return 1 if an overlap passed its limit, or `EXHAUSTED`, or 0.
+    """Advance a chain by one tick, the drive being turned to it; return whether an overlap passed its limit.
 
     Args:
         scheme: the integrator.
@@ -39,20 +35,17 @@ def advance(scheme, chain, drive, tick, ticks, tape):
     """Advance by `ticks`, or until a limit is passed; the tape, if it has rows, has as many for each tick.
 
     Returns:
-        The ticks done: negative if an overlap passed its limit, less `UNSOUND` if a velocity did, less `TOO_MUCH_WORK` if the
-        last one is unfinished.
+        The ticks done: negative if an overlap passed its limit, less `UNSOUND` if a velocity did.
     """
     v, rows = chain.rows[V, 1 : chain.settings.grains + 1], len(tape) // ticks
     for t in range(tick, tick + ticks):
         turn_to(drive, t)
         done = t + 1 - tick
-        status = int(one_tick(scheme, chain, drive, t, tape[(done - 1) * rows : done * rows]))
-        if status == EXHAUSTED:
-            return -done - TOO_MUCH_WORK
+        passed_limit = one_tick(scheme, chain, drive, t, tape[(done - 1) * rows : done * rows])
         forces.update_histories(chain)
         if forces.is_too_fast(v, chain.settings.speed_limit):
             return -done - UNSOUND
-        if status != 0:
+        if passed_limit:
             return -done
     return ticks
 

@@ -23,20 +23,10 @@ class LinearContacts(NamedTuple):
     dissipation: FloatArray
 
 
-class Linear(Dissipative):
-    """F = k d + dissipation x dd/dt while d > 0, cut off at 0; k is the parameter `contact_stiffness`, in N/m."""
+class Dashpot(Dissipative):
+    """A law whose dissipation is a constant force per speed of approach while the grains touch."""
 
-    contacts: ClassVar[type] = LinearContacts
-    exponent: ClassVar[float] = 1.0
-    needs_stiffness: ClassVar[bool] = True
     jumps: ClassVar[bool] = True
-
-    name: Literal["linear"] = field("linear", "a linear spring and dashpot", "1")
-    dissipation: NotNegative | list[NotNegative] = field(0.0, "c: one for all contacts, or one for each place", "N s/m")
-
-    def overlap_at(self, force: FloatArray, stiffness: FloatArray, constants: FloatArray) -> FloatArray:
-        """Return F / k."""
-        return force / stiffness
 
     def coefficients(self, constants: FloatArray, overlap: FloatArray) -> FloatArray:
         """Return the dissipation itself."""
@@ -45,6 +35,21 @@ class Linear(Dissipative):
     def overlap_of(self, constants: FloatArray, coefficients: FloatArray) -> FloatArray:
         """Return 0 or infinity: at once, or never."""
         return np.where(constants[:, 0] > coefficients, 0.0, np.inf)
+
+
+class Linear(Dashpot):
+    """F = k d + dissipation x dd/dt while d > 0, cut off at 0; k is the parameter `contact_stiffness`, in N/m."""
+
+    contacts: ClassVar[type] = LinearContacts
+    exponent: ClassVar[float] = 1.0
+    needs_stiffness: ClassVar[bool] = True
+
+    name: Literal["linear"] = field("linear", "a linear spring and dashpot", "1")
+    dissipation: NotNegative | list[NotNegative] = field(0.0, "c: one for all contacts, or one for each place", "N s/m")
+
+    def overlap_at(self, force: FloatArray, stiffness: FloatArray, constants: FloatArray) -> FloatArray:
+        """Return F / k."""
+        return force / stiffness
 
 
 @functions.contact_law.register(LinearContacts)

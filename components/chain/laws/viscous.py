@@ -8,12 +8,10 @@ from __future__ import annotations
 
 from typing import ClassVar, Literal, NamedTuple
 
-import numpy as np
-
 from ...support.parameter_fields import NotNegative, field
 from . import functions, linear
 from .hertz import HertzRest, register_spring
-from .law import Dissipative, FloatArray
+from .law import FloatArray
 
 
 class ViscousContacts(NamedTuple):
@@ -23,22 +21,13 @@ class ViscousContacts(NamedTuple):
     dissipation: FloatArray
 
 
-class Viscous(HertzRest, Dissipative):
+class Viscous(HertzRest, linear.Dashpot):
     """F = k d^1.5 + dissipation x dd/dt while d > 0, cut off at 0."""
 
     contacts: ClassVar[type] = ViscousContacts
-    jumps: ClassVar[bool] = True
 
     name: Literal["viscous"] = field("viscous", "Hertz with a dashpot", "1")
     dissipation: NotNegative | list[NotNegative] = field(..., "c: one for all contacts, or one for each place", "N s/m")
-
-    def coefficients(self, constants: FloatArray, overlap: FloatArray) -> FloatArray:
-        """Return the dissipation itself."""
-        return constants[:, 0]
-
-    def overlap_of(self, constants: FloatArray, coefficients: FloatArray) -> FloatArray:
-        """Return 0 or infinity: at once, or never."""
-        return np.where(constants[:, 0] > coefficients, 0.0, np.inf)
 
 
 @functions.contact_law.register(ViscousContacts)

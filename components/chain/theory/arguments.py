@@ -1,4 +1,4 @@
-"""Checking what the formulas are given: numbers or arrays of numbers, inside the range in which the formula holds."""
+"""Checks of the formulas' arguments: numbers or arrays of numbers, inside the range in which the formula holds."""
 
 from __future__ import annotations
 
@@ -16,23 +16,24 @@ Number: TypeAlias = Any
 
 def above(name: str, value: Number, bound: float, unit: str = "") -> Number:
     """Return a number or array of finite numbers > `bound`, as floats."""
-    return _inside(name, value, bound, math.inf, f"more than {_number(bound)}{_space(unit)}", open_below=True)
+    return _inside(name, value, np.nextafter(bound, math.inf), math.inf, f"more than {bound:.6g} {unit}".rstrip())
 
 
 def at_least(name: str, value: Number, bound: float, unit: str = "") -> Number:
     """Return a number or array of finite numbers >= `bound`, as floats."""
-    return _inside(name, value, bound, math.inf, f"at least {_number(bound)}{_space(unit)}", open_below=False)
+    return _inside(name, value, bound, math.inf, f"at least {bound:.6g} {unit}".rstrip())
 
 
 def between(name: str, value: Number, low: float, high: float, *, closed_below: bool = False, advice: str = "") -> Number:
     """Return a number or array of numbers in (low, high), or in [low, high), as floats."""
-    expected = f"{'at least' if closed_below else 'more than'} {_number(low)} and less than {_number(high)}"
-    return _inside(name, value, low, high, expected + (f"; {advice}" if advice else ""), open_below=not closed_below)
+    expected = f"{'at least' if closed_below else 'more than'} {low:.6g} and less than {high:.6g}"
+    least = low if closed_below else np.nextafter(low, high)
+    return _inside(name, value, least, high, expected + (f"; {advice}" if advice else ""))
 
 
 def finite(name: str, value: Number) -> Number:
     """Return a number or array of finite numbers, as floats."""
-    return _inside(name, value, -math.inf, math.inf, "finite numbers", open_below=True)
+    return _inside(name, value, -np.finfo(np.float64).max, math.inf, "finite numbers")
 
 
 def sequence(name: str, value: Any, least: int) -> FloatArray:
@@ -44,7 +45,7 @@ def sequence(name: str, value: Any, least: int) -> FloatArray:
 
 
 def number(name: str, value: Any) -> float:
-    """One number, where a formula takes no array."""
+    """Return one number, where a formula takes no array."""
     if np.ndim(value):
         raise ParameterError(
             f"got an array of shape {np.shape(value)}", expected="one number", hint="call it for each", at=name
@@ -52,7 +53,8 @@ def number(name: str, value: Any) -> float:
     return float(finite(name, value))
 
 
-def _inside(name: str, value: Any, low: float, high: float, expected: str, *, open_below: bool) -> Any:
+def _inside(name: str, value: Any, least: float, bound: float, expected: str) -> Any:
+    """Return numbers in [least, bound), as floats."""
     try:
         array = np.asarray(value)
     except ValueError:  # rows of unlike length
@@ -60,15 +62,7 @@ def _inside(name: str, value: Any, low: float, high: float, expected: str, *, op
     if array.dtype.kind not in "fiu":
         raise ParameterError(f"got {one_line(value)}", expected=f"a number or an array of numbers, {expected}", at=name)
     array = array.astype(np.float64)
-    right = (array > low if open_below else array >= low) & (array < high)
+    right = (array >= least) & (array < bound)
     if not right.all():
         raise ParameterError(f"got {array[~right].flat[0]:g}", expected=expected, at=name)
     return array if array.ndim else float(array)
-
-
-def _number(value: float) -> str:
-    return f"{value:.6g}"
-
-
-def _space(unit: str) -> str:
-    return f" {unit}" if unit else ""

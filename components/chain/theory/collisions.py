@@ -1,6 +1,14 @@
-"""Two spheres that meet: F = k d^1.5 between them, nothing lost. SI units.
+"""Collisions of two grains: duration, overlap, loss; and a pulse as one collision after another. SI units.
 
-The numbers in brackets are the equations of Nesterenko (1983). All formulas are exact for Hertz's static law.
+The numbers in brackets are the equations of Nesterenko (1983). Durations and overlaps are exact for Hertz's static law.
+
+Restitution: without loss the approach speed at overlap d is v sqrt(1 - x^2.5), x = d/d_m, 4k d_m^2.5 = 5 m* v^2. The work of
+the dissipative force along that motion, there and back, is the loss m* v^2 (1 - e^2)/2, and 1 - e^2 = 2 (1 - e) to leading
+order.
+
+Tapers: binary collisions are exact with gaps between the grains. In a touching chain the pulse is five grains wide, and the law
+is the limit of small tapers: the settled ratio of successive peaks is off by -0.03 % at q = 0.02, -0.35 % at 0.05, -2.5 % at
+0.1, -0.05 % at -0.05 (growing grains), in runs of the chain.
 """
 
 from __future__ import annotations
@@ -9,7 +17,8 @@ import math
 
 import numpy as np
 
-from .arguments import Number, above, number
+from ...support.validation import whole_number
+from .arguments import FloatArray, Number, above, between, number
 
 # T1 (paper: 2.94) in units of (5 m* / 4 k)^(2/5) v^(-1/5): 2 sqrt(pi) Gamma(7/5) / Gamma(9/10).
 COLLISION_COEFFICIENT = 2.943275184324706
@@ -57,3 +66,69 @@ def duration_times_frequency(growth: float) -> float:
 
 def _contact(reduced_mass: Number, stiffness: Number) -> tuple[Number, Number]:
     return above("reduced_mass", reduced_mass, 0.0, "kg"), above("stiffness", stiffness, 0.0, "N/m^1.5")
+
+
+# 0.8 B(3/5, 3/2) (5/4)^(3/5) and 0.8 B(2/5, 3/2) (5/4)^(2/5), B the beta function.
+KUWABARA_KONO_COEFFICIENT = 0.8 * math.gamma(0.6) * math.gamma(1.5) / math.gamma(2.1) * 1.25**0.6
+VISCOUS_COEFFICIENT = 0.8 * math.gamma(0.4) * math.gamma(1.5) / math.gamma(1.9) * 1.25**0.4
+
+
+def kuwabara_kono_loss(reduced_mass: Number, stiffness: Number, damping: Number, speed: Number) -> Number:
+    """1 - e for F = k d^1.5 + gamma d^0.5 d': 1.1534 (gamma/m*)(m*/k)^(3/5) v^(1/5).
+
+    The work is 2 gamma v d_m^1.5 int x^0.5 sqrt(1 - x^2.5) dx = 0.8 B(3/5, 3/2) gamma v d_m^1.5.
+    With A of gamma = (3/2) A k it is 1.15344 (3/2) A (k/m*)^(2/5) v^(1/5) (Kuwabara & Kono 1987; Ramirez et al. 1999). The next
+    term is -(3/5)(1 - e)^2: up to 0.02 the formula is right to 1.2 % of itself.
+
+    Args:
+        reduced_mass: m* [kg].
+        stiffness: k [N/m^1.5].
+        damping: gamma [N s/m^1.5].
+        speed: relative speed at first touch [m/s].
+    """
+    reduced_mass, stiffness, damping, speed = _validate(reduced_mass, stiffness, damping, speed, "N s/m^1.5")
+    return KUWABARA_KONO_COEFFICIENT * damping / reduced_mass * (reduced_mass / stiffness) ** 0.6 * speed**0.2
+
+
+def viscous_loss(reduced_mass: Number, stiffness: Number, damping: Number, speed: Number) -> Number:
+    """1 - e for F = k d^1.5 + g d': 1.7878 (g/m*)(m*/k)^(2/5) v^(-1/5).
+
+    The work is 2 g v d_m int sqrt(1 - x^2.5) dx = 0.8 B(2/5, 3/2) g v d_m. Where the force is clipped at 0 (no tension) the
+    contact opens at d_c = (g v/k)^(2/3), and (3/5)(g/m* v) d_c is lost less: a correction of the relative order (1 - e)^(2/3).
+    `viscous_loss_without_tension` takes it in.
+
+    Args:
+        reduced_mass: m* [kg].
+        stiffness: k [N/m^1.5].
+        damping: g [N s/m].
+        speed: relative speed at first touch [m/s].
+    """
+    reduced_mass, stiffness, damping, speed = _validate(reduced_mass, stiffness, damping, speed, "N s/m")
+    return VISCOUS_COEFFICIENT * damping / reduced_mass * (reduced_mass / stiffness) ** 0.4 * speed**-0.2
+
+
+def viscous_loss_without_tension(reduced_mass: Number, stiffness: Number, damping: Number, speed: Number) -> Number:
+    """`viscous_loss` less what a contact that cannot pull does not lose at its end, (3/5)(g/m* v)(g v/k)^(2/3)."""
+    whole = viscous_loss(reduced_mass, stiffness, damping, speed)
+    return whole - 0.6 * damping / (reduced_mass * speed) * (damping * speed / stiffness) ** (2.0 / 3.0)
+
+
+def _validate(
+    reduced_mass: Number, stiffness: Number, damping: Number, speed: Number, unit: str
+) -> tuple[Number, Number, Number, Number]:
+    return (
+        above("reduced_mass", reduced_mass, 0.0, "kg"),
+        above("stiffness", stiffness, 0.0, "N/m^1.5"),
+        above("damping", damping, 0.0, unit),
+        above("speed", speed, 0.0, "m/s"),
+    )
+
+
+def tapered_ratio(taper: Number) -> Number:
+    """v_(i+1)/v_i in a chain whose radii fall by the factor 1 - q: 2/(1 + (1 - q)^3), -1 < q < 1; q < 0 grows."""
+    return 2.0 / (1.0 + (1.0 - between("taper", taper, -1.0, 1.0)) ** 3)
+
+
+def tapered_velocities(taper: float, grains: int) -> FloatArray:
+    """Return each grain's velocity in units of the first, (2/(1 + (1 - q)^3))^i, shape (grains,)."""
+    return tapered_ratio(number("taper", taper)) ** np.arange(whole_number("grains", grains, 1), dtype=np.float64)

@@ -11,7 +11,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...errors import ParameterError
 from .arguments import Number, above, at_least, finite
 
 
@@ -47,25 +46,6 @@ def monatomic_edge(tangent: float, mass: float) -> float:
     return 2.0 * (above("tangent", tangent, 0.0, "N/m") / above("mass", mass, 0.0, "kg")) ** 0.5
 
 
-def monatomic_phase_speed(wave_number: Number, tangent: float, mass: float, diameter: float) -> Number:
-    """omega/kappa [m/s]; c0 = a sqrt(K/m) at kappa = 0."""
-    phase = _phase(wave_number, diameter)
-    return 0.5 * diameter * monatomic_edge(tangent, mass) * np.sinc(0.5 * phase / np.pi)
-
-
-def monatomic_group_speed(wave_number: Number, tangent: float, mass: float, diameter: float) -> Number:
-    """|d omega/d kappa| = a sqrt(K/m) cos(kappa a/2) [m/s]; 0 at the edge of the band."""
-    phase = _phase(wave_number, diameter)
-    return 0.5 * diameter * monatomic_edge(tangent, mass) * np.cos(0.5 * phase)
-
-
-def long_wave_frequency(wave_number: Number, sound_speed: float, diameter: float) -> Number:
-    """Return c0 kappa sqrt(1 - (kappa a)^2/12) [rad/s] for long waves: of (2.3), and of (2.4) about a state at rest."""
-    phase = np.abs(finite("wave_number", wave_number)) * above("diameter", diameter, 0.0, "m")
-    at_least("wave_number: 12 - (wave_number x diameter)^2", 12.0 - phase**2, 0.0)
-    return above("sound_speed", sound_speed, 0.0, "m/s") / diameter * phase * (1.0 - phase**2 / 12.0) ** 0.5
-
-
 def diatomic_frequencies(wave_number: Number, tangent: float, light: float, heavy: float, cell: float) -> tuple[Number, Number]:
     """Both branches, acoustic and optical, of a chain of two masses in turn [rad/s].
 
@@ -84,28 +64,6 @@ def diatomic_frequencies(wave_number: Number, tangent: float, light: float, heav
     root = ((1.0 / light - 1.0 / heavy) ** 2 + 4.0 * np.cos(half) ** 2 / (light * heavy)) ** 0.5
     high = 1.0 / light + 1.0 / heavy + root
     return 2.0 * np.abs(np.sin(half)) * (tangent / (light * heavy * high)) ** 0.5, (tangent * high) ** 0.5
-
-
-def diatomic_group_speeds(
-    wave_number: Number, tangent: float, light: float, heavy: float, cell: float
-) -> tuple[Number, Number]:
-    """|d omega/d kappa| of both branches [m/s]; for unlike masses and kappa not 0 (there `diatomic_sound_speed`, and 0)."""
-    acoustic, optical = diatomic_frequencies(wave_number, tangent, light, heavy, cell)
-    if light == heavy:
-        raise ParameterError(
-            "got the same mass as light", hint="expected unlike masses, or take monatomic_group_speed", at="heavy"
-        )
-    above("wave_number: its magnitude", np.abs(wave_number), 0.0, "rad/m")
-    # d(omega^2)/d kappa = -+ K/2 (-product')/root.
-    slope = tangent * cell * np.abs(np.sin(_phase(wave_number, cell, "cell"))) / (light * heavy)
-    root = (optical**2 - acoustic**2) / (2.0 * tangent)
-    return slope / (2.0 * acoustic * root), slope / (2.0 * optical * root)
-
-
-def diatomic_sound_speed(tangent: float, light: float, heavy: float, cell: float) -> float:
-    """Return the speed of long waves: L sqrt(K / (2 (m1 + m2))) [m/s]."""
-    tangent, light, heavy = _diatomic(tangent, light, heavy)
-    return above("cell", cell, 0.0, "m") * (tangent / (2.0 * (light + heavy))) ** 0.5
 
 
 def diatomic_edges(tangent: float, light: float, heavy: float) -> BandEdges:

@@ -17,7 +17,7 @@ import numpy as np
 
 from ...errors import GranularError
 from ...support.elementary_functions import exponential, fourier, root, sine_of_pi
-from .arguments import FloatArray, above, at_least, finite, number
+from .arguments import FloatArray, above, at_least, number
 
 # Of the uncompressed wave, by `lattice_wave(0)`; runs of the chain agree with all of them to six digits.
 # Speed in diameters and units of (k/m)^(2/5) v_m^(1/5) (paper: 0.915).
@@ -25,8 +25,6 @@ SOLITARY_SPEED = 0.9074700784
 # Energy in m v_m^2, momentum in m v_m.
 SOLITARY_ENERGY = 1.0693229458
 SOLITARY_MOMENTUM = 1.6699712493
-# Full width of the overlap at half its height, in diameters (2.7: 1.8084).
-SOLITARY_WIDTH = 1.7257
 # Over what remains behind a shock of its speed, front of weak losses: overlap, pressure (2.7: 1.5625, 1.9531).
 LATTICE_STRAIN_OVERSHOOT = 1.4873593743
 LATTICE_PRESSURE_OVERSHOOT = 1.8139439880
@@ -181,13 +179,3 @@ def lattice_wave(rest_overlap: float, height: float = 1.0) -> LatticeWave:
 def _force(shape: FloatArray, start: float) -> FloatArray:
     whole = start + np.maximum(shape, 0.0)
     return whole * np.sqrt(whole) - start * math.sqrt(start)
-
-
-def sen_manciu_displacement(position: FloatArray) -> FloatArray:
-    """u/D of the uncompressed wave, D the displacement that it leaves, x in diameters before its middle (Sen & Manciu 2001).
-
-    u/D = (1 + tanh(f/2))/2 with f = 2.39536 z + 0.268529 z^3 + 0.0061347 z^5, z = -x. Off by at most 2.6e-4 (`lattice_wave`).
-    """
-    z = -np.asarray(finite("position", position))
-    f = z * (2.39536 + z**2 * (0.268529 + z**2 * 0.0061347))
-    return 0.5 * (1.0 + np.tanh(0.5 * f))

@@ -1,37 +1,95 @@
-"""Waves much longer than a grain: (2.4) at any height, (2.3) where strains change little, and its soliton. SI units.
+"""The chain's equations of motion, (2.1) to (2.4), its units, and the soliton of long waves. SI units.
 
-The soliton is that of Korteweg and de Vries, to whose equation (2.3) leads for waves that run one way.
+(2.1) is the lattice itself; (2.2) its anharmonic approximation, valid while overlaps change by much less than their rest value;
+(2.3) describes long waves in which strains change little, (2.4) long waves of any height. The soliton is that of Korteweg and
+de Vries, to whose equation (2.3) leads for waves that run one way.
+
+A = k/m [1/(m^0.5 s^2)] of equal grains, a = 2R their diameter. The paper's c^2 = 2E/(pi rho (1 - nu^2)) is A a^(5/2).
 """
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+import math
+from typing import Any
 
 import numpy as np
 
 from ...errors import ParameterError
-from .arguments import FloatArray, Number, above, finite
-from .scales import sound_speed
+from .arguments import FloatArray, Number, above, at_least, between, finite, sequence
 
 
-class LongWaveCoefficients(NamedTuple):
-    """c0 [m/s], gamma [m^3/s] and epsilon [m^2/s^2] of (2.3)."""
-
-    sound_speed: float
-    dispersion: float
-    nonlinearity: float
+def time_scale(mass: Number, stiffness: Number, speed: Number) -> Number:
+    """Return the unit of dimensionless time in (3.1), (A^2 v0)^(-1/5) with A = k/m [s]."""
+    mass, stiffness = above("mass", mass, 0.0, "kg"), above("stiffness", stiffness, 0.0, "N/m^1.5")
+    return ((stiffness / mass) ** 2 * above("speed", speed, 0.0, "m/s")) ** -0.2
 
 
-def long_wave_coefficients(constant: float, diameter: float, overlap: float) -> LongWaveCoefficients:
-    """Return those of (2.3): c0^2 = 6 A R^2 delta0^(1/2), gamma = c0 R^2/6, epsilon = c0^2 R/delta0, with 2R = diameter."""
-    speed, radius = sound_speed(constant, diameter, overlap), 0.5 * diameter
-    return LongWaveCoefficients(speed, speed * radius**2 / 6.0, speed**2 * radius / overlap)
+def contact_constant(young: Number, poisson: float, density: Number, radius: Number) -> Number:
+    """Return A = k/m of equal spheres, (2.1): E sqrt(2R) / (3 (1 - nu^2) m) [1/(m^0.5 s^2)].
+
+    Args:
+        young: E [Pa].
+        poisson: nu, -1 to 0.5.
+        density: [kg/m^3].
+        radius: R [m].
+    """
+    diameter = 2.0 * above("radius", radius, 0.0, "m")
+    return paper_speed(young, poisson, density) ** 2 / diameter**2.5
+
+
+def paper_speed(young: Number, poisson: float, density: Number) -> Number:
+    """Return the paper's c of (2.4), sqrt(2E / (pi rho (1 - nu^2))) [m/s]; no sound travels at it."""
+    between("poisson", poisson, -1.0, 0.5 + 1e-12)
+    young, density = above("young", young, 0.0, "Pa"), above("density", density, 0.0, "kg/m^3")
+    return (2.0 * young / (math.pi * density * (1.0 - poisson**2))) ** 0.5
+
+
+def contact_speed(constant: Number, diameter: Number) -> Number:
+    """Return the paper's c of (2.4) from A: sqrt(A a^(5/2)) [m/s]."""
+    constant, diameter = above("constant", constant, 0.0, "1/(m^0.5 s^2)"), above("diameter", diameter, 0.0, "m")
+    return constant**0.5 * diameter**1.25
+
+
+def sound_speed(constant: Number, diameter: Number, overlap: Number) -> Number:
+    """c0 of (2.3), of long waves in a chain pressed to `overlap` delta0: a sqrt(3/2 A delta0^(1/2)) [m/s].
+
+    With a = 2R it is the paper's c0^2 = 6 A R^2 delta0^(1/2). It vanishes with delta0: an uncompressed chain has no sound.
+    """
+    constant, diameter = above("constant", constant, 0.0, "1/(m^0.5 s^2)"), above("diameter", diameter, 0.0, "m")
+    return diameter * (1.5 * constant) ** 0.5 * above("overlap", overlap, 0.0, "m") ** 0.25
+
+
+def lattice_acceleration(displacement: Any, constant: float, overlap: float) -> FloatArray:
+    """Return the right-hand side of (2.1), exact; open contacts pull at nothing.
+
+    Args:
+        displacement: u of at least three neighbouring grains from their pressed rest, shape (n,) [m].
+        constant: A = k/m [1/(m^0.5 s^2)].
+        overlap: delta0 at rest, may be 0 [m].
+
+    Returns:
+        Accelerations of all grains but the first and the last, shape (n - 2,) [m/s^2].
+    """
+    approach = -np.diff(sequence("displacement", displacement, 3)) + at_least("overlap", overlap, 0.0, "m")
+    return -above("constant", constant, 0.0, "1/(m^0.5 s^2)") * np.diff(np.maximum(approach, 0.0) ** 1.5)
+
+
+def anharmonic_acceleration(displacement: Any, constant: float, overlap: float) -> FloatArray:
+    """Return the right-hand side of (2.2); arguments and result as for (2.1). The error is A delta0^1.5 O(|du|/delta0)^3."""
+    u = sequence("displacement", displacement, 3)
+    constant, overlap = above("constant", constant, 0.0, "1/(m^0.5 s^2)"), above("overlap", overlap, 0.0, "m")
+    alpha, beta = 1.5 * constant * overlap**0.5, 0.375 * constant * overlap**-0.5
+    return (u[2:] - 2.0 * u[1:-1] + u[:-2]) * (alpha + beta * (u[:-2] - u[2:]))
 
 
 def long_wave_acceleration(displacement_derivatives: Any, constant: float, diameter: float, overlap: float) -> FloatArray:
-    """Return the right-hand side of (2.3) from (u_x, u_xx, u_xxx, u_xxxx), shape (4,) or (4, n); shape () or (n,) [m/s^2]."""
+    """Return the right-hand side of (2.3) from (u_x, u_xx, u_xxx, u_xxxx), shape (4,) or (4, n); shape () or (n,) [m/s^2].
+
+    c0^2 = 6 A R^2 delta0^(1/2), gamma = c0 R^2/6, epsilon = c0^2 R/delta0, with 2R = diameter.
+    """
     slope, curvature, _, fourth = _four(displacement_derivatives)
-    speed, dispersion, nonlinearity = long_wave_coefficients(constant, diameter, overlap)
+    speed, radius = sound_speed(constant, diameter, overlap), 0.5 * diameter
+    dispersion, nonlinearity = speed * radius**2 / 6.0, speed**2 * radius / overlap
     return speed**2 * curvature + 2.0 * speed * dispersion * fourth - nonlinearity * slope * curvature
 
 
@@ -68,11 +126,6 @@ def korteweg_de_vries_shape(position: Number, rise: float) -> Number:
     # Twice the exponential of -|x|: no overflow far away.
     decay = np.exp(-np.abs(finite("position", position)) * rate)
     return (2.0 * decay / (1.0 + decay**2)) ** 2
-
-
-def korteweg_de_vries_width(rise: Number) -> Number:
-    """Full width at half height of that soliton, 2 arcosh(sqrt 2) sqrt(2/e), in diameters."""
-    return 2.0 * float(np.arccosh(2.0**0.5)) * (2.0 / above("rise", rise, 0.0)) ** 0.5
 
 
 def _four(derivatives: Any) -> FloatArray:

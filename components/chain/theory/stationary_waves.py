@@ -1,4 +1,4 @@
-"""Stationary waves of (2.4): solitary, periodic and shock-like, by quadrature of W(y). Dimensionless.
+"""Stationary waves of (2.4), solitary and shock-like, by quadrature of W(y). Dimensionless.
 
 Lengths in diameters a, speeds in the sound speed c0 of the state in front, strains in its strain xi_0. Where there is no such
 state (C3 = 0) use `strain`, which gives xi in units of (V/c)^4.
@@ -16,17 +16,14 @@ from numpy.polynomial import Polynomial
 from ...errors import ParameterError
 from ...support.validation import whole_number
 from .arguments import FloatArray, above, between, number
-from .effective_potential import LARGEST_C3, extreme_roots, ratio_of_c3
+from .continuum import LARGEST_C3, extreme_roots, ratio_of_c3
 
 # Gauss's points on each piece of a profile; the integrands are smooth, eight leave rounding only.
-# From this viscosity on a shock creeps.
-_CREEP = 500.0
+# Below this C3 the strain in front alone changes with it.
 _SMALLEST_SHOCK_C3 = 1e-7
 _POINTS, _WEIGHTS = np.polynomial.legendre.leggauss(8)
 # A solitary wave is followed until its strain above xi_0 has fallen by cosh^2 of this: 6e-11 of its height.
 _TAIL = 13.0
-# W's rounding is 1e-17: energies nearer to an extreme of W than this tell nothing of the wave.
-_SMALLEST_ENERGY = 1e-14
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,7 +36,6 @@ class StationaryWave:
         position: x/a, increasing, not equidistant, shape (n,).
         y: of (2.6), shape (n,).
         width: full width of the strain at half its height above the lowest strain, in a; NaN for a shock.
-        period: distance of two crests, in a; infinite for a solitary wave and a shock.
     """
 
     c3: float
@@ -47,7 +43,6 @@ class StationaryWave:
     position: FloatArray
     y: FloatArray
     width: float
-    period: float
 
     @property
     def strain(self) -> FloatArray:
@@ -84,7 +79,9 @@ def solitary_wave(c3: float, samples: int = 401) -> StationaryWave:
         c3: `c3_of_ratio` gives it for a height.
         samples: points of the profile, odd, so that one is the crest.
     """
-    c3, half = number("c3", between("c3", c3, 0.0, LARGEST_C3)), _half(samples)
+    c3 = number("c3", between("c3", c3, 0.0, LARGEST_C3))
+    if whole_number("samples", samples, 5) % 2 == 0:
+        raise ParameterError(f"got {samples}", expected="an odd number, so that one point is the crest", at="samples")
     low, _ = extreme_roots(c3)
     energy = float(_hill(c3)(low))
     high, rest = _solitary_factors(c3, low)
@@ -98,142 +95,60 @@ def solitary_wave(c3: float, samples: int = 401) -> StationaryWave:
         s = root(angle)
         return 5.0 * s**1.5 / np.sqrt(2.0 * depth * rest(s))
 
-    angles = np.linspace(0.0, _TAIL, half + 1)
+    angles = np.linspace(0.0, _TAIL, samples // 2 + 1)
     middle = (0.5 * (low**2 + high**2)) ** 0.5
     at_half = float(np.arccosh((depth / (middle - low)) ** 0.5))
     width = 2.0 * _antiderivative(rate, np.linspace(0.0, at_half, 33))[-1]
-    return _mirror(c3, energy, _antiderivative(rate, angles), root(angles), width, np.inf)
-
-
-def periodic_wave(c3: float, depth: float, samples: int = 401) -> StationaryWave:
-    """One period, from trough to trough, of the periodic wave; 0 <= C3 < 5/27.
-
-    Args:
-        c3: C3 of W.
-        depth: energy of the particle between the bottom of the well, 0, and its rim W(y1), 1: towards 0 a sine, towards 1
-            solitary waves far apart. At C3 = 0 and depth = 1 it is (2.7), cos^4.
-        samples: points of the profile, odd, so that one is the crest.
-
-    Raises:
-        ParameterError: out of range; an energy within 1e-14 of the bottom's or the rim's, where rounding hides the wave.
-    """
-    c3, half = number("c3", between("c3", c3, 0.0, LARGEST_C3, closed_below=True)), _half(samples)
-    limit = 1.0 if c3 else float(np.nextafter(1.0, 2.0))
-    depth = between("depth", depth, 0.0, limit, advice="at 1 and C3 > 0 the period is infinite: take solitary_wave")
-    depth = number("depth", depth)
-    rim, bottom = extreme_roots(c3)
-    hill = _hill(c3)
-    well = float(hill(rim) - hill(bottom))
-    if well * (depth if depth == 1.0 else min(depth, 1.0 - depth)) < _SMALLEST_ENERGY:
-        raise ParameterError(
-            f"got {depth:.12g} of a well that is {well:.3g} deep",
-            expected=(
-                f"at least {_SMALLEST_ENERGY:g} of energy above its bottom and below its rim, where rounding hides the wave"
-            ),
-            hint="take another depth, or a smaller C3",
-            at="depth",
-        )
-    energy = float(hill(bottom)) + depth * well
-    low, high, rest = _periodic_factors(c3, energy, rim, bottom, depth)
-
-    # s - low = (high - low) cos^2(angle): both turning points become smooth.
-    def root(angle: FloatArray) -> FloatArray:
-        return low + (high - low) * np.cos(angle) ** 2
-
-    def rate(angle: FloatArray) -> FloatArray:
-        s = root(angle)
-        return 5.0 * s**1.5 / np.sqrt(2.0 * rest(s))
-
-    angles = np.linspace(0.0, 0.5 * np.pi, half + 1)
-    middle = (0.5 * (low**2 + high**2)) ** 0.5
-    at_half = float(np.arccos(((middle - low) / (high - low)) ** 0.5))
-    width = 2.0 * _antiderivative(rate, np.linspace(0.0, at_half, 33))[-1]
-    eta = _antiderivative(rate, angles)
-    return _mirror(c3, energy, eta, root(angles), width, 2.0 * eta[-1])
-
-
-def critical_viscosity(c3: float) -> float:
-    """Return the viscosity above which the continuum's shock is monotonic: 5/2 s2 sqrt(2/5 (3 - 2/s2)); 1.5811 at C3 = 0.
-
-    From (2.6) linearised about y2 with the friction of `shock_wave`. A chain of dashpots, whose front is a few grains wide, is
-    monotonic from a third less on: 1.0 to 1.1 for C3 -> 0, 0.90 to 0.95 at C3 = 0.1, where this gives 1.260.
-    """
-    _, high = extreme_roots(c3)
-    return 2.5 * high * (0.4 * (3.0 - 2.0 / high)) ** 0.5
+    # Both halves from that right of the crest; eta in diameters.
+    eta, crest, scale = _antiderivative(rate, angles), root(angles), 10.0**-0.5
+    position, y = np.concatenate((-eta[:0:-1], eta)) * scale, np.concatenate((crest[:0:-1], crest)) ** 2.5
+    return StationaryWave(c3, energy, position, y, float(width) * scale)
 
 
 def shock_wave(c3: float, viscosity: float, length: float = 40.0, samples: int = 2001) -> StationaryWave:
-    """Return a stationary shock in a chain with a linear dashpot g d(delta)/dt in each contact, 1e-7 <= C3 < 5/27.
+    """Return a stationary shock in a chain with a linear dashpot g d(delta)/dt in each contact, 1e-7 <= C3 < 5/27 - 1e-9.
 
     The paper argues with weak losses and writes no equation for them. The dashpot adds (g a^2/m) xi_xxt to the long-wave
     equation of the strain, and -(4/5) mu y^(-2/5) y_t to the particle's motion in W, t = -eta, mu = sqrt(10) g a/(m V): it
-    leaves the hilltop y1 and comes to rest in y2. Weak losses: the front is a solitary wave, and oscillations follow; from
-    `critical_viscosity` on: none.
+    leaves the hilltop y1 and comes to rest in y2. Weak losses: the front is a solitary wave, and oscillations follow; from mu =
+    5/2 s2 sqrt(2/5 (3 - 2/s2)) on, s2 = y2^(2/5), none.
 
     Args:
         c3: C3 of W; the strain behind over that in front is `shock_ratio`(C3).
-        viscosity: 0 < mu < 1e9, dimensionless; above 500 inertia, some 1/mu^2 of the rest, is left out.
+        viscosity: 0 < mu < 500, dimensionless.
         length: how far behind the front the wave is followed, in a; to settle, weak losses need some 3/mu,
             strong ones some 10 mu.
         samples: points of the profile, equidistant; the front, where the mean strain of both sides is passed, is at x = 0.
-
-    Raises:
-        ParameterError: out of range; C3 below 1e-7, or within 1e-9 of 5/27.
     """
     from scipy.integrate import solve_ivp
 
-    advice = "nearer to 5/27 the shock is so low that it is lost in rounding"
-    c3 = number("c3", between("c3", c3, 0.0, LARGEST_C3 - 1e-9, advice=advice))
-    if c3 < _SMALLEST_SHOCK_C3:
-        raise ParameterError(
-            f"got {c3:g}",
-            expected=f"at least {_SMALLEST_SHOCK_C3:g}",
-            hint="below it nothing changes but the strain in front, which goes as C3^(5/4)",
-            at="c3",
-        )
-    viscosity = number("viscosity", between("viscosity", viscosity, 0.0, 1e9))
+    c3 = number("c3", between("c3", c3, _SMALLEST_SHOCK_C3, LARGEST_C3 - 1e-9, closed_below=True))
+    viscosity = number("viscosity", between("viscosity", viscosity, 0.0, 500.0))
     length = number("length", above("length", length, 0.0))
     samples = whole_number("samples", samples, 16)
     rim, bottom = extreme_roots(c3)
     start, end = rim**2.5, bottom**2.5
-    constant, drag_at_1 = 0.8 * c3, 0.8 * viscosity
 
     # In z = ln y, whose errors are relative ones: y1 may be so small that nothing else is exact at both ends.
     def motion(_: float, state: FloatArray) -> list[float]:
         fall, rate = np.exp(-0.4 * state[0]), state[1]
-        return [rate, fall - 1.0 - constant * fall**3 - drag_at_1 * fall * rate - rate * rate]
-
-    def slopes(_: float, state: FloatArray) -> list[list[float]]:
-        fall, rate = np.exp(-0.4 * state[0]), state[1]
-        pull = -0.4 * fall + 1.2 * constant * fall**3 + 0.4 * drag_at_1 * fall * rate
-        return [[0.0, 1.0], [pull, -drag_at_1 * fall - 2.0 * rate]]
-
-    def creep(_: float, state: FloatArray) -> list[float]:
-        fall = np.exp(-0.4 * state[0])
-        return [(1.0 - 1.0 / fall - constant * fall * fall) / drag_at_1]
+        return [rate, fall - 1.0 - 0.8 * c3 * fall**3 - 0.8 * viscosity * fall * rate - rate * rate]
 
     # Down the unstable direction of the hilltop: rate^2 + 2 p rate - curvature = 0.
     curvature, drag = 0.4 * (2.0 / rim - 3.0), 0.4 * viscosity / rim
     growth = curvature / ((drag**2 + curvature) ** 0.5 + drag)
     push = 1e-7
     climb = (np.log(1e7 * end / start) + 5.0) / growth + 20.0
-    span = climb + length * 10.0**0.5
     middle = np.log(0.5 * (rim**2 + bottom**2)) * 1.25
-    begin, tolerance = [np.log(start) + push, push * growth], 1e-12 * np.array([1.0, min(1.0, growth)])
-    # Strong friction is stiff: an explicit method would take a step for each of its many times of decay.
-    method: Any = {"method": "LSODA", "jac": slopes} if drag * span > 1e4 else {"method": "DOP853"}
-    if viscosity > _CREEP:
-        rates, begin, tolerance, method = creep, begin[:1], tolerance[:1], {"method": "LSODA"}
-    else:
-        rates = motion
+    # Strong friction is stiff.
     found: Any = solve_ivp(
-        rates, (0.0, span), begin, **method, rtol=1e-10, atol=tolerance, dense_output=True,
-        events=lambda _, state: state[0] - middle,
+        motion, (0.0, climb + length * 10.0**0.5), [np.log(start) + push, push * growth], method="LSODA", rtol=1e-10,
+        atol=1e-12 * np.array([1.0, min(1.0, growth)]), dense_output=True, events=lambda _, state: state[0] - middle,
     )  # fmt: skip
     front = found.t_events[0][0]
     times = np.linspace(front + length * 10.0**0.5, 0.0, samples)
     y = np.maximum(np.exp(found.sol(times)[0]), start)
-    return StationaryWave(c3, float(_hill(c3)(rim)), (front - times) / 10.0**0.5, y, np.nan, np.inf)
+    return StationaryWave(c3, float(_hill(c3)(rim)), (front - times) / 10.0**0.5, y, np.nan)
 
 
 def _hill(c3: float) -> Polynomial:
@@ -250,22 +165,6 @@ def _solitary_factors(c3: float, low: float) -> tuple[float, Polynomial]:
     return high, Polynomial((-np.array(quotient))[::-1])
 
 
-def _periodic_factors(c3: float, energy: float, rim: float, bottom: float, depth: float) -> tuple[float, float, Polynomial]:
-    """Both turning points, and the cubic that is left of E - W(y) = (s - low)(high - s) rest(s)."""
-    from scipy.optimize import brentq
-
-    hill = _hill(c3)
-
-    def turning(start: float, end: float) -> float:
-        found: Any = brentq(lambda s: energy - float(hill(s)), start, end, xtol=1e-16)
-        return float(found)
-
-    low = rim if depth == 1.0 else turning(rim, bottom)
-    high = turning(bottom, 1.5)
-    quotient = _divide_by_root(_divide_by_root([-0.5, 0.625, 0.0, -c3, 0.0, energy], low), high)
-    return low, high, Polynomial((-np.array(quotient))[::-1])
-
-
 def _divide_by_root(coefficients: list[float], root: float) -> list[float]:
     """Return a polynomial, highest power first, divided by s - root; the remainder is dropped."""
     quotient = [coefficients[0]]
@@ -279,17 +178,3 @@ def _antiderivative(rate: Callable[[FloatArray], FloatArray], nodes: FloatArray)
     half = 0.5 * np.diff(nodes)
     places = nodes[:-1, None] + half[:, None] * (1.0 + _POINTS)
     return np.concatenate(([0.0], np.cumsum(half * (rate(places) @ _WEIGHTS))))
-
-
-def _mirror(c3: float, energy: float, eta: FloatArray, root: FloatArray, width: float, period: float) -> StationaryWave:
-    """Both halves of a wave from that right of its crest; eta in diameters."""
-    scale = 10.0**-0.5
-    position = np.concatenate((-eta[:0:-1], eta)) * scale
-    y = np.concatenate((root[:0:-1], root)) ** 2.5
-    return StationaryWave(c3, energy, position, y, float(width) * scale, float(period) * scale)
-
-
-def _half(samples: int) -> int:
-    if whole_number("samples", samples, 5) % 2 == 0:
-        raise ParameterError(f"got {samples}", expected="an odd number, so that one point is the crest", at="samples")
-    return samples // 2

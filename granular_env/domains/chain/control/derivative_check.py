@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from granular_env.components.chain import Chain, layout
-from granular_env.components.chain.adjoint import check_functions, value_and_slopes
+from granular_env.components.chain.adjoint import compiled_judge, value_and_slopes
 from granular_env.components.chain.laws import Dissipative
 from granular_env.components.chain.objective import Objective
 from granular_env.components.chain.state import state_of
@@ -44,7 +44,7 @@ def check_objective(objective: Objective, chain: Chain, *, steps: int = 8, toler
     """
     refuse_without_gradients(chain)
     objective.fit(chain.parameters.grains, steps)
-    check_functions(objective, chain)
+    compiled_judge(objective, chain)
     note, pullback = _by_table(chain, objective.note), _by_table(chain, objective.pullback)
     objective = replace(objective, note=note, value=objective.value, pullback=pullback)
     # Of the further constants of a law, gradients know the dissipation alone.

@@ -1,8 +1,8 @@
-"""Central differences beside exact gradients: what a difference quotient says, what it is worth, and whether it met a kink.
+"""Central differences to compare with exact gradients: a difference quotient along a direction, and its error.
 
 Contact forces have a continuous first derivative and no second one where a contact opens or closes. A difference quotient
-across such a kink converges slowly, and a jump (of a dissipative force that sets in at a finite speed) spoils it altogether; so
-the runs that are compared are also compared contact by contact.
+across such a kink converges slowly, and a jump (of a dissipative force that sets in at a finite speed) spoils it altogether: the
+error tells.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from granular_env.components.chain import Chain
-from granular_env.components.chain.adjoint import KNOWN, contact_states, evaluate, natural_mass, validate_drive
+from granular_env.components.chain.adjoint import KNOWN, evaluate, natural_mass, validate_drive
 from granular_env.components.chain.objective import Objective
 from granular_env.components.errors import ParameterError, nearest, one_line
 from granular_env.components.materials.elastic import material
@@ -36,15 +36,10 @@ class Difference:
     Attributes:
         value: the quotient, extrapolated to a step of zero.
         error: how far extrapolations differ: what the quotient is worth.
-        step: the largest step that went into it, in units of the direction.
-        kink: (control step, contact) where a contact opened, closed or began to be cut off between the runs nearest to each
-            other; None where all of them lie on one smooth piece.
     """
 
     value: float
     error: float
-    step: float
-    kink: tuple[int, int] | None
 
 
 def central_differences(
@@ -58,8 +53,6 @@ def central_differences(
 ) -> Difference:
     """Return the derivative along a direction, by central differences with ever smaller steps, extrapolated (Ridders 1982).
 
-    Only steps over which no contact changes state count; where there is none the smallest is taken, and the kink is named.
-
     Args:
         objective: as for `value_and_grad`.
         chain: what is driven, from its present state; it stays as it is.
@@ -72,24 +65,13 @@ def central_differences(
     base = validate_drive(chain, drive)
     judged = objective_of(objective, chain, len(base))
     step = positive_number("step", step)
-    here = contact_states(chain, base, ticks)
-    quotients, steps, kink, size = [], [], None, 0.0
-    for level in range(_LEVELS):
-        h = step / _FACTOR**level
+    steps, quotients, size = [step / _FACTOR**level for level in range(_LEVELS)], [], 0.0
+    for h in steps:
         ends = [_move(chain, base, direction, sign * h) for sign in (1.0, -1.0)]
-        kink = next((found for end in ends if (found := _first_change(here, contact_states(*end, ticks)))), None)
-        if kink is None or level == _LEVELS - 1:
-            plus, minus = (evaluate(other, inputs[None], ticks, judged)[0] for other, inputs in ends)
-            quotients.append(float(plus - minus) / (2.0 * h))
-            steps.append(h)
-            size = max(size, abs(plus), abs(minus))
-    value, error = _extrapolate(quotients, [_ROUNDING * size / h for h in steps])
-    return Difference(value, error, steps[0], kink)
-
-
-def _first_change(one: npt.NDArray[np.uint64], other: npt.NDArray[np.uint64]) -> tuple[int, int] | None:
-    places = np.argwhere(one != other)
-    return (int(places[0][0]), int(places[0][1])) if len(places) else None
+        plus, minus = (evaluate(other, inputs[None], ticks, judged)[0] for other, inputs in ends)
+        quotients.append(float(plus - minus) / (2.0 * h))
+        size = max(size, abs(plus), abs(minus))
+    return Difference(*_extrapolate(quotients, [_ROUNDING * size / h for h in steps]))
 
 
 def _extrapolate(quotients: list[float], roundings: list[float]) -> tuple[float, float]:

@@ -1,0 +1,327 @@
+"""Arrangements of grains by name: uniform, dimer, tapered, decorated, random, impurity."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Annotated, ClassVar, Literal
+
+import numpy as np
+from pydantic import Field, SerializeAsAny, model_validator
+
+from ..errors import ParameterError
+from ..materials.elastic import Material, Preset, material
+from ..support.counter_random import uniform
+from ..support.elementary_functions import integer_power, nth_root
+from ..support.float_arrays import FloatArray
+from ..support.parameter_fields import Index, Positive, field
+from ..support.tagged_union import ByName, Named
+from ..support.validation import Parameters
+
+if TYPE_CHECKING:
+    from .parameters import ChainParameters
+
+# Outside of this range a grain has no mass that a chain takes [m].
+_TINY, _HUGE = 1e-20, 1e18
+_Pair = Field(min_length=2, max_length=2)
+
+
+class Arrangement(Named):
+    """An order of grains: it gives each grain its radius and material, and may give some of them a mass.
+
+    What it leaves alone comes from the chain's own `radius`, `material` and `mass`. Each has a `name`, by which it is chosen.
+    """
+
+    per_grain: ClassVar[tuple[str, ...]] = ("radius", "material")
+    """Fields that are the chain's parameters of the same name for every grain: given here, they are not given there."""
+
+    def own_parameters(self) -> tuple[str, ...]:
+        """Return the chain's parameters that are settled here."""
+        return tuple(name for name in self.per_grain if getattr(self, name, None) is not None)
+
+    def fit(self, grains: int) -> None:
+        """Raise `ParameterError` where no chain of so many grains is arranged like this."""
+
+    def radii(self, host: FloatArray) -> FloatArray:
+        """Return the radius of each grain, from those that the chain's own parameters give, shape (n,) [m]."""
+        return host
+
+    def materials(self, host: list[Material]) -> list[Material]:
+        """Return the material of each grain, from those that the chain's own parameters give."""
+        chosen = getattr(self, "material", None)
+        return host if chosen is None else [material(chosen)] * len(host)
+
+    def masses(self, host: FloatArray) -> FloatArray:
+        """Return the mass of each grain, from density x volume, shape (n,) [kg]."""
+        return host
+
+
+class Uniform(Arrangement):
+    """All grains as the chain's own radius, material and mass say: equal, or each by hand."""
+
+    name: Literal["uniform"] = "uniform"
+
+
+class Dimer(Arrangement):
+    """Cells of N1 grains of one kind and N2 of another, from the left; the last cell may be cut off.
+
+    Source: M. A. Porter, C. Daraio, E. B. Herbold, I. Szelengowicz, P. G. Kevrekidis, Phys. Rev. E 77, 015601 (2008).
+    """
+
+    name: Literal["dimer"] = "dimer"
+    radius: Positive | Annotated[list[Positive], _Pair] | None = field(
+        None, "of both kinds: one for both, or two; default: the chain's", "m"
+    )
+    material: Preset | Material | Annotated[list[Preset | Material], _Pair] | None = field(
+        None, "of both kinds: one for both, or two; default: the chain's", "1"
+    )
+    counts: Annotated[list[Annotated[int, Field(ge=1, le=1000)]], _Pair] = field(
+        [1, 1], "how many grains of each kind a cell has", "1"
+    )
+
+    @model_validator(mode="after")
+    def _two_kinds(self) -> Dimer:
+        # Two equal values are the end of a scan of ratios; no two values are a slip.
+        if not isinstance(self.radius, list) and not isinstance(self.material, list):
+            raise ParameterError("both kinds of grain are the same", hint="give two radii, two materials, or both", at="radius")
+        return self
+
+    def fit(self, grains: int) -> None:  # noqa: D102
+        if grains < sum(self.counts):
+            raise ParameterError(
+                f"got {self.counts}, a cell of {sum(self.counts)} grains, and the chain has {grains} grains", at="counts"
+            )
+
+    def radii(self, host: FloatArray) -> FloatArray:  # noqa: D102
+        return host if self.radius is None else np.broadcast_to(self.radius, (2,))[self._kinds(len(host))]
+
+    def materials(self, host: list[Material]) -> list[Material]:  # noqa: D102
+        if not isinstance(self.material, list):
+            return super().materials(host)
+        pair = [material(one) for one in self.material]
+        return [pair[kind] for kind in self._kinds(len(host))]
+
+    def _kinds(self, grains: int) -> np.ndarray:
+        """Return the kind of each grain, 0 or 1, shape (n,)."""
+        return (np.arange(grains) % sum(self.counts) >= self.counts[0]).astype(np.intp)
+
+
+class Tapered(Arrangement):
+    """R_(i+1) = (1 - q) R_i, with the taper q given, or the last radius. Negative q: the grains grow.
+
+    Source: S. Sen, F. S. Manciu, M. Manciu, Physica A 299, 551 (2001), who called it tapered chain.
+    """
+
+    name: Literal["tapered"] = "tapered"
+    first_radius: Positive = field(..., "of the first grain", "m")
+    taper: float | None = field(None, "q of R_(i+1) = (1 - q) R_i; or give last_radius", "1", gt=-1.0, lt=1.0)
+    last_radius: Positive | None = field(None, "of the last grain; or give taper", "m")
+    material: Preset | Material | None = field(None, "of all grains; default: the chain's", "1")
+
+    @model_validator(mode="after")
+    def _one_way(self) -> Tapered:
+        if (self.taper is None) == (self.last_radius is None):
+            come = "neither" if self.taper is None else "both"
+            raise ParameterError(f"got {come} of taper and last_radius", expected="one of them", at="taper")
+        return self
+
+    def own_parameters(self) -> tuple[str, ...]:  # noqa: D102
+        return ("radius", *super().own_parameters())
+
+    def fit(self, grains: int) -> None:  # noqa: D102
+        if self.last_radius is not None and grains == 1 and self.last_radius != self.first_radius:
+            raise ParameterError(
+                "the chain has one grain, which is the first", hint="expected at least 2 grains", at="last_radius"
+            )
+        _last_radius(self.first_radius, self._factor(grains), grains)
+
+    def radii(self, host: FloatArray) -> FloatArray:  # noqa: D102
+        return _geometric(self.first_radius, self._factor(len(host)), len(host))
+
+    def _factor(self, grains: int) -> float:
+        if self.taper is not None:
+            return 1.0 - self.taper
+        assert self.last_radius is not None
+        return nth_root(self.last_radius / self.first_radius, grains - 1) if grains > 1 else 1.0
+
+
+class Decorated(Arrangement):
+    """Large, small, large, ..., large: an odd number of grains. The large ones may be tapered, the small ones are equal.
+
+    Source: R. L. Doney, S. Sen, Phys. Rev. Lett. 97, 155502 (2006): decorated, tapered chains as impulse absorbers.
+    """
+
+    name: Literal["decorated"] = "decorated"
+    radius: Positive = field(..., "of the large grains; of the first one, where they are tapered", "m")
+    decoration_radius: Positive = field(..., "of the small grains", "m")
+    taper: float = field(0.0, "q of R_(i+1) = (1 - q) R_i, from one large grain to the next", "1", gt=-1.0, lt=1.0)
+    material: Preset | Material | None = field(None, "of the large grains; default: the chain's", "1")
+    decoration_material: Preset | Material | None = field(None, "of the small grains; default: that of the large ones", "1")
+
+    def fit(self, grains: int) -> None:  # noqa: D102
+        if grains < 3 or grains % 2 == 0:
+            raise ParameterError(
+                f"'decorated' does not fit {grains} grains",
+                hint="expected an odd number from 3: a large one at each end",
+                at="name",
+            )
+        smallest = min(self.radius, _last_radius(self.radius, 1.0 - self.taper, grains // 2 + 1))
+        # Equal large and small grains are one size, whatever rounding made of the last one.
+        if smallest * (1.0 + 1e-12) < self.decoration_radius:
+            raise ParameterError(
+                f"got {self.decoration_radius:g} m",
+                expected=f"at most the smallest of the large grains, {smallest:g} m",
+                at="decoration_radius",
+            )
+
+    def radii(self, host: FloatArray) -> FloatArray:  # noqa: D102
+        radius = np.full(len(host), self.decoration_radius)
+        radius[::2] = _geometric(self.radius, 1.0 - self.taper, len(host) // 2 + 1)
+        return radius
+
+    def materials(self, host: list[Material]) -> list[Material]:  # noqa: D102
+        large = super().materials(host)
+        if self.decoration_material is not None:
+            large = list(large)
+            large[1::2] = [material(self.decoration_material)] * (len(host) // 2)
+        return large
+
+
+class UniformRadii(Parameters):
+    """Radii drawn evenly between two bounds, a function of the seed (the RAND of Nesterenko's section 3.5)."""
+
+    low: float = field(..., "smallest radius", "m", gt=0.0)
+    high: float = field(..., "largest radius", "m", gt=0.0)
+    seed: int = field(0, "which draw", "1", ge=0, lt=2**63)
+
+    @model_validator(mode="after")
+    def _validate_order(self) -> UniformRadii:
+        if self.high < self.low:
+            raise ParameterError(f"got {self.high:g} m", expected=f"at least low = {self.low:g} m", at="high")
+        return self
+
+    def draw(self, grains: int) -> FloatArray:
+        """Return the radii, shape (grains,) [m]; that of grain i is a function of the seed and of i alone."""
+        return self.low + (self.high - self.low) * uniform(self.seed, 0, grains)
+
+
+class Random(UniformRadii, Arrangement):
+    """Radii drawn evenly between two bounds: the same chain as with radius = {low, high, seed}.
+
+    Source: Nesterenko (1983), section 3.5.
+    """
+
+    name: Literal["random"] = "random"
+    material: Preset | Material | None = field(None, "of all grains; default: the chain's", "1")
+
+    def own_parameters(self) -> tuple[str, ...]:  # noqa: D102
+        return ("radius", *super().own_parameters())
+
+    def radii(self, host: FloatArray) -> FloatArray:  # noqa: D102
+        return self.draw(len(host))
+
+
+class Impurity(Arrangement):
+    """Grains of other radius, material or mass among those that the chain's own parameters describe.
+
+    A light impurity in a pressed chain carries a localised mode above the band. Source: G. Theocharis, M. Kavousanakis,
+    P. G. Kevrekidis, C. Daraio, M. A. Porter, I. G. Kevrekidis, Phys. Rev. E 80, 066601 (2009).
+    """
+
+    per_grain: ClassVar[tuple[str, ...]] = ()
+
+    name: Literal["impurity"] = "impurity"
+    index: Index | list[Index] = field(..., "which grain, counted from 0, or a list of them", "1")
+    radius: Positive | None = field(None, "of the impurity; default: as its neighbours'", "m")
+    material: Preset | Material | None = field(None, "of the impurity; default: as its neighbours'", "1")
+    mass: Positive | None = field(None, "of the impurity; default: density x volume", "kg")
+
+    @model_validator(mode="after")
+    def _unlike(self) -> Impurity:
+        if self.radius is None and self.material is None and self.mass is None:
+            raise ParameterError("the impurity is like the other grains", hint="give its radius, material or mass", at="radius")
+        if not self.indices or len(set(self.indices)) < len(self.indices):
+            raise ParameterError(f"got {self.index}", expected="one grain or more, each of them once", at="index")
+        return self
+
+    @property
+    def indices(self) -> list[int]:
+        """The impurities."""
+        return self.index if isinstance(self.index, list) else [self.index]
+
+    def fit(self, grains: int) -> None:  # noqa: D102
+        if max(self.indices) >= grains:
+            raise ParameterError(
+                f"got {max(self.indices)}", expected=f"0 to {grains - 1}: the chain has {grains} grains", at="index"
+            )
+
+    def radii(self, host: FloatArray) -> FloatArray:  # noqa: D102
+        return self._place(host, self.radius)
+
+    def materials(self, host: list[Material]) -> list[Material]:  # noqa: D102
+        if self.material is None:
+            return host
+        mixed = list(host)
+        for index in self.indices:
+            mixed[index] = material(self.material)
+        return mixed
+
+    def masses(self, host: FloatArray) -> FloatArray:  # noqa: D102
+        return self._place(host, self.mass)
+
+    def _place(self, host: FloatArray, value: float | None) -> FloatArray:
+        if value is None:
+            return host
+        values = host.copy()
+        values[self.indices] = value
+        return values
+
+
+ARRANGEMENTS: dict[str, type[Arrangement]] = {
+    "uniform": Uniform,
+    "dimer": Dimer,
+    "tapered": Tapered,
+    "decorated": Decorated,
+    "random": Random,
+    "impurity": Impurity,
+}
+ChosenArrangement = Annotated[SerializeAsAny[Arrangement], ByName(ARRANGEMENTS)]
+
+
+def refuse_misfit(parameters: ChainParameters) -> None:
+    """`ParameterError` where an arrangement does not fit the chain, or says again what the chain's own parameters say."""
+    arrangement = parameters.arrangement
+    try:
+        arrangement.fit(parameters.grains)
+    except ParameterError as error:
+        raise error.within("arrangement") from None
+    for name in arrangement.own_parameters():
+        if name in parameters.model_fields_set:
+            raise ParameterError(
+                "the arrangement gives it too", hint=f"give it in one place, as {name} or in the arrangement", at=name
+            )
+    if isinstance(arrangement, Impurity) and arrangement.mass is not None and parameters.mass is not None:
+        if not isinstance(parameters.mass, dict) or any(index in parameters.mass for index in arrangement.indices):
+            raise ParameterError("the arrangement 'impurity' gives its mass too", hint="give it in one place", at="mass")
+
+
+def _geometric(first: float, factor: float, count: int) -> FloatArray:
+    """Return first, first x factor, ... by one multiplication after the other, shape (count,)."""
+    terms = np.full(count, factor)
+    terms[0] = first
+    with np.errstate(over="ignore", under="ignore"):
+        return np.multiply.accumulate(terms)
+
+
+def _last_radius(first: float, factor: float, count: int) -> float:
+    """Return the last of these terms, roughly; `ParameterError` where they leave the range of a float, or vanish."""
+    last = first * integer_power(factor, count - 1)
+    if not _TINY <= first <= _HUGE and 1e-100 <= last <= 1e100:
+        return last  # not the taper's fault: the check of the masses tells
+    bound = _TINY if factor < 1.0 else _HUGE
+    if not _TINY <= last <= _HUGE:
+        where = math.ceil(math.log(bound / first) / math.log(factor)) if _TINY <= first <= _HUGE else 0
+        left = "larger than 0" if factor < 1.0 else "of a finite size"
+        raise ParameterError(
+            f"from number {where} on no grain is {left}", hint="take fewer grains or a smaller taper", at="taper"
+        )
+    return last
