@@ -22,16 +22,17 @@ from ..support.round_numbers import round_down_to_125
 from ..variables import Variable
 from . import linked, loads
 from .conclusions import describe_links, describe_pieces
+from .contacts import no_contacts
 from .cracking import TOO_FAR, CrackingSpecimen, intact_medium
 from .edges import EDGES, Conditions
-from .lattice import Body, make_body
+from .lattice import MASS, Body, make_body
 from .linked import LinkedSpecimen
-from .links import measure_medium
 from .materials import chosen_materials, lame_constants, material_numbers
 from .packing import LATTICES, Packing, pack
 from .parameters import AutomataParameters, PrescribedVelocity
 from .stability import ALLOWED_PART, DEFAULT_PART, largest_frequency, step_limit
 from .theory import uniaxial_strength
+from .ticks import measure_medium
 
 # No automaton may cross this part of its diameter in one internal step.
 _LARGEST_MOVE = 0.1
@@ -82,7 +83,7 @@ class Automata(Component):
             tallies=("f8", (2, loads.TALLY_ROWS)), start=("f8", (4,)), growing=self.steps.growing, **self.steps.fields,
         )  # fmt: skip
         self.steps.bind(self._block)
-        self.mass: FloatArray = self.body.mass[self.body.layout.place]
+        self.mass: FloatArray = self.body.cells[MASS, self.body.layout.place]
 
     def _contradiction(self, state: Mapping[str, np.ndarray]) -> str:
         lengths = {name: len(state[name]) for name in self.steps.growing}
@@ -101,7 +102,10 @@ class Automata(Component):
 
     def _compute_frequency(self) -> float:
         # Kernels that the steps of this specimen take too: none is compiled for this alone.
-        update = partial(linked.update_forces, self.body) if self._medium is None else partial(measure_medium, self._medium)
+        update = partial(linked.update_forces, self.body)
+        if self._medium is not None:
+            medium, contacts = self._medium, no_contacts()
+            update = lambda motion, scratch: measure_medium(medium, motion, scratch, contacts)  # noqa: E731
         return largest_frequency(self.body, update, self._medium is not None)
 
     @property

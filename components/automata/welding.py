@@ -19,12 +19,42 @@ import numpy.typing as npt
 
 from ..support.float_arrays import FloatArray
 from ..support.jit import internal, internal_inlined, jit
-from .contacts import FIRST, SECOND, SLOT, START, approach, separation, sliding_speed, stiffnesses
-from .energies import condensation, dilation, link_at, put
-from .lattice import update_ghosts
-from .links import pull_medium, strain_medium
+from .contacts import (
+    FIRST,
+    SECOND,
+    SLOT,
+    START,
+    approach,
+    link_at,
+    put,
+    separation,
+    sliding_speed,
+    stiffnesses,
+    weight_of,
+)
+from .energies import condensation, dilation, whole_energy
+from .lattice import (
+    ANGLE,
+    COSINE,
+    EPS,
+    EX,
+    EY,
+    FACE,
+    FIRST_SHARE,
+    GAMMA,
+    LAME,
+    SECOND_SHARE,
+    SHEAR,
+    SINE,
+    SPIN,
+    VX,
+    VY,
+    X,
+    Y,
+    update_ghosts,
+)
 from .pair import half_turn, pair_strain
-from .release import LINKING, put_weight, scheduled_weight, weight_of, whole_energy
+from .release import LINKING, scheduled_weight
 
 # Part of the energy that is rounding.
 _ROUNDING = 1e-9
@@ -76,64 +106,36 @@ class _Pair(NamedTuple):
     work: float
 
 
-@internal_inlined
-def _linking_pressure(medium, motion, scratch, contacts, row):
-    """Return the pressure of a contact that may be linked by it, of others -1 [Pa].
-
-    It was linked once and is released, it slides slowly enough, and its line of centres lies within 45 degrees of the axis
-    that its link had and has.
-    """
-    body, ground = medium.body, medium.ground
-    i, j, slot = contacts.pairs[row, FIRST], contacts.pairs[row, SECOND], contacts.pairs[row, SLOT]
-    if slot < 0 or weight_of(medium, contacts.pairs, row) > 0.0:
-        return -1.0
-    x, y, r = separation(medium, motion, i, j)
-    overlap = contacts.rest[row] - r
-    if not overlap > 0.0 or r == 0.0:
-        return -1.0
-    q, p = link_at(body.layout, i, j, slot)
-    if abs(scratch.links.gamma[q, p]) > 1.0 + scratch.links.eps[q, p]:
-        return -1.0
-    if abs(sliding_speed(approach(medium, motion, i, j), x / r, y / r, r)) > medium.law.linking[1]:
-        return -1.0
-    # Of whole automata: the pressure does not depend on the part of their cells that there is.
-    return ground.normal[i] * overlap * (2.0 * body.shear[p]) / (ground.tangential[i] * body.diameter)
-
-
 @jit
-def count_linkable(medium, motion, scratch, contacts):
-    """Return how many contacts are linked again now; arguments as for `link_contacts`."""
-    found = 0
-    for row in range(contacts.used):
-        if _linking_pressure(medium, motion, scratch, contacts, row) >= medium.law.linking[0]:
-            found += 1
-    return found
+def linking_pressures(medium, motion, links, contacts, pressure_out):
+    """Write the pressures of contacts that may be linked by them, of others -1, shape (used,) [Pa].
 
-
-@jit
-def link_contacts(medium, motion, scratch, numbers, contacts, kind, events, tick):
-    """Begin to link pairs that press hard enough and hardly slide.
+    Such a pair was linked once and is released, it slides slowly enough, and its line of centres lies within 45 degrees of the
+    axis that its link had and has.
 
     Args:
         medium: a `links.Medium`.
         motion: a `lattice.Motion`.
-        scratch: a `lattice.Scratch`, with the strains of the present positions.
-        numbers: of the links, for events, shape (directions, m).
-        contacts: `contacts.Contacts`, updated in place.
-        kind: number of the kind of events.
-        events: rows as `events.event_rows` says, one for each of these.
-        tick: number of the step.
+        links: of a `lattice.Scratch`, with the strains of the present positions.
+        contacts: `contacts.Contacts`.
+        pressure_out: written.
     """
-    known = 0
+    body, ground, pairs, place = medium.body, medium.ground, contacts.pairs, medium.body.layout.place
     for row in range(contacts.used):
-        pressure = _linking_pressure(medium, motion, scratch, contacts, row)
-        if not pressure >= medium.law.linking[0]:
+        pressure_out[row] = -1.0
+        i, j = pairs[row, FIRST], pairs[row, SECOND]
+        if pairs[row, SLOT] < 0 or weight_of(body.layout, medium.histories.weight, pairs, row) > 0.0:
             continue
-        q, p = link_at(medium.body.layout, contacts.pairs[row, FIRST], contacts.pairs[row, SECOND], contacts.pairs[row, SLOT])
-        contacts.pairs[row, START] = -1 - tick
-        event = events[known]
-        event[0], event[1], event[2], event[3], event[4] = tick + 1, kind, numbers[q, p], pressure, medium.law.linking[0]
-        known += 1
+        x, y, r = separation(ground, place, motion, i, j)
+        overlap = contacts.rest[row] - r
+        if not overlap > 0.0 or r == 0.0:
+            continue
+        q, p = link_at(body.layout, pairs, row)
+        slides = abs(sliding_speed(approach(place, motion, i, j), x / r, y / r, r)) > medium.law.linking[1]
+        if not slides and abs(links[GAMMA, q, p]) <= 1.0 + links[EPS, q, p]:
+            # Of whole automata: the pressure does not depend on the part of their cells that there is.
+            stiffness = ground.normal[i] * overlap * (2.0 * body.cells[SHEAR, p])
+            pressure_out[row] = stiffness / (ground.tangential[i] * body.diameter)
 
 
 @jit
@@ -150,19 +152,22 @@ def raise_weights(specimen, contacts, tick, time, near):
         tick: number of the step.
         time: since the forces were computed last [s].
         near: a `Neighbourhood`, overwritten.
+
+    Returns:
+        Whether any weight was raised.
     """
-    medium, motion, scratch = specimen.medium, specimen.motion, specimen.scratch
+    medium, motion, scratch, layout = specimen.medium, specimen.motion, specimen.scratch, specimen.medium.body.layout
     raised = False
     for row in range(contacts.used):
-        weight = weight_of(medium, contacts.pairs, row)
+        weight = weight_of(layout, medium.histories.weight, contacts.pairs, row)
         if contacts.pairs[row, SLOT] < 0 or contacts.pairs[row, START] >= 0 or weight == 1.0:
             continue
         raised = True
         after = scheduled_weight(contacts.pairs, row, tick, medium.law.release)
-        q, p = link_at(medium.body.layout, contacts.pairs[row, FIRST], contacts.pairs[row, SECOND], contacts.pairs[row, SLOT])
+        q, p = link_at(layout, contacts.pairs, row)
         near.origins[0], near.origins[1] = medium.histories.origin_eps[q, p], medium.histories.origin_gamma[q, p]
         count = _gather_members(medium, motion, contacts, row, near)
-        energy = whole_energy(medium, motion, scratch, contacts, row)
+        energy = whole_energy(medium, motion, scratch.links, contacts, row)
         pair = _Pair(row, weight, after, near, count, time, energy, 0.0)
         work = _drift_work(medium, motion, scratch, contacts, pair)
         pair = _Pair(row, weight, after, near, count, time, energy, work)
@@ -171,9 +176,7 @@ def raise_weights(specimen, contacts, tick, time, near):
             _put_back(medium, contacts, pair)
             taken = _raise_neutrally(medium, motion, scratch, contacts, pair, taken)
         specimen.losses[LINKING] += taken
-    if raised:
-        strain_medium(medium, motion, scratch)
-        pull_medium(medium, scratch)
+    return raised
 
 
 @internal
@@ -193,9 +196,9 @@ def _raise_weight(medium, motion, scratch, contacts, pair, part, more):
         more: see there.
     """
     _strain_link(medium, motion, scratch, contacts, pair, part, more)
-    taken = pair.energy - whole_energy(medium, motion, scratch, contacts, pair.row)
+    taken = pair.energy - whole_energy(medium, motion, scratch.links, contacts, pair.row)
     taken += 0.5 * (pair.work + _drift_work(medium, motion, scratch, contacts, pair))
-    put_weight(medium, contacts.pairs, pair.row, 0.5 * (pair.before + pair.after))
+    put(medium.histories.weight, medium.body.layout, contacts.pairs, pair.row, 0.5 * (pair.before + pair.after))
     return taken - _drift_work(medium, motion, scratch, contacts, pair)
 
 
@@ -203,14 +206,13 @@ def _raise_weight(medium, motion, scratch, contacts, pair, part, more):
 def _put_back(medium, contacts, pair):
     """Give the link of a pair the weight and the strains that it had before the step."""
     _put_origin(medium, contacts, pair.row, pair.near.origins[0], pair.near.origins[1])
-    put_weight(medium, contacts.pairs, pair.row, pair.before)
+    put(medium.histories.weight, medium.body.layout, contacts.pairs, pair.row, pair.before)
 
 
 @internal
 def _put_origin(medium, contacts, row, eps, gamma):
-    i, j, slot = contacts.pairs[row, FIRST], contacts.pairs[row, SECOND], contacts.pairs[row, SLOT]
-    put(medium.histories.origin_eps, medium.body.layout, i, j, slot, eps)
-    put(medium.histories.origin_gamma, medium.body.layout, i, j, slot, gamma)
+    put(medium.histories.origin_eps, medium.body.layout, contacts.pairs, row, eps)
+    put(medium.histories.origin_gamma, medium.body.layout, contacts.pairs, row, gamma)
 
 
 @internal
@@ -219,7 +221,9 @@ def _raise_neutrally(medium, motion, scratch, contacts, pair, taken):
 
     Arguments as for `_raise_weight`; `taken` is what it would take with the strains of the contact [J].
     """
-    _, _, r = separation(medium, motion, contacts.pairs[pair.row, FIRST], contacts.pairs[pair.row, SECOND])
+    _, _, r = separation(
+        medium.ground, medium.body.layout.place, motion, contacts.pairs[pair.row, FIRST], contacts.pairs[pair.row, SECOND]
+    )
     unit, more = max(contacts.rest[pair.row] - r, 0.0) / medium.body.diameter, np.nan
     if unit > 0.0:
         # Less strain and more show with how much it takes nothing.
@@ -266,28 +270,30 @@ def _strain_link(medium, motion, scratch, contacts, pair, part, more):
     """
     body, h, links, row = medium.body, medium.histories, scratch.links, pair.row
     i, j, slot = contacts.pairs[row, FIRST], contacts.pairs[row, SECOND], contacts.pairs[row, SLOT]
-    q, p = link_at(body.layout, i, j, slot)
+    q, p = link_at(body.layout, contacts.pairs, row)
     # The link may begin at the second automaton: the force on that is the opposite one.
     sign = 1.0 if slot < body.layout.offset.size else -1.0
-    twice = 2.0 * body.shear[p] * (1.0 + h.stiffness[q, p])
-    x, y, r = separation(medium, motion, i, j)
+    twice = 2.0 * body.cells[SHEAR, p] * (1.0 + h.stiffness[q, p])
+    x, y, r = separation(medium.ground, body.layout.place, motion, i, j)
     normal, tangential = stiffnesses(medium.ground, i, j)
     overlap = max(contacts.rest[row] - r, 0.0)
     push, drag = normal * overlap, tangential * (contacts.slid[row] if overlap > 0.0 else 0.0)
     fx, fy = sign * (-push * x - drag * y) / r, sign * (-push * y + drag * x) / r
-    nx, ny = links.ex[q, p], links.ey[q, p]
+    nx, ny = links[EX, q, p], links[EY, q, p]
     along, across = fx * nx + fy * ny, fy * nx - fx * ny
     # Without elastic strain of the link, and with its new weight: the volumetric part of its traction, and what a strain adds.
-    eps, gamma = links.eps[q, p] - h.plastic_eps[q, p], links.gamma[q, p] - h.plastic_gamma[q, p]
+    eps, gamma = links[EPS, q, p] - h.plastic_eps[q, p], links[GAMMA, q, p] - h.plastic_gamma[q, p]
     _put_origin(medium, contacts, row, eps, gamma)
-    put_weight(medium, contacts.pairs, row, pair.after)
+    put(medium.histories.weight, medium.body.layout, contacts.pairs, row, pair.after)
     begin, end = (i, j) if slot < body.layout.offset.size else (j, i)
     first, second = body.layout.place[begin], body.layout.place[end]
-    others = 0.5 * body.lame[p] * (dilation(medium, scratch, first) + dilation(medium, scratch, second))
-    slope = body.first_share[q, p] / condensation(medium, first) + body.second_share[q, p] / condensation(medium, second)
-    slope *= 0.5 * body.lame[p] * pair.after
-    eps -= part * (along / body.face[q, p] - others) / (twice + slope) + more
-    gamma -= part * across / (body.face[q, p] * twice)
+    others = 0.5 * body.cells[LAME, p] * (dilation(body, h, links, first) + dilation(body, h, links, second))
+    slope = body.links[FIRST_SHARE, q, p] / condensation(body, h, first) + body.links[SECOND_SHARE, q, p] / condensation(
+        body, h, second
+    )
+    slope *= 0.5 * body.cells[LAME, p] * pair.after
+    eps -= part * (along / body.links[FACE, q, p] - others) / (twice + slope) + more
+    gamma -= part * across / (body.links[FACE, q, p] * twice)
     _put_origin(medium, contacts, row, eps, gamma)
 
 
@@ -303,8 +309,8 @@ def _gather_members(medium, motion, contacts, row, near):
                 known = known or near.members[place] == member
             if not known:
                 near.members[count] = member
-                near.places[count, 0], near.places[count, 1] = motion.x[member], motion.y[member]
-                near.places[count, 2] = motion.angle[member]
+                near.places[count, 0], near.places[count, 1] = motion[X, member], motion[Y, member]
+                near.places[count, 2] = motion[ANGLE, member]
                 count += 1
     return count
 
@@ -312,15 +318,15 @@ def _gather_members(medium, motion, contacts, row, near):
 @internal
 def _drift(medium, motion, scratch, contacts, pair, time):
     """Move a neighbourhood for a time from where it was gathered, and write its strains."""
-    near, forces, layout = pair.near, scratch.forces, medium.body.layout
+    near, forces, layout = pair.near, scratch.cells, medium.body.layout
     for place in range(pair.members):
         member = near.members[place]
-        motion.x[member] = near.places[place, 0] + time * motion.vx[member]
-        motion.y[member] = near.places[place, 1] + time * motion.vy[member]
-        motion.angle[member] = near.places[place, 2] + time * motion.spin[member]
-        forces.cosine[member], forces.sine[member] = half_turn(motion.angle[member])
-    for moved in (motion.x, motion.y, motion.angle, forces.cosine, forces.sine):
-        update_ghosts(layout, moved)
+        motion[X, member] = near.places[place, 0] + time * motion[VX, member]
+        motion[Y, member] = near.places[place, 1] + time * motion[VY, member]
+        motion[ANGLE, member] = near.places[place, 2] + time * motion[SPIN, member]
+        forces[COSINE, member], forces[SINE, member] = half_turn(motion[ANGLE, member])
+    for moved in (motion[X], motion[Y], motion[ANGLE], forces[COSINE], forces[SINE]):
+        update_ghosts(layout.ghosts, moved)
     for one in (contacts.pairs[pair.row, FIRST], contacts.pairs[pair.row, SECOND]):
         for q in range(layout.offset.size):
             _strain_at(medium, motion, scratch, q, layout.place[one])
@@ -330,11 +336,11 @@ def _drift(medium, motion, scratch, contacts, pair, time):
 @internal
 def _strain_at(medium, motion, scratch, q, p):
     """Write the strains of one link."""
-    body, links, forces, j = medium.body, scratch.links, scratch.forces, p + medium.body.layout.offset[q]
+    body, links, forces, j = medium.body, scratch.links, scratch.cells, p + medium.body.layout.offset[q]
     inverse = 1.0 / body.diameter
-    links.eps[q, p], links.gamma[q, p], links.ex[q, p], links.ey[q, p] = pair_strain(
-        (inverse * motion.x[j] - inverse * motion.x[p], inverse * motion.y[j] - inverse * motion.y[p]),
-        (forces.cosine[p], forces.sine[p]), (forces.cosine[j], forces.sine[j]), body.normal[q, 0], body.normal[q, 1],
+    links[EPS, q, p], links[GAMMA, q, p], links[EX, q, p], links[EY, q, p] = pair_strain(
+        (inverse * motion[X, j] - inverse * motion[X, p], inverse * motion[Y, j] - inverse * motion[Y, p]),
+        (forces[COSINE, p], forces[SINE, p]), (forces[COSINE, j], forces[SINE, j]), body.normal[q, 0], body.normal[q, 1],
     )  # fmt: skip
 
 
@@ -343,8 +349,8 @@ def _drift_work(medium, motion, scratch, contacts, pair):
     """Return the work of the forces of a pair and its volumes along the way of a drift, in the positions as they are [J]."""
     # Energies are of second order in the displacements: over the same way before and after, the difference is exact.
     _drift(medium, motion, scratch, contacts, pair, -0.5 * pair.time)
-    work = whole_energy(medium, motion, scratch, contacts, pair.row)
+    work = whole_energy(medium, motion, scratch.links, contacts, pair.row)
     _drift(medium, motion, scratch, contacts, pair, 0.5 * pair.time)
-    work -= whole_energy(medium, motion, scratch, contacts, pair.row)
+    work -= whole_energy(medium, motion, scratch.links, contacts, pair.row)
     _drift(medium, motion, scratch, contacts, pair, 0.0)
     return work
