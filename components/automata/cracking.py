@@ -271,12 +271,16 @@ class CrackingSpecimen(LinkedSpecimen):
 
     # -- readings ---------------------------------------------------------------------------------------------------
 
-    def update_forces(self) -> None:
-        """Write strains, stresses, and the forces of links and contacts of the present fields, for readings."""
-        # Contacts slide and find their rest where forces are added: here only copies of them.
+    def update_forces(self, *, begin: bool = False) -> None:
+        """Write strains, stresses, and the forces of links and contacts of the present fields.
+
+        Contacts find their rest where forces are added: this is part of the state at the `begin` of a coupled body, and done
+        with copies for readings.
+        """
         contacts = self.contacts()
-        copies = contacts._replace(slid=contacts.slid.copy(), rest=contacts.rest.copy(), dashpot=contacts.dashpot.copy())
-        measure_medium(self.medium, self.motion, self.scratch, copies)
+        if not begin:
+            contacts = contacts._replace(slid=contacts.slid.copy(), rest=contacts.rest.copy(), dashpot=contacts.dashpot.copy())
+        measure_medium(self.medium, self.motion, self.scratch, contacts)
 
     def stress(self) -> FloatArray:
         """Return the stresses that the links of the automata carry, shape (n, 3) [Pa]."""

@@ -47,6 +47,7 @@ from .lattice import (
     load,
     make_motion,
     make_scratch,
+    ordered_sum,
     store,
     update_ghost_velocities,
     update_ghosts,
@@ -133,7 +134,7 @@ def elastic_energy(body: Body, scratch: Scratch) -> float:
     of_links = body.diameter * body.cells[SHEAR, place] * (face * (eps * eps + gamma * gamma)).cumsum(axis=0)[-1]
     theta, stiffening = scratch.cells[DILATION, place], scratch.cells[STIFFENING, place]
     of_volumes = 0.5 * body.cells[VOLUME, place] * body.cells[LAME, place] / stiffening * theta * theta
-    return float(np.stack([of_links, of_volumes], axis=1).cumsum()[-1])
+    return ordered_sum(np.stack([of_links, of_volumes], axis=1))
 
 
 @jit

@@ -8,9 +8,8 @@ from collections.abc import Callable
 import numpy as np
 
 from ..support.counter_random import uniform
-from ..support.float_arrays import FloatArray
 from ..support.stable_step import ResultCache
-from .lattice import INERTIA, MASS, TORQUE, VX, Body, Motion, Scratch, copy_to_ghosts, make_scratch
+from .lattice import INERTIA, MASS, TORQUE, VX, Body, Motion, Scratch, copy_to_ghosts, make_scratch, ordered_sum
 
 # Amplitude of displacements over the diameter and of rotations: what is not linear is as small as this.
 _AMPLITUDE = 1e-9
@@ -44,24 +43,20 @@ def _compute_frequency(body: Body, update: Callable[[Motion, Scratch], object], 
         before = square
         for _ in range(_ROUNDS):
             # A vector in diameters and in rad, times a small number.
-            norm = _ordered_sum(mass * length * length * (vector[0] ** 2 + vector[1] ** 2) + inertia * vector[2] ** 2)
+            norm = ordered_sum(mass * length * length * (vector[0] ** 2 + vector[1] ** 2) + inertia * vector[2] ** 2)
             size = _AMPLITUDE / np.sqrt(norm / (mass[0] * length * length))
             motion[:VX, place] = size * units[:, np.newaxis] * vector
             copy_to_ghosts(body.layout, motion)
             update(motion, scratch)
             (x, y, w), force = motion[:VX, place], scratch.cells[: TORQUE + 1, place]
-            work = -_ordered_sum(x * force[0] + y * force[1] + w * force[2])
-            norm = _ordered_sum(mass * (x * x + y * y) + inertia * w * w)
+            work = -ordered_sum(x * force[0] + y * force[1] + w * force[2])
+            norm = ordered_sum(mass * (x * x + y * y) + inertia * w * w)
             vector = -(norm / (size * work)) * force / (weights * units[:, np.newaxis])
             square = work / norm
         rounds += _ROUNDS
         if square - before <= _CHANGE * square or rounds * len(place) > _MOST_WORK:
             break
     return math.sqrt(square)
-
-
-def _ordered_sum(values: FloatArray) -> float:
-    return float(values.cumsum()[-1])
 
 
 def step_limit(frequency: float) -> float:
