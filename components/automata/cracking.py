@@ -32,7 +32,7 @@ from .parameters import AutomataParameters
 from .release import LOSSES, NEVER_FOUND, TRAVEL, rest_distances
 from .stability import ALLOWED_PART, damping_limit
 from .ticks import BREAK, SEARCH, TOO_FAST, Pace, Specimen, advance, measure_medium
-from .welding import linking_pressures, make_neighbourhood, raise_weights
+from .welding import linking_pressures, raise_weights
 
 # Status of `advance` in addition to that of an automaton that is too fast.
 TOO_FAR = 2
@@ -89,7 +89,7 @@ class CrackingSpecimen(LinkedSpecimen):
             "contacts": ("i8", (4,), (0, 0, -1, -MOST_INDEX), last, n * (n - 1) // 2), "slid": ("f8", ()), "rest": ("f8", ()),
         }  # fmt: skip
         self._dashpot = np.zeros((0, 2))
-        self._near = make_neighbourhood(self.packing.neighbours)
+        self._places = np.zeros((3, self.body.layout.size))
         self._refuse_damping(p)
         directions = len(self.body.normal)
         self._link_places = self.place[self._pairs[:, 0]]
@@ -160,7 +160,7 @@ class CrackingSpecimen(LinkedSpecimen):
         if self.medium.law.linking_ticks:
             if tick % self.medium.law.linking_ticks == 0:
                 self._link_contacts(tick)
-            if raise_weights(self.specimen, self.contacts(), tick, self.step_size, self._near):
+            if raise_weights(self.specimen, self.contacts(), tick, self.step_size, self._places):
                 self._measure_links()
 
     def _break_links(self, tick: int) -> None:

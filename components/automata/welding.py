@@ -12,13 +12,16 @@ link that gets other strains between the two it is not: what the forces of eithe
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from collections.abc import Mapping
+from typing import Annotated, ClassVar, Literal, NamedTuple
 
 import numpy as np
-import numpy.typing as npt
+from pydantic import SerializeAsAny
 
 from ..support.float_arrays import FloatArray
 from ..support.jit import internal, internal_inlined, jit
+from ..support.parameter_fields import Magnitude, field
+from ..support.tagged_union import ByName, Named
 from .contacts import (
     FIRST,
     SECOND,
@@ -34,8 +37,6 @@ from .contacts import (
 )
 from .energies import condensation, dilation, whole_energy
 from .lattice import (
-    ANGLE,
-    COSINE,
     EPS,
     EX,
     EY,
@@ -45,41 +46,48 @@ from .lattice import (
     LAME,
     SECOND_SHARE,
     SHEAR,
-    SINE,
-    SPIN,
     VX,
-    VY,
-    X,
-    Y,
-    update_ghosts,
 )
-from .pair import half_turn, pair_strain
+from .pair import strain_links
 from .release import LINKING, scheduled_weight
 
 # Part of the energy that is rounding.
 _ROUNDING = 1e-9
 
 
-class Neighbourhood(NamedTuple):
-    """The automata on which the energy of a pair and of its volumes depends: both and their neighbours. Scratch.
+class Relinking(Named):
+    """A condition under which a pair that has broken is linked again."""
 
-    Attributes:
-        neighbours: see `packing.Packing`, shape (n, slots).
-        members: places of these automata, shape (k,).
-        places: displacements of these before they are moved, shape (k, 2) [m].
-        origins: of the links of both ends of a pair, shape (2,).
-    """
+    kinds: ClassVar[Mapping[str, str]] = {}
+    """Kind of its events -> what happened."""
 
-    neighbours: npt.NDArray[np.int32]
-    members: npt.NDArray[np.int64]
-    places: FloatArray
-    origins: FloatArray
+    def constants(self) -> tuple[float, float]:
+        """Return the least pressure [Pa] and the largest sliding speed [m/s]."""
+        return 0.0, 0.0
 
 
-def make_neighbourhood(neighbours: npt.NDArray[np.int32]) -> Neighbourhood:
-    """Return room for the neighbourhood of a pair."""
-    room = 2 * (neighbours.shape[1] + 1)
-    return Neighbourhood(neighbours, np.zeros(room, dtype=np.int64), np.zeros((room, 3)), np.zeros(2))
+class Never(Relinking):
+    """No law: pairs stay broken."""
+
+    name: Literal["none"] = field("none", "which law", "1")
+
+
+class ColdWelding(Relinking):
+    """Pressure of the contact >= pressure, and sliding speed <= slip_speed; looked at every `release_ticks` steps."""
+
+    name: Literal["cold_welding"] = field("cold_welding", "which law", "1")
+    pressure: Magnitude = field(..., "pressure of a contact that links it", "Pa")
+    slip_speed: Magnitude = field(..., "largest sliding speed at which it does", "m/s")
+    kinds = {"linked": "a broken pair was pressed as hard as its law says, and was linked again"}
+
+    def constants(self) -> tuple[float, float]:
+        """Return pressure and speed."""
+        return self.pressure, self.slip_speed
+
+
+RELINKINGS: dict[str, type[Relinking]] = {"none": Never, "cold_welding": ColdWelding}
+
+ChosenRelinking = Annotated[SerializeAsAny[Relinking], ByName(RELINKINGS)]
 
 
 class _Pair(NamedTuple):
@@ -89,18 +97,18 @@ class _Pair(NamedTuple):
         row: of its contact.
         before: weight of the link before the step.
         after: weight after it; the kick is made with the mean of both.
-        near: its `Neighbourhood`.
-        members: how many automata are in that.
+        origin: `origin_eps` and `origin_gamma` of the link before.
+        places: displacements and angles of all automata, shape (3, m).
         time: of the drift before the step [s].
-        energy: `release.whole_energy` before [J].
+        energy: `energies.whole_energy` before [J].
         work: `_drift_work` before [J].
     """
 
     row: int
     before: float
     after: float
-    near: Neighbourhood
-    members: int
+    origin: tuple[float, float]
+    places: FloatArray
     time: float
     energy: float
     work: float
@@ -139,7 +147,7 @@ def linking_pressures(medium, motion, links, contacts, pressure_out):
 
 
 @jit
-def raise_weights(specimen, contacts, tick, time, near):
+def raise_weights(specimen, contacts, tick, time, places):
     """Raise the weights of links that are made again, and count the energy that this takes.
 
     In each step such a link gets the strains at which it carries what its contact carries, and is pressed a little more or
@@ -151,7 +159,7 @@ def raise_weights(specimen, contacts, tick, time, near):
         contacts: `contacts.Contacts`, updated in place.
         tick: number of the step.
         time: since the forces were computed last [s].
-        near: a `Neighbourhood`, overwritten.
+        places: scratch, shape (3, m).
 
     Returns:
         Whether any weight was raised.
@@ -165,12 +173,12 @@ def raise_weights(specimen, contacts, tick, time, near):
         raised = True
         after = scheduled_weight(contacts.pairs, row, tick, medium.law.release)
         q, p = link_at(layout, contacts.pairs, row)
-        near.origins[0], near.origins[1] = medium.histories.origin_eps[q, p], medium.histories.origin_gamma[q, p]
-        count = _gather_members(medium, motion, contacts, row, near)
+        origin = medium.histories.origin_eps[q, p], medium.histories.origin_gamma[q, p]
         energy = whole_energy(medium, motion, scratch.links, contacts, row)
-        pair = _Pair(row, weight, after, near, count, time, energy, 0.0)
-        work = _drift_work(medium, motion, scratch, contacts, pair)
-        pair = _Pair(row, weight, after, near, count, time, energy, work)
+        for k in range(VX):
+            places[k, :] = motion[k]
+        work = _drift_work(medium, motion, scratch, contacts, row, places, time)
+        pair = _Pair(row, weight, after, origin, places, time, energy, work)
         taken = _raise_weight(medium, motion, scratch, contacts, pair, 1.0, 0.0)
         if abs(taken) > _ROUNDING * energy:
             _put_back(medium, contacts, pair)
@@ -197,15 +205,15 @@ def _raise_weight(medium, motion, scratch, contacts, pair, part, more):
     """
     _strain_link(medium, motion, scratch, contacts, pair, part, more)
     taken = pair.energy - whole_energy(medium, motion, scratch.links, contacts, pair.row)
-    taken += 0.5 * (pair.work + _drift_work(medium, motion, scratch, contacts, pair))
+    taken += 0.5 * (pair.work + _drift_work(medium, motion, scratch, contacts, pair.row, pair.places, pair.time))
     put(medium.histories.weight, medium.body.layout, contacts.pairs, pair.row, 0.5 * (pair.before + pair.after))
-    return taken - _drift_work(medium, motion, scratch, contacts, pair)
+    return taken - _drift_work(medium, motion, scratch, contacts, pair.row, pair.places, pair.time)
 
 
 @internal
 def _put_back(medium, contacts, pair):
     """Give the link of a pair the weight and the strains that it had before the step."""
-    _put_origin(medium, contacts, pair.row, pair.near.origins[0], pair.near.origins[1])
+    _put_origin(medium, contacts, pair.row, pair.origin[0], pair.origin[1])
     put(medium.histories.weight, medium.body.layout, contacts.pairs, pair.row, pair.before)
 
 
@@ -298,59 +306,24 @@ def _strain_link(medium, motion, scratch, contacts, pair, part, more):
 
 
 @internal
-def _gather_members(medium, motion, contacts, row, near):
-    """Write the neighbourhood of the pair of a contact, and return how many automata are in it."""
-    count = 0
-    for one in (contacts.pairs[row, FIRST], contacts.pairs[row, SECOND]):
-        for slot in range(-1, near.neighbours.shape[1]):
-            member = medium.body.layout.place[one if slot < 0 else near.neighbours[one, slot]]
-            known = False
-            for place in range(count):
-                known = known or near.members[place] == member
-            if not known:
-                near.members[count] = member
-                near.places[count, 0], near.places[count, 1] = motion[X, member], motion[Y, member]
-                near.places[count, 2] = motion[ANGLE, member]
-                count += 1
-    return count
+def _drift_work(medium, motion, scratch, contacts, row, places, time):
+    """Return the work of the forces of a pair and its volumes along the way of a drift, in the positions as they are [J].
 
-
-@internal
-def _drift(medium, motion, scratch, contacts, pair, time):
-    """Move a neighbourhood for a time from where it was gathered, and write its strains."""
-    near, forces, layout = pair.near, scratch.cells, medium.body.layout
-    for place in range(pair.members):
-        member = near.members[place]
-        motion[X, member] = near.places[place, 0] + time * motion[VX, member]
-        motion[Y, member] = near.places[place, 1] + time * motion[VY, member]
-        motion[ANGLE, member] = near.places[place, 2] + time * motion[SPIN, member]
-        forces[COSINE, member], forces[SINE, member] = half_turn(motion[ANGLE, member])
-    for moved in (motion[X], motion[Y], motion[ANGLE], forces[COSINE], forces[SINE]):
-        update_ghosts(layout.ghosts, moved)
-    for one in (contacts.pairs[pair.row, FIRST], contacts.pairs[pair.row, SECOND]):
-        for q in range(layout.offset.size):
-            _strain_at(medium, motion, scratch, q, layout.place[one])
-            _strain_at(medium, motion, scratch, q, layout.place[one] - layout.offset[q])
-
-
-@internal
-def _strain_at(medium, motion, scratch, q, p):
-    """Write the strains of one link."""
-    body, links, forces, j = medium.body, scratch.links, scratch.cells, p + medium.body.layout.offset[q]
-    inverse = 1.0 / body.diameter
-    links[EPS, q, p], links[GAMMA, q, p], links[EX, q, p], links[EY, q, p] = pair_strain(
-        (inverse * motion[X, j] - inverse * motion[X, p], inverse * motion[Y, j] - inverse * motion[Y, p]),
-        (forces[COSINE, p], forces[SINE, p]), (forces[COSINE, j], forces[SINE, j]), body.normal[q, 0], body.normal[q, 1],
-    )  # fmt: skip
-
-
-@internal
-def _drift_work(medium, motion, scratch, contacts, pair):
-    """Return the work of the forces of a pair and its volumes along the way of a drift, in the positions as they are [J]."""
+    `places` are the displacements and angles, `time` is that of the drift [s].
+    """
     # Energies are of second order in the displacements: over the same way before and after, the difference is exact.
-    _drift(medium, motion, scratch, contacts, pair, -0.5 * pair.time)
-    work = whole_energy(medium, motion, scratch.links, contacts, pair.row)
-    _drift(medium, motion, scratch, contacts, pair, 0.5 * pair.time)
-    work -= whole_energy(medium, motion, scratch.links, contacts, pair.row)
-    _drift(medium, motion, scratch, contacts, pair, 0.0)
+    _drift(medium.body, motion, scratch, places, -0.5 * time)
+    work = whole_energy(medium, motion, scratch.links, contacts, row)
+    _drift(medium.body, motion, scratch, places, 0.5 * time)
+    work -= whole_energy(medium, motion, scratch.links, contacts, row)
+    _drift(medium.body, motion, scratch, places, 0.0)
     return work
+
+
+@internal
+def _drift(body, motion, scratch, places, time):
+    """Move all automata for a time from their places, and write the strains of links."""
+    for k in range(VX):
+        for p in range(motion.shape[1]):
+            motion[k, p] = places[k, p] + time * motion[VX + k, p]
+    strain_links(body, motion, scratch)

@@ -32,14 +32,12 @@ from .interface import Interface, carried_mass, find_interface
 from .loads import EdgeInputs
 from .parameters import CoupledParameters
 from .parts import AutomataPart, Cracking, GridPart, Seam
-from .places import Places, common_sides
+from .places import Places, common_sides, points_in_cells
 from .schemes import Impulses, Literal, Lockstep
 from .side_contacts import (
     Sides,
     add_side_forces,
-    describe_strays,
     find_near,
-    find_strays,
     free_sides,
     include_nodes,
     make_sides,
@@ -50,8 +48,6 @@ from .ticks import BREAK, DONE, INVERTED, MICRO, PROGRESS, ROW, SEARCH, TOO_FAST
 
 # No automaton may cross this part of its diameter in one of its steps.
 _LARGEST_MOVE = 0.1
-# Micro-steps of a sound run make less than this part of the energy that was there or was supplied.
-_LARGEST_GAIN = 0.08
 # Energies of the parts that are outputs.
 _PART_ENERGIES = ("grid_kinetic_energy", "grid_elastic_energy", "automata_kinetic_energy", "automata_elastic_energy")
 # What `_advance` returns, beside `ticks.INVERTED`, where the automata cannot go on: this and their own status.
@@ -223,10 +219,8 @@ class Coupled(Component):
         if self._cracking is None:
             return np.zeros(0, dtype=np.int64)
         loose = np.flatnonzero((self._cracking.damage() > 0.0) & (self.interface.free > 0))
-        if not len(loose):
-            return loose
         nodes, centres = self._places()
-        return loose[find_strays(nodes, self.grid.mesh.cells, centres[loose])]
+        return loose[points_in_cells(nodes, self.grid.mesh.cells, centres[loose])[0]]
 
     def _places(self) -> tuple[FloatArray, FloatArray]:
         """Return where nodes and automata are, shape (nodes, 2) and (n, 2) [m]."""
@@ -235,21 +229,13 @@ class Coupled(Component):
     def cautions(self) -> list[str]:
         """Return those of the parts, and a sentence where pieces have flown into the grid."""
         said = [f"grid: {text}" for text in self.grid.cautions()] + [f"automata: {text}" for text in self.automata.cautions()]
-        return said + describe_strays(self._strays(), self._places()[1]) + self._energy_cautions()
-
-    def _energy_cautions(self) -> list[str]:
-        """Return a sentence where impulses have made energy beyond what sound runs do."""
-        if self._in_lockstep:
-            return []
-        energy = self.balances()[0]
-        scale = abs(float(energy.initial)) + sum(abs(float(amount)) for amount in energy.supplied.values())
-        made = float(energy.residual)
-        if not made > _LARGEST_GAIN * scale:
-            return []
-        return [
-            f"the micro-steps have made {made:.3g} J in addition to the {scale:.3g} J that were there or were supplied: take a "
-            f"smaller step_size than {self.step_size:g} s, or lockstep: leave out micro_steps"
-        ]
+        if len(strays := self._strays()):
+            x, y = self._places()[1][strays[0]]
+            said.append(
+                f"{len(strays)} automata with broken links lie inside cells of the grid, automaton {strays[0]} at ({x:.6g}, "
+                f"{y:.6g}) m: pieces fly through the free sides of the grid unless side_contacts = true"
+            )
+        return said
 
     def drawables(self) -> tuple[Drawable, ...]:
         """Return the grid, the automata and their links; both parts are coloured by speed, so that waves go on at the seam."""
