@@ -36,7 +36,7 @@ def bytes_of_tick(automata: Any) -> int:
 def bytes_of_memory(automata: Any) -> int:
     """Return what the fields of the automata take while they step."""
     steps = automata.steps
-    arrays = (*automata.body[1:], *steps.motion, *steps.scratch.links, *steps.scratch.forces)
+    arrays = (*automata.body[1:], steps.motion, *steps.scratch)
     return sum(array.nbytes for array in arrays if isinstance(array, np.ndarray))
 
 

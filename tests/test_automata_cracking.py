@@ -128,15 +128,16 @@ def test_every_criterion_agrees_with_its_formula() -> None:
     tables = {name: CRITERIA[name](**strengths) for name, (strengths, *_) in CASES.items()}
     for _ in range(200):
         eps, gamma, normal, tangential, side, depth = 1e-2 * generator.standard_normal(6)
-        mean, equivalent = (normal + side + depth) / 3.0, theory.equivalent_stress(normal, side, depth, tangential)
+        mean = (normal + side + depth) / 3.0
+        squares = (normal - side) ** 2 + (side - depth) ** 2 + (depth - normal) ** 2
+        equivalent = math.sqrt(0.5 * squares + 3.0 * tangential**2)
         found = {
             name: failure(one.law(), LinkStress(eps, gamma, normal, tangential, equivalent, mean, 1.0, 0))
             for name, one in tables.items()
         }
         assert found["von_mises"] == (equivalent, 4e-3, 0)
-        assert found["drucker_prager"][0] == pytest.approx(
-            theory.drucker_prager_stress(equivalent, mean, 12e-3, 4e-3), rel=1e-12
-        )
+        # The compressive strength is three times the tensile one.
+        assert found["drucker_prager"][0] == pytest.approx(2.0 * equivalent + 3.0 * mean, rel=1e-12)
         value, limit, cause = found["mohr_coulomb"]
         shear = abs(tangential) + 0.5 * normal
         assert value / limit == pytest.approx(max(shear / 1.0, normal / 6e-3), rel=1e-12)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import math
 from collections.abc import Callable, Iterable, Mapping
 from functools import partial
 from typing import Any
@@ -11,7 +10,6 @@ from typing import Any
 import numpy as np
 
 from ..balances import Balance
-from ..boundaries import Traction
 from ..component import Component
 from ..drawables import Drawable, Links, Points
 from ..errors import ParameterError, StepError
@@ -22,16 +20,16 @@ from ..support.round_numbers import round_down_to_125
 from ..variables import Variable
 from . import linked, loads
 from .conclusions import describe_links, describe_pieces
+from .contacts import no_contacts
 from .cracking import TOO_FAR, CrackingSpecimen, intact_medium
-from .edges import EDGES, Conditions
-from .lattice import Body, make_body
+from .edges import Conditions
+from .lattice import MASS, Body, make_body
 from .linked import LinkedSpecimen
-from .links import measure_medium
 from .materials import chosen_materials, lame_constants, material_numbers
 from .packing import LATTICES, Packing, pack
-from .parameters import AutomataParameters, PrescribedVelocity
+from .parameters import AutomataParameters
 from .stability import ALLOWED_PART, DEFAULT_PART, largest_frequency, step_limit
-from .theory import uniaxial_strength
+from .ticks import measure_medium
 
 # No automaton may cross this part of its diameter in one internal step.
 _LARGEST_MOVE = 0.1
@@ -82,7 +80,7 @@ class Automata(Component):
             tallies=("f8", (2, loads.TALLY_ROWS)), start=("f8", (4,)), growing=self.steps.growing, **self.steps.fields,
         )  # fmt: skip
         self.steps.bind(self._block)
-        self.mass: FloatArray = self.body.mass[self.body.layout.place]
+        self.mass: FloatArray = self.body.cells[MASS, self.body.layout.place]
 
     def _contradiction(self, state: Mapping[str, np.ndarray]) -> str:
         lengths = {name: len(state[name]) for name in self.steps.growing}
@@ -101,7 +99,10 @@ class Automata(Component):
 
     def _compute_frequency(self) -> float:
         # Kernels that the steps of this specimen take too: none is compiled for this alone.
-        update = partial(linked.update_forces, self.body) if self._medium is None else partial(measure_medium, self._medium)
+        update = partial(linked.update_forces, self.body)
+        if self._medium is not None:
+            medium, contacts = self._medium, no_contacts()
+            update = lambda motion, scratch: measure_medium(medium, motion, scratch, contacts)  # noqa: E731
         return largest_frequency(self.body, update, self._medium is not None)
 
     @property
@@ -269,28 +270,6 @@ class Automata(Component):
         return {"step over the largest stable one, at rest": part, **self.steps.report()}
 
     def cautions(self) -> list[str]:
-        """Return sentences on links that are so short that their automata overlap, and on loads that break no link."""
-        return self._short_links() + self._unbreakable_loads()
-
-    def _unbreakable_loads(self) -> list[str]:
-        """Return a sentence for each axis along which an edge loads the specimen and no pressure breaks a link."""
-        p = self.parameters
-        if not p.breakable or self.steps.broken_links():
-            return []
-        found = []
-        for axis, angle in (("x", 0.0), ("y", 0.5 * math.pi)):
-            edges = [p.boundaries.get(name) for name, (across, _) in EDGES.items() if "xy"[across] == axis]
-            laws = zip(p.criteria, self.materials, strict=True)
-            strengths = [uniaxial_strength(p.packing, *law, angle=angle, compression=True) for law in laws]
-            if min(strengths) == math.inf and any(isinstance(one, (PrescribedVelocity, Traction)) for one in edges):
-                found.append(
-                    f"uniaxial compression along {axis}, however large, breaks no link of a {p.packing} packing by this "
-                    f"{p.leading_criterion.name} (`theory.uniaxial_strength`): choose another packing, or a criterion whose "
-                    "strength grows less with pressure"
-                )
-        return found
-
-    def _short_links(self) -> list[str]:
         """Return a sentence where automata that are linked are much nearer than a diameter."""
         first, second, slots = self._pairs[self.steps.linked() == 1.0].T
         u, p = self._block["displacement"], self.parameters

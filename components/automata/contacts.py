@@ -25,16 +25,14 @@ strains are small: they touch nothing but their neighbours.
 
 from __future__ import annotations
 
-import math
 from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
 from ..support.float_arrays import FloatArray
-from ..support.jit import internal, internal_inlined, jit
-from .energies import link_at, medium_energy
-from .links import strain_medium
+from ..support.jit import internal, internal_inlined
+from .lattice import FORCE_X, FORCE_Y, MASS, SPIN, TORQUE, VX, VY, X, Y
 
 # Columns of `Contacts.pairs`.
 FIRST, SECOND, SLOT, START = 0, 1, 2, 3
@@ -49,8 +47,8 @@ class Ground(NamedTuple):
 
     Attributes:
         places: whole numbers of `unit`, shape (n, 2), int32.
-        unit: shape (2,) [m].
-        period: after which length a specimen begins again along x and y, 0 where it does not, shape (2,) [m].
+        unit: along x and y [m].
+        period: after which length a specimen begins again along x and y, 0 where it does not [m].
         normal: stiffness k_n between whole automata of the material of each, shape (n,) [N/m].
         tangential: stiffness k_t between these, likewise [N/m].
         part: of a whole cell, of each automaton, shape (n,).
@@ -59,8 +57,8 @@ class Ground(NamedTuple):
     """
 
     places: npt.NDArray[np.int32]
-    unit: FloatArray
-    period: FloatArray
+    unit: tuple[float, float]
+    period: tuple[float, float]
     normal: FloatArray
     tangential: FloatArray
     part: FloatArray
@@ -87,12 +85,47 @@ class Contacts(NamedTuple):
     used: int
 
 
+def no_contacts() -> Contacts:
+    """Return lists without contacts."""
+    return Contacts(np.zeros((0, 4), np.int64), np.zeros(0), np.zeros(0), np.zeros((0, 2)), 0)
+
+
 @internal_inlined
-def separation(medium, motion, i, j):
+def link_at(layout, pairs, row):
+    """Return the direction of the link of a contact, and the place where it begins.
+
+    In a closed specimen a link may begin at a ghost too; this is the place where it begins at an automaton.
+    """
+    directions, slot = layout.offset.size, pairs[row, SLOT]
+    if slot < directions:
+        return slot, layout.place[pairs[row, FIRST]]
+    return slot - directions, layout.place[pairs[row, SECOND]]
+
+
+@internal
+def put(field, layout, pairs, row, value):
+    """Write a value of the link of a contact, of a closed specimen also where its ghost begins."""
+    q, p = link_at(layout, pairs, row)
+    field[q, p] = value
+    end = layout.place[pairs[row, SECOND if pairs[row, SLOT] < layout.offset.size else FIRST]]
+    field[q, end - layout.offset[q]] = value
+
+
+@internal_inlined
+def weight_of(layout, weight, pairs, row):
+    """Return the weight of the link of a contact, 0 where there never was one; `weight` is that of `links.Histories`."""
+    if pairs[row, SLOT] < 0:
+        return 0.0
+    q, p = link_at(layout, pairs, row)
+    return weight[q, p]
+
+
+@internal_inlined
+def separation(ground, place, motion, i, j):
     """Return the way from one automaton to another, x and y, and its length [m]."""
-    ground, p, q = medium.ground, medium.body.layout.place[i], medium.body.layout.place[j]
-    x = ground.unit[0] * (ground.places[j, 0] - ground.places[i, 0]) + (motion.x[q] - motion.x[p])
-    y = ground.unit[1] * (ground.places[j, 1] - ground.places[i, 1]) + (motion.y[q] - motion.y[p])
+    p, q = place[i], place[j]
+    x = ground.unit[0] * (ground.places[j, 0] - ground.places[i, 0]) + (motion[X, q] - motion[X, p])
+    y = ground.unit[1] * (ground.places[j, 1] - ground.places[i, 1]) + (motion[Y, q] - motion[Y, p])
     if ground.period[0] > 0.0:
         x -= ground.period[0] * np.rint(x / ground.period[0])
     if ground.period[1] > 0.0:
@@ -115,20 +148,10 @@ def _in_series(stiffness, i, j):
 
 
 @internal_inlined
-def contact_weight(medium, pairs, row):
-    """Return the part of a contact that acts: all of it but where its link is not released yet."""
-    if pairs[row, SLOT] < 0:
-        return 1.0
-    q, p = link_at(medium.body.layout, pairs[row, FIRST], pairs[row, SECOND], pairs[row, SLOT])
-    return 1.0 - medium.histories.weight[q, p]
-
-
-@internal_inlined
-def _earlier_weight(medium, pairs, row, weight):
-    """Return `contact_weight` before the present kick, where its link may have the mean weight of this step."""
+def _earlier_weight(release, start, weight):
+    """Return the part of a contact that acts before the present kick, where its link may have the mean weight of this step."""
     if 0.0 < weight < 1.0:
-        release = medium.law.release
-        return weight - 0.5 / release if pairs[row, START] >= 0 else weight + 0.5 / release
+        return weight - 0.5 / release if start >= 0 else weight + 0.5 / release
     return weight
 
 
@@ -141,10 +164,10 @@ class Approach(NamedTuple):
 
 
 @internal_inlined
-def approach(medium, motion, i, j):
+def approach(place, motion, i, j):
     """Return the `Approach` of two automata."""
-    p, q = medium.body.layout.place[i], medium.body.layout.place[j]
-    return Approach(motion.vx[q] - motion.vx[p], motion.vy[q] - motion.vy[p], 0.5 * (motion.spin[p] + motion.spin[q]))
+    p, q = place[i], place[j]
+    return Approach(motion[VX, q] - motion[VX, p], motion[VY, q] - motion[VY, p], 0.5 * (motion[SPIN, p] + motion[SPIN, q]))
 
 
 @internal_inlined
@@ -191,29 +214,22 @@ def _kink_work(relative, x, y, r, before, after, time):
 @internal
 def contact_energy(medium, motion, contacts, row, later):
     """Return the energy of a contact; `later` is the time for which it has slid since `slid` was noted [s]."""
-    i, j = contacts.pairs[row, FIRST], contacts.pairs[row, SECOND]
-    x, y, r = separation(medium, motion, i, j)
+    layout, i, j = medium.body.layout, contacts.pairs[row, FIRST], contacts.pairs[row, SECOND]
+    x, y, r = separation(medium.ground, layout.place, motion, i, j)
     overlap = contacts.rest[row] - r
     if not overlap > 0.0 or r == 0.0:
         return 0.0
     slid = contacts.slid[row]
     if later > 0.0:
-        slid += later * sliding_speed(approach(medium, motion, i, j), x / r, y / r, r)
+        slid += later * sliding_speed(approach(layout.place, motion, i, j), x / r, y / r, r)
     normal, tangential = stiffnesses(medium.ground, i, j)
-    return 0.5 * contact_weight(medium, contacts.pairs, row) * (normal * overlap * overlap + tangential * slid * slid)
-
-
-@internal_inlined
-def _dashpot_force(medium, closing, i, j, stiffness, push):
-    """Return what the dashpot of a contact adds to its push, so that both together do not pull [N]."""
-    body = medium.body
-    first, second = body.mass[body.layout.place[i]], body.mass[body.layout.place[j]]
-    mass = first * second / (first + second)
-    return max(2.0 * medium.ground.damping * np.sqrt(stiffness * mass) * closing, -push)
+    # The contact acts with the part of its link that is released.
+    weight = 1.0 - weight_of(layout, medium.histories.weight, contacts.pairs, row)
+    return 0.5 * weight * (normal * overlap * overlap + tangential * slid * slid)
 
 
 @internal
-def add_contacts(medium, motion, contacts, time, forces):
+def add_contacts(medium, motion, contacts, time, cells):
     """Add the forces of contacts, in their order, and let them slide; each pair pushes both automata with the same bits.
 
     Args:
@@ -221,15 +237,16 @@ def add_contacts(medium, motion, contacts, time, forces):
         motion: a `lattice.Motion`; its velocities are those since the forces were computed last.
         contacts: `Contacts`, updated in place.
         time: since the forces were computed last [s]; 0 for readings.
-        forces: `lattice.Forces`, updated in place.
+        cells: of a `lattice.Scratch`; forces and torques are updated.
 
     Returns:
         The energies that friction took, and dashpots beyond `dashpot_power` [J].
     """
-    rubbed, damped, ground = 0.0, 0.0, medium.ground
+    rubbed, damped, ground, layout = 0.0, 0.0, medium.ground, medium.body.layout
     for row in range(contacts.used):
         i, j = contacts.pairs[row, FIRST], contacts.pairs[row, SECOND]
-        x, y, r = separation(medium, motion, i, j)
+        p, q = layout.place[i], layout.place[j]
+        x, y, r = separation(ground, layout.place, motion, i, j)
         known, before = contacts.rest[row], contacts.slid[row]
         rest = min(medium.body.diameter, max(known, r))
         contacts.rest[row] = rest
@@ -238,7 +255,8 @@ def add_contacts(medium, motion, contacts, time, forces):
         if r == 0.0:
             contacts.slid[row] = 0.0
             continue
-        weight, relative = contact_weight(medium, contacts.pairs, row), approach(medium, motion, i, j)
+        weight = 1.0 - weight_of(layout, medium.histories.weight, contacts.pairs, row)
+        relative = approach(layout.place, motion, i, j)
         normal, tangential = stiffnesses(ground, i, j)
         if ground.damping > 0.0 and time > 0.0:
             damped += weight * normal * _kink_work(relative, x, y, r, known, overlap, time)
@@ -249,7 +267,7 @@ def add_contacts(medium, motion, contacts, time, forces):
         most = ground.friction * normal * max(overlap, 0.0) / tangential
         kept = min(max(slid, -most), most)
         # The kicks before and after give the mean of both forces times the way: the released part costs that mean.
-        earlier = _earlier_weight(medium, contacts.pairs, row, weight)
+        earlier = _earlier_weight(medium.law.release, contacts.pairs[row, START], weight)
         rubbed += 0.5 * earlier * tangential * (before + kept) * (slid - kept)
         contacts.slid[row] = kept
         if not overlap > 0.0:
@@ -258,57 +276,33 @@ def add_contacts(medium, motion, contacts, time, forces):
         push, drag = weight * normal * overlap, weight * tangential * kept
         if ground.damping > 0.0:
             closing = -(relative.vx * nx + relative.vy * ny)
-            more = _dashpot_force(medium, closing, i, j, weight * normal, push)
+            mass = (
+                medium.body.cells[MASS, p]
+                * medium.body.cells[MASS, q]
+                / (medium.body.cells[MASS, p] + medium.body.cells[MASS, q])
+            )
+            more = max(2.0 * ground.damping * np.sqrt(weight * normal * mass) * closing, -push)
             contacts.dashpot[row, 0], contacts.dashpot[row, 1] = -more * nx, -more * ny
             push += more
         fx, fy = -push * nx - drag * ny, -push * ny + drag * nx
-        p, q = medium.body.layout.place[i], medium.body.layout.place[j]
-        forces.x[p] += fx
-        forces.y[p] += fy
-        forces.x[q] -= fx
-        forces.y[q] -= fy
-        forces.torque[p] += 0.5 * r * drag
-        forces.torque[q] += 0.5 * r * drag
+        cells[FORCE_X, p] += fx
+        cells[FORCE_Y, p] += fy
+        cells[FORCE_X, q] -= fx
+        cells[FORCE_Y, q] -= fy
+        cells[TORQUE, p] += 0.5 * r * drag
+        cells[TORQUE, q] += 0.5 * r * drag
     return rubbed, damped
 
 
-@jit
-def add_contact_forces(medium, motion, contacts, forces):
-    """Call `add_contacts` without any time in which they slide, for readings."""
-    add_contacts(medium, motion, contacts, 0.0, forces)
-
-
 @internal
-def dashpot_power(medium, contacts, motion):
-    """Return what the dashpots take at these velocities, with the forces that they have [W]."""
+def dashpot_power(place, contacts, motion):
+    """Return what the dashpots take at these velocities, with the forces that they have [W]; `place` is of a `Layout`."""
     power = 0.0
     for row in range(contacts.used):
-        relative = approach(medium, motion, contacts.pairs[row, FIRST], contacts.pairs[row, SECOND])
+        relative = approach(place, motion, contacts.pairs[row, FIRST], contacts.pairs[row, SECOND])
         power += contacts.dashpot[row, 0] * relative.vx
         power += contacts.dashpot[row, 1] * relative.vy
     return power
-
-
-@jit
-def stored_energies(medium, motion, scratch, contacts, later):
-    """Return the energy of links and volumes, and that of contacts [J]; `later` as for `contact_energy`."""
-    strain_medium(medium, motion, scratch)
-    total = 0.0
-    for row in range(contacts.used):
-        total += contact_energy(medium, motion, contacts, row, later)
-    return medium_energy(medium, scratch), total
-
-
-@jit
-def pressing_contacts(medium, motion, contacts):
-    """Return how many contacts press, and their largest overlap [m]."""
-    touching, largest = 0, 0.0
-    for row in range(contacts.used):
-        _, _, r = separation(medium, motion, contacts.pairs[row, FIRST], contacts.pairs[row, SECOND])
-        if contact_weight(medium, contacts.pairs, row) > 0.0:
-            touching += 1 if r < contacts.rest[row] else 0
-            largest = max(largest, contacts.rest[row] - r)
-    return touching, largest
 
 
 # -- finding them -----------------------------------------------------------------------------------------------------------
@@ -325,23 +319,18 @@ def find_pairs(
         reach: [m].
         period: after which length space begins again along x and y, 0 where it does not [m].
     """
+    from scipy.spatial import cKDTree  # type: ignore[attr-defined]
+
     if not len(exposed):
         return np.zeros((0, 2), np.int64)
-    counts = np.array([math.floor(length / reach) if length > 0.0 else 0 for length in period], np.int64)
-    sizes = [length / max(count, 1) if length > 0.0 else reach for length, count in zip(period, counts.tolist(), strict=True)]
-    cells = np.floor(positions[exposed] / sizes).astype(np.int64)
-    for axis, count in enumerate(counts.tolist()):
-        if period[axis] > 0.0:
-            cells[:, axis] %= max(count, 1)
-    keys = (cells[:, 1] << 32) + cells[:, 0]
-    order = np.argsort(keys, kind="stable")
-    room = 8 * len(exposed)
-    while True:
-        pairs = np.empty((room, 2), np.int64)
-        found = _collect(positions, exposed, cells, keys[order], order, counts, np.array(period), reach, pairs)
-        if found <= room:
-            return pairs[:found]
-        room = found
+    points, lengths = positions[exposed], np.array(period)
+    closed = lengths > 0.0
+    points[:, closed] %= lengths[closed]
+    # What lies a rounding error below 0 has become a whole length.
+    points[:, closed] *= points[:, closed] < lengths[closed]
+    pairs = cKDTree(points, boxsize=lengths).query_pairs(reach, output_type="ndarray")
+    found = exposed[np.sort(pairs.astype(np.int64), axis=1)]
+    return found[np.lexsort(found.T[::-1])]
 
 
 def can_be_found(positions: FloatArray, reach: float) -> bool:
@@ -349,107 +338,24 @@ def can_be_found(positions: FloatArray, reach: float) -> bool:
     return bool((np.abs(positions) < _FARTHEST * reach).all())
 
 
-@jit
-def _collect(positions, exposed, cells, sorted_keys, order, counts, period, reach, pairs_out):
-    """Write pairs as far as there is room; return how many there are."""
-    found = 0
-    for a in range(exposed.size):
-        first, begin = exposed[a], found
-        for dy in range(-1, 2):
-            for dx in range(-1, 2):
-                x, y = cells[a, 0] + dx, cells[a, 1] + dy
-                if period[0] > 0.0:
-                    x %= max(counts[0], 1)
-                if period[1] > 0.0:
-                    y %= max(counts[1], 1)
-                key = (y << 32) + x
-                for at in range(_first_place(sorted_keys, key), exposed.size):
-                    if sorted_keys[at] != key:
-                        break
-                    second = exposed[order[at]]
-                    if second <= first:
-                        continue
-                    gx, gy = positions[second, 0] - positions[first, 0], positions[second, 1] - positions[first, 1]
-                    if period[0] > 0.0:
-                        gx -= period[0] * np.rint(gx / period[0])
-                    if period[1] > 0.0:
-                        gy -= period[1] * np.rint(gy / period[1])
-                    if gx * gx + gy * gy <= reach * reach:
-                        found = _insert(pairs_out, begin, found, first, second)
-    return found
-
-
-@internal
-def _first_place(sorted_keys, key):
-    """Return what `np.searchsorted` does, which compiles for a quarter of a second."""
-    low, high = 0, sorted_keys.size
-    while low < high:
-        middle = (low + high) >> 1
-        if sorted_keys[middle] < key:
-            low = middle + 1
-        else:
-            high = middle
-    return low
-
-
-@internal
-def _insert(pairs, begin, found, first, second):
-    """Put a pair in its place among those of its first automaton, once; return how many pairs there are."""
-    if found >= pairs.shape[0]:
-        return found + 1
-    at = found
-    while at > begin and pairs[at - 1, 1] > second:
-        at -= 1
-    if at > begin and pairs[at - 1, 1] == second:
-        return found
-    for place in range(found, at, -1):
-        pairs[place, 1] = pairs[place - 1, 1]
-    pairs[found, 0], pairs[at, 1] = first, second
-    return found + 1
-
-
-@jit
-def slots_of_links(layout, weight, neighbours, pairs, slot_out):
-    """Write in which slot of the first automaton each pair is or was linked, -1 for none, -2 for one that holds.
-
-    Args:
-        layout: a `lattice.Layout`.
-        weight: see `links.Histories`.
-        neighbours: see `packing.Packing`, shape (n, slots).
-        pairs: shape (k, 2).
-        slot_out: shape (k,).
-    """
-    for row in range(pairs.shape[0]):
-        first, second = pairs[row, 0], pairs[row, 1]
-        slot_out[row] = -1
-        for slot in range(neighbours.shape[1]):
-            if neighbours[first, slot] == second:
-                q, p = link_at(layout, first, second, slot)
-                slot_out[row] = -2 if weight[q, p] == 1.0 else slot
-
-
 def merge(
-    old_pairs: npt.NDArray[np.int64], old_slid: FloatArray, old_rest: FloatArray, pairs: npt.NDArray[np.int64],
-    slots: npt.NDArray[np.int64], releasing: npt.NDArray[np.bool_], count: int,
-) -> tuple[npt.NDArray[np.int64], FloatArray, FloatArray]:  # fmt: skip
+    old: tuple[npt.NDArray[np.int64], FloatArray, FloatArray],
+    kept: npt.NDArray[np.bool_],
+    found: npt.NDArray[np.int64],
+    count: int,
+) -> tuple[npt.NDArray[np.int64], FloatArray, FloatArray]:
     """Return the contacts of now: the pairs that were found, and those whose link is being released, with what they know.
 
     Args:
-        old_pairs: see `Contacts`, shape (m, 4).
-        old_slid: shape (m,) [m].
-        old_rest: shape (m,) [m].
-        pairs: that were found, in order, shape (k, 2).
-        slots: see `slots_of_links`, shape (k,).
-        releasing: which of the old ones are being released, shape (m,).
+        old: pairs, slid and rest, see `Contacts`, shapes (m, 4), (m,) and (m,).
+        kept: which of the old ones are being released, shape (m,).
+        found: pairs of now, see `Contacts`, in order, shape (k, 4).
         count: number of automata.
     """
-    free = slots > -2
-    fresh = np.stack([pairs[free, 0], pairs[free, 1], slots[free], np.zeros(int(free.sum()), np.int64)], axis=1)
-    keys = fresh[:, 0] * count + fresh[:, 1]
-    old_keys = old_pairs[:, 0] * count + old_pairs[:, 1]
-    kept = releasing & ~np.isin(old_keys, keys)
-    rows = np.concatenate([fresh, old_pairs[kept]])
-    keys = np.concatenate([keys, old_keys[kept]])
+    old_pairs, old_slid, old_rest = old
+    keys, old_keys = found[:, 0] * count + found[:, 1], old_pairs[:, 0] * count + old_pairs[:, 1]
+    kept = kept & ~np.isin(old_keys, keys)
+    rows, keys = np.concatenate([found, old_pairs[kept]]), np.concatenate([keys, old_keys[kept]])
     order = np.argsort(keys, kind="stable")
     rows, keys = rows[order], keys[order]
     slid, rest = np.zeros((2, len(rows)))

@@ -15,37 +15,24 @@ from .contacts import (
     SECOND,
     SKIN,
     SLOT,
+    START,
     Contacts,
     Ground,
-    add_contact_forces,
     can_be_found,
     find_pairs,
     merge,
-    pressing_contacts,
-    slots_of_links,
-    stored_energies,
 )
-from .energies import largest_link_strain
-from .lattice import Body
+from .energies import stored_energies
+from .lattice import EPS, FACE, FIRST_SHARE, GAMMA, LAME, SECOND_SHARE, SHEAR, STRESS_XX, TORQUE, VOLUME, VX, VY, Body, X, Y
 from .linked import LinkedSpecimen
-from .links import (
-    Histories,
-    Law,
-    Medium,
-    criterion_ratios,
-    find_failing,
-    make_mixture,
-    make_tractions,
-    measure_medium,
-)
+from .links import Histories, Law, Medium, judge_links, make_mixture
 from .materials import IntArray, chosen_materials, law_rows, make_criterion, make_response
 from .packing import Packing
-from .pair import measure_pairs
 from .parameters import AutomataParameters
-from .release import LOSSES, NEVER_FOUND, TRAVEL, break_links
+from .release import LOSSES, NEVER_FOUND, TRAVEL, rest_distances
 from .stability import ALLOWED_PART, damping_limit
-from .ticks import BREAK, SEARCH, TOO_FAST, Pace, Specimen, advance
-from .welding import count_linkable, link_contacts, make_neighbourhood, raise_weights
+from .ticks import BREAK, SEARCH, TOO_FAST, Pace, Specimen, advance, measure_medium
+from .welding import linking_pressures, raise_weights
 
 # Status of `advance` in addition to that of an automaton that is too fast.
 TOO_FAR = 2
@@ -65,29 +52,31 @@ def intact_medium(packing: Packing, body: Body, parameters: AutomataParameters, 
     """Return the medium of a specimen all of whose links hold; `numbers` are those of the material of each automaton."""
     p, layout = parameters, body.layout
     directions = len(layout.offset)
-    histories = Histories(*(np.zeros(body.face.shape) for _ in Histories._fields))
-    histories.weight[body.face > 0.0] = 1.0
+    histories = Histories(*(np.zeros(body.links.shape[1:]) for _ in Histories._fields))
+    histories.weight[body.links[FACE] > 0.0] = 1.0
     spread = p.strength_scatter * (2.0 * uniform(p.strength_seed, 1, len(numbers) * directions).reshape(-1, directions) - 1.0)
     strengths = (1.0 + spread) * _regional_strengths(packing, p)
-    factors = np.ones(body.face.shape)
+    factors = np.ones(body.links.shape[1:])
     for q in range(directions):
         factors[q, layout.place[packing.neighbours[:, q]] - layout.offset[q]] = strengths[:, q]
         factors[q, layout.place] = strengths[:, q]
     rows = law_rows(p, numbers, packing, layout)
     law = Law(
-        make_response(p, rows), make_criterion(p, rows), factors, p.release_ticks, np.array(p.relinking.constants()),
+        make_response(p, rows), make_criterion(p, rows), factors, p.release_ticks, p.relinking.constants(),
         p.release_ticks if p.relinking.kinds else 0,
     )  # fmt: skip
     ground = _make_ground(packing, body, p)
-    return Medium(body, histories, make_mixture(body, p.several_materials), make_tractions(body), law, ground)
+    return Medium(body, histories, make_mixture(body, p.several_materials), law, ground)
 
 
 class CrackingSpecimen(LinkedSpecimen):
     """A specimen with histories: links that weaken, yield and break, contacts that rub."""
 
+    has_histories = True
+
     def prepare(self, parameters: AutomataParameters, medium: Medium) -> None:
         """Take the parameters and the intact medium."""
-        p, n, field = parameters, self.count, ("f8", self.body.face.shape)
+        p, n, field = parameters, self.count, ("f8", self.body.links.shape[1:])
         self._parameters, self.medium, criterion = p, medium, p.leading_criterion
         _refuse_double_links(self.packing)
         self.event_kinds = {**criterion.causes, **p.relinking.kinds}
@@ -95,16 +84,16 @@ class CrackingSpecimen(LinkedSpecimen):
         self.event_details = dict.fromkeys(criterion.causes, broken) | dict.fromkeys(p.relinking.kinds, linked)
         self._histories = ("weight", *(_FLOWING if p.yields else ()), *(_WELDED if p.relinking.kinds else ()))
         self.fields = {**dict.fromkeys(self._histories, field), "weight": (*field, 0.0, 1.0), "losses": ("f8", (LOSSES,))}
-        last = (n - 1, n - 1, 2 * len(self.body.face) - 1, MOST_INDEX)
+        last = (n - 1, n - 1, 2 * len(self.body.normal) - 1, MOST_INDEX)
         self.growing = {
             "contacts": ("i8", (4,), (0, 0, -1, -MOST_INDEX), last, n * (n - 1) // 2), "slid": ("f8", ()), "rest": ("f8", ()),
         }  # fmt: skip
         self._dashpot = np.zeros((0, 2))
-        self._near = make_neighbourhood(self.packing.neighbours)
+        self._places = np.zeros((3, self.body.layout.size))
         self._refuse_damping(p)
-        directions = len(self.body.face)
+        directions = len(self.body.normal)
         self._link_places = self.place[self._pairs[:, 0]]
-        self._numbers = np.zeros(self.body.face.shape, np.int64)
+        self._numbers = np.zeros(self.body.links.shape[1:], np.int64)
         for q in range(directions):
             own = np.flatnonzero(self._pairs[:, 2] == q)
             self._numbers[q, self.place[self._pairs[own, 1]] - self.body.layout.offset[q]] = own
@@ -116,7 +105,7 @@ class CrackingSpecimen(LinkedSpecimen):
         """Refuse dashpots that are not stable with this step."""
         given = parameters.contact_damping
         # Of several materials the stiffest contact with the lightest whole automaton: on the safe side.
-        whole = min(solid.density for solid in chosen_materials(parameters)) * float(self.body.volume[self.place].max())
+        whole = min(solid.density for solid in chosen_materials(parameters)) * float(self.body.cells[VOLUME, self.place].max())
         limit = ALLOWED_PART * damping_limit(
             self.packing.lattice.slots, float(self.medium.ground.normal.max()), whole, self.step_size
         )
@@ -140,7 +129,7 @@ class CrackingSpecimen(LinkedSpecimen):
 
     def start(self) -> None:
         """Link all pairs, and have contacts found before the first step."""
-        self.medium.histories.weight[:] = self.body.face > 0.0
+        self.medium.histories.weight[:] = self.body.links[FACE] > 0.0
         self.losses[TRAVEL] = NEVER_FOUND
 
     # -- steps ------------------------------------------------------------------------------------------------------
@@ -167,45 +156,73 @@ class CrackingSpecimen(LinkedSpecimen):
 
     def change_links(self, tick: int) -> None:
         """Break the links whose criterion is met, and make links again whose time it is, in the step of that number."""
-        failing = int(find_failing(self.medium, self.scratch))
-        if failing:
-            known = self._block.count("events")
-            events = self._block.room("events", failing)[known:]
-            contacts = self.contacts(failing)
-            broken = break_links(
-                self.medium, self.motion, self.scratch, self._pairs, self._numbers, contacts, events, tick
-            )  # fmt: skip
-            self._set_count(self._block.count("contacts") + broken)
-            self._block.set_count("events", known + broken)
+        self._break_links(tick)
         if self.medium.law.linking_ticks:
             if tick % self.medium.law.linking_ticks == 0:
                 self._link_contacts(tick)
-            raise_weights(self.specimen, self.contacts(), tick, self.step_size, self._near)
+            if raise_weights(self.specimen, self.contacts(), tick, self.step_size, self._places):
+                self._measure_links()
+
+    def _break_links(self, tick: int) -> None:
+        """Make each link whose criterion is met a contact and an event, in the order of automata and directions."""
+        value, limit, cause = self._judge_links()
+        failing = np.flatnonzero((self.linked() == 1.0) & (value >= limit))
+        if not len(failing):
+            return
+        failing = failing[np.lexsort((self._pairs[failing, 2], self._pairs[failing, 0]))]
+        (first, second, q), known, count = self._pairs[failing].T, self._block.count("contacts"), len(failing)
+        slots = np.where(first < second, q, q + len(self.body.normal))
+        contacts = self.contacts(count)._replace(used=known + count)
+        ends = np.minimum(first, second), np.maximum(first, second)
+        contacts.pairs[known : contacts.used] = np.column_stack(np.broadcast_arrays(*ends, slots, tick))
+        contacts.slid[known : contacts.used] = 0.0
+        rest_distances(self.medium, self.motion, self.scratch, contacts, known)
+        self._set_count(contacts.used)
+        # The mean weight of the first step of its release.
+        weight = 0.5 * (1.0 + max(0.0, 1.0 - 1 / self.medium.law.release))
+        self.medium.histories.weight[q, self.place[first]] = weight
+        self.medium.histories.weight[q, self.place[second] - self.body.layout.offset[q]] = weight
+        events, known = self._block.room("events", count), self._block.count("events")
+        rows = np.broadcast_arrays(tick + 1, cause[failing], failing, value[failing], limit[failing])
+        events[known : known + count] = np.column_stack(rows)
+        self._block.set_count("events", known + count)
+        self._measure_links()
+
+    def _measure_links(self) -> None:
+        """Write strains, stresses and the forces of links."""
+        measure_medium(self.medium, self.motion, self.scratch, self.contacts()._replace(used=0))
 
     def _link_contacts(self, tick: int) -> None:
         contacts, known = self.contacts(), self._block.count("events")
-        linkable = int(count_linkable(self.medium, self.motion, self.scratch, contacts))
-        if linkable:
-            events, kind = self._block.room("events", linkable), len(self.event_kinds) - 1
-            link_contacts(self.medium, self.motion, self.scratch, self._numbers, contacts, kind, events[known:], tick)
-            self._block.set_count("events", known + linkable)
+        least, pressure = self.medium.law.linking[0], np.zeros(contacts.used)
+        linking_pressures(self.medium, self.motion, self.scratch.links, contacts, pressure)
+        rows = np.flatnonzero(pressure >= least)
+        if len(rows):
+            contacts.pairs[rows, START] = -1 - tick
+            links, kind = self._numbers[self._links_of(contacts.pairs[rows])], len(self.event_kinds) - 1
+            events = self._block.room("events", len(rows))
+            events[known : known + len(rows)] = np.column_stack(
+                np.broadcast_arrays(tick + 1, kind, links, pressure[rows], least)
+            )
+            self._block.set_count("events", known + len(rows))
 
     def find_contacts(self) -> int:
         """Find again which pairs may touch; a status where automata are too far out or too fast."""
         reach, motion, place = (1.0 + SKIN) * self.packing.diameter, self.motion, self.place
-        positions = self.packing.reference + np.stack([motion.x[place], motion.y[place]], axis=1)
-        fastest = norms(np.stack([motion.vx[place], motion.vy[place]], axis=1)).max()
+        positions = self.packing.reference + motion[X : Y + 1, place].T
+        fastest = norms(motion[VX : VY + 1, place].T).max()
         if not fastest <= self.speed_limit:
             return TOO_FAST
         if not can_be_found(positions, reach):
             return TOO_FAR
-        period = tuple(self.medium.ground.period.tolist())
-        pairs = find_pairs(positions, np.union1d(self.exposed(), self._strained()), reach, period)
-        slots = np.empty(len(pairs), np.int64)
-        slots_of_links(self.body.layout, self.medium.histories.weight, self.packing.neighbours, pairs, slots)
+        pairs = find_pairs(positions, np.union1d(self.exposed(), self._strained()), reach, self.medium.ground.period)
+        linked = self.packing.neighbours[pairs[:, 0]] == pairs[:, 1:]
+        slots = np.where(linked.any(axis=1), linked.argmax(axis=1), -1)
+        found = np.column_stack([pairs, slots, np.zeros(len(pairs), np.int64)])
         old, slid, rest = (self._block[name] for name in ("contacts", "slid", "rest"))
         weight = self._weights_of(old)
-        rows, slid, rest = merge(old, slid, rest, pairs, slots, (weight > 0.0) & (weight < 1.0), self.count)
+        kept = (weight > 0.0) & (weight < 1.0)
+        rows, slid, rest = merge((old, slid, rest), kept, found[self._weights_of(found) < 1.0], self.count)
         self._set_count(0)
         contacts = self.contacts(len(rows))
         contacts.pairs[: len(rows)], contacts.slid[: len(rows)], contacts.rest[: len(rows)] = rows, slid, rest
@@ -213,11 +230,14 @@ class CrackingSpecimen(LinkedSpecimen):
         self.losses[TRAVEL] = 0.5 * self.step_size * fastest
         return 0
 
+    def _links_of(self, contacts: IntArray) -> tuple[IntArray, IntArray]:
+        """Return the directions of the links of contacts, and where they begin, both of shape (k,)."""
+        directions, slot = len(self.body.normal), contacts[:, SLOT]
+        return slot % directions, self.place[np.where(slot < directions, contacts[:, FIRST], contacts[:, SECOND])]
+
     def _weights_of(self, contacts: IntArray) -> FloatArray:
         """Return the weights of the links of contacts, 0 of those that never were linked; shape (k,)."""
-        directions, slot = len(self.body.face), contacts[:, SLOT]
-        first = self.place[np.where(slot < directions, contacts[:, FIRST], contacts[:, SECOND])]
-        return np.where(slot >= 0, self.medium.histories.weight[slot % directions, first], 0.0)
+        return np.where(contacts[:, SLOT] >= 0, self.medium.histories.weight[self._links_of(contacts)], 0.0)
 
     def exposed(self) -> IntArray:
         """Return the automata that have a free face or a broken link, shape (k,)."""
@@ -226,9 +246,11 @@ class CrackingSpecimen(LinkedSpecimen):
 
     def _strained(self) -> IntArray:
         """Return the automata that have a strained link, shape (k,)."""
-        measure_pairs(self.body, self.motion, self.scratch)
-        direction, links = self._pairs[:, 2], self.scratch.links
-        eps, gamma = links.eps[direction, self._link_places], links.gamma[direction, self._link_places]
+        forces = self.scratch.cells[: TORQUE + 1].copy()
+        self._measure_links()
+        # A coupled body kicks with the forces of the last step after this.
+        self.scratch.cells[: TORQUE + 1] = forces
+        eps, gamma = self.scratch.links[EPS : GAMMA + 1, self._pairs[:, 2], self._link_places]
         strained = ~((np.abs(eps) <= _STRAINED) & (np.abs(gamma) <= _STRAINED))
         return np.unique(self._pairs[strained, :2])
 
@@ -249,18 +271,21 @@ class CrackingSpecimen(LinkedSpecimen):
 
     # -- readings ---------------------------------------------------------------------------------------------------
 
-    def update_forces(self) -> None:
-        """Write strains, stresses, and the forces of links and contacts of the present fields, for readings."""
-        measure_medium(self.medium, self.motion, self.scratch)
-        # Contacts slide and find their rest where forces are added: here only copies of them.
+    def update_forces(self, *, begin: bool = False) -> None:
+        """Write strains, stresses, and the forces of links and contacts of the present fields.
+
+        Contacts find their rest where forces are added: this is part of the state at the `begin` of a coupled body, and done
+        with copies for readings.
+        """
         contacts = self.contacts()
-        copies = contacts._replace(slid=contacts.slid.copy(), rest=contacts.rest.copy(), dashpot=contacts.dashpot.copy())
-        add_contact_forces(self.medium, self.motion, copies, self.scratch.forces)
+        if not begin:
+            contacts = contacts._replace(slid=contacts.slid.copy(), rest=contacts.rest.copy(), dashpot=contacts.dashpot.copy())
+        measure_medium(self.medium, self.motion, self.scratch, contacts)
 
     def stress(self) -> FloatArray:
         """Return the stresses that the links of the automata carry, shape (n, 3) [Pa]."""
         self._measure()
-        return np.ascontiguousarray(self.medium.tractions.stress[:, self.place].T)
+        return np.ascontiguousarray(self.scratch.cells[STRESS_XX:, self.place].T)
 
     def linked(self) -> FloatArray:
         """Return the weight of each link: 1 while it holds, 0 when it is released."""
@@ -272,11 +297,11 @@ class CrackingSpecimen(LinkedSpecimen):
 
     def criterion_ratio(self) -> FloatArray:
         """Return how near each link is to breaking: what decides over its limit, shape (links,)."""
-        return self._judge_links()[0]
+        return self._ratios()[0]
 
     def nearest_cause(self, link: int) -> str:
         """Return the kind of event that a link is nearest to."""
-        return list(self.event_kinds)[self._judge_links()[1][link]]
+        return list(self.event_kinds)[self._ratios()[1][link]]
 
     def can_break(self, link: int) -> bool:
         """Return whether one of the two laws of a link has a strength: that of what cannot break has no end."""
@@ -287,13 +312,19 @@ class CrackingSpecimen(LinkedSpecimen):
         rows = criterion.rows[direction * self.body.layout.size + place]
         return any(np.isfinite(criterion.laws[row][0]) for row in rows.tolist())
 
-    def _judge_links(self) -> tuple[FloatArray, IntArray]:
+    def _ratios(self) -> tuple[FloatArray, IntArray]:
         """Return what decides on each link over its limit, and the number of the cause, both of shape (links,)."""
         self._measure()
-        found, cause = np.empty(len(self._pairs)), np.empty(len(self._pairs), np.int64)
-        direction = np.ascontiguousarray(self._pairs[:, 2])
-        criterion_ratios(self.medium, self.scratch, direction, self._link_places, found, cause)
-        return found, cause
+        value, limit, cause = self._judge_links()
+        held = self.linked() == 1.0
+        ratio = np.maximum(np.divide(value, limit, out=np.zeros(len(held)), where=held), 0.0)
+        return ratio, np.where(held, cause, 0.0).astype(np.int64)
+
+    def _judge_links(self) -> FloatArray:
+        """Return what decides on each link, its limit, and the number of the cause, for the scratch as it is, (3, links)."""
+        found = np.zeros((3, *self.body.links.shape[1:]))
+        judge_links(self.medium, self.scratch, found)
+        return found[:, self._pairs[:, 2], self._link_places]
 
     def breaks(self) -> FloatArray:
         """Return the events of links that broke: tick, number of the cause, link, value and limit, shape (m, 5)."""
@@ -316,7 +347,7 @@ class CrackingSpecimen(LinkedSpecimen):
         """Return the means of values of links, shape (links,), over the links of each automaton by their shares, shape (n,)."""
         total, shares = np.zeros((2, self.count))
         q, p = self._pairs[:, 2], self._link_places
-        for column, share in enumerate((self.body.first_share[q, p], self.body.second_share[q, p])):
+        for column, share in enumerate(self.body.links[FIRST_SHARE : SECOND_SHARE + 1, q, p]):
             np.add.at(total, self._pairs[:, column], share * values)
             np.add.at(shares, self._pairs[:, column], share)
         return total / shares
@@ -324,18 +355,28 @@ class CrackingSpecimen(LinkedSpecimen):
     def touching(self) -> float:
         """Return how many contacts press."""
         self.load()
-        return float(pressing_contacts(self.medium, self.motion, self.contacts())[0])
+        return float(np.count_nonzero(self._overlaps() > 0.0))
+
+    def _overlaps(self) -> FloatArray:
+        """Return how far the automata of contacts that act overlap, negative where they do not [m]."""
+        rows, ground = self._block["contacts"], self.medium.ground
+        (i, j), places = rows[:, FIRST : SECOND + 1].T, self.motion[X : Y + 1, self.place].T
+        way = np.array(ground.unit) * (ground.places[j] - ground.places[i]) + (places[j] - places[i])
+        for axis, period in enumerate(ground.period):
+            way[:, axis] -= period * np.rint(way[:, axis] / period) if period > 0.0 else 0.0
+        return (self._block["rest"] - norms(way))[self._weights_of(rows) < 1.0]
 
     def energies(self, since: float) -> dict[str, float]:
         """Return the energies that the present fields store with the histories as they are [J]."""
         # Contacts were let slide when the forces were computed.
-        elastic, contact = stored_energies(self.medium, self.motion, self.scratch, self.contacts(), since)
+        self._measure_links()
+        elastic, contact = stored_energies(self.medium, self.motion, self.scratch.links, self.contacts(), since)
         return {"elastic_energy": float(elastic), "contact_energy": float(contact)}
 
     def report(self) -> dict[str, float]:
         """Return how far links are strained and have flowed, how much is broken, and how far contacts overlap."""
         found = super().report()
-        overlap = float(pressing_contacts(self.medium, self.motion, self.contacts())[1])
+        overlap = float(self._overlaps().max(initial=0.0))
         found |= {
             "part of the links that is broken": self.broken_links() / max(len(self._pairs), 1),
             "largest overlap of a contact now over the diameter": overlap / self.packing.diameter,
@@ -345,7 +386,9 @@ class CrackingSpecimen(LinkedSpecimen):
         return found
 
     def _largest_strain(self) -> float:
-        return float(largest_link_strain(self.medium, self.scratch))
+        h, held = self.medium.histories, self.medium.histories.weight == 1.0
+        strains = self.scratch.links[EPS : GAMMA + 1] - np.stack([h.origin_eps, h.origin_gamma])
+        return float(np.abs(strains[:, held]).max(initial=0.0))
 
     def lost(self) -> dict[str, float]:
         """Return the energies that were lost [J]."""
@@ -382,13 +425,13 @@ def _make_ground(packing: Packing, body: Body, parameters: AutomataParameters) -
     lattice, diameter, p = packing.lattice, packing.diameter, parameters
     per_length = lattice.face * p.thickness
     share = lattice.face / (2.0 * lattice.volume)
-    shear, lame = body.shear[body.layout.place], body.lame[body.layout.place]
+    shear, lame = body.cells[SHEAR : LAME + 1, body.layout.place]
     left, right, low, high = p.shape.bounds
     period = np.array([right - left, high - low]) * np.array(p.periodic)
     return Ground(
         places=packing.places,
-        unit=lattice.unit * diameter,
-        period=period,
+        unit=tuple((lattice.unit * diameter).tolist()),
+        period=tuple(period.tolist()),
         normal=per_length * (2.0 * shear + share * lame),
         tangential=per_length * 2.0 * shear,
         part=packing.classes.volume[packing.kind] / (lattice.volume * diameter**2),

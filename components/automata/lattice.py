@@ -46,102 +46,58 @@ class Layout(NamedTuple):
         return self.end + self.begin
 
 
+# Rows of `Motion`: displacements [m], angle (counter-clockwise) [rad], and their rates.
+X, Y, ANGLE, VX, VY, SPIN = range(6)
+# Rows of `Body.cells`: the centres before anything moves [m], X and Y; mass (infinite without an automaton) [kg],
+# moment of inertia about the centre, m D^2 / 8 [kg m^2], volume [m^3], G and lambda = K - 2 G / 3 [Pa], and the share of the
+# free faces of a whole cell.
+MASS, INERTIA, VOLUME, SHEAR, LAME, MISSING = range(2, 8)
+# Fields of `Body.links`: area, 0 without a link [m^2]; what its strain adds to the volumetric strains of the automata where it
+# begins and where it ends.
+FACE, FIRST_SHARE, SECOND_SHARE = range(3)
+# Fields of `Scratch.links`: strains along and across a link, its present direction; terms of sums over links, as the force on
+# the automaton where it begins [N], and the torque on both over the radius [N].
+EPS, GAMMA, EX, EY, FIRST_TERM, SECOND_TERM, TURNING = range(7)
+# Those of links with histories: the strain that counts in the volumetric strain, tractions along and across [Pa], the terms of
+# the stresses xx, yy and xy [Pa], and the division of the strain between two materials.
+COUNTED, NORMAL, TANGENTIAL, VIRIAL_XX, VIRIAL_YY, VIRIAL_XY, DIVISION = range(7, 14)
+# Rows of `Scratch.cells`: force [N] and torque [N m], cos - 1 and sin of half the rotation, the volumetric strain theta, and
+# the factor 1 / (1 + a) of free faces in that.
+FORCE_X, FORCE_Y, TORQUE, COSINE, SINE, DILATION, STIFFENING = range(7)
+# Those of automata with histories: lambda theta, G theta, and the stresses xx, yy and xy, tension positive [Pa].
+PRESSURE, DEVIATOR, STRESS_XX, STRESS_YY, STRESS_XY = range(7, 12)
+
+Motion = FloatArray
+
+
 class Body(NamedTuple):
-    """Constants: geometry, masses and moduli. Fields of automata have shape (m,), of links (directions, m). SI units.
+    """Constants: geometry, masses and moduli.
 
     Attributes:
         layout: a `Layout`.
         normal: directions of links before anything moves, shape (directions, 2).
         diameter: distance of neighbours [m].
-        x: of the centres before anything moves [m].
-        y: likewise [m].
-        mass: infinite without an automaton [kg].
-        inertia: moment of inertia about the centre, m D^2 / 8 [kg m^2].
-        volume: [m^3].
-        shear: G [Pa].
-        lame: lambda = K - 2 G / 3 [Pa].
-        missing: share of the free faces of a whole cell.
-        face: area of a link, 0 without one [m^2].
-        first_share: what the strain of a link adds to the volumetric strain of the automaton where it begins.
-        second_share: of the automaton where it ends.
+        cells: rows of automata, see MASS, shape (8, m).
+        links: fields of links, see FACE, shape (3, directions, m).
     """
 
     layout: Layout
     normal: FloatArray
     diameter: float
-    x: FloatArray
-    y: FloatArray
-    mass: FloatArray
-    inertia: FloatArray
-    volume: FloatArray
-    shear: FloatArray
-    lame: FloatArray
-    missing: FloatArray
-    face: FloatArray
-    first_share: FloatArray
-    second_share: FloatArray
-
-
-class Motion(NamedTuple):
-    """Displacements, velocities, angles (counter-clockwise) and angular velocities, each of shape (m,)."""
-
-    x: FloatArray
-    y: FloatArray
-    vx: FloatArray
-    vy: FloatArray
-    angle: FloatArray
-    spin: FloatArray
-
-
-class Links(NamedTuple):
-    """Strains and forces of links in the present positions, each of shape (directions, m).
-
-    Attributes:
-        eps: strain along the link.
-        gamma: strain across the link.
-        ex: present direction, x.
-        ey: present direction, y.
-        first: force along x on the automaton where the link begins [N]; or a term of a sum there.
-        second: force along y there [N]; or a term of a sum at its other end.
-        torque: on both automata, over the radius [N].
-    """
-
-    eps: FloatArray
-    gamma: FloatArray
-    ex: FloatArray
-    ey: FloatArray
-    first: FloatArray
-    second: FloatArray
-    torque: FloatArray
-
-
-class Forces(NamedTuple):
-    """Forces on automata, and the fields from which they follow; each of shape (m,).
-
-    Attributes:
-        x: force [N].
-        y: force [N].
-        torque: [N m].
-        cosine: cos - 1 of half the rotation.
-        sine: sin of half the rotation.
-        dilation: volumetric strain theta.
-        stiffening: 1 / (1 + a): factor of free faces in the volumetric strain.
-    """
-
-    x: FloatArray
-    y: FloatArray
-    torque: FloatArray
-    cosine: FloatArray
-    sine: FloatArray
-    dilation: FloatArray
-    stiffening: FloatArray
+    cells: FloatArray
+    links: FloatArray
 
 
 class Scratch(NamedTuple):
-    """Fields that a force evaluation writes."""
+    """Results of a force evaluation.
 
-    links: Links
-    forces: Forces
+    Attributes:
+        links: see EPS and COUNTED, shape (7 or 14, directions, m).
+        cells: see FORCE_X and PRESSURE, shape (7 or 12, m).
+    """
+
+    links: FloatArray
+    cells: FloatArray
 
 
 def lay_out(packing: Packing) -> Layout:
@@ -189,63 +145,53 @@ def make_body(packing: Packing, density: FloatArray, moduli: FloatArray, thickne
     layout, classes, kind = lay_out(packing), packing.classes, packing.kind
     volume = classes.volume[kind] * thickness
     mass = density * volume
-    face, first, second = (link_field(packing, layout) for _ in range(3))
+    links = np.zeros((3, packing.lattice.slots // 2, layout.size))
     half = packing.lattice.slots // 2
     for direction in range(half):
         at, ends = packing.neighbours[:, direction], np.arange(len(kind))
         there = at != ends
         one, other = ends[there], at[there]
         for places in (layout.place[one], layout.place[other] - layout.offset[direction]):
-            face[direction, places] = classes.face[kind[one], direction] * thickness
-            first[direction, places] = classes.share[kind[one], direction]
-            second[direction, places] = classes.share[kind[other], direction + half]
-
-    def spread(values: FloatArray, elsewhere: float) -> FloatArray:
-        field = np.full(layout.size, elsewhere)
-        field[layout.place] = values
-        return copy_to_ghosts(layout, field) if elsewhere != np.inf else field
-
-    return Body(
-        layout=layout,
-        normal=packing.lattice.directions[:half].copy(),
-        diameter=packing.diameter,
-        x=spread(packing.reference[:, 0], 0.0),
-        y=spread(packing.reference[:, 1], 0.0),
-        mass=spread(mass, np.inf),
-        inertia=spread(mass * packing.diameter * packing.diameter / 8.0, np.inf),
-        volume=spread(volume, 1.0),
-        shear=spread(moduli[:, 0], moduli[0, 0]),
-        lame=spread(moduli[:, 1], moduli[0, 1]),
-        missing=spread(classes.missing[kind], 0.0),
-        face=face,
-        first_share=first,
-        second_share=second,
+            links[FACE, direction, places] = classes.face[kind[one], direction] * thickness
+            links[FIRST_SHARE, direction, places] = classes.share[kind[one], direction]
+            links[SECOND_SHARE, direction, places] = classes.share[kind[other], direction + half]
+    own = (
+        *packing.reference.T,
+        mass,
+        mass * packing.diameter * packing.diameter / 8.0,
+        volume,
+        *moduli.T,
+        classes.missing[kind],
     )
+    elsewhere = (0.0, 0.0, np.inf, np.inf, 1.0, *moduli[0], 0.0)
+    cells = np.tile(np.array(elsewhere)[:, np.newaxis], layout.size)
+    cells[:, layout.place] = own
+    for row in (X, Y, VOLUME, SHEAR, LAME, MISSING):
+        copy_to_ghosts(layout, cells[row])
+    return Body(layout, packing.lattice.directions[:half].copy(), packing.diameter, cells, links)
 
 
-def link_field(packing: Packing, layout: Layout) -> FloatArray:
-    """Return a field of links with zeros, shape (directions, m)."""
-    return np.zeros((packing.lattice.slots // 2, layout.size))
+def copy_to_ghosts(layout: Layout, field: FloatArray) -> None:
+    """Give ghosts the values of the automata that they copy, in the last axis of a field."""
+    field[..., layout.ghosts[:, 0]] = field[..., layout.ghosts[:, 1]]
 
 
-def copy_to_ghosts(layout: Layout, field: FloatArray) -> FloatArray:
-    """Give ghosts the values of the automata that they copy; return the field."""
-    field[layout.ghosts[:, 0]] = field[layout.ghosts[:, 1]]
-    return field
+def ordered_sum(*terms: npt.ArrayLike) -> float:
+    """Return the sum of numbers and arrays, one number after the other: the same bits on every CPU."""
+    return float(np.concatenate([np.zeros(1), *(np.ravel(one) for one in terms)]).cumsum()[-1])
 
 
 def make_motion(size: int) -> Motion:
     """Return fields in which nothing moves."""
-    return Motion(*np.zeros((6, size)).copy())
+    return np.zeros((6, size))
 
 
-def make_scratch(body: Body) -> Scratch:
+def make_scratch(body: Body, *, histories: bool) -> Scratch:
     """Return scratch for the automata of a body."""
-    directions, size = body.face.shape
-    links = Links(*(np.zeros((directions, size)) for _ in Links._fields))
-    forces = Forces(*(np.zeros(size) for _ in Forces._fields))
-    forces.stiffening[:] = 1.0 / (1.0 + body.missing * body.lame / (2.0 * body.shear))
-    return Scratch(links, forces)
+    directions, size = body.links.shape[1:]
+    links, cells = np.zeros((14 if histories else 7, directions, size)), np.zeros((12 if histories else 7, size))
+    cells[STIFFENING] = 1.0 / (1.0 + body.cells[MISSING] * body.cells[LAME] / (2.0 * body.cells[SHEAR]))
+    return Scratch(links, cells)
 
 
 @jit
@@ -253,13 +199,10 @@ def load(layout, displacement, velocity, rotation, spin, motion):
     """Write the state of automata, arrays of shapes (n, 2), (n, 2), (n,) and (n,), to the fields of a `Motion`."""
     for i in range(layout.place.size):
         p = layout.place[i]
-        motion.x[p], motion.y[p] = displacement[i, 0], displacement[i, 1]
-        motion.vx[p], motion.vy[p] = velocity[i, 0], velocity[i, 1]
-        motion.angle[p], motion.spin[p] = rotation[i], spin[i]
-    update_ghosts(layout, motion.x)
-    update_ghosts(layout, motion.y)
-    update_ghosts(layout, motion.angle)
-    update_ghost_velocities(layout, motion)
+        motion[X, p], motion[Y, p], motion[ANGLE, p] = displacement[i, 0], displacement[i, 1], rotation[i]
+        motion[VX, p], motion[VY, p], motion[SPIN, p] = velocity[i, 0], velocity[i, 1], spin[i]
+    for row in range(6):
+        update_ghosts(layout.ghosts, motion[row])
 
 
 @jit
@@ -267,21 +210,19 @@ def store(layout, displacement, velocity, rotation, spin, motion):
     """Write the fields of a `Motion` to the state of automata; arguments as for `load`."""
     for i in range(layout.place.size):
         p = layout.place[i]
-        displacement[i, 0], displacement[i, 1] = motion.x[p], motion.y[p]
-        velocity[i, 0], velocity[i, 1] = motion.vx[p], motion.vy[p]
-        rotation[i], spin[i] = motion.angle[p], motion.spin[p]
+        displacement[i, 0], displacement[i, 1], rotation[i] = motion[X, p], motion[Y, p], motion[ANGLE, p]
+        velocity[i, 0], velocity[i, 1], spin[i] = motion[VX, p], motion[VY, p], motion[SPIN, p]
 
 
 @internal
-def update_ghosts(layout, field):
+def update_ghosts(ghosts, field):
     """Give ghosts the values of the automata that they copy."""
-    for row in range(layout.ghosts.shape[0]):
-        field[layout.ghosts[row, 0]] = field[layout.ghosts[row, 1]]
+    for row in range(ghosts.shape[0]):
+        field[ghosts[row, 0]] = field[ghosts[row, 1]]
 
 
 @internal
-def update_ghost_velocities(layout, motion):
+def update_ghost_velocities(ghosts, motion):
     """Let ghosts move like the automata that they copy."""
-    update_ghosts(layout, motion.vx)
-    update_ghosts(layout, motion.vy)
-    update_ghosts(layout, motion.spin)
+    for row in range(VX, SPIN + 1):
+        update_ghosts(ghosts, motion[row])

@@ -19,10 +19,42 @@ from ..state_block import Block, Layout
 from ..support.float_arrays import FloatArray
 from ..support.jit import internal, jit
 from .edges import Conditions
-from .lattice import Body, Motion, Scratch, load, make_motion, make_scratch, store, update_ghost_velocities, update_ghosts
-from .loads import Inputs, count_fast, drift, kick_with_inputs, momenta
+from .lattice import (
+    DILATION,
+    EPS,
+    EX,
+    EY,
+    FACE,
+    FIRST_TERM,
+    FORCE_X,
+    FORCE_Y,
+    GAMMA,
+    INERTIA,
+    LAME,
+    MASS,
+    SECOND_TERM,
+    SHEAR,
+    STIFFENING,
+    TORQUE,
+    TURNING,
+    VOLUME,
+    VX,
+    Body,
+    Motion,
+    Scratch,
+    X,
+    Y,
+    load,
+    make_motion,
+    make_scratch,
+    ordered_sum,
+    store,
+    update_ghost_velocities,
+    update_ghosts,
+)
+from .loads import Inputs, count_fast, drift, kick_with_inputs
 from .packing import Packing
-from .pair import dilate, strain_links, sum_forces, sum_shares, virial
+from .pair import strain_links, sum_forces, sum_shares, virial
 
 # What `advance` returns.
 DONE, TOO_FAST = 0, 1
@@ -37,31 +69,29 @@ def link_forces(body, motion, scratch):
         motion: a `lattice.Motion`.
         scratch: a `lattice.Scratch`, overwritten.
     """
-    links, forces, theta = scratch.links, scratch.forces, scratch.forces.dilation
+    layout, links, cells = body.layout, scratch.links, scratch.cells
     strain_links(body, motion, scratch)
-    dilate(body, links.eps, scratch)
-    update_ghosts(body.layout, theta)
-    begin = body.layout.begin
-    twice, half = 2.0 * body.shear[begin], 0.5 * body.lame[begin]
-    for q in range(body.layout.offset.size):
-        o = body.layout.offset[q]
-        end = theta.size - o
-        strains, direction = (links.eps[q, :end], links.gamma[q, :end]), (links.ex[q, :end], links.ey[q, :end])
-        pulls = (links.first[q, :end], links.second[q, :end], links.torque[q, :end])
-        _pull(strains, direction, theta[:end], theta[o:], body.face[q, :end], (twice, half), pulls)
-    sum_forces(body, links, forces)
-
-
-@internal
-def _pull(strains, direction, theta_i, theta_j, face, moduli, pulls):
-    """Write the forces and torques of links; those on the second automaton are the opposite forces, and the same torques."""
-    (eps, gamma), (ex, ey), (twice_shear, half_lame), (fx, fy, torque) = strains, direction, moduli, pulls
-    for p in range(eps.size):
-        stiffness, pressing = face[p] * twice_shear, (face[p] * half_lame) * (theta_i[p] + theta_j[p])
-        fn, ft = stiffness * eps[p] + pressing, stiffness * gamma[p]
-        fx[p], fy[p] = fn * ex[p] - ft * ey[p], fn * ey[p] + ft * ex[p]
-        # (1 + eps) ft - gamma fn, without what cancels.
-        torque[p] = ft - gamma[p] * pressing
+    sum_shares(body, links[EPS], links, cells[DILATION])
+    for p in range(cells.shape[1]):
+        cells[DILATION, p] *= cells[STIFFENING, p]
+    update_ghosts(layout.ghosts, cells[DILATION])
+    twice_shear, half_lame = 2.0 * body.cells[SHEAR, layout.begin], 0.5 * body.cells[LAME, layout.begin]
+    for q in range(layout.offset.size):
+        theta_j = cells[DILATION, layout.offset[q] :]
+        for p in range(theta_j.size):
+            area, eps, gamma, ex, ey = (
+                body.links[FACE, q, p],
+                links[EPS, q, p],
+                links[GAMMA, q, p],
+                links[EX, q, p],
+                links[EY, q, p],
+            )
+            stiffness, pressing = area * twice_shear, (area * half_lame) * (cells[DILATION, p] + theta_j[p])
+            fn, ft = stiffness * eps + pressing, stiffness * gamma
+            links[FIRST_TERM, q, p], links[SECOND_TERM, q, p] = fn * ex - ft * ey, fn * ey + ft * ex
+            # (1 + eps) ft - gamma fn, without what cancels.
+            links[TURNING, q, p] = ft - gamma * pressing
+    sum_forces(body, links, cells)
 
 
 @jit
@@ -89,49 +119,35 @@ def advance(body, motion, scratch, inputs, time, ticks, speed_limit):
     for _ in range(ticks):
         drift(motion, 0.5 * time)
         link_forces(body, motion, scratch)
-        kick_with_inputs(body, motion, scratch.forces, inputs, time)
-        update_ghost_velocities(body.layout, motion)
+        kick_with_inputs(body, motion, scratch.cells, inputs, time)
+        update_ghost_velocities(body.layout.ghosts, motion)
         drift(motion, 0.5 * time)
         if count_fast(motion, speed_limit * speed_limit):
             return TOO_FAST
     return DONE
 
 
-@jit
-def elastic_energy(body, scratch):
+def elastic_energy(body: Body, scratch: Scratch) -> float:
     """Return the energy of links and volumes [J], for the strains in the scratch."""
-    links, forces, total = scratch.links, scratch.forces, 0.0
-    for i in range(body.layout.place.size):
-        p, squares = body.layout.place[i], 0.0
-        for q in range(body.layout.offset.size):
-            squares += body.face[q, p] * (links.eps[q, p] * links.eps[q, p] + links.gamma[q, p] * links.gamma[q, p])
-        total += body.diameter * body.shear[p] * squares
-        total += 0.5 * body.volume[p] * body.lame[p] / forces.stiffening[p] * forces.dilation[p] * forces.dilation[p]
-    return total
-
-
-@jit
-def largest_strain(body, scratch):
-    """Return the largest strain along or across a link."""
-    largest = 0.0
-    for q in range(body.layout.offset.size):
-        for p in range(body.face.shape[1]):
-            if body.face[q, p] > 0.0:
-                largest = max(largest, abs(scratch.links.eps[q, p]), abs(scratch.links.gamma[q, p]))
-    return largest
+    place = body.layout.place
+    eps, gamma, face = scratch.links[EPS][:, place], scratch.links[GAMMA][:, place], body.links[FACE][:, place]
+    of_links = body.diameter * body.cells[SHEAR, place] * (face * (eps * eps + gamma * gamma)).cumsum(axis=0)[-1]
+    theta, stiffening = scratch.cells[DILATION, place], scratch.cells[STIFFENING, place]
+    of_volumes = 0.5 * body.cells[VOLUME, place] * body.cells[LAME, place] / stiffening * theta * theta
+    return ordered_sum(np.stack([of_links, of_volumes], axis=1))
 
 
 @jit
 def stresses(body, scratch, found):
     """Write the stresses xx, yy and xy of all places, tension positive, shape (3, m) [Pa]: sigma = (1 / 2 V) sum r n F."""
-    links, theta = scratch.links, scratch.forces.dilation
-    begin, traction = body.layout.begin, np.zeros(body.face.shape)
+    links, theta, begin = scratch.links, scratch.cells[DILATION], body.layout.begin
+    twice, lame, traction = 2.0 * body.cells[SHEAR, begin], body.cells[LAME, begin], np.zeros(links.shape[1:])
     for component in range(3):
         for q in range(body.layout.offset.size):
-            for p in range(theta.size - body.layout.offset[q]):
-                pressing = body.lame[begin] * (0.5 * (theta[p] + theta[p + body.layout.offset[q]]))
-                twice = 2.0 * body.shear[begin]
-                parts = virial(twice * links.eps[q, p] + pressing, twice * links.gamma[q, p], links.ex[q, p], links.ey[q, p])
+            theta_j = theta[body.layout.offset[q] :]
+            for p in range(theta_j.size):
+                normal = twice * links[EPS, q, p] + lame * (0.5 * (theta[p] + theta_j[p]))
+                parts = virial(normal, twice * links[GAMMA, q, p], links[EX, q, p], links[EY, q, p])
                 traction[q, p] = parts[component]
         sum_shares(body, traction, links, found[component])
 
@@ -140,12 +156,14 @@ class LinkedSpecimen:
     """A specimen without histories.
 
     Attributes:
+        has_histories: whether links have histories.
         fields: its own parts of the state.
         growing: its own lists in the state.
         event_kinds: what can happen.
         event_details: units of these, and what their indices count.
     """
 
+    has_histories = False
     fields: Layout = {}
     growing: Layout = {}
     event_kinds: Mapping[str, str] = {}
@@ -154,7 +172,7 @@ class LinkedSpecimen:
     def __init__(self, packing: Packing, body: Body, conditions: Conditions, step: float, limit: float) -> None:
         """Take the packing, what it is made of, the inputs, the step [s] and the speed limit [m/s]."""
         self.packing, self.body, self.conditions = packing, body, conditions
-        self.scratch: Scratch = make_scratch(body)
+        self.scratch: Scratch = make_scratch(body, histories=self.has_histories)
         self.motion: Motion = make_motion(body.layout.size)
         self.step_size, self.speed_limit = step, limit
         self.place = body.layout.place
@@ -194,17 +212,17 @@ class LinkedSpecimen:
     def dilation(self) -> FloatArray:
         """Return the volumetric strains, shape (n,)."""
         self._measure()
-        return self.scratch.forces.dilation[self.place]
+        return self.scratch.cells[DILATION, self.place]
 
     def forces(self) -> FloatArray:
         """Return the forces of links and contacts, shape (n, 2) [N]."""
         self._measure()
-        return np.stack([self.scratch.forces.x[self.place], self.scratch.forces.y[self.place]], axis=1)
+        return np.ascontiguousarray(self.scratch.cells[FORCE_X : FORCE_Y + 1, self.place].T)
 
     def torques(self) -> FloatArray:
         """Return the torques of links and contacts, shape (n,) [N m]."""
         self._measure()
-        return self.scratch.forces.torque[self.place]
+        return self.scratch.cells[TORQUE, self.place]
 
     def stress(self) -> FloatArray:
         """Return the stresses of the automata, shape (n, 3) [Pa]."""
@@ -214,11 +232,14 @@ class LinkedSpecimen:
         return np.ascontiguousarray(found[:, self.place].T)
 
     def momenta(self) -> FloatArray:
-        """Return momentum, angular momentum, kinetic energies of translation and rotation, shape (5,)."""
+        """Return momentum, angular momentum about the origin, kinetic energies of translation and rotation, shape (5,)."""
         self.load()
-        found = np.empty(5)
-        momenta(self.body, self.motion, found)
-        return found
+        x, y, _, vx, vy, spin = self.motion[:, self.place]
+        mass, inertia = self.body.cells[MASS : INERTIA + 1, self.place]
+        x, y = self.body.cells[X, self.place] + x, self.body.cells[Y, self.place] + y
+        turning = mass * (x * vy - y * vx) + inertia * spin
+        energies = 0.5 * mass * (vx * vx + vy * vy), 0.5 * inertia * spin * spin
+        return np.stack([mass * vx, mass * vy, turning, *energies]).cumsum(axis=1)[:, -1]
 
     def linked(self) -> FloatArray:
         """Return the weight of each link."""
@@ -249,8 +270,7 @@ class LinkedSpecimen:
         total = 0.0
         for way, since in ((-time, 0.0), (time, 2.0 * time)):
             self.load()
-            for value, rate in zip(self.motion[:2] + self.motion[4:5], self.motion[2:4] + self.motion[5:], strict=True):
-                value += way * rate
+            self.motion[:VX] += way * self.motion[VX:]
             total += sum(self.energies(since).values())
         return 0.5 * total
 
@@ -265,7 +285,8 @@ class LinkedSpecimen:
         return {"largest strain of a link now": self._largest_strain()}
 
     def _largest_strain(self) -> float:
-        return float(largest_strain(self.body, self.scratch))
+        strains = self.scratch.links[EPS : GAMMA + 1, self.body.links[FACE] > 0.0]
+        return float(np.abs(strains).max(initial=0.0))
 
     def lost(self) -> dict[str, float]:
         """Return the energies that were lost [J]."""

@@ -35,9 +35,46 @@ from ..support.dispatch import dispatched
 from ..support.float_arrays import FloatArray
 from ..support.jit import internal, internal_inlined, jit
 from .breaking.criterion import LinkStress, failure
-from .lattice import Body, update_ghosts
-from .pair import equivalent_stress, share_out, strain_links, sum_forces, sum_over_links, sum_shares, virial
+from .lattice import (
+    COUNTED,
+    DEVIATOR,
+    DILATION,
+    DIVISION,
+    EPS,
+    EX,
+    EY,
+    FACE,
+    FIRST_SHARE,
+    FIRST_TERM,
+    GAMMA,
+    LAME,
+    MISSING,
+    NORMAL,
+    PRESSURE,
+    SECOND_SHARE,
+    SECOND_TERM,
+    SHEAR,
+    SPIN,
+    STIFFENING,
+    STRESS_XX,
+    STRESS_XY,
+    STRESS_YY,
+    TANGENTIAL,
+    TURNING,
+    VIRIAL_XX,
+    VIRIAL_XY,
+    VIRIAL_YY,
+    VX,
+    VY,
+    Body,
+    copy_to_ghosts,
+    update_ghosts,
+)
+from .pair import equivalent_stress, strain_links, sum_forces, sum_over_links, sum_shares, virial
 from .responses import Flow, FlowOfEach, History, NoFlow, flow_of, respond
+
+# Rows of moduli.
+ALONG, ACROSS = 0, 1
 
 
 class Histories(NamedTuple):
@@ -63,48 +100,21 @@ class Histories(NamedTuple):
 
 
 class Uniform(NamedTuple):
-    """Moduli of links, each of shape (directions, m): G_i + G_j, and 2 G_ij [Pa]."""
+    """Moduli of links: G_i + G_j, and 2 G_ij, shape (2, directions, m) [Pa]."""
 
-    along: FloatArray
-    across: FloatArray
+    moduli: FloatArray
 
 
 class Mixture(NamedTuple):
-    """Moduli of links within and between several materials, and the division of their strains, each of shape (directions, m).
+    """Moduli of links within and between several materials.
 
     Attributes:
-        along: G_i + G_j [Pa].
-        across: 2 G_ij [Pa].
-        compliance: 1 / D of links between two materials, 0 of the others [1/Pa].
-        division: scratch: d.
+        moduli: G_i + G_j, and 2 G_ij, shape (2, directions, m) [Pa].
+        compliance: 1 / D of links between two materials, 0 of the others, shape (directions, m) [1/Pa].
     """
 
-    along: FloatArray
-    across: FloatArray
+    moduli: FloatArray
     compliance: FloatArray
-    division: FloatArray
-
-
-class Tractions(NamedTuple):
-    """Results of a force evaluation.
-
-    Attributes:
-        counted: strain of each link that counts in the volumetric strain, shape (directions, m).
-        normal: traction along each link, shape (directions, m) [Pa].
-        tangential: traction across each link, likewise [Pa].
-        virial: terms of links in the stress for a share of 1, shape (3, directions, m) [Pa].
-        stress: xx, yy and xy of the automata, tension positive, shape (3, m) [Pa].
-        pressure: lambda theta of the automata, shape (m,) [Pa].
-        deviator: G theta of the automata, shape (m,) [Pa].
-    """
-
-    counted: FloatArray
-    normal: FloatArray
-    tangential: FloatArray
-    virial: FloatArray
-    stress: FloatArray
-    pressure: FloatArray
-    deviator: FloatArray
 
 
 class Law(NamedTuple):
@@ -115,7 +125,7 @@ class Law(NamedTuple):
         criterion: constants of a criterion, or `breaking.criterion.Weaker`.
         factors: of the strength of each link, shape (directions, m).
         release: over how many internal steps a broken link is released, and a new one made.
-        linking: see `welding.Relinking.constants`, shape (2,).
+        linking: see `welding.Relinking.constants`.
         linking_ticks: after how many internal steps it is looked which pairs are linked again; 0 for never.
     """
 
@@ -123,7 +133,7 @@ class Law(NamedTuple):
     criterion: Any
     factors: FloatArray
     release: int
-    linking: FloatArray
+    linking: tuple[float, float]
     linking_ticks: int
 
 
@@ -134,7 +144,6 @@ class Medium(NamedTuple):
         body: a `lattice.Body`.
         histories: `Histories`.
         mixture: `Uniform`, or a `Mixture`.
-        tractions: `Tractions`.
         law: a `Law`.
         ground: a `contacts.Ground`.
     """
@@ -142,40 +151,33 @@ class Medium(NamedTuple):
     body: Body
     histories: Histories
     mixture: Any
-    tractions: Tractions
     law: Law
     ground: Any
 
 
 def make_mixture(body: Body, several: bool) -> Uniform | Mixture:
     """Return the moduli of the links of automata."""
-    along, across, compliance = (np.ones(body.face.shape) for _ in range(3))
-    compliance[:] = 0.0
-    stiffening = 1.0 + body.missing * body.lame / (2.0 * body.shear)
-    coupling = np.zeros(len(body.mass))
+    moduli, compliance = np.ones((2, *body.links.shape[1:])), np.zeros(body.links.shape[1:])
+    shear, lame, (face, *shares) = body.cells[SHEAR], body.cells[LAME], body.links
+    stiffening = 1.0 + body.cells[MISSING] * lame / (2.0 * shear)
+    coupling = np.zeros(len(shear))
     differing = []
     for q, o in enumerate(body.layout.offset.tolist()):
         i, j = slice(0, len(coupling) - o), slice(o, None)
-        one, other = body.shear[i], body.shear[j]
-        along[q, i], across[q, i] = one + other, np.where(one == other, 2.0 * one, 4.0 * (one * other) / (one + other))
-        differs = ((one != other) | (body.lame[i] != body.lame[j])) & (body.face[q, i] > 0.0)
+        one, other = shear[i], shear[j]
+        moduli[ALONG, q, i] = one + other
+        moduli[ACROSS, q, i] = np.where(one == other, 2.0 * one, 4.0 * (one * other) / (one + other))
+        differs = ((one != other) | (lame[i] != lame[j])) & (face[q, i] > 0.0)
         differing.append(differs)
-        coupling[i] += 0.5 * np.abs(body.lame[i]) * body.first_share[q, i] * differs / stiffening[i]
-        coupling[j] += 0.5 * np.abs(body.lame[j]) * body.second_share[q, i] * differs / stiffening[j]
+        for end, share in zip((i, j), shares, strict=True):
+            coupling[end] += 0.5 * np.abs(lame[end]) * share[q, i] * differs / stiffening[end]
     # A ghost has the links of the automaton that it copies.
-    coupling[body.layout.ghosts[:, 0]] = coupling[body.layout.ghosts[:, 1]]
+    copy_to_ghosts(body.layout, coupling)
     for q, o in enumerate(body.layout.offset.tolist()):
         i, j = slice(0, len(coupling) - o), slice(o, None)
-        stiffness = along[q, i] + (coupling[i] + coupling[j])
+        stiffness = moduli[ALONG, q, i] + (coupling[i] + coupling[j])
         compliance[q, i] = np.where(differing[q], 1.0 / stiffness, 0.0)
-    return Mixture(along, across, compliance, np.zeros(body.face.shape)) if several else Uniform(along, across)
-
-
-def make_tractions(body: Body) -> Tractions:
-    """Return room for the results of a force evaluation."""
-    counted, normal, tangential = (np.zeros(body.face.shape) for _ in range(3))
-    fields = np.zeros((3, *body.face.shape)), np.zeros((3, len(body.mass))), np.zeros(len(body.mass)), np.zeros(len(body.mass))
-    return Tractions(counted, normal, tangential, *fields)
+    return Mixture(moduli, compliance) if several else Uniform(moduli)
 
 
 # -- strains and tractions --------------------------------------------------------------------------------------------------
@@ -184,58 +186,29 @@ def make_tractions(body: Body) -> Tractions:
 @internal
 def strain_medium(medium, motion, scratch):
     """Write the strains of all links and the volumetric strains, with the histories as they are."""
-    body, theta = medium.body, scratch.forces.dilation
+    body, h, links, cells = medium.body, medium.histories, scratch.links, scratch.cells
     strain_links(body, motion, scratch)
-    _soften(medium, scratch)
-    for q in range(body.layout.offset.size):
-        _count_strains(_row_of(medium, scratch, q), medium.tractions.counted[q, : theta.size - body.layout.offset[q]])
-    sum_shares(body, medium.tractions.counted, scratch.links, theta)
-    _multiply(theta, scratch.forces.stiffening)
-    update_ghosts(body.layout, theta)
+    # 1 / (1 + a): the factor of free and released faces in the volumetric strains.
+    for q in range(links.shape[1]):
+        for p in range(links.shape[2]):
+            links[COUNTED, q, p] = (1.0 - h.weight[q, p]) / (1.0 + h.stiffness[q, p])
+    sum_shares(body, links[COUNTED], links, cells[STIFFENING])
+    for p in range(cells.shape[1]):
+        free = body.cells[MISSING, p] + cells[STIFFENING, p]
+        cells[STIFFENING, p] = 1.0 / (1.0 + free * body.cells[LAME, p] / (2.0 * body.cells[SHEAR, p]))
+    # A released face keeps the strain that has flowed.
+    for q in range(links.shape[1]):
+        for p in range(links.shape[2]):
+            held = h.weight[q, p] * (links[EPS, q, p] - h.origin_eps[q, p])
+            links[COUNTED, q, p] = held + (1.0 - h.weight[q, p]) * h.plastic_eps[q, p]
+    sum_shares(body, links[COUNTED], links, cells[DILATION])
+    for p in range(cells.shape[1]):
+        cells[DILATION, p] *= cells[STIFFENING, p]
+    update_ghosts(body.layout.ghosts, cells[DILATION])
     divide_strains(medium.mixture, medium, scratch)
-    _multiply_into(theta, body.lame, medium.tractions.pressure)
-    _multiply_into(theta, body.shear, medium.tractions.deviator)
-
-
-@internal
-def _multiply(values, factors):
-    for p in range(values.size):
-        values[p] *= factors[p]
-
-
-@internal
-def _multiply_into(values, factors, out):
-    for p in range(values.size):
-        out[p] = values[p] * factors[p]
-
-
-@internal
-def _soften(medium, scratch):
-    """Write 1 / (1 + a): the factor of free and released faces in the volumetric strains."""
-    body, histories, free, stiffening = medium.body, medium.histories, medium.tractions.counted, scratch.forces.stiffening
-    for q in range(body.layout.offset.size):
-        _free_faces(histories.weight[q], histories.stiffness[q], free[q])
-    sum_shares(body, free, scratch.links, stiffening)
-    _stiffen(body.missing, body.lame, body.shear, stiffening)
-
-
-@internal
-def _free_faces(weight, stiffness, out):
-    for p in range(out.size):
-        out[p] = (1.0 - weight[p]) / (1.0 + stiffness[p])
-
-
-@internal
-def _stiffen(missing, lame, shear, stiffening):
-    for p in range(stiffening.size):
-        stiffening[p] = 1.0 / (1.0 + (missing[p] + stiffening[p]) * lame[p] / (2.0 * shear[p]))
-
-
-@internal
-def _count_strains(row, out):
-    """Write the strains that count in the volumetric strain: a released face keeps the strain that has flowed."""
-    for p in range(out.size):
-        out[p] = row.weight[p] * (row.eps[p] - row.origin_eps[p]) + (1.0 - row.weight[p]) * row.plastic_eps[p]
+    for p in range(cells.shape[1]):
+        cells[PRESSURE, p] = cells[DILATION, p] * body.cells[LAME, p]
+        cells[DEVIATOR, p] = cells[DILATION, p] * body.cells[SHEAR, p]
 
 
 @dispatched
@@ -250,232 +223,148 @@ def _divide_nothing(mixture, medium, scratch):
 
 @divide_strains.register(Mixture)
 def _divide_strains(mixture, medium, scratch):
-    body, links, theta = medium.body, scratch.links, scratch.forces.dilation
-    for q in range(body.layout.offset.size):
+    body, links, theta, weight = medium.body, scratch.links, scratch.cells[DILATION], medium.histories.weight
+    shear, lame, correction = body.cells[SHEAR], body.cells[LAME], scratch.cells[PRESSURE]
+    for q in range(links.shape[1]):
         o = body.layout.offset[q]
         for p in range(theta.size - o):
-            eps = links.eps[q, p] - medium.histories.origin_eps[q, p]
-            pressing = 0.5 * (body.lame[p] * theta[p] - body.lame[p + o] * theta[p + o])
-            mixture.division[q, p] = -mixture.compliance[q, p] * ((body.shear[p] - body.shear[p + o]) * eps + pressing)
-    for q in range(body.layout.offset.size):
-        share_out(body.first_share[q], body.second_share[q], mixture.division[q], links.first[q], links.second[q])
-        _multiply(links.first[q], medium.histories.weight[q])
-        _multiply(links.second[q], medium.histories.weight[q])
+            eps = links[EPS, q, p] - medium.histories.origin_eps[q, p]
+            pressing = 0.5 * (lame[p] * theta[p] - lame[p + o] * theta[p + o])
+            division = -mixture.compliance[q, p] * ((shear[p] - shear[p + o]) * eps + pressing)
+            links[DIVISION, q, p] = division
+            links[FIRST_TERM, q, p] = body.links[FIRST_SHARE, q, p] * division * weight[q, p]
+            links[SECOND_TERM, q, p] = body.links[SECOND_SHARE, q, p] * division * weight[q, p]
     # The half of the automaton where a link begins is strained more, that of the other one less.
-    sum_over_links(body, links.first, links.second, -1.0, medium.tractions.pressure)
+    sum_over_links(body.layout, links[FIRST_TERM], links[SECOND_TERM], -1.0, correction)
     for p in range(theta.size):
-        theta[p] += medium.tractions.pressure[p] * scratch.forces.stiffening[p]
-    update_ghosts(body.layout, theta)
-
-
-class _Row(NamedTuple):
-    """The fields of the links of one direction, and of their two automata; see `_row_of`."""
-
-    eps: FloatArray
-    gamma: FloatArray
-    ex: FloatArray
-    ey: FloatArray
-    weight: FloatArray
-    plastic_eps: FloatArray
-    plastic_gamma: FloatArray
-    stiffness: FloatArray
-    origin_eps: FloatArray
-    origin_gamma: FloatArray
-    normal: FloatArray
-    tangential: FloatArray
-    pressure: tuple[FloatArray, FloatArray]
-    deviator: tuple[FloatArray, FloatArray]
-
-
-@internal
-def _row_of(medium, scratch, q):
-    links, h, tractions, o = scratch.links, medium.histories, medium.tractions, medium.body.layout.offset[q]
-    end = medium.body.mass.size - o
-    return _Row(
-        links.eps[q, :end], links.gamma[q, :end], links.ex[q, :end], links.ey[q, :end], h.weight[q, :end],
-        h.plastic_eps[q, :end], h.plastic_gamma[q, :end], h.stiffness[q, :end], h.origin_eps[q, :end], h.origin_gamma[q, :end],
-        tractions.normal[q, :end], tractions.tangential[q, :end], (tractions.pressure[:end], tractions.pressure[o:]),
-        (tractions.deviator[:end], tractions.deviator[o:]),
-    )  # fmt: skip
+        theta[p] += correction[p] * scratch.cells[STIFFENING, p]
+    update_ghosts(body.layout.ghosts, theta)
 
 
 @internal
 def pull_medium(medium, scratch):
-    """Write the tractions of all links in the strains as they are, and the stresses of the automata."""
-    body, mixture = medium.body, medium.mixture
-    for q in range(body.layout.offset.size):
-        end = body.mass.size - body.layout.offset[q]
-        row = _row_of(medium, scratch, q)
-        _write_tractions(row, mixture.along[q, :end], mixture.across[q, :end], row.normal, row.tangential)
-        add_division(mixture, body, q, row.normal)
+    """Write the tractions of all links in the strains as they are."""
+    h, moduli, links, cells = medium.histories, medium.mixture.moduli, scratch.links, scratch.cells
+    for q in range(links.shape[1]):
+        pressure_j = cells[PRESSURE, medium.body.layout.offset[q] :]
+        for p in range(pressure_j.size):
+            left = 1.0 + h.stiffness[q, p]
+            eps = (links[EPS, q, p] - h.origin_eps[q, p]) - h.plastic_eps[q, p]
+            gamma = (links[GAMMA, q, p] - h.origin_gamma[q, p]) - h.plastic_gamma[q, p]
+            links[NORMAL, q, p] = moduli[ALONG, q, p] * left * eps + 0.5 * (cells[PRESSURE, p] + pressure_j[p])
+            links[TANGENTIAL, q, p] = moduli[ACROSS, q, p] * left * gamma
+    add_division(medium.mixture, medium.body, links)
 
 
 @dispatched
-def add_division(mixture, body, q, normal):
-    """Add what the division of strains gives the tractions of the links of one direction."""
+def add_division(mixture, body, links):
+    """Add what the division of strains gives the tractions of links."""
 
 
 @add_division.register(Uniform)
-def _add_nothing(mixture, body, q, normal):
+def _add_nothing(mixture, body, links):
     return None
 
 
 @add_division.register(Mixture)
-def _add_division(mixture, body, q, normal):
-    for p in range(normal.size):
-        normal[p] += (body.shear[p] - body.shear[p + body.layout.offset[q]]) * mixture.division[q, p]
-
-
-@internal
-def _write_tractions(row, along, across, normal, tangential):
-    pressure_i, pressure_j = row.pressure
-    for p in range(normal.size):
-        left = 1.0 + row.stiffness[p]
-        eps = (row.eps[p] - row.origin_eps[p]) - row.plastic_eps[p]
-        gamma = (row.gamma[p] - row.origin_gamma[p]) - row.plastic_gamma[p]
-        normal[p] = along[p] * left * eps + 0.5 * (pressure_i[p] + pressure_j[p])
-        tangential[p] = across[p] * left * gamma
+def _add_division(mixture, body, links):
+    for q in range(links.shape[1]):
+        o = body.layout.offset[q]
+        for p in range(links.shape[2] - o):
+            links[NORMAL, q, p] += (body.cells[SHEAR, p] - body.cells[SHEAR, p + o]) * links[DIVISION, q, p]
 
 
 @internal
 def stress_medium(medium, scratch):
     """Write the stresses of the automata, from the tractions of their links."""
-    body, tractions = medium.body, medium.tractions
-    for q in range(body.layout.offset.size):
-        end = body.mass.size - body.layout.offset[q]
-        out = (tractions.virial[0, q, :end], tractions.virial[1, q, :end], tractions.virial[2, q, :end])
-        _write_virial(_row_of(medium, scratch, q), out)
+    links, weight = scratch.links, medium.histories.weight
+    for q in range(links.shape[1]):
+        for p in range(links.shape[2]):
+            xx, yy, xy = virial(links[NORMAL, q, p], links[TANGENTIAL, q, p], links[EX, q, p], links[EY, q, p])
+            links[VIRIAL_XX, q, p], links[VIRIAL_YY, q, p] = weight[q, p] * xx, weight[q, p] * yy
+            links[VIRIAL_XY, q, p] = weight[q, p] * xy
     for component in range(3):
-        sum_shares(body, tractions.virial[component], scratch.links, tractions.stress[component])
-        update_ghosts(body.layout, tractions.stress[component])
-
-
-@internal
-def _write_virial(row, out):
-    xx, yy, xy = out
-    for p in range(xx.size):
-        a, b, c = virial(row.normal[p], row.tangential[p], row.ex[p], row.ey[p])
-        xx[p], yy[p], xy[p] = row.weight[p] * a, row.weight[p] * b, row.weight[p] * c
+        sum_shares(medium.body, links[VIRIAL_XX + component], links, scratch.cells[STRESS_XX + component])
+        update_ghosts(medium.body.layout.ghosts, scratch.cells[STRESS_XX + component])
 
 
 @internal
 def force_medium(medium, scratch):
     """Write the forces and torques of the links on the automata, from their tractions."""
-    body, links = medium.body, scratch.links
-    for q in range(body.layout.offset.size):
-        end = body.mass.size - body.layout.offset[q]
-        pulls = (links.first[q, :end], links.second[q, :end], links.torque[q, :end])
-        _write_pulls(_row_of(medium, scratch, q), body.face[q, :end], pulls)
-    sum_forces(body, links, scratch.forces)
-
-
-@internal
-def _write_pulls(row, face, pulls):
-    fx, fy, torque = pulls
-    for p in range(fx.size):
-        area = face[p] * row.weight[p]
-        fn, ft = area * row.normal[p], area * row.tangential[p]
-        fx[p], fy[p] = fn * row.ex[p] - ft * row.ey[p], fn * row.ey[p] + ft * row.ex[p]
-        torque[p] = (1.0 + row.eps[p]) * ft - row.gamma[p] * fn
-
-
-@jit
-def measure_medium(medium, motion, scratch):
-    """Write strains, stresses and the forces of links in the present positions, for readings."""
-    strain_medium(medium, motion, scratch)
-    pull_medium(medium, scratch)
-    stress_medium(medium, scratch)
-    force_medium(medium, scratch)
+    links, weight = scratch.links, medium.histories.weight
+    for q in range(links.shape[1]):
+        for p in range(links.shape[2]):
+            area, ex, ey = medium.body.links[FACE, q, p] * weight[q, p], links[EX, q, p], links[EY, q, p]
+            fn, ft = area * links[NORMAL, q, p], area * links[TANGENTIAL, q, p]
+            links[FIRST_TERM, q, p], links[SECOND_TERM, q, p] = fn * ex - ft * ey, fn * ey + ft * ex
+            links[TURNING, q, p] = (1.0 + links[EPS, q, p]) * ft - links[GAMMA, q, p] * fn
+    sum_forces(medium.body, links, scratch.cells)
 
 
 # -- breaking ---------------------------------------------------------------------------------------------------------------
 
 
-class _Stress(NamedTuple):
-    """The stresses xx, yy and xy of the two automata of the links of one direction."""
+class _Ends(NamedTuple):
+    """Fields of the automata where the links of one direction end: lambda theta, G theta, and the stresses."""
 
-    first: tuple[FloatArray, FloatArray, FloatArray]
-    second: tuple[FloatArray, FloatArray, FloatArray]
-
-
-@internal
-def _stress_of(medium, q):
-    o, stress = medium.body.layout.offset[q], medium.tractions.stress
-    end = medium.body.mass.size - o
-    return _Stress((stress[0, :end], stress[1, :end], stress[2, :end]), (stress[0, o:], stress[1, o:], stress[2, o:]))
+    pressure: FloatArray
+    deviator: FloatArray
+    xx: FloatArray
+    yy: FloatArray
+    xy: FloatArray
 
 
 @internal_inlined
-def _mean_stress(row, p):
-    """Return the mean stress of a link, K theta, with what is left of its shear modulus [Pa]."""
-    (pressure_i, pressure_j), (deviator_i, deviator_j) = row.pressure, row.deviator
-    left = 1.0 + row.stiffness[p]
-    return 0.5 * ((pressure_i[p] + pressure_j[p]) + (2.0 * left / 3.0) * (deviator_i[p] + deviator_j[p]))
+def _ends_of(layout, cells, q):
+    o = layout.offset[q]
+    return _Ends(cells[PRESSURE, o:], cells[DEVIATOR, o:], cells[STRESS_XX, o:], cells[STRESS_YY, o:], cells[STRESS_XY, o:])
 
 
 @internal_inlined
-def _link_stress(row, stress, factor, number, p):
-    """Return what a criterion judges. Along the face of a link the mean stress of both automata acts."""
-    (xx_i, yy_i, xy_i), (xx_j, yy_j, xy_j) = stress.first, stress.second
-    xx, yy, xy = 0.5 * (xx_i[p] + xx_j[p]), 0.5 * (yy_i[p] + yy_j[p]), 0.5 * (xy_i[p] + xy_j[p])
-    sx, sy = -row.ey[p], row.ex[p]
+def _mean_stresses(cells, ends, stiffness, p):
+    """Return the means of the stresses xx, yy and xy of both automata, and K theta with what is left of G [Pa]."""
+    xx, yy = 0.5 * (cells[STRESS_XX, p] + ends.xx[p]), 0.5 * (cells[STRESS_YY, p] + ends.yy[p])
+    left = 1.0 + stiffness
+    mean = 0.5 * ((cells[PRESSURE, p] + ends.pressure[p]) + (2.0 * left / 3.0) * (cells[DEVIATOR, p] + ends.deviator[p]))
+    return xx, yy, 0.5 * (cells[STRESS_XY, p] + ends.xy[p]), mean
+
+
+@internal_inlined
+def _judge(law, histories, scratch, ends, q, p):
+    """Return what decides whether a link breaks, its limit, and the number of the cause.
+
+    Along the face of a link the mean stress of both automata acts.
+    """
+    links = scratch.links
+    xx, yy, xy, mean = _mean_stresses(scratch.cells, ends, histories.stiffness[q, p], p)
+    sx, sy = -links[EY, q, p], links[EX, q, p]
     side = (sx * sx * xx + sy * sy * yy) + 2.0 * (sx * sy) * xy
-    mean, normal, tangential = _mean_stress(row, p), row.normal[p], row.tangential[p]
+    normal, tangential = links[NORMAL, q, p], links[TANGENTIAL, q, p]
     equivalent = equivalent_stress(normal, side, 3.0 * mean - normal - side, tangential)
-    eps, gamma = row.eps[p] - row.origin_eps[p], row.gamma[p] - row.origin_gamma[p]
-    return LinkStress(eps, gamma, normal, tangential, equivalent, mean, factor[p], number + p)
+    eps, gamma = links[EPS, q, p] - histories.origin_eps[q, p], links[GAMMA, q, p] - histories.origin_gamma[q, p]
+    number = q * links.shape[2] + p
+    return failure(law.criterion, LinkStress(eps, gamma, normal, tangential, equivalent, mean, law.factors[q, p], number))
 
 
 @internal
 def count_failing(medium, scratch):
     """Return how many links have to break."""
     failing = 0
-    for q in range(medium.body.layout.offset.size):
-        row, stress = _row_of(medium, scratch, q), _stress_of(medium, q)
-        failing += _count_failing(medium.law.criterion, row, stress, medium.law.factors[q], q * medium.body.mass.size)
+    for q in range(scratch.links.shape[1]):
+        ends = _ends_of(medium.body.layout, scratch.cells, q)
+        for p in range(ends.xx.size):
+            value, limit, _ = _judge(medium.law, medium.histories, scratch, ends, q, p)
+            failing += 1 if (medium.histories.weight[q, p] == 1.0) & (value >= limit) else 0
     return failing
 
 
-@internal
-def _count_failing(law, row, stress, factor, number):
-    failing = 0
-    for p in range(row.eps.size):
-        value, limit, _ = failure(law, _link_stress(row, stress, factor, number, p))
-        failing += 1 if (row.weight[p] == 1.0) & (value >= limit) else 0
-    return failing
-
-
-@internal
-def failure_of(medium, scratch, q, p):
-    """Return what decides whether a link breaks, its limit, and the number of the cause."""
-    row, stress, number = _row_of(medium, scratch, q), _stress_of(medium, q), q * medium.body.mass.size
-    return failure(medium.law.criterion, _link_stress(row, stress, medium.law.factors[q], number, p))
-
-
 @jit
-def find_failing(medium, scratch):
-    """Call `count_failing` from Python."""
-    return count_failing(medium, scratch)
-
-
-@jit
-def criterion_ratios(medium, scratch, direction, place, ratio_out, cause_out):
-    """Write how near links are to breaking: what decides over its limit, 0 of those that are broken or far from it.
-
-    Args:
-        medium: a `Medium`.
-        scratch: a `lattice.Scratch`, as `measure_medium` leaves it.
-        direction: of the links, shape (k,).
-        place: where they begin, shape (k,).
-        ratio_out: shape (k,).
-        cause_out: the numbers of what decides, shape (k,).
-    """
-    for row in range(place.size):
-        q, p = direction[row], place[row]
-        ratio_out[row], cause_out[row] = 0.0, 0
-        if medium.histories.weight[q, p] == 1.0:
-            value, limit, cause_out[row] = failure_of(medium, scratch, q, p)
-            ratio_out[row] = max(value / limit, 0.0)
+def judge_links(medium, scratch, found):
+    """Write what decides whether each link breaks, its limit, and the number of the cause, shape (3, directions, m)."""
+    for q in range(scratch.links.shape[1]):
+        ends = _ends_of(medium.body.layout, scratch.cells, q)
+        for p in range(ends.xx.size):
+            found[0, q, p], found[1, q, p], found[2, q, p] = _judge(medium.law, medium.histories, scratch, ends, q, p)
 
 
 # -- flow -------------------------------------------------------------------------------------------------------------------
@@ -502,48 +391,37 @@ def _let_nothing_flow(response, medium, motion, scratch, time):
 @let_flow.register(Flow)
 @let_flow.register(FlowOfEach)
 def _let_flow(response, medium, motion, scratch, time):
-    lost, layout = 0.0, medium.body.layout
+    lost, layout, histories, size = 0.0, medium.body.layout, medium.histories, scratch.links.shape[2]
     for q in range(layout.offset.size):
-        row, stress, number = _row_of(medium, scratch, q), _stress_of(medium, q), q * medium.body.mass.size
-        if not _count_flowing(response, row, stress, number):
-            continue
-        for p in range(row.eps.size):
-            equivalent = _mean_equivalent(row, stress, p)
-            law = flow_of(response, number + p)
-            if row.weight[p] == 1.0 and equivalent > law.onset:
+        ends = _ends_of(layout, scratch.cells, q)
+        for p in range(ends.xx.size):
+            law = flow_of(response, q * size + p)
+            equivalent = _mean_equivalent(scratch.cells, ends, histories.stiffness[q, p], p)
+            if histories.weight[q, p] == 1.0 and equivalent > law.onset:
                 taken = _flow(law, medium, motion, scratch, (q, p), equivalent, time)
                 # A link that ends at an automaton of which there is a ghost is there twice.
-                lost += taken if _is_real(layout, p) else 0.0
+                lost += taken if _is_real(layout.ghosts, p) else 0.0
     return lost
 
 
 @internal
-def _is_real(layout, p):
+def _is_real(ghosts, p):
     """Return whether a place is not that of a ghost."""
-    for row in range(layout.ghosts.shape[0]):
-        if layout.ghosts[row, 0] == p:
+    for row in range(ghosts.shape[0]):
+        if ghosts[row, 0] == p:
             return False
     return True
 
 
-@internal
-def _count_flowing(response, row, stress, number):
-    flowing = 0
-    for p in range(row.eps.size):
-        flowing += 1 if (row.weight[p] == 1.0) & (_mean_equivalent(row, stress, p) > flow_of(response, number + p).onset) else 0
-    return flowing
-
-
 @internal_inlined
-def _mean_equivalent(row, stress, p):
+def _mean_equivalent(cells, ends, stiffness, p):
     """Return the equivalent stress of the mean of both automata [Pa].
 
     All pairs of an automaton then yield together. With their own tractions they would not: what one pair takes off its deviator
     the others' stress along z would have to carry.
     """
-    (xx_i, yy_i, xy_i), (xx_j, yy_j, xy_j) = stress.first, stress.second
-    xx, yy, xy = 0.5 * (xx_i[p] + xx_j[p]), 0.5 * (yy_i[p] + yy_j[p]), 0.5 * (xy_i[p] + xy_j[p])
-    return equivalent_stress(xx, yy, 3.0 * _mean_stress(row, p) - xx - yy, xy)
+    xx, yy, xy, mean = _mean_stresses(cells, ends, stiffness, p)
+    return equivalent_stress(xx, yy, 3.0 * mean - xx - yy, xy)
 
 
 @internal
@@ -559,8 +437,8 @@ def _flow(law, medium, motion, scratch, link, equivalent, time):
     """
     (q, p), body, h = link, medium.body, medium.histories
     j = p + body.layout.offset[q]
-    eps, gamma = scratch.links.eps[q, p] - h.origin_eps[q, p], scratch.links.gamma[q, p] - h.origin_gamma[q, p]
-    theta, shear = 0.5 * (scratch.forces.dilation[p] + scratch.forces.dilation[j]), body.shear[p]
+    eps, gamma = scratch.links[EPS, q, p] - h.origin_eps[q, p], scratch.links[GAMMA, q, p] - h.origin_gamma[q, p]
+    theta, shear = 0.5 * (scratch.cells[DILATION, p] + scratch.cells[DILATION, j]), body.cells[SHEAR, p]
     before = History(h.plastic_eps[q, p], h.plastic_gamma[q, p], 1.0 + h.stiffness[q, p], h.inelastic[q, p])
     after = respond(law, before, equivalent, eps, gamma, theta, shear)
     along, across = strain_rates(body, motion, scratch, q, p)
@@ -569,16 +447,16 @@ def _flow(law, medium, motion, scratch, link, equivalent, time):
     h.plastic_eps[q, p], h.plastic_gamma[q, p] = after.eps, after.gamma
     h.stiffness[q, p], h.inelastic[q, p] = k - 1.0, after.inelastic
     flow = (g * ux + k * wx) * (after.eps - before.eps) + (g * uy + k * wy) * (after.gamma - before.gamma)
-    return body.face[q, p] * body.diameter * shear * ((g - k) * (ux * wx + uy * wy) + flow)
+    return body.links[FACE, q, p] * body.diameter * shear * ((g - k) * (ux * wx + uy * wy) + flow)
 
 
 @internal_inlined
 def strain_rates(body, motion, scratch, q, p):
     """Return the rates of the strains of a link, along and across [1/s]."""
     j, inverse, links = p + body.layout.offset[q], 1.0 / body.diameter, scratch.links
-    vx, vy = motion.vx[j] - motion.vx[p], motion.vy[j] - motion.vy[p]
-    turning, nx, ny = 0.5 * (motion.spin[p] + motion.spin[j]), links.ex[q, p], links.ey[q, p]
+    vx, vy = motion[VX, j] - motion[VX, p], motion[VY, j] - motion[VY, p]
+    turning, nx, ny = 0.5 * (motion[SPIN, p] + motion[SPIN, j]), links[EX, q, p], links[EY, q, p]
     return (
-        (vx * nx + vy * ny) * inverse + turning * links.gamma[q, p],
-        (vy * nx - vx * ny) * inverse - turning * (1.0 + links.eps[q, p]),
+        (vx * nx + vy * ny) * inverse + turning * links[GAMMA, q, p],
+        (vy * nx - vx * ny) * inverse - turning * (1.0 + links[EPS, q, p]),
     )

@@ -8,7 +8,8 @@ import numpy as np
 import numpy.typing as npt
 
 from ..support.float_arrays import FloatArray
-from ..support.jit import internal, internal_inlined, jit
+from ..support.jit import internal, internal_inlined
+from .lattice import FORCE_X, FORCE_Y, INERTIA, MASS, SPIN, TORQUE, VX, VY, X, Y
 
 # Bits of `Grip.held`.
 HOLDS_X, HOLDS_Y, HOLDS_ROTATION = 1, 2, 4
@@ -70,37 +71,27 @@ def load_torque(load, row):
 @internal
 def drift(motion, time):
     """Move automata for a time [s] with their velocities."""
-    _advance(motion.x, motion.vx, time)
-    _advance(motion.y, motion.vy, time)
-    _advance(motion.angle, motion.spin, time)
-
-
-@internal
-def _advance(value, rate, time):
-    for p in range(value.size):
-        value[p] += time * rate[p]
+    for row in range(VX):
+        value, rate = motion[row], motion[VX + row]
+        for p in range(value.size):
+            value[p] += time * rate[p]
 
 
 @internal
 def kick(body, motion, forces, time):
-    """Accelerate automata for a time [s]."""
-    _accelerate(motion.vx, forces.x, body.mass, time)
-    _accelerate(motion.vy, forces.y, body.mass, time)
-    _accelerate(motion.spin, forces.torque, body.inertia, time)
-
-
-@internal
-def _accelerate(velocity, force, mass, time):
-    for p in range(velocity.size):
-        velocity[p] += time / mass[p] * force[p]
+    """Accelerate automata for a time [s]; the first rows of `forces` are those of `lattice.Scratch.cells`."""
+    for row in range(VX):
+        velocity, force, mass = motion[VX + row], forces[row], body.cells[INERTIA if row == TORQUE else MASS]
+        for p in range(velocity.size):
+            velocity[p] += time / mass[p] * force[p]
 
 
 @internal
 def count_fast(motion, limit):
     """Return how many automata have a squared speed above a limit, or none that is a number."""
     fast = 0
-    for p in range(motion.vx.size):
-        fast += 0 if motion.vx[p] * motion.vx[p] + motion.vy[p] * motion.vy[p] <= limit else 1
+    for p in range(motion.shape[1]):
+        fast += 0 if motion[VX, p] * motion[VX, p] + motion[VY, p] * motion[VY, p] <= limit else 1
     return fast
 
 
@@ -108,8 +99,8 @@ def count_fast(motion, limit):
 def largest_speed(motion):
     """Return the largest speed [m/s] of those that are numbers."""
     largest = 0.0
-    for p in range(motion.vx.size):
-        square = motion.vx[p] * motion.vx[p] + motion.vy[p] * motion.vy[p]
+    for p in range(motion.shape[1]):
+        square = motion[VX, p] * motion[VX, p] + motion[VY, p] * motion[VY, p]
         largest = square if square > largest else largest
     return np.sqrt(largest)
 
@@ -119,7 +110,7 @@ def keep_velocities(place, motion, before):
     """Write the velocities and spins of automata before a kick, shape (k, 3)."""
     for row in range(place.size):
         p = place[row]
-        before[row, 0], before[row, 1], before[row, 2] = motion.vx[p], motion.vy[p], motion.spin[p]
+        before[row, 0], before[row, 1], before[row, 2] = motion[VX, p], motion[VY, p], motion[SPIN, p]
 
 
 @internal
@@ -129,40 +120,30 @@ def kick_with_inputs(body, motion, forces, inputs, time):
     Args:
         body: a `lattice.Body`.
         motion: a `lattice.Motion`, updated in place.
-        forces: `lattice.Forces`; those on loaded automata are updated.
+        forces: rows of `lattice.Scratch.cells`; those on loaded automata are updated.
         inputs: `Inputs`; the tallies are updated.
         time: of the kick [s].
     """
-    add_loads(body, motion, forces, inputs, time)
-    keep_velocities(inputs.grip.place, motion, inputs.grip.before)
-    kick(body, motion, forces, time)
-    hold(body, motion, forces, inputs, time)
-    settle_loads(inputs.load, motion, time, inputs.tallies[0])
-
-
-@internal
-def add_loads(body, motion, forces, inputs, time):
-    """Add loads to the forces and torques, and their impulses in the next kick to the tally; arguments as above."""
-    load, tally = inputs.load, inputs.tallies[0]
+    load, grip, tally = inputs.load, inputs.grip, inputs.tallies[0]
     keep_velocities(load.place, motion, load.before)
+    keep_velocities(grip.place, motion, grip.before)
     for row in range(load.place.size):
         p = load.place[row]
         fx, fy, turning = load.force[row, 0], load.force[row, 1], load_torque(load, row)
-        forces.x[p] += fx
-        forces.y[p] += fy
-        forces.torque[p] += turning
+        forces[FORCE_X, p] += fx
+        forces[FORCE_Y, p] += fy
+        forces[TORQUE, p] += turning
         tally[IMPULSE_X] += time * fx
         tally[IMPULSE_Y] += time * fy
-        tally[ANGULAR_IMPULSE] += time * ((body.x[p] + motion.x[p]) * fy - (body.y[p] + motion.y[p]) * fx + turning)
-
-
-@internal
-def settle_loads(load, motion, time, tally):
-    """Add the work of loads in a kick to a tally: force times the mean of the velocities before and after; so for torques."""
+        x, y = body.cells[X, p] + motion[X, p], body.cells[Y, p] + motion[Y, p]
+        tally[ANGULAR_IMPULSE] += time * (x * fy - y * fx + turning)
+    kick(body, motion, forces, time)
+    hold(body, motion, forces, inputs, time)
     for row in range(load.place.size):
+        # Force times the mean of the velocities before and after; so for torques.
         p = load.place[row]
-        mean_x, mean_y = 0.5 * (load.before[row, 0] + motion.vx[p]), 0.5 * (load.before[row, 1] + motion.vy[p])
-        mean_spin = 0.5 * (load.before[row, 2] + motion.spin[p])
+        mean_x, mean_y = 0.5 * (load.before[row, 0] + motion[VX, p]), 0.5 * (load.before[row, 1] + motion[VY, p])
+        mean_spin = 0.5 * (load.before[row, 2] + motion[SPIN, p])
         work = load.force[row, 0] * mean_x + load.force[row, 1] * mean_y + load_torque(load, row) * mean_spin
         tally[WORK] += time * work
 
@@ -175,33 +156,19 @@ def hold(body, motion, forces, inputs, time):
         p, held = grip.place[row], grip.held[row]
         before_x, before_y, before_spin = grip.before[row, 0], grip.before[row, 1], grip.before[row, 2]
         if held & HOLDS_X:
-            impulse = body.mass[p] * (grip.velocity[row, 0] - before_x) - time * forces.x[p]
-            motion.vx[p] = grip.velocity[row, 0]
-            tally[WORK] += impulse * 0.5 * (before_x + motion.vx[p])
+            impulse = body.cells[MASS, p] * (grip.velocity[row, 0] - before_x) - time * forces[FORCE_X, p]
+            motion[VX, p] = grip.velocity[row, 0]
+            tally[WORK] += impulse * 0.5 * (before_x + motion[VX, p])
             tally[IMPULSE_X] += impulse
-            tally[ANGULAR_IMPULSE] -= (body.y[p] + motion.y[p]) * impulse
+            tally[ANGULAR_IMPULSE] -= (body.cells[Y, p] + motion[Y, p]) * impulse
         if held & HOLDS_Y:
-            impulse = body.mass[p] * (grip.velocity[row, 1] - before_y) - time * forces.y[p]
-            motion.vy[p] = grip.velocity[row, 1]
-            tally[WORK] += impulse * 0.5 * (before_y + motion.vy[p])
+            impulse = body.cells[MASS, p] * (grip.velocity[row, 1] - before_y) - time * forces[FORCE_Y, p]
+            motion[VY, p] = grip.velocity[row, 1]
+            tally[WORK] += impulse * 0.5 * (before_y + motion[VY, p])
             tally[IMPULSE_Y] += impulse
-            tally[ANGULAR_IMPULSE] += (body.x[p] + motion.x[p]) * impulse
+            tally[ANGULAR_IMPULSE] += (body.cells[X, p] + motion[X, p]) * impulse
         if held & HOLDS_ROTATION:
-            impulse = -body.inertia[p] * before_spin - time * forces.torque[p]
-            motion.spin[p] = 0.0
+            impulse = -body.cells[INERTIA, p] * before_spin - time * forces[TORQUE, p]
+            motion[SPIN, p] = 0.0
             tally[WORK] += impulse * 0.5 * before_spin
             tally[ANGULAR_IMPULSE] += impulse
-
-
-@jit
-def momenta(body, motion, out):
-    """Write momentum (x, y), angular momentum about the origin, kinetic energy of translation and of rotation, shape (5,)."""
-    out[:] = 0.0
-    for i in range(body.layout.place.size):
-        p = body.layout.place[i]
-        mass, inertia, vx, vy, w = body.mass[p], body.inertia[p], motion.vx[p], motion.vy[p], motion.spin[p]
-        out[0] += mass * vx
-        out[1] += mass * vy
-        out[2] += mass * ((body.x[p] + motion.x[p]) * vy - (body.y[p] + motion.y[p]) * vx) + inertia * w
-        out[3] += 0.5 * mass * (vx * vx + vy * vy)
-        out[4] += 0.5 * inertia * w * w

@@ -17,7 +17,7 @@ import numpy.typing as npt
 
 from ..errors import Fault, ParameterError
 from ..support.float_arrays import FloatArray
-from .shapes import ON_THE_OUTLINE, Shape, StraightSide
+from .shapes import ON_THE_OUTLINE, Shape
 
 # cos and sin of 60 degrees: one number each, so that mirrored directions are exactly mirrored.
 _HALF, _SINE = 0.5, 0.5 * math.sqrt(3.0)
@@ -181,23 +181,9 @@ def pack(name: str, shape: Shape, diameter: float, periodic: tuple[bool, bool] =
 
 
 def _refuse_misfit(lattice: Lattice, shape: Shape, diameter: float, periodic: tuple[bool, bool]) -> None:
-    """Refuse straight sides that pass between the rows of the lattice."""
-    faults = _misfits(lattice, shape, shape.straight_sides(), diameter, periodic)
-    if faults:
-        raise ParameterError(*faults)
-
-
-def hole_misfits(packing: Packing, shape: Shape, x: float, y: float) -> list[Fault]:
-    """Return the edges of box-shaped holes beside a point [m] that pass between rows; automata beside them stay whole."""
-    return _misfits(packing.lattice, shape, shape.hole_sides(x, y, packing.diameter), packing.diameter, (False, False))
-
-
-def _misfits(
-    lattice: Lattice, shape: Shape, sides: list[StraightSide], diameter: float, periodic: tuple[bool, bool]
-) -> list[Fault]:
-    """Return which sides pass between the rows of the lattice, with the two nearest places that fit."""
+    """Refuse straight sides that pass between the rows of the lattice, with the two nearest places that fit."""
     faults = []
-    for name, axis, place, rows in sides:
+    for name, axis, place, rows in shape.straight_sides():
         unit = diameter * lattice.unit[axis] * rows
         # A hexagonal packing that is closed on itself has a whole number of diameters along x, two of rows along y.
         step = unit * (2 if periodic[axis] and lattice.name == "hexagonal" else 1)
@@ -205,14 +191,10 @@ def _misfits(
         if abs(count - round(count)) * step > ON_THE_OUTLINE * diameter:
             nearest = sorted({math.floor(count), math.ceil(count)} - {0})
             fitting = " or ".join(f"{shape.anchor[axis] + one * step:.12g} m" for one in nearest)
-            faults.append(
-                Fault(
-                    ("shape", name),
-                    f"{place:.12g} m is {count * rows:.9g} rows of {step / rows:.9g} m",
-                    f"{'a whole' if rows == 1 else 'an even'} number; use {fitting}",
-                )
-            )
-    return faults
+            came = f"{place:.12g} m is {count * rows:.9g} rows of {step / rows:.9g} m"
+            faults.append(Fault(("shape", name), came, f"{'a whole' if rows == 1 else 'an even'} number; use {fitting}"))
+    if faults:
+        raise ParameterError(*faults)
 
 
 def _refuse_idle_holes(lattice: Lattice, shape: Shape, diameter: float) -> None:

@@ -19,7 +19,26 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..support.jit import internal, internal_inlined, jit
+from ..support.jit import internal, internal_inlined
+from .lattice import (
+    ANGLE,
+    COSINE,
+    EPS,
+    EX,
+    EY,
+    FIRST_SHARE,
+    FIRST_TERM,
+    FORCE_X,
+    FORCE_Y,
+    GAMMA,
+    SECOND_SHARE,
+    SECOND_TERM,
+    SINE,
+    TORQUE,
+    TURNING,
+    X,
+    Y,
+)
 
 _QUARTER_TURNS = 2.0 / np.pi
 # pi / 2 in three parts, the first two so short that their products with a small whole number are exact (Cody and Waite).
@@ -56,13 +75,6 @@ def small_turn(x):
 
 
 @internal
-def orient(angle, cosine, sine):
-    """Write cos - 1 and sin of half the rotations."""
-    for p in range(angle.size):
-        cosine[p], sine[p] = half_turn(angle[p])
-
-
-@internal
 def strain_links(body, motion, scratch):
     """Write the half rotations, the strains of all links, and their directions.
 
@@ -71,33 +83,17 @@ def strain_links(body, motion, scratch):
         motion: a `lattice.Motion`.
         scratch: a `lattice.Scratch`.
     """
-    orient(motion.angle, scratch.forces.cosine, scratch.forces.sine)
-    places, links = (motion.x, motion.y, scratch.forces.cosine, scratch.forces.sine), scratch.links
+    links, cells, inverse = scratch.links, scratch.cells, 1.0 / body.diameter
+    for p in range(motion.shape[1]):
+        cells[COSINE, p], cells[SINE, p] = half_turn(motion[ANGLE, p])
     for q in range(body.layout.offset.size):
-        o = body.layout.offset[q]
-        end = motion.x.size - o
-        first = (places[0][:end], places[1][:end], places[2][:end], places[3][:end])
-        second = (places[0][o:], places[1][o:], places[2][o:], places[3][o:])
-        strains, direction = (links.eps[q, :end], links.gamma[q, :end]), (links.ex[q, :end], links.ey[q, :end])
-        _strain(first, second, body.normal[q, 0], body.normal[q, 1], 1.0 / body.diameter, strains, direction)
-
-
-@jit
-def measure_pairs(body, motion, scratch):
-    """Call `strain_links` from Python."""
-    strain_links(body, motion, scratch)
-
-
-@internal
-def _strain(first, second, nx, ny, inverse, strains, direction):
-    """Write strains and directions of links between automata, each given by x, y, cos - 1 and sin of half its rotation."""
-    (xi, yi, cosine_i, sine_i), (xj, yj, cosine_j, sine_j) = first, second
-    (eps, gamma), (ex, ey) = strains, direction
-    for p in range(eps.size):
-        eps[p], gamma[p], ex[p], ey[p] = pair_strain(
-            (inverse * xj[p] - inverse * xi[p], inverse * yj[p] - inverse * yi[p]),
-            (cosine_i[p], sine_i[p]), (cosine_j[p], sine_j[p]), nx, ny,
-        )  # fmt: skip
+        o, nx, ny = body.layout.offset[q], body.normal[q, 0], body.normal[q, 1]
+        xj, yj, cosine_j, sine_j = motion[X, o:], motion[Y, o:], cells[COSINE, o:], cells[SINE, o:]
+        for p in range(xj.size):
+            links[EPS, q, p], links[GAMMA, q, p], links[EX, q, p], links[EY, q, p] = pair_strain(
+                (inverse * xj[p] - inverse * motion[X, p], inverse * yj[p] - inverse * motion[Y, p]),
+                (cells[COSINE, p], cells[SINE, p]), (cosine_j[p], sine_j[p]), nx, ny,
+            )  # fmt: skip
 
 
 @internal_inlined
@@ -111,74 +107,49 @@ def pair_strain(way, first, second, nx, ny):
 
 
 @internal
-def sum_over_links(body, first, second, sign, out):
+def sum_over_links(layout, first, second, sign, out):
     """Write sums over the links of all automata: of `first` where links begin, and of `sign` times `second` where they end.
 
     Args:
-        body: a `lattice.Body`.
+        layout: a `lattice.Layout`.
         first: shape (directions, m).
         second: likewise.
         sign: 1 or -1.
         out: shape (m,).
     """
-    begin, end, offset = body.layout.begin, body.layout.end, body.layout.offset
-    o0, o1 = offset[0], offset[1]
-    right, left = first[0, begin:end], second[0, begin - o0 : end - o0]
-    up, down = first[1, begin:end], second[1, begin - o1 : end - o1]
+    begin, end, offset, sums = layout.begin, layout.end, layout.offset, out[layout.begin : layout.end]
+    right, left = first[0, begin:end], second[0, begin - offset[0] : end - offset[0]]
+    up, down = first[1, begin:end], second[1, begin - offset[1] : end - offset[1]]
     if offset.size == 2:
-        _sum_square(right, left, up, down, sign, out[begin:end])
+        for p in range(sums.size):
+            sums[p] = (up[p] + sign * down[p]) + (right[p] + sign * left[p])
     else:
-        o2 = offset[2]
-        _sum_hexagonal((right, left), (up, down), (first[2, begin:end], second[2, begin - o2 : end - o2]), sign, out[begin:end])
-
-
-@internal
-def _sum_square(right, left, up, down, sign, out):
-    for p in range(out.size):
-        out[p] = (up[p] + sign * down[p]) + (right[p] + sign * left[p])
-
-
-@internal
-def _sum_hexagonal(row, rising, falling, sign, out):
-    (right, left), (upper_right, lower_left), (upper_left, lower_right) = row, rising, falling
-    for p in range(out.size):
-        below = sign * lower_left[p] + sign * lower_right[p]
-        out[p] = (below + (upper_right[p] + upper_left[p])) + (right[p] + sign * left[p])
-
-
-@internal
-def share_out(first_share, second_share, values, first, second):
-    """Write what values of links, shape (m,), add to sums at both of their ends."""
-    for p in range(values.size):
-        first[p], second[p] = first_share[p] * values[p], second_share[p] * values[p]
+        # Up and down are the upper right and the lower left here.
+        upper_left, lower_right = first[2, begin:end], second[2, begin - offset[2] : end - offset[2]]
+        for p in range(sums.size):
+            below = sign * down[p] + sign * lower_right[p]
+            sums[p] = (below + (up[p] + upper_left[p])) + (right[p] + sign * left[p])
 
 
 @internal
 def sum_shares(body, values, links, out):
     """Write the sums of values of links, shape (directions, m), by their shares in both automata, shape (m,)."""
-    for q in range(body.layout.offset.size):
-        share_out(body.first_share[q], body.second_share[q], values[q], links.first[q], links.second[q])
-    sum_over_links(body, links.first, links.second, 1.0, out)
+    for q in range(values.shape[0]):
+        for p in range(values.shape[1]):
+            links[FIRST_TERM, q, p] = body.links[FIRST_SHARE, q, p] * values[q, p]
+            links[SECOND_TERM, q, p] = body.links[SECOND_SHARE, q, p] * values[q, p]
+    sum_over_links(body.layout, links[FIRST_TERM], links[SECOND_TERM], 1.0, out)
 
 
 @internal
-def sum_forces(body, links, forces):
+def sum_forces(body, links, cells):
     """Write the forces and torques of the links on all automata."""
-    sum_over_links(body, links.first, links.first, -1.0, forces.x)
-    sum_over_links(body, links.second, links.second, -1.0, forces.y)
-    sum_over_links(body, links.torque, links.torque, 1.0, forces.torque)
+    sum_over_links(body.layout, links[FIRST_TERM], links[FIRST_TERM], -1.0, cells[FORCE_X])
+    sum_over_links(body.layout, links[SECOND_TERM], links[SECOND_TERM], -1.0, cells[FORCE_Y])
+    sum_over_links(body.layout, links[TURNING], links[TURNING], 1.0, cells[TORQUE])
     radius = 0.5 * body.diameter
-    for p in range(forces.torque.size):
-        forces.torque[p] *= radius
-
-
-@internal
-def dilate(body, values, scratch):
-    """Write the volumetric strains, from the strains of links that count, shape (directions, m)."""
-    theta, stiffening = scratch.forces.dilation, scratch.forces.stiffening
-    sum_shares(body, values, scratch.links, theta)
-    for p in range(theta.size):
-        theta[p] *= stiffening[p]
+    for p in range(cells.shape[1]):
+        cells[TORQUE, p] *= radius
 
 
 @internal_inlined

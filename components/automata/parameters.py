@@ -15,9 +15,9 @@ from ..support.parameter_fields import Index, Magnitude, NotNegativeMagnitude, P
 from ..support.tagged_union import ByName
 from ..support.validation import Parameters, refusal
 from .breaking import ChosenCriteria, ChosenCriterion, Criterion, Unbreakable
-from .relinking import ChosenRelinking, Never
 from .responses import ChosenResponses, Linear, Response
 from .shapes import ChosenShape, Rectangle
+from .welding import ChosenRelinking, Never
 
 __all__ = ["BOUNDARIES", "AutomataParameters", "Place"]
 

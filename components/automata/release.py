@@ -8,28 +8,13 @@ from __future__ import annotations
 import numpy as np
 
 from ..support.jit import internal, internal_inlined, jit
-from .contacts import FIRST, SECOND, SLOT, START, contact_energy, separation, stiffnesses
-from .energies import division_energy, link_at, link_energy, pair_and_volumes, put, volume_energy
-from .links import failure_of, pull_medium, strain_medium
+from .contacts import FIRST, SECOND, START, link_at, put, separation, stiffnesses, weight_of
+from .energies import division_energy, link_energy, volume_energy, whole_energy
+from .lattice import FACE, FIRST_SHARE, NORMAL, SECOND_SHARE
 
 # Places in a tally of losses, and the value of the last one that makes the next step find contacts.
 FRACTURE, FRICTION, INELASTIC, DAMPING, LINKING, TRAVEL, LOSSES = 0, 1, 2, 3, 4, 5, 6
 NEVER_FOUND = 1e300
-
-
-@internal_inlined
-def weight_of(medium, pairs, row):
-    """Return the weight of the link of a contact; 0 where there never was one."""
-    if pairs[row, SLOT] < 0:
-        return 0.0
-    q, p = link_at(medium.body.layout, pairs[row, FIRST], pairs[row, SECOND], pairs[row, SLOT])
-    return medium.histories.weight[q, p]
-
-
-@internal_inlined
-def put_weight(medium, pairs, row, weight):
-    """Write the weight of the link of a contact."""
-    put(medium.histories.weight, medium.body.layout, pairs[row, FIRST], pairs[row, SECOND], pairs[row, SLOT], weight)
 
 
 @internal_inlined
@@ -42,40 +27,35 @@ def scheduled_weight(pairs, row, tick, release):
 
 
 @internal
-def whole_energy(medium, motion, scratch, contacts, row):
-    """Return the energy of a contact, of its link and of both volumes [J]."""
-    i, j, slot = contacts.pairs[row, FIRST], contacts.pairs[row, SECOND], contacts.pairs[row, SLOT]
-    return pair_and_volumes(medium, scratch, i, j, slot) + contact_energy(medium, motion, contacts, row, 0.0)
-
-
-@internal
-def lower_weights(medium, contacts, tick):
+def lower_weights(layout, weight, contacts, tick, release):
     """Give links that are being released the mean of their weights before and after an internal step.
 
     The kick of a step belongs to both of its halves. `settle_weights` then writes the weight after it.
 
     Args:
-        medium: a `links.Medium`; weights are updated.
+        layout: a `lattice.Layout`.
+        weight: of `links.Histories`, updated.
         contacts: `contacts.Contacts`.
         tick: number of the internal step.
+        release: of the law of the links.
 
     Returns:
         Whether weights of others rise: see `welding.raise_weights`.
     """
     rising = False
     for row in range(contacts.used):
-        weight = weight_of(medium, contacts.pairs, row)
-        if 0.0 < weight < 1.0:
+        before = weight_of(layout, weight, contacts.pairs, row)
+        if 0.0 < before < 1.0:
             if contacts.pairs[row, START] >= 0:
-                after = scheduled_weight(contacts.pairs, row, tick, medium.law.release)
-                put_weight(medium, contacts.pairs, row, 0.5 * (weight + after))
+                after = scheduled_weight(contacts.pairs, row, tick, release)
+                put(weight, layout, contacts.pairs, row, 0.5 * (before + after))
             else:
                 rising = True
     return rising
 
 
 @internal
-def settle_weights(medium, motion, scratch, contacts, tick, losses):
+def settle_weights(medium, motion, links, contacts, tick, losses):
     """Give links whose weights change those after an internal step, and count the energy that releasing them takes.
 
     The energy that one of them takes depends on the weights of the others at its ends: each is counted while the others have
@@ -84,114 +64,67 @@ def settle_weights(medium, motion, scratch, contacts, tick, losses):
     Args:
         medium: a `links.Medium`; weights are updated.
         motion: a `lattice.Motion`.
-        scratch: a `lattice.Scratch`, with the strains of the present positions.
+        links: of a `lattice.Scratch`, with the strains of the present positions.
         contacts: `contacts.Contacts`, which have slid up to now.
         tick: number of the internal step.
         losses: see FRACTURE, updated in place.
     """
+    layout, weight, pairs = medium.body.layout, medium.histories.weight, contacts.pairs
     for row in range(contacts.used):
-        if 0.0 < weight_of(medium, contacts.pairs, row) < 1.0 and contacts.pairs[row, START] >= 0:
-            losses[FRACTURE] += _released_energy(medium, motion, scratch, contacts, row, tick)
+        mean = weight_of(layout, weight, pairs, row)
+        if 0.0 < mean < 1.0 and pairs[row, START] >= 0:
+            after, released = scheduled_weight(pairs, row, tick, medium.law.release), 0.0
+            for sign, value in ((1.0, 2.0 * mean - after), (-1.0, after)):
+                put(weight, layout, pairs, row, value)
+                released += sign * whole_energy(medium, motion, links, contacts, row)
+            put(weight, layout, pairs, row, mean)
+            losses[FRACTURE] += released
     for row in range(contacts.used):
-        if 0.0 < weight_of(medium, contacts.pairs, row) < 1.0:
-            weight = scheduled_weight(contacts.pairs, row, tick, medium.law.release)
-            put_weight(medium, contacts.pairs, row, weight)
-            if weight == 1.0:
+        if 0.0 < weight_of(layout, weight, pairs, row) < 1.0:
+            after = scheduled_weight(pairs, row, tick, medium.law.release)
+            put(weight, layout, pairs, row, after)
+            if after == 1.0:
                 # It holds: before the next step its contact goes from the list.
                 losses[TRAVEL] = NEVER_FOUND
 
 
-@internal
-def _released_energy(medium, motion, scratch, contacts, row, tick):
-    """Return what releasing a link takes in an internal step, the weights being the means of this step [J]."""
-    mean = weight_of(medium, contacts.pairs, row)
-    after = scheduled_weight(contacts.pairs, row, tick, medium.law.release)
-    put_weight(medium, contacts.pairs, row, 2.0 * mean - after)
-    released = whole_energy(medium, motion, scratch, contacts, row)
-    put_weight(medium, contacts.pairs, row, after)
-    released -= whole_energy(medium, motion, scratch, contacts, row)
-    put_weight(medium, contacts.pairs, row, mean)
-    return released
-
-
 @jit
-def break_links(medium, motion, scratch, pairs, numbers, contacts, events, tick):
-    """Break the links whose criterion is met: each becomes a contact and an event; there must be room for them.
-
-    Args:
-        medium: a `links.Medium`; weights are updated.
-        motion: a `lattice.Motion`.
-        scratch: a `lattice.Scratch`, with strains and stresses of the present positions.
-        pairs: see `packing.Packing.pairs`, shape (links, 3).
-        numbers: of the links in these, shape (directions, m).
-        contacts: `contacts.Contacts`, written from row `used` on.
-        events: rows as `events.event_rows` says, one for each link that breaks.
-        tick: number of the step.
-
-    Returns:
-        How many links broke.
-    """
-    broken, layout = 0, medium.body.layout
-    for i in range(layout.place.size):
-        p = layout.place[i]
-        for q in range(layout.offset.size):
-            if medium.histories.weight[q, p] != 1.0:
-                continue
-            value, limit, cause = failure_of(medium, scratch, q, p)
-            if not value >= limit:
-                continue
-            at, number = contacts.used + broken, numbers[q, p]
-            j, row = pairs[number, 1], contacts.pairs[at]
-            row[FIRST], row[SECOND], row[SLOT], row[START] = i, j, q, tick
-            if i > j:
-                row[FIRST], row[SECOND], row[SLOT] = j, i, q + layout.offset.size
-            contacts.slid[at] = 0.0
-            contacts.rest[at] = _rest_distance(medium, motion, scratch, i, j, q)
-            event = events[broken]
-            event[0], event[1], event[2], event[3], event[4] = tick + 1, cause, number, value, limit
-            broken += 1
-    if broken:
-        _lower_first(medium, contacts, broken, tick)
-        strain_medium(medium, motion, scratch)
-        pull_medium(medium, scratch)
-    return broken
-
-
-@internal
-def _lower_first(medium, contacts, broken, tick):
-    """Give links that have just broken the mean weight of their first step."""
-    for row in range(contacts.used, contacts.used + broken):
-        after = scheduled_weight(contacts.pairs, row, tick, medium.law.release)
-        put_weight(medium, contacts.pairs, row, 0.5 * (1.0 + after))
-
-
-@internal
-def _rest_distance(medium, motion, scratch, i, j, q):
-    """Return the distance at rest of the contact that a breaking link leaves behind [m].
+def rest_distances(medium, motion, scratch, contacts, begin):
+    """Write the distances at rest of the contacts that breaking links leave behind, from row `begin` on [m].
 
     The contact takes over the pressure of the link, but no more than the overlap since the diameter, which an elastic link
     has, and no more energy than the link has with its part of the energies of both volumes: a link that has flowed together
     holds less of both. One that pulls leaves a contact without overlap.
+
+    Args:
+        medium: a `links.Medium`.
+        motion: a `lattice.Motion`.
+        scratch: a `lattice.Scratch`, with strains and tractions of the present positions.
+        contacts: `contacts.Contacts`, updated.
+        begin: first of these rows.
     """
-    body = medium.body
-    p, end = body.layout.place[i], body.layout.place[j]
-    _, _, r = separation(medium, motion, i, j)
-    normal = medium.tractions.normal[q, p]
-    most = body.diameter - r
-    if not (most > 0.0 and normal < 0.0):
-        return min(body.diameter, r)
-    stiffness, _ = stiffnesses(medium.ground, i, j)
-    energy = link_energy(medium, scratch, q, p) - division_energy(medium.mixture, medium, scratch, q, p)
-    energy += _part_of_volume(medium, scratch, p, body.first_share[q, p])
-    energy += _part_of_volume(medium, scratch, end, body.second_share[q, p])
-    return r + min(most, -normal * body.face[q, p] / stiffness, np.sqrt(max(2.0 * energy / stiffness, 0.0)))
+    body, h, links = medium.body, medium.histories, scratch.links
+    for row in range(begin, contacts.used):
+        i, j = contacts.pairs[row, FIRST], contacts.pairs[row, SECOND]
+        q, p = link_at(body.layout, contacts.pairs, row)
+        _, _, r = separation(medium.ground, body.layout.place, motion, i, j)
+        most, normal = body.diameter - r, links[NORMAL, q, p]
+        contacts.rest[row] = min(body.diameter, r)
+        if most > 0.0 and normal < 0.0:
+            stiffness, _ = stiffnesses(medium.ground, i, j)
+            begins = body.layout.place[i] == p
+            energy = link_energy(medium, links, q, p) - division_energy(medium.mixture, body, h, links, q, p)
+            energy += _part_of_volume(body, h, links, p, body.links[FIRST_SHARE, q, p])
+            energy += _part_of_volume(body, h, links, body.layout.place[j if begins else i], body.links[SECOND_SHARE, q, p])
+            face = body.links[FACE, q, p]
+            contacts.rest[row] = r + min(most, -normal * face / stiffness, np.sqrt(max(2.0 * energy / stiffness, 0.0)))
 
 
 @internal
-def _part_of_volume(medium, scratch, p, share):
+def _part_of_volume(body, h, links, p, share):
     """Return the part of the energy of a volume that belongs to a link with a share in its strain [J]."""
-    body, weight, shares = medium.body, medium.histories.weight, 0.0
+    shares = 0.0
     for q in range(body.layout.offset.size):
-        o = body.layout.offset[q]
-        shares += weight[q, p] * body.first_share[q, p] + weight[q, p - o] * body.second_share[q, p - o]
-    return volume_energy(medium, scratch, p) * share / shares
+        b = p - body.layout.offset[q]
+        shares += h.weight[q, p] * body.links[FIRST_SHARE, q, p] + h.weight[q, b] * body.links[SECOND_SHARE, q, b]
+    return volume_energy(body, h, links, p) * share / shares

@@ -10,15 +10,15 @@ import numpy as np
 from pydantic import SerializeAsAny, model_validator
 
 from ..errors import one_line
-from ..regions import Box, ChosenArea
-from ..support.float_arrays import FloatArray
+from ..regions import ChosenArea
+from ..support.float_arrays import FloatArray, norms
 from ..support.parameter_fields import SignedPair, field
 from ..support.tagged_union import ByName, Named
 from ..support.validation import refusal
 
 # Points this close to the outline are on it, in diameters of an automaton.
 ON_THE_OUTLINE = 1e-6
-# A corner of a polygon this close to another of its sides lies on it, in parts of the polygon's extent.
+# Sides of a polygon this close to each other touch, in parts of its extent.
 _TOUCHING = 1e-9
 
 
@@ -60,21 +60,6 @@ class Shape(Named):
     def straight_sides(self) -> list[StraightSide]:
         """Return the sides along x or y that have to lie on rows of centres."""
         return []
-
-    def hole_sides(self, x: float, y: float, margin: float) -> list[StraightSide]:
-        """Return those edges of box-shaped holes that lie inside the shape, of the holes within a margin of a point [m]."""
-        left, right, low, high = self.bounds
-        sides = []
-        for number, hole in enumerate(self.holes):
-            west, east, south, north = hole.bounds
-            beside = west - margin <= x <= east + margin and south - margin <= y <= north + margin
-            if not (isinstance(hole, Box) and beside):
-                continue
-            for axis, (name, ends, limits) in enumerate((("x", hole.x, (left, right)), ("y", hole.y, (low, high)))):
-                for end, place in enumerate(ends):
-                    if limits[0] < place < limits[1]:
-                        sides.append(StraightSide(f"holes[{number}].{name}[{end}]", axis, place))
-        return sides
 
 
 class Rectangle(Shape):
@@ -158,13 +143,10 @@ class Polygon(Shape):
         twice = np.flatnonzero((corners == np.roll(corners, -1, axis=0)).all(axis=1))
         if len(twice):
             raise refusal(f"corner {twice[0]} is followed by itself", hint="give each corner once", at=("corners",))
-        crossing = _first_crossing(corners)
-        if crossing is not None:
-            raise refusal(f"side {crossing[0]} crosses side {crossing[1]}", "a polygon that does not", at=("corners",))
-        touching = _first_touch(corners)
-        if touching is not None:
+        meeting = _first_meeting(corners)
+        if meeting is not None:
             raise refusal(
-                touching,
+                f"side {meeting[0]} meets side {meeting[1]}",
                 "a polygon that touches itself nowhere",
                 hint="give slits and notches as boxes in `holes`, and leave a gap between parts that would meet in a point",
                 at=("corners",),
@@ -210,41 +192,25 @@ def _area(corners: FloatArray) -> float:
     return 0.5 * float((x * np.roll(y, -1) - y * np.roll(x, -1)).sum())
 
 
-def _first_crossing(corners: FloatArray) -> tuple[int, int] | None:
-    """Return the numbers of two sides that cross, or None."""
-    ends = np.roll(corners, -1, axis=0)
-    for first in range(len(corners)):
+def _first_meeting(corners: FloatArray) -> tuple[int, int] | None:
+    """Return the numbers of two sides, not next to each other, that cross or touch; None where none do."""
+    limit, ends, count = _TOUCHING * float(np.ptp(corners, axis=0).max()), np.roll(corners, -1, axis=0), len(corners)
+    for first in range(count):
         a, b = corners[first], ends[first]
-        c, d = corners[first + 1 :], ends[first + 1 :]
-        across = _turn(a, b, c) * _turn(a, b, d)
-        along = _turn(c, d, a) * _turn(c, d, b)
-        found = np.flatnonzero((across < 0.0) & (along < 0.0))
-        if len(found):
-            return first, first + 1 + int(found[0])
+        others = np.array([other for other in range(first + 2, count) if (other + 1) % count != first], np.int64)
+        c, d = corners[others], ends[others]
+        crosses = (_turn(a, b, c) * _turn(a, b, d) < 0.0) & (_turn(c, d, a) * _turn(c, d, b) < 0.0)
+        near = np.minimum.reduce([_distance(a, c, d), _distance(b, c, d), _distance(c, a, b), _distance(d, a, b)]) <= limit
+        if (crosses | near).any():
+            return first, int(others[(crosses | near).argmax()])
     return None
 
 
-def _first_touch(corners: FloatArray) -> str | None:
-    """Return which corner lies on which other corner, or on which side that does not end there; None where none does."""
-    limit = _TOUCHING * float(np.ptp(corners, axis=0).max())
-    ends = np.roll(corners, -1, axis=0)
-    (left, low), (right, high) = (np.minimum(corners, ends) - limit).T, (np.maximum(corners, ends) + limit).T
-    for number, (x, y) in enumerate(corners.tolist()):
-        for side in np.flatnonzero((left <= x) & (x <= right) & (low <= y) & (y <= high)).tolist():
-            both = (side, (side + 1) % len(corners))
-            if number in both or _distance((x, y), *corners[list(both)].tolist()) > limit:
-                continue
-            met = [f"corner {other}" for other in both if math.dist(corners[other], (x, y)) <= limit] or [f"side {side}"]
-            return f"corner {number} at ({x:.9g}, {y:.9g}) m lies on {met[0]}"
-    return None
-
-
-def _distance(point: tuple[float, float], start: list[float], end: list[float]) -> float:
-    """Return how far a point lies off a side [m]."""
-    (x, y), (ax, ay), (bx, by) = point, start, end
-    along = ((x - ax) * (bx - ax) + (y - ay) * (by - ay)) / ((bx - ax) ** 2 + (by - ay) ** 2)
-    part = min(max(along, 0.0), 1.0)
-    return math.hypot(x - ax - part * (bx - ax), y - ay - part * (by - ay))
+def _distance(point: FloatArray, start: FloatArray, end: FloatArray) -> FloatArray:
+    """Return how far points lie off sides, shape (k,) [m]; each argument is one of them or k, shape (2,) or (k, 2)."""
+    way, offset = end - start, point - start
+    part = np.clip((way * offset).sum(axis=-1) / (way * way).sum(axis=-1), 0.0, 1.0)
+    return norms(offset - part[..., np.newaxis] * way)
 
 
 def _turn(a: FloatArray, b: FloatArray, c: FloatArray) -> Any:

@@ -8,9 +8,8 @@ from collections.abc import Callable
 import numpy as np
 
 from ..support.counter_random import uniform
-from ..support.jit import jit
 from ..support.stable_step import ResultCache
-from .lattice import Body, Motion, Scratch, make_motion, make_scratch, update_ghosts
+from .lattice import INERTIA, MASS, TORQUE, VX, Body, Motion, Scratch, copy_to_ghosts, make_scratch, ordered_sum
 
 # Amplitude of displacements over the diameter and of rotations: what is not linear is as small as this.
 _AMPLITUDE = 1e-9
@@ -30,61 +29,34 @@ def largest_frequency(body: Body, update: Callable[[Motion, Scratch], object], b
         update: writes the forces and torques of a motion to a scratch.
         breakable: whether these are computed by the kernels of links that may break: their last bits differ.
     """
-    layout, *fields = body
-    return _found[breakable].get((*layout, *fields), lambda: _compute_frequency(body, update))
+    return _found[breakable].get((*body.layout, *body[1:]), lambda: _compute_frequency(body, update, breakable))
 
 
-def _compute_frequency(body: Body, update: Callable[[Motion, Scratch], object]) -> float:
-    place = body.layout.place
-    scratch, motion = make_scratch(body), make_motion(body.layout.size)
-    vector = uniform(1, 1, 3 * len(place)).reshape(len(place), 3) - 0.5
+def _compute_frequency(body: Body, update: Callable[[Motion, Scratch], object], breakable: bool) -> float:
+    place, length = body.layout.place, body.diameter
+    mass, inertia = body.cells[MASS : INERTIA + 1, place]
+    units, weights = np.array([length, length, 1.0]), np.stack([mass, mass, inertia])
+    scratch, motion = make_scratch(body, histories=breakable), np.zeros((6, body.layout.size))
+    vector = (uniform(1, 1, 3 * len(place)).reshape(len(place), 3) - 0.5).T
     square, rounds = 0.0, 0
     while rounds < _MOST_ROUNDS:
         before = square
         for _ in range(_ROUNDS):
-            size = _displace(body, vector, motion)
+            # A vector in diameters and in rad, times a small number.
+            norm = ordered_sum(mass * length * length * (vector[0] ** 2 + vector[1] ** 2) + inertia * vector[2] ** 2)
+            size = _AMPLITUDE / np.sqrt(norm / (mass[0] * length * length))
+            motion[:VX, place] = size * units[:, np.newaxis] * vector
+            copy_to_ghosts(body.layout, motion)
             update(motion, scratch)
-            square = _iterate(body, motion, scratch, vector, size)
+            (x, y, w), force = motion[:VX, place], scratch.cells[: TORQUE + 1, place]
+            work = -ordered_sum(x * force[0] + y * force[1] + w * force[2])
+            norm = ordered_sum(mass * (x * x + y * y) + inertia * w * w)
+            vector = -(norm / (size * work)) * force / (weights * units[:, np.newaxis])
+            square = work / norm
         rounds += _ROUNDS
         if square - before <= _CHANGE * square or rounds * len(place) > _MOST_WORK:
             break
     return math.sqrt(square)
-
-
-@jit
-def _displace(body, vector, motion):
-    """Displace and turn automata by a vector (in diameters, in rad), shape (n, 3), times a small number; return that."""
-    length, norm, place = body.diameter, 0.0, body.layout.place
-    for i in range(place.size):
-        p = place[i]
-        norm += body.mass[p] * length * length * (vector[i, 0] ** 2 + vector[i, 1] ** 2) + body.inertia[p] * vector[i, 2] ** 2
-    size = _AMPLITUDE / np.sqrt(norm / (body.mass[place[0]] * length * length))
-    for i in range(place.size):
-        p = place[i]
-        motion.x[p], motion.y[p] = size * length * vector[i, 0], size * length * vector[i, 1]
-        motion.angle[p] = size * vector[i, 2]
-    update_ghosts(body.layout, motion.x)
-    update_ghosts(body.layout, motion.y)
-    update_ghosts(body.layout, motion.angle)
-    return size
-
-
-@jit
-def _iterate(body, motion, scratch, vector, size):
-    """Write M^-1 K of the vector that `_displace` took, scaled, from the forces; return the Rayleigh quotient."""
-    forces, length, work, norm, place = scratch.forces, body.diameter, 0.0, 0.0, body.layout.place
-    for i in range(place.size):
-        p = place[i]
-        x, y, w = motion.x[p], motion.y[p], motion.angle[p]
-        work -= x * forces.x[p] + y * forces.y[p] + w * forces.torque[p]
-        norm += body.mass[p] * (x * x + y * y) + body.inertia[p] * w * w
-    scale = norm / (size * work)
-    for i in range(place.size):
-        p = place[i]
-        vector[i, 0] = -scale * forces.x[p] / (body.mass[p] * length)
-        vector[i, 1] = -scale * forces.y[p] / (body.mass[p] * length)
-        vector[i, 2] = -scale * forces.torque[p] / body.inertia[p]
-    return work / norm
 
 
 def step_limit(frequency: float) -> float:

@@ -18,27 +18,6 @@ from .packing import LATTICES
 # -- waves ------------------------------------------------------------------------------------------------------------------
 
 
-def longitudinal_speed(density: float, shear: float, lame: float) -> float:
-    """Return the speed of longitudinal waves, sqrt((lambda + 2 G) / rho) [m/s].
-
-    Args:
-        density: [kg/m^3].
-        shear: G [Pa].
-        lame: lambda [Pa].
-    """
-    return math.sqrt((lame + 2.0 * shear) / density)
-
-
-def shear_speed(density: float, shear: float) -> float:
-    """Return the speed of shear waves, sqrt(G / rho) [m/s].
-
-    Args:
-        density: [kg/m^3].
-        shear: G [Pa].
-    """
-    return math.sqrt(shear / density)
-
-
 def lattice_frequencies(
     packing: str, wave_vector: Any, *, density: float, shear: float, lame: float, diameter: float
 ) -> npt.NDArray[np.float64]:
@@ -73,11 +52,6 @@ def lattice_frequencies(
     mass = density * volume * np.array([1.0, 1.0, diameter**2 / 8.0])
     squares = np.linalg.eigvalsh(stiffness / np.sqrt(np.outer(mass, mass)))
     return np.sqrt(np.maximum(squares, 0.0))
-
-
-def rotation_frequency(density: float, shear: float, diameter: float) -> float:
-    """Return the frequency at which all automata rotate to and fro in step, sqrt(32 G / rho) / D, of both packings [rad/s]."""
-    return math.sqrt(32.0 * shear / density) / diameter
 
 
 def leapfrog_frequency(frequency: float, step: float) -> float:
@@ -135,7 +109,7 @@ def uniaxial_strength(
     if packing not in LATTICES:
         raise ParameterError(f"got {packing!r}", expected=f"one of {', '.join(LATTICES)}", at="packing")
     unit, nu = -1.0 if compression else 1.0, material.poisson
-    equivalent, mean = equivalent_stress(unit, 0.0, nu * unit, 0.0), unit * (1.0 + nu) / 3.0
+    equivalent, mean = math.sqrt(1.0 - nu + nu * nu), unit * (1.0 + nu) / 3.0
     largest, law = 0.0, criterion.law()
     for x, y in LATTICES[packing].directions:
         # Rounded, so that a link along the load has no shear at all.
@@ -165,38 +139,6 @@ def fracture_toughness(tensile: float, diameter: float) -> float:
         diameter: D [m].
     """
     return tensile * math.sqrt(0.5 * math.pi * diameter)
-
-
-def equivalent_stress(xx: float, yy: float, zz: float, xy: float) -> float:
-    """Return von Mises' equivalent stress of a stress without components xz and yz [Pa]."""
-    squares = (xx - yy) ** 2 + (yy - zz) ** 2 + (zz - xx) ** 2
-    return math.sqrt(0.5 * squares + 3.0 * xy**2)
-
-
-def drucker_prager_stress(equivalent: float, mean: float, compressive: float, tensile: float) -> float:
-    """Return what breaks a pair when it reaches the compressive strength, ((a + 1) / 2) s_eq + (3 / 2) (a - 1) s_m [Pa].
-
-    Args:
-        equivalent: s_eq [Pa].
-        mean: s_m, tension positive [Pa].
-        compressive: strength in uniaxial compression [Pa].
-        tensile: strength in uniaxial tension, a = compressive / tensile [Pa].
-    """
-    a = compressive / tensile
-    return 0.5 * (a + 1.0) * equivalent + 1.5 * (a - 1.0) * mean
-
-
-def splitting_tension(force: float, radius: float, thickness: float) -> float:
-    """Return the tension in the centre of a disc that two opposite point forces press, P / (pi R t) [Pa].
-
-    Hondros (1959), Aust. J. Appl. Sci. 10, 243.
-
-    Args:
-        force: P [N].
-        radius: R [m].
-        thickness: t [m].
-    """
-    return force / (math.pi * radius * thickness)
 
 
 def platen_stress(strain: float, pressure: float, young: float, poisson: float) -> float:

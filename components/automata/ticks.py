@@ -65,17 +65,16 @@ def judge_links(specimen, contacts, time, tick):
     Returns:
         Whether links have to break, are being made again, or it is time to look which may be.
     """
-    medium, motion, scratch = specimen.medium, specimen.motion, specimen.scratch
-    rising = lower_weights(medium, contacts, tick)
+    medium, motion, scratch, law = specimen.medium, specimen.motion, specimen.scratch, specimen.medium.law
+    rising = lower_weights(medium.body.layout, medium.histories.weight, contacts, tick, law.release)
     strain_medium(medium, motion, scratch)
     pull_medium(medium, scratch)
     stress_medium(medium, scratch)
-    lost = let_flow(medium.law.response, medium, motion, scratch, time)
+    lost = let_flow(law.response, medium, motion, scratch, time)
     if lost != 0.0:
         pull_medium(medium, scratch)
     specimen.losses[INELASTIC] += lost
-    linking = medium.law.linking_ticks
-    return count_failing(medium, scratch) > 0 or rising or (linking > 0 and tick % linking == 0)
+    return count_failing(medium, scratch) > 0 or rising or (law.linking_ticks > 0 and tick % law.linking_ticks == 0)
 
 
 @internal
@@ -83,32 +82,20 @@ def add_forces(specimen, contacts, time, tick):
     """Write the forces and torques of links and contacts, and complete the step of `judge_links`; arguments as there."""
     medium, motion, scratch, losses = specimen.medium, specimen.motion, specimen.scratch, specimen.losses
     force_medium(medium, scratch)
-    rubbed, damped = add_contacts(medium, motion, contacts, time, scratch.forces)
+    rubbed, damped = add_contacts(medium, motion, contacts, time, scratch.cells)
     losses[FRICTION] += rubbed
     losses[DAMPING] += damped
-    settle_weights(medium, motion, scratch, contacts, tick, losses)
+    settle_weights(medium, motion, scratch.links, contacts, tick, losses)
 
 
-@internal
-def move(specimen, inputs, contacts, time):
-    """Kick with the forces and with the loads, and drift to the end of an internal step.
-
-    Args:
-        specimen: a `Specimen`; its motion, forces and losses are updated, of which TRAVEL by the way of the fastest automaton.
-        inputs: `loads.Inputs`; the tallies are updated.
-        contacts: `contacts.Contacts`, with the forces of the dashpots.
-        time: length of a step [s].
-    """
-    medium, motion, losses = specimen.medium, specimen.motion, specimen.losses
-    damps = medium.ground.damping > 0.0
-    if damps:
-        losses[DAMPING] += 0.5 * time * dashpot_power(medium, contacts, motion)
-    kick_with_inputs(medium.body, motion, specimen.scratch.forces, inputs, time)
-    if damps:
-        losses[DAMPING] += 0.5 * time * dashpot_power(medium, contacts, motion)
-    update_ghost_velocities(medium.body.layout, motion)
-    drift(motion, 0.5 * time)
-    losses[TRAVEL] += time * largest_speed(motion)
+@jit
+def measure_medium(medium, motion, scratch, contacts):
+    """Write strains, stresses and forces in the present positions with the histories as they are; contacts do not slide."""
+    strain_medium(medium, motion, scratch)
+    pull_medium(medium, scratch)
+    stress_medium(medium, scratch)
+    force_medium(medium, scratch)
+    add_contacts(medium, motion, contacts, 0.0, scratch.cells)
 
 
 @jit
@@ -116,7 +103,7 @@ def advance(specimen, inputs, contacts, pace, tick, ticks, judged):
     """Advance by internal steps, up to where links break, are made again, or contacts have to be found again.
 
     Args:
-        specimen: a `Specimen`, updated in place.
+        specimen: a `Specimen`, updated in place; of the losses TRAVEL by the way of the fastest automaton.
         inputs: `loads.Inputs`; the tallies are updated.
         contacts: `contacts.Contacts`, updated in place.
         pace: a `Pace`.
@@ -127,15 +114,24 @@ def advance(specimen, inputs, contacts, pace, tick, ticks, judged):
     Returns:
         DONE or TOO_FAST; SEARCH before a step; BREAK in the middle of one. And how many steps were done.
     """
+    medium, motion, losses, place = specimen.medium, specimen.motion, specimen.losses, specimen.medium.body.layout.place
+    damps, time = medium.ground.damping > 0.0, pace.time
     for done in range(ticks):
         if not (judged and done == 0):
-            if specimen.losses[TRAVEL] > pace.most_travel:
+            if losses[TRAVEL] > pace.most_travel:
                 return SEARCH, done
-            drift(specimen.motion, 0.5 * pace.time)
-            if judge_links(specimen, contacts, pace.time, tick + done):
+            drift(motion, 0.5 * time)
+            if judge_links(specimen, contacts, time, tick + done):
                 return BREAK, done
-        add_forces(specimen, contacts, pace.time, tick + done)
-        move(specimen, inputs, contacts, pace.time)
-        if count_fast(specimen.motion, pace.speed_limit * pace.speed_limit):
+        add_forces(specimen, contacts, time, tick + done)
+        if damps:
+            losses[DAMPING] += 0.5 * time * dashpot_power(place, contacts, motion)
+        kick_with_inputs(medium.body, motion, specimen.scratch.cells, inputs, time)
+        if damps:
+            losses[DAMPING] += 0.5 * time * dashpot_power(place, contacts, motion)
+        update_ghost_velocities(medium.body.layout.ghosts, motion)
+        drift(motion, 0.5 * time)
+        losses[TRAVEL] += time * largest_speed(motion)
+        if count_fast(motion, pace.speed_limit * pace.speed_limit):
             return TOO_FAST, done
     return DONE, ticks

@@ -12,44 +12,82 @@ link that gets other strains between the two it is not: what the forces of eithe
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from collections.abc import Mapping
+from typing import Annotated, ClassVar, Literal, NamedTuple
 
 import numpy as np
-import numpy.typing as npt
+from pydantic import SerializeAsAny
 
 from ..support.float_arrays import FloatArray
 from ..support.jit import internal, internal_inlined, jit
-from .contacts import FIRST, SECOND, SLOT, START, approach, separation, sliding_speed, stiffnesses
-from .energies import condensation, dilation, link_at, put
-from .lattice import update_ghosts
-from .links import pull_medium, strain_medium
-from .pair import half_turn, pair_strain
-from .release import LINKING, put_weight, scheduled_weight, weight_of, whole_energy
+from ..support.parameter_fields import Magnitude, field
+from ..support.tagged_union import ByName, Named
+from .contacts import (
+    FIRST,
+    SECOND,
+    SLOT,
+    START,
+    approach,
+    link_at,
+    put,
+    separation,
+    sliding_speed,
+    stiffnesses,
+    weight_of,
+)
+from .energies import condensation, dilation, whole_energy
+from .lattice import (
+    EPS,
+    EX,
+    EY,
+    FACE,
+    FIRST_SHARE,
+    GAMMA,
+    LAME,
+    SECOND_SHARE,
+    SHEAR,
+    VX,
+)
+from .pair import strain_links
+from .release import LINKING, scheduled_weight
 
 # Part of the energy that is rounding.
 _ROUNDING = 1e-9
 
 
-class Neighbourhood(NamedTuple):
-    """The automata on which the energy of a pair and of its volumes depends: both and their neighbours. Scratch.
+class Relinking(Named):
+    """A condition under which a pair that has broken is linked again."""
 
-    Attributes:
-        neighbours: see `packing.Packing`, shape (n, slots).
-        members: places of these automata, shape (k,).
-        places: displacements of these before they are moved, shape (k, 2) [m].
-        origins: of the links of both ends of a pair, shape (2,).
-    """
+    kinds: ClassVar[Mapping[str, str]] = {}
+    """Kind of its events -> what happened."""
 
-    neighbours: npt.NDArray[np.int32]
-    members: npt.NDArray[np.int64]
-    places: FloatArray
-    origins: FloatArray
+    def constants(self) -> tuple[float, float]:
+        """Return the least pressure [Pa] and the largest sliding speed [m/s]."""
+        return 0.0, 0.0
 
 
-def make_neighbourhood(neighbours: npt.NDArray[np.int32]) -> Neighbourhood:
-    """Return room for the neighbourhood of a pair."""
-    room = 2 * (neighbours.shape[1] + 1)
-    return Neighbourhood(neighbours, np.zeros(room, dtype=np.int64), np.zeros((room, 3)), np.zeros(2))
+class Never(Relinking):
+    """No law: pairs stay broken."""
+
+    name: Literal["none"] = field("none", "which law", "1")
+
+
+class ColdWelding(Relinking):
+    """Pressure of the contact >= pressure, and sliding speed <= slip_speed; looked at every `release_ticks` steps."""
+
+    name: Literal["cold_welding"] = field("cold_welding", "which law", "1")
+    pressure: Magnitude = field(..., "pressure of a contact that links it", "Pa")
+    slip_speed: Magnitude = field(..., "largest sliding speed at which it does", "m/s")
+    kinds = {"linked": "a broken pair was pressed as hard as its law says, and was linked again"}
+
+    def constants(self) -> tuple[float, float]:
+        """Return pressure and speed."""
+        return self.pressure, self.slip_speed
+
+
+RELINKINGS: dict[str, type[Relinking]] = {"none": Never, "cold_welding": ColdWelding}
+
+ChosenRelinking = Annotated[SerializeAsAny[Relinking], ByName(RELINKINGS)]
 
 
 class _Pair(NamedTuple):
@@ -59,85 +97,57 @@ class _Pair(NamedTuple):
         row: of its contact.
         before: weight of the link before the step.
         after: weight after it; the kick is made with the mean of both.
-        near: its `Neighbourhood`.
-        members: how many automata are in that.
+        origin: `origin_eps` and `origin_gamma` of the link before.
+        places: displacements and angles of all automata, shape (3, m).
         time: of the drift before the step [s].
-        energy: `release.whole_energy` before [J].
+        energy: `energies.whole_energy` before [J].
         work: `_drift_work` before [J].
     """
 
     row: int
     before: float
     after: float
-    near: Neighbourhood
-    members: int
+    origin: tuple[float, float]
+    places: FloatArray
     time: float
     energy: float
     work: float
 
 
-@internal_inlined
-def _linking_pressure(medium, motion, scratch, contacts, row):
-    """Return the pressure of a contact that may be linked by it, of others -1 [Pa].
-
-    It was linked once and is released, it slides slowly enough, and its line of centres lies within 45 degrees of the axis
-    that its link had and has.
-    """
-    body, ground = medium.body, medium.ground
-    i, j, slot = contacts.pairs[row, FIRST], contacts.pairs[row, SECOND], contacts.pairs[row, SLOT]
-    if slot < 0 or weight_of(medium, contacts.pairs, row) > 0.0:
-        return -1.0
-    x, y, r = separation(medium, motion, i, j)
-    overlap = contacts.rest[row] - r
-    if not overlap > 0.0 or r == 0.0:
-        return -1.0
-    q, p = link_at(body.layout, i, j, slot)
-    if abs(scratch.links.gamma[q, p]) > 1.0 + scratch.links.eps[q, p]:
-        return -1.0
-    if abs(sliding_speed(approach(medium, motion, i, j), x / r, y / r, r)) > medium.law.linking[1]:
-        return -1.0
-    # Of whole automata: the pressure does not depend on the part of their cells that there is.
-    return ground.normal[i] * overlap * (2.0 * body.shear[p]) / (ground.tangential[i] * body.diameter)
-
-
 @jit
-def count_linkable(medium, motion, scratch, contacts):
-    """Return how many contacts are linked again now; arguments as for `link_contacts`."""
-    found = 0
-    for row in range(contacts.used):
-        if _linking_pressure(medium, motion, scratch, contacts, row) >= medium.law.linking[0]:
-            found += 1
-    return found
+def linking_pressures(medium, motion, links, contacts, pressure_out):
+    """Write the pressures of contacts that may be linked by them, of others -1, shape (used,) [Pa].
 
-
-@jit
-def link_contacts(medium, motion, scratch, numbers, contacts, kind, events, tick):
-    """Begin to link pairs that press hard enough and hardly slide.
+    Such a pair was linked once and is released, it slides slowly enough, and its line of centres lies within 45 degrees of the
+    axis that its link had and has.
 
     Args:
         medium: a `links.Medium`.
         motion: a `lattice.Motion`.
-        scratch: a `lattice.Scratch`, with the strains of the present positions.
-        numbers: of the links, for events, shape (directions, m).
-        contacts: `contacts.Contacts`, updated in place.
-        kind: number of the kind of events.
-        events: rows as `events.event_rows` says, one for each of these.
-        tick: number of the step.
+        links: of a `lattice.Scratch`, with the strains of the present positions.
+        contacts: `contacts.Contacts`.
+        pressure_out: written.
     """
-    known = 0
+    body, ground, pairs, place = medium.body, medium.ground, contacts.pairs, medium.body.layout.place
     for row in range(contacts.used):
-        pressure = _linking_pressure(medium, motion, scratch, contacts, row)
-        if not pressure >= medium.law.linking[0]:
+        pressure_out[row] = -1.0
+        i, j = pairs[row, FIRST], pairs[row, SECOND]
+        if pairs[row, SLOT] < 0 or weight_of(body.layout, medium.histories.weight, pairs, row) > 0.0:
             continue
-        q, p = link_at(medium.body.layout, contacts.pairs[row, FIRST], contacts.pairs[row, SECOND], contacts.pairs[row, SLOT])
-        contacts.pairs[row, START] = -1 - tick
-        event = events[known]
-        event[0], event[1], event[2], event[3], event[4] = tick + 1, kind, numbers[q, p], pressure, medium.law.linking[0]
-        known += 1
+        x, y, r = separation(ground, place, motion, i, j)
+        overlap = contacts.rest[row] - r
+        if not overlap > 0.0 or r == 0.0:
+            continue
+        q, p = link_at(body.layout, pairs, row)
+        slides = abs(sliding_speed(approach(place, motion, i, j), x / r, y / r, r)) > medium.law.linking[1]
+        if not slides and abs(links[GAMMA, q, p]) <= 1.0 + links[EPS, q, p]:
+            # Of whole automata: the pressure does not depend on the part of their cells that there is.
+            stiffness = ground.normal[i] * overlap * (2.0 * body.cells[SHEAR, p])
+            pressure_out[row] = stiffness / (ground.tangential[i] * body.diameter)
 
 
 @jit
-def raise_weights(specimen, contacts, tick, time, near):
+def raise_weights(specimen, contacts, tick, time, places):
     """Raise the weights of links that are made again, and count the energy that this takes.
 
     In each step such a link gets the strains at which it carries what its contact carries, and is pressed a little more or
@@ -149,31 +159,32 @@ def raise_weights(specimen, contacts, tick, time, near):
         contacts: `contacts.Contacts`, updated in place.
         tick: number of the step.
         time: since the forces were computed last [s].
-        near: a `Neighbourhood`, overwritten.
+        places: scratch, shape (3, m).
+
+    Returns:
+        Whether any weight was raised.
     """
-    medium, motion, scratch = specimen.medium, specimen.motion, specimen.scratch
+    medium, motion, scratch, layout = specimen.medium, specimen.motion, specimen.scratch, specimen.medium.body.layout
     raised = False
     for row in range(contacts.used):
-        weight = weight_of(medium, contacts.pairs, row)
+        weight = weight_of(layout, medium.histories.weight, contacts.pairs, row)
         if contacts.pairs[row, SLOT] < 0 or contacts.pairs[row, START] >= 0 or weight == 1.0:
             continue
         raised = True
         after = scheduled_weight(contacts.pairs, row, tick, medium.law.release)
-        q, p = link_at(medium.body.layout, contacts.pairs[row, FIRST], contacts.pairs[row, SECOND], contacts.pairs[row, SLOT])
-        near.origins[0], near.origins[1] = medium.histories.origin_eps[q, p], medium.histories.origin_gamma[q, p]
-        count = _gather_members(medium, motion, contacts, row, near)
-        energy = whole_energy(medium, motion, scratch, contacts, row)
-        pair = _Pair(row, weight, after, near, count, time, energy, 0.0)
-        work = _drift_work(medium, motion, scratch, contacts, pair)
-        pair = _Pair(row, weight, after, near, count, time, energy, work)
+        q, p = link_at(layout, contacts.pairs, row)
+        origin = medium.histories.origin_eps[q, p], medium.histories.origin_gamma[q, p]
+        energy = whole_energy(medium, motion, scratch.links, contacts, row)
+        for k in range(VX):
+            places[k, :] = motion[k]
+        work = _drift_work(medium, motion, scratch, contacts, row, places, time)
+        pair = _Pair(row, weight, after, origin, places, time, energy, work)
         taken = _raise_weight(medium, motion, scratch, contacts, pair, 1.0, 0.0)
         if abs(taken) > _ROUNDING * energy:
             _put_back(medium, contacts, pair)
             taken = _raise_neutrally(medium, motion, scratch, contacts, pair, taken)
         specimen.losses[LINKING] += taken
-    if raised:
-        strain_medium(medium, motion, scratch)
-        pull_medium(medium, scratch)
+    return raised
 
 
 @internal
@@ -193,24 +204,23 @@ def _raise_weight(medium, motion, scratch, contacts, pair, part, more):
         more: see there.
     """
     _strain_link(medium, motion, scratch, contacts, pair, part, more)
-    taken = pair.energy - whole_energy(medium, motion, scratch, contacts, pair.row)
-    taken += 0.5 * (pair.work + _drift_work(medium, motion, scratch, contacts, pair))
-    put_weight(medium, contacts.pairs, pair.row, 0.5 * (pair.before + pair.after))
-    return taken - _drift_work(medium, motion, scratch, contacts, pair)
+    taken = pair.energy - whole_energy(medium, motion, scratch.links, contacts, pair.row)
+    taken += 0.5 * (pair.work + _drift_work(medium, motion, scratch, contacts, pair.row, pair.places, pair.time))
+    put(medium.histories.weight, medium.body.layout, contacts.pairs, pair.row, 0.5 * (pair.before + pair.after))
+    return taken - _drift_work(medium, motion, scratch, contacts, pair.row, pair.places, pair.time)
 
 
 @internal
 def _put_back(medium, contacts, pair):
     """Give the link of a pair the weight and the strains that it had before the step."""
-    _put_origin(medium, contacts, pair.row, pair.near.origins[0], pair.near.origins[1])
-    put_weight(medium, contacts.pairs, pair.row, pair.before)
+    _put_origin(medium, contacts, pair.row, pair.origin[0], pair.origin[1])
+    put(medium.histories.weight, medium.body.layout, contacts.pairs, pair.row, pair.before)
 
 
 @internal
 def _put_origin(medium, contacts, row, eps, gamma):
-    i, j, slot = contacts.pairs[row, FIRST], contacts.pairs[row, SECOND], contacts.pairs[row, SLOT]
-    put(medium.histories.origin_eps, medium.body.layout, i, j, slot, eps)
-    put(medium.histories.origin_gamma, medium.body.layout, i, j, slot, gamma)
+    put(medium.histories.origin_eps, medium.body.layout, contacts.pairs, row, eps)
+    put(medium.histories.origin_gamma, medium.body.layout, contacts.pairs, row, gamma)
 
 
 @internal
@@ -219,7 +229,9 @@ def _raise_neutrally(medium, motion, scratch, contacts, pair, taken):
 
     Arguments as for `_raise_weight`; `taken` is what it would take with the strains of the contact [J].
     """
-    _, _, r = separation(medium, motion, contacts.pairs[pair.row, FIRST], contacts.pairs[pair.row, SECOND])
+    _, _, r = separation(
+        medium.ground, medium.body.layout.place, motion, contacts.pairs[pair.row, FIRST], contacts.pairs[pair.row, SECOND]
+    )
     unit, more = max(contacts.rest[pair.row] - r, 0.0) / medium.body.diameter, np.nan
     if unit > 0.0:
         # Less strain and more show with how much it takes nothing.
@@ -266,85 +278,52 @@ def _strain_link(medium, motion, scratch, contacts, pair, part, more):
     """
     body, h, links, row = medium.body, medium.histories, scratch.links, pair.row
     i, j, slot = contacts.pairs[row, FIRST], contacts.pairs[row, SECOND], contacts.pairs[row, SLOT]
-    q, p = link_at(body.layout, i, j, slot)
+    q, p = link_at(body.layout, contacts.pairs, row)
     # The link may begin at the second automaton: the force on that is the opposite one.
     sign = 1.0 if slot < body.layout.offset.size else -1.0
-    twice = 2.0 * body.shear[p] * (1.0 + h.stiffness[q, p])
-    x, y, r = separation(medium, motion, i, j)
+    twice = 2.0 * body.cells[SHEAR, p] * (1.0 + h.stiffness[q, p])
+    x, y, r = separation(medium.ground, body.layout.place, motion, i, j)
     normal, tangential = stiffnesses(medium.ground, i, j)
     overlap = max(contacts.rest[row] - r, 0.0)
     push, drag = normal * overlap, tangential * (contacts.slid[row] if overlap > 0.0 else 0.0)
     fx, fy = sign * (-push * x - drag * y) / r, sign * (-push * y + drag * x) / r
-    nx, ny = links.ex[q, p], links.ey[q, p]
+    nx, ny = links[EX, q, p], links[EY, q, p]
     along, across = fx * nx + fy * ny, fy * nx - fx * ny
     # Without elastic strain of the link, and with its new weight: the volumetric part of its traction, and what a strain adds.
-    eps, gamma = links.eps[q, p] - h.plastic_eps[q, p], links.gamma[q, p] - h.plastic_gamma[q, p]
+    eps, gamma = links[EPS, q, p] - h.plastic_eps[q, p], links[GAMMA, q, p] - h.plastic_gamma[q, p]
     _put_origin(medium, contacts, row, eps, gamma)
-    put_weight(medium, contacts.pairs, row, pair.after)
+    put(medium.histories.weight, medium.body.layout, contacts.pairs, row, pair.after)
     begin, end = (i, j) if slot < body.layout.offset.size else (j, i)
     first, second = body.layout.place[begin], body.layout.place[end]
-    others = 0.5 * body.lame[p] * (dilation(medium, scratch, first) + dilation(medium, scratch, second))
-    slope = body.first_share[q, p] / condensation(medium, first) + body.second_share[q, p] / condensation(medium, second)
-    slope *= 0.5 * body.lame[p] * pair.after
-    eps -= part * (along / body.face[q, p] - others) / (twice + slope) + more
-    gamma -= part * across / (body.face[q, p] * twice)
+    others = 0.5 * body.cells[LAME, p] * (dilation(body, h, links, first) + dilation(body, h, links, second))
+    slope = body.links[FIRST_SHARE, q, p] / condensation(body, h, first) + body.links[SECOND_SHARE, q, p] / condensation(
+        body, h, second
+    )
+    slope *= 0.5 * body.cells[LAME, p] * pair.after
+    eps -= part * (along / body.links[FACE, q, p] - others) / (twice + slope) + more
+    gamma -= part * across / (body.links[FACE, q, p] * twice)
     _put_origin(medium, contacts, row, eps, gamma)
 
 
 @internal
-def _gather_members(medium, motion, contacts, row, near):
-    """Write the neighbourhood of the pair of a contact, and return how many automata are in it."""
-    count = 0
-    for one in (contacts.pairs[row, FIRST], contacts.pairs[row, SECOND]):
-        for slot in range(-1, near.neighbours.shape[1]):
-            member = medium.body.layout.place[one if slot < 0 else near.neighbours[one, slot]]
-            known = False
-            for place in range(count):
-                known = known or near.members[place] == member
-            if not known:
-                near.members[count] = member
-                near.places[count, 0], near.places[count, 1] = motion.x[member], motion.y[member]
-                near.places[count, 2] = motion.angle[member]
-                count += 1
-    return count
+def _drift_work(medium, motion, scratch, contacts, row, places, time):
+    """Return the work of the forces of a pair and its volumes along the way of a drift, in the positions as they are [J].
 
-
-@internal
-def _drift(medium, motion, scratch, contacts, pair, time):
-    """Move a neighbourhood for a time from where it was gathered, and write its strains."""
-    near, forces, layout = pair.near, scratch.forces, medium.body.layout
-    for place in range(pair.members):
-        member = near.members[place]
-        motion.x[member] = near.places[place, 0] + time * motion.vx[member]
-        motion.y[member] = near.places[place, 1] + time * motion.vy[member]
-        motion.angle[member] = near.places[place, 2] + time * motion.spin[member]
-        forces.cosine[member], forces.sine[member] = half_turn(motion.angle[member])
-    for moved in (motion.x, motion.y, motion.angle, forces.cosine, forces.sine):
-        update_ghosts(layout, moved)
-    for one in (contacts.pairs[pair.row, FIRST], contacts.pairs[pair.row, SECOND]):
-        for q in range(layout.offset.size):
-            _strain_at(medium, motion, scratch, q, layout.place[one])
-            _strain_at(medium, motion, scratch, q, layout.place[one] - layout.offset[q])
-
-
-@internal
-def _strain_at(medium, motion, scratch, q, p):
-    """Write the strains of one link."""
-    body, links, forces, j = medium.body, scratch.links, scratch.forces, p + medium.body.layout.offset[q]
-    inverse = 1.0 / body.diameter
-    links.eps[q, p], links.gamma[q, p], links.ex[q, p], links.ey[q, p] = pair_strain(
-        (inverse * motion.x[j] - inverse * motion.x[p], inverse * motion.y[j] - inverse * motion.y[p]),
-        (forces.cosine[p], forces.sine[p]), (forces.cosine[j], forces.sine[j]), body.normal[q, 0], body.normal[q, 1],
-    )  # fmt: skip
-
-
-@internal
-def _drift_work(medium, motion, scratch, contacts, pair):
-    """Return the work of the forces of a pair and its volumes along the way of a drift, in the positions as they are [J]."""
+    `places` are the displacements and angles, `time` is that of the drift [s].
+    """
     # Energies are of second order in the displacements: over the same way before and after, the difference is exact.
-    _drift(medium, motion, scratch, contacts, pair, -0.5 * pair.time)
-    work = whole_energy(medium, motion, scratch, contacts, pair.row)
-    _drift(medium, motion, scratch, contacts, pair, 0.5 * pair.time)
-    work -= whole_energy(medium, motion, scratch, contacts, pair.row)
-    _drift(medium, motion, scratch, contacts, pair, 0.0)
+    _drift(medium.body, motion, scratch, places, -0.5 * time)
+    work = whole_energy(medium, motion, scratch.links, contacts, row)
+    _drift(medium.body, motion, scratch, places, 0.5 * time)
+    work -= whole_energy(medium, motion, scratch.links, contacts, row)
+    _drift(medium.body, motion, scratch, places, 0.0)
     return work
+
+
+@internal
+def _drift(body, motion, scratch, places, time):
+    """Move all automata for a time from their places, and write the strains of links."""
+    for k in range(VX):
+        for p in range(motion.shape[1]):
+            motion[k, p] = places[k, p] + time * motion[VX + k, p]
+    strain_links(body, motion, scratch)

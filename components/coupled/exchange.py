@@ -11,10 +11,10 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from ..automata.lattice import update_ghost_velocities, update_ghosts
+from ..automata.lattice import FORCE_X, FORCE_Y, VX, VY, X, Y, update_ghost_velocities, update_ghosts
 from ..grid.mesh import IntArray
 from ..support.float_arrays import FloatArray
-from ..support.jit import internal, internal_inlined
+from ..support.jit import internal, internal_inlined, jit
 
 # Entries of the tally: work on the grid, work on the automata, impulse on the automata along x and y.
 WORK_ON_GRID, WORK_ON_AUTOMATA, IMPULSE, EXCHANGE_TALLY = 0, 1, 2, 4
@@ -49,8 +49,8 @@ def gather_forces(interface, place, forces, out):
         fx = fy = 0.0
         for acting in range(interface.first[row], interface.first[row + 1]):
             p, share = place[interface.automata[interface.acting[acting]]], interface.shares[acting]
-            fx += share * forces.x[p]
-            fy += share * forces.y[p]
+            fx += share * forces[FORCE_X, p]
+            fy += share * forces[FORCE_Y, p]
         out[row, 0], out[row, 1] = fx, fy
 
 
@@ -67,17 +67,17 @@ def hang(interface, place, nodal, x, y):
 @internal
 def follow(interface, layout, state, motion):
     """Give the automata of the interface the displacements and velocities of the nodes that they hang on."""
-    hang(interface, layout.place, state.displacement, motion.x, motion.y)
-    update_ghosts(layout, motion.x)
-    update_ghosts(layout, motion.y)
+    hang(interface, layout.place, state.displacement, motion[X], motion[Y])
+    update_ghosts(layout.ghosts, motion[X])
+    update_ghosts(layout.ghosts, motion[Y])
     follow_velocities(interface, layout, state, motion)
 
 
 @internal
 def follow_velocities(interface, layout, state, motion):
     """Give the automata of the interface the velocities of their nodes, and leave them where they are."""
-    hang(interface, layout.place, state.velocity, motion.vx, motion.vy)
-    update_ghost_velocities(layout, motion)
+    hang(interface, layout.place, state.velocity, motion[VX], motion[VY])
+    update_ghost_velocities(layout.ghosts, motion)
 
 
 @internal_inlined
@@ -93,7 +93,7 @@ def kicked(velocity, time, grid_force, automata_force, grid_mass, automata_mass,
     return velocity + time * (grid_force + automata_force) / (grid_mass + automata_mass)
 
 
-@internal
+@jit
 def assemble(interface, exchange, state, conditions, time, by_momentum):
     """Write the forces on the nodes of the interface: those that give them their velocity after a kick of `time` [s]."""
     for row in range(interface.nodes.size):

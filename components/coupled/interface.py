@@ -19,8 +19,7 @@ from ..boundaries import Boundary, Free, Traction
 from ..errors import ParameterError
 from ..grid.mesh import IntArray, Mesh
 from ..support.float_arrays import FloatArray
-from .overlaps import refuse_overlaps
-from .places import Places, common_sides
+from .places import Places, common_sides, points_in_cells
 
 
 class Interface(NamedTuple):
@@ -78,7 +77,7 @@ def find_interface(
     # First, since the staircase of the automata along such a side overlaps cells too.
     for side in sides.tolist():
         _refuse_zigzags(mesh, packing, side)
-    refuse_overlaps(mesh, packing, places, shape, origin)
+    _refuse_overlaps(mesh, packing, places, origin)
     if not len(sides):
         _refuse_gap(mesh, packing, origin)
     _refuse_conditions(mesh, boundaries, sides)
@@ -95,8 +94,26 @@ def find_interface(
                     at="automata",
                 )
     _refuse_shared_nodes(hanging, leader)
-    _refuse_touching(mesh, places, hanging)
     return _make_interface(hanging, joined, mass)
+
+
+def _refuse_overlaps(mesh: Mesh, packing: Packing, places: Places, origin: FloatArray) -> None:
+    """Refuse automata with a sector whose middle lies in a cell: its mass would be there twice."""
+    automaton, sector = np.nonzero(packing.sectors)
+    middles = origin + packing.reference[automaton] + packing.diameter * packing.lattice.sectors.mean(axis=1)[sector]
+    # What sticks out of a side that is closed on itself lies at the opposite one.
+    kept = places.are_within_period(middles)
+    points, cells = points_in_cells(mesh.nodes, mesh.cells, middles[kept])
+    if len(points):
+        inside = automaton[kept][points]
+        (x, y), (u, v) = (packing.reference[inside[0]] + origin).tolist(), mesh.centres[cells[0]].tolist()
+        raise ParameterError(
+            f"{len(np.unique(inside))} automata reach into cells of the grid: automaton {inside[0]} at ({x:.9g}, {y:.9g}) m "
+            f"into cell {cells[0]}, about ({u:.9g}, {v:.9g}) m",
+            expected="parts that meet in sides of cells alone",
+            hint="move `origin`, let the shape of the automata end at sides of cells, or leave a hole in the mesh there",
+            at="automata",
+        )
 
 
 def _refuse_gap(mesh: Mesh, packing: Packing, origin: FloatArray) -> None:
@@ -175,20 +192,6 @@ def _automata_of(mesh: Mesh, packing: Packing, places: Places, side: list[int]) 
             at="automata",
         )
     return list(zip(automata.tolist(), parts.tolist(), strict=True))
-
-
-def _refuse_touching(mesh: Mesh, places: Places, hanging: dict[int, tuple[int, int, float]]) -> None:
-    """Refuse nodes on which an automaton stands that does not belong to the interface: they would touch in a point."""
-    nodes = np.unique(mesh.sides)
-    automata, distance = places.find(mesh.nodes[nodes])
-    for node, automaton in zip(nodes[places.is_at(distance)].tolist(), automata[places.is_at(distance)].tolist(), strict=True):
-        if automaton not in hanging:
-            x, y = mesh.nodes[node]
-            raise ParameterError(
-                f"the two parts touch in a point, node {node} at ({x:.9g}, {y:.9g}) m",
-                expected="a side of a cell",
-                at="automata",
-            )
 
 
 def _refuse_shared_nodes(hanging: dict[int, tuple[int, int, float]], leader: IntArray) -> None:

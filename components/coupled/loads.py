@@ -11,6 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..automata.edges import Conditions
+from ..automata.lattice import FORCE_X, FORCE_Y, INERTIA, MASS, SPIN, TORQUE, VX, VY, X, Y
 from ..automata.loads import (
     ANGULAR_IMPULSE,
     HOLDS_ROTATION,
@@ -57,30 +58,33 @@ def keep_before(edges, motion, forces):
     keep_velocities(edges.grip.place, motion, edges.grip.before)
     for row in range(edges.grip.place.size):
         p = edges.grip.place[row]
-        edges.grip_place[row, 0], edges.grip_place[row, 1] = motion.x[p], motion.y[p]
-        edges.grip_force[row, 0], edges.grip_force[row, 1] = forces.x[p], forces.y[p]
-        edges.grip_force[row, 2] = forces.torque[p]
+        edges.grip_place[row, 0], edges.grip_place[row, 1] = motion[X, p], motion[Y, p]
+        edges.grip_force[row, 0], edges.grip_force[row, 1] = forces[FORCE_X, p], forces[FORCE_Y, p]
+        edges.grip_force[row, 2] = forces[TORQUE, p]
 
 
 @internal
-def push_and_hold(edges, body, motion, time):
-    """Let the loads act for a half kick of `time` [s], tally their moment, and give held automata their velocities."""
+def push_and_hold(edges, cells, motion, time):
+    """Let the loads act for a half kick of `time` [s], tally their moment, and give held automata their velocities.
+
+    `cells` are those of a `lattice.Body`.
+    """
     load, grip = edges.load, edges.grip
     for row in range(load.place.size):
         p, fx, fy, turning = load.place[row], load.force[row, 0], load.force[row, 1], load_torque(load, row)
-        motion.vx[p] += time / body.mass[p] * fx
-        motion.vy[p] += time / body.mass[p] * fy
-        motion.spin[p] += time / body.inertia[p] * turning
-        moment = (body.x[p] + motion.x[p]) * fy - (body.y[p] + motion.y[p]) * fx
+        motion[VX, p] += time / cells[MASS, p] * fx
+        motion[VY, p] += time / cells[MASS, p] * fy
+        motion[SPIN, p] += time / cells[INERTIA, p] * turning
+        moment = (cells[X, p] + motion[X, p]) * fy - (cells[Y, p] + motion[Y, p]) * fx
         edges.tallies[0, ANGULAR_IMPULSE] += time * (moment + turning)
     for row in range(grip.place.size):
         p, held = grip.place[row], grip.held[row]
         if held & HOLDS_X:
-            motion.vx[p] = grip.velocity[row, 0]
+            motion[VX, p] = grip.velocity[row, 0]
         if held & HOLDS_Y:
-            motion.vy[p] = grip.velocity[row, 1]
+            motion[VY, p] = grip.velocity[row, 1]
         if held & HOLDS_ROTATION:
-            motion.spin[p] = 0.0
+            motion[SPIN, p] = 0.0
 
 
 @internal
@@ -89,34 +93,34 @@ def settle_loads(edges, motion, time):
     load, tally = edges.load, edges.tallies[0]
     for row in range(load.place.size):
         p, fx, fy = load.place[row], load.force[row, 0], load.force[row, 1]
-        mean_x, mean_y = 0.5 * (load.before[row, 0] + motion.vx[p]), 0.5 * (load.before[row, 1] + motion.vy[p])
-        mean_spin = 0.5 * (load.before[row, 2] + motion.spin[p])
+        mean_x, mean_y = 0.5 * (load.before[row, 0] + motion[VX, p]), 0.5 * (load.before[row, 1] + motion[VY, p])
+        mean_spin = 0.5 * (load.before[row, 2] + motion[SPIN, p])
         tally[WORK] += time * (fx * mean_x + fy * mean_y + load_torque(load, row) * mean_spin)
         tally[IMPULSE_X] += time * fx
         tally[IMPULSE_Y] += time * fy
 
 
 @internal
-def settle_grip(edges, body, motion, forces, time):
+def settle_grip(edges, cells, motion, forces, time):
     """Tally work and impulse of grips over a whole tick of `time` [s], with the forces after it."""
     grip, old, tally = edges.grip, edges.grip_force, edges.tallies[1]
     for row in range(grip.place.size):
         p, held = grip.place[row], grip.held[row]
-        x, y = body.x[p] + motion.x[p], body.y[p] + motion.y[p]
+        x, y = cells[X, p] + motion[X, p], cells[Y, p] + motion[Y, p]
         if held & HOLDS_X:
-            before, given, force = grip.before[row, 0], grip.velocity[row, 0], (old[row, 0], forces.x[p])
-            first, second = _settle(body.mass[p], before, given, force, time, tally)
+            before, given, force = grip.before[row, 0], grip.velocity[row, 0], (old[row, 0], forces[FORCE_X, p])
+            first, second = _settle(cells[MASS, p], before, given, force, time, tally)
             tally[IMPULSE_X] += first + second
-            tally[ANGULAR_IMPULSE] -= (body.y[p] + edges.grip_place[row, 1]) * first + y * second
+            tally[ANGULAR_IMPULSE] -= (cells[Y, p] + edges.grip_place[row, 1]) * first + y * second
         if held & HOLDS_Y:
-            before, given, force = grip.before[row, 1], grip.velocity[row, 1], (old[row, 1], forces.y[p])
-            first, second = _settle(body.mass[p], before, given, force, time, tally)
+            before, given, force = grip.before[row, 1], grip.velocity[row, 1], (old[row, 1], forces[FORCE_Y, p])
+            first, second = _settle(cells[MASS, p], before, given, force, time, tally)
             tally[IMPULSE_Y] += first + second
-            tally[ANGULAR_IMPULSE] += (body.x[p] + edges.grip_place[row, 0]) * first + x * second
+            tally[ANGULAR_IMPULSE] += (cells[X, p] + edges.grip_place[row, 0]) * first + x * second
         if held & HOLDS_ROTATION:
-            spin, turned = grip.before[row, 2], 0.5 * time * (old[row, 2] + forces.torque[p])
-            tally[WORK] -= 0.5 * body.inertia[p] * spin * spin
-            tally[ANGULAR_IMPULSE] -= body.inertia[p] * spin + turned
+            spin, turned = grip.before[row, 2], 0.5 * time * (old[row, 2] + forces[TORQUE, p])
+            tally[WORK] -= 0.5 * cells[INERTIA, p] * spin * spin
+            tally[ANGULAR_IMPULSE] -= cells[INERTIA, p] * spin + turned
 
 
 @internal

@@ -4,20 +4,24 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
+import numpy as np
+
 from ..automata.contacts import Contacts
 from ..automata.lattice import Body, Motion, Scratch, update_ghost_velocities
 from ..automata.linked import link_forces
-from ..automata.loads import count_fast, drift, kick, largest_speed
-from ..automata.release import TRAVEL
+from ..automata.loads import drift, kick
 from ..automata.ticks import Specimen, add_forces
 from ..grid import kernels as grid_kernels
 from ..grid.kernel_arrays import Conditions, Grid, State, Yields
 from ..support.float_arrays import FloatArray
-from ..support.jit import internal, jit
-from .exchange import Exchange, assemble, follow, gather_forces, keep_grid_forces
+from ..support.jit import internal
+from .exchange import Exchange, follow, gather_forces, keep_grid_forces
 from .interface import Interface
 from .loads import Edges, push_and_hold, settle_grip, settle_loads
-from .side_contacts import Sides, add_side_forces
+from .side_contacts import Sides
+
+# A literal would compile the kernels of the grid a second time.
+_ZERO = np.int64(0)
 
 
 class GridPart(NamedTuple):
@@ -89,21 +93,15 @@ def update_automata_forces(automata, cracking, seam, time, tick):
         link_forces(automata.body, automata.motion, automata.scratch)
     else:
         add_forces(cracking.specimen, cracking.contacts, time, tick)
-    gather_forces(seam.interface, automata.body.layout.place, automata.scratch.forces, seam.exchange.automata_force)
-
-
-@internal
-def note_travel(automata, cracking, time):
-    """Add the way of the fastest automaton in a drift of `time` [s] to the distance after which contacts are found again."""
-    cracking.specimen.losses[TRAVEL] += time * largest_speed(automata.motion)
+    gather_forces(seam.interface, automata.body.layout.place, automata.scratch.cells, seam.exchange.automata_force)
 
 
 @internal
 def kick_automata(automata, time):
     """Kick all automata with forces and loads, and hold some of them."""
-    kick(automata.body, automata.motion, automata.scratch.forces, time)
-    push_and_hold(automata.edges, automata.body, automata.motion, time)
-    update_ghost_velocities(automata.body.layout, automata.motion)
+    kick(automata.body, automata.motion, automata.scratch.cells, time)
+    push_and_hold(automata.edges, automata.body.cells, automata.motion, time)
+    update_ghost_velocities(automata.body.layout.ghosts, automata.motion)
 
 
 @internal
@@ -115,30 +113,10 @@ def move_automata(automata, seam, state, time):
 
 
 @internal
-def are_too_fast(automata, limit):
-    """Return how many automata are faster than a limit [m/s]."""
-    return count_fast(automata.motion, limit * limit)
-
-
-@internal
 def settle_edges(automata, time):
     """Tally work and impulse of loads and grip in a micro-step of `time` [s] that has ended."""
     settle_loads(automata.edges, automata.motion, time)
-    settle_grip(automata.edges, automata.body, automata.motion, automata.scratch.forces, time)
-
-
-@jit
-def load_forces(place, force, torque, forces):
-    """Write the forces and torques of the state, shapes (n, 2) and (n,), to fields."""
-    for i in range(place.size):
-        forces.x[place[i]], forces.y[place[i]], forces.torque[place[i]] = force[i, 0], force[i, 1], torque[i]
-
-
-@jit
-def store_forces(place, force, torque, forces):
-    """Write the forces and torques of fields to the state."""
-    for i in range(place.size):
-        force[i, 0], force[i, 1], torque[i] = forces.x[place[i]], forces.y[place[i]], forces.torque[place[i]]
+    settle_grip(automata.edges, automata.body.cells, automata.motion, automata.scratch.cells, time)
 
 
 # -- the grid -------------------------------------------------------------------------------------------------------------
@@ -149,8 +127,8 @@ def begin_grid(grid, factors, row, step):
     """Kick all nodes for half a step and drift them for a whole one, where `finish_cells` has not yet."""
     if row == 0:
         count = len(grid.grid.reference)
-        grid_kernels.kick(grid.grid, grid.state, step, 0, count)
-        grid_kernels.drift(grid.grid, grid.state, step, 0, count)
+        grid_kernels.kick(grid.grid, grid.state, step, _ZERO, count)
+        grid_kernels.drift(grid.grid, grid.state, step, _ZERO, count)
     grid_kernels.begin_conditions(grid.grid, grid.state, grid.conditions, factors, row, step)
 
 
@@ -169,31 +147,8 @@ def finish_cells(grid, seam, step, tick, again):
         A cell that is inverted, or -1.
     """
     cells, nodes = len(grid.grid.cells), len(grid.grid.reference)
-    failed = grid_kernels.advance_cells(grid.grid, grid.state, grid.corner, step, tick, grid.yields, 0, cells)
-    grid_kernels.finish_nodes(grid.grid, grid.state, grid.corner, step, again, 0, nodes)
+    failed = grid_kernels.advance_cells(grid.grid, grid.state, grid.corner, step, tick, grid.yields, _ZERO, cells)
+    grid_kernels.finish_nodes(grid.grid, grid.state, grid.corner, step, again, _ZERO, nodes)
     grid_kernels.finish_forces(grid.grid, grid.state, grid.conditions.groups, grid.corner)
     keep_grid_forces(seam.interface, seam.exchange, grid.state)
     return failed
-
-
-# -- the start ------------------------------------------------------------------------------------------------------------
-
-
-@jit
-def follow_nodes(seam, grid, automata):
-    """Place the automata of the interface, and note the forces of the cells on its nodes."""
-    follow(seam.interface, automata.body.layout, grid.state, automata.motion)
-    keep_grid_forces(seam.interface, seam.exchange, grid.state)
-
-
-@jit
-def join_forces(grid, automata, cracking, seam, steps, together):
-    """Write the first forces of the automata, also on the nodes of the interface, and those of sides.
-
-    Where both parts move together, write the sum of both for a kick of half a step too.
-    """
-    update_automata_forces(automata, cracking, seam, 0.0, 0)
-    if cracking is not None:
-        add_side_forces(cracking.sides, grid, automata, seam.exchange)
-    if together:
-        assemble(seam.interface, seam.exchange, grid.state, grid.conditions, 0.5 * steps.step, steps.by_momentum)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 from typing import Any
 
 import numpy as np
@@ -15,6 +14,8 @@ from ..support.float_arrays import FloatArray
 
 # How far beside the middle of a side it is looked for automata, in lengths of the side.
 _PROBE = 0.01
+# Cells whose centres are nearest to a point that are looked at.
+_CELLS = 4
 
 
 class Places:
@@ -42,30 +43,6 @@ class Places:
         """Return whether automata so far off a point [m] stand on it."""
         return distance <= self._reach
 
-    def may_be_near(self, points: FloatArray, radii: FloatArray) -> npt.NDArray[np.bool_]:
-        """Return which points, shape (k, 2) [m], lie within radii, shape (k,) [m], of the rectangle around the automata."""
-        inside, reach = points - self._origin - self._begin, radii[:, np.newaxis]
-        return np.all((inside >= -reach) & (inside <= self._extent + reach), axis=1)
-
-    def near(self, points: FloatArray, radii: FloatArray) -> tuple[IntArray, IntArray, FloatArray]:
-        """Return the automata within a radius of each point: number of the point, automaton, and its centre [m].
-
-        An automaton on the left or lower side of two that are one stands on the opposite side too.
-
-        Args:
-            points: shape (k, 2) [m].
-            radii: shape (k,) [m].
-        """
-        found: list[tuple[Any, ...]] = []
-        for turn in itertools.product(*((0, 1) if closed else (0,) for closed in self._periodic)):
-            moved = self._origin + turn * self._extent
-            near = self._tree.query_ball_point(points - moved, radii)
-            point = np.repeat(np.arange(len(points)), [len(one) for one in near])
-            automaton = np.fromiter(itertools.chain.from_iterable(near), np.int64, len(point))
-            found.append((point, automaton, self._centres[automaton] + moved))
-        point, automaton, centre = (np.concatenate(one) for one in zip(*found, strict=True))
-        return point, automaton, centre
-
     def are_within_period(self, points: FloatArray) -> npt.NDArray[np.bool_]:
         """Return which points, shape (k, 2) [m], lie between the sides where the packing is closed on itself."""
         inside = points - self._origin - self._begin
@@ -79,3 +56,28 @@ def common_sides(mesh: Mesh, shape: Shape, origin: FloatArray) -> IntArray:
     # The body is on the left.
     beside = 0.5 * (start + end) + _PROBE * np.stack([way[:, 1], -way[:, 0]], axis=1)
     return mesh.sides[shape.contains(beside - origin, 0.0)]
+
+
+def points_in_cells(nodes: FloatArray, cells: IntArray, points: FloatArray) -> tuple[IntArray, IntArray]:
+    """Return which points lie inside cells, in increasing order, and one of the cells of each, both of shape (m,).
+
+    Args:
+        nodes: where they are, shape (n, 2) [m].
+        cells: the nodes of each cell, counterclockwise, convex, shape (c, 4).
+        points: shape (k, 2) [m].
+    """
+    from scipy.spatial import cKDTree  # type: ignore[attr-defined]
+
+    corners = nodes[cells]
+    tree: Any = cKDTree((0.25 * corners).sum(axis=1))
+    sound = np.flatnonzero(np.isfinite(points).all(axis=1))
+    distances, near = (one.reshape(len(sound), -1) for one in tree.query(points[sound], k=min(_CELLS, len(cells))))
+    # No cell is near what is so far off that the square of its distance overflows.
+    near[np.isinf(distances)] = 0
+    inside = np.ones(near.shape, dtype=bool)
+    for corner in range(4):
+        start, end = corners[near, corner], corners[near, (corner + 1) % 4]
+        way, offset = end - start, points[sound][:, None] - start
+        inside &= way[..., 0] * offset[..., 1] > way[..., 1] * offset[..., 0]
+    found = inside.any(axis=1)
+    return sound[found], near[found, inside[found].argmax(axis=1)]

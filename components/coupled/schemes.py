@@ -112,7 +112,7 @@ def _begin_lockstep(steps, grid, automata, seam, factors, row):
 @move.register(Lockstep)
 def _move_in_lockstep(steps, grid, automata, seam, factors, row):
     interface, exchange, half = seam.interface, seam.exchange, 0.5 * steps.step
-    keep_before(automata.edges, automata.motion, automata.scratch.forces)
+    keep_before(automata.edges, automata.motion, automata.scratch.cells)
     keep_velocities(interface, exchange, grid.state)
     begin_grid(grid, factors, row, steps.step)
     settle_kick(interface, exchange, grid.state, grid.conditions, half, half)
@@ -156,7 +156,7 @@ def _begin_impulses(steps, grid, automata, seam, factors, row):
 @move.register(Impulses)
 def _move_with_impulses(steps, grid, automata, seam, factors, row):
     time = steps.step / steps.micro
-    keep_before(automata.edges, automata.motion, automata.scratch.forces)
+    keep_before(automata.edges, automata.motion, automata.scratch.cells)
     kick_nodes(grid, seam, 0.5 * time, steps.by_momentum)
     drift_nodes(grid, seam, time)
     move_automata(automata, seam, grid.state, time)
@@ -276,7 +276,7 @@ def _begin_literally(steps, grid, automata, seam, factors, row):
 def _move_literally(steps, grid, automata, seam, factors, row):
     """Kick and drift the automata; those of the interface with the velocities of their nodes."""
     time = steps.step / steps.micro
-    keep_before(automata.edges, automata.motion, automata.scratch.forces)
+    keep_before(automata.edges, automata.motion, automata.scratch.cells)
     kick_automata(automata, 0.5 * time)
     follow_velocities(seam.interface, automata.body.layout, grid.state, automata.motion)
     drift(automata.motion, time)

@@ -1,4 +1,4 @@
-"""Contacts of automata with the free sides of the grid, those that are no interface; and automata that have left their place.
+"""Contacts of automata with the free sides of the grid, those that are no interface.
 
 Contacts are smooth and elastic:
 
@@ -17,14 +17,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..automata.release import TRAVEL
+from ..automata.lattice import FORCE_X, FORCE_Y, X, Y
 from ..grid.mesh import IntArray, Mesh
 from ..support.float_arrays import FloatArray, norms
 from ..support.jit import internal, internal_inlined, jit
 from .interface import Interface
-
-# Cells whose centres are nearest to an automaton that are looked at.
-_CELLS = 4
 
 
 class Sides(NamedTuple):
@@ -138,17 +135,17 @@ def shorten_radii(sides, nodes, centres, pairs, radii):
 
 
 @internal_inlined
-def _nearest(sides, grid, automata, row):
+def _nearest(sides, nodes, automata, row):
     """Return the nearest side of the automaton of a row of pairs, how it lies beside it, and the row of the next automaton."""
-    i, best = sides.pairs[row, 0], -1
+    i, best, (reference, displacement) = sides.pairs[row, 0], -1, nodes
     nx, ny, nearest, part = 0.0, 0.0, np.inf, 0.0
-    u, p, body = grid.state.displacement, automata.body.layout.place[i], automata.body
-    centre = body.x[p] + automata.motion.x[p], body.y[p] + automata.motion.y[p]
+    p, cells, motion = automata.body.layout.place[i], automata.body.cells, automata.motion
+    centre = cells[X, p] + motion[X, p], cells[Y, p] + motion[Y, p]
     while row < sides.used and sides.pairs[row, 0] == i:
         side = sides.pairs[row, 1]
         a, b = sides.nodes[side, 0], sides.nodes[side, 1]
-        start = grid.grid.reference[a, 0] + u[a, 0], grid.grid.reference[a, 1] + u[a, 1]
-        end = grid.grid.reference[b, 0] + u[b, 0], grid.grid.reference[b, 1] + u[b, 1]
+        start = reference[a, 0] + displacement[a, 0], reference[a, 1] + displacement[a, 1]
+        end = reference[b, 0] + displacement[b, 0], reference[b, 1] + displacement[b, 1]
         x, y, distance, at = _place_beside(start, end, centre)
         if abs(distance) < abs(nearest):
             nx, ny, nearest, part, best = x, y, distance, at, side
@@ -156,84 +153,44 @@ def _nearest(sides, grid, automata, row):
     return best, nx, ny, nearest, part, row
 
 
-@internal
-def add_side_forces(sides, grid, automata, exchange):
-    """Add the forces of sides on automata, and on the nodes of the interface those of automata; `sides` is None without."""
+@jit
+def add_side_forces(sides, nodes, automata, automata_force):
+    """Add the forces of sides on automata and on interface nodes, and return the energy of these contacts [J].
+
+    Args:
+        sides: `Sides`; None without.
+        nodes: of the grid before anything moves, and their displacements, both of shape (nodes, 2) [m].
+        automata: a `parts.AutomataPart`; its forces are updated.
+        automata_force: see `exchange.Exchange`, updated.
+    """
+    row, energy, cells = 0, 0.0, automata.scratch.cells
     if sides is not None:
-        row, forces = 0, automata.scratch.forces
         while row < sides.used:
             i = sides.pairs[row, 0]
-            side, nx, ny, distance, part, row = _nearest(sides, grid, automata, row)
+            side, nx, ny, distance, part, row = _nearest(sides, nodes, automata, row)
             overlap = sides.radius[i] - distance
             if side >= 0 and 0.0 < overlap < 2.0 * sides.radius[i]:
                 push = sides.stiffness[i] * overlap
+                energy += 0.5 * sides.stiffness[i] * overlap * overlap
                 fx, fy = push * nx, push * ny
                 p = automata.body.layout.place[i]
-                forces.x[p] += fx
-                forces.y[p] += fy
+                cells[FORCE_X, p] += fx
+                cells[FORCE_Y, p] += fy
                 for end, share in ((0, 1.0 - part), (1, part)):
                     place = sides.rows[side, end]
-                    exchange.automata_force[place, 0] -= share * fx
-                    exchange.automata_force[place, 1] -= share * fy
+                    automata_force[place, 0] -= share * fx
+                    automata_force[place, 1] -= share * fy
+    return energy
 
 
 @internal
-def note_travel_of_sides(sides, grid, losses, time):
-    """Add the way of the fastest node of sides in a drift of `time` [s] to what decides when pairs are found again."""
+def largest_speed_of_sides(sides, velocity):
+    """Return the speed of the fastest node of sides [m/s], 0 without sides."""
+    largest = 0.0
     if sides is not None:
-        velocity, largest = grid.state.velocity, 0.0
         for side in range(sides.nodes.shape[0]):
             for end in range(2):
                 n = sides.nodes[side, end]
                 square = velocity[n, 0] * velocity[n, 0] + velocity[n, 1] * velocity[n, 1]
                 largest = square if square > largest else largest
-        losses[TRAVEL] += time * np.sqrt(largest)
-
-
-@jit
-def side_energy(sides, grid, automata):
-    """Return the energy of all contacts with sides [J]."""
-    total, row = 0.0, 0
-    while row < sides.used:
-        i = sides.pairs[row, 0]
-        side, _, _, distance, _, row = _nearest(sides, grid, automata, row)
-        overlap = sides.radius[i] - distance
-        if side >= 0 and 0.0 < overlap < 2.0 * sides.radius[i]:
-            total += 0.5 * sides.stiffness[i] * overlap * overlap
-    return total
-
-
-def find_strays(nodes: FloatArray, cells: IntArray, points: FloatArray) -> IntArray:
-    """Return which points lie inside cells, in increasing order.
-
-    Args:
-        nodes: where they are now, shape (n, 2) [m].
-        cells: the nodes of each cell, counterclockwise, convex, shape (m, 4).
-        points: shape (k, 2) [m].
-    """
-    from scipy.spatial import cKDTree  # type: ignore[attr-defined]
-
-    corners = nodes[cells]
-    tree: Any = cKDTree((0.25 * corners).sum(axis=1))
-    sound = np.isfinite(points).all(axis=1)
-    distances, near = (one.reshape(int(sound.sum()), -1) for one in tree.query(points[sound], k=min(_CELLS, len(cells))))
-    # No cell is near what is so far off that the square of its distance overflows.
-    near[np.isinf(distances)] = 0
-    inside = np.ones(near.shape, dtype=bool)
-    for corner in range(4):
-        start, end = corners[near, corner], corners[near, (corner + 1) % 4]
-        way, offset = end - start, points[sound][:, None] - start
-        inside &= way[..., 0] * offset[..., 1] > way[..., 1] * offset[..., 0]
-    return np.flatnonzero(sound)[inside.any(axis=1)]
-
-
-def describe_strays(strays: IntArray, centres: FloatArray) -> list[str]:
-    """Return a sentence about automata that lie inside cells, the first of them with its place; none where there are none."""
-    if not len(strays):
-        return []
-    x, y = centres[strays[0]]
-    return [
-        f"{len(strays)} automata with broken links lie inside cells of the grid, automaton {strays[0]} at ({x:.6g}, "
-        f"{y:.6g}) m: pieces touch automata alone, and fly through the free sides of the grid; set side_contacts = true, leave "
-        "such sides no way to be reached, or surround the automata by the interface"
-    ]
+    return np.sqrt(largest)

@@ -11,13 +11,14 @@ from typing import NamedTuple
 import numpy as np
 
 from ..automata.contacts import dashpot_power
+from ..automata.loads import count_fast, largest_speed
 from ..automata.release import DAMPING, TRAVEL
 from ..automata.ticks import judge_links
 from ..grid.mesh import IntArray
 from ..support.jit import jit
-from .parts import are_too_fast, note_travel, update_automata_forces
+from .parts import update_automata_forces
 from .schemes import act, begin_tick, end_tick, move
-from .side_contacts import add_side_forces, note_travel_of_sides
+from .side_contacts import add_side_forces, largest_speed_of_sides
 
 # Results of `advance`: all ticks are done, one has failed, or the reason why it stopped.
 DONE, INVERTED, TOO_FAST, SEARCH, BREAK = 0, 1, 2, 3, 4
@@ -72,19 +73,20 @@ def advance(grid, automata, cracking, seam, factors, steps, tick, course):
                 move(steps, grid, automata, seam, factors, row)
                 progress[STAGE] = ACT
                 if cracking is not None:
-                    note_travel(automata, cracking, time)
-                    note_travel_of_sides(cracking.sides, grid, cracking.specimen.losses, time)
+                    cracking.specimen.losses[TRAVEL] += time * largest_speed(automata.motion)
+                    cracking.specimen.losses[TRAVEL] += time * largest_speed_of_sides(cracking.sides, grid.state.velocity)
                     if judge_links(cracking.specimen, cracking.contacts, time, own_tick):
                         return BREAK
             update_automata_forces(automata, cracking, seam, time, own_tick)
             if cracking is not None:
-                add_side_forces(cracking.sides, grid, automata, seam.exchange)
+                nodes = grid.grid.reference, grid.state.displacement
+                add_side_forces(cracking.sides, nodes, automata, seam.exchange.automata_force)
             failed = act(steps, grid, automata, seam, now, again)
-            fast += are_too_fast(automata, steps.speed_limit)
+            fast += count_fast(automata.motion, steps.speed_limit * steps.speed_limit)
             if cracking is not None:
                 if cracking.specimen.medium.ground.damping > 0.0:
                     # Between the two halves of the kick, so that these are the mean velocities.
-                    power = dashpot_power(cracking.specimen.medium, cracking.contacts, automata.motion)
+                    power = dashpot_power(automata.body.layout.place, cracking.contacts, automata.motion)
                     cracking.specimen.losses[DAMPING] += time * power
             progress[MICRO], progress[STAGE] = progress[MICRO] + 1, MOVE
         bad = end_tick(steps, grid, automata, seam, factors, row, now, again)

@@ -9,7 +9,7 @@ import pytest
 
 import granular_env as ge
 from granular_env.components.automata import Automata
-from granular_env.components.automata.lattice import load
+from granular_env.components.automata.lattice import FORCE_Y, TORQUE, load
 
 ROW = 0.5 * math.sqrt(3.0)
 SOLID = ge.Material(density=1.0, young=2.5, poisson=0.25)
@@ -27,5 +27,5 @@ def forces_at(automata: Automata, displacement: np.ndarray, rotation: np.ndarray
     steps, place = automata.steps, automata.body.layout.place
     load(automata.body.layout, displacement, np.zeros_like(displacement), rotation, np.zeros_like(rotation), steps.motion)
     steps.update_forces()
-    forces = steps.scratch.forces
-    return np.stack([forces.x[place], forces.y[place]], axis=1), forces.torque[place]
+    cells = steps.scratch.cells
+    return cells[: FORCE_Y + 1, place].T, cells[TORQUE, place]
