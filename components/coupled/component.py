@@ -324,7 +324,7 @@ class Coupled(Component):
             nodes = grid.grid.reference, grid.state.displacement
             add_side_forces(sides, nodes, self._automata_part, exchange.automata_force)
         if self._in_lockstep:
-            assemble(face, exchange, grid.state, grid.conditions, 0.5 * steps.step, steps.by_momentum)
+            assemble(self._seam, grid.state, grid.conditions, 0.5 * steps.step, steps.by_momentum)
 
     def _load(self) -> None:
         """Write the state of the automata, with their forces, to the fields."""
@@ -421,8 +421,9 @@ class Coupled(Component):
         progress, failure = self._course
         progress[:] = 0
         while True:
-            cracking = self._cracking_part()
-            status = advance(grid, self._automata_part, cracking, self._seam, factors, self._steps, tick, self._course)
+            cracking, linked = self._cracking_part(), None if self._cracking else self.automata.body
+            parts = grid, self._automata_part, linked, cracking, self._seam
+            status = advance(*parts, factors, self._steps, tick, self._course)
             if status in (DONE, INVERTED):
                 return int(status)
             if status == TOO_FAST or self._cracking is None:
