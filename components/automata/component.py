@@ -64,7 +64,7 @@ class Automata(Component):
         p = self.parameters
         self.packing: Packing = pack(p.packing, p.shape, p.diameter, p.periodic)
         self.reference: FloatArray = self.packing.reference
-        self.count = len(self.packing.kind)
+        self.count = len(self.packing.places)
         self._make_body()
         self.conditions = Conditions(p, self.packing, self.body.layout)
         self._medium = intact_medium(self.packing, self.body, p, self.automaton_material) if p.has_bonds else None

@@ -98,8 +98,7 @@ class CrackingSpecimen(LinkedSpecimen):
             own = np.flatnonzero(self._pairs[:, 2] == q)
             self._numbers[q, self.place[self._pairs[own, 1]] - self.body.layout.offset[q]] = own
             self._numbers[q, self._link_places[own]] = own
-        faces = self.packing.classes.face[self.packing.kind]
-        self._surface = (faces == 0.0).any(axis=1)
+        self._surface = (self.packing.face == 0.0).any(axis=1)
 
     def _refuse_damping(self, parameters: AutomataParameters) -> None:
         """Refuse dashpots that are not stable with this step."""
@@ -434,7 +433,7 @@ def _make_ground(packing: Packing, body: Body, parameters: AutomataParameters) -
         period=tuple(period.tolist()),
         normal=per_length * (2.0 * shear + share * lame),
         tangential=per_length * 2.0 * shear,
-        part=packing.classes.volume[packing.kind] / (lattice.volume * diameter**2),
+        part=packing.volume / (lattice.volume * diameter**2),
         friction=p.friction,
         damping=p.contact_damping,
     )

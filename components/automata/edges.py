@@ -38,10 +38,9 @@ def shared_areas(packing: Packing, name: str, automata: npt.NDArray[np.int64], a
 
     On a zigzag the half cells that stand out have twice the length of the whole cells between them.
     """
-    kinds = packing.kind[automata]
-    part = packing.classes.volume[kinds].copy()
+    part = packing.volume[automata]
     if packing.lattice.name == "hexagonal" and EDGES[name][0] == 0:
-        part[packing.classes.missing[kinds] == 0.0] *= 4.0
+        part[packing.missing[automata] == 0.0] *= 4.0
     return area * part / part.sum()
 
 
@@ -55,7 +54,7 @@ def traction_levers(packing: Packing, name: str, automata: npt.NDArray[np.int64]
     """
     levers, axis = np.zeros((len(automata), 2)), EDGES[name][0]
     if packing.lattice.name == "hexagonal":
-        volume = packing.classes.volume[packing.kind[automata]]
+        volume = packing.volume[automata]
         quarter = volume < (0.25 + ON_THE_OUTLINE) * packing.lattice.volume * packing.diameter**2
         place = packing.reference[automata, 1 - axis]
         inward = np.sign(0.5 * (place.min() + place.max()) - place)
@@ -208,7 +207,7 @@ def _holds_rotation(edge: str, boundary: Boundary) -> bool:
 
 def _forced_automata(places: list[Place] | str, packing: Packing) -> npt.NDArray[np.int64]:
     """Return the automata that are meant by numbers, points, or "all"."""
-    count = len(packing.kind)
+    count = len(packing.places)
     if isinstance(places, str):
         return np.arange(count)
     found: list[int] = []

@@ -42,22 +42,12 @@ class Lockstep(NamedTuple):
     speed_limit: float
 
 
-class Impulses(NamedTuple):
-    """Several steps of the automata in a tick; attributes as of `Lockstep`."""
-
-    step: float
-    micro: int
-    by_momentum: bool
-    speed_limit: float
+class Impulses(Lockstep):
+    """Several steps of the automata in a tick."""
 
 
-class Literal(NamedTuple):
-    """The sub-steps of the paper; attributes as of `Lockstep`."""
-
-    step: float
-    micro: int
-    by_momentum: bool
-    speed_limit: float
+class Literal(Lockstep):
+    """The sub-steps of the paper."""
 
 
 @dispatched
