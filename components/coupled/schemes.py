@@ -92,7 +92,7 @@ def end_tick(steps, grid, automata, seam, factors, row, tick, again):
 
 
 @internal
-def drift_automata(automata, interface, state, time):
+def kick_and_drift_automata(automata, interface, state, time):
     """Begin a step of the automata, the interface nodes having drifted: half a kick, and the drift."""
     kick_automata(automata, 0.5 * time)
     drift(automata.motion, time)
@@ -114,7 +114,7 @@ def _move_in_lockstep(steps, grid, automata, seam, factors, row):
     take_rows(interface.nodes, grid.state.velocity, exchange.before)
     begin_grid(grid, factors, row, steps.step)
     settle_kick(seam, grid.state.velocity, grid.conditions, half, half)
-    drift_automata(automata, interface, grid.state, steps.step)
+    kick_and_drift_automata(automata, interface, grid.state, steps.step)
 
 
 @act.register(Lockstep)
@@ -157,7 +157,7 @@ def _move_with_impulses(steps, grid, automata, seam, factors, row):
     keep_before(automata.edges, automata.motion, automata.scratch.cells)
     kick_nodes(grid, seam, 0.5 * time, steps.by_momentum)
     drift_nodes(grid, seam, time)
-    drift_automata(automata, seam.interface, grid.state, time)
+    kick_and_drift_automata(automata, seam.interface, grid.state, time)
 
 
 @act.register(Impulses)
