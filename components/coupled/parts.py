@@ -14,7 +14,7 @@ from ..automata.ticks import Specimen, add_forces
 from ..grid import kernels as grid_kernels
 from ..grid.kernel_arrays import Conditions, Grid, State, Yields
 from ..support.float_arrays import FloatArray
-from ..support.jit import internal
+from ..support.jit import internal, spliced
 from .exchange import Exchange, gather_forces, take_rows
 from .interface import Interface
 from .loads import Edges, push_and_hold
@@ -78,7 +78,7 @@ class Seam(NamedTuple):
 # -- the automata ---------------------------------------------------------------------------------------------------------
 
 
-@internal
+@spliced
 def update_automata_forces(automata, linked, cracking, seam, time, tick):
     """Write the forces and torques of links and contacts, and the forces that act on interface nodes.
 
@@ -108,7 +108,7 @@ def kick_automata(automata, time):
 # -- the grid -------------------------------------------------------------------------------------------------------------
 
 
-@internal
+@spliced
 def begin_grid(grid, factors, row, step):
     """Kick all nodes for half a step and drift them for a whole one, where `finish_cells` has not yet."""
     if row == 0:
@@ -118,7 +118,7 @@ def begin_grid(grid, factors, row, step):
     grid_kernels.begin_conditions(grid.grid, grid.state, grid.conditions, factors, row, step)
 
 
-@internal
+@spliced
 def finish_cells(grid, seam, step, tick, again):
     """Advance the cells, kick the nodes without conditions, and finish the forces on the others.
 

@@ -20,7 +20,7 @@ from ..automata.loads import drift
 from ..grid import kernels as grid_kernels
 from ..grid.kernel_arrays import BOUNDARY_ANGULAR, BOUNDARY_IMPULSE, WORK
 from ..support.dispatch import dispatched
-from ..support.jit import internal
+from ..support.jit import internal, spliced
 from .exchange import assemble, follow, follow_velocities, kicked, settle_kick, take_rows
 from .loads import keep_before, settle_edges
 from .parts import begin_grid, finish_cells, kick_automata
@@ -91,7 +91,7 @@ def end_tick(steps, grid, automata, seam, factors, row, tick, again):
     """End a tick; return a cell that is inverted, or -1."""
 
 
-@internal
+@spliced
 def kick_and_drift_automata(automata, interface, state, time):
     """Begin a step of the automata, the interface nodes having drifted: half a kick, and the drift."""
     kick_automata(automata, 0.5 * time)
