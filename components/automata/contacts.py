@@ -323,7 +323,7 @@ def find_pairs(
     points, lengths = positions[exposed], np.array(period)
     closed = lengths > 0.0
     points[:, closed] %= lengths[closed]
-    # What lies a rounding error below 0 has become a whole length.
+    # A place a rounding error below 0 has become a whole length.
     points[:, closed] *= points[:, closed] < lengths[closed]
     pairs = cKDTree(points, boxsize=lengths).query_pairs(reach, output_type="ndarray")
     found = exposed[np.sort(pairs.astype(np.int64), axis=1)]

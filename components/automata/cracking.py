@@ -26,7 +26,7 @@ from .contacts import (
 from .energies import stored_energies
 from .lattice import EPS, FACE, FIRST_SHARE, GAMMA, LAME, SECOND_SHARE, SHEAR, STRESS_XX, TORQUE, VOLUME, VX, VY, Body, X, Y
 from .linked import LinkedSpecimen
-from .links import Histories, Law, Medium, judge_links, make_mixture
+from .links import Histories, Law, Medium, make_mixture, measure_criteria
 from .materials import IntArray, chosen_materials, law_rows, make_criterion, make_response
 from .packing import Packing
 from .parameters import AutomataParameters
@@ -314,7 +314,7 @@ class CrackingSpecimen(LinkedSpecimen):
     def _judge_links(self) -> FloatArray:
         """Return what decides on each link, its limit, and the number of the cause, for the scratch as it is, (3, links)."""
         found = np.zeros((3, *self.body.links.shape[1:]))
-        judge_links(self.medium, self.scratch, found)
+        measure_criteria(self.medium, self.scratch, found)
         return found[:, *self._at]
 
     def breaks(self) -> FloatArray:

@@ -35,7 +35,7 @@ def edge_automata(packing: Packing, name: str, depth: float = 0.0) -> npt.NDArra
 def shared_areas(packing: Packing, name: str, automata: npt.NDArray[np.int64], area: float) -> FloatArray:
     """Return what part of the area of a straight edge belongs to each of its automata, shape (m,) [m^2].
 
-    On a zigzag the half cells that stand out have twice the length of the whole cells between them.
+    On a zigzag the outer half cells have twice the length of the whole cells between them.
     """
     part = packing.volume[automata]
     if packing.lattice.name == "hexagonal" and EDGES[name][0] == 0:
@@ -89,7 +89,7 @@ class Conditions:
     def _fill_load(self) -> None:
         p, start = self._parameters, len(self._forced)
         groups, levers = [self._forced], [np.zeros((start, 2))]
-        # Of each traction: the input, the rows of the load that it fills, and their areas [m^2].
+        # Input, rows of the load and their areas [m^2], for each traction.
         self._pulls: list[tuple[str, slice, FloatArray]] = []
         for name in self._of_kind(Traction):
             assert isinstance(p.shape, Rectangle)
@@ -122,7 +122,7 @@ class Conditions:
             if own.any():
                 there = own.any(axis=1)
                 self.held_edges[name] = automata[there], own[there]
-        # Of each component of a velocity: the input, the component, and the rows of the grip that it fills.
+        # Input, component and rows of the grip, for each component of a velocity.
         self._drives: list[tuple[str, int, list[int]]] = []
         for name in self._of_kind(PrescribedVelocity):
             for axis in (0, 1):

@@ -359,7 +359,7 @@ def count_failing(medium, scratch):
 
 
 @jit
-def judge_links(medium, scratch, found):
+def measure_criteria(medium, scratch, found):
     """Write what decides whether each link breaks, its limit, and the number of the cause, shape (3, directions, m)."""
     for q in range(scratch.links.shape[1]):
         ends = _ends_of(medium.body.layout, scratch.cells, q)

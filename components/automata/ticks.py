@@ -109,7 +109,7 @@ def advance(specimen, inputs, contacts, pace, tick, ticks, judged):
         pace: a `Pace`.
         tick: number of the first step.
         ticks: number of steps.
-        judged: whether the first step goes on after its links have been judged, and broken.
+        judged: whether the links of the first step have been judged, and broken, already.
 
     Returns:
         DONE or TOO_FAST; SEARCH before a step; BREAK in the middle of one. And how many steps were done.

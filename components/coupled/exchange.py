@@ -4,7 +4,7 @@ Of an interface node with the masses m_g and m_a and the forces F_g and F_a of t
 
     J_g = m_g (v1 - v0) - time F_g,        J_a = m_a (v1 - v0) - time F_a,        J_g + J_a = 0,
 
-whose work is that times the mean velocity: it is summed for each side by itself, so that the difference measures the coupling.
+whose work is that times the mean velocity: it is summed for each side separately, so that the difference measures the coupling.
 """
 
 from __future__ import annotations
@@ -84,7 +84,7 @@ def follow_velocities(interface, layout, velocity, motion):
 def kicked(velocity, time, grid_force, automata_force, grid_mass, automata_mass, by_momentum):
     """Return the velocity of an interface node after a kick of `time` [s].
 
-    force: equation (18) of Psakhie et al., with physical forces; momentum: each side by itself, then m V = m_a V_a + m_c V_c.
+    force: equation (18) of Psakhie et al., with physical forces; momentum: each side separately, then m V = m_a V_a + m_c V_c.
     """
     if by_momentum and automata_mass > 0.0:
         of_grid = velocity + time * grid_force / grid_mass

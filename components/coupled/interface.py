@@ -66,7 +66,7 @@ def find_interface(
         joined: groups of nodes that periodic edges join, the rest of each row -1, shape (g, 4).
         packing: the automata.
         mass: of each automaton, shape (n,) [kg].
-        shape: what they fill.
+        shape: of the automata.
         origin: where the origin of the shape lies [m].
         places: the automata by their place.
 
@@ -101,7 +101,7 @@ def _refuse_overlaps(mesh: Mesh, packing: Packing, places: Places, origin: Float
     """Refuse automata with a sector whose middle lies in a cell: its mass would be there twice."""
     automaton, sector = np.nonzero(packing.sectors)
     middles = origin + packing.reference[automaton] + packing.diameter * packing.lattice.sectors.mean(axis=1)[sector]
-    # What sticks out of a side that is closed on itself lies at the opposite one.
+    # Sectors beyond a periodic side lie at the opposite side.
     kept = places.are_within_period(middles)
     points, cells = points_in_cells(mesh.nodes, mesh.cells, middles[kept])
     if len(points):
@@ -163,7 +163,7 @@ def _refuse_zigzags(mesh: Mesh, packing: Packing, side: list[int]) -> None:
 
 
 def _automata_of(mesh: Mesh, packing: Packing, places: Places, side: list[int]) -> list[tuple[int, float]]:
-    """Return the automata on a side and where they stand on it, from 0 to 1."""
+    """Return the automata on a side and their places along it, from 0 to 1."""
     start, end = mesh.nodes[side[0]], mesh.nodes[side[1]]
     way = end - start
     count = float(np.sqrt(way[0] * way[0] + way[1] * way[1])) / packing.diameter
@@ -235,7 +235,7 @@ def _make_interface(hanging: dict[int, tuple[int, int, float]], joined: IntArray
 
 
 def carried_mass(interface: Interface, count: int, mass: FloatArray) -> FloatArray:
-    """Return the mass of automata that each of so many nodes carries by itself, shape (count,) [kg]."""
+    """Return the mass of automata that each node carries, without joined nodes, shape (count,) [kg]."""
     found = np.zeros(count)
     for column in (0, 1):
         np.add.at(found, interface.ends[:, column], interface.weights[:, column] * mass[interface.automata])

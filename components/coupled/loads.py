@@ -134,7 +134,7 @@ class EdgeInputs:
     """
 
     def __init__(self, conditions: Conditions, interface: Interface, tallies: FloatArray) -> None:
-        """Take what the automata have by themselves, and which of them the interface carries."""
+        """Take the conditions of the automata, and the interface."""
         load, grip, free = conditions.load, conditions.grip, interface.free > 0
         self._conditions, self._interface = conditions, interface
         self._loads = np.flatnonzero(free[load.automata])
