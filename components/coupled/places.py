@@ -71,7 +71,8 @@ def points_in_cells(nodes: FloatArray, cells: IntArray, points: FloatArray) -> t
     corners = nodes[cells]
     tree: Any = cKDTree((0.25 * corners).sum(axis=1))
     sound = np.flatnonzero(np.isfinite(points).all(axis=1))
-    distances, near = (one.reshape(len(sound), -1) for one in tree.query(points[sound], k=min(_CELLS, len(cells))))
+    count = min(_CELLS, len(cells))
+    distances, near = (one.reshape(len(sound), count) for one in tree.query(points[sound], k=count))
     # A point has no near cells where the square of its distance overflows.
     near[np.isinf(distances)] = 0
     inside = np.ones(near.shape, dtype=bool)
