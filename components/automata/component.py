@@ -64,7 +64,7 @@ class Automata(Component):
         p = self.parameters
         self.packing: Packing = pack(p.packing, p.shape, p.diameter, p.periodic)
         self.reference: FloatArray = self.packing.reference
-        self.count = len(self.packing.kind)
+        self.count = len(self.packing.places)
         self._make_body()
         self.conditions = Conditions(p, self.packing, self.body.layout)
         self._medium = intact_medium(self.packing, self.body, p, self.automaton_material) if p.has_bonds else None
@@ -265,7 +265,7 @@ class Automata(Component):
         return (*found, Balance("mass", "kg", {"mass": mass}, initial=mass))
 
     def report(self) -> dict[str, float]:
-        """Return how close the step is to the largest stable one, how far links are strained, and what has broken."""
+        """Return the step over the largest stable one, the strains of links, and the part of the links that is broken."""
         part = 0.5 * self.largest_frequency * self.step_size
         return {"step over the largest stable one, at rest": part, **self.steps.report()}
 

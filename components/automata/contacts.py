@@ -19,7 +19,7 @@ of its energy. In the drift in which a pair closes, of the way c, that is k_n o 
 it; in the drift in which it opens as much is given back. Without a dashpot both are alike in the mean; with one the pair comes
 apart more slowly than it met, and what is not given back belongs to what the dashpot takes.
 
-Pairs that may touch are found by cells, in the order of their automata. Automata inside a whole piece are left out while its
+Pairs that may touch are found in the order of their automata. Automata inside a whole piece are left out while its
 strains are small: they touch nothing but their neighbours.
 """
 
@@ -38,7 +38,7 @@ from .lattice import FORCE_X, FORCE_Y, MASS, SPIN, TORQUE, VX, VY, X, Y
 FIRST, SECOND, SLOT, START = 0, 1, 2, 3
 # How much farther than contact pairs are looked for, in diameters; the list then holds until somebody has moved half of that.
 SKIN = 0.3
-# Cells farther out than this are not told apart any more.
+# No contacts are looked for farther out than this, in distances within which they are.
 _FARTHEST = 2.0**30
 
 
@@ -276,11 +276,8 @@ def add_contacts(medium, motion, contacts, time, cells):
         push, drag = weight * normal * overlap, weight * tangential * kept
         if ground.damping > 0.0:
             closing = -(relative.vx * nx + relative.vy * ny)
-            mass = (
-                medium.body.cells[MASS, p]
-                * medium.body.cells[MASS, q]
-                / (medium.body.cells[MASS, p] + medium.body.cells[MASS, q])
-            )
+            one, other = medium.body.cells[MASS, p], medium.body.cells[MASS, q]
+            mass = one * other / (one + other)
             more = max(2.0 * ground.damping * np.sqrt(weight * normal * mass) * closing, -push)
             contacts.dashpot[row, 0], contacts.dashpot[row, 1] = -more * nx, -more * ny
             push += more
@@ -326,7 +323,7 @@ def find_pairs(
     points, lengths = positions[exposed], np.array(period)
     closed = lengths > 0.0
     points[:, closed] %= lengths[closed]
-    # What lies a rounding error below 0 has become a whole length.
+    # A place a rounding error below 0 has become a whole length.
     points[:, closed] *= points[:, closed] < lengths[closed]
     pairs = cKDTree(points, boxsize=lengths).query_pairs(reach, output_type="ndarray")
     found = exposed[np.sort(pairs.astype(np.int64), axis=1)]

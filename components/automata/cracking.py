@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+import numpy.typing as npt
 
 from ..errors import ParameterError
 from ..events import MOST_INDEX, EventDetail
@@ -25,7 +26,7 @@ from .contacts import (
 from .energies import stored_energies
 from .lattice import EPS, FACE, FIRST_SHARE, GAMMA, LAME, SECOND_SHARE, SHEAR, STRESS_XX, TORQUE, VOLUME, VX, VY, Body, X, Y
 from .linked import LinkedSpecimen
-from .links import Histories, Law, Medium, judge_links, make_mixture
+from .links import Histories, Law, Medium, make_mixture, measure_criteria
 from .materials import IntArray, chosen_materials, law_rows, make_criterion, make_response
 from .packing import Packing
 from .parameters import AutomataParameters
@@ -91,33 +92,23 @@ class CrackingSpecimen(LinkedSpecimen):
         self._dashpot = np.zeros((0, 2))
         self._places = np.zeros((3, self.body.layout.size))
         self._refuse_damping(p)
-        directions = len(self.body.normal)
-        self._link_places = self.place[self._pairs[:, 0]]
+        first, second, q = self._pairs.T
+        self._at = q, self.place[first]
         self._numbers = np.zeros(self.body.links.shape[1:], np.int64)
-        for q in range(directions):
-            own = np.flatnonzero(self._pairs[:, 2] == q)
-            self._numbers[q, self.place[self._pairs[own, 1]] - self.body.layout.offset[q]] = own
-            self._numbers[q, self._link_places[own]] = own
-        faces = self.packing.classes.face[self.packing.kind]
-        self._surface = (faces == 0.0).any(axis=1)
+        self._numbers[q, self.place[second] - self.body.layout.offset[q]] = np.arange(len(q))
+        self._numbers[self._at] = np.arange(len(q))
+        self._surface = (self.packing.face == 0.0).any(axis=1)
 
     def _refuse_damping(self, parameters: AutomataParameters) -> None:
         """Refuse dashpots that are not stable with this step."""
         given = parameters.contact_damping
         # Of several materials the stiffest contact with the lightest whole automaton: on the safe side.
         whole = min(solid.density for solid in chosen_materials(parameters)) * float(self.body.cells[VOLUME, self.place].max())
-        limit = ALLOWED_PART * damping_limit(
-            self.packing.lattice.slots, float(self.medium.ground.normal.max()), whole, self.step_size
-        )
+        stiffest = float(self.medium.ground.normal.max())
+        limit = max(ALLOWED_PART * damping_limit(self.packing.lattice.slots, stiffest, whole, self.step_size), 0.0)
         if given > limit:
-            raise ParameterError(
-                f"got {given:g}",
-                expected=(
-                    f"at most {max(limit, 0.0):.3g} with steps of {self.step_size:g} s, beyond which dashpots are not stable"
-                ),
-                hint="use a smaller step_size",
-                at="contact_damping",
-            )
+            expected = f"at most {limit:.3g} with steps of {self.step_size:g} s, beyond which dashpots are not stable"
+            raise ParameterError(f"got {given:g}", expected=expected, hint="use a smaller step_size", at="contact_damping")
 
     def bind(self, block: Block) -> None:
         """Take the state."""
@@ -182,29 +173,29 @@ class CrackingSpecimen(LinkedSpecimen):
         weight = 0.5 * (1.0 + max(0.0, 1.0 - 1 / self.medium.law.release))
         self.medium.histories.weight[q, self.place[first]] = weight
         self.medium.histories.weight[q, self.place[second] - self.body.layout.offset[q]] = weight
-        events, known = self._block.room("events", count), self._block.count("events")
-        rows = np.broadcast_arrays(tick + 1, cause[failing], failing, value[failing], limit[failing])
-        events[known : known + count] = np.column_stack(rows)
-        self._block.set_count("events", known + count)
+        self._add_events(tick, cause[failing], failing, value[failing], limit[failing])
         self._measure_links()
 
     def _measure_links(self) -> None:
         """Write strains, stresses and the forces of links."""
         measure_medium(self.medium, self.motion, self.scratch, self.contacts()._replace(used=0))
 
+    def _add_events(self, tick: int, *columns: npt.ArrayLike) -> None:
+        """Add events: number of the kind, link, value and limit of each."""
+        rows = np.column_stack(np.broadcast_arrays(tick + 1, *columns))
+        known = self._block.count("events")
+        self._block.room("events", len(rows))[known : known + len(rows)] = rows
+        self._block.set_count("events", known + len(rows))
+
     def _link_contacts(self, tick: int) -> None:
-        contacts, known = self.contacts(), self._block.count("events")
+        contacts = self.contacts()
         least, pressure = self.medium.law.linking[0], np.zeros(contacts.used)
         linking_pressures(self.medium, self.motion, self.scratch.links, contacts, pressure)
         rows = np.flatnonzero(pressure >= least)
         if len(rows):
             contacts.pairs[rows, START] = -1 - tick
             links, kind = self._numbers[self._links_of(contacts.pairs[rows])], len(self.event_kinds) - 1
-            events = self._block.room("events", len(rows))
-            events[known : known + len(rows)] = np.column_stack(
-                np.broadcast_arrays(tick + 1, kind, links, pressure[rows], least)
-            )
-            self._block.set_count("events", known + len(rows))
+            self._add_events(tick, kind, links, pressure[rows], least)
 
     def find_contacts(self) -> int:
         """Find again which pairs may touch; a status where automata are too far out or too fast."""
@@ -250,7 +241,7 @@ class CrackingSpecimen(LinkedSpecimen):
         self._measure_links()
         # A coupled body kicks with the forces of the last step after this.
         self.scratch.cells[: TORQUE + 1] = forces
-        eps, gamma = self.scratch.links[EPS : GAMMA + 1, self._pairs[:, 2], self._link_places]
+        eps, gamma = self.scratch.links[EPS : GAMMA + 1, *self._at]
         strained = ~((np.abs(eps) <= _STRAINED) & (np.abs(gamma) <= _STRAINED))
         return np.unique(self._pairs[strained, :2])
 
@@ -289,7 +280,7 @@ class CrackingSpecimen(LinkedSpecimen):
 
     def linked(self) -> FloatArray:
         """Return the weight of each link: 1 while it holds, 0 when it is released."""
-        return self.medium.histories.weight[self._pairs[:, 2], self._link_places]
+        return self.medium.histories.weight[self._at]
 
     def broken_links(self) -> float:
         """Return how many links are broken."""
@@ -308,8 +299,8 @@ class CrackingSpecimen(LinkedSpecimen):
         criterion = self.medium.law.criterion
         if not isinstance(criterion, Weaker):
             return True
-        direction, place = self._pairs[link, 2], self._link_places[link]
-        rows = criterion.rows[direction * self.body.layout.size + place]
+        direction, place = self._at
+        rows = criterion.rows[direction[link] * self.body.layout.size + place[link]]
         return any(np.isfinite(criterion.laws[row][0]) for row in rows.tolist())
 
     def _ratios(self) -> tuple[FloatArray, IntArray]:
@@ -323,8 +314,8 @@ class CrackingSpecimen(LinkedSpecimen):
     def _judge_links(self) -> FloatArray:
         """Return what decides on each link, its limit, and the number of the cause, for the scratch as it is, (3, links)."""
         found = np.zeros((3, *self.body.links.shape[1:]))
-        judge_links(self.medium, self.scratch, found)
-        return found[:, self._pairs[:, 2], self._link_places]
+        measure_criteria(self.medium, self.scratch, found)
+        return found[:, *self._at]
 
     def breaks(self) -> FloatArray:
         """Return the events of links that broke: tick, number of the cause, link, value and limit, shape (m, 5)."""
@@ -341,13 +332,12 @@ class CrackingSpecimen(LinkedSpecimen):
 
     def inelastic(self) -> FloatArray:
         """Return the mean inelastic strain of the pairs of each automaton, shape (n,)."""
-        return self._mean_of_links(self.medium.histories.inelastic[self._pairs[:, 2], self._link_places])
+        return self._mean_of_links(self.medium.histories.inelastic[self._at])
 
     def _mean_of_links(self, values: FloatArray) -> FloatArray:
         """Return the means of values of links, shape (links,), over the links of each automaton by their shares, shape (n,)."""
         total, shares = np.zeros((2, self.count))
-        q, p = self._pairs[:, 2], self._link_places
-        for column, share in enumerate(self.body.links[FIRST_SHARE : SECOND_SHARE + 1, q, p]):
+        for column, share in enumerate(self.body.links[FIRST_SHARE : SECOND_SHARE + 1, *self._at]):
             np.add.at(total, self._pairs[:, column], share * values)
             np.add.at(shares, self._pairs[:, column], share)
         return total / shares
@@ -434,7 +424,7 @@ def _make_ground(packing: Packing, body: Body, parameters: AutomataParameters) -
         period=tuple(period.tolist()),
         normal=per_length * (2.0 * shear + share * lame),
         tangential=per_length * 2.0 * shear,
-        part=packing.classes.volume[packing.kind] / (lattice.volume * diameter**2),
+        part=packing.volume / (lattice.volume * diameter**2),
         friction=p.friction,
         damping=p.contact_damping,
     )

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
@@ -36,12 +35,11 @@ def edge_automata(packing: Packing, name: str, depth: float = 0.0) -> npt.NDArra
 def shared_areas(packing: Packing, name: str, automata: npt.NDArray[np.int64], area: float) -> FloatArray:
     """Return what part of the area of a straight edge belongs to each of its automata, shape (m,) [m^2].
 
-    On a zigzag the half cells that stand out have twice the length of the whole cells between them.
+    On a zigzag the outer half cells have twice the length of the whole cells between them.
     """
-    kinds = packing.kind[automata]
-    part = packing.classes.volume[kinds].copy()
+    part = packing.volume[automata]
     if packing.lattice.name == "hexagonal" and EDGES[name][0] == 0:
-        part[packing.classes.missing[kinds] == 0.0] *= 4.0
+        part[packing.missing[automata] == 0.0] *= 4.0
     return area * part / part.sum()
 
 
@@ -55,7 +53,7 @@ def traction_levers(packing: Packing, name: str, automata: npt.NDArray[np.int64]
     """
     levers, axis = np.zeros((len(automata), 2)), EDGES[name][0]
     if packing.lattice.name == "hexagonal":
-        volume = packing.classes.volume[packing.kind[automata]]
+        volume = packing.volume[automata]
         quarter = volume < (0.25 + ON_THE_OUTLINE) * packing.lattice.volume * packing.diameter**2
         place = packing.reference[automata, 1 - axis]
         inward = np.sign(0.5 * (place.min() + place.max()) - place)
@@ -63,24 +61,6 @@ def traction_levers(packing: Packing, name: str, automata: npt.NDArray[np.int64]
             quarter, 0.25 * packing.diameter * (1.0 if axis == 1 else packing.lattice.volume) * inward, 0.0
         )
     return levers
-
-
-@dataclass(frozen=True)
-class _Pull:
-    """A traction: the input, the rows of the load that it fills, and their areas, shape (m,) [m^2]."""
-
-    name: str
-    rows: slice
-    areas: FloatArray
-
-
-@dataclass(frozen=True)
-class _Drive:
-    """A velocity: the input, its component, and the rows of the grip that it fills, shape (m,)."""
-
-    name: str
-    axis: int
-    rows: npt.NDArray[np.int64]
 
 
 class Conditions:
@@ -108,13 +88,15 @@ class Conditions:
 
     def _fill_load(self) -> None:
         p, start = self._parameters, len(self._forced)
-        groups, levers, self._pulls = [self._forced], [np.zeros((start, 2))], []
+        groups, levers = [self._forced], [np.zeros((start, 2))]
+        # Input, rows of the load and their areas [m^2], for each traction.
+        self._pulls: list[tuple[str, slice, FloatArray]] = []
         for name in self._of_kind(Traction):
             assert isinstance(p.shape, Rectangle)
             automata = self._edges[name]
             area = p.thickness * (p.shape.height if EDGES[name][0] == 0 else p.shape.width)
             areas = shared_areas(self._packing, name, automata, area)
-            self._pulls.append(_Pull(f"{name}_traction", slice(start, start + len(automata)), areas))
+            self._pulls.append((f"{name}_traction", slice(start, start + len(automata)), areas))
             groups.append(automata)
             levers.append(traction_levers(self._packing, name, automata))
             start += len(automata)
@@ -140,12 +122,13 @@ class Conditions:
             if own.any():
                 there = own.any(axis=1)
                 self.held_edges[name] = automata[there], own[there]
-        self._drives: list[_Drive] = []
+        # Input, component and rows of the grip, for each component of a velocity.
+        self._drives: list[tuple[str, int, list[int]]] = []
         for name in self._of_kind(PrescribedVelocity):
             for axis in (0, 1):
                 rows = [row for row, i in enumerate(automata.tolist()) if owners[i].get(axis) == name]
                 if rows:
-                    self._drives.append(_Drive(f"{name}_velocity", axis, np.array(rows, np.int64)))
+                    self._drives.append((f"{name}_velocity", axis, rows))
 
     def _refuse_held_forces(self) -> None:
         """Refuse forces on automata, given one by one, whose motion is prescribed along both axes: they would do nothing."""
@@ -182,10 +165,10 @@ class Conditions:
         velocity = _mean_from_the_middle if kick_in_the_middle else input_mean
         if self._forced.size:
             self.load.force[: len(self._forced)] = input_mean(held["force"], tick)
-        for pull in self._pulls:
-            self.load.force[pull.rows] = pull.areas[:, np.newaxis] * input_mean(held[pull.name], tick)
-        for drive in self._drives:
-            self.grip.velocity[drive.rows, drive.axis] = velocity(held[drive.name], tick)[drive.axis]
+        for name, rows, areas in self._pulls:
+            self.load.force[rows] = areas[:, np.newaxis] * input_mean(held[name], tick)
+        for name, axis, rows in self._drives:
+            self.grip.velocity[rows, axis] = velocity(held[name], tick)[axis]
 
 
 def _mean_from_the_middle(held: Held, tick: int) -> FloatArray:
@@ -208,7 +191,7 @@ def _holds_rotation(edge: str, boundary: Boundary) -> bool:
 
 def _forced_automata(places: list[Place] | str, packing: Packing) -> npt.NDArray[np.int64]:
     """Return the automata that are meant by numbers, points, or "all"."""
-    count = len(packing.kind)
+    count = len(packing.places)
     if isinstance(places, str):
         return np.arange(count)
     found: list[int] = []
@@ -216,10 +199,6 @@ def _forced_automata(places: list[Place] | str, packing: Packing) -> npt.NDArray
         if isinstance(place, int) and place >= count:
             raise ParameterError(f"got automaton {place}", expected=f"0 to {count - 1}", at=f"forced_automata[{index}]")
         found.append(place if isinstance(place, int) else _automaton_near(f"forced_automata[{index}]", place, packing))
-        if found[-1] in found[:-1]:
-            raise ParameterError(
-                f"automaton {found[-1]} is there already", hint="give each automaton once", at=f"forced_automata[{index}]"
-            )
     return np.array(found, np.int64)
 
 

@@ -14,7 +14,7 @@ def condensation(body, h, p):
     """Return 1 + a of an automaton: what its free and released faces make of the volumetric strain; `h` are `Histories`."""
     free, shares = body.cells[MISSING, p], body.links
     for q in range(body.layout.offset.size):
-        # The stiffness of a released face is what is left of that of the link.
+        # A released face has the remaining stiffness of the link.
         b = p - body.layout.offset[q]
         free += (1.0 - h.weight[q, p]) * shares[FIRST_SHARE, q, p] / (1.0 + h.stiffness[q, p])
         free += (1.0 - h.weight[q, b]) * shares[SECOND_SHARE, q, b] / (1.0 + h.stiffness[q, b])

@@ -142,26 +142,25 @@ def make_body(packing: Packing, density: FloatArray, moduli: FloatArray, thickne
         moduli: G and lambda of each automaton, shape (n, 2) [Pa].
         thickness: extent along z [m].
     """
-    layout, classes, kind = lay_out(packing), packing.classes, packing.kind
-    volume = classes.volume[kind] * thickness
+    layout, volume = lay_out(packing), packing.volume * thickness
     mass = density * volume
-    links = np.zeros((3, packing.lattice.slots // 2, layout.size))
     half = packing.lattice.slots // 2
+    links = np.zeros((3, half, layout.size))
     for direction in range(half):
-        at, ends = packing.neighbours[:, direction], np.arange(len(kind))
+        at, ends = packing.neighbours[:, direction], np.arange(len(volume))
         there = at != ends
         one, other = ends[there], at[there]
         for places in (layout.place[one], layout.place[other] - layout.offset[direction]):
-            links[FACE, direction, places] = classes.face[kind[one], direction] * thickness
-            links[FIRST_SHARE, direction, places] = classes.share[kind[one], direction]
-            links[SECOND_SHARE, direction, places] = classes.share[kind[other], direction + half]
+            links[FACE, direction, places] = packing.face[one, direction] * thickness
+            links[FIRST_SHARE, direction, places] = packing.share[one, direction]
+            links[SECOND_SHARE, direction, places] = packing.share[other, direction + half]
     own = (
         *packing.reference.T,
         mass,
         mass * packing.diameter * packing.diameter / 8.0,
         volume,
         *moduli.T,
-        classes.missing[kind],
+        packing.missing,
     )
     elsewhere = (0.0, 0.0, np.inf, np.inf, 1.0, *moduli[0], 0.0)
     cells = np.tile(np.array(elsewhere)[:, np.newaxis], layout.size)

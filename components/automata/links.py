@@ -71,7 +71,7 @@ from .lattice import (
     update_ghosts,
 )
 from .pair import equivalent_stress, strain_links, sum_forces, sum_over_links, sum_shares, virial
-from .responses import Flow, FlowOfEach, History, NoFlow, flow_of, respond
+from .responses import Flows, History, NoFlow, flow_of, respond
 
 # Rows of moduli.
 ALONG, ACROSS = 0, 1
@@ -121,7 +121,7 @@ class Law(NamedTuple):
     """The laws of links.
 
     Attributes:
-        response: a `Flow`, `FlowOfEach`, or `NoFlow`.
+        response: `Flows`, or `NoFlow`.
         criterion: constants of a criterion, or `breaking.criterion.Weaker`.
         factors: of the strength of each link, shape (directions, m).
         release: over how many internal steps a broken link is released, and a new one made.
@@ -359,7 +359,7 @@ def count_failing(medium, scratch):
 
 
 @jit
-def judge_links(medium, scratch, found):
+def measure_criteria(medium, scratch, found):
     """Write what decides whether each link breaks, its limit, and the number of the cause, shape (3, directions, m)."""
     for q in range(scratch.links.shape[1]):
         ends = _ends_of(medium.body.layout, scratch.cells, q)
@@ -388,8 +388,7 @@ def _let_nothing_flow(response, medium, motion, scratch, time):
     return 0.0
 
 
-@let_flow.register(Flow)
-@let_flow.register(FlowOfEach)
+@let_flow.register(Flows)
 def _let_flow(response, medium, motion, scratch, time):
     lost, layout, histories, size = 0.0, medium.body.layout, medium.histories, scratch.links.shape[2]
     for q in range(layout.offset.size):

@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..support.float_arrays import FloatArray
-from ..support.jit import internal, internal_inlined
+from ..support.jit import internal, internal_inlined, spliced
 from .lattice import FORCE_X, FORCE_Y, INERTIA, MASS, SPIN, TORQUE, VX, VY, X, Y
 
 # Bits of `Grip.held`.
@@ -148,7 +148,7 @@ def kick_with_inputs(body, motion, forces, inputs, time):
         tally[WORK] += time * work
 
 
-@internal
+@spliced
 def hold(body, motion, forces, inputs, time):
     """Give held automata their velocities after a kick, and tally the work and impulse of the grip; arguments as above."""
     grip, tally = inputs.grip, inputs.tallies[1]

@@ -13,7 +13,7 @@ from .breaking.criterion import Weaker
 from .lattice import Layout
 from .packing import Packing
 from .parameters import AutomataParameters
-from .responses import Flow, FlowOfEach, NoFlow
+from .responses import Flow, Flows, NoFlow
 
 IntArray = npt.NDArray[np.int64]
 
@@ -49,15 +49,13 @@ def lame_constants(solid: Material) -> tuple[float, float]:
     return shear, 2.0 * shear * solid.poisson / (1.0 - 2.0 * solid.poisson)
 
 
-def make_response(parameters: AutomataParameters, rows: IntArray) -> Any:
-    """Return the response of links, as kernels take it; rows as `law_rows` gives them."""
-    p = parameters
+def make_response(parameters: AutomataParameters, rows: IntArray) -> Flows | NoFlow:
+    """Return the response of links, as kernels take it; rows as `law_rows` gives them. Links of two materials do not flow."""
+    p, count = parameters, len(parameters.materials)
     if not p.yields:
         return NoFlow()
-    if not p.several_materials:
-        return p.responses[0].flow()
-    elastic = Flow(np.inf, 0.0, 0.0)
-    return FlowOfEach(np.array([one.flow() for one in p.responses] + [elastic] * len(p.interfaces)), rows)
+    flows = [one.flow() for one in p.responses] + [Flow(np.inf, 0.0, 0.0)]
+    return Flows(np.array(flows), np.where(rows[:, 0] == rows[:, 1], np.minimum(rows[:, 0], count), count))
 
 
 def make_criterion(parameters: AutomataParameters, rows: IntArray) -> Any:

@@ -3,14 +3,13 @@
 The centres stand on a lattice, inside the outline or on it. An automaton on the outline is a part of a cell: a half on a side,
 a quarter at a corner. Volume, mass and the faces that lie in the outline shrink with it. A free face of a whole cell (the
 zigzag of the hexagonal packing, and the staircase of an oblique side) carries no traction, and is condensed; see
-`Classes.missing`.
+`Packing.missing`.
 """
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -81,22 +80,6 @@ LATTICES = {
 }
 
 
-class Classes(NamedTuple):
-    """Properties of automata that are cut in the same way; one row for each kind of cut.
-
-    Attributes:
-        volume: shape (classes,) [m^2].
-        face: length of the face in each slot, 0 without a neighbour, shape (classes, slots) [m].
-        share: what the strain of each pair adds to the volumetric strain, S r / 2 V, shape (classes, slots).
-        missing: 2 - the sum of the shares: the share of the free faces of a whole cell, shape (classes,).
-    """
-
-    volume: FloatArray
-    face: FloatArray
-    share: FloatArray
-    missing: FloatArray
-
-
 @dataclass(frozen=True)
 class Packing:
     """Automata that fill a shape, row by row from below, from the left.
@@ -107,8 +90,10 @@ class Packing:
         places: whole numbers of the lattice's units from the anchor, shape (n, 2).
         reference: centres, shape (n, 2) [m].
         neighbours: of each automaton in each slot; itself where there is none, shape (n, slots), int32.
-        kind: row of each automaton in the classes, shape (n,), int32.
-        classes: the ways in which automata are cut.
+        volume: area of each cell that lies inside, shape (n,) [m^2].
+        face: length of the face in each slot, 0 without a neighbour, shape (n, slots) [m].
+        share: what the strain of each pair adds to the volumetric strain, S r / 2 V, shape (n, slots).
+        missing: 2 - the sum of the shares: the share of the free faces of a whole cell, shape (n,).
         sectors: which of `lattice.sectors` each automaton has, shape (n, 2 slots).
     """
 
@@ -117,15 +102,17 @@ class Packing:
     places: npt.NDArray[np.int32]
     reference: FloatArray
     neighbours: npt.NDArray[np.int32]
-    kind: npt.NDArray[np.int32]
-    classes: Classes
+    volume: FloatArray
+    face: FloatArray
+    share: FloatArray
+    missing: FloatArray
     sectors: npt.NDArray[np.bool_]
 
     def pairs(self) -> npt.NDArray[np.int64]:
         """Return the pairs of neighbours, ordered by slot and automaton, shape (m, 3): automaton, the other one, slot."""
         found = []
         for slot in range(self.lattice.slots // 2):
-            first = np.flatnonzero(self.neighbours[:, slot] != np.arange(len(self.kind)))
+            first = np.flatnonzero(self.neighbours[:, slot] != np.arange(len(self.places)))
             found.append(np.stack([first, self.neighbours[first, slot], np.full(len(first), slot)], axis=1))
         return np.concatenate(found).astype(np.int64)
 
@@ -175,9 +162,23 @@ def pack(name: str, shape: Shape, diameter: float, periodic: tuple[bool, bool] =
         places, sectors = places[kept], sectors[kept]
         neighbours = number[neighbours]
     neighbours = np.where(face > 0.0, neighbours, np.arange(len(places))[:, np.newaxis])
-    kind, classes = _classes(lattice, diameter, sectors.mean(axis=1), face)
+    volume, length = sectors.mean(axis=1) * lattice.volume * diameter**2, face * lattice.face * diameter
+    share = length * diameter / (2.0 * volume[:, np.newaxis])
+    missing = np.maximum(2.0 - share.sum(axis=1), 0.0)
+    missing[missing < 1e-12] = 0.0
     reference = np.array(shape.anchor) + diameter * lattice.unit * places
-    return Packing(lattice, diameter, places.astype(np.int32), reference, neighbours.astype(np.int32), kind, classes, sectors)
+    return Packing(
+        lattice,
+        diameter,
+        places.astype(np.int32),
+        reference,
+        neighbours.astype(np.int32),
+        volume,
+        length,
+        share,
+        missing,
+        sectors,
+    )
 
 
 def _refuse_misfit(lattice: Lattice, shape: Shape, diameter: float, periodic: tuple[bool, bool]) -> None:
@@ -281,13 +282,3 @@ def _sectors_inside(
                 probes[:, axis] = start + (probes[:, axis] - start) % (end - start)
         inside[:, sector] = shape.contains(probes, 0.0)
     return inside
-
-
-def _classes(lattice: Lattice, diameter: float, part: FloatArray, face: FloatArray) -> tuple[npt.NDArray[np.int32], Classes]:
-    """Return the class of each automaton, and the classes, from the part of its cell and of its faces that is inside."""
-    rows, kind = np.unique(np.column_stack([part, face]), axis=0, return_inverse=True)
-    volume, length = rows[:, 0] * lattice.volume * diameter**2, rows[:, 1:] * lattice.face * diameter
-    share = length * diameter / (2.0 * volume[:, np.newaxis])
-    missing = np.maximum(2.0 - share.sum(axis=1), 0.0)
-    missing[missing < 1e-12] = 0.0
-    return kind.reshape(-1).astype(np.int32), Classes(volume, length, share, missing)

@@ -191,18 +191,11 @@ class AutomataParameters(Parameters):
 
     @model_validator(mode="after")
     def _validate_interfaces(self) -> AutomataParameters:
-        known: set[frozenset[int]] = set()
         for place, interface in enumerate(self.interfaces):
             for end, number in enumerate(interface.materials):
                 _refuse_unknown(("interfaces", place, "materials", end), number, len(self.materials))
-            pair = frozenset(interface.materials)
-            if len(pair) < 2:
+            if interface.materials[0] == interface.materials[1]:
                 raise refusal(f"got {interface.materials}", "two different materials", at=("interfaces", place, "materials"))
-            if pair in known:
-                raise refusal(
-                    f"{interface.materials} are given twice", hint="leave one out", at=("interfaces", place, "materials")
-                )
-            known.add(pair)
         leading = self.leading_criterion
         places: list[Location] = [("criterion", place) for place in range(len(self.criteria))]
         places += [("interfaces", place, "criterion") for place in range(len(self.interfaces))]

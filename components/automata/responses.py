@@ -19,7 +19,6 @@ import numpy as np
 import numpy.typing as npt
 from pydantic import SerializeAsAny
 
-from ..support.dispatch import dispatched
 from ..support.float_arrays import FloatArray
 from ..support.jit import internal_inlined
 from ..support.parameter_fields import Magnitude, NotNegativeMagnitude, field
@@ -38,12 +37,12 @@ class Flow(NamedTuple):
     degradation: float
 
 
-class FlowOfEach(NamedTuple):
-    """The flow of links within and between several materials.
+class Flows(NamedTuple):
+    """The flow of links.
 
     Attributes:
         constants: those of `Flow`, shape (laws, 3).
-        rows: the laws of both ends of each link; links between two materials do not flow, shape (links, 2).
+        rows: the law of each link, shape (links,).
     """
 
     constants: FloatArray
@@ -124,21 +123,11 @@ RESPONSES: dict[str, type[Response]] = {
 ChosenResponses = Annotated[SerializeAsAny[Response] | list[SerializeAsAny[Response]], OneOrEach(RESPONSES)]
 
 
-@dispatched
-def flow_of(law, number):
+@internal_inlined
+def flow_of(flows, number):
     """Return the `Flow` of a link, by its number."""
-
-
-@flow_of.register(Flow)
-def _one_flow(law, number):
-    return law
-
-
-@flow_of.register(FlowOfEach)
-def _flow_of_each(law, number):
-    row = law.rows[number, 0]
-    onset = law.constants[row, 0] if row == law.rows[number, 1] else np.inf
-    return Flow(onset, law.constants[row, 1], law.constants[row, 2])
+    row = flows.rows[number]
+    return Flow(flows.constants[row, 0], flows.constants[row, 1], flows.constants[row, 2])
 
 
 class History(NamedTuple):

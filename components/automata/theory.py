@@ -54,18 +54,6 @@ def lattice_frequencies(
     return np.sqrt(np.maximum(squares, 0.0))
 
 
-def leapfrog_frequency(frequency: float, step: float) -> float:
-    """Return the frequency with which leapfrog integrates an oscillation: sin(w h / 2) = W h / 2 [rad/s].
-
-    Args:
-        frequency: W of the exact motion [rad/s].
-        step: h, below 2 / W [s].
-    """
-    if not 0.0 < frequency * step < 2.0:
-        raise ParameterError(f"got {step:g} s", expected=f"less than 2 / frequency = {2.0 / frequency:g} s", at="step")
-    return 2.0 / step * math.asin(0.5 * frequency * step)
-
-
 # -- collisions and strength ---------------------------------------------------------------------------------------------------
 
 

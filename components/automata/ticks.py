@@ -11,7 +11,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from ..support.float_arrays import FloatArray
-from ..support.jit import internal, jit
+from ..support.jit import jit, spliced
 from .contacts import add_contacts, dashpot_power
 from .lattice import Motion, Scratch, update_ghost_velocities
 from .links import Medium, count_failing, force_medium, let_flow, pull_medium, strain_medium, stress_medium
@@ -52,7 +52,7 @@ class Pace(NamedTuple):
     most_travel: float
 
 
-@internal
+@spliced
 def judge_links(specimen, contacts, time, tick):
     """Let links weaken and yield in the positions as they are, and judge which have to break or may be made again.
 
@@ -77,7 +77,7 @@ def judge_links(specimen, contacts, time, tick):
     return count_failing(medium, scratch) > 0 or rising or (law.linking_ticks > 0 and tick % law.linking_ticks == 0)
 
 
-@internal
+@spliced
 def add_forces(specimen, contacts, time, tick):
     """Write the forces and torques of links and contacts, and complete the step of `judge_links`; arguments as there."""
     medium, motion, scratch, losses = specimen.medium, specimen.motion, specimen.scratch, specimen.losses
@@ -109,7 +109,7 @@ def advance(specimen, inputs, contacts, pace, tick, ticks, judged):
         pace: a `Pace`.
         tick: number of the first step.
         ticks: number of steps.
-        judged: whether the first step goes on after its links have been judged, and broken.
+        judged: whether the links of the first step have been judged, and broken, already.
 
     Returns:
         DONE or TOO_FAST; SEARCH before a step; BREAK in the middle of one. And how many steps were done.

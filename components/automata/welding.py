@@ -265,7 +265,7 @@ def _neutral_strain(before, at, after, unit):
 def _strain_link(medium, motion, scratch, contacts, pair, part, more):
     """Give a link its weight after the step, and strains at which it carries what its contact would carry alone.
 
-    Its history goes on: what is left of its stiffness, and the strains that have flowed, which its free faces kept.
+    It keeps its history: the remaining stiffness, and the plastic strains, which its free faces kept.
 
     Args:
         medium: a `links.Medium`; its histories are updated.

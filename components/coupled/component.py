@@ -50,7 +50,7 @@ from .ticks import BREAK, DONE, INVERTED, MICRO, PROGRESS, ROW, SEARCH, TOO_FAST
 _LARGEST_MOVE = 0.1
 # Energies of the parts that are outputs.
 _PART_ENERGIES = ("grid_kinetic_energy", "grid_elastic_energy", "automata_kinetic_energy", "automata_elastic_energy")
-# What `_advance` returns, beside `ticks.INVERTED`, where the automata cannot go on: this and their own status.
+# `_advance` returns this plus the status of the automata where these have failed, `ticks.INVERTED` where the grid has.
 _AUTOMATA_FAILED = 16
 
 
@@ -73,7 +73,7 @@ class Coupled(Component):
         return Grid.memory_needed(parameters.grid) + Automata.memory_needed(parameters.automata)
 
     def _build(self) -> None:
-        # Built by themselves first: their frequencies bound the step, and the size of their states is known then.
+        # Both parts are built alone first: their frequencies bound the step, and the size of their states is known then.
         grid, automata = make_part(Grid, self, "grid"), make_part(Automata, self, "automata")
         self._find_interface(grid, automata)
         chosen = choose_steps(self.parameters, 2.0 / grid.highest_frequency, 2.0 / automata.largest_frequency)
@@ -238,7 +238,7 @@ class Coupled(Component):
         return said
 
     def drawables(self) -> tuple[Drawable, ...]:
-        """Return the grid, the automata and their links; both parts are coloured by speed, so that waves go on at the seam."""
+        """Return the grid, the automata and their links; both parts are coloured by speed, so that waves cross the seam."""
         shown = [part_drawable("grid", one) for one in self.grid.drawables()]
         for one in self.automata.drawables():
             drawn = part_drawable("automata", one)
@@ -324,7 +324,7 @@ class Coupled(Component):
             nodes = grid.grid.reference, grid.state.displacement
             add_side_forces(sides, nodes, self._automata_part, exchange.automata_force)
         if self._in_lockstep:
-            assemble(face, exchange, grid.state, grid.conditions, 0.5 * steps.step, steps.by_momentum)
+            assemble(self._seam, grid.state, grid.conditions, 0.5 * steps.step, steps.by_momentum)
 
     def _load(self) -> None:
         """Write the state of the automata, with their forces, to the fields."""
@@ -421,8 +421,9 @@ class Coupled(Component):
         progress, failure = self._course
         progress[:] = 0
         while True:
-            cracking = self._cracking_part()
-            status = advance(grid, self._automata_part, cracking, self._seam, factors, self._steps, tick, self._course)
+            cracking, linked = self._cracking_part(), None if self._cracking else self.automata.body
+            parts = grid, self._automata_part, linked, cracking, self._seam
+            status = advance(*parts, factors, self._steps, tick, self._course)
             if status in (DONE, INVERTED):
                 return int(status)
             if status == TOO_FAST or self._cracking is None:
@@ -489,7 +490,7 @@ class Coupled(Component):
     def balances(self) -> tuple[Balance, ...]:
         """Return energy, momentum, angular momentum about the origin (not where edges are periodic), and mass.
 
-        Of interface nodes each part has the mass that it gave. `leapfrog_energy` is -h^2/8 times the sum of force^2 / mass:
+        Each part has its own mass of the interface nodes. `leapfrog_energy` is -h^2/8 times the sum of force^2 / mass:
         with it, the energy that lockstep conserves to rounding.
         """
         found, start = self._sums(), self._block["start"].copy()

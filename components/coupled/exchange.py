@@ -4,7 +4,7 @@ Of an interface node with the masses m_g and m_a and the forces F_g and F_a of t
 
     J_g = m_g (v1 - v0) - time F_g,        J_a = m_a (v1 - v0) - time F_a,        J_g + J_a = 0,
 
-whose work is that times the mean velocity: it is summed for each side by itself, so that the difference measures the coupling.
+whose work is that times the mean velocity: it is summed for each side separately, so that the difference measures the coupling.
 """
 
 from __future__ import annotations
@@ -65,18 +65,18 @@ def hang(interface, place, nodal, x, y):
 
 
 @internal
-def follow(interface, layout, state, motion):
+def follow(interface, layout, displacement, velocity, motion):
     """Give the automata of the interface the displacements and velocities of the nodes that they hang on."""
-    hang(interface, layout.place, state.displacement, motion[X], motion[Y])
+    hang(interface, layout.place, displacement, motion[X], motion[Y])
     update_ghosts(layout.ghosts, motion[X])
     update_ghosts(layout.ghosts, motion[Y])
-    follow_velocities(interface, layout, state, motion)
+    follow_velocities(interface, layout, velocity, motion)
 
 
 @internal
-def follow_velocities(interface, layout, state, motion):
+def follow_velocities(interface, layout, velocity, motion):
     """Give the automata of the interface the velocities of their nodes, and leave them where they are."""
-    hang(interface, layout.place, state.velocity, motion[VX], motion[VY])
+    hang(interface, layout.place, velocity, motion[VX], motion[VY])
     update_ghost_velocities(layout.ghosts, motion)
 
 
@@ -84,7 +84,7 @@ def follow_velocities(interface, layout, state, motion):
 def kicked(velocity, time, grid_force, automata_force, grid_mass, automata_mass, by_momentum):
     """Return the velocity of an interface node after a kick of `time` [s].
 
-    force: equation (18) of Psakhie et al., with physical forces; momentum: each side by itself, then m V = m_a V_a + m_c V_c.
+    force: equation (18) of Psakhie et al., with physical forces; momentum: each side separately, then m V = m_a V_a + m_c V_c.
     """
     if by_momentum and automata_mass > 0.0:
         of_grid = velocity + time * grid_force / grid_mass
@@ -94,8 +94,9 @@ def kicked(velocity, time, grid_force, automata_force, grid_mass, automata_mass,
 
 
 @jit
-def assemble(interface, exchange, state, conditions, time, by_momentum):
+def assemble(seam, state, conditions, time, by_momentum):
     """Write the forces on the nodes of the interface: those that give them their velocity after a kick of `time` [s]."""
+    interface, exchange = seam.interface, seam.exchange
     for row in range(interface.nodes.size):
         n, i = interface.nodes[row], exchange.places[row]
         mass, carried = conditions.mass[i], interface.mass[row]
@@ -111,40 +112,31 @@ def assemble(interface, exchange, state, conditions, time, by_momentum):
 
 
 @internal
-def keep_grid_forces(interface, exchange, state):
-    """Note the forces of the cells alone on the interface nodes."""
-    for row in range(interface.nodes.size):
-        n = interface.nodes[row]
-        exchange.grid_force[row, 0], exchange.grid_force[row, 1] = state.force[n, 0], state.force[n, 1]
+def take_rows(nodes, values, out):
+    """Write the values of the interface nodes, from an array of all nodes, shape (n, 2), to one of shape (s, 2)."""
+    for row in range(nodes.size):
+        out[row, 0], out[row, 1] = values[nodes[row], 0], values[nodes[row], 1]
 
 
 @internal
-def keep_velocities(interface, exchange, state):
-    """Note the velocities of the interface nodes before a kick."""
-    for row in range(interface.nodes.size):
-        n = interface.nodes[row]
-        exchange.before[row, 0], exchange.before[row, 1] = state.velocity[n, 0], state.velocity[n, 1]
-
-
-@internal
-def settle_kick(interface, exchange, state, conditions, grid_time, automata_time):
+def settle_kick(seam, velocity, conditions, grid_time, automata_time):
     """Tally work and impulse of each side on the other in a kick; nodes had the velocities `exchange.before`.
 
     Args:
-        interface: an `Interface`.
-        exchange: an `Exchange`; its tally is updated.
-        state: of the grid, after the kick.
+        seam: a `parts.Seam`; the tally of its exchange is updated.
+        velocity: of the nodes of the grid after the kick, shape (n, 2) [m/s].
         conditions: of the grid; what they apply counts for the grid.
         grid_time: for which the forces of the grid acted [s].
         automata_time: for which those of the automata acted [s].
     """
+    interface, exchange = seam.interface, seam.exchange
     for row in range(interface.nodes.size):
         n, i, carried = interface.nodes[row], exchange.places[row], interface.mass[row]
         share = conditions.share[i]
         for k in range(2):
             if conditions.prescribed[i, k]:
                 continue
-            before, after = exchange.before[row, k], state.velocity[n, k]
+            before, after = exchange.before[row, k], velocity[n, k]
             outer = exchange.grid_force[row, k] + (conditions.begin[i, 2, k] + conditions.begin[i, 3, k])
             on_grid = (conditions.mass[i] - carried) * (after - before) - grid_time * outer
             on_automata = carried * (after - before) - automata_time * exchange.automata_force[row, k]

@@ -8,7 +8,7 @@ hexagonal packing meets the grid along its rows alone, which lie along x.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -66,7 +66,7 @@ def find_interface(
         joined: groups of nodes that periodic edges join, the rest of each row -1, shape (g, 4).
         packing: the automata.
         mass: of each automaton, shape (n,) [kg].
-        shape: what they fill.
+        shape: of the automata.
         origin: where the origin of the shape lies [m].
         places: the automata by their place.
 
@@ -79,7 +79,7 @@ def find_interface(
         _refuse_zigzags(mesh, packing, side)
     _refuse_overlaps(mesh, packing, places, origin)
     if not len(sides):
-        _refuse_gap(mesh, packing, origin)
+        _refuse_gap(mesh, packing, places, origin)
     _refuse_conditions(mesh, boundaries, sides)
     leader = _leaders(len(mesh.nodes), joined)
     hanging: dict[int, tuple[int, int, float]] = {}
@@ -101,7 +101,7 @@ def _refuse_overlaps(mesh: Mesh, packing: Packing, places: Places, origin: Float
     """Refuse automata with a sector whose middle lies in a cell: its mass would be there twice."""
     automaton, sector = np.nonzero(packing.sectors)
     middles = origin + packing.reference[automaton] + packing.diameter * packing.lattice.sectors.mean(axis=1)[sector]
-    # What sticks out of a side that is closed on itself lies at the opposite one.
+    # Sectors beyond a periodic side lie at the opposite side.
     kept = places.are_within_period(middles)
     points, cells = points_in_cells(mesh.nodes, mesh.cells, middles[kept])
     if len(points):
@@ -116,23 +116,17 @@ def _refuse_overlaps(mesh: Mesh, packing: Packing, places: Places, origin: Float
         )
 
 
-def _refuse_gap(mesh: Mesh, packing: Packing, origin: FloatArray) -> None:
+def _refuse_gap(mesh: Mesh, packing: Packing, places: Places, origin: FloatArray) -> None:
     """Refuse parts that do not touch, with the nearest node and automaton: each side of a cell has nodes on both ends."""
-    from scipy.spatial import cKDTree  # type: ignore[attr-defined]
-
-    nodes, centres = np.unique(mesh.sides), packing.reference + origin
-    tree: Any = cKDTree(centres)
-    distance, nearest = tree.query(mesh.nodes[nodes])
-    place = int(np.argmin(distance))
-    (x, y), (u, v) = mesh.nodes[nodes[place]].tolist(), centres[nearest[place]].tolist()
-    meeting = distance[place] <= ON_THE_OUTLINE * packing.diameter
-    apart = "they meet in this point alone" if meeting else f"off by ({x - u:.6g}, {y - v:.6g}) m"
+    nodes = np.unique(mesh.sides)
+    automata, distance = places.find(mesh.nodes[nodes])
+    nearest = int(distance.argmin())
+    (x, y), (u, v) = mesh.nodes[nodes[nearest]].tolist(), (packing.reference[automata[nearest]] + origin).tolist()
     raise ParameterError(
         "no side of a cell lies on the outline of the automata",
         hint=(
-            f"nearest are node {nodes[place]} at ({x:.9g}, {y:.9g}) m and automaton {nearest[place]} at ({u:.9g}, "
-            f"{v:.9g}) m: {apart}; move `origin`, or leave a hole in the mesh that the automata fill (a round one has sides of "
-            "cells as its outline: give the automata a polygon of these)"
+            f"nearest are node {nodes[nearest]} at ({x:.9g}, {y:.9g}) m and automaton {automata[nearest]} at ({u:.9g}, "
+            f"{v:.9g}) m, off by ({x - u:.6g}, {y - v:.6g}) m; move `origin`, or leave a hole in the mesh for the automata"
         ),
         at="automata",
     )
@@ -169,7 +163,7 @@ def _refuse_zigzags(mesh: Mesh, packing: Packing, side: list[int]) -> None:
 
 
 def _automata_of(mesh: Mesh, packing: Packing, places: Places, side: list[int]) -> list[tuple[int, float]]:
-    """Return the automata on a side and where they stand on it, from 0 to 1."""
+    """Return the automata on a side and their places along it, from 0 to 1."""
     start, end = mesh.nodes[side[0]], mesh.nodes[side[1]]
     way = end - start
     count = float(np.sqrt(way[0] * way[0] + way[1] * way[1])) / packing.diameter
@@ -241,7 +235,7 @@ def _make_interface(hanging: dict[int, tuple[int, int, float]], joined: IntArray
 
 
 def carried_mass(interface: Interface, count: int, mass: FloatArray) -> FloatArray:
-    """Return the mass of automata that each of so many nodes carries by itself, shape (count,) [kg]."""
+    """Return the mass of automata that each node carries, without joined nodes, shape (count,) [kg]."""
     found = np.zeros(count)
     for column in (0, 1):
         np.add.at(found, interface.ends[:, column], interface.weights[:, column] * mass[interface.automata])

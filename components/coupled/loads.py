@@ -88,9 +88,9 @@ def push_and_hold(edges, cells, motion, time):
 
 
 @internal
-def settle_loads(edges, motion, time):
-    """Tally work and impulse of the loads over a whole tick of `time` [s]."""
-    load, tally = edges.load, edges.tallies[0]
+def settle_edges(edges, cells, motion, forces, time):
+    """Tally work and impulse of loads and grips over a whole tick of `time` [s], with the forces after it."""
+    load, grip, old, tally = edges.load, edges.grip, edges.grip_force, edges.tallies[0]
     for row in range(load.place.size):
         p, fx, fy = load.place[row], load.force[row, 0], load.force[row, 1]
         mean_x, mean_y = 0.5 * (load.before[row, 0] + motion[VX, p]), 0.5 * (load.before[row, 1] + motion[VY, p])
@@ -98,12 +98,7 @@ def settle_loads(edges, motion, time):
         tally[WORK] += time * (fx * mean_x + fy * mean_y + load_torque(load, row) * mean_spin)
         tally[IMPULSE_X] += time * fx
         tally[IMPULSE_Y] += time * fy
-
-
-@internal
-def settle_grip(edges, cells, motion, forces, time):
-    """Tally work and impulse of grips over a whole tick of `time` [s], with the forces after it."""
-    grip, old, tally = edges.grip, edges.grip_force, edges.tallies[1]
+    tally = edges.tallies[1]
     for row in range(grip.place.size):
         p, held = grip.place[row], grip.held[row]
         x, y = cells[X, p] + motion[X, p], cells[Y, p] + motion[Y, p]
@@ -139,7 +134,7 @@ class EdgeInputs:
     """
 
     def __init__(self, conditions: Conditions, interface: Interface, tallies: FloatArray) -> None:
-        """Take what the automata have by themselves, and which of them the interface carries."""
+        """Take the conditions of the automata, and the interface."""
         load, grip, free = conditions.load, conditions.grip, interface.free > 0
         self._conditions, self._interface = conditions, interface
         self._loads = np.flatnonzero(free[load.automata])

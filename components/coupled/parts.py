@@ -9,15 +9,15 @@ import numpy as np
 from ..automata.contacts import Contacts
 from ..automata.lattice import Body, Motion, Scratch, update_ghost_velocities
 from ..automata.linked import link_forces
-from ..automata.loads import drift, kick
+from ..automata.loads import kick
 from ..automata.ticks import Specimen, add_forces
 from ..grid import kernels as grid_kernels
 from ..grid.kernel_arrays import Conditions, Grid, State, Yields
 from ..support.float_arrays import FloatArray
-from ..support.jit import internal
-from .exchange import Exchange, follow, gather_forces, keep_grid_forces
+from ..support.jit import internal, spliced
+from .exchange import Exchange, gather_forces, take_rows
 from .interface import Interface
-from .loads import Edges, push_and_hold, settle_grip, settle_loads
+from .loads import Edges, push_and_hold
 from .side_contacts import Sides
 
 # A literal would compile the kernels of the grid a second time.
@@ -78,20 +78,21 @@ class Seam(NamedTuple):
 # -- the automata ---------------------------------------------------------------------------------------------------------
 
 
-@internal
-def update_automata_forces(automata, cracking, seam, time, tick):
+@spliced
+def update_automata_forces(automata, linked, cracking, seam, time, tick):
     """Write the forces and torques of links and contacts, and the forces that act on interface nodes.
 
     Args:
         automata: an `AutomataPart`.
+        linked: the body of automata that stay linked and elastic; None for others.
         cracking: a `Cracking`, its links judged; None for automata that stay linked and elastic.
         seam: a `Seam`.
         time: since the forces were computed last [s].
         tick: number of the step of the automata.
     """
-    if cracking is None:
-        link_forces(automata.body, automata.motion, automata.scratch)
-    else:
+    if linked is not None:
+        link_forces(linked, automata.motion, automata.scratch)
+    if cracking is not None:
         add_forces(cracking.specimen, cracking.contacts, time, tick)
     gather_forces(seam.interface, automata.body.layout.place, automata.scratch.cells, seam.exchange.automata_force)
 
@@ -104,25 +105,10 @@ def kick_automata(automata, time):
     update_ghost_velocities(automata.body.layout.ghosts, automata.motion)
 
 
-@internal
-def move_automata(automata, seam, state, time):
-    """Begin a step of the automata, the interface nodes having drifted: half a kick, and the drift."""
-    kick_automata(automata, 0.5 * time)
-    drift(automata.motion, time)
-    follow(seam.interface, automata.body.layout, state, automata.motion)
-
-
-@internal
-def settle_edges(automata, time):
-    """Tally work and impulse of loads and grip in a micro-step of `time` [s] that has ended."""
-    settle_loads(automata.edges, automata.motion, time)
-    settle_grip(automata.edges, automata.body.cells, automata.motion, automata.scratch.cells, time)
-
-
 # -- the grid -------------------------------------------------------------------------------------------------------------
 
 
-@internal
+@spliced
 def begin_grid(grid, factors, row, step):
     """Kick all nodes for half a step and drift them for a whole one, where `finish_cells` has not yet."""
     if row == 0:
@@ -132,7 +118,7 @@ def begin_grid(grid, factors, row, step):
     grid_kernels.begin_conditions(grid.grid, grid.state, grid.conditions, factors, row, step)
 
 
-@internal
+@spliced
 def finish_cells(grid, seam, step, tick, again):
     """Advance the cells, kick the nodes without conditions, and finish the forces on the others.
 
@@ -150,5 +136,5 @@ def finish_cells(grid, seam, step, tick, again):
     failed = grid_kernels.advance_cells(grid.grid, grid.state, grid.corner, step, tick, grid.yields, _ZERO, cells)
     grid_kernels.finish_nodes(grid.grid, grid.state, grid.corner, step, again, _ZERO, nodes)
     grid_kernels.finish_forces(grid.grid, grid.state, grid.conditions.groups, grid.corner)
-    keep_grid_forces(seam.interface, seam.exchange, grid.state)
+    take_rows(seam.interface.nodes, grid.state.force, seam.exchange.grid_force)
     return failed

@@ -1,4 +1,4 @@
-"""Automata of a coupled body by their place, and the sides of cells that they lie beside."""
+"""Automata of a coupled body by their place, and the sides of cells next to them."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from ..automata.shapes import ON_THE_OUTLINE, Shape
 from ..grid.mesh import IntArray, Mesh
 from ..support.float_arrays import FloatArray
 
-# How far beside the middle of a side it is looked for automata, in lengths of the side.
+# Distance from the middle of a side at which automata are looked for, in lengths of the side.
 _PROBE = 0.01
 # Cells whose centres are nearest to a point that are looked at.
 _CELLS = 4
@@ -40,7 +40,7 @@ class Places:
         return automaton.astype(np.int64), distance
 
     def is_at(self, distance: npt.NDArray[Any]) -> npt.NDArray[np.bool_]:
-        """Return whether automata so far off a point [m] stand on it."""
+        """Return whether automata at these distances from a point [m] lie on it."""
         return distance <= self._reach
 
     def are_within_period(self, points: FloatArray) -> npt.NDArray[np.bool_]:
@@ -71,8 +71,9 @@ def points_in_cells(nodes: FloatArray, cells: IntArray, points: FloatArray) -> t
     corners = nodes[cells]
     tree: Any = cKDTree((0.25 * corners).sum(axis=1))
     sound = np.flatnonzero(np.isfinite(points).all(axis=1))
-    distances, near = (one.reshape(len(sound), -1) for one in tree.query(points[sound], k=min(_CELLS, len(cells))))
-    # No cell is near what is so far off that the square of its distance overflows.
+    count = min(_CELLS, len(cells))
+    distances, near = (one.reshape(len(sound), count) for one in tree.query(points[sound], k=count))
+    # A point has no near cells where the square of its distance overflows.
     near[np.isinf(distances)] = 0
     inside = np.ones(near.shape, dtype=bool)
     for corner in range(4):

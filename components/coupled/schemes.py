@@ -20,10 +20,10 @@ from ..automata.loads import drift
 from ..grid import kernels as grid_kernels
 from ..grid.kernel_arrays import BOUNDARY_ANGULAR, BOUNDARY_IMPULSE, WORK
 from ..support.dispatch import dispatched
-from ..support.jit import internal
-from .exchange import assemble, follow, follow_velocities, keep_velocities, kicked, settle_kick
-from .loads import keep_before
-from .parts import begin_grid, finish_cells, kick_automata, move_automata, settle_edges
+from ..support.jit import internal, spliced
+from .exchange import assemble, follow, follow_velocities, kicked, settle_kick, take_rows
+from .loads import keep_before, settle_edges
+from .parts import begin_grid, finish_cells, kick_automata
 
 
 class Lockstep(NamedTuple):
@@ -42,22 +42,12 @@ class Lockstep(NamedTuple):
     speed_limit: float
 
 
-class Impulses(NamedTuple):
-    """Several steps of the automata in a tick; attributes as of `Lockstep`."""
-
-    step: float
-    micro: int
-    by_momentum: bool
-    speed_limit: float
+class Impulses(Lockstep):
+    """Several steps of the automata in a tick."""
 
 
-class Literal(NamedTuple):
-    """The sub-steps of the paper; attributes as of `Lockstep`."""
-
-    step: float
-    micro: int
-    by_momentum: bool
-    speed_limit: float
+class Literal(Lockstep):
+    """The sub-steps of the paper."""
 
 
 @dispatched
@@ -101,6 +91,14 @@ def end_tick(steps, grid, automata, seam, factors, row, tick, again):
     """End a tick; return a cell that is inverted, or -1."""
 
 
+@spliced
+def kick_and_drift_automata(automata, interface, state, time):
+    """Begin a step of the automata, the interface nodes having drifted: half a kick, and the drift."""
+    kick_automata(automata, 0.5 * time)
+    drift(automata.motion, time)
+    follow(interface, automata.body.layout, state.displacement, state.velocity, automata.motion)
+
+
 # -- lockstep -------------------------------------------------------------------------------------------------------------
 
 
@@ -113,23 +111,23 @@ def _begin_lockstep(steps, grid, automata, seam, factors, row):
 def _move_in_lockstep(steps, grid, automata, seam, factors, row):
     interface, exchange, half = seam.interface, seam.exchange, 0.5 * steps.step
     keep_before(automata.edges, automata.motion, automata.scratch.cells)
-    keep_velocities(interface, exchange, grid.state)
+    take_rows(interface.nodes, grid.state.velocity, exchange.before)
     begin_grid(grid, factors, row, steps.step)
-    settle_kick(interface, exchange, grid.state, grid.conditions, half, half)
-    move_automata(automata, seam, grid.state, steps.step)
+    settle_kick(seam, grid.state.velocity, grid.conditions, half, half)
+    kick_and_drift_automata(automata, interface, grid.state, steps.step)
 
 
 @act.register(Lockstep)
 def _act_in_lockstep(steps, grid, automata, seam, tick, again):
     interface, exchange, state, half = seam.interface, seam.exchange, grid.state, 0.5 * steps.step
     failed = finish_cells(grid, seam, steps.step, tick, again)
-    assemble(interface, exchange, state, grid.conditions, half, steps.by_momentum)
-    keep_velocities(interface, exchange, state)
+    assemble(seam, state, grid.conditions, half, steps.by_momentum)
+    take_rows(interface.nodes, state.velocity, exchange.before)
     grid_kernels.finish_conditions(grid.grid, state, grid.conditions, steps.step, grid.tally)
-    settle_kick(interface, exchange, state, grid.conditions, half, half)
+    settle_kick(seam, state.velocity, grid.conditions, half, half)
     kick_automata(automata, half)
-    follow(interface, automata.body.layout, state, automata.motion)
-    settle_edges(automata, steps.step)
+    follow(interface, automata.body.layout, state.displacement, state.velocity, automata.motion)
+    settle_edges(automata.edges, automata.body.cells, automata.motion, automata.scratch.cells, steps.step)
     return failed
 
 
@@ -145,12 +143,12 @@ def _end_lockstep(steps, grid, automata, seam, factors, row, tick, again):
 def _begin_impulses(steps, grid, automata, seam, factors, row):
     """Let the cells kick for half a step, and drift the nodes of the grid alone."""
     interface, exchange, state, step = seam.interface, seam.exchange, grid.state, steps.step
-    keep_displacements(grid, seam)
-    keep_velocities(interface, exchange, state)
+    take_rows(interface.nodes, state.displacement, exchange.start)
+    take_rows(interface.nodes, state.velocity, exchange.before)
     begin_grid(grid, factors, row, step)
-    settle_kick(interface, exchange, state, grid.conditions, 0.5 * step, 0.0)
+    settle_kick(seam, state.velocity, grid.conditions, 0.5 * step, 0.0)
     begin_micro_steps(grid, seam)
-    follow(interface, automata.body.layout, state, automata.motion)
+    follow(interface, automata.body.layout, state.displacement, state.velocity, automata.motion)
 
 
 @move.register(Impulses)
@@ -159,7 +157,7 @@ def _move_with_impulses(steps, grid, automata, seam, factors, row):
     keep_before(automata.edges, automata.motion, automata.scratch.cells)
     kick_nodes(grid, seam, 0.5 * time, steps.by_momentum)
     drift_nodes(grid, seam, time)
-    move_automata(automata, seam, grid.state, time)
+    kick_and_drift_automata(automata, seam.interface, grid.state, time)
 
 
 @act.register(Impulses)
@@ -167,8 +165,8 @@ def _act_with_impulses(steps, grid, automata, seam, tick, again):
     time = steps.step / steps.micro
     kick_nodes(grid, seam, 0.5 * time, steps.by_momentum)
     kick_automata(automata, 0.5 * time)
-    follow(seam.interface, automata.body.layout, grid.state, automata.motion)
-    settle_edges(automata, time)
+    follow(seam.interface, automata.body.layout, grid.state.displacement, grid.state.velocity, automata.motion)
+    settle_edges(automata.edges, automata.body.cells, automata.motion, automata.scratch.cells, time)
     return -1
 
 
@@ -178,10 +176,10 @@ def _end_impulses(steps, grid, automata, seam, factors, row, tick, again):
     use_mean_velocities(grid, seam, steps.step)
     failed = finish_cells(grid, seam, steps.step, tick, again)
     end_micro_steps(grid, seam)
-    keep_velocities(interface, exchange, state)
+    take_rows(interface.nodes, state.velocity, exchange.before)
     grid_kernels.finish_conditions(grid.grid, state, grid.conditions, steps.step, grid.tally)
-    settle_kick(interface, exchange, state, grid.conditions, half, 0.0)
-    follow(interface, automata.body.layout, state, automata.motion)
+    settle_kick(seam, state.velocity, grid.conditions, half, 0.0)
+    follow(interface, automata.body.layout, state.displacement, state.velocity, automata.motion)
     return failed
 
 
@@ -189,7 +187,7 @@ def _end_impulses(steps, grid, automata, seam, factors, row, tick, again):
 def kick_nodes(grid, seam, time, by_momentum):
     """Let the forces of the automata kick the interface nodes for `time` [s]."""
     interface, exchange, conditions, velocity = seam.interface, seam.exchange, grid.conditions, grid.state.velocity
-    keep_velocities(interface, exchange, grid.state)
+    take_rows(interface.nodes, grid.state.velocity, exchange.before)
     for row in range(interface.nodes.size):
         n, i = interface.nodes[row], exchange.places[row]
         carried = interface.mass[row]
@@ -199,7 +197,7 @@ def kick_nodes(grid, seam, time, by_momentum):
                 exchange.given[row, k] += time * force
             else:
                 velocity[n, k] = kicked(velocity[n, k], time, 0.0, force, conditions.mass[i] - carried, carried, by_momentum)
-    settle_kick(interface, exchange, grid.state, conditions, 0.0, time)
+    settle_kick(seam, grid.state.velocity, conditions, 0.0, time)
 
 
 @internal
@@ -210,14 +208,6 @@ def begin_micro_steps(grid, seam):
         for k in range(2):
             grid.state.displacement[n, k] = seam.exchange.start[row, k]
             seam.exchange.given[row, k] = 0.0
-
-
-@internal
-def keep_displacements(grid, seam):
-    """Note where the interface nodes are at the begin of a tick."""
-    for row in range(seam.interface.nodes.size):
-        n = seam.interface.nodes[row]
-        seam.exchange.start[row, 0], seam.exchange.start[row, 1] = grid.state.displacement[n, 0], grid.state.displacement[n, 1]
 
 
 @internal
@@ -278,7 +268,7 @@ def _move_literally(steps, grid, automata, seam, factors, row):
     time = steps.step / steps.micro
     keep_before(automata.edges, automata.motion, automata.scratch.cells)
     kick_automata(automata, 0.5 * time)
-    follow_velocities(seam.interface, automata.body.layout, grid.state, automata.motion)
+    follow_velocities(seam.interface, automata.body.layout, grid.state.velocity, automata.motion)
     drift(automata.motion, time)
 
 
@@ -290,8 +280,8 @@ def _act_literally(steps, grid, automata, seam, tick, again):
         exchange.given[node, 0] += exchange.automata_force[node, 0] / steps.micro
         exchange.given[node, 1] += exchange.automata_force[node, 1] / steps.micro
     kick_automata(automata, 0.5 * time)
-    follow_velocities(seam.interface, automata.body.layout, grid.state, automata.motion)
-    settle_edges(automata, time)
+    follow_velocities(seam.interface, automata.body.layout, grid.state.velocity, automata.motion)
+    settle_edges(automata.edges, automata.body.cells, automata.motion, automata.scratch.cells, time)
     return -1
 
 
@@ -302,11 +292,11 @@ def _end_literally(steps, grid, automata, seam, factors, row, tick, again):
     for node in range(interface.nodes.size):
         for k in range(2):
             exchange.automata_force[node, k] = exchange.given[node, k]
-    assemble(interface, exchange, state, grid.conditions, half, steps.by_momentum)
+    assemble(seam, state, grid.conditions, half, steps.by_momentum)
     begin_grid(grid, factors, row, steps.step)
-    follow(interface, automata.body.layout, state, automata.motion)
+    follow(interface, automata.body.layout, state.displacement, state.velocity, automata.motion)
     failed = finish_cells(grid, seam, steps.step, tick, again)
-    assemble(interface, exchange, state, grid.conditions, half, steps.by_momentum)
+    assemble(seam, state, grid.conditions, half, steps.by_momentum)
     grid_kernels.finish_conditions(grid.grid, state, grid.conditions, steps.step, grid.tally)
-    follow(interface, automata.body.layout, state, automata.motion)
+    follow(interface, automata.body.layout, state.displacement, state.velocity, automata.motion)
     return failed

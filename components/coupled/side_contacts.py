@@ -136,7 +136,7 @@ def shorten_radii(sides, nodes, centres, pairs, radii):
 
 @internal_inlined
 def _nearest(sides, nodes, automata, row):
-    """Return the nearest side of the automaton of a row of pairs, how it lies beside it, and the row of the next automaton."""
+    """Return the side nearest to the automaton of a pair, its normal, distance and part, and the row of the next automaton."""
     i, best, (reference, displacement) = sides.pairs[row, 0], -1, nodes
     nx, ny, nearest, part = 0.0, 0.0, np.inf, 0.0
     p, cells, motion = automata.body.layout.place[i], automata.body.cells, automata.motion

@@ -22,7 +22,7 @@ def reflection(first: Material, second: Material, *, shear: bool = False) -> flo
 
 
 def transmission(first: Material, second: Material, *, shear: bool = False) -> float:
-    """Return the velocity of the wave that goes on in `second` over that of the one that comes from `first`."""
+    """Return the velocity of the transmitted wave in `second` over that of the incident wave in `first`."""
     return 1.0 + reflection(first, second, shear=shear)
 
 

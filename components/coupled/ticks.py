@@ -1,7 +1,7 @@
 """Ticks of the grid and of the automata on one state, in stages.
 
 `advance` can stop where the lists of contacts and of broken links need more room, and continue from there. See `schemes` for
-the stages. Code that a run does not need is not compiled: `cracking` is None for automata that stay linked and elastic.
+the stages. Code that a run does not need is not compiled: of `linked` and `cracking` one is None.
 """
 
 from __future__ import annotations
@@ -41,12 +41,13 @@ class Course(NamedTuple):
 
 
 @jit
-def advance(grid, automata, cracking, seam, factors, steps, tick, course):
+def advance(grid, automata, linked, cracking, seam, factors, steps, tick, course):
     """Advance by whole ticks, or up to where links break or contacts have to be found again.
 
     Args:
         grid: a `parts.GridPart`.
         automata: a `parts.AutomataPart`.
+        linked: the body of automata that stay linked and elastic; None for others.
         cracking: a `parts.Cracking`; None for automata that stay linked and elastic.
         seam: a `parts.Seam`.
         factors: of the signals of the grid in the middle of each tick, shape (ticks, signals), one row for each tick.
@@ -77,7 +78,7 @@ def advance(grid, automata, cracking, seam, factors, steps, tick, course):
                     cracking.specimen.losses[TRAVEL] += time * largest_speed_of_sides(cracking.sides, grid.state.velocity)
                     if judge_links(cracking.specimen, cracking.contacts, time, own_tick):
                         return BREAK
-            update_automata_forces(automata, cracking, seam, time, own_tick)
+            update_automata_forces(automata, linked, cracking, seam, time, own_tick)
             if cracking is not None:
                 nodes = grid.grid.reference, grid.state.displacement
                 add_side_forces(cracking.sides, nodes, automata, seam.exchange.automata_force)

@@ -50,6 +50,14 @@ def internal(function: F) -> F:
     return _compile(function, no_cpython_wrapper=True)
 
 
+def spliced(function: F) -> F:
+    """Compile a function as a part of its callers: for one that calls others and is called in one place.
+
+    LLVM optimises a callee by itself and again in each caller; without the call it does so once.
+    """
+    return _compile(function, inline="always", no_cpython_wrapper=True)
+
+
 def internal_inlined(function: F) -> F:
     """Compile like `inlined` and `internal`."""
     return _compile(function, forceinline=True, no_cpython_wrapper=True)
