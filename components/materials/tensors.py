@@ -8,7 +8,7 @@ from __future__ import annotations
 from math import sqrt
 from typing import NamedTuple
 
-from ..support.jit import inlined, internal_inlined
+from ..support.jit import internal_inlined
 
 # Jacobi's rotations end where the entries off the diagonal are smaller than this, relative to the tensor, squared; they
 # converge quadratically, so that the limit on their rounds is never met.
@@ -126,7 +126,7 @@ def mean_stress(stress):
     return (stress.xx + stress.yy + stress.zz) / 3.0
 
 
-@inlined
+@internal_inlined
 def equivalent_stress(stress):
     """Return von Mises' equivalent stress sqrt(3/2 s:s) [Pa], s the deviator."""
     return sqrt(equivalent_square(stress))
@@ -140,7 +140,7 @@ def equivalent_square(stress):
     return 0.5 * (a * a + b * b + c * c) + 3.0 * shears
 
 
-@inlined
+@internal_inlined
 def elastic_energy_density(stress, moduli):
     """Return the elastic energy per volume of a stress: p^2 / 2K + s:s / 4 mu [J/m^3]."""
     mean, equivalent = mean_stress(stress), equivalent_stress(stress)
@@ -159,7 +159,7 @@ def trial_stress(stress, strain, moduli):
     )  # fmt: skip
 
 
-@inlined
+@internal_inlined
 def largest_principal(stress):
     """Return the largest principal value of a symmetric tensor and its axis, a `Principal`.
 

@@ -17,7 +17,7 @@ import numpy.typing as npt
 from ..materials.tensors import SymmetricTensor, store_symmetric
 from ..support.float_arrays import FloatArray
 from ..support.jit import internal, jit
-from .geometry.lattice import Lattice
+from .geometry.lattice import Lattice, column_neighbours
 from .kernel_arrays import ColumnArray
 from .quadrature import IntegrationPoints
 
@@ -44,16 +44,10 @@ class ColumnMeans(NamedTuple):
 def make_column_means(lattice: Lattice, points: IntegrationPoints) -> ColumnMeans:
     """Return the tables of a body without cracks."""
     along, across, through = (len(line.at) for line in points.lines)
-    columns = np.arange(along * across).reshape(along, across)
-    rows = np.arange(along)[:, None]
-    sides = [columns[np.maximum(rows - 1, 0)[:, 0]], columns[np.minimum(rows + 1, along - 1)[:, 0]]]
-    sides += [np.roll(columns, 1, axis=1), np.roll(columns, -1, axis=1)]
-    if not lattice.axes[1].closed:
-        sides[2][:, 0], sides[3][:, -1] = columns[:, 0], columns[:, -1]
-    around = np.stack([side.ravel() for side in sides], axis=1)
+    around, own = column_neighbours(along, across, lattice.axes[1].closed), np.arange(along * across)[:, None]
     # Below a notch points lie at other heights.
     lowest = points.heights.reshape(-1, through)[:, 0]
-    alike = np.where(lowest[around] == lowest[:, None], around, columns.reshape(-1, 1)).astype(np.int32)
+    alike = np.where(lowest[around] == lowest[:, None], around, own).astype(np.int32)
     count = len(points.volume)
     return ColumnMeans(
         alike, np.ones(count, dtype=bool), points.sine, points.cosine, np.zeros((count, 6)), np.zeros((count, 6))

@@ -14,7 +14,7 @@ from ..support.validation import Parameters, refusal
 from .boundaries import BoundaryName, EdgeName
 from .fracture import ChosenFracture, NoFracture
 from .geometry.bodies import ChosenBody, Plate, Rod, Tube
-from .geometry.notch import edge_at, is_beyond
+from .geometry.notch import edge_at
 from .quadrature import RuleName
 from .shape_functions import BasisName
 
@@ -146,15 +146,11 @@ class ShellParameters(Parameters):
         if isinstance(body, Plate):
             places.append(("around", body.notch.around, body.width, ("left", "right")))
         for name, middle, length, edges in places:
-            if middle is not None and is_beyond(middle, length):
-                raise ValueError(
-                    f"body.notch.{name}: got {middle:g} m for its middle, outside of the body, expected 0 to {length:g} m"
-                )
             edge = edge_at(middle, length, *edges)
             if edge and kinds.get(edge) != "symmetry":
                 raise ValueError(
-                    f"body.notch.{name}: got {middle:g} m, where half of the notch lies beyond the edge {edge!r}; move it into "
-                    f"the body, or give boundaries.{edge} = 'symmetry'"
+                    f"body.notch.{name}: got {middle:g} m, where the notch reaches beyond the edge {edge!r}; move it into the "
+                    f"body, or give boundaries.{edge} = 'symmetry'"
                 )
         return self
 

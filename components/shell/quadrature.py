@@ -13,8 +13,8 @@ import numpy as np
 
 from ..support.elementary_functions import sine_of_pi
 from ..support.float_arrays import FloatArray
+from .geometry.axis import Axis, IntArray
 from .geometry.lattice import Lattice
-from .geometry.lattice_axis import Axis, IntArray
 from .shape_functions import quartic_spline
 
 RuleName = Literal["column", "cell"]
