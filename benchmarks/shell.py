@@ -64,7 +64,7 @@ def words_moved(tube: Any) -> float:
     """
     solid, state, scratch, _ = tube.tables()
     seen, nodes = solid.points, solid.nodes
-    lists = seen.lowest, seen.offsets, seen.kind, nodes.lowest, nodes.offsets, nodes.slot
+    lists = seen.nodes, seen.kind, nodes.points, nodes.slot
     indices = sum(one.nbytes for one in lists) / 8
     points = (
         2 * (state.gradient.size + state.stress.size + 3 * len(state.plastic_strain))
@@ -109,7 +109,7 @@ def measure(along: int = 101, around: int = 128, triad_words: int = 4_000_000, r
         operation = float(np.median(times["sums"])) / (18 * sums * _CACHED)
         moving = words_moved(tube) * word
         seen = tube.tables().solid.points
-        operations = (_OF_NEIGHBOUR * len(seen.offsets) + _OF_POINT * len(seen.kind)) / nodes
+        operations = (_OF_NEIGHBOUR * len(seen.nodes) + _OF_POINT * len(seen.kind)) / nodes
         computing = operations * operation
         yield Figure(
             f"solid, {name}, nodes and ticks a second", 1e-6 / seconds, "M/s", at_least=WANTED, note=f"{1e9 * seconds:.0f} ns",

@@ -369,7 +369,7 @@ def nodes_that_only_points_beside_cracks_see(plate: Any) -> list[int]:
     nodes, cracks = plate.tables().solid.nodes, plate._breaking.cracks
     found = []
     for node in range(len(plate.nodes)):
-        seen = (nodes.lowest[node] + nodes.offsets[nodes.begin[node] : nodes.begin[node + 1]]).tolist()
+        seen = nodes.points[nodes.begin[node] : nodes.begin[node + 1]].tolist()
         bear = [point for point in seen if point not in cracks.eroded]
         if len(bear) > 2 and all(cracks.is_beside_crack(point) for point in bear):
             found.append(node)

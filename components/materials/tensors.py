@@ -121,12 +121,6 @@ def trace(a):
 
 
 @internal_inlined
-def mean_stress(stress):
-    """Return a third of the trace [Pa]: minus the pressure."""
-    return (stress.xx + stress.yy + stress.zz) / 3.0
-
-
-@internal_inlined
 def equivalent_stress(stress):
     """Return von Mises' equivalent stress sqrt(3/2 s:s) [Pa], s the deviator."""
     return sqrt(equivalent_square(stress))
@@ -143,7 +137,7 @@ def equivalent_square(stress):
 @internal_inlined
 def elastic_energy_density(stress, moduli):
     """Return the elastic energy per volume of a stress: p^2 / 2K + s:s / 4 mu [J/m^3]."""
-    mean, equivalent = mean_stress(stress), equivalent_stress(stress)
+    mean, equivalent = trace(stress) / 3.0, equivalent_stress(stress)
     bulk = moduli.first_lame + 2.0 * moduli.shear / 3.0
     return mean * mean / (2.0 * bulk) + equivalent * equivalent / (6.0 * moduli.shear)
 

@@ -30,7 +30,7 @@ from ..support.jit import internal_inlined
 from ..support.parameter_fields import Magnitude, NotNegativeMagnitude, field
 from ..support.powers import exponential, power
 from ..support.tagged_union import Named
-from .tensors import Moduli, SymmetricTensor, equivalent_stress, mean_stress, trial_stress
+from .tensors import Moduli, SymmetricTensor, equivalent_stress, trace, trial_stress
 
 # The least flow stress and Young's modulus, over those at the reference temperature, and the largest Poisson's ratio.
 LEAST_FLOW, _LARGEST_POISSON = 1e-3, 0.49
@@ -203,7 +203,7 @@ def advance_stress(law, stress, strain, plastic_strain, temperature):
     """
     moduli = elastic_moduli(law, temperature)
     trial = trial_stress(stress, strain, moduli)
-    before, equivalent, mean = equivalent_stress(stress), equivalent_stress(trial), mean_stress(trial)
+    before, equivalent, mean = equivalent_stress(stress), equivalent_stress(trial), trace(trial) / 3.0
     flow = implicit_flow(law, before, equivalent, plastic_strain, temperature, moduli.shear)
     if flow == 0.0:
         return Advanced(trial, plastic_strain, temperature, 0.0)

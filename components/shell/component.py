@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping
-from functools import cached_property, partial
+from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
 import numpy as np
@@ -17,15 +16,13 @@ from ..support.stable_step import longest_suggested_step, refuse_large_step, sug
 from ..variables import Variable
 from . import energies, kernel_arrays, kernels
 from .boundaries import AT_REST, pattern_of, tick_signals
-from .column_means import ColumnMeans, make_column_means, write_column_means
+from .fields import Fields
 from .fracture.breaking_body import KINDS, BreakingBody
 from .fracture.law import FractureLaw
 from .fracture.outcome import BULGED, BULGED_STRAIN, OUTCOMES, WHOLE
-from .fracture.principal_stress import PrincipalStress
 from .geometry.lattice import Lattice
 from .kernel_arrays import IntArray, Solid, State, Tables
 from .kernel_setup import Assembly, assemble, station_means, surface_quads
-from .outputs import Output, output
 from .parameters import ShellParameters
 from .quadrature import RuleName
 from .stability import CRACKED, WALL_STIFFNESS, highest_frequency
@@ -34,7 +31,7 @@ from .ticks import advance, measure_wall, update_forces
 _STATE = ("displacement", "velocity", "force", "gradient", "stress", "plastic_strain", "temperature", "plastic_work", "area")
 # What a node, and an integration point, take at least: tables, state, its copy, scratch, and the stencils by which fields are
 # read. A notch adds up to a twentieth.
-_BYTES_OF_NODE, _BYTES_OF_POINT = 350, 540
+_BYTES_OF_NODE, _BYTES_OF_POINT = 350, 670
 # What a node takes besides where the body can break: its points, pairs and surfaces, whole and as they are.
 _BYTES_OF_BREAKING = 190
 _POINTS_OF_CELL: dict[RuleName, int] = {"column": 1, "cell": 4}
@@ -114,6 +111,7 @@ class Shell(Component):
         self._scratch = kernel_arrays.make_scratch(m, len(whole.hourglass.partner), s)
         self._whole = Tables(whole, self._state, self._scratch, self._block["tally"])
         self._failed = np.zeros(2, dtype=np.int64)
+        self._fields = Fields(self.assembly, self._whole, self._breaking, self.parameters.initial_temperature)
         if self._breaking is not None:
             self._breaking.attach(self._block, self._whole, self._add_event)
 
@@ -145,164 +143,11 @@ class Shell(Component):
             shape, text = ((3,), "velocity") if axis < 0 else ((), f"velocity along {'xyz'[axis]}")
             axes = ("direction",)[: len(shape)]
             yield Variable(f"{edge}_velocity", "input", "m/s", shape, f"{text} of the {edge} edge", start=0.0, axes=axes)
-        for one in self._list_outputs():
+        for one in self._fields.outputs():
             yield one.variable
 
     def _outputs(self) -> dict[str, Callable[[], Any]]:
-        return {one.variable.name: one.read for one in self._list_outputs()}
-
-    def _list_outputs(self) -> Iterator[Output]:
-        state, plastic, top, rise = self._state, self._plastic, self.surface_nodes, self.parameters.initial_temperature
-        n, m, k, s = len(self.nodes), self.point_count, len(self.assembly.gauges), len(top)
-        yield output(
-            "nodal_displacement", "m", (n, 3), "parameters u_J of the nodes, which the field does not pass through; a start "
-            "value gives stresses too, elastically, where they have none of their own", lambda: state.displacement, "node",
-            "direction", state=True,
-        )  # fmt: skip
-        yield output(
-            "nodal_velocity",
-            "m/s",
-            (n, 3),
-            "parameters of the velocity",
-            lambda: state.velocity,
-            "node",
-            "direction",
-            state=True,
-        )
-        for name, unit, values in (("displacement", "m", state.displacement), ("velocity", "m/s", state.velocity)):
-            read = partial(self._field, values)
-            yield output(name, unit, (n, 3), f"{name} where the nodes are", read, "node", "direction")
-        yield output(
-            "stress", "Pa", (m, 6), "Kirchhoff stress xx, yy, zz, xy, yz, zx of the integration points, tension positive; at "
-            "steps of the wall they alternate from column to column", lambda: state.stress, "point", "entry", state=True,
-        )  # fmt: skip
-        yield output(
-            "mean_stress", "Pa", (m, 6), "mean of the stress over neighbouring columns, 1-2-1 along and across, which does not "
-            "alternate: it is judged, and all outputs below are computed from it", self._mean_stress, "point", "entry",
-        )  # fmt: skip
-        yield output(
-            "equivalent_stress", "Pa", (m,), "of von Mises: sqrt(3/2 s:s)", self._equivalent_stress, "point", minimum=0.0
-        )
-        yield output(
-            "plastic_strain", "1", (m,), "equivalent plastic strain of the points", self._plastic_strain, "point", minimum=0.0,
-            state=plastic,
-        )  # fmt: skip
-        yield output(
-            "temperature", "K", (m,), "temperature of the points", self._temperature, "point", minimum=0.0, state=plastic
-        )
-        yield output(
-            "triaxiality", "1", (m,), "mean stress over the equivalent one at the points, 0 without stress", self._triaxiality,
-            "point",
-        )  # fmt: skip
-        if self._judges:
-            yield output(
-                "fracture_ratio", "1", (m,), "what decides on fracture over its limit, at the points; without a law the "
-                "largest principal stress over three times the yield stress", self._fracture_ratio, "point",
-            )  # fmt: skip
-        yield output(
-            "node_stress", "Pa", (n,), "mean equivalent stress around each node",
-            lambda: self._at_nodes(self._equivalent_stress()), "node", minimum=0.0,
-        )  # fmt: skip
-        yield output(
-            "surface_displacement", "m", (s, 3), "displacement of the outer surface, of a plate the upper one",
-            lambda: self._field(state.displacement)[top], "surface_node", "direction",
-        )  # fmt: skip
-        yield output(
-            "surface_stress", "Pa", (s,), "mean equivalent stress around the nodes of the outer surface",
-            lambda: self._at_nodes(self._equivalent_stress())[top], "surface_node", minimum=0.0,
-        )  # fmt: skip
-        yield output(
-            "surface_plastic_strain", "1", (s,), "mean plastic strain around the nodes of the outer surface",
-            lambda: self._at_nodes(self._plastic_strain())[top], "surface_node", minimum=0.0,
-        )  # fmt: skip
-        yield output(
-            "surface_temperature_rise", "K", (s,), "mean temperature around the nodes of the outer surface less that at the "
-            "start", lambda: self._at_nodes(self._temperature() - rise)[top], "surface_node",
-        )  # fmt: skip
-        if self.lattice.bent:
-            yield output(
-                "mean_inner_radius", "m", self.lattice.shape[:1], "mean radius of the inner surface at each plane of nodes "
-                "along the tube", self._mean_inner_radius, "station", minimum=0.0, nominal=0.01,
-            )  # fmt: skip
-        if self._breaking is not None:
-            yield from self._breaking.outputs()
-        yield output(
-            "gauge_strain", "1", (k, 2), "Green-Lagrange strain on the outer surface at the `gauges`: along the body, and "
-            "across or around it (hoop strain)", self._gauge_strain, "gauge", "direction",
-        )  # fmt: skip
-
-    def _field(self, parameters: FloatArray) -> FloatArray:
-        """Return a field where the nodes are, from its parameters, shape (n, 3)."""
-        if self._breaking is not None:
-            return self._breaking.node_field(parameters)
-        out = np.zeros_like(parameters)
-        kernels.interpolate(self.assembly.node_stencils, parameters, out)
-        return out
-
-    def _at_nodes(self, values: FloatArray) -> FloatArray:
-        """Return means of a field of the points around each node, shape (n,); 0 where no point sees it."""
-        sums, assembly = np.zeros((len(self.nodes), 2)), self.assembly
-        seen = assembly.stencils if self._breaking is None else self._breaking.seen
-        kernels.weigh_points(seen, assembly.solid.nodes, assembly.points.volume, np.arange(len(sums)), values, sums)
-        return np.divide(sums[:, 1], sums[:, 0], out=np.zeros(len(sums)), where=sums[:, 0] > 0.0)
-
-    def _mean_stress(self) -> FloatArray:
-        """Return the mean stress over neighbouring columns, shape (m, 6); see `column_means`."""
-        if self._breaking is not None:
-            return self._breaking.mean_stress()
-        write_column_means(self._state.stress, self._means)
-        return self._means.stress
-
-    @cached_property
-    def _means(self) -> ColumnMeans:
-        return make_column_means(self.lattice, self.assembly.points)
-
-    @np.errstate(all="ignore")
-    def _equivalent_stress(self) -> FloatArray:
-        xx, yy, zz, xy, yz, zx = self._mean_stress().T
-        spread = (xx - yy) ** 2 + (yy - zz) ** 2 + (zz - xx) ** 2
-        return np.sqrt(0.5 * spread + 3.0 * (xy * xy + yz * yz + zx * zx))
-
-    @np.errstate(all="ignore")
-    def _triaxiality(self) -> FloatArray:
-        equivalent, (xx, yy, zz) = self._equivalent_stress(), self._mean_stress().T[:3]
-        return np.where(equivalent > 0.0, (xx + yy + zz) / 3.0 / equivalent, 0.0)
-
-    @property
-    def _judges(self) -> bool:
-        """True where there is a fracture law, or a yield stress to compare with."""
-        return self._plastic or self._breaking is not None
-
-    def _fracture_ratio(self) -> FloatArray:
-        """Return how near each point is to parting, by the fracture law, or by the paper's where there is none, shape (m,)."""
-        if self._breaking is not None:
-            return self._breaking.ratios()
-        out = np.zeros(self.point_count)
-        energies.write_largest_principal(self._mean_stress(), out)
-        return out / PrincipalStress().limit(self._whole.solid.law)
-
-    def _plastic_strain(self) -> FloatArray:
-        return self._state.plastic_strain if self._plastic else np.zeros(self.point_count)
-
-    def _temperature(self) -> FloatArray:
-        return self._state.temperature if self._plastic else np.full(self.point_count, self.parameters.initial_temperature)
-
-    def _mean_inner_radius(self) -> FloatArray:
-        """Return the mean distance of the inner surface from the axis at each station, weighted by the arcs at rest."""
-        ring = self.lattice.axes[1]
-        place = (self.nodes + self._field(self._state.displacement))[self._whole.solid.surface.nodes]
-        radius = np.sqrt(place[:, 1] * place[:, 1] + place[:, 2] * place[:, 2]).reshape(-1, ring.count)
-        return (radius * ring.widths).sum(axis=1) / ring.widths.sum()
-
-    def _gauge_strain(self) -> FloatArray:
-        """Return E = (F^T F - 1) / 2 along the first two directions of the surface, shape (gauges, 2)."""
-        found = np.zeros((len(self.assembly.gauges), 2))
-        for row, gauge in enumerate(self.assembly.gauges):
-            u = self._state.displacement[gauge.neighbours]
-            for k, (x, y, z) in enumerate(gauge.directions):
-                change = (u * gauge.gradients[:, k : k + 1]).sum(axis=0) * (gauge.along if k == 0 else 1.0)
-                found[row, k] = change[0] * x + change[1] * y + change[2] * z + 0.5 * (change * change).sum()
-        return found
+        return {one.variable.name: one.read for one in self._fields.outputs()}
 
     # -- stepping ---------------------------------------------------------------------------------------------------
 
@@ -403,7 +248,7 @@ class Shell(Component):
         found = {
             "step over the largest stable one, at rest": 0.5 * self.highest_frequency * self.step_size,
             "step over the largest stable one, as compressed as it is": self._compressed_step(),
-            "largest equivalent stress now, Pa": float(self._equivalent_stress().max()),
+            "largest equivalent stress now, Pa": float(self._fields.equivalent_stress().max()),
             "hourglass energy over that of the body": sums["hourglass_energy"] / stored if stored > 0.0 else 0.0,
         }
         if self._plastic:
@@ -411,8 +256,8 @@ class Shell(Component):
                 "largest plastic strain": float(self._state.plastic_strain.max()),
                 "highest temperature, K": float(self._state.temperature.max()),
             }
-        if self._judges:
-            ratio = self._fracture_ratio()
+        if self._fields.judges:
+            ratio = self._fields.fracture_ratio()
             nearest = int(ratio.argmax())
             found |= {
                 "largest fracture ratio now": float(ratio[nearest]),
@@ -447,7 +292,7 @@ class Shell(Component):
                 f"where the body is compressed most, the step (now {self.step_size:g} s) is {step:.2f} times the "
                 "largest stable one; take a smaller step_size"
             )
-        melting, temperature = self.parameters.material.melting_temperature, self._temperature()
+        melting, temperature = self.parameters.material.melting_temperature, self._fields.temperature()
         if melting is not None and temperature.max() > melting:
             found.append(
                 f"{np.mean(temperature > melting):.0%} of the points are above {melting:.4g} K, where the flow stress of this "

@@ -133,11 +133,13 @@ def make_hourglass(lattice: Lattice, points: int, young: float, alpha: float) ->
         alpha: stiffness of the ties over that of the material between the columns; 0 for no ties.
     """
     n, m, layers = lattice.shape
+    if alpha == 0.0:
+        nothing = np.zeros((0, 4))
+        return Hourglass(layers, 1, np.zeros(lattice.node_count), np.zeros((0, 3)), nothing.astype(np.int32), nothing, nothing)
     volumes = lattice.volumes.reshape(n * m, layers)
     shares = volumes / volumes.sum(axis=1)[:, None] if lattice.hollow else np.tile(volumes[0] / volumes[0].sum(), (n * m, 1))
     place = (lattice.nodes.reshape(n * m, layers, 3) * shares[..., None]).sum(axis=1)
     partner = np.stack([*_partners(lattice, 0), *_partners(lattice, 1)], axis=-1).reshape(n * m, 4)
-    partner = np.where(alpha > 0.0, partner, -1)
     apart = place[partner] - place[:, None]
     distance = np.sqrt(apart[..., 0] ** 2 + apart[..., 1] ** 2 + apart[..., 2] ** 2)
     distance = np.where(partner >= 0, distance, 1.0)

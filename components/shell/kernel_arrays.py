@@ -15,8 +15,6 @@ from ..support.float_arrays import FloatArray
 
 IntArray = npt.NDArray[np.int64]
 IndexArray = npt.NDArray[np.uint32]
-# Of one, two or four bytes.
-CompactArray = npt.NDArray[np.unsignedinteger[Any]]
 # Columns, -1 for none.
 ColumnArray = npt.NDArray[np.int32]
 
@@ -25,9 +23,8 @@ class Points(NamedTuple):
     """The constant arrays of integration points.
 
     Attributes:
-        begin: where the neighbours of each point begin in `offsets`, and the end of the last, shape (m + 1,).
-        lowest: the neighbour of each point that has the least number, shape (m,).
-        offsets: neighbours of the points, counted from the lowest one, shape (entries,).
+        begin: where the neighbours of each point begin in `nodes`, and the end of the last, shape (m + 1,).
+        nodes: neighbours of the points, shape (entries,).
         kind: number of each point's stencil, shape (m,).
         first: where each stencil begins in `gradients`, shape (stencils + 1,).
         gradients: of the shape functions in the frame of the point, shape (rows, 3) [1/m].
@@ -37,8 +34,7 @@ class Points(NamedTuple):
     """
 
     begin: IndexArray
-    lowest: IndexArray
-    offsets: CompactArray
+    nodes: IndexArray
     kind: IndexArray
     first: IndexArray
     gradients: FloatArray
@@ -54,18 +50,16 @@ class Nodes(NamedTuple):
     Attributes:
         mass: shape (n,) [kg].
         prescribed: 0 where the velocity is free, otherwise 1 + the first column of its signal, shape (n, 3).
-        begin: where the points that see each node begin in `offsets`, and the end of the last, shape (n + 1,).
-        lowest: the point with the least number that sees each node, shape (n,).
-        offsets: points that see the nodes, counted from that one, in ascending order for each, shape (entries,).
+        begin: where the points that see each node begin in `points`, and the end of the last, shape (n + 1,).
+        points: those that see the nodes, in ascending order for each, shape (entries,).
         slot: which neighbour the node is of that point, shape (entries,).
     """
 
     mass: FloatArray
     prescribed: npt.NDArray[np.uint8]
     begin: IndexArray
-    lowest: IndexArray
-    offsets: CompactArray
-    slot: CompactArray
+    points: IndexArray
+    slot: npt.NDArray[np.uint16]
 
 
 class Hourglass(NamedTuple):
@@ -201,26 +195,6 @@ def make_scratch(points: int, columns: int, surface: int) -> Scratch:
     )
 
 
-def compress(begin: npt.NDArray[Any], numbers: npt.NDArray[Any]) -> tuple[IndexArray, CompactArray]:
-    """Return the lowest number of each list, 0 of one that is empty, and all numbers less that of their list.
-
-    Args:
-        begin: where each of n lists begins in `numbers`, and the end of the last, shape (n + 1,).
-        numbers: of all lists, one after the other, whole ones from 0.
-    """
-    counts = np.diff(begin.astype(np.int64))
-    lowest = np.zeros(len(counts), dtype=np.uint32)
-    filled = counts > 0
-    lowest[filled] = np.minimum.reduceat(numbers, begin[:-1][filled].astype(np.int64))
-    # Never one byte: kernels are compiled for types, and would be once more for bodies of few nodes.
-    return lowest, compact(numbers - np.repeat(lowest, counts), np.uint16)
-
-
-def expand(begin: npt.NDArray[Any], lowest: IndexArray, offsets: CompactArray) -> IndexArray:
-    """Return the numbers of all lists, as `compress` took them."""
-    return np.repeat(lowest, np.diff(begin.astype(np.int64))) + offsets
-
-
 def entries_of(points: Any, numbers: IntArray) -> tuple[IntArray, IntArray, IntArray]:
     """Return for all neighbours of some points: the place of their point in `numbers`, the node, the row of its function.
 
@@ -232,10 +206,4 @@ def entries_of(points: Any, numbers: IntArray) -> tuple[IntArray, IntArray, IntA
     counts = points.begin[numbers + 1] - begin
     owner = np.repeat(np.arange(len(numbers)), counts)
     slot = np.arange(len(owner)) - np.repeat(np.cumsum(counts) - counts, counts)
-    nodes = points.lowest[numbers][owner] + points.offsets[begin[owner] + slot]
-    return owner, nodes, points.first[points.kind[numbers]].astype(np.int64)[owner] + slot
-
-
-def compact(numbers: npt.NDArray[Any], smallest: type[np.unsignedinteger[Any]] = np.uint8) -> CompactArray:
-    """Return whole numbers from 0 in the first type from a smallest one on that holds the largest of them."""
-    return numbers.astype(np.promote_types(smallest, np.min_scalar_type(int(numbers.max(initial=0)))))
+    return owner, points.nodes[begin[owner] + slot], points.first[points.kind[numbers]].astype(np.int64)[owner] + slot

@@ -7,13 +7,14 @@ from typing import NamedTuple
 from weakref import WeakValueDictionary
 
 import numpy as np
+import numpy.typing as npt
 
 from ..errors import ParameterError
 from ..support.float_arrays import FloatArray
 from .boundaries import Conditions, edge_nodes, make_conditions
 from .geometry.lattice import Lattice, column_neighbours
 from .hourglass import make_hourglass
-from .kernel_arrays import CompactArray, Hourglass, IndexArray, IntArray, Nodes, Points, Solid, Surface, compact, compress
+from .kernel_arrays import IndexArray, IntArray, Nodes, Points, Solid, Surface
 from .parameters import ShellParameters
 from .quadrature import IntegrationPoints, integration_points, points_at_planes
 from .shape_functions import UnspannedBasisError
@@ -103,13 +104,14 @@ def _assemble(p: ShellParameters) -> Assembly:
     except UnspannedBasisError as error:
         raise unspanned(p, error, lattice.describe(error.place) if error.place else "") from None
     conditions = make_conditions(p.body, lattice, p.boundaries)
+    alpha = p.hourglass if rule.surface == "column" else 0.0
     solid = Solid(
         points=Points(
-            *stencils[:5], stencils.gradients, stencils.along, points.volume, points.sine, points.cosine
+            *stencils[:4], stencils.gradients, stencils.along, points.volume, points.sine, points.cosine
         ),
         nodes=Nodes(p.material.density * lattice.volumes, conditions.prescribed, *transpose(stencils, lattice.node_count)),
-        hourglass=chosen_hourglass(p, lattice), surface=inner_surface(lattice), law=p.material.constants(1.0), plastic=False,
-        step=1.0, wall=np.zeros(2), bounce=np.zeros(0), reference=lattice.nodes,
+        hourglass=make_hourglass(lattice, rule.through, p.material.young, alpha), surface=inner_surface(lattice),
+        law=p.material.constants(1.0), plastic=False, step=1.0, wall=np.zeros(2), bounce=np.zeros(0), reference=lattice.nodes,
     )  # fmt: skip
     gauges = [_gauge(lattice, node_stencils, column) for column in gauge_columns(p, lattice)]
     return Assembly(lattice, points, stencils, node_stencils.without_gradients(), gauges, solid, conditions)
@@ -150,23 +152,13 @@ def refuse_soft_rule(p: ShellParameters) -> None:
         )  # fmt: skip
 
 
-def transpose(stencils: Stencils, nodes: int) -> tuple[IndexArray, IndexArray, CompactArray, CompactArray]:
-    """Return `begin`, `lowest`, `offsets` and `slot` of `kernel_arrays.Nodes`."""
-    begin, seen = stencils.begin.astype(np.int64), stencils.all_neighbours()
+def transpose(stencils: Stencils, nodes: int) -> tuple[IndexArray, IndexArray, npt.NDArray[np.uint16]]:
+    """Return `begin`, `points` and `slot` of `kernel_arrays.Nodes`."""
+    begin, seen = stencils.begin.astype(np.int64), stencils.nodes
     order = np.argsort(seen, kind="stable")
     point = np.repeat(np.arange(len(begin) - 1, dtype=np.uint32), np.diff(begin))[order]
     ends = np.concatenate([[0], np.cumsum(np.bincount(seen, minlength=nodes))]).astype(np.uint32)
-    return ends, *compress(ends, point), compact(order - begin[point])
-
-
-def chosen_hourglass(p: ShellParameters, lattice: Lattice) -> Hourglass:
-    """Return the ties between columns, none of a rule that needs none."""
-    if p.rule.surface == "column" and p.hourglass > 0.0:
-        return make_hourglass(lattice, p.rule.through, p.material.young, p.hourglass)
-    return Hourglass(
-        lattice.shape[2], 1, np.zeros(lattice.node_count), np.zeros((0, 3)), np.zeros((0, 4), dtype=np.int32), np.zeros((0, 4)),
-        np.zeros((0, 4)),
-    )  # fmt: skip
+    return ends, point, (order - begin[point]).astype(np.uint16)
 
 
 def inner_surface(lattice: Lattice) -> Surface:

@@ -148,15 +148,15 @@ def update_stresses(points, law, plastic, state, pull, begin, end, failed):
     Returns:
         0, or a status; then `pull` holds in the row of the point the value that decided and its limit.
     """
-    u, starts, lowest, offsets = state.displacement, points.begin, points.lowest, points.offsets
+    u, starts, nodes = state.displacement, points.begin, points.nodes
     kind, first, gradients = points.kind, points.first, points.gradients
     old, stresses = state.gradient, state.stress
     moduli = elastic_moduli(law, law.reference_temperature)
     for p in range(begin, end):
         axx, axy, axz, ayx, ayy, ayz, azx, azy, azz = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-        row, low = first[kind[p]], lowest[p]
+        row = first[kind[p]]
         for entry in range(starts[p], starts[p + 1]):
-            j = low + offsets[entry]
+            j = nodes[entry]
             ux, uy, uz = u[j, 0], u[j, 1], u[j, 2]
             gx, gy, gz = gradients[row, 0], gradients[row, 1], gradients[row, 2]
             row += np.uint32(1)
@@ -244,14 +244,14 @@ def gather_forces(points, nodes, hourglass, scratch, force, numbers):
         force: written, shape (n, 3) [N].
         numbers: of the nodes, shape (k,).
     """
-    pull, starts, lowest, offsets, slots = scratch.pull, nodes.begin, nodes.lowest, nodes.offsets, nodes.slot
+    pull, starts, seen, slots = scratch.pull, nodes.begin, nodes.points, nodes.slot
     kind, first, gradients = points.kind, points.first, points.gradients
     layers, held = hourglass.layers, hourglass.partner.shape[0] > 0
     for number in range(numbers.size):
         j = numbers[number]
-        x, y, z, low = 0.0, 0.0, 0.0, lowest[j]
+        x, y, z = 0.0, 0.0, 0.0
         for entry in range(starts[j], starts[j + 1]):
-            p = low + offsets[entry]
+            p = seen[entry]
             row = first[kind[p]] + slots[entry]
             gx, gy, gz = gradients[row, 0], gradients[row, 1], gradients[row, 2]
             x -= gx * pull[p, 0] + gy * pull[p, 3] + gz * pull[p, 6]
@@ -271,12 +271,12 @@ def interpolate(stencils, field, out):
 
     `stencils` are the `Stencils` of the points.
     """
-    begin, lowest, offsets, values = stencils.begin, stencils.lowest, stencils.offsets, stencils.values
+    begin, nodes, values = stencils.begin, stencils.nodes, stencils.values
     for p in range(out.shape[0]):
         x, y, z = 0.0, 0.0, 0.0
         row = stencils.first[stencils.kind[p]]
         for entry in range(begin[p], begin[p + 1]):
-            j, value = lowest[p] + offsets[entry], values[row]
+            j, value = nodes[entry], values[row]
             row += np.uint32(1)
             x += value * field[j, 0]
             y += value * field[j, 1]
@@ -301,7 +301,7 @@ def weigh_points(stencils, nodes, volume, numbers, field, out):
         j = numbers[number]
         total, weighted = 0.0, 0.0
         for entry in range(nodes.begin[j], nodes.begin[j + 1]):
-            p = nodes.lowest[j] + nodes.offsets[entry]
+            p = nodes.points[entry]
             share = abs(values[first[kind[p]] + nodes.slot[entry]]) * volume[p]
             total += share
             weighted += share * field[p]

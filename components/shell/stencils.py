@@ -16,7 +16,7 @@ import numpy.typing as npt
 from ..support.float_arrays import FloatArray
 from .geometry.axis import Axis, IntArray
 from .geometry.lattice import Lattice
-from .kernel_arrays import CompactArray, IndexArray, compress, expand
+from .kernel_arrays import IndexArray
 from .quadrature import LinePoints
 from .shape_functions import BasisName, UnspannedBasisError, moving_least_squares, quartic_spline
 
@@ -25,9 +25,8 @@ class Stencils(NamedTuple):
     """Neighbours of m points, and their shape functions; s kinds of neighbourhood.
 
     Attributes:
-        begin: where the neighbours of each point begin in `offsets`, and the end of the last, shape (m + 1,).
-        lowest: the neighbour of each point that has the least number, shape (m,).
-        offsets: the neighbours, counted from the lowest one of their point, shape (entries,).
+        begin: where the neighbours of each point begin in `nodes`, and the end of the last, shape (m + 1,).
+        nodes: the neighbours, shape (entries,).
         kind: number of each point's stencil, shape (m,).
         first: where each stencil begins in the two tables, and the end of the last, shape (s + 1,).
         values: shape functions, shape (rows,).
@@ -37,21 +36,16 @@ class Stencils(NamedTuple):
     """
 
     begin: IndexArray
-    lowest: IndexArray
-    offsets: CompactArray
+    nodes: IndexArray
     kind: IndexArray
     first: IndexArray
     values: FloatArray
     gradients: FloatArray
     along: FloatArray
 
-    def all_neighbours(self) -> IndexArray:
-        """Return the neighbours of all points, shape (entries,)."""
-        return expand(self.begin, self.lowest, self.offsets)
-
     def neighbours(self, point: int) -> IndexArray:
         """Return the neighbours of a point."""
-        return self.lowest[point] + self.offsets[self.begin[point] : self.begin[point + 1]]
+        return self.nodes[self.begin[point] : self.begin[point + 1]]
 
     def counts(self, points: IntArray) -> IntArray:
         """Return how many neighbours some points have."""
@@ -137,7 +131,7 @@ def make_stencils(
     product = np.stack(np.meshgrid(*(line.at for line in lines), indexing="ij"), axis=-1).reshape(-1, 3)
     places = product if places is None else places
     below = np.repeat(lattice.hollow.columns.ravel(), lattice.shape[2])
-    near = np.logical_or.reduceat(below[even.all_neighbours()], even.begin[:-1])
+    near = np.logical_or.reduceat(below[even.nodes], even.begin[:-1])
     picked = np.flatnonzero(near | (places != product).any(axis=1))
     return _replace(even, picked, *_stencils_at(lattice, places[picked], radius, basis))
 
@@ -149,7 +143,7 @@ def _replace(
     counts, own = np.diff(even.begin.astype(np.int64)), there.sum(axis=1)
     is_own = np.zeros(len(counts), dtype=bool)
     is_own[picked] = True
-    kept = even.all_neighbours()[np.repeat(~is_own, counts)]
+    kept = even.nodes[np.repeat(~is_own, counts)]
     counts[picked] = own
     mixed = np.empty(counts.sum(), dtype=np.uint32)
     entries = np.repeat(is_own, counts)
@@ -159,7 +153,7 @@ def _replace(
     first = np.concatenate([even.first[:-1], even.first[-1] + _ends(own)]).astype(np.uint32)
     values, gradients = np.concatenate([even.values, values]), np.concatenate([even.gradients, gradients])
     begin = _ends(counts)
-    return Stencils(begin, *compress(begin, mixed), kind, first, values, gradients, np.where(is_own, 1.0, even.along))
+    return Stencils(begin, mixed, kind, first, values, gradients, np.where(is_own, 1.0, even.along))
 
 
 def _stencils_at(
@@ -269,7 +263,7 @@ def _product_stencils(
     nodes, there = _neighbours(lattice, rows)
     begin = _ends(there.sum(axis=1))
     return Stencils(
-        begin, *compress(begin, nodes[there]), kind.astype(np.uint32), _ends(present.sum(axis=1)), values[present],
+        begin, nodes[there], kind.astype(np.uint32), _ends(present.sum(axis=1)), values[present],
         gradients[present], np.repeat(rows[0].stretch, len(kind) // len(rows[0].stretch)),
     )  # fmt: skip
 

@@ -29,57 +29,47 @@ class Failure(NamedTuple):
     limit: float
 
 
-class Inputs(NamedTuple):
-    """The inputs of a tick.
-
-    Attributes:
-        signals: means over the tick: the factor of the pressure, then velocities of edges, shape (k,).
-        pressures: what the factor is multiplied by at each station of the inner surface, shape (stations,) [Pa].
-    """
-
-    signals: FloatArray
-    pressures: FloatArray
-
-
 def advance(tables: Tables, signals: FloatArray, pressures: FloatArray, first_tick: int, failed: IntArray) -> int:
     """Advance by as many ticks as `signals` has rows; return 0 or a status of `kernel_arrays`.
 
     Args:
         tables: the state in them is updated.
-        signals: as in `Inputs`, of each tick, shape (ticks, k).
-        pressures: as in `Inputs`.
+        signals: means over each tick: the factor of the pressure, then velocities of edges, shape (ticks, k).
+        pressures: what the factor is multiplied by at each station of the inner surface, shape (stations,) [Pa].
         first_tick: before the first of these ticks.
         failed: written: of a failure the point and the tick, shape (2,).
     """
     for row in range(len(signals)):
-        failures = advance_tick(tables, Inputs(signals[row], pressures), lambda _: False)
+        failures = advance_tick(tables, signals[row], pressures, lambda _: False)
         if failures:
             return note_failure(failures[0], tables.scratch, first_tick + row, failed)
     return 0
 
 
-def advance_tick(tables: Tables, inputs: Inputs, is_bearable: Callable[[int], bool]) -> list[Failure]:
+def advance_tick(
+    tables: Tables, signals: FloatArray, pressures: FloatArray, is_bearable: Callable[[int], bool]
+) -> list[Failure]:
     """Advance by a tick; return the points at which that failed, ascending, after which the tick is yet to be finished.
 
     A part of the points ends early, behind a failure that the body cannot bear.
     """
     solid, state, scratch, tally = tables
-    kernels.drift(solid.nodes, solid.surface, state, scratch, *inputs, solid.step, tally)
+    kernels.drift(solid.nodes, solid.surface, state, scratch, signals, pressures, solid.step, tally)
     tally[WALL_IMPULSE] += 0.5 * solid.step * tally[WALL_FORCE]
     parts = split(len(solid.points.volume), _part_count(solid))
     found = call_in_parts(update_part, [(solid, state, scratch, *part, is_bearable) for part in parts])
     failures = [failure for part in found for failure in part]
     if not failures:
-        finish_tick(tables, inputs)
+        finish_tick(tables, signals, pressures)
     return failures
 
 
-def finish_tick(tables: Tables, inputs: Inputs) -> None:
+def finish_tick(tables: Tables, signals: FloatArray, pressures: FloatArray) -> None:
     """Write the forces from the stresses, and make the second half kick."""
     solid, state, scratch, tally = tables
     write_forces(solid, state, scratch)
     kernels.write_areas(solid.surface, state.displacement, scratch.area)
-    kernels.kick(solid.nodes, solid.surface, state, scratch, *inputs, solid.step, tally)
+    kernels.kick(solid.nodes, solid.surface, state, scratch, signals, pressures, solid.step, tally)
     measure_wall(solid, state, tally)
     tally[WALL_IMPULSE] += 0.5 * solid.step * tally[WALL_FORCE]
 

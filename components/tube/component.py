@@ -322,15 +322,14 @@ class Tube(Component):
         for step in range(self.shell_steps):
             acting = before + (step + 0.5) / self.shell_steps * (after - before)
             self._failed_tick = tick * self.shell_steps + step
-            # Those of a shell that parts in this step are others afterwards.
-            solid, state, _, _ = self.shell.tables()
-            surface = exchange.surface_of(self.interface, state)
+            tables = self.shell.tables()
+            area = tables.state.area.copy()
             self.shell.adopt(self._failed_tick, {})
             self.shell._hold({"pressure": acting - room})
             status = self.shell._advance(1)
             if status:
                 return _SHELL + status
-            swept = exchange.swept_volumes(self.interface, solid, state, surface)
+            swept = exchange.swept_volumes(tables, area)
             # Node by node, in a fixed order.
             work = (swept.reshape(-1, around) * acting[:, None]).T
             works[:] = np.add.accumulate(np.concatenate([works[None], work]))[-1]

@@ -12,8 +12,7 @@ import numpy as np
 
 from ..detonation.kernel_arrays import WALL_WORK
 from ..detonation.kernel_arrays import Tables as GasTables
-from ..shell.kernel_arrays import Solid, State
-from ..shell.kernels import write_areas
+from ..shell.kernel_arrays import State, Tables
 from ..support.float_arrays import FloatArray, sum_in_order
 from ..support.jit import internal, jit
 from ..support.powers import power
@@ -61,26 +60,19 @@ def write_widening(interface: Interface, state: State, out: FloatArray) -> None:
     out[some] = ratio * ratio - 1.0
 
 
-def surface_of(interface: Interface, state: State) -> tuple[FloatArray, FloatArray]:
-    """Return velocities [m/s] and areas [m^2] of the inner surface as they are, each of shape (s, 3)."""
-    return state.velocity[interface.nodes], state.area.copy()
-
-
-def swept_volumes(interface: Interface, solid: Solid, state: State, before: tuple[FloatArray, FloatArray]) -> FloatArray:
+def swept_volumes(tables: Tables, area: FloatArray) -> FloatArray:
     """Return the volume that each node of the inner surface has swept in a step of the shell, shape (s,) [m^3].
 
     It is the mean of its areas before and after times the mean of its velocities, as the shell counts it.
 
     Args:
-        interface: the nodes.
-        solid: the shell as it was before the step, when nothing had parted in it.
-        state: of the shell, after the step.
-        before: of `surface_of`, before the step.
+        tables: of the shell, after the step.
+        area: of the nodes before the step, shape (s, 3) [m^2].
     """
-    area = np.zeros_like(state.area)
-    write_areas(solid.surface, state.displacement, area)
-    swept = (before[1] + area) * (before[0] + state.velocity[interface.nodes])
-    free = np.where(solid.nodes.prescribed[interface.nodes] == 0, swept, 0.0)
+    solid, state, scratch, _ = tables
+    nodes = solid.surface.nodes
+    swept = (area + scratch.area) * (scratch.before + state.velocity[nodes])
+    free = np.where(solid.nodes.prescribed[nodes] == 0, swept, 0.0)
     return sum_in_order(free.T) * (0.25 * solid.step)
 
 

@@ -16,11 +16,12 @@ from ...support.float_arrays import FloatArray, sum_in_order
 from .. import kernels
 from ..column_means import write_column_means
 from ..energies import elastic_energy, leapfrog_energy
+from ..geometry.lattice import Lattice
 from ..kernel_arrays import ColumnArray, IntArray, Solid, Tables, entries_of
 from ..kernel_setup import Assembly, station_means, surface_quads
 from ..outputs import Output, output
 from ..parameters import ShellParameters
-from ..ticks import Failure, Inputs, advance_tick, finish_tick, note_failure, write_forces
+from ..ticks import Failure, advance_tick, finish_tick, note_failure, write_forces
 from .cracks import ERODED, KINDS, LOOSENED, LOST_KINDS, PARTED, SPENT, TORN, Cause, Cracks, Parting
 from .facets import facet_rows
 from .force_recalculation import new_gradients, volume_ratios, work_of_half_kick, write_pull
@@ -98,14 +99,14 @@ class BreakingBody:
         tables, cracks, block = self.tables(), self.cracks, self._block
         state = tables.state
         for row in range(len(signals)):
-            tick, inputs = first_tick + row, Inputs(signals[row], pressures)
-            failures = advance_tick(tables, inputs, cracks.is_beside_crack)
+            tick = first_tick + row
+            failures = advance_tick(tables, signals[row], pressures, cracks.is_beside_crack)
             for failure in failures:
                 if not cracks.is_beside_crack(failure.point):
                     return note_failure(failure, tables.scratch, tick, failed)
             if failures:
                 tables = self._tear(failures, tick + 1)
-                finish_tick(tables, inputs)
+                finish_tick(tables, signals[row], pressures)
             write_column_means(state.stress, cracks.means)
             judged = (cracks.judged, cracks.means.stress, state.gradient, state.plastic_strain)
             count = find_parting(*judged, self._found, block["nearest"], tick + 1)
@@ -409,14 +410,10 @@ class BreakingBody:
     def _crack_words(self) -> str:
         """Return in words how far cracks reach, at any depth and through the wall."""
         lattice, through = self._assembly.lattice, self._leaking_sides()
-        (along, around), (leaking_along, leaking_around) = (
-            (1e3 * crack_along(lattice, sides), 100.0 * crack_around(lattice, sides)) for sides in (self._cut_sides(), through)
-        )
-        leaks = f"cracks through the wall reach {leaking_along:.3g} mm and take up to {leaking_around:.3g} %"
-        return (
-            f"cracks reach {along:.3g} mm along the body and take up to {around:.3g} % of the "
-            f"{'circumference' if lattice.bent else 'width'}, {leaks if through.is_cut else 'none of them through the wall'}"
-        )
+        whole, leaks = "circumference" if lattice.bent else "width", "none of them goes through the wall"
+        if through.is_cut:
+            leaks = f"those through the wall {_reach_words(lattice, through)}"
+        return f"cracks {_reach_words(lattice, self._cut_sides())} of the {whole}, {leaks}"
 
     def _piece_words(self) -> str:
         """Return in words how many pieces there are, and what belongs to none."""
@@ -437,3 +434,8 @@ class BreakingBody:
             f"{part:.0%} of the mass bears nothing any more, the first of it from {1e6 * first.tick * step_size:.4g} us on, "
             f"at {place}: what is left does not stand for the body; load it less, or give more nodes"
         ]
+
+
+def _reach_words(lattice: Lattice, sides: CutSides) -> str:
+    along, around = 1e3 * crack_along(lattice, sides), 100.0 * crack_around(lattice, sides)
+    return f"reach {along:.3g} mm along the body and take up to {around:.3g} %"

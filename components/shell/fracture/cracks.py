@@ -226,7 +226,7 @@ class Cracks:
         """Hide a node from all points; return those that saw it."""
         nodes, hidden = self._whole.nodes, self.visibility.hidden
         entries = slice(int(nodes.begin[node]), int(nodes.begin[node + 1]))
-        points = nodes.lowest[node].astype(np.int64) + nodes.offsets[entries]
+        points = nodes.points[entries].astype(np.int64)
         places = self._whole.points.begin[points].astype(np.int64) + nodes.slot[entries]
         saw = ~hidden[places]
         hidden[places] = True
@@ -247,7 +247,7 @@ class Cracks:
         self.judged.since[p] = int(facet[8])
         ring = self._lattice.axes[1]
         near = self._columns_near(facet, ring.count)
-        mark_links(facet, self.visibility.table, near, self.links)
+        mark_links(facet, self._lattice, near, self.links)
         self.severed[near] = severed_links(self.links[near])
         return self.visibility.hide(facet)
 

@@ -29,7 +29,7 @@ def label_columns(stencils, blind, layers, labels, borne):
         labels: written, shape (columns,).
         borne: written: whether any point sees each column, shape (columns,).
     """
-    begin, lowest, offsets, values = stencils.begin, stencils.lowest, stencils.offsets, stencils.values
+    begin, nodes, values = stencils.begin, stencils.nodes, stencils.values
     for column in range(labels.size):
         labels[column], borne[column] = column, False
     for p in range(blind.size):
@@ -37,7 +37,7 @@ def label_columns(stencils, blind, layers, labels, borne):
             continue
         first, last, row = -1, -1, stencils.first[stencils.kind[p]]
         for entry in range(begin[p], begin[p + 1]):
-            column = np.int64(lowest[p] + offsets[entry]) // layers
+            column = np.int64(nodes[entry]) // layers
             if column == last or not abs(values[row + entry - begin[p]]) > _CONNECTS:
                 continue
             last = column

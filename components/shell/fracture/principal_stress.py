@@ -11,7 +11,7 @@ from typing import ClassVar, Literal, NamedTuple
 from pydantic import model_validator
 
 from ...errors import ParameterError
-from ...materials.tensors import equivalent_square, mean_stress
+from ...materials.tensors import equivalent_square, trace
 from ...materials.thermoviscoplastic import FlowConstants
 from ...support.parameter_fields import Magnitude, field
 from .law import FractureLaw, decisive_value, may_exceed
@@ -66,5 +66,5 @@ def _cauchy_stress(law, point):
 @may_exceed.register(PrincipalStressConstants)
 def _may_exceed(law, value, stress, plastic_strain):
     # The largest principal stress is at most the mean one plus two thirds of the equivalent one.
-    left = 1.5 * (_SAFE * value - mean_stress(stress))
+    left = 1.5 * (_SAFE * value - trace(stress) / 3.0)
     return not (left > 0.0 and equivalent_square(stress) < left * left)

@@ -12,7 +12,7 @@ from ..geometry.lattice import Lattice
 from ..kernel_arrays import IndexArray, IntArray
 from ..shape_functions import BasisName, least_squares_rows
 from ..stencils import Stencils, weights_at
-from .facets import LatticeTable, mark_hidden
+from .facets import crosses, round_to_period
 
 _BASIS_SIZES = {"linear": 4, "quadratic": 10}
 # Points whose functions are computed at a time: many at once would take more memory on the way than their functions.
@@ -36,15 +36,13 @@ class Visibility:
         """Take what returns fractional indices of points, shape (k, 3), and their stencils without any crack."""
         self._lattice, self._places, self._even, self._radius, self._basis = lattice, places, stencils, radius, basis
         self._order = _bins(lattice, places(np.arange(len(stencils.kind))))
-        ring = lattice.axes[1]
-        period = ring.count if ring.closed else 0
-        self.table = LatticeTable(ring.count, lattice.axes[2].count, period, lattice.layer_steps)
+        self._period = lattice.shape[1] if lattice.axes[1].closed else 0
         self._slots = int(np.diff(stencils.begin.astype(np.int64)).max())
         self.clear()
 
     def clear(self) -> None:
         """Go back to where nothing is hidden."""
-        self.hidden = np.zeros(len(self._even.offsets), dtype=bool)
+        self.hidden = np.zeros(len(self._even.nodes), dtype=bool)
         self.seen = self._even
 
     def near(self, place: FloatArray) -> IntArray:
@@ -60,8 +58,7 @@ class Visibility:
 
     def hide(self, facet: FloatArray) -> IntArray:
         """Hide neighbours behind a facet; return the points that lose any, ascending."""
-        points = self.near(facet[1:4])
-        return np.sort(points[: self._mark_hidden(facet, points)])
+        return self._mark_hidden(facet, self.near(facet[1:4]))
 
     def is_sound_behind(self, facet: FloatArray, point: int) -> bool:
         """Return whether what one point would see beside one more facet spans the basis."""
@@ -73,10 +70,21 @@ class Visibility:
         self.hidden[begin:end] = before
         return bool(sound[0])
 
-    def _mark_hidden(self, facet: FloatArray, points: IntArray) -> int:
-        """Hide what points lose to a facet, and return how many lose a neighbour; those come first in `points` then."""
-        some, places = self._even, self._places(points)
-        return int(mark_hidden(facet, self.table, some.begin, some.lowest, some.offsets, places, points, self.hidden))
+    def _mark_hidden(self, facet: FloatArray, points: IntArray) -> IntArray:
+        """Hide what points lose to a facet; return those that lose a neighbour, ascending."""
+        counts = self._even.counts(points)
+        owner = np.repeat(np.arange(len(points)), counts)
+        entry = np.arange(len(owner)) + np.repeat(
+            self._even.begin[points].astype(np.int64) - np.cumsum(counts) + counts, counts
+        )
+        visible = ~self.hidden[entry]
+        owner, entry = owner[visible], entry[visible]
+        own, nodes = self._places(points)[owner], self._lattice.places(self._even.nodes[entry].astype(np.int64))
+        if self._period:
+            nodes[:, 1] += round_to_period(own[:, 1] - nodes[:, 1], self._period)
+        lost = crosses(facet, self._period, own, nodes)
+        self.hidden[entry[lost]] = True
+        return np.unique(points[owner[lost]])
 
     def rebuild(self, points: IntArray) -> npt.NDArray[np.bool_]:
         """Give points rows of what they see by themselves; return which of them span the basis."""
@@ -102,7 +110,7 @@ class Visibility:
         even = self._even
         if self.seen is even:
             # What is never written takes no memory.
-            room, own = self._slots + len(even.offsets), len(even.values) + self._slots + even.begin[:-1]
+            room, own = self._slots + len(even.nodes), len(even.values) + self._slots + even.begin[:-1]
             self.seen = even._replace(
                 kind=even.kind.copy(), first=np.concatenate([even.first, own]).astype(np.uint32), along=even.along.copy(),
                 values=_with_room(even.values, room),
@@ -118,11 +126,11 @@ class Visibility:
         slot = np.arange(int(counts.max(initial=1)))
         entry = some.begin[points].astype(np.int64)[:, None] + np.minimum(slot, counts[:, None] - 1)
         there = (slot < counts[:, None]) & ~self.hidden[entry]
-        places, nodes = self._places(points), some.lowest[points, None].astype(np.int64) + some.offsets[entry]
+        places, nodes = self._places(points), some.nodes[entry].astype(np.int64)
         _, m, layers = self._lattice.shape
         around = nodes // layers % m
-        if self.table.period:
-            around = around + m * np.floor((places[:, 1, None] - around) / m + 0.5).astype(np.int64)
+        if self._period:
+            around = around + round_to_period(places[:, 1, None] - around, m).astype(np.int64)
         own = [places[:, axis, None] for axis in range(3)]
         seen = [nodes // (m * layers), around, self._lattice.heights(nodes)]
         radii = self._radius, self._radius, self._lattice.reach(places, self._radius)[:, None]

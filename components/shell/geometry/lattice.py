@@ -130,7 +130,7 @@ class Lattice:
     @property
     def top_nodes(self) -> IntArray:
         """The outermost node of each column, shape (columns,)."""
-        return self.columns()[:, -1]
+        return np.arange(self.shape[2] - 1, self.node_count, self.shape[2])
 
     def place(self, along: FloatArray, across: FloatArray, through: FloatArray) -> FloatArray:
         """Return the points at coordinates of the axes, shape (m, 3) [m]."""
@@ -149,10 +149,6 @@ class Lattice:
         """Return the numbers of nodes by their indices; those of a closed axis count on beyond its seam."""
         _, m, k = self.shape
         return (along * m + across % m) * k + through
-
-    def columns(self) -> IntArray:
-        """Return the nodes of each column through the thickness, shape (columns, layers)."""
-        return np.arange(self.node_count).reshape(-1, self.shape[2])
 
 
 def column_neighbours(n: int, m: int, closed: bool) -> IntArray:
