@@ -11,8 +11,6 @@ from pydantic import AfterValidator, Field, ValidationError
 from ..errors import Location, ParameterError, nearest, one_line
 from ..support.validation import Fixed, faults_of
 
-_SYMBOLS = {"E": "young", "nu": "poisson", "rho": "density"}
-
 
 class Material(Fixed):
     """A linear elastic, isotropic material.
@@ -40,9 +38,6 @@ class Material(Fixed):
         Raises:
             ParameterError: a constant is missing, unknown or out of range.
         """
-        for symbol, name in _SYMBOLS.items():
-            if symbol in fields:
-                raise ParameterError("unknown", hint=f"it is called {name!r} here", at=symbol, source="Material")
         try:
             super().__init__(**fields)
         except ValidationError as error:

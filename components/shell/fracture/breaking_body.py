@@ -278,54 +278,37 @@ class BreakingBody:
 
     def _outputs(self) -> Iterator[Output]:
         cracks, lattice, m = self.cracks, self._assembly.lattice, len(self._found)
+        limit, text = cracks.judged.limit, "limit of the fracture law at each point"
+        yield output("fracture_limit", self.law.unit, (m,), text, limit.copy, "point")
+        text = "displacement of the points, 0 at eroded ones"
+        yield output("point_displacement", "m", (m, 3), text, self._point_displacement, "point", "direction")
+        text = "0 where a crack lies between two neighbouring columns of the outer surface, or nothing bears one, otherwise 1"
         yield output(
-            "fracture_limit", self.law.unit, (m,), "limit of the fracture law at each point", cracks.judged.limit.copy, "point"
+            "surface_links", "1", (len(self.surface_pairs),), text, self._surface_links, "link", minimum=0.0, maximum=1.0
         )
+        text = "0 where a crack crosses an edge of a cell of the outer surface, or nothing bears a corner of it, otherwise 1"
         yield output(
-            "cracks", "1", (m,), "number of cracks of each point", lambda: cracks.judged.cracks.astype(np.float64), "point",
-            minimum=0.0,
-        )  # fmt: skip
-        yield output(
-            "point_displacement", "m", (m, 3), "displacement of the points, 0 at eroded ones", self._point_displacement,
-            "point", "direction",
-        )  # fmt: skip
-        yield output(
-            "surface_links", "1", (len(self.surface_pairs),), "0 where a crack lies between two neighbouring columns, at the "
-            "outer surface, or nothing bears one of them, otherwise 1", self._surface_links, "link", minimum=0.0, maximum=1.0,
-        )  # fmt: skip
-        yield output(
-            "surface_cells", "1", (len(self._cell_links),), "0 where a crack crosses an edge of a cell of the outer surface, "
-            "or nothing bears a corner of it, otherwise 1", lambda: self._surface_links()[self._cell_links].min(axis=1), "cell",
-            minimum=0.0, maximum=1.0,
-        )  # fmt: skip
-        yield output(
-            "pieces", "1", (), "pieces of the body that hang together, of such as bear stress",
-            lambda: float(cracks.piece_count), minimum=0.0,
-        )  # fmt: skip
-        yield output(
-            "outcome", "1", (), "what has become of the body: 0 whole, 1 bulged, 2 axial crack, 3 hoop crack (around it), by "
-            "the cracks through the wall where there are any, 4 severed: no piece reaches from one end to the other",
-            lambda: float(self.outcome()), minimum=0.0, maximum=4.0,
-        )  # fmt: skip
-        yield output(
-            "crack_along", "m", (), "how far cracks reach along the body, at whatever depth of the wall, from the first place "
-            "to the last", lambda: crack_along(lattice, self._cut_sides()), minimum=0.0,
-        )  # fmt: skip
-        yield output(
-            "crack_around", "1", (), "largest part of the circumference, or of the width, that one crack takes at one place "
-            "along the body, at whatever depth of the wall", lambda: crack_around(lattice, self._cut_sides()), minimum=0.0,
-            maximum=1.0,
-        )  # fmt: skip
-        yield output(
-            "crack_length", "m", (), "length of all cracks in the surface", lambda: crack_length(self._assembly, cracks),
-            minimum=0.0,
-        )  # fmt: skip
-        yield output(
-            "crack_area", "m^2", lattice.shape[:1], "open area of the cracks through the wall, at each plane of nodes along "
-            "the body", lambda: open_areas(lattice, cracks, self.node_field(self._tables.state.displacement)), "station",
-            minimum=0.0,
-        )  # fmt: skip
-        yield output("eroded_mass", "kg", (), "mass of the points that bear nothing any more", self.eroded_mass, minimum=0.0)
+            "surface_cells", "1", (len(self._cell_links),), text, self._surface_cells, "cell", minimum=0.0, maximum=1.0
+        )
+        text = (
+            "0 whole, 1 bulged, 2 axial crack, 3 hoop crack (around the body), by the cracks through the wall where there are "
+            "any, 4 severed: no piece reaches from one end to the other"
+        )
+        yield output("outcome", "1", (), text, lambda: float(self.outcome()), minimum=0.0, maximum=4.0)
+        amounts: list[tuple[str, str, tuple[int, ...], str, Callable[[], Any], *tuple[str, ...]]] = [
+            ("cracks", "1", (m,), "number of cracks of each point", lambda: cracks.judged.cracks.astype(float), "point"),
+            ("pieces", "1", (), "pieces of the body that bear stress", lambda: float(cracks.piece_count)),
+            ("crack_along", "m", (), "reach of cracks along the body, at any depth of the wall, from first to last",
+             lambda: crack_along(lattice, self._cut_sides())),
+            ("crack_around", "1", (), "largest part of the circumference, or of the width, that one crack takes at one place",
+             lambda: crack_around(lattice, self._cut_sides())),
+            ("crack_length", "m", (), "length of all cracks in the surface", lambda: crack_length(self._assembly, cracks)),
+            ("crack_area", "m^2", lattice.shape[:1], "open area of the cracks through the wall, at each plane of nodes",
+             lambda: open_areas(lattice, cracks, self.node_field(self._tables.state.displacement)), "station"),
+            ("eroded_mass", "kg", (), "mass of the points that bear nothing any more", self.eroded_mass),
+        ]  # fmt: skip
+        for name, unit, shape, text, read, *axes in amounts:
+            yield output(name, unit, shape, text, read, *axes, minimum=0.0)
 
     def _point_displacement(self) -> FloatArray:
         out = np.zeros((len(self._found), 3))
@@ -363,6 +346,10 @@ class BreakingBody:
         around, borne = self._assembly.solid.surface.around, self.cracks.borne
         there = np.concatenate([around[:, side] != np.arange(len(around)) for side in (1, 3)])
         return np.asarray(~cut[there] & borne[first] & borne[second], np.float64)
+
+    def _surface_cells(self) -> FloatArray:
+        """Return 1 for each cell of the surface whose edges all hold together, otherwise 0."""
+        return self._surface_links()[self._cell_links].min(axis=1)
 
     def _cut_sides(self) -> CutSides:
         """Return where a crack lies between neighbouring columns, at whatever depth of the wall.
