@@ -33,7 +33,7 @@ class Material(Fixed):
     )
 
     def __init__(self, **fields: Any) -> None:
-        """Check what is given.
+        """Check the fields.
 
         Raises:
             ParameterError: a constant is missing, unknown or out of range.

@@ -157,7 +157,7 @@ def trial_stress(stress, strain, moduli):
 def largest_principal(stress):
     """Return the largest principal value of a symmetric tensor and its axis, a `Principal`.
 
-    Where two principal values are equal, the axis is one of those that belong to them.
+    The axis of a double principal value is one of those that belong to it.
     Source: Jacobi's rotations, as in G. H. Golub, C. F. Van Loan, Matrix Computations (2013), section 8.5.
     """
     xx, yy, zz, xy, yz, zx = stress.xx, stress.yy, stress.zz, stress.xy, stress.yz, stress.zx

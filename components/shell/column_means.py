@@ -2,7 +2,7 @@
 
 Points at columns differentiate centrally, so that the forces that hold a column in balance come from the stresses of the two
 next to it: those of even and of odd columns are balanced apart, and alternate where a step of the wall loads both differently.
-The mean, along the body and then across it, has none of what alternates and all of what is linear. Only columns of the same
+The mean, along the body and then across it, removes alternating fields and keeps linear ones. Only columns of the same
 section are averaged; at the end of such a row the two outermost columns share theirs. A point next to one that a crack has
 parted keeps its own stress in that direction: a mean would hide what drives the crack on.
 """

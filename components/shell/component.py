@@ -29,10 +29,10 @@ from .stability import CRACKED, WALL_STIFFNESS, highest_frequency
 from .ticks import advance, measure_wall, update_forces
 
 _STATE = ("displacement", "velocity", "force", "gradient", "stress", "plastic_strain", "temperature", "plastic_work", "area")
-# What a node, and an integration point, take at least: tables, state, its copy, scratch, and the stencils by which fields are
+# Bytes of a node, and of an integration point, at least: tables, state, its copy, scratch, and the stencils by which fields are
 # read. A notch adds up to a twentieth.
-_BYTES_OF_NODE, _BYTES_OF_POINT = 350, 670
-# What a node takes besides where the body can break: its points, pairs and surfaces, whole and as they are.
+_BYTES_OF_NODE, _BYTES_OF_POINT = 385, 670
+# The addition for a node of a body that can break: its points, pairs and surfaces, whole and as they are.
 _BYTES_OF_BREAKING = 190
 _POINTS_OF_CELL: dict[RuleName, int] = {"column": 1, "cell": 4}
 # Status -> what happened, and to which output.
@@ -220,7 +220,7 @@ class Shell(Component):
         """Return energy, momentum, and mass.
 
         `leapfrog_energy` is -h^2/8 times the sum of force^2 / mass: with it, the energy that the scheme conserves for a
-        linear body. What is left over is of second order in the step.
+        linear body. The remainder is of second order in the step.
         """
         sums, tally, start = self._sums(), self._block["tally"].copy(), self._block["start"].copy()
         stored = {name: sums[name] for name in energies.STORED}

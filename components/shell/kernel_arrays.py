@@ -189,7 +189,7 @@ INVERTED, STRAINED, FLOWN, HEATED = 1, 2, 3, 4
 
 
 def make_scratch(points: int, columns: int, surface: int) -> Scratch:
-    """Return scratch for so many integration points, columns and nodes of the inner surface."""
+    """Return scratch for numbers of integration points, columns and nodes of the inner surface."""
     return Scratch(
         np.zeros((points, 9)), np.zeros((columns, 3)), np.zeros((columns, 4)), np.zeros((surface, 3)), np.zeros((surface, 3))
     )

@@ -43,7 +43,7 @@ class Gauge(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Assembly:
-    """The tables that the component builds once, and that components of alike bodies share; nobody writes to them.
+    """The tables that the component builds once, and that components of alike bodies share; they are read-only.
 
     Attributes:
         lattice: the nodes.
@@ -52,7 +52,7 @@ class Assembly:
         node_stencils: of the nodes themselves, at which fields are read; without gradients.
         gauges: at which strains are read.
         solid: the tables of the kernels, without step and wall.
-        conditions: what is prescribed.
+        conditions: the prescribed velocities.
     """
 
     lattice: Lattice
@@ -74,7 +74,7 @@ class Assembly:
         return self.lattice.describe(self.coordinates(point))
 
 
-# What the tables follow from, and the assemblies that are in use.
+# The parameters that determine the tables, and the assemblies that are in use.
 _SOURCES = ("body", "material", "boundaries", "basis", "radius", "integration", "hourglass", "gauges")
 _in_use: WeakValueDictionary[str, Assembly] = WeakValueDictionary()
 
@@ -195,11 +195,9 @@ def gauge_columns(p: ShellParameters, lattice: Lattice) -> list[int]:
     for number, place in enumerate(p.gauges):
         indices = []
         for axis, value, unit in zip(lattice.axes[:2], place, ("m", "rad" if lattice.bent else "m"), strict=True):
-            low, high = (0.0, axis.period) if axis.closed else (axis.positions[0], axis.positions[-1])
-            if not low <= value <= high:
-                raise ParameterError(
-                    f"got {value:g} {unit}", expected=f"{low:g} to {high:g} {unit}", at=("gauges", number, len(indices))
-                )
+            if not 0.0 <= value <= axis.length:
+                expected = f"0 to {axis.length:g} {unit}"
+                raise ParameterError(f"got {value:g} {unit}", expected=expected, at=("gauges", number, len(indices)))
             distance: FloatArray = np.abs(axis.positions - value)
             if axis.closed:
                 distance = np.minimum(distance, axis.period - distance)

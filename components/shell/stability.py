@@ -1,4 +1,4 @@
-"""The highest frequency of the body at rest, which bounds the step: 2 / omega is the largest that leapfrog bears."""
+"""The highest frequency of the body at rest, which bounds the step: 2 / omega is the largest that leapfrog allows."""
 
 from __future__ import annotations
 

@@ -51,7 +51,7 @@ def advance_tick(
 ) -> list[Failure]:
     """Advance by a tick; return the points at which that failed, ascending, after which the tick is yet to be finished.
 
-    A part of the points ends early, behind a failure that the body cannot bear.
+    A part of the points ends early, behind a failure that ends the run.
     """
     solid, state, scratch, tally = tables
     kernels.drift(solid.nodes, solid.surface, state, scratch, signals, pressures, solid.step, tally)
@@ -123,7 +123,7 @@ def update_forces(solid: Solid, state: State, scratch: Scratch, failed: IntArray
 def update_part(
     solid: Solid, state: State, scratch: Scratch, begin: int, end: int, is_bearable: Callable[[int], bool]
 ) -> list[Failure]:
-    """Advance the stresses of the points begin..end-1; return the failures, the last of which the body may not bear."""
+    """Advance the stresses of the points begin..end-1; return the failures, the last of which may end the run."""
     found: list[Failure] = []
     failed = np.zeros(2, dtype=np.int64)
     while begin < end:

@@ -61,7 +61,7 @@ class Tube(Component):
         return DetonationTube.memory_needed(parameters.gas) + Shell.memory_needed(parameters.shell)
 
     def _build(self) -> None:
-        # Built by themselves first: they know their steps and how large their states are.
+        # Built alone first: they know their steps and how large their states are.
         gas, shell = make_part(DetonationTube, self, "gas"), make_part(Shell, self, "shell")
         self._choose_steps(gas, shell)
         stations, words = shell.parameters.body.counts[0], shell.memory.size
@@ -214,7 +214,7 @@ class Tube(Component):
     def _begin(
         self, part: Component, prefix: str, seed: int | None, values: Mapping[str, FloatArray], more: Mapping[str, FloatArray]
     ) -> Mapping[str, Any]:
-        """Write the start state of a part; what is wrong with its values is told as of this component."""
+        """Write the start state of a part; what is wrong with its values is named as one of this component."""
         try:
             return part._start(seed, {**part_values(prefix, values), **more})
         except ParameterError as error:
@@ -430,7 +430,7 @@ class Tube(Component):
         return said
 
     def drawables(self) -> tuple[Drawable, ...]:
-        """Return the shell where it stands along the tube, and the gas from the side."""
+        """Return the shell at its place along the tube, and the gas from the side."""
         shift, shown = np.array([self.parameters.position, 0.0, 0.0]), []
         for prefix, part in (("shell", self.shell), ("gas", self.gas)):
             for drawable in part.drawables():
@@ -444,7 +444,7 @@ class Tube(Component):
 
 
 def _fault_of_part(fault: Fault, prefix: str) -> Fault:
-    """Return what is wrong with a start value of a part, with the name that the value has here."""
+    """Return the fault of a start value of a part, with the name of that value here."""
     first, *others = fault.location if fault.location and fault.location[0] == "start" else ("start", *fault.location)
     name = f"{prefix}_{others[0]}" if others else prefix
     return dataclasses.replace(fault, location=(first, name, *others[1:]))

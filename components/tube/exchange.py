@@ -80,7 +80,7 @@ def swept_volumes(tables: Tables, area: FloatArray) -> FloatArray:
 def move_wall(gas: GasTables, interface: Interface, pressures: FloatArray, widening: FloatArray, works: FloatArray) -> int:
     """Give the gas the cross-section that the shell leaves it, and take the work from it that it did on the wall.
 
-    Mass and momentum of each cell stay what they are. Overlaps share the work of their station by pressure and length.
+    Mass and momentum of each cell do not change. Overlaps share the work of their station by pressure and length.
 
     Args:
         gas: its tables.

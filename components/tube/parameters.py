@@ -18,7 +18,7 @@ from ..support.validation import Parameters
 _SAME_AREA = 1e-3
 # Steps of a part in an internal step at most.
 MOST_STEPS = 1000
-# Boundaries of the shell that a tube gives: they neither move by themselves nor can be left.
+# Boundaries of the shell that a tube gives: they neither move nor open.
 _ENDS = ("clamped", "symmetry")
 
 

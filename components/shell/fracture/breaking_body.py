@@ -35,10 +35,10 @@ from .visibility import Visibility
 _FRACTURE, _ERODED = 0, 1
 # Values of events are at most this one.
 _LARGEST = 1e300
-# Volumes over that at the start outside of which a point beside a crack sees displacements that are no strain of its own.
+# Volumes over that at the start outside of which a point at a crack sees displacements of other pieces.
 _VOLUMES = (0.5, 2.0)
 _FEWEST = {"linear": 4, "quadratic": 10}
-# Part of the mass that may bear nothing any more without a caution.
+# Part of the mass that may carry no stress any more without a caution.
 _ERODED_PART = 0.1
 AddEvent = Callable[[int, str, int, float, float], None]
 
@@ -142,7 +142,7 @@ class BreakingBody:
         return self._tables._replace(solid=self.cracks.solid)
 
     def _without_distorted(self, parting: Parting) -> Parting:
-        """Let points bear nothing that see, with the neighbours that are left to them, a volume that no metal has.
+        """Take the stress from points that see, with the neighbours that are left to them, a volume that no metal has.
 
         Their stress would be turned into forces beyond measure.
         """
@@ -156,7 +156,7 @@ class BreakingBody:
             parting = parting.joined(self.cracks.erode({p: Cause(TORN, ratio, _VOLUMES[ratio > 1.0]) for p, ratio in found}))
 
     def _erode(self, parting: Parting) -> None:
-        """Take the stress from the points that bear nothing any more, and update the gradients of all that changed."""
+        """Take the stress from the points that carry no stress any more, and update the gradients of all that changed."""
         state, points = self._tables.state, np.array(list(parting.eroded), dtype=np.int64)
         self._block["losses"][_ERODED] += elastic_energy(self.cracks.solid, state, points)
         state.stress[points] = state.gradient[points] = 0.0
@@ -282,11 +282,11 @@ class BreakingBody:
         yield output("fracture_limit", self.law.unit, (m,), text, limit.copy, "point")
         text = "displacement of the points, 0 at eroded ones"
         yield output("point_displacement", "m", (m, 3), text, self._point_displacement, "point", "direction")
-        text = "0 where a crack lies between two neighbouring columns of the outer surface, or nothing bears one, otherwise 1"
+        text = "0 where a crack lies between two neighbouring columns of the outer surface, or no point sees one, otherwise 1"
         yield output(
             "surface_links", "1", (len(self.surface_pairs),), text, self._surface_links, "link", minimum=0.0, maximum=1.0
         )
-        text = "0 where a crack crosses an edge of a cell of the outer surface, or nothing bears a corner of it, otherwise 1"
+        text = "0 where a crack crosses an edge of a cell of the outer surface, or no point sees a corner of it, otherwise 1"
         yield output(
             "surface_cells", "1", (len(self._cell_links),), text, self._surface_cells, "cell", minimum=0.0, maximum=1.0
         )
@@ -297,7 +297,7 @@ class BreakingBody:
         yield output("outcome", "1", (), text, lambda: float(self.outcome()), minimum=0.0, maximum=4.0)
         amounts: list[tuple[str, str, tuple[int, ...], str, Callable[[], Any], *tuple[str, ...]]] = [
             ("cracks", "1", (m,), "number of cracks of each point", lambda: cracks.judged.cracks.astype(float), "point"),
-            ("pieces", "1", (), "pieces of the body that bear stress", lambda: float(cracks.piece_count)),
+            ("pieces", "1", (), "pieces of the body that carry stress", lambda: float(cracks.piece_count)),
             ("crack_along", "m", (), "reach of cracks along the body, at any depth of the wall, from first to last",
              lambda: crack_along(lattice, self._cut_sides())),
             ("crack_around", "1", (), "largest part of the circumference, or of the width, that one crack takes at one place",
@@ -305,7 +305,7 @@ class BreakingBody:
             ("crack_length", "m", (), "length of all cracks in the surface", lambda: crack_length(self._assembly, cracks)),
             ("crack_area", "m^2", lattice.shape[:1], "open area of the cracks through the wall, at each plane of nodes",
              lambda: open_areas(lattice, cracks, self.node_field(self._tables.state.displacement)), "station"),
-            ("eroded_mass", "kg", (), "mass of the points that bear nothing any more", self.eroded_mass),
+            ("eroded_mass", "kg", (), "mass of the points that carry no stress any more", self.eroded_mass),
         ]  # fmt: skip
         for name, unit, shape, text, read, *axes in amounts:
             yield output(name, unit, shape, text, read, *axes, minimum=0.0)
@@ -316,7 +316,7 @@ class BreakingBody:
         return out
 
     def eroded_mass(self) -> float:
-        """Return the mass of the points that bear nothing any more [kg]."""
+        """Return the mass of the points that carry no stress any more [kg]."""
         volume = self._assembly.points.volume[self.cracks.eroded.astype(np.int64)]
         return float(self._parameters.material.density * volume.sum())
 
@@ -340,7 +340,7 @@ class BreakingBody:
         return order[np.searchsorted(keys[order], wanted)].astype(np.int32)
 
     def _surface_links(self) -> FloatArray:
-        """Return 1 for each of `surface_pairs` that hold together, 0 with a crack between, or where nothing bears one."""
+        """Return 1 for each of `surface_pairs` that hold together, 0 with a crack between, or where no point sees one."""
         at_surface = self._sides_of(self.cracks.links[:, :, -1] > 0)
         cut, (first, second) = np.concatenate([sides.ravel() for sides in at_surface]), self.surface_pairs.T
         around, borne = self._assembly.solid.surface.around, self.cracks.borne
@@ -354,7 +354,7 @@ class BreakingBody:
     def _cut_sides(self) -> CutSides:
         """Return where a crack lies between neighbouring columns, at whatever depth of the wall.
 
-        Columns that nothing bears any more say nothing of which way it runs.
+        Columns that no point sees any more do not count.
         """
         return self._sides_of(np.any(self.cracks.links > 0, axis=2))
 
@@ -418,8 +418,8 @@ class BreakingBody:
         assert first.index is not None
         place = self._assembly.describe(first.index)
         return [
-            f"{part:.0%} of the mass bears nothing any more, the first of it from {1e6 * first.tick * step_size:.4g} us on, "
-            f"at {place}: what is left does not stand for the body; load it less, or give more nodes"
+            f"{part:.0%} of the mass carries no stress any more, the first of it from {1e6 * first.tick * step_size:.4g} us "
+            f"on, at {place}: what is left does not stand for the body; load it less, or give more nodes"
         ]
 
 

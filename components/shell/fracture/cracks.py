@@ -20,7 +20,7 @@ from .law import FractureLaw
 from .pieces import Marks, crack_lips, detached_columns, label_columns, severed_links
 from .visibility import Visibility
 
-# A facet runs beside its point: half way to the next nodes where points lie at nodes, otherwise next to the point.
+# A facet runs next to its point: half way to the next nodes where points lie at nodes, otherwise next to the point.
 _BESIDE_NODES, _BESIDE_POINTS = 0.45, 0.05
 # Sides are taken as equal where the sums of what decides on them differ by less than this part.
 _EQUAL = 1e-9
@@ -32,7 +32,7 @@ _STIFFEST = 2.0
 _LOOSE = 0.2
 # Points whose stiffness is computed at a time.
 _AT_A_TIME = 4096
-# Time for a point that has parted to unload: that of sound over so many of the longest spacings.
+# Time for a point that has parted to unload: that of sound over this number of the longest spacings.
 _SPACINGS_TO_UNLOAD = 4.0
 # More ticks than any run has.
 _ENDLESS = 2.0**62
@@ -41,12 +41,12 @@ _ENDLESS = 2.0**62
 PARTED, ERODED, SPENT, TORN, LOOSENED = "point_parted", "point_eroded", "point_spent", "point_torn", "node_loosened"
 KINDS = {
     PARTED: "a point passed the limit of the fracture law: a crack normal to the largest principal stress begins there",
-    SPENT: "a point that has parted, and has had time to unload, passed the limit again: it bears nothing any more",
-    TORN: "a point beside cracks was inverted or strained beyond measure: it bears nothing any more",
+    SPENT: "a point that has parted, and has had time to unload, passed the limit again: it carries no stress any more",
+    TORN: "a point at cracks was inverted or strained beyond measure: it carries no stress any more",
     LOOSENED: "hardly any point sees a node any more: it flies on, and nothing holds it",
-    ERODED: "the nodes that cracks have left to a point do not span its functions: it bears nothing any more",
+    ERODED: "the nodes that cracks have left to a point do not span its functions: it carries no stress any more",
 }
-# After these a point bears nothing any more.
+# After these a point carries no stress any more.
 LOST_KINDS = (SPENT, TORN, ERODED)
 
 
@@ -63,7 +63,7 @@ class Parting(NamedTuple):
 
     Attributes:
         facets: new ones, rows of `facets.facet_rows`, and the causes.
-        eroded: points that bear nothing any more, and the causes; None where cracks have left too few neighbours.
+        eroded: points that carry no stress any more, and the causes; None where cracks have left too few neighbours.
         loosened: nodes that hardly any point saw any more.
         changed: points with other neighbours than before, the eroded ones among them, shape (k,).
     """
@@ -80,7 +80,7 @@ class Parting(NamedTuple):
 
 
 class Cracks:
-    """The cracks, and the tables that follow from them; they are made anew where the state has other ones."""
+    """The cracks, and the tables that follow from them; they are rebuilt where the state has other cracks."""
 
     def __init__(self, parameters: ShellParameters, law: FractureLaw, assembly: Assembly, whole: Solid) -> None:
         """Take a body without cracks."""
@@ -145,7 +145,7 @@ class Cracks:
         """Part the body at points that have passed their limit: the one whose own stress is farthest beyond it first.
 
         Means of neighbouring columns may pass it together. A point that loses neighbours to a crack of this tick waits for the
-        next one. One that has parted and has had time to unload bears nothing any more: what it still holds together is a
+        next one. One that has parted and has had time to unload carries no stress any more: what it still connects is a
         bridge that the lattice leaves between cracks.
         """
         limit, judged = self.judged.limit, self.judged
@@ -165,7 +165,7 @@ class Cracks:
         return self._settle(changed, spent)._replace(facets=facets)
 
     def erode(self, points: dict[int, Cause]) -> Parting:
-        """Let some points bear nothing any more."""
+        """Let some points carry no stress any more."""
         return self._settle(set(), points)
 
     def _judge(self, state: State, stress: FloatArray, points: IntArray) -> FloatArray:
@@ -183,7 +183,7 @@ class Cracks:
 
         Args:
             changed: points that have lost neighbours.
-            lost: points that bear nothing from now on.
+            lost: points that carry no stress from now on.
         """
         seen, loosened, gone = self.visibility, list[int](), {int(p) for p in self.eroded}
         eroded: dict[int, Cause | None] = {**lost}
@@ -233,7 +233,7 @@ class Cracks:
         return points[saw]
 
     def is_beside_crack(self, point: int) -> bool:
-        """Return whether cracks hide neighbours of a point that bears stress."""
+        """Return whether cracks hide neighbours of a point that carries stress."""
         begin, end = self._whole.points.begin[point : point + 2].tolist()
         return bool(self.visibility.hidden[begin:end].any()) and float(point) not in self.eroded
 
@@ -349,7 +349,7 @@ class Cracks:
         )
 
     def _label_pieces(self) -> tuple[IntArray, Marks]:
-        """Return the number of the piece of each column, that of its first column, and whether anything bears it."""
+        """Return the number of the piece of each column, that of its first column, and whether a point sees it."""
         n, m, layers = self._lattice.shape
         labels, borne = np.zeros(n * m, dtype=np.int64), np.zeros(n * m, dtype=bool)
         if not len(self.facets):
@@ -361,7 +361,7 @@ class Cracks:
 
     @property
     def piece_count(self) -> int:
-        """Number of pieces; columns that nothing bears are none."""
+        """Number of pieces; columns that no point sees are none."""
         return len(np.unique(self.labels[self.borne]))
 
     def _cut_sides(self, cut: npt.NDArray[np.bool_]) -> npt.NDArray[np.bool_]:
@@ -384,7 +384,7 @@ class Cracks:
     def _loaded_neighbours(self) -> ColumnArray:
         """Return the neighbours that span the area of each node of the inner surface: itself across a crack.
 
-        A node that flies on by itself spans no area with those that it has left, which would grow without bound.
+        A loose node spans no area with those that it has left, which would grow without bound.
         """
         around = self._whole.surface.around
         own = np.broadcast_to(np.arange(len(around), dtype=np.int32)[:, None], around.shape)

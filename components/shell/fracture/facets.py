@@ -1,7 +1,7 @@
 """Facets: the pieces of crack surface, one for each point that has parted, and what lies on either side of them.
 
 A facet is the part of a plane, in the index space of the lattice, that lies in the cell of its point: half a spacing to each
-side in the surface, and its share of the thickness. It runs beside the columns of nodes, not through them. A point and a node
+side in the surface, and its share of the thickness. It runs between the columns of nodes, not through them. A point and a node
 do not see each other where the straight line between them crosses a facet.
 """
 

@@ -1,4 +1,4 @@
-"""Gradients, forces and energies of points and nodes beside new cracks, with the neighbours that are left."""
+"""Gradients, forces and energies of points and nodes at new cracks, with the neighbours that are left."""
 
 from __future__ import annotations
 

@@ -20,7 +20,7 @@ from .pieces import Marks
 
 # A point parts a second time in a direction whose cosine with the first one is smaller.
 _ANOTHER_DIRECTION = 0.7
-# A plane whose normal is so much along the thickness is parallel to the wall, any other one goes straight through it.
+# A plane whose normal has this part along the thickness is parallel to the wall, any other one goes straight through it.
 _PARALLEL = 0.9
 # Ratios to the limit below this one are not noted.
 _NOTED = 0.5

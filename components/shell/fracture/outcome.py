@@ -80,7 +80,7 @@ def connects_ends(labels: IntArray, borne: Marks, shape: tuple[int, int]) -> boo
 
     Args:
         labels: number of the piece of each column, shape (n m,).
-        borne: whether anything bears each column, shape (n m,).
+        borne: whether a point sees each column, shape (n m,).
         shape: n, m.
     """
     rows, bearing = labels.reshape(shape), borne.reshape(shape)

@@ -20,11 +20,11 @@ _CONNECTS = 0.01
 def label_columns(stencils, blind, layers, labels, borne):
     """Write for each column of nodes the first column that points connect with it.
 
-    A point that bears stress connects all columns of which it sees a node, unless it hardly does.
+    A point that carries stress connects all columns of which it sees a node, unless it hardly does.
 
     Args:
         stencils: `Stencils` of the points.
-        blind: which points bear nothing, shape (m,).
+        blind: which points carry no stress, shape (m,).
         layers: nodes of a column.
         labels: written, shape (columns,).
         borne: written: whether any point sees each column, shape (columns,).
@@ -68,7 +68,7 @@ def severed_links(links: npt.NDArray[np.uint8]) -> Marks:
 
 
 def crack_lips(lattice: Lattice, severed: Marks) -> Marks:
-    """Return the columns beside cracks that go through the whole wall."""
+    """Return the columns at cracks that go through the whole wall."""
     n, m, _ = lattice.shape
     lips = np.zeros((n, m), dtype=bool)
     for way, axis in ((ALONG, 0), (ACROSS, 1)):

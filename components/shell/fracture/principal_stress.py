@@ -36,7 +36,7 @@ class PrincipalStress(FractureLaw):
 
     @model_validator(mode="after")
     def _validate_one_limit(self) -> PrincipalStress:
-        # As laws are written out with all that they have, the factor of the paper beside a stress is no choice.
+        # As laws are written out with all that they have, the factor of the paper next to a stress is no choice.
         if self.stress is not None and self.factor != _FACTOR:
             raise ParameterError(
                 f"got {self.factor:g} beside stress = {self.stress:g} Pa", expected="one of the two",

@@ -1,4 +1,4 @@
-"""Stencils of points beside cracks: rebuilt where a crack hides neighbours, shared with all other points elsewhere."""
+"""Stencils of points at cracks: rebuilt where a crack hides neighbours, shared with all other points elsewhere."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ class Visibility:
     """Stencils of points that may lose neighbours.
 
     The lists of neighbours stay as they are: a hidden neighbour has the shape function 0. Behind the rows of the stencils
-    without cracks come rows of zeros, which points share that see nothing, and then rows for each point by itself.
+    without cracks come rows of zeros for points that see nothing, and then rows for each point.
 
     Attributes:
         hidden: marks of all entries of the lists of neighbours, shape (entries,).
@@ -61,7 +61,7 @@ class Visibility:
         return self._mark_hidden(facet, self.near(facet[1:4]))
 
     def is_sound_behind(self, facet: FloatArray, point: int) -> bool:
-        """Return whether what one point would see beside one more facet spans the basis."""
+        """Return whether the nodes that a point would see behind one more facet span the basis."""
         begin, end = (int(one) for one in self._even.begin[point : point + 2])
         before = self.hidden[begin:end].copy()
         own = np.array([point])
@@ -87,7 +87,7 @@ class Visibility:
         return np.unique(points[owner[lost]])
 
     def rebuild(self, points: IntArray) -> npt.NDArray[np.bool_]:
-        """Give points rows of what they see by themselves; return which of them span the basis."""
+        """Give points their own rows, of the nodes that they see; return which of them span the basis."""
         sound = np.zeros(len(points), dtype=bool)
         self._set_kinds(points, len(self._even.first) + points)
         for begin in range(0, len(points), _AT_A_TIME):
@@ -109,7 +109,7 @@ class Visibility:
         """Set the numbers of the stencils of points, after there is room for rows of all points."""
         even = self._even
         if self.seen is even:
-            # What is never written takes no memory.
+            # Rows that are never written take no memory.
             room, own = self._slots + len(even.nodes), len(even.values) + self._slots + even.begin[:-1]
             self.seen = even._replace(
                 kind=even.kind.copy(), first=np.concatenate([even.first, own]).astype(np.uint32), along=even.along.copy(),
@@ -151,7 +151,7 @@ def _bins(lattice: Lattice, places: FloatArray) -> tuple[IndexArray, IndexArray]
 
 
 def _with_room(array: np.ndarray, rows: int) -> np.ndarray:
-    """Return a copy with room for so many more rows."""
+    """Return a copy with room for more rows."""
     larger = np.zeros((len(array) + rows, *array.shape[1:]), dtype=array.dtype)
     larger[: len(array)] = array
     return larger

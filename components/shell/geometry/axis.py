@@ -132,7 +132,7 @@ def refuse_coinciding(axis: Axis, given: float, *name: str) -> None:
 def graded_axis(even: Axis, middle: float, extent: float, spacing: float, name: str, unit: str) -> Axis:
     """Return an axis of as many planes as an even one, closer together in an interval.
 
-    Each plane stands for the part of the axis nearest to it: those of the interval together for just the interval. Its middle
+    Each plane has the part of the axis nearest to it: those of the interval together for just the interval. Its middle
     may be an end of the axis, which is then a plane of symmetry.
 
     Args:
@@ -144,7 +144,7 @@ def graded_axis(even: Axis, middle: float, extent: float, spacing: float, name: 
         unit: of the coordinate, m or rad, for messages.
 
     Raises:
-        ParameterError: the interval lies outside, or so many planes do not resolve it.
+        ParameterError: the interval lies outside, or the planes do not resolve it.
     """
     refuse_outside(even, middle, extent, name, unit)
     if even.is_covered(middle, extent):

@@ -30,7 +30,7 @@ class Hollow(NamedTuple):
     bottom: int
 
     def step(self, layers: int) -> float:
-        """Return the distance of the nodes of its columns, so many of each, in planes of the lattice."""
+        """Return the distance of the nodes of its columns, of which each has `layers`, in planes of the lattice."""
         return self.bottom / (layers - 1)
 
 
@@ -108,7 +108,7 @@ class Lattice:
     def reach(self, index: FloatArray, radius: float) -> FloatArray:
         """Return how far points see through the thickness, shape (m,) [planes].
 
-        Below a notch a point sees close nodes in its column, and wide ones beside it: their mean distance counts.
+        Below a notch a point sees close nodes in its column, and wide ones next to it: their mean distance counts.
 
         Args:
             index: fractional indices of the points, shape (m, 3).

@@ -16,7 +16,7 @@ from .lattice import Hollow, Lattice
 # Positions that agree within this part of the notch are the same.
 _ROUNDING = 1e-9
 _FEWEST_ALONG, _MOST_COLUMNS = 3, 1000
-# Planes of nodes above the bottom of a notch are at most so much closer together than those below it.
+# Planes of nodes above the bottom of a notch are at most closer together by this factor than those below it.
 _CROWDED = 20.0
 
 
@@ -52,7 +52,7 @@ def notched_lattice(notch: Notch, even: tuple[Axis, Axis], inner: float, wall: f
         bent: whether the second axis is an angle.
 
     Raises:
-        ParameterError: the notch lies outside, or so many planes do not resolve it.
+        ParameterError: the notch lies outside, or the planes do not resolve it.
     """
     radius, (name, unit) = (inner + wall, ("around", "rad")) if bent else (1.0, ("across", "m"))
     (measure, length), (other, width) = measures(notch)
@@ -74,7 +74,7 @@ def edge_at(middle: float | None, length: float, start: str, end: str) -> str | 
 
 
 def measures(notch: Notch) -> tuple[tuple[str, float], tuple[str, float]]:
-    """Return name and size [m] of what it measures along the body, and of what across it or around."""
+    """Return names and sizes [m] of its measures along the body, and across it or around."""
     length, width = ("length", notch.length), ("width", notch.width)
     return (length, width) if notch.direction == "axial" else (width, length)
 
