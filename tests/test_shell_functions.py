@@ -126,8 +126,10 @@ def test_rules_that_are_blind_to_deformations_are_refused() -> None:
     for radius in (0.9, 0.3, 1e-15):
         with pytest.raises(ge.ParameterError, match=rf"radius: got {radius:g} spacings: .*sees too few nodes"):
             ge.make("shell", body="plate", radius=radius)
-    for body, where in (("plate", "in spacings, along, across and through a free patch"), ("rod", "x, y, z = 0, 0, 0 m")):
-        with pytest.raises(ge.ParameterError, match=rf"the point at .*{where}.* sees too few nodes for the basis 'linear'"):
+    for body in ("plate", "rod"):
+        with pytest.raises(
+            ge.ParameterError, match=r"the point at x, y, z = 0, 0, .* sees too few nodes for the basis 'linear'"
+        ):
             ge.make("shell", body={"name": body, "across": 5}, radius=0.9)
     with pytest.raises(ge.GranularError, match=r"radius: got 1.7 spacings: .*sees too few nodes for the basis 'quadratic'"):
         ge.make("shell", body="plate", basis="quadratic", radius=1.7)

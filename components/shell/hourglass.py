@@ -19,7 +19,7 @@ import numpy as np
 from ..materials.thermoviscoplastic import LEAST_FLOW, flow_stress
 from ..support.float_arrays import sum_in_order
 from ..support.jit import internal, internal_inlined, jit
-from .geometry.lattice import Lattice
+from .geometry.lattice import Lattice, column_neighbours
 from .kernel_arrays import Hourglass, IntArray, Tables
 
 
@@ -139,7 +139,11 @@ def make_hourglass(lattice: Lattice, points: int, young: float, alpha: float) ->
     volumes = lattice.volumes.reshape(n * m, layers)
     shares = volumes / volumes.sum(axis=1)[:, None] if lattice.hollow else np.tile(volumes[0] / volumes[0].sum(), (n * m, 1))
     place = (lattice.nodes.reshape(n * m, layers, 3) * shares[..., None]).sum(axis=1)
-    partner = np.stack([*_partners(lattice, 0), *_partners(lattice, 1)], axis=-1).reshape(n * m, 4)
+    around = column_neighbours(n, m, lattice.axes[1].closed)
+    along, across = np.divmod(np.arange(n * m), m)
+    inner = np.stack([(along > 0) & (along < n - 1), lattice.axes[1].closed | ((across > 0) & (across < m - 1))], axis=1)
+    inner = np.repeat(inner, 2, axis=1)
+    partner = np.where(inner & inner[around, np.arange(4)], around, -1)
     apart = place[partner] - place[:, None]
     distance = np.sqrt(apart[..., 0] ** 2 + apart[..., 1] ** 2 + apart[..., 2] ** 2)
     distance = np.where(partner >= 0, distance, 1.0)
@@ -149,17 +153,3 @@ def make_hourglass(lattice: Lattice, points: int, young: float, alpha: float) ->
     return Hourglass(
         layers, points, shares.ravel(), place, partner.astype(np.int32), alpha * young * section / distance, section
     )
-
-
-def _partners(lattice: Lattice, axis: int) -> tuple[IntArray, IntArray]:
-    """Return the columns before and after each one along an axis, -1 where there is no tie, shape (n, m)."""
-    n, m, _ = lattice.shape
-    columns = np.arange(n * m).reshape(n, m)
-    before, after = np.roll(columns, 1, axis=axis), np.roll(columns, -1, axis=axis)
-    if not lattice.axes[axis].closed:
-        at = np.arange(columns.shape[axis]).reshape((-1, 1) if axis == 0 else (1, -1))
-        last = columns.shape[axis] - 1
-        inner = (at > 0) & (at < last)
-        before = np.where(inner & (at - 1 > 0), before, -1)
-        after = np.where(inner & (at + 1 < last), after, -1)
-    return before, after

@@ -102,7 +102,13 @@ def _assemble(p: ShellParameters) -> Assembly:
         stencils = make_stencils(lattice, points.lines, radius, p.basis, points.all_places())
         node_stencils = make_stencils(lattice, lines, radius, p.basis, lattice.places(np.arange(lattice.node_count)))
     except UnspannedBasisError as error:
-        raise unspanned(p, error, lattice.describe(error.place) if error.place else "") from None
+        point = f"the point at {lattice.describe(error.place)} sees too few nodes for the basis {p.basis!r}"
+        raise ParameterError(
+            f"got {radius:g} spacings: {point if error.place else error}",
+            expected="a radius within which there are enough nodes",
+            hint="give a larger radius, or more nodes",
+            at="body" if p.radius is None else "radius",
+        ) from None
     conditions = make_conditions(p.body, lattice, p.boundaries)
     alpha = p.hourglass if rule.surface == "column" else 0.0
     solid = Solid(
@@ -117,21 +123,6 @@ def _assemble(p: ShellParameters) -> Assembly:
     return Assembly(lattice, points, stencils, node_stencils.without_gradients(), gauges, solid, conditions)
 
 
-def unspanned(p: ShellParameters, error: UnspannedBasisError, where: str) -> ParameterError:
-    """Return the error for a body that has too few nodes within the radius: of the radius where it was given.
-
-    Args:
-        p: of the body.
-        error: at a point.
-        where: that is, in words; "" where it is not known.
-    """
-    why = f"the point at {where} sees too few nodes for the basis {p.basis!r}" if where else str(error)
-    return ParameterError(
-        f"got {p.chosen_radius:g} spacings: {why}", expected="a radius within which there are enough nodes",
-        hint="give a larger radius, or more nodes", at="body" if p.radius is None else "radius",
-    )  # fmt: skip
-
-
 def refuse_soft_rule(p: ShellParameters) -> None:
     """Raise `ParameterError` where the integration rule has modes without energy besides the rigid motions."""
     chosen = (p.body.counts[2], p.rule.surface, p.rule.through, p.basis, p.chosen_radius)
@@ -139,10 +130,8 @@ def refuse_soft_rule(p: ShellParameters) -> None:
         return
     try:
         modes = zero_mode_count(*chosen)
-    except UnspannedBasisError as error:
-        where = ", ".join(f"{one:.4g}" for one in error.place)
-        where = f"{where} (in spacings, along, across and through a free patch)" if where else ""
-        raise unspanned(p, error, where) from None
+    except UnspannedBasisError:  # the stencils of the body name the point
+        return
     if modes != RIGID_MOTIONS:
         raise ParameterError(
             f"got {p.rule.surface!r} with {p.rule.through} points through {p.body.counts[2]} layers, basis {p.basis!r}, radius "

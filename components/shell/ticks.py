@@ -91,9 +91,9 @@ def write_forces(
     nodes = np.arange(len(solid.nodes.mass)) if nodes is None else nodes
     if len(columns):
         common = (tied, points, solid.law, solid.plastic, state, scratch)
-        call_in_parts(hold_columns, [(*common, part) for part in np.array_split(columns, _part_count(solid))])
+        call_in_parts(hold_columns, [(*common, part) for part in _parts(solid, columns)])
     common = (points, solid.nodes, tied, scratch, state.force)
-    call_in_parts(kernels.gather_forces, [(*common, part) for part in np.array_split(nodes, _part_count(solid))])
+    call_in_parts(kernels.gather_forces, [(*common, part) for part in _parts(solid, nodes)])
     if len(solid.bounce):
         state.force[nodes, 0] += (solid.wall[1] * solid.bounce * wall_depths(solid, state))[nodes]
 
@@ -108,7 +108,8 @@ def wall_depths(solid: Solid, state: State) -> FloatArray:
 
 def measure_wall(solid: Solid, state: State, tally: FloatArray) -> None:
     """Write the force of the wall on the body now [N]."""
-    tally[WALL_FORCE] = sum_in_order(solid.wall[1] * solid.bounce * wall_depths(solid, state))
+    if len(solid.bounce):
+        tally[WALL_FORCE] = sum_in_order(solid.wall[1] * solid.bounce * wall_depths(solid, state))
 
 
 def update_forces(solid: Solid, state: State, scratch: Scratch, failed: IntArray) -> int:
@@ -147,6 +148,10 @@ def note_failure(failure: Failure, scratch: Scratch, tick: int, failed: IntArray
     failed[:] = failure.point, tick + 1
     scratch.pull[failure.point, :2] = failure.value, failure.limit
     return failure.status
+
+
+def _parts(solid: Solid, numbers: IntArray) -> list[IntArray]:
+    return [numbers[begin:end] for begin, end in split(len(numbers), _part_count(solid))]
 
 
 def _part_count(solid: Solid) -> int:

@@ -18,7 +18,7 @@ from ..column_means import write_column_means
 from ..energies import elastic_energy, leapfrog_energy
 from ..geometry.lattice import Lattice
 from ..kernel_arrays import ColumnArray, IntArray, Solid, Tables, entries_of
-from ..kernel_setup import Assembly, station_means, surface_quads
+from ..kernel_setup import Assembly, station_means
 from ..outputs import Output, output
 from ..parameters import ShellParameters
 from ..ticks import Failure, advance_tick, finish_tick, note_failure, write_forces
@@ -288,7 +288,14 @@ class BreakingBody:
         )
         text = "0 where a crack crosses an edge of a cell of the outer surface, or no point sees a corner of it, otherwise 1"
         yield output(
-            "surface_cells", "1", (len(self._cell_links),), text, self._surface_cells, "cell", minimum=0.0, maximum=1.0
+            "surface_cells",
+            "1",
+            ((lattice.shape[0] - 1) * self._rows,),
+            text,
+            self._surface_cells,
+            "cell",
+            minimum=0.0,
+            maximum=1.0,
         )
         text = (
             "0 whole, 1 bulged, 2 axial crack, 3 hoop crack (around the body), by the cracks through the wall where there are "
@@ -320,36 +327,38 @@ class BreakingBody:
         volume = self._assembly.points.volume[self.cracks.eroded.astype(np.int64)]
         return float(self._parameters.material.density * volume.sum())
 
-    @cached_property
+    @property
     def surface_pairs(self) -> ColumnArray:
         """Columns that lie next to each other, along and across, shape (links, 2)."""
-        around = self._assembly.solid.surface.around.astype(np.int64)
-        own = np.arange(len(around))
-        ahead = [np.stack([own, around[:, side]], axis=1)[around[:, side] != own] for side in (1, 3)]
-        return np.concatenate(ahead).astype(np.int32)
+        n, m, _ = self._assembly.lattice.shape
+        columns = np.arange(n * m, dtype=np.int32).reshape(n, m)
+        pairs = ((columns[:-1], columns[1:]), (columns[:, : self._rows], np.roll(columns, -1, axis=1)[:, : self._rows]))
+        return np.concatenate([np.stack([one.ravel(), other.ravel()], axis=1) for one, other in pairs])
 
-    @cached_property
-    def _cell_links(self) -> ColumnArray:
-        """Links that are the edges of each cell of the surface, shape (cells, 4)."""
-        links = np.sort(self.surface_pairs.astype(np.int64), axis=1)
-        cells = surface_quads(self._assembly.lattice)
-        edges = np.sort(np.stack([cells, np.roll(cells, -1, axis=1)], axis=2), axis=2)
-        columns = len(self._assembly.solid.surface.around)
-        keys, wanted = links[:, 0] * columns + links[:, 1], edges[..., 0] * columns + edges[..., 1]
-        order = np.argsort(keys)
-        return order[np.searchsorted(keys[order], wanted)].astype(np.int32)
+    @property
+    def _rows(self) -> int:
+        """Number of cells of the surface across or around the body."""
+        across = self._assembly.lattice.axes[1]
+        return across.count if across.closed else across.count - 1
+
+    def _holding_sides(self) -> tuple[Marks, Marks]:
+        """Return whether columns hold the next one along, shape (n - 1, m), and across, shape (n, rows), at the surface."""
+        cut, borne = (
+            self._sides_of(self.cracks.links[:, :, -1] > 0),
+            self.cracks.borne.reshape(self._assembly.lattice.shape[:2]),
+        )
+        across = ~cut.across & borne & np.roll(borne, -1, axis=1)
+        return ~cut.along[:-1] & borne[:-1] & borne[1:], across[:, : self._rows]
 
     def _surface_links(self) -> FloatArray:
         """Return 1 for each of `surface_pairs` that hold together, 0 with a crack between, or where no point sees one."""
-        at_surface = self._sides_of(self.cracks.links[:, :, -1] > 0)
-        cut, (first, second) = np.concatenate([sides.ravel() for sides in at_surface]), self.surface_pairs.T
-        around, borne = self._assembly.solid.surface.around, self.cracks.borne
-        there = np.concatenate([around[:, side] != np.arange(len(around)) for side in (1, 3)])
-        return np.asarray(~cut[there] & borne[first] & borne[second], np.float64)
+        return np.concatenate([sides.ravel() for sides in self._holding_sides()]).astype(np.float64)
 
     def _surface_cells(self) -> FloatArray:
         """Return 1 for each cell of the surface whose edges all hold together, otherwise 0."""
-        return self._surface_links()[self._cell_links].min(axis=1)
+        along, across = self._holding_sides()
+        sides = (along & np.roll(along, -1, axis=1))[:, : self._rows]
+        return (sides & across[:-1] & across[1:]).ravel().astype(np.float64)
 
     def _cut_sides(self) -> CutSides:
         """Return where a crack lies between neighbouring columns, at whatever depth of the wall.
