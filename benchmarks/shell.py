@@ -63,26 +63,26 @@ def words_moved(tube: Any) -> float:
     mass, and the list of the points that see it. Gradients of shape functions stay in the cache.
     """
     solid, state, scratch, _ = tube.tables()
-    body = solid.body
-    lists = body.lowest, body.offsets, body.kind, body.seen_lowest, body.seen_offsets, body.seen_slot
+    seen, nodes = solid.points, solid.nodes
+    lists = seen.nodes, seen.kind, nodes.points, nodes.slot
     indices = sum(one.nbytes for one in lists) / 8
     points = (
         2 * (state.gradient.size + state.stress.size + 3 * len(state.plastic_strain))
         + 2 * scratch.pull.size
-        + 3 * len(body.volume)
+        + 3 * len(seen.volume)
     )
-    nodes = 2 * (state.displacement.size + state.velocity.size + state.force.size) + len(body.mass)
-    return (indices + points + nodes) / len(body.mass)
+    moved = 2 * (state.displacement.size + state.velocity.size + state.force.size) + len(nodes.mass)
+    return (indices + points + moved) / len(nodes.mass)
 
 
 def in_threads(tube: Any, ticks: int, threads: int) -> Callable[[], object]:
     """Return a function that advances a tube by some ticks in a number of threads."""
-    solid, state, scratch, tally = tube.tables()
-    inputs = np.ones((ticks, 1)), np.full(tube.lattice.shape[0], 5e6), tally, 0, np.zeros(2, dtype=np.int64)
+    tables = tube.tables()
+    inputs = np.ones((ticks, 1)), np.full(tube.lattice.shape[0], 5e6), 0, np.zeros(2, dtype=np.int64)
 
     def advance() -> None:
         os.environ["GRANULAR_ENV_THREADS"] = str(threads)
-        ticking.advance(solid, state, scratch, *inputs)
+        ticking.advance(tables, *inputs)
 
     return advance
 
@@ -108,8 +108,8 @@ def measure(along: int = 101, around: int = 128, triad_words: int = 4_000_000, r
         word = float(np.median(times["triad"])) / (3 * moves * triad_words)
         operation = float(np.median(times["sums"])) / (18 * sums * _CACHED)
         moving = words_moved(tube) * word
-        body = tube.tables().solid.body
-        operations = (_OF_NEIGHBOUR * len(body.offsets) + _OF_POINT * len(body.kind)) / nodes
+        seen = tube.tables().solid.points
+        operations = (_OF_NEIGHBOUR * len(seen.nodes) + _OF_POINT * len(seen.kind)) / nodes
         computing = operations * operation
         yield Figure(
             f"solid, {name}, nodes and ticks a second", 1e-6 / seconds, "M/s", at_least=WANTED, note=f"{1e9 * seconds:.0f} ns",

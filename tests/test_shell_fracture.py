@@ -20,9 +20,7 @@ from granular_env.components.shell.fracture.outcome import (
     connects_ends,
     crack_along,
     crack_around,
-    growth,
     outcome,
-    part_faster,
 )
 from granular_env.components.shell.kernels import write_areas
 
@@ -101,9 +99,7 @@ def test_what_has_become_of_a_body_is_told_with_the_reason() -> None:
     assert OUTCOMES[int(plate.get("outcome"))] == "severed"
     said, first = plate.conclusions()
     assert said.startswith("outcome: severed: cracks reach") and "; 2 pieces, and 7 fully detached columns" in said
-    assert "points that parted did so at 1.96" in first and "6 mm along the body" in first
-    # Of aluminium: 0.932 of the speed of shear waves.
-    assert re.search(r"at \d+ m/s, \d+% of its steps from plane to plane faster than Rayleigh waves \(2879 m/s\)$", first)
+    assert "points that parted did so at 1.96 us, at x, y, z = 0.006, " in first
     whole = pulled_plate()
     assert whole.conclusions() == [
         "outcome: whole", "the largest principal stress stayed below half of its limit everywhere",
@@ -150,23 +146,6 @@ def test_outcomes_have_the_words_of_what_is_cut() -> None:
     pieces = np.repeat(np.arange(9) > 4, 24).astype(np.int64)
     borne = np.ones(9 * 24, dtype=bool)
     assert not connects_ends(pieces, borne, (9, 24)) and connects_ends(0 * pieces, borne, (9, 24))
-
-
-def test_all_that_hangs_together_is_a_crack_and_what_outran_it_is_told() -> None:
-    cells = np.stack([np.arange(40.0), np.zeros(40)], axis=1)
-    places, running, rayleigh = 1e-3 * cells[:, 0], np.arange(40) * 1e-6, 3000.0
-    assert len(growth(cells)) == 40
-    assert part_faster(cells[:, 0], places, running, rayleigh) == 0.0
-    # A load that parts all at once, or ten times as fast; the second half of them.
-    assert part_faster(cells[:, 0], places, np.zeros(40), rayleigh) == 1.0
-    assert part_faster(cells[:, 0], places, 0.1 * running, rayleigh) == 1.0
-    later = np.minimum(running, 2e-5 + 0.1 * (running - 2e-5))
-    assert part_faster(cells[:, 0], places, later, rayleigh) == pytest.approx(19 / 39)
-    # What parts again at a plane, later, makes no step.
-    twice = [np.repeat(one, 2) for one in (cells[:, 0], places, running)]
-    assert part_faster(*twice, rayleigh) == 0.0
-    # A second crack that begins elsewhere, and later.
-    assert len(growth(cells + np.where(cells[:, :1] >= 20.0, 20.0, 0.0))) == 20
 
 
 @pytest.mark.slow
@@ -234,7 +213,7 @@ def test_points_beside_cracks_still_see_even_deformations() -> None:
     solid, state, _, _ = plate.tables()
     slope = np.array([[1e-3, 2e-4, 0.0], [0.0, -1e-3, 1e-4], [3e-4, 0.0, 5e-4]])
     state.displacement[:] = plate.nodes @ slope
-    state.gradient[:] = force_recalculation.new_gradients(solid, state, np.arange(plate.point_count))
+    state.gradient[:] = force_recalculation.new_gradients(solid.points, state.displacement, np.arange(plate.point_count))
     bears = np.ones(plate.point_count, dtype=bool)
     for kind in ("point_eroded", "point_spent", "point_torn"):
         bears[[event.index for event in plate.events(kind)]] = False
@@ -351,7 +330,7 @@ def test_a_node_that_flies_on_by_itself_bears_no_pressure_and_gives_its_neighbou
     solid, state, _, _ = plate.tables()
     rest = np.abs(state.area).max(axis=0)
     state.displacement[node] = -1.0
-    write_areas(solid, state)
+    write_areas(solid.surface, state.displacement, state.area)
     own = int(np.flatnonzero(solid.surface.nodes == node)[0])
     assert (state.area[own] == 0.0).all()
     np.testing.assert_allclose(np.abs(state.area).max(axis=0), rest, atol=1e-20)
@@ -387,10 +366,10 @@ def test_a_law_is_a_named_tuple_and_one_that_lacks_a_function_is_refused_by_name
 
 def nodes_that_only_points_beside_cracks_see(plate: Any) -> list[int]:
     """Return nodes that no other points see, of those that bear stress."""
-    body, cracks = plate.tables()[0].body, plate._breaking.cracks
+    nodes, cracks = plate.tables().solid.nodes, plate._breaking.cracks
     found = []
     for node in range(len(plate.nodes)):
-        seen = (body.seen_lowest[node] + body.seen_offsets[body.seen_begin[node] : body.seen_begin[node + 1]]).tolist()
+        seen = nodes.points[nodes.begin[node] : nodes.begin[node + 1]].tolist()
         bear = [point for point in seen if point not in cracks.eroded]
         if len(bear) > 2 and all(cracks.is_beside_crack(point) for point in bear):
             found.append(node)

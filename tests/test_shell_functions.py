@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 import granular_env as ge
+from granular_env.components.shell.geometry.axis import Axis, closed_axis, even_axis
 from granular_env.components.shell.geometry.bodies import Plate, Rod, Tube
 from granular_env.components.shell.geometry.lattice import Lattice
-from granular_env.components.shell.geometry.lattice_axis import Axis, closed_axis, even_axis
 from granular_env.components.shell.quadrature import gauss_points, integration_points
 from granular_env.components.shell.shape_functions import quartic_spline
 from granular_env.components.shell.stencils import make_stencils
@@ -40,7 +40,7 @@ def value_matrix(nodes: int, stencils: Any) -> np.ndarray:
 def test_shape_functions_sum_to_one_and_give_a_linear_field_its_gradient(name: str, rule: Any) -> None:
     lattice = BODIES[name].lattice()
     points = integration_points(lattice, rule, 2, 1.7)
-    stencils = make_stencils(lattice, points.lines, (1.7, 1.7, 1.7), "linear")
+    stencils = make_stencils(lattice, points.lines, 1.7, "linear")
     n, x = lattice.node_count, lattice.nodes
     values = value_matrix(n, stencils)
     np.testing.assert_allclose(values.sum(axis=1), 1.0, rtol=0.0, atol=1e-12)
@@ -53,7 +53,7 @@ def test_shape_functions_sum_to_one_and_give_a_linear_field_its_gradient(name: s
 def test_the_quadratic_basis_gives_a_quadratic_field_its_value_and_gradient() -> None:
     lattice = BODIES["plate"].lattice()
     points = integration_points(lattice, "cell", 2, 1.7)
-    stencils = make_stencils(lattice, points.lines, (2.7, 2.7, 2.7), "quadratic")
+    stencils = make_stencils(lattice, points.lines, 2.7, "quadratic")
     along, across, through = np.meshgrid(
         *(axis.at(line.at) for axis, line in zip(lattice.axes, points.lines, strict=True)), indexing="ij"
     )
@@ -83,11 +83,11 @@ def test_gradients_are_derivatives_of_the_shape_functions() -> None:
             lines[1]._replace(at=lines[1].at[:1]),
             lines[2]._replace(at=lines[2].at[:1]),
         )
-        stencils = make_stencils(lattice, lines, (1.7, 1.7, 1.7), "linear")
+        stencils = make_stencils(lattice, lines, 1.7, "linear")
         return value_matrix(lattice.node_count, stencils) @ field, stencils, lines
 
     _, stencils, lines = at((0.0, 0.0, 0.0))
-    local = np.array([stencils.gradients[:, k] @ field[stencils.all_neighbours()] for k in range(3)])
+    local = np.array([stencils.gradients[:, k] @ field[stencils.nodes] for k in range(3)])
     radius = float(lattice.axes[2].at(lines[2].at)[0])
     for k, scale in enumerate((1.0, radius, 1.0)):
         step = 1e-4
@@ -106,7 +106,7 @@ def test_a_constant_stress_leaves_no_force_on_the_nodes_inside_a_graded_lattice(
     graded = Axis(1e-3 * np.concatenate([[0.0], np.cumsum(steps)]))
     lattice = Lattice((graded, graded, even_axis(0.001, 3)), bent=False)
     points = integration_points(lattice, rule, 2, 1.7)
-    stencils = make_stencils(lattice, points.lines, (1.7, 1.7, 1.7), "linear")
+    stencils = make_stencils(lattice, points.lines, 1.7, "linear")
     for k, slope in enumerate(gradient_matrices(lattice.node_count, points, stencils)):
         weighted = (points.volume[:, None] * slope).reshape(-1, *lattice.shape)[:, 2:-2, 2:-2]
         left = weighted.sum(axis=0)
@@ -121,15 +121,15 @@ def test_a_free_patch_has_the_rigid_motions_as_its_only_modes_without_energy(rul
 
 def test_rules_that_are_blind_to_deformations_are_refused() -> None:
     assert zero_mode_count(3, "column", 1, "linear", 1.7) > RIGID_MOTIONS
-    with pytest.raises(
-        ge.GranularError, match=r"integration.*through: got 1 points through 3 layers of nodes, expected at least 2"
-    ):
+    with pytest.raises(ge.GranularError, match=r"integration: got 'column' with 1 points through 3 layers.* 147 modes without"):
         ge.make("shell", integration={"through": 1})
     for radius in (0.9, 0.3, 1e-15):
         with pytest.raises(ge.ParameterError, match=rf"radius: got {radius:g} spacings: .*sees too few nodes"):
             ge.make("shell", body="plate", radius=radius)
-    for body, where in (("plate", "in spacings, along, across and through a free patch"), ("rod", "x, y, z = 0, 0, 0 m")):
-        with pytest.raises(ge.ParameterError, match=rf"the point at .*{where}.* sees too few nodes for the basis 'linear'"):
+    for body in ("plate", "rod"):
+        with pytest.raises(
+            ge.ParameterError, match=r"the point at x, y, z = 0, 0, .* sees too few nodes for the basis 'linear'"
+        ):
             ge.make("shell", body={"name": body, "across": 5}, radius=0.9)
     with pytest.raises(ge.GranularError, match=r"radius: got 1.7 spacings: .*sees too few nodes for the basis 'quadratic'"):
         ge.make("shell", body="plate", basis="quadratic", radius=1.7)
@@ -148,7 +148,7 @@ def test_volumes_are_those_of_the_bodies() -> None:
 def test_points_and_planes_of_an_even_tube_share_their_stencils() -> None:
     lattice = Lattice((even_axis(0.1, 50), closed_axis(2 * math.pi, 64), even_axis(0.001, 3)), bent=False)
     points = integration_points(lattice, "column", 2, 1.7)
-    stencils = make_stencils(lattice, points.lines, (1.7, 1.7, 1.7), "linear")
+    stencils = make_stencils(lattice, points.lines, 1.7, "linear")
     # Along: both ends, and all others; through: two points.
     assert len(stencils.first) - 1 == 3 * 2
 

@@ -69,7 +69,7 @@ def test_a_patch_with_a_notch_has_the_rigid_motions_as_its_only_modes_without_en
     body = {"name": "plate", "length": 0.006, "width": 0.006, "along": 7, "across": 7, "layers": layers, "notch": notch}
     lattice = lattice_of(body)
     points = integration_points(lattice, "column", layers - 1, 1.7)
-    stencils = make_stencils(lattice, points.lines, (1.7, 1.7, 1.7), "linear", points.all_places())
+    stencils = make_stencils(lattice, points.lines, 1.7, "linear", points.all_places())
     values = np.linalg.eigvalsh(stiffness_matrix(lattice.node_count, points, stencils, 1.0, 0.3))
     assert (values < 1e-10 * values[-1]).sum() == RIGID_MOTIONS
 
@@ -86,7 +86,7 @@ def test_a_notched_body_deforms_evenly_and_keeps_its_momentum() -> None:
     energy, momentum, mass = solid.balances()
     assert abs(energy.residual) < 1e-4 * energy.initial
     assert np.abs(momentum.residual).max() < 1e-12 * np.abs(solid.mass[:, None] * solid.get("nodal_velocity")).sum()
-    assert mass.entries["mass"] == pytest.approx(2719.0 * solid.tables()[0].body.volume.sum(), rel=1e-12)
+    assert mass.entries["mass"] == pytest.approx(2719.0 * solid.assembly.points.volume.sum(), rel=1e-12)
 
 
 @pytest.mark.parametrize("columns", [1, 3, 9])
@@ -111,7 +111,7 @@ def test_the_ligament_bears_the_load_of_the_whole_section(columns: int) -> None:
     forces, points = [], []
     for _ in range(10):
         solid.step(round(2e-6 / solid.step_size) * solid.step_size, end_velocity=pulled)
-        volume = solid.tables()[0].body.volume.reshape(along, -1) / lattice.axes[0].widths[:, None]
+        volume = solid.assembly.points.volume.reshape(along, -1) / lattice.axes[0].widths[:, None]
         for name, found in (("mean_stress", forces), ("stress", points)):
             found.append((solid.get(name)[:, 0].reshape(along, -1) * volume).sum(axis=1))
     force, point = np.mean(forces, axis=0), np.mean(points, axis=0)

@@ -1,4 +1,4 @@
-"""Drucker-Prager plasticity with a flow rule of its own and linear hardening, by return to the cone or to its tip.
+"""Drucker-Prager plasticity with a non-associated flow rule and linear hardening, by return to the cone or to its tip.
 
 q <= Y + H e + a p, p the pressure (positive in compression), a the friction; the flow dilates: the plastic volume strain is b
 times the equivalent plastic strain e, b the dilatancy. A trial stress outside returns by

@@ -11,8 +11,6 @@ from pydantic import AfterValidator, Field, ValidationError
 from ..errors import Location, ParameterError, nearest, one_line
 from ..support.validation import Fixed, faults_of
 
-_SYMBOLS = {"E": "young", "nu": "poisson", "rho": "density"}
-
 
 class Material(Fixed):
     """A linear elastic, isotropic material.
@@ -35,14 +33,11 @@ class Material(Fixed):
     )
 
     def __init__(self, **fields: Any) -> None:
-        """Check what is given.
+        """Check the fields.
 
         Raises:
             ParameterError: a constant is missing, unknown or out of range.
         """
-        for symbol, name in _SYMBOLS.items():
-            if symbol in fields:
-                raise ParameterError("unknown", hint=f"it is called {name!r} here", at=symbol, source="Material")
         try:
             super().__init__(**fields)
         except ValidationError as error:

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from ..support.jit import inlined
+from ..support.jit import internal_inlined
 from .tensors import SymmetricTensor, Tensor, inverse
 
 
@@ -31,7 +31,7 @@ class Motion(NamedTuple):
     spin: Spin
 
 
-@inlined
+@internal_inlined
 def strain_and_spin(f, g):
     """Return the `Motion` of a tick from the deformation gradients before (f) and after (g), each a `Tensor`."""
     i = inverse(
@@ -54,7 +54,7 @@ def strain_and_spin(f, g):
     return Motion(turn_stress(strain, Spin(0.5 * spin.xy, 0.5 * spin.yz, 0.5 * spin.zx)), spin)
 
 
-@inlined
+@internal_inlined
 def turn_stress(stress, spin):
     """Return a stress, or another symmetric tensor, turned by the spin of a tick."""
     x, y, z = -0.5 * spin.yz, -0.5 * spin.zx, -0.5 * spin.xy
@@ -77,7 +77,7 @@ def turn_stress(stress, spin):
     )
 
 
-@inlined
+@internal_inlined
 def nominal_stress(f, stress):
     """Return the nominal stress P = F^-1 tau [Pa], a `Tensor`: P_ji works on dN/dX_j and gives the force along i.
 

@@ -44,7 +44,7 @@ def rotation_of(spin):
 
 @internal_inlined
 def rotate_stress(xx, yy, xy, cosine, sine):
-    """Return the in-plane stresses [Pa] turned by an angle; what is along z stays."""
+    """Return the in-plane stresses [Pa] turned by an angle; zz stays."""
     return rotate_by_half(xx, yy, xy, cosine * cosine - sine * sine, 2.0 * sine * cosine)
 
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 from math import sqrt
 from typing import NamedTuple
 
-from ..support.jit import inlined, internal_inlined
+from ..support.jit import internal_inlined
 
 # Jacobi's rotations end where the entries off the diagonal are smaller than this, relative to the tensor, squared; they
 # converge quadratically, so that the limit on their rounds is never met.
@@ -121,12 +121,6 @@ def trace(a):
 
 
 @internal_inlined
-def mean_stress(stress):
-    """Return a third of the trace [Pa]: minus the pressure."""
-    return (stress.xx + stress.yy + stress.zz) / 3.0
-
-
-@inlined
 def equivalent_stress(stress):
     """Return von Mises' equivalent stress sqrt(3/2 s:s) [Pa], s the deviator."""
     return sqrt(equivalent_square(stress))
@@ -140,10 +134,10 @@ def equivalent_square(stress):
     return 0.5 * (a * a + b * b + c * c) + 3.0 * shears
 
 
-@inlined
+@internal_inlined
 def elastic_energy_density(stress, moduli):
     """Return the elastic energy per volume of a stress: p^2 / 2K + s:s / 4 mu [J/m^3]."""
-    mean, equivalent = mean_stress(stress), equivalent_stress(stress)
+    mean, equivalent = trace(stress) / 3.0, equivalent_stress(stress)
     bulk = moduli.first_lame + 2.0 * moduli.shear / 3.0
     return mean * mean / (2.0 * bulk) + equivalent * equivalent / (6.0 * moduli.shear)
 
@@ -159,11 +153,11 @@ def trial_stress(stress, strain, moduli):
     )  # fmt: skip
 
 
-@inlined
+@internal_inlined
 def largest_principal(stress):
     """Return the largest principal value of a symmetric tensor and its axis, a `Principal`.
 
-    Where two principal values are equal, the axis is one of those that belong to them.
+    The axis of a double principal value is one of those that belong to it.
     Source: Jacobi's rotations, as in G. H. Golub, C. F. Van Loan, Matrix Computations (2013), section 8.5.
     """
     xx, yy, zz, xy, yz, zx = stress.xx, stress.yy, stress.zz, stress.xy, stress.yz, stress.zx

@@ -8,11 +8,9 @@ E - E_1 t - E_2 t^2,  nu + nu_1 t,  sigma_0 - S t^2,  alpha + alpha_1 t.
 
 Both together soften twice, as the source has it: `softening = 0` or `temperature_dependent = False` leaves one of them out.
 
-Two integrators. `implicit` solves for e at the end of the tick, q = q_trial - 3 mu de, one scalar equation with one root, by a
-guarded Newton method; stable for any step, of first order. `tangent` is the tangent modulus with theta = 1/2, of second
-order as long as ticks resolve the flow and the elastic constants stay; where a tick is long for the law (m large), it decays
-onto the flow stress over many ticks, and where the direction of the strain turns it is of first order too. Flow stress and
-elastic constants are taken at the temperature before the tick.
+The flow of a tick solves q = q_trial - 3 mu de for the stress at its end, one scalar equation with one root, by a guarded
+Newton method: stable for any step, of first order. Flow stress and elastic constants are taken at the temperature before the
+tick.
 
 Powers and exponentials are reproducible ones: a point that flows costs about 150 ns instead of 96 with the C library's, one
 that does not 17 instead of 11; all else of a tick of a meshfree solid takes several hundred.
@@ -28,15 +26,14 @@ from __future__ import annotations
 import math
 from typing import Literal, NamedTuple
 
-from ..support.dispatch import dispatched
-from ..support.jit import inlined, internal_inlined
+from ..support.jit import internal_inlined
 from ..support.parameter_fields import Magnitude, NotNegativeMagnitude, field
 from ..support.powers import exponential, power
 from ..support.tagged_union import Named
-from .tensors import Moduli, SymmetricTensor, contract, equivalent_stress, mean_stress, trace, trial_stress
+from .tensors import Moduli, SymmetricTensor, equivalent_stress, trace, trial_stress
 
-# What is left of flow stress and Young's modulus at least, and the largest Poisson's ratio.
-_LEAST, _LARGEST_POISSON = 1e-3, 0.49
+# The least flow stress and Young's modulus, over those at the reference temperature, and the largest Poisson's ratio.
+LEAST_FLOW, _LARGEST_POISSON = 1e-3, 0.49
 # Plastic strains of a tick below this are none.
 _NO_FLOW = 1e-18
 # Newton's steps shrink quadratically: one of this size, relative to the strain, leaves an error of rounding. The limit on their
@@ -44,7 +41,6 @@ _NO_FLOW = 1e-18
 _LAST_STEP, _MOST_STEPS = 1e-6, 60
 # (1 + x)^p has a series that is exact to rounding up to this x.
 _SHORT_SERIES = 0.01
-_THETA = 0.5
 
 
 class Thermoviscoplastic(Named):
@@ -71,7 +67,6 @@ class Thermoviscoplastic(Named):
     poisson_slope: NotNegativeMagnitude = field(5e-5, "nu_1, growth of Poisson's ratio", "1/K")
     yield_curvature: NotNegativeMagnitude = field(1.5e3, "S, loss of sigma_0", "Pa/K^2")
     expansion_slope: NotNegativeMagnitude = field(1.6e-8, "alpha_1, growth of alpha", "1/K^2")
-    integrator: Literal["implicit", "tangent"] = field("implicit", "how the flow of a tick is found", "1")
 
     @property
     def melting_temperature(self) -> float | None:
@@ -84,11 +79,10 @@ class Thermoviscoplastic(Named):
         return self.reference_temperature + min(rises) if min(rises) < math.inf else None
 
     def constants(self, step_size: float) -> FlowConstants:
-        """Return the law as kernels see it, for ticks of this length [s]; its class is that of the integrator."""
+        """Return the law as kernels see it, for ticks of this length [s]."""
         slope = 1.0 if self.temperature_dependent else 0.0
         strain = self.reference_rate * step_size
-        integrator = ImplicitFlow if self.integrator == "implicit" else TangentFlow
-        return integrator(
+        return FlowConstants(
             young=self.young,
             young_slope=slope * self.young_slope,
             young_curvature=slope * self.young_curvature,
@@ -112,7 +106,7 @@ class Thermoviscoplastic(Named):
 
 
 class FlowConstants(NamedTuple):
-    """The constants of the law in kernels. The class of a law is one of the two integrators below.
+    """The constants of the law in kernels.
 
     Attributes:
         young, young_slope, young_curvature: E [Pa], its losses [Pa/K], [Pa/K^2].
@@ -149,30 +143,6 @@ class FlowConstants(NamedTuple):
     heating: float
 
 
-class ImplicitFlow(FlowConstants):
-    """The law with the implicit integrator."""
-
-
-class TangentFlow(FlowConstants):
-    """The law with the tangent modulus."""
-
-
-class Flow(NamedTuple):
-    """The plastic flow of a tick.
-
-    Attributes:
-        strain: equivalent plastic strain of the tick.
-        along: stress whose deviator is the direction of the flow [Pa].
-        equivalent: equivalent stress of `along` [Pa].
-        before: equivalent stress before the tick [Pa].
-    """
-
-    strain: float
-    along: SymmetricTensor
-    equivalent: float
-    before: float
-
-
 class Advanced(NamedTuple):
     """A point after a tick: Kirchhoff stress [Pa], plastic strain, temperature [K], plastic work of the tick [J/m^3]."""
 
@@ -186,7 +156,7 @@ class Advanced(NamedTuple):
 def elastic_moduli(law, temperature):
     """Return the `Moduli` at a temperature [K]."""
     rise = temperature - law.reference_temperature
-    young = max(law.young - (law.young_slope + law.young_curvature * rise) * rise, _LEAST * law.young)
+    young = max(law.young - (law.young_slope + law.young_curvature * rise) * rise, LEAST_FLOW * law.young)
     poisson = min(law.poisson + law.poisson_slope * rise, _LARGEST_POISSON)
     shear = 0.5 * young / (1.0 + poisson)
     return Moduli(2.0 * shear * poisson / (1.0 - 2.0 * poisson), shear)
@@ -206,73 +176,26 @@ def hardening_of(law, strain):
 
 @internal_inlined
 def initial_flow_stress(law, temperature):
-    """Return g before any plastic strain [Pa], and its derivative by temperature [Pa/K]."""
+    """Return g before any plastic strain [Pa]."""
     rise = temperature - law.reference_temperature
     base = law.yield_stress - law.yield_curvature * rise * rise
-    grown = exponential(rise * law.softening_rate)
-    left = 1.0 - law.softening * (grown - 1.0)
-    stress, least = base * left, _LEAST * law.yield_stress
-    if not (base > 0.0 and left > 0.0 and stress > least):
-        return least, 0.0
-    return stress, -2.0 * law.yield_curvature * rise * left - base * law.softening * law.softening_rate * grown
+    left = 1.0 - law.softening * (exponential(rise * law.softening_rate) - 1.0)
+    stress, least = base * left, LEAST_FLOW * law.yield_stress
+    return stress if base > 0.0 and left > 0.0 and stress > least else least
 
 
-@inlined
+@internal_inlined
 def flow_stress(law, strain, temperature):
     """Return g [Pa] at an equivalent plastic strain and a temperature [K]."""
-    stress, _ = initial_flow_stress(law, temperature)
-    return stress * hardening_of(law, strain)
+    return initial_flow_stress(law, temperature) * hardening_of(law, strain)
 
 
-@dispatched
-def find_flow(law, stress, trial, strain, plastic_strain, temperature, shear):
-    """Return the `Flow` of a tick.
-
-    Args:
-        law: an `ImplicitFlow` or a `TangentFlow`.
-        stress: Kirchhoff stress before the tick, turned by its spin [Pa].
-        trial: elastic stress after the tick [Pa].
-        strain: of the tick, D dt.
-        plastic_strain: equivalent, before the tick.
-        temperature: before the tick [K].
-        shear: mu [Pa].
-    """
-
-
-@find_flow.register(ImplicitFlow)
-def _find_implicit_flow(law, stress, trial, strain, plastic_strain, temperature, shear):
-    before, after = equivalent_stress(stress), equivalent_stress(trial)
-    return Flow(implicit_flow(law, before, after, plastic_strain, temperature, shear), trial, after, before)
-
-
-@find_flow.register(TangentFlow)
-def _find_tangent_flow(law, stress, trial, strain, plastic_strain, temperature, shear):
-    before = equivalent_stress(stress)
-    along = contract(stress, strain) - trace(stress) * trace(strain) / 3.0
-    return Flow(tangent_flow(law, before, along, plastic_strain, temperature, shear), stress, before, before)
-
-
-@dispatched
-def working_stress(law, before, after):
-    """Return the equivalent stress that does the plastic work of a tick [Pa], from those before and after it."""
-
-
-@working_stress.register(ImplicitFlow)
-def _working_stress_after(law, before, after):
-    return after
-
-
-@working_stress.register(TangentFlow)
-def _mean_working_stress(law, before, after):
-    return 0.5 * (before + after)
-
-
-@inlined
+@internal_inlined
 def advance_stress(law, stress, strain, plastic_strain, temperature):
     """Advance one point by a tick; return it as an `Advanced`.
 
     Args:
-        law: an `ImplicitFlow` or a `TangentFlow`.
+        law: `FlowConstants`.
         stress: Kirchhoff stress before the tick, turned by its spin (`turn_stress`) [Pa].
         strain: of the tick, D dt (`strain_and_spin`).
         plastic_strain: equivalent, before the tick.
@@ -280,23 +203,22 @@ def advance_stress(law, stress, strain, plastic_strain, temperature):
     """
     moduli = elastic_moduli(law, temperature)
     trial = trial_stress(stress, strain, moduli)
-    flow = find_flow(law, stress, trial, strain, plastic_strain, temperature, moduli.shear)
-    if flow.strain == 0.0:
+    before, equivalent, mean = equivalent_stress(stress), equivalent_stress(trial), trace(trial) / 3.0
+    flow = implicit_flow(law, before, equivalent, plastic_strain, temperature, moduli.shear)
+    if flow == 0.0:
         return Advanced(trial, plastic_strain, temperature, 0.0)
-    along, mean = flow.along, mean_stress(flow.along)
-    scale = 3.0 * moduli.shear * flow.strain / flow.equivalent
-    xx, yy = trial.xx - scale * (along.xx - mean), trial.yy - scale * (along.yy - mean)
-    zz = trial.zz - scale * (along.zz - mean)
-    xy, yz, zx = trial.xy - scale * along.xy, trial.yz - scale * along.yz, trial.zx - scale * along.zx
-    after = equivalent_stress(SymmetricTensor(xx, yy, zz, xy, yz, zx))
-    work = working_stress(law, flow.before, after) * flow.strain
+    scale = 3.0 * moduli.shear * flow / equivalent
+    xx, yy = trial.xx - scale * (trial.xx - mean), trial.yy - scale * (trial.yy - mean)
+    zz = trial.zz - scale * (trial.zz - mean)
+    xy, yz, zx = trial.xy - scale * trial.xy, trial.yz - scale * trial.yz, trial.zx - scale * trial.zx
+    work = equivalent_stress(SymmetricTensor(xx, yy, zz, xy, yz, zx)) * flow
     rise = law.heating * work
     swelling = expansion_of(law, temperature) * rise * (3.0 * moduli.first_lame + 2.0 * moduli.shear)
     relaxed = SymmetricTensor(xx - swelling, yy - swelling, zz - swelling, xy, yz, zx)
-    return Advanced(relaxed, plastic_strain + flow.strain, temperature + rise, work)
+    return Advanced(relaxed, plastic_strain + flow, temperature + rise, work)
 
 
-@inlined
+@internal_inlined
 def implicit_flow(law, before, trial, strain, temperature, shear):
     """Return the plastic strain of a tick, the root of q_trial - 3 mu de = g(e + de) (de / (e0' dt))^(1/m).
 
@@ -311,7 +233,7 @@ def implicit_flow(law, before, trial, strain, temperature, shear):
         temperature: at which the flow stress is taken [K].
         shear: mu [Pa].
     """
-    initial, _ = initial_flow_stress(law, temperature)
+    initial = initial_flow_stress(law, temperature)
     if not trial > law.still * initial:
         return 0.0
     stress, triple = initial * hardening_of(law, strain), 3.0 * shear
@@ -347,36 +269,3 @@ def _grown(x, p):
     series = 1.0 + x * ((p - 2.0) / 3.0) * series
     series = 1.0 + x * ((p - 1.0) / 2.0) * series
     return 1.0 + x * p * series
-
-
-@internal_inlined
-def tangent_flow(law, before, along, strain, temperature, shear):
-    """Return the plastic strain of a tick by the tangent modulus, never less than 0.
-
-    e'_theta = e'_n / (1 + zeta) + zeta (P : D + T' r) / (H (1 + zeta)), written with 1 / e'_n so that nothing overflows where
-    the stress lies far above the flow stress; T' = chi q e'_theta / (rho c) is solved with it.
-
-    Args:
-        law: `FlowConstants`.
-        before: equivalent stress q before the tick [Pa].
-        along: s : D dt [Pa].
-        strain: equivalent plastic strain before the tick.
-        temperature: before the tick [K].
-        shear: mu [Pa].
-    """
-    initial, by_temperature = initial_flow_stress(law, temperature)
-    if not before > law.still * initial:
-        return 0.0
-    grown = hardening_of(law, strain)
-    ratio = before / (initial * grown)
-    if not ratio > law.still:
-        return 0.0
-    hardening = law.hardening_exponent * law.hardening_rate / (1.0 + strain * law.hardening_rate)
-    modulus = 3.0 * shear + before * hardening
-    # 1 / (e'_n dt) and zeta / (e'_n dt).
-    inverse = 1.0 / (law.reference_flow * power(ratio, law.rate_exponent))
-    stiffness = _THETA * law.rate_exponent * modulus / before
-    part = stiffness / (inverse + stiffness) / modulus
-    heated = part * (-ratio * by_temperature * grown) * law.heating * before
-    flow = (1.0 / (inverse + stiffness) + part * (3.0 * shear * along / before)) / (1.0 - min(heated, 0.5))
-    return max(flow, 0.0)

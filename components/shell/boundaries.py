@@ -20,7 +20,7 @@ from .kernel_arrays import IntArray
 
 EdgeName = Literal["start", "end", "left", "right", "bottom", "top"]
 BoundaryName = Literal["clamped", "symmetry", "moved", "platen", "wall"]
-# Of `kernel_arrays.Body.prescribed`: at rest; smaller numbers are columns of the signals.
+# In `kernel_arrays.Nodes.prescribed`: at rest; smaller numbers are columns of the signals.
 AT_REST = 255
 
 

@@ -2,7 +2,7 @@
 
 Points at columns differentiate centrally, so that the forces that hold a column in balance come from the stresses of the two
 next to it: those of even and of odd columns are balanced apart, and alternate where a step of the wall loads both differently.
-The mean, along the body and then across it, has none of what alternates and all of what is linear. Only columns of the same
+The mean, along the body and then across it, removes alternating fields and keeps linear ones. Only columns of the same
 section are averaged; at the end of such a row the two outermost columns share theirs. A point next to one that a crack has
 parted keeps its own stress in that direction: a mean would hide what drives the crack on.
 """
@@ -14,10 +14,9 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from ..materials.tensors import SymmetricTensor, store_symmetric
 from ..support.float_arrays import FloatArray
-from ..support.jit import internal, jit
-from .geometry.lattice import Lattice
+from ..support.jit import jit
+from .geometry.lattice import Lattice, column_neighbours
 from .kernel_arrays import ColumnArray
 from .quadrature import IntegrationPoints
 
@@ -26,7 +25,7 @@ class ColumnMeans(NamedTuple):
     """The tables of the means, of m points in c columns, and the means.
 
     Attributes:
-        alike: columns before and after each one along and across, itself where there is none of its section, shape (c, 4).
+        alike: columns before and after each one along and across, itself where there is none of its section, shape (4, c).
         sound: whether no crack has parted a point, shape (m,).
         sine, cosine: of the angle by which the frame of each point is turned, shape (m,).
         halfway: means along the body alone, in the frames of the points, shape (m, 6) [Pa].
@@ -44,63 +43,54 @@ class ColumnMeans(NamedTuple):
 def make_column_means(lattice: Lattice, points: IntegrationPoints) -> ColumnMeans:
     """Return the tables of a body without cracks."""
     along, across, through = (len(line.at) for line in points.lines)
-    columns = np.arange(along * across).reshape(along, across)
-    rows = np.arange(along)[:, None]
-    sides = [columns[np.maximum(rows - 1, 0)[:, 0]], columns[np.minimum(rows + 1, along - 1)[:, 0]]]
-    sides += [np.roll(columns, 1, axis=1), np.roll(columns, -1, axis=1)]
-    if not lattice.axes[1].closed:
-        sides[2][:, 0], sides[3][:, -1] = columns[:, 0], columns[:, -1]
-    around = np.stack([side.ravel() for side in sides], axis=1)
+    around, own = column_neighbours(along, across, lattice.axes[1].closed).T, np.arange(along * across)
     # Below a notch points lie at other heights.
     lowest = points.heights.reshape(-1, through)[:, 0]
-    alike = np.where(lowest[around] == lowest[:, None], around, columns.reshape(-1, 1)).astype(np.int32)
+    alike = np.where(lowest[around] == lowest, around, own).astype(np.int32)
     count = len(points.volume)
     return ColumnMeans(
         alike, np.ones(count, dtype=bool), points.sine, points.cosine, np.zeros((count, 6)), np.zeros((count, 6))
     )  # fmt: skip
 
 
-@jit
-def write_column_means(stress, means):
+def write_column_means(stress: FloatArray, means: ColumnMeans) -> None:
     """Write the means of a stress, shape (m, 6)."""
-    half, out, through = means.halfway, means.stress, stress.shape[0] // means.alike.shape[0]
+    before, after, left, right = means.alike
+    write_means(stress, before, after, means.sound, means.cosine, means.sine, means.halfway)
+    write_means(means.halfway, left, right, means.sound, means.cosine, -means.sine, means.stress)
+
+
+@jit
+def write_means(stress, before, after, sound, cosine, sine, out):
+    """Write the means of the stresses of three columns, the middle one with twice the weight, in a frame rotated about x.
+
+    Args:
+        stress: shape (m, 6).
+        before: the column before each one, shape (c,).
+        after: the column after it.
+        sound: whether no crack has parted a point, shape (m,).
+        cosine: of the angle of rotation at each point, shape (m,).
+        sine: of that angle.
+        out: shape (m, 6).
+    """
+    through = stress.shape[0] // before.size
     for p in range(stress.shape[0]):
-        q, r = neighbours(means, p, 0, through)
-        store_symmetric(half, p, rotate_about_x(means.cosine[p], means.sine[p], mean_of_three(stress, p, q, r)))
-    for p in range(stress.shape[0]):
-        q, r = neighbours(means, p, 2, through)
-        store_symmetric(out, p, rotate_about_x(means.cosine[p], -means.sine[p], mean_of_three(half, p, q, r)))
-
-
-@internal
-def neighbours(means, p, side, through):
-    """Return the points before and after a point: one of them twice at an end, the point itself next to a crack."""
-    column, layer = p // through, p % through
-    q, r = means.alike[column, side] * through + layer, means.alike[column, side + 1] * through + layer
-    if not (means.sound[p] and means.sound[q] and means.sound[r]):
-        return p, p
-    if r == p:
-        r = q
-    if q == p:
-        q = r
-    return q, r
-
-
-@internal
-def mean_of_three(stress, p, q, r):
-    """Return the mean of the stresses of three points, the first with twice the weight."""
-    s = stress
-    return SymmetricTensor(
-        0.5 * s[p, 0] + 0.25 * (s[q, 0] + s[r, 0]), 0.5 * s[p, 1] + 0.25 * (s[q, 1] + s[r, 1]),
-        0.5 * s[p, 2] + 0.25 * (s[q, 2] + s[r, 2]), 0.5 * s[p, 3] + 0.25 * (s[q, 3] + s[r, 3]),
-        0.5 * s[p, 4] + 0.25 * (s[q, 4] + s[r, 4]), 0.5 * s[p, 5] + 0.25 * (s[q, 5] + s[r, 5]),
-    )  # fmt: skip
-
-
-@internal
-def rotate_about_x(c, s, t):
-    """Return a symmetric tensor in a frame that is rotated about x."""
-    return SymmetricTensor(
-        t.xx, c * c * t.yy - 2.0 * c * s * t.yz + s * s * t.zz, s * s * t.yy + 2.0 * c * s * t.yz + c * c * t.zz,
-        c * t.xy - s * t.zx, c * s * (t.yy - t.zz) + (c * c - s * s) * t.yz, s * t.xy + c * t.zx,
-    )  # fmt: skip
+        column, layer = p // through, p % through
+        q, r = before[column] * through + layer, after[column] * through + layer
+        if not (sound[p] and sound[q] and sound[r]):
+            q, r = p, p
+        # At an end one of the two others counts twice.
+        if r == p:
+            r = q
+        if q == p:
+            q = r
+        a, b, d = stress[p], stress[q], stress[r]
+        xx, yy, zz = 0.5 * a[0] + 0.25 * (b[0] + d[0]), 0.5 * a[1] + 0.25 * (b[1] + d[1]), 0.5 * a[2] + 0.25 * (b[2] + d[2])
+        xy, yz, zx = 0.5 * a[3] + 0.25 * (b[3] + d[3]), 0.5 * a[4] + 0.25 * (b[4] + d[4]), 0.5 * a[5] + 0.25 * (b[5] + d[5])
+        c, s = cosine[p], sine[p]
+        out[p, 0] = xx
+        out[p, 1] = c * c * yy - 2.0 * c * s * yz + s * s * zz
+        out[p, 2] = s * s * yy + 2.0 * c * s * yz + c * c * zz
+        out[p, 3] = c * xy - s * zx
+        out[p, 4] = c * s * (yy - zz) + (c * c - s * s) * yz
+        out[p, 5] = s * xy + c * zx

@@ -1,98 +1,79 @@
-"""Energies, momentum, principal stresses and the smallest stretch of the solid as it is."""
+"""Energies, momentum and the smallest stretch of the solid as it is."""
 
 from __future__ import annotations
 
-from math import sqrt
+import math
 from typing import Any
 
 import numpy as np
 
-from ..materials.tensors import SymmetricTensor, elastic_energy_density, largest_principal, load_deformation, load_symmetric
+from ..materials.tensors import elastic_energy_density, largest_principal, load_symmetric
 from ..materials.thermoviscoplastic import elastic_moduli
+from ..support.float_arrays import FloatArray, sum_in_order
 from ..support.jit import jit
-from .hourglass import hourglass_energy
-from .kernel_arrays import Solid, State
-from .kernels import wall_depth
+from .hourglass import tie_energy
+from .kernel_arrays import IntArray, Solid, State, Tables
+from .ticks import wall_depths
 
 STORED = ("kinetic_energy", "elastic_energy", "hourglass_energy", "wall_energy", "leapfrog_energy")
 
 
 @jit
-def sum_nodes(body, state, out):
-    """Write kinetic energy, the sum of force^2 / mass where nodes are free, and momentum, shape (5,)."""
-    kinetic, pulled, px, py, pz = 0.0, 0.0, 0.0, 0.0, 0.0
-    for j in range(body.mass.size):
-        mass = body.mass[j]
-        x, y, z = state.velocity[j, 0], state.velocity[j, 1], state.velocity[j, 2]
-        kinetic += 0.5 * mass * (x * x + y * y + z * z)
-        px, py, pz = px + mass * x, py + mass * y, pz + mass * z
-        for i in range(3):
-            if body.prescribed[j, i] == 0:
-                pulled += state.force[j, i] * state.force[j, i] / mass
-    out[0], out[1], out[2], out[3], out[4] = kinetic, pulled, px, py, pz
-
-
-@jit
-def sum_points(solid, state, out):
-    """Write the elastic energy and the plastic work, shape (2,) [J]."""
-    elastic, plastic, law = 0.0, 0.0, solid.law
+def write_elastic_densities(law, stress, temperature, out):
+    """Write the elastic energy per volume of points [J/m^3]; `temperature` has the shape (0,) where nothing depends on it."""
     moduli = elastic_moduli(law, law.reference_temperature)
-    for p in range(solid.body.volume.size):
-        if solid.plastic:
-            moduli = elastic_moduli(law, state.temperature[p])
-            plastic += solid.body.volume[p] * state.plastic_work[p]
-        elastic += solid.body.volume[p] * elastic_energy_density(load_symmetric(state.stress, p), moduli)
-    out[0], out[1] = elastic, plastic
-
-
-@jit
-def wall_energy(solid, state):
-    """Return the energy of the springs of the wall [J]."""
-    energy = 0.0
-    for j in range(solid.body.bounce.size):
-        depth = wall_depth(solid, state, j)
-        energy += 0.5 * solid.body.bounce[j] * depth * depth
-    return energy
+    for p in range(out.size):
+        if temperature.size > 0:
+            moduli = elastic_moduli(law, temperature[p])
+        out[p] = elastic_energy_density(load_symmetric(stress, p), moduli)
 
 
 @jit
 def write_largest_principal(stress, out):
-    """Write the largest principal stress of each point [Pa]."""
+    """Write the largest principal value of each row of symmetric tensors, shape (m, 6)."""
     for p in range(out.size):
         out[p] = largest_principal(load_symmetric(stress, p)).value
 
 
-@jit
-def smallest_stretch(gradient):
+def elastic_energy(solid: Solid, state: State, points: IntArray | slice = slice(None)) -> float:
+    """Return the elastic energy of some points, by default of all [J]."""
+    volume, temperature = solid.points.volume[points], state.temperature[points] if solid.plastic else np.zeros(0)
+    density = np.zeros(len(volume))
+    write_elastic_densities(solid.law, state.stress[points], temperature, density)
+    return float(sum_in_order(volume * density))
+
+
+def leapfrog_energy(solid: Solid, state: State, nodes: IntArray | slice = slice(None)) -> float:
+    """Return the part of some nodes of the energy that the scheme adds: -h^2/8 times the sum of force^2 / mass [J]."""
+    mass, force, free = solid.nodes.mass[nodes], state.force[nodes], solid.nodes.prescribed[nodes] == 0
+    return -0.125 * solid.step * solid.step * float(sum_in_order((force * force / mass[:, None])[free]))
+
+
+def smallest_stretch(gradient: FloatArray) -> float:
     """Return the smallest principal stretch of all points: the root of the least eigenvalue of F^T F, at least 1e-6."""
-    least = 1.0e300
-    for p in range(gradient.shape[0]):
-        f = load_deformation(gradient, p)
-        square = SymmetricTensor(
-            -(f.xx * f.xx + f.yx * f.yx + f.zx * f.zx), -(f.xy * f.xy + f.yy * f.yy + f.zy * f.zy),
-            -(f.xz * f.xz + f.yz * f.yz + f.zz * f.zz), -(f.xx * f.xy + f.yx * f.yy + f.zx * f.zy),
-            -(f.xy * f.xz + f.yy * f.yz + f.zy * f.zz), -(f.xz * f.xx + f.yz * f.yx + f.zz * f.zx),
-        )  # fmt: skip
-        least = min(least, -largest_principal(square).value)
-    return sqrt(max(least, 1e-12))
+    f = gradient.reshape(-1, 3, 3) + np.eye(3)
+    pairs = ((0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (2, 0))
+    square, largest = np.stack([-(f[:, :, i] * f[:, :, j]).sum(axis=1) for i, j in pairs], axis=1), np.zeros(len(f))
+    write_largest_principal(square, largest)
+    return math.sqrt(max(-float(largest.max()), 1e-12))
 
 
-def measure(solid: Solid, state: State) -> dict[str, Any]:
+def measure(tables: Tables) -> dict[str, Any]:
     """Return the energies of `STORED` and the plastic work [J], their sum `energy` without the latter, and the momentum."""
-    nodes, points = np.zeros(5), np.zeros(2)
-    sum_nodes(solid.body, state, nodes)
-    sum_points(solid, state, points)
-    found: dict[str, Any] = {
-        "kinetic_energy": float(nodes[0]),
-        "elastic_energy": float(points[0]),
-        "hourglass_energy": float(hourglass_energy(solid, state)),
-        # Not compiled for bodies without a wall.
-        "wall_energy": float(wall_energy(solid, state)) if solid.body.bounce.size else 0.0,
-        "leapfrog_energy": -0.125 * solid.step * solid.step * float(nodes[1]),
-    }
+    solid, state, _, _ = tables
+    mass, (x, y, z) = solid.nodes.mass, state.velocity.T
+    depth = wall_depths(solid, state)
+    stored = (
+        sum_in_order(0.5 * mass * (x * x + y * y + z * z)),
+        elastic_energy(solid, state),
+        tie_energy(tables, np.arange(len(solid.hourglass.partner))),
+        sum_in_order(0.5 * solid.bounce * depth * depth),
+        leapfrog_energy(solid, state),
+    )
+    found: dict[str, Any] = dict(zip(STORED, map(float, stored), strict=True))
     return {
         **found,
-        "energy": sum(found[name] for name in STORED),
-        "plastic_work": float(points[1]),
-        "momentum": nodes[2:5].copy(),
+        "energy": sum(found.values()),
+        "plastic_work": float(sum_in_order(solid.points.volume * state.plastic_work)) if solid.plastic else 0.0,
+        "momentum": sum_in_order(mass[:, None] * state.velocity),
     }

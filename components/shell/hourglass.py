@@ -16,19 +16,17 @@ from math import sqrt
 
 import numpy as np
 
-from ..materials.thermoviscoplastic import flow_stress
-from ..support.jit import internal, jit
-from .geometry.lattice import Lattice
-from .kernel_arrays import Hourglass, IntArray
+from ..materials.thermoviscoplastic import LEAST_FLOW, flow_stress
+from ..support.float_arrays import sum_in_order
+from ..support.jit import internal, internal_inlined, jit
+from .geometry.lattice import Lattice, column_neighbours
+from .kernel_arrays import Hourglass, IntArray, Tables
 
 
 @internal
-def misfit(solid, state, c, d):
+def misfit(tied, u, h, c, d):
     """Return r of the tie from column c to column d [m]: x, y, z."""
-    tied, u, h = solid.hourglass, state.displacement, state.gradient
-    dx, dy, dz = (
-        tied.place[d, 0] - tied.place[c, 0], tied.place[d, 1] - tied.place[c, 1], tied.place[d, 2] - tied.place[c, 2]
-    )  # fmt: skip
+    dx, dy, dz = distance(tied.place, c, d)
     x, y, z = 0.0, 0.0, 0.0
     for layer in range(tied.layers):
         a, b = c * tied.layers + layer, d * tied.layers + layer
@@ -46,49 +44,62 @@ def misfit(solid, state, c, d):
     return x, y, z
 
 
-@internal
-def largest_force(solid, state, c, d, section):
-    """Return what the flow stress lets a tie bear [N]: that of the weaker column."""
-    points = solid.hourglass.points
-    least = np.inf
-    for point in range(points):
-        for p in (c * points + point, d * points + point):
-            least = min(least, flow_stress(solid.law, state.plastic_strain[p], state.temperature[p]))
-    return least * section
+@internal_inlined
+def distance(place, c, d):
+    """Return the vector from column c to column d [m]: x, y, z."""
+    return place[d, 0] - place[c, 0], place[d, 1] - place[c, 1], place[d, 2] - place[c, 2]
 
 
 @jit
-def hold_columns(solid, state, scratch, begin, end):
-    """Write the forces of the ties on some columns, and add to what pulls at their points."""
-    tied, pull, body = solid.hourglass, scratch.pull, solid.body
-    for c in range(begin, end):
+def hold_columns(tied, points, law, plastic, state, scratch, columns):
+    """Write forces and energies of the ties of some columns, and add to what pulls at their points.
+
+    Half of the energy of a tie belongs to each of its columns; beyond the largest force it is that of a constant one.
+
+    Args:
+        tied: `kernel_arrays.Hourglass`.
+        points: `kernel_arrays.Points`.
+        law: `FlowConstants`.
+        plastic: whether the material can yield.
+        state: `kernel_arrays.State`.
+        scratch: `kernel_arrays.Scratch`.
+        columns: their numbers, shape (k,).
+    """
+    pull, count = scratch.pull, tied.points
+    for number in range(columns.size):
+        c = columns[number]
         fx, fy, fz = 0.0, 0.0, 0.0
         txx, txy, txz, tyx, tyy, tyz, tzx, tzy, tzz = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
         for side in range(4):
             d = tied.partner[c, side]
+            energy = 0.0
             if d >= 0:
-                x, y, z = misfit(solid, state, c, d)
-                scale = tied.stiffness[c, side]
-                if solid.plastic:
-                    size, most = scale * sqrt(x * x + y * y + z * z), tied.section[c, side]
-                    if size > most * solid.law.yield_stress * 1e-3:
-                        most = largest_force(solid, state, c, d, most)
-                        scale = scale * most / size if size > most else scale
+                x, y, z = misfit(tied, state.displacement, state.gradient, c, d)
+                stiffness, long = tied.stiffness[c, side], sqrt(x * x + y * y + z * z)
+                size, scale, most = stiffness * long, stiffness, np.inf
+                if plastic and size > tied.section[c, side] * law.yield_stress * LEAST_FLOW:
+                    for p in range(count):
+                        a, b = c * count + p, d * count + p
+                        most = min(most, flow_stress(law, state.plastic_strain[a], state.temperature[a]))
+                        most = min(most, flow_stress(law, state.plastic_strain[b], state.temperature[b]))
+                    most *= tied.section[c, side]
+                if size > most:
+                    scale = scale * most / size
+                    energy = 0.5 * (most * (long - 0.5 * most / stiffness))
+                else:
+                    energy = 0.25 * stiffness * long * long
                 x, y, z = scale * x, scale * y, scale * z
                 fx, fy, fz = fx + x, fy + y, fz + z
-                dx, dy, dz = (
-                    tied.place[d, 0] - tied.place[c, 0], tied.place[d, 1] - tied.place[c, 1],
-                    tied.place[d, 2] - tied.place[c, 2],
-                )  # fmt: skip
+                dx, dy, dz = distance(tied.place, c, d)
                 txx, txy, txz = txx + dx * x, txy + dx * y, txz + dx * z
                 tyx, tyy, tyz = tyx + dy * x, tyy + dy * y, tyz + dy * z
                 tzx, tzy, tzz = tzx + dz * x, tzy + dz * y, tzz + dz * z
+            scratch.tie_energy[c, side] = energy
         scratch.column_force[c, 0], scratch.column_force[c, 1], scratch.column_force[c, 2] = fx, fy, fz
-        part = 0.5 / tied.points
-        for point in range(tied.points):
-            p = c * tied.points + point
-            cosine, sine = part * body.cosine[p], part * body.sine[p]
-            along = part * body.along[p]
+        part = 0.5 / count
+        for p in range(c * count, (c + 1) * count):
+            cosine, sine = part * points.cosine[p], part * points.sine[p]
+            along = part * points.along[p]
             pull[p, 0] -= along * txx
             pull[p, 1] -= along * txy
             pull[p, 2] -= along * txz
@@ -100,32 +111,14 @@ def hold_columns(solid, state, scratch, begin, end):
             pull[p, 8] -= sine * tyz + cosine * tzz
 
 
-@jit
-def hourglass_energy(solid, state):
-    """Return the energy of all ties [J]; beyond the largest force that of a constant one."""
-    energy = 0.0
-    for c in range(solid.hourglass.partner.shape[0]):
-        energy = add_energy_of_ties(solid, state, c, energy)
-    return energy
+def tie_energy(tables: Tables, columns: IntArray) -> float:
+    """Return the energy of the ties of some columns, half of each: the other column has the rest [J].
 
-
-@internal
-def add_energy_of_ties(solid, state, c, energy):
-    """Return an energy and that of the ties of a column, half of each: the other column has the rest [J]."""
-    tied = solid.hourglass
-    for side in range(4):
-        d = tied.partner[c, side]
-        if d >= 0:
-            x, y, z = misfit(solid, state, c, d)
-            long, stiffness = sqrt(x * x + y * y + z * z), tied.stiffness[c, side]
-            most = np.inf
-            if solid.plastic:
-                most = largest_force(solid, state, c, d, tied.section[c, side])
-            if stiffness * long > most:
-                energy += 0.5 * (most * (long - 0.5 * most / stiffness))
-            else:
-                energy += 0.25 * stiffness * long * long
-    return energy
+    It is measured by the kernel of a tick, in its scratch.
+    """
+    solid, state, scratch, _ = tables
+    hold_columns(solid.hourglass, solid.points, solid.law, solid.plastic, state, scratch, columns)
+    return float(sum_in_order(scratch.tie_energy[columns].ravel()))
 
 
 def make_hourglass(lattice: Lattice, points: int, young: float, alpha: float) -> Hourglass:
@@ -140,11 +133,17 @@ def make_hourglass(lattice: Lattice, points: int, young: float, alpha: float) ->
         alpha: stiffness of the ties over that of the material between the columns; 0 for no ties.
     """
     n, m, layers = lattice.shape
+    if alpha == 0.0:
+        nothing = np.zeros((0, 4))
+        return Hourglass(layers, 1, np.zeros(lattice.node_count), np.zeros((0, 3)), nothing.astype(np.int32), nothing, nothing)
     volumes = lattice.volumes.reshape(n * m, layers)
     shares = volumes / volumes.sum(axis=1)[:, None] if lattice.hollow else np.tile(volumes[0] / volumes[0].sum(), (n * m, 1))
     place = (lattice.nodes.reshape(n * m, layers, 3) * shares[..., None]).sum(axis=1)
-    partner = np.stack([*_partners(lattice, 0), *_partners(lattice, 1)], axis=-1).reshape(n * m, 4)
-    partner = np.where(alpha > 0.0, partner, -1)
+    around = column_neighbours(n, m, lattice.axes[1].closed)
+    along, across = np.divmod(np.arange(n * m), m)
+    inner = np.stack([(along > 0) & (along < n - 1), lattice.axes[1].closed | ((across > 0) & (across < m - 1))], axis=1)
+    inner = np.repeat(inner, 2, axis=1)
+    partner = np.where(inner & inner[around, np.arange(4)], around, -1)
     apart = place[partner] - place[:, None]
     distance = np.sqrt(apart[..., 0] ** 2 + apart[..., 1] ** 2 + apart[..., 2] ** 2)
     distance = np.where(partner >= 0, distance, 1.0)
@@ -154,17 +153,3 @@ def make_hourglass(lattice: Lattice, points: int, young: float, alpha: float) ->
     return Hourglass(
         layers, points, shares.ravel(), place, partner.astype(np.int32), alpha * young * section / distance, section
     )
-
-
-def _partners(lattice: Lattice, axis: int) -> tuple[IntArray, IntArray]:
-    """Return the columns before and after each one along an axis, -1 where there is no tie, shape (n, m)."""
-    n, m, _ = lattice.shape
-    columns = np.arange(n * m).reshape(n, m)
-    before, after = np.roll(columns, 1, axis=axis), np.roll(columns, -1, axis=axis)
-    if not lattice.axes[axis].closed:
-        at = np.arange(columns.shape[axis]).reshape((-1, 1) if axis == 0 else (1, -1))
-        last = columns.shape[axis] - 1
-        inner = (at > 0) & (at < last)
-        before = np.where(inner & (at - 1 > 0), before, -1)
-        after = np.where(inner & (at + 1 < last), after, -1)
-    return before, after

@@ -1,4 +1,4 @@
-"""Tuples of plain arrays and numbers for kernels: the body, its hourglass control, its surface, the state, and scratch.
+"""Tuples of plain arrays and numbers for kernels: points, nodes, hourglass control, surface, state, and scratch.
 
 n nodes, m integration points, c columns of nodes through the thickness.
 """
@@ -15,38 +15,26 @@ from ..support.float_arrays import FloatArray
 
 IntArray = npt.NDArray[np.int64]
 IndexArray = npt.NDArray[np.uint32]
-# Of one, two or four bytes.
-CompactArray = npt.NDArray[np.unsignedinteger[Any]]
 # Columns, -1 for none.
 ColumnArray = npt.NDArray[np.int32]
 
 
-class Body(NamedTuple):
-    """The constant arrays of nodes and integration points.
+class Points(NamedTuple):
+    """The constant arrays of integration points.
 
     Attributes:
-        mass: shape (n,) [kg].
-        begin: where the neighbours of each point begin in `offsets`, and the end of the last, shape (m + 1,).
-        lowest: the neighbour of each point that has the least number, shape (m,).
-        offsets: neighbours of the points, counted from the lowest one, shape (entries,).
+        begin: where the neighbours of each point begin in `nodes`, and the end of the last, shape (m + 1,).
+        nodes: neighbours of the points, shape (entries,).
         kind: number of each point's stencil, shape (m,).
         first: where each stencil begins in `gradients`, shape (stencils + 1,).
         gradients: of the shape functions in the frame of the point, shape (rows, 3) [1/m].
         along: by what the gradients along the body are multiplied at each point, shape (m,).
-        volume: of the points, shape (m,) [m^3].
+        volume: shape (m,) [m^3].
         sine, cosine: of the angle by which the frame of a point is turned, shape (m,).
-        seen_begin: where the points that see each node begin in `seen_offsets`, and the end of the last, shape (n + 1,).
-        seen_lowest: the point with the least number that sees each node, shape (n,).
-        seen_offsets: points that see the nodes, counted from that one, in ascending order for each, shape (entries,).
-        seen_slot: which neighbour the node is of that point, shape (entries,).
-        prescribed: 0 where the velocity of a node is free, otherwise 1 + the first column of its signal, shape (n, 3).
-        bounce: stiffness of a rigid wall against each node, shape (n,) [N/m]; (0,) where there is none.
     """
 
-    mass: FloatArray
     begin: IndexArray
-    lowest: IndexArray
-    offsets: CompactArray
+    nodes: IndexArray
     kind: IndexArray
     first: IndexArray
     gradients: FloatArray
@@ -54,12 +42,24 @@ class Body(NamedTuple):
     volume: FloatArray
     sine: FloatArray
     cosine: FloatArray
-    seen_begin: IndexArray
-    seen_lowest: IndexArray
-    seen_offsets: CompactArray
-    seen_slot: CompactArray
+
+
+class Nodes(NamedTuple):
+    """The constant arrays of nodes.
+
+    Attributes:
+        mass: shape (n,) [kg].
+        prescribed: 0 where the velocity is free, otherwise 1 + the first column of its signal, shape (n, 3).
+        begin: where the points that see each node begin in `points`, and the end of the last, shape (n + 1,).
+        points: those that see the nodes, in ascending order for each, shape (entries,).
+        slot: which neighbour the node is of that point, shape (entries,).
+    """
+
+    mass: FloatArray
     prescribed: npt.NDArray[np.uint8]
-    bounce: FloatArray
+    begin: IndexArray
+    points: IndexArray
+    slot: npt.NDArray[np.uint16]
 
 
 class Hourglass(NamedTuple):
@@ -133,40 +133,48 @@ class Scratch(NamedTuple):
     Attributes:
         pull: nominal stress times volume of each point, in its frame, shape (m, 9) [N m].
         column_force: of the hourglass control, shape (c, 3) [N].
+        tie_energy: half of the energy of each tie of the columns, shape (c, 4) [J].
         before: velocity of the nodes of the inner surface at the begin of the tick, shape (s, 3) [m/s].
+        area: of the inner surface on these nodes at the end of the tick, shape (s, 3) [m^2].
     """
 
     pull: FloatArray
     column_force: FloatArray
+    tie_energy: FloatArray
     before: FloatArray
+    area: FloatArray
 
 
 class Solid(NamedTuple):
     """All that does not change.
 
     Attributes:
-        body: nodes and points.
+        points: the integration points.
+        nodes: the nodes.
         hourglass: its control.
         surface: the inner one.
         law: of the material.
         plastic: whether it can yield.
         step: length of a tick [s].
         wall: x of a rigid wall, and 1 where the body lies above it, -1 where below, 0 where there is none, shape (2,).
+        bounce: stiffness of the wall against each node, shape (n,) [N/m]; (0,) where there is none.
         reference: positions of the nodes, shape (n, 3) [m].
     """
 
-    body: Body
+    points: Points
+    nodes: Nodes
     hourglass: Hourglass
     surface: Surface
     law: FlowConstants
     plastic: bool
     step: float
     wall: FloatArray
+    bounce: FloatArray
     reference: FloatArray
 
 
 class Tables(NamedTuple):
-    """All that the kernels work on; `tally` has the entries named below, shape (TALLY,)."""
+    """All that a tick works on; `tally` has the entries named below, shape (TALLY,)."""
 
     solid: Solid
     state: State
@@ -181,30 +189,21 @@ INVERTED, STRAINED, FLOWN, HEATED = 1, 2, 3, 4
 
 
 def make_scratch(points: int, columns: int, surface: int) -> Scratch:
-    """Return scratch for so many integration points, columns and nodes of the inner surface."""
-    return Scratch(np.zeros((points, 9)), np.zeros((columns, 3)), np.zeros((surface, 3)))
+    """Return scratch for numbers of integration points, columns and nodes of the inner surface."""
+    return Scratch(
+        np.zeros((points, 9)), np.zeros((columns, 3)), np.zeros((columns, 4)), np.zeros((surface, 3)), np.zeros((surface, 3))
+    )
 
 
-def compress(begin: npt.NDArray[Any], numbers: npt.NDArray[Any]) -> tuple[IndexArray, CompactArray]:
-    """Return the lowest number of each list, 0 of one that is empty, and all numbers less that of their list.
+def entries_of(points: Any, numbers: IntArray) -> tuple[IntArray, IntArray, IntArray]:
+    """Return for all neighbours of some points: the place of their point in `numbers`, the node, the row of its function.
 
     Args:
-        begin: where each of n lists begins in `numbers`, and the end of the last, shape (n + 1,).
-        numbers: of all lists, one after the other, whole ones from 0.
+        points: `Points`, or the `Stencils` of points.
+        numbers: of the points, shape (k,).
     """
-    counts = np.diff(begin.astype(np.int64))
-    lowest = np.zeros(len(counts), dtype=np.uint32)
-    filled = counts > 0
-    lowest[filled] = np.minimum.reduceat(numbers, begin[:-1][filled].astype(np.int64))
-    # Never one byte: kernels are compiled for types, and would be once more for bodies of few nodes.
-    return lowest, compact(numbers - np.repeat(lowest, counts), np.uint16)
-
-
-def expand(begin: npt.NDArray[Any], lowest: IndexArray, offsets: CompactArray) -> IndexArray:
-    """Return the numbers of all lists, as `compress` took them."""
-    return np.repeat(lowest, np.diff(begin.astype(np.int64))) + offsets
-
-
-def compact(numbers: npt.NDArray[Any], smallest: type[np.unsignedinteger[Any]] = np.uint8) -> CompactArray:
-    """Return whole numbers from 0 in the first type from a smallest one on that holds the largest of them."""
-    return numbers.astype(np.promote_types(smallest, np.min_scalar_type(int(numbers.max(initial=0)))))
+    begin = points.begin[numbers].astype(np.int64)
+    counts = points.begin[numbers + 1] - begin
+    owner = np.repeat(np.arange(len(numbers)), counts)
+    slot = np.arange(len(owner)) - np.repeat(np.cumsum(counts) - counts, counts)
+    return owner, points.nodes[begin[owner] + slot], points.first[points.kind[numbers]].astype(np.int64)[owner] + slot

@@ -7,15 +7,16 @@ from typing import NamedTuple
 from weakref import WeakValueDictionary
 
 import numpy as np
+import numpy.typing as npt
 
 from ..errors import ParameterError
 from ..support.float_arrays import FloatArray
 from .boundaries import Conditions, edge_nodes, make_conditions
-from .geometry.lattice import Lattice
+from .geometry.lattice import Lattice, column_neighbours
 from .hourglass import make_hourglass
-from .kernel_arrays import Body, ColumnArray, CompactArray, Hourglass, IndexArray, IntArray, Solid, Surface, compact, compress
+from .kernel_arrays import IndexArray, IntArray, Nodes, Points, Solid, Surface
 from .parameters import ShellParameters
-from .quadrature import IntegrationPoints, LinePoints, integration_points, points_at_planes
+from .quadrature import IntegrationPoints, integration_points, points_at_planes
 from .shape_functions import UnspannedBasisError
 from .stencils import Stencils, make_stencils
 from .zero_modes import RIGID_MOTIONS, zero_mode_count
@@ -42,7 +43,7 @@ class Gauge(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Assembly:
-    """The tables that the component builds once, and that components of alike bodies share; nobody writes to them.
+    """The tables that the component builds once, and that components of alike bodies share; they are read-only.
 
     Attributes:
         lattice: the nodes.
@@ -51,7 +52,7 @@ class Assembly:
         node_stencils: of the nodes themselves, at which fields are read; without gradients.
         gauges: at which strains are read.
         solid: the tables of the kernels, without step and wall.
-        conditions: what is prescribed.
+        conditions: the prescribed velocities.
     """
 
     lattice: Lattice
@@ -62,8 +63,18 @@ class Assembly:
     solid: Solid
     conditions: Conditions
 
+    def coordinates(self, point: int) -> list[float]:
+        """Return where an integration point is in the undeformed body: x, y, z [m], or x [m], angle [rad], radius [m]."""
+        return [
+            float(axis.at(one)) for axis, one in zip(self.lattice.axes, self.points.places(np.array([point]))[0], strict=True)
+        ]
 
-# What the tables follow from, and the assemblies that are in use.
+    def describe(self, point: int) -> str:
+        """Return that place in words."""
+        return self.lattice.describe(self.coordinates(point))
+
+
+# The parameters that determine the tables, and the assemblies that are in use.
 _SOURCES = ("body", "material", "boundaries", "basis", "radius", "integration", "hourglass", "gauges")
 _in_use: WeakValueDictionary[str, Assembly] = WeakValueDictionary()
 
@@ -83,59 +94,33 @@ def assemble(p: ShellParameters) -> Assembly:
 
 def _assemble(p: ShellParameters) -> Assembly:
     refuse_soft_rule(p)
-    lattice, rule = p.body.lattice(), p.rule
-    points = integration_points(lattice, rule.surface, rule.through, p.chosen_radius)
-    lines = tuple(points_at_planes(axis) for axis in lattice.axes)
-    stencils = spanned_stencils(p, lattice, points.lines, points.all_places())
-    node_stencils = spanned_stencils(p, lattice, lines, lattice.places(np.arange(lattice.node_count)))
+    lattice, rule, radius = p.body.lattice(), p.rule, p.chosen_radius
+    points = integration_points(lattice, rule.surface, rule.through, radius)
+    along, across, through = lattice.axes
+    lines = points_at_planes(along), points_at_planes(across), points_at_planes(through)
+    try:
+        stencils = make_stencils(lattice, points.lines, radius, p.basis, points.all_places())
+        node_stencils = make_stencils(lattice, lines, radius, p.basis, lattice.places(np.arange(lattice.node_count)))
+    except UnspannedBasisError as error:
+        point = f"the point at {lattice.describe(error.place)} sees too few nodes for the basis {p.basis!r}"
+        raise ParameterError(
+            f"got {radius:g} spacings: {point if error.place else error}",
+            expected="a radius within which there are enough nodes",
+            hint="give a larger radius, or more nodes",
+            at="body" if p.radius is None else "radius",
+        ) from None
     conditions = make_conditions(p.body, lattice, p.boundaries)
-    mass = p.material.density * lattice.volumes
-    body = Body(
-        mass, stencils.begin, stencils.lowest, stencils.offsets, stencils.kind, stencils.first, stencils.gradients,
-        stencils.along, points.volume, points.sine, points.cosine, *transpose(stencils, lattice.node_count),
-        conditions.prescribed, np.zeros(0),
-    )  # fmt: skip
+    alpha = p.hourglass if rule.surface == "column" else 0.0
     solid = Solid(
-        body, chosen_hourglass(p, lattice), inner_surface(lattice), p.material.constants(1.0), False, 1.0,
-        np.zeros(2), lattice.nodes,
+        points=Points(
+            *stencils[:4], stencils.gradients, stencils.along, points.volume, points.sine, points.cosine
+        ),
+        nodes=Nodes(p.material.density * lattice.volumes, conditions.prescribed, *transpose(stencils, lattice.node_count)),
+        hourglass=make_hourglass(lattice, rule.through, p.material.young, alpha), surface=inner_surface(lattice),
+        law=p.material.constants(1.0), plastic=False, step=1.0, wall=np.zeros(2), bounce=np.zeros(0), reference=lattice.nodes,
     )  # fmt: skip
     gauges = [_gauge(lattice, node_stencils, column) for column in gauge_columns(p, lattice)]
     return Assembly(lattice, points, stencils, node_stencils.without_gradients(), gauges, solid, conditions)
-
-
-def spanned_stencils(p: ShellParameters, lattice: Lattice, lines: tuple[LinePoints, ...], places: FloatArray) -> Stencils:
-    """Return the stencils of points that are the product of points along the axes, but for those at a notch.
-
-    Args:
-        p: radius and basis.
-        lattice: the nodes.
-        lines: points along each axis.
-        places: where they are, at a notch too, shape (m, 3), as fractional indices.
-
-    Raises:
-        ParameterError: the neighbours of a point do not span the basis.
-    """
-    along, across, through = lines
-    radius = p.chosen_radius
-    try:
-        return make_stencils(lattice, (along, across, through), (radius, radius, radius), p.basis, places)
-    except UnspannedBasisError as error:
-        raise unspanned(p, error, lattice.describe(error.place) if error.place else "") from None
-
-
-def unspanned(p: ShellParameters, error: UnspannedBasisError, where: str) -> ParameterError:
-    """Return the error for a body that has too few nodes within the radius: of the radius where it was given.
-
-    Args:
-        p: of the body.
-        error: at a point.
-        where: that is, in words; "" where it is not known.
-    """
-    why = f"the point at {where} sees too few nodes for the basis {p.basis!r}" if where else str(error)
-    return ParameterError(
-        f"got {p.chosen_radius:g} spacings: {why}", expected="a radius within which there are enough nodes",
-        hint="give a larger radius, or more nodes", at="body" if p.radius is None else "radius",
-    )  # fmt: skip
 
 
 def refuse_soft_rule(p: ShellParameters) -> None:
@@ -145,10 +130,8 @@ def refuse_soft_rule(p: ShellParameters) -> None:
         return
     try:
         modes = zero_mode_count(*chosen)
-    except UnspannedBasisError as error:
-        where = ", ".join(f"{one:.4g}" for one in error.place)
-        where = f"{where} (in spacings, along, across and through a free patch)" if where else ""
-        raise unspanned(p, error, where) from None
+    except UnspannedBasisError:  # the stencils of the body name the point
+        return
     if modes != RIGID_MOTIONS:
         raise ParameterError(
             f"got {p.rule.surface!r} with {p.rule.through} points through {p.body.counts[2]} layers, basis {p.basis!r}, radius "
@@ -158,45 +141,21 @@ def refuse_soft_rule(p: ShellParameters) -> None:
         )  # fmt: skip
 
 
-def transpose(stencils: Stencils, nodes: int) -> tuple[IndexArray, IndexArray, CompactArray, CompactArray]:
-    """Return where the list of each node begins, the points that see it, ascending, and its place in the list of each."""
-    begin, seen = stencils.begin.astype(np.int64), stencils.all_neighbours()
+def transpose(stencils: Stencils, nodes: int) -> tuple[IndexArray, IndexArray, npt.NDArray[np.uint16]]:
+    """Return `begin`, `points` and `slot` of `kernel_arrays.Nodes`."""
+    begin, seen = stencils.begin.astype(np.int64), stencils.nodes
     order = np.argsort(seen, kind="stable")
     point = np.repeat(np.arange(len(begin) - 1, dtype=np.uint32), np.diff(begin))[order]
-    slot = compact(order - begin[point])
     ends = np.concatenate([[0], np.cumsum(np.bincount(seen, minlength=nodes))]).astype(np.uint32)
-    return ends, *compress(ends, point), slot
-
-
-def chosen_hourglass(p: ShellParameters, lattice: Lattice) -> Hourglass:
-    """Return the ties between columns, none of a rule that needs none."""
-    if p.rule.surface == "column" and p.hourglass > 0.0:
-        return make_hourglass(lattice, p.rule.through, p.material.young, p.hourglass)
-    return Hourglass(
-        lattice.shape[2], 1, np.zeros(lattice.node_count), np.zeros((0, 3)), np.zeros((0, 4), dtype=np.int32), np.zeros((0, 4)),
-        np.zeros((0, 4)),
-    )  # fmt: skip
+    return ends, point, (order - begin[point]).astype(np.uint16)
 
 
 def inner_surface(lattice: Lattice) -> Surface:
     """Return the surface on which the pressure acts: the inner one of a tube, the lower one of a plate."""
     n, m, _ = lattice.shape
     nodes = edge_nodes(lattice, "bottom")
-    station, place = (one.ravel() for one in np.meshgrid(np.arange(n), np.arange(m), indexing="ij"))
-    return Surface(nodes, station, grid_neighbours(lattice), lattice.nodes[nodes])
-
-
-def grid_neighbours(lattice: Lattice) -> ColumnArray:
-    """Return for each column the ones before and after it along and across, itself where there is none, shape (n m, 4)."""
-    n, m, _ = lattice.shape
-    along, across = np.meshgrid(np.arange(n), np.arange(m), indexing="ij")
-    before, after = np.maximum(along - 1, 0), np.minimum(along + 1, n - 1)
-    if lattice.axes[1].closed:
-        left, right = (across - 1) % m, (across + 1) % m
-    else:
-        left, right = np.maximum(across - 1, 0), np.minimum(across + 1, m - 1)
-    found = (before * m + across, after * m + across, along * m + left, along * m + right)
-    return np.stack([one.ravel() for one in found], axis=1).astype(np.int32)
+    around = column_neighbours(n, m, lattice.axes[1].closed).astype(np.int32)
+    return Surface(nodes, np.repeat(np.arange(n), m), around, lattice.nodes[nodes])
 
 
 def surface_quads(lattice: Lattice) -> IntArray:
@@ -225,11 +184,9 @@ def gauge_columns(p: ShellParameters, lattice: Lattice) -> list[int]:
     for number, place in enumerate(p.gauges):
         indices = []
         for axis, value, unit in zip(lattice.axes[:2], place, ("m", "rad" if lattice.bent else "m"), strict=True):
-            low, high = (0.0, axis.period) if axis.closed else (axis.positions[0], axis.positions[-1])
-            if not low <= value <= high:
-                raise ParameterError(
-                    f"got {value:g} {unit}", expected=f"{low:g} to {high:g} {unit}", at=("gauges", number, len(indices))
-                )
+            if not 0.0 <= value <= axis.length:
+                expected = f"0 to {axis.length:g} {unit}"
+                raise ParameterError(f"got {value:g} {unit}", expected=expected, at=("gauges", number, len(indices)))
             distance: FloatArray = np.abs(axis.positions - value)
             if axis.closed:
                 distance = np.minimum(distance, axis.period - distance)

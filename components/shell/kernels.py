@@ -4,13 +4,11 @@
 
 A tick is a half kick, a drift, new stresses and forces, a half kick (velocity Verlet, which is the central difference of the
 paper with the velocities of whole ticks). Points gather from their neighbours, and nodes from the points that see them, both
-in a fixed order: the bits do not depend on who does which part.
+in a fixed order: the bits do not depend on which part is computed first. `ticks` calls these kernels.
 Source: Gato & Shie (2010), section 2.
 """
 
 from __future__ import annotations
-
-from math import sqrt
 
 import numpy as np
 
@@ -28,8 +26,7 @@ from ..materials.tensors import (
     trial_stress,
 )
 from ..materials.thermoviscoplastic import advance_stress, elastic_moduli
-from ..support.jit import internal, internal_inlined, jit
-from .hourglass import hold_columns
+from ..support.jit import internal_inlined, jit
 from .kernel_arrays import (
     BOUNDARY_IMPULSE,
     BOUNDARY_WORK,
@@ -39,48 +36,27 @@ from .kernel_arrays import (
     PRESSURE_IMPULSE,
     PRESSURE_WORK,
     STRAINED,
-    WALL_FORCE,
-    WALL_IMPULSE,
 )
 
-# numba compiles a function again for an argument that is a literal number.
-_ZERO = np.int64(0)
 # A plastic strain, a temperature [K] or a strain in one tick beyond these is absurd.
 LARGEST_PLASTIC_STRAIN, LARGEST_TEMPERATURE, LARGEST_STRAIN_OF_TICK = 10.0, 1e4, 0.2
 
 
 @jit
-def advance(solid, state, scratch, signals, pressures, tally, first_tick, failed):
-    """Advance by as many ticks as `signals` has rows, in one part; return 0 or a status of `kernel_arrays`.
-
-    See `ticks.advance` for the arguments.
-    """
-    for row in range(signals.shape[0]):
-        failed[1] = first_tick + row + 1
-        drift(solid, state, scratch, signals[row], pressures, tally)
-        status = update_stresses(solid, state, scratch, _ZERO, solid.body.volume.size, failed)
-        if status != 0:
-            return status
-        hold_columns(solid, state, scratch, _ZERO, solid.hourglass.partner.shape[0])
-        gather_forces(solid, state, scratch, _ZERO, solid.body.mass.size)
-        kick(solid, state, scratch, signals[row], pressures, tally)
-    return 0
-
-
-@jit
-def drift(solid, state, scratch, signals, pressures, tally):
+def drift(nodes, surface, state, scratch, signals, pressures, step, tally):
     """Make the first half kick, and move the nodes; tally what prescribed velocities do.
 
     Args:
-        solid: `kernel_arrays.Solid`.
+        nodes: `kernel_arrays.Nodes`.
+        surface: `kernel_arrays.Surface`.
         state: `kernel_arrays.State`.
-        scratch: `kernel_arrays.Scratch`.
-        signals: of the tick, as the next two in `ticks.Inputs`.
-        pressures: at the stations [Pa].
+        scratch: `kernel_arrays.Scratch`; `before` is written.
+        signals: means over the tick: the factor of the pressure, then velocities of edges, shape (k,).
+        pressures: what the factor is multiplied by at each station of the surface, shape (stations,) [Pa].
+        step: length of the tick [s].
         tally: shape (TALLY,).
     """
-    body, surface, step = solid.body, solid.surface, solid.step
-    u, v, f, mass, prescribed = state.displacement, state.velocity, state.force, body.mass, body.prescribed
+    u, v, f, mass, prescribed = state.displacement, state.velocity, state.force, nodes.mass, nodes.prescribed
     half, factor = 0.5 * step, signals[0]
     for s in range(surface.nodes.size):
         j = surface.nodes[s]
@@ -104,14 +80,12 @@ def drift(solid, state, scratch, signals, pressures, tally):
                 tally[BOUNDARY_WORK] += 0.5 * mass[j] * (given * given - v[j, i] * v[j, i]) - half * f[j, i] * given
                 v[j, i] = given
             u[j, i] += step * v[j, i]
-    tally[WALL_IMPULSE] += half * tally[WALL_FORCE]
 
 
 @jit
-def kick(solid, state, scratch, signals, pressures, tally):
-    """Make the second half kick with the new forces, and tally the work of the pressure."""
-    body, surface, step = solid.body, solid.surface, solid.step
-    v, f, mass, prescribed = state.velocity, state.force, body.mass, body.prescribed
+def kick(nodes, surface, state, scratch, signals, pressures, step, tally):
+    """Make the second half kick with the new forces and areas, and tally the work of the pressure; as `drift`."""
+    v, f, mass, prescribed = state.velocity, state.force, nodes.mass, nodes.prescribed
     half, factor = 0.5 * step, signals[0]
     for j in range(mass.size):
         share = half / mass[j]
@@ -121,15 +95,12 @@ def kick(solid, state, scratch, signals, pressures, tally):
             else:
                 tally[BOUNDARY_IMPULSE + i] -= half * f[j, i]
                 tally[BOUNDARY_WORK] -= half * f[j, i] * v[j, i]
-    measure_wall(solid, state, tally)
-    tally[WALL_IMPULSE] += half * tally[WALL_FORCE]
     work = 0.0
     for s in range(surface.nodes.size):
         j = surface.nodes[s]
         pressure = factor * pressures[surface.station[s]]
-        x, y, z = surface_area(surface, state.displacement, s)
         for i in range(3):
-            new = x if i == 0 else (y if i == 1 else z)
+            new = scratch.area[s, i]
             impulse = half * pressure * new
             tally[PRESSURE_IMPULSE + i] += impulse
             if prescribed[j, i] == 0:
@@ -141,46 +112,51 @@ def kick(solid, state, scratch, signals, pressures, tally):
     tally[PRESSURE_WORK] += work
 
 
-@internal
-def surface_area(surface, u, s):
-    """Return the area of the inner surface on one of its nodes, along its normal into the body [m^2]: x, y, z.
+@jit
+def write_areas(surface, u, out):
+    """Write the area of the inner surface on each of its nodes, along its normal into the body, shape (s, 3) [m^2].
 
     A quarter of the four triangles to its neighbours, twice: exact for the quarter cells of a plane surface.
     """
-    before, after, left, right = surface.around[s, 0], surface.around[s, 1], surface.around[s, 2], surface.around[s, 3]
-    ax, ay, az = edge(surface, u, before, after)
-    bx, by, bz = edge(surface, u, left, right)
-    return 0.25 * (ay * bz - az * by), 0.25 * (az * bx - ax * bz), 0.25 * (ax * by - ay * bx)
-
-
-@internal
-def edge(surface, u, first, second):
-    """Return the vector from one node of the surface to another, as they are now [m]."""
-    a, b, x = surface.nodes[first], surface.nodes[second], surface.reference
-    return (
-        (x[second, 0] + u[b, 0]) - (x[first, 0] + u[a, 0]),
-        (x[second, 1] + u[b, 1]) - (x[first, 1] + u[a, 1]),
-        (x[second, 2] + u[b, 2]) - (x[first, 2] + u[a, 2]),
-    )
+    x, nodes = surface.reference, surface.nodes
+    for s in range(nodes.size):
+        before, after, left, right = surface.around[s, 0], surface.around[s, 1], surface.around[s, 2], surface.around[s, 3]
+        i, j, k, m = nodes[before], nodes[after], nodes[left], nodes[right]
+        ax = (x[after, 0] + u[j, 0]) - (x[before, 0] + u[i, 0])
+        ay = (x[after, 1] + u[j, 1]) - (x[before, 1] + u[i, 1])
+        az = (x[after, 2] + u[j, 2]) - (x[before, 2] + u[i, 2])
+        bx = (x[right, 0] + u[m, 0]) - (x[left, 0] + u[k, 0])
+        by = (x[right, 1] + u[m, 1]) - (x[left, 1] + u[k, 1])
+        bz = (x[right, 2] + u[m, 2]) - (x[left, 2] + u[k, 2])
+        out[s, 0], out[s, 1], out[s, 2] = 0.25 * (ay * bz - az * by), 0.25 * (az * bx - ax * bz), 0.25 * (ax * by - ay * bx)
 
 
 @jit
-def update_stresses(solid, state, scratch, begin, end, failed):
+def update_stresses(points, law, plastic, state, pull, begin, end, failed):
     """Advance the stresses of some points to the displacements of now, and write what pulls on their nodes.
 
+    Args:
+        points: `kernel_arrays.Points`.
+        law: `FlowConstants`.
+        plastic: whether the material can yield.
+        state: `kernel_arrays.State`.
+        pull: `kernel_arrays.Scratch.pull`.
+        begin: the first of the points.
+        end: the first one after them.
+        failed: of a failure the first entry is set to the point.
+
     Returns:
-        0, or a status; then `failed` holds the point, and `scratch.pull` in its row the value that decided and its limit.
+        0, or a status; then `pull` holds in the row of the point the value that decided and its limit.
     """
-    body, law, u = solid.body, solid.law, state.displacement
-    starts, lowest, offsets = body.begin, body.lowest, body.offsets
-    kind, first, gradients = body.kind, body.first, body.gradients
-    old, stresses, pull = state.gradient, state.stress, scratch.pull
+    u, starts, nodes = state.displacement, points.begin, points.nodes
+    kind, first, gradients = points.kind, points.first, points.gradients
+    old, stresses = state.gradient, state.stress
     moduli = elastic_moduli(law, law.reference_temperature)
     for p in range(begin, end):
         axx, axy, axz, ayx, ayy, ayz, azx, azy, azz = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-        row, low = first[kind[p]], lowest[p]
+        row = first[kind[p]]
         for entry in range(starts[p], starts[p + 1]):
-            j = low + offsets[entry]
+            j = nodes[entry]
             ux, uy, uz = u[j, 0], u[j, 1], u[j, 2]
             gx, gy, gz = gradients[row, 0], gradients[row, 1], gradients[row, 2]
             row += np.uint32(1)
@@ -193,10 +169,10 @@ def update_stresses(solid, state, scratch, begin, end, failed):
             azx += uz * gx
             azy += uz * gy
             azz += uz * gz
-        stretch = body.along[p]
+        stretch = points.along[p]
         axx, ayx, azx = stretch * axx, stretch * ayx, stretch * azx
         # From the frame of the point to that of the body.
-        c, s = body.cosine[p], body.sine[p]
+        c, s = points.cosine[p], points.sine[p]
         axy, axz = c * axy + s * axz, c * axz - s * axy
         ayy, ayz = c * ayy + s * ayz, c * ayz - s * ayy
         azy, azz = c * azy + s * azz, c * azz - s * azy
@@ -213,7 +189,7 @@ def update_stresses(solid, state, scratch, begin, end, failed):
         old[p, 0], old[p, 1], old[p, 2], old[p, 3], old[p, 4] = axx, axy, axz, ayx, ayy
         old[p, 5], old[p, 6], old[p, 7], old[p, 8] = ayz, azx, azy, azz
         turned = turn_stress(load_symmetric(stresses, p), spin)
-        if solid.plastic:
+        if plastic:
             new = advance_stress(law, turned, strain, state.plastic_strain[p], state.temperature[p])
             if not new.plastic_strain < LARGEST_PLASTIC_STRAIN:
                 failed[0], pull[p, 0], pull[p, 1] = p, new.plastic_strain, LARGEST_PLASTIC_STRAIN
@@ -229,16 +205,14 @@ def update_stresses(solid, state, scratch, begin, end, failed):
         else:
             stress = trial_stress(turned, strain, moduli)
         store_symmetric(stresses, p, stress)
-        write_point_pull(body, p, nominal_stress(after, stress), pull)
+        write_point_pull(pull, p, nominal_stress(after, stress), points.volume[p], c, s, stretch)
     return 0
 
 
 @internal_inlined
-def write_point_pull(body, p, nominal, pull_out):
+def write_point_pull(pull, p, nominal, volume, cosine, sine, along):
     """Write the nominal stress of a point times its volume, in the frame of the point [N m]."""
-    pull, volume = pull_out, body.volume[p]
-    c, s = volume * body.cosine[p], volume * body.sine[p]
-    volume *= body.along[p]
+    c, s, volume = volume * cosine, volume * sine, volume * along
     pull[p, 0], pull[p, 1], pull[p, 2] = volume * nominal.xx, volume * nominal.xy, volume * nominal.xz
     pull[p, 3], pull[p, 6] = c * nominal.yx - s * nominal.zx, s * nominal.yx + c * nominal.zx
     pull[p, 4], pull[p, 7] = c * nominal.yy - s * nominal.zy, s * nominal.yy + c * nominal.zy
@@ -259,65 +233,36 @@ def dissipation(moduli, before, after, strain):
 
 
 @jit
-def gather_forces(solid, state, scratch, begin, end):
-    """Write the forces on some nodes: of the points that see them, of the hourglass control, of a wall."""
-    body, pull, force = solid.body, scratch.pull, state.force
-    starts, lowest, offsets, slots = body.seen_begin, body.seen_lowest, body.seen_offsets, body.seen_slot
-    kind, first = body.kind, body.first
-    gradients, layers, shares = body.gradients, solid.hourglass.layers, solid.hourglass.shares
-    held, has_wall = solid.hourglass.partner.shape[0] > 0, body.bounce.size > 0
-    for j in range(begin, end):
-        x, y, z, low = 0.0, 0.0, 0.0, lowest[j]
+def gather_forces(points, nodes, hourglass, scratch, force, numbers):
+    """Write the forces on some nodes, of the points that see them and of the hourglass control.
+
+    Args:
+        points: `kernel_arrays.Points`.
+        nodes: `kernel_arrays.Nodes`.
+        hourglass: `kernel_arrays.Hourglass`.
+        scratch: `kernel_arrays.Scratch`, with what pulls at the nodes.
+        force: written, shape (n, 3) [N].
+        numbers: of the nodes, shape (k,).
+    """
+    pull, starts, seen, slots = scratch.pull, nodes.begin, nodes.points, nodes.slot
+    kind, first, gradients = points.kind, points.first, points.gradients
+    layers, held = hourglass.layers, hourglass.partner.shape[0] > 0
+    for number in range(numbers.size):
+        j = numbers[number]
+        x, y, z = 0.0, 0.0, 0.0
         for entry in range(starts[j], starts[j + 1]):
-            p = low + offsets[entry]
+            p = seen[entry]
             row = first[kind[p]] + slots[entry]
             gx, gy, gz = gradients[row, 0], gradients[row, 1], gradients[row, 2]
             x -= gx * pull[p, 0] + gy * pull[p, 3] + gz * pull[p, 6]
             y -= gx * pull[p, 1] + gy * pull[p, 4] + gz * pull[p, 7]
             z -= gx * pull[p, 2] + gy * pull[p, 5] + gz * pull[p, 8]
         if held:
-            column, share = j // layers, shares[j]
+            column, share = j // layers, hourglass.shares[j]
             x += share * scratch.column_force[column, 0]
             y += share * scratch.column_force[column, 1]
             z += share * scratch.column_force[column, 2]
-        if has_wall:
-            depth = wall_depth(solid, state, j)
-            x += solid.wall[1] * body.bounce[j] * depth
         force[j, 0], force[j, 1], force[j, 2] = x, y, z
-
-
-@internal
-def wall_depth(solid, state, j):
-    """Return how far a node is behind the wall [m]."""
-    depth = solid.wall[1] * (solid.wall[0] - (solid.reference[j, 0] + state.displacement[j, 0]))
-    return depth if depth > 0.0 else 0.0
-
-
-@jit
-def measure_wall(solid, state, tally):
-    """Write the force of the wall on the body now [N]."""
-    force = 0.0
-    for j in range(solid.body.bounce.size):
-        force += solid.wall[1] * solid.body.bounce[j] * wall_depth(solid, state, j)
-    tally[WALL_FORCE] = force
-
-
-@jit
-def write_areas(solid, state):
-    """Write the area of the inner surface on each of its nodes."""
-    for s in range(solid.surface.nodes.size):
-        state.area[s, 0], state.area[s, 1], state.area[s, 2] = surface_area(solid.surface, state.displacement, s)
-
-
-@jit
-def norm_ratio(image, vector, mass):
-    """Return |image| / |vector| in the norm that weighs nodes with their masses; both of shape (n, 3)."""
-    above, below = 0.0, 0.0
-    for j in range(mass.size):
-        for i in range(3):
-            above += mass[j] * image[j, i] * image[j, i]
-            below += mass[j] * vector[j, i] * vector[j, i]
-    return sqrt(above / below)
 
 
 @jit
@@ -326,12 +271,12 @@ def interpolate(stencils, field, out):
 
     `stencils` are the `Stencils` of the points.
     """
-    begin, lowest, offsets, values = stencils.begin, stencils.lowest, stencils.offsets, stencils.values
+    begin, nodes, values = stencils.begin, stencils.nodes, stencils.values
     for p in range(out.shape[0]):
         x, y, z = 0.0, 0.0, 0.0
         row = stencils.first[stencils.kind[p]]
         for entry in range(begin[p], begin[p + 1]):
-            j, value = lowest[p] + offsets[entry], values[row]
+            j, value = nodes[entry], values[row]
             row += np.uint32(1)
             x += value * field[j, 0]
             y += value * field[j, 1]
@@ -340,22 +285,24 @@ def interpolate(stencils, field, out):
 
 
 @jit
-def spread_to_nodes(body, values, weights, out):
-    """Write at each node the mean of a field over the points that see it, each with its volume and how much it sees.
-
-    It is 0 where no point does.
+def weigh_points(stencils, nodes, volume, numbers, field, out):
+    """Write for some nodes how much the points see them, sum_p |N_J| V_p, and the sum of that times a field at the points.
 
     Args:
-        body: `kernel_arrays.Body`.
-        values: shape functions, shape (rows,).
-        weights: the field at the points, shape (m,).
-        out: shape (n,).
+        stencils: `Stencils` of the points.
+        nodes: `kernel_arrays.Nodes`.
+        volume: of the points, shape (m,) [m^3].
+        numbers: of the nodes, shape (k,).
+        field: at the points, shape (m,).
+        out: shape (k, 2).
     """
-    for j in range(out.size):
-        total, field = 0.0, 0.0
-        for entry in range(body.seen_begin[j], body.seen_begin[j + 1]):
-            p = body.seen_lowest[j] + body.seen_offsets[entry]
-            share = abs(values[body.first[body.kind[p]] + body.seen_slot[entry]]) * body.volume[p]
+    kind, first, values = stencils.kind, stencils.first, stencils.values
+    for number in range(numbers.size):
+        j = numbers[number]
+        total, weighted = 0.0, 0.0
+        for entry in range(nodes.begin[j], nodes.begin[j + 1]):
+            p = nodes.points[entry]
+            share = abs(values[first[kind[p]] + nodes.slot[entry]]) * volume[p]
             total += share
-            field += share * weights[p]
-        out[j] = field / total if total > 0.0 else 0.0
+            weighted += share * field[p]
+        out[number, 0], out[number, 1] = total, weighted

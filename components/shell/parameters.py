@@ -2,19 +2,18 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
 from pydantic import Field, SerializeAsAny, model_validator
 
-from ..materials.elastic import PRESETS
 from ..materials.thermoviscoplastic import FlowConstants, Thermoviscoplastic
 from ..support.parameter_fields import Magnitude, NotNegativeMagnitude, SignedPair, field
 from ..support.tagged_union import ByName, Named
-from ..support.validation import Parameters, refusal
+from ..support.validation import Parameters
 from .boundaries import BoundaryName, EdgeName
 from .fracture import ChosenFracture, NoFracture
 from .geometry.bodies import ChosenBody, Plate, Rod, Tube
-from .geometry.notch import edge_at, is_beyond
+from .geometry.notch import edge_at
 from .quadrature import RuleName
 from .shape_functions import BasisName
 
@@ -45,21 +44,9 @@ class LinearElastic(Named):
         return law.constants(step_size)
 
 
-class SolidByName(ByName):
-    """Chooses the material; the name of a preset of grains is refused with the table that has its constants."""
-
-    def choose(self, given: Any) -> Named:
-        """Return the table; raise a fault where there is none, or where it is not valid."""
-        preset = PRESETS.get(given) if isinstance(given, str) else None
-        if preset is not None:
-            constants = f"young = {preset.young:g}, poisson = {preset.poisson:g}, density = {preset.density:g}"
-            raise refusal(f"got {given!r}, a preset of grains", "a law", f'give {{name = "elastic", {constants}}}')
-        return super().choose(given)
-
-
 SolidMaterial = LinearElastic | Thermoviscoplastic
 ChosenMaterial = Annotated[
-    SerializeAsAny[SolidMaterial], SolidByName({"elastic": LinearElastic, "thermoviscoplastic": Thermoviscoplastic})
+    SerializeAsAny[SolidMaterial], ByName({"elastic": LinearElastic, "thermoviscoplastic": Thermoviscoplastic})
 ]
 
 
@@ -146,23 +133,17 @@ class ShellParameters(Parameters):
         if isinstance(body, Plate):
             places.append(("around", body.notch.around, body.width, ("left", "right")))
         for name, middle, length, edges in places:
-            if middle is not None and is_beyond(middle, length):
-                raise ValueError(
-                    f"body.notch.{name}: got {middle:g} m for its middle, outside of the body, expected 0 to {length:g} m"
-                )
             edge = edge_at(middle, length, *edges)
             if edge and kinds.get(edge) != "symmetry":
                 raise ValueError(
-                    f"body.notch.{name}: got {middle:g} m, where half of the notch lies beyond the edge {edge!r}; move it into "
-                    f"the body, or give boundaries.{edge} = 'symmetry'"
+                    f"body.notch.{name}: got {middle:g} m, where the notch reaches beyond the edge {edge!r}; move it into the "
+                    f"body, or give boundaries.{edge} = 'symmetry'"
                 )
         return self
 
     @model_validator(mode="after")
     def _validate_neighbourhoods(self) -> ShellParameters:
-        _, across, layers = self.body.counts
-        if self.basis == "quadratic" and layers < 3:
-            raise ValueError(f"body.layers: got {layers}, expected at least 3 with the basis 'quadratic'")
+        across = self.body.counts[1]
         notched = isinstance(self.body, Tube | Plate) and self.body.notch is not None
         if notched and self.chosen_radius >= 2.0:
             raise ValueError(
@@ -173,15 +154,5 @@ class ShellParameters(Parameters):
             raise ValueError(
                 f"body.around: got {across}, expected more than {2.0 * self.chosen_radius:g}, twice the radius within which a "
                 "point sees nodes: it would see some of them from both sides"
-            )
-        return self
-
-    @model_validator(mode="after")
-    def _validate_rule(self) -> ShellParameters:
-        layers, through = self.body.counts[2], self.rule.through
-        if through < layers - 1:
-            raise ValueError(
-                f"integration.through: got {through} points through {layers} layers of nodes, expected at least {layers - 1}: "
-                "fewer leave modes without energy"
             )
         return self

@@ -1,4 +1,4 @@
-"""Integration rules: where the points lie at which stresses are computed, and what volume each stands for.
+"""Integration rules: where the points lie at which stresses are computed, and the volume of each.
 
 A rule is a rule in the surface times Gauss points through the thickness. In the surface, `column` has one point at each
 column of nodes: cheap, but blind to displacements that alternate from column to column, which `hourglass` holds; `cell` has
@@ -13,8 +13,8 @@ import numpy as np
 
 from ..support.elementary_functions import sine_of_pi
 from ..support.float_arrays import FloatArray
+from .geometry.axis import Axis, IntArray
 from .geometry.lattice import Lattice
-from .geometry.lattice_axis import Axis, IntArray
 from .shape_functions import quartic_spline
 
 RuleName = Literal["column", "cell"]
@@ -26,7 +26,7 @@ class LinePoints(NamedTuple):
 
     Attributes:
         at: fractional indices of the axis, shape (m,).
-        length: part of the axis for which each stands, shape (m,) [m or rad].
+        length: part of the axis that belongs to each, shape (m,) [m or rad].
     """
 
     at: FloatArray
@@ -73,7 +73,7 @@ def points_in_cells(axis: Axis, radius: float) -> LinePoints:
 
 
 def _seen_slope(axis: Axis, index: float, radius: float) -> float:
-    """Return dX/dxi at an index: of moving least squares along one axis that reproduce what is linear in the index xi."""
+    """Return dX/dxi at an index: of moving least squares along one axis that reproduces linear functions of the index xi."""
     planes = np.array(axis.neighbours(index, radius))
     offset = planes - index
     weight, slope = quartic_spline(-offset / radius)
@@ -116,7 +116,7 @@ def gauss_points(count: int) -> tuple[FloatArray, FloatArray]:
 
 
 def integration_points(lattice: Lattice, rule: RuleName, through: int, radius: float) -> IntegrationPoints:
-    """Return the points of a rule with so many points through the thickness, which see nodes within a radius [planes]."""
+    """Return the points of a rule with a number of points through the thickness, which see nodes within a radius [planes]."""
     along, across, thickness = lattice.axes
     first, second = (
         points_at_planes(axis) if rule == "column" else points_in_cells(axis, radius) for axis in (along, across)

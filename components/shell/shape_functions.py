@@ -19,7 +19,7 @@ from ..support.float_arrays import FloatArray
 from ..support.jit import internal, jit
 
 BasisName = Literal["linear", "quadratic"]
-# A pivot of the moment matrix that is so much smaller than what it came from is rounding: its point sees too few nodes.
+# A pivot of the moment matrix that is smaller than this part of its entry is rounding: its point sees too few nodes.
 SMALLEST_PIVOT = 1e-10
 
 
@@ -136,12 +136,12 @@ def solve(lower: list[list[FloatArray]], pivots: list[FloatArray], right: list[F
     return found
 
 
-# -- in compiled code, each point by itself, as points beside cracks need them -----------------------------------------------
+# -- in compiled code, point by point, for points at cracks -----------------------------------------------
 
 
 @jit
 def least_squares_rows(offsets, weights, slopes, size, values, gradients, sound):
-    """Write moving-least-squares functions and their gradients, each point by itself, in a fixed order of sums.
+    """Write moving-least-squares functions and their gradients, point by point, in a fixed order of sums.
 
     As `moving_least_squares`, whose sums depend on how many points there are at a time.
 

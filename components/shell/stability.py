@@ -1,4 +1,4 @@
-"""The highest frequency of the body at rest, which bounds the step: 2 / omega is the largest that leapfrog bears."""
+"""The highest frequency of the body at rest, which bounds the step: 2 / omega is the largest that leapfrog allows."""
 
 from __future__ import annotations
 
@@ -6,9 +6,9 @@ import numpy as np
 
 from ..support import stable_step
 from ..support.counter_random import uniform
-from ..support.float_arrays import FloatArray
+from ..support.float_arrays import FloatArray, sum_in_order
 from ..support.stable_step import ResultCache
-from . import kernels, ticks
+from . import ticks
 from .kernel_arrays import Solid, State, make_scratch
 
 # Displacements, over the size of the stencils, that leave the geometry as it is.
@@ -30,34 +30,39 @@ def highest_frequency(solid: Solid) -> float:
     Args:
         solid: without a wall; its material counts as elastic.
     """
-    body = solid.body
-    tied = solid.hourglass
+    nodes, tied = solid.nodes, solid.hourglass
     inputs = (
-        *body._replace(prescribed=body.prescribed > 0, bounce=np.zeros(0)), tied.place, tied.partner, tied.stiffness,
-        tied.shares, solid.law.young, solid.law.poisson,
+        *solid.points, *nodes._replace(prescribed=nodes.prescribed > 0), tied.place, tied.partner, tied.stiffness, tied.shares,
+        solid.law.young, solid.law.poisson,
     )  # fmt: skip
     return _found.get(inputs, lambda: _compute_frequency(solid))
 
 
 def _compute_frequency(solid: Solid) -> float:
-    body = solid.body
-    n, m = len(body.mass), len(body.volume)
-    nothing = np.zeros(0)
+    mass = solid.nodes.mass
+    n, m, nothing = len(mass), len(solid.points.volume), np.zeros(0)
     state = State(
         np.zeros((n, 3)), np.zeros((n, 3)), np.zeros((n, 3)), np.zeros((m, 9)), np.zeros((m, 6)), nothing, nothing, nothing,
         np.zeros((0, 3)),
     )  # fmt: skip
     scratch, failed = make_scratch(m, len(solid.hourglass.partner), 0), np.zeros(2, dtype=np.int64)
-    size = _SMALL / float(np.abs(body.gradients).max())
+    size = _SMALL / float(np.abs(solid.points.gradients).max())
     shape = uniform(1, 0, 3 * n).reshape(n, 3) - 0.5
 
     def force(displacement: FloatArray) -> FloatArray:
         state.displacement[:] = displacement
         state.gradient[:] = 0.0
         state.stress[:] = 0.0
-        ticks.update_forces(solid._replace(plastic=False), state, scratch, failed)
+        ticks.update_forces(solid, state, scratch, failed)
         return state.force
 
     return stable_step.highest_frequency(
-        shape, size, body.prescribed > 0, body.mass, force, kernels.norm_ratio, iterations=_ITERATIONS, settled=_SETTLED
+        shape, size, solid.nodes.prescribed > 0, mass, force, _norm_ratio, iterations=_ITERATIONS, settled=_SETTLED
     )
+
+
+@np.errstate(all="ignore")
+def _norm_ratio(image: FloatArray, vector: FloatArray, mass: FloatArray) -> float:
+    """Return |image| / |vector| in the norm that weighs nodes with their masses; both of shape (n, 3)."""
+    above, below = (sum_in_order((mass[:, None] * one * one).ravel()) for one in (image, vector))
+    return float(np.sqrt(above / below))

@@ -14,9 +14,9 @@ import numpy as np
 import numpy.typing as npt
 
 from ..support.float_arrays import FloatArray
+from .geometry.axis import Axis, IntArray
 from .geometry.lattice import Lattice
-from .geometry.lattice_axis import Axis, IntArray
-from .kernel_arrays import CompactArray, IndexArray, compress, expand
+from .kernel_arrays import IndexArray
 from .quadrature import LinePoints
 from .shape_functions import BasisName, UnspannedBasisError, moving_least_squares, quartic_spline
 
@@ -25,9 +25,8 @@ class Stencils(NamedTuple):
     """Neighbours of m points, and their shape functions; s kinds of neighbourhood.
 
     Attributes:
-        begin: where the neighbours of each point begin in `offsets`, and the end of the last, shape (m + 1,).
-        lowest: the neighbour of each point that has the least number, shape (m,).
-        offsets: the neighbours, counted from the lowest one of their point, shape (entries,).
+        begin: where the neighbours of each point begin in `nodes`, and the end of the last, shape (m + 1,).
+        nodes: the neighbours, shape (entries,).
         kind: number of each point's stencil, shape (m,).
         first: where each stencil begins in the two tables, and the end of the last, shape (s + 1,).
         values: shape functions, shape (rows,).
@@ -37,21 +36,16 @@ class Stencils(NamedTuple):
     """
 
     begin: IndexArray
-    lowest: IndexArray
-    offsets: CompactArray
+    nodes: IndexArray
     kind: IndexArray
     first: IndexArray
     values: FloatArray
     gradients: FloatArray
     along: FloatArray
 
-    def all_neighbours(self) -> IndexArray:
-        """Return the neighbours of all points, shape (entries,)."""
-        return expand(self.begin, self.lowest, self.offsets)
-
     def neighbours(self, point: int) -> IndexArray:
         """Return the neighbours of a point."""
-        return self.lowest[point] + self.offsets[self.begin[point] : self.begin[point + 1]]
+        return self.nodes[self.begin[point] : self.begin[point + 1]]
 
     def counts(self, points: IntArray) -> IntArray:
         """Return how many neighbours some points have."""
@@ -70,7 +64,6 @@ class Stencils(NamedTuple):
 # Spacings that differ by less than this part, which is rounding, are the same.
 _SAME = 1e-12
 _Marks = npt.NDArray[np.bool_]
-_Rows = tuple[FloatArray, FloatArray]
 
 
 class _Line(NamedTuple):
@@ -117,43 +110,40 @@ def _line(axis: Axis, index: FloatArray, radius: float, shared: bool, scaled: bo
 
 
 def make_stencils(
-    lattice: Lattice,
-    lines: tuple[LinePoints, LinePoints, LinePoints],
-    radii: tuple[float, float, float],
-    basis: BasisName,
-    index: FloatArray | None = None,
-) -> Stencils:
+    lattice: Lattice, lines: tuple[LinePoints, LinePoints, LinePoints], radius: float, basis: BasisName,
+    places: FloatArray | None = None,
+) -> Stencils:  # fmt: skip
     """Return the stencils of points that are the product of points along the axes, but for those at a notch.
 
     Args:
         lattice: the nodes.
         lines: points along each axis.
-        radii: within which a point sees nodes along each axis, in spacings.
+        radius: within which a point sees nodes along each axis, in spacings.
         basis: of the shape functions.
-        index: where the points are, shape (m, 3), if a notch makes that differ from the product.
+        places: where the points are, shape (m, 3), if a notch makes that differ from the product.
 
     Raises:
         UnspannedBasisError: the neighbours of a point do not span the basis.
     """
-    even = _product_stencils(lattice, lines, radii, basis)
+    even = _product_stencils(lattice, lines, radius, basis)
     if lattice.hollow is None:
         return even
-    places = np.stack(np.meshgrid(*(line.at for line in lines), indexing="ij"), axis=-1).reshape(-1, 3)
-    if index is None:
-        index = places
+    product = np.stack(np.meshgrid(*(line.at for line in lines), indexing="ij"), axis=-1).reshape(-1, 3)
+    places = product if places is None else places
     below = np.repeat(lattice.hollow.columns.ravel(), lattice.shape[2])
-    seen = even.all_neighbours()
-    near = np.logical_or.reduceat(below[seen], even.begin[:-1])
-    picked = np.flatnonzero(near | (index != places).any(axis=1))
-    return _replace(even, picked, *_stencils_at(lattice, index[picked], radii, basis))
+    near = np.logical_or.reduceat(below[even.nodes], even.begin[:-1])
+    picked = np.flatnonzero(near | (places != product).any(axis=1))
+    return _replace(even, picked, *_stencils_at(lattice, places[picked], radius, basis))
 
 
-def _replace(even: Stencils, picked: IntArray, nodes: IntArray, there: _Marks, rows: _Rows) -> Stencils:
+def _replace(
+    even: Stencils, picked: IntArray, nodes: IntArray, there: _Marks, values: FloatArray, gradients: FloatArray
+) -> Stencils:
     """Return stencils in which some points have others, each its own."""
     counts, own = np.diff(even.begin.astype(np.int64)), there.sum(axis=1)
     is_own = np.zeros(len(counts), dtype=bool)
     is_own[picked] = True
-    kept = even.all_neighbours()[np.repeat(~is_own, counts)]
+    kept = even.nodes[np.repeat(~is_own, counts)]
     counts[picked] = own
     mixed = np.empty(counts.sum(), dtype=np.uint32)
     entries = np.repeat(is_own, counts)
@@ -161,34 +151,34 @@ def _replace(even: Stencils, picked: IntArray, nodes: IntArray, there: _Marks, r
     kind = even.kind.copy()
     kind[picked] = len(even.first) - 1 + np.arange(len(picked))
     first = np.concatenate([even.first[:-1], even.first[-1] + _ends(own)]).astype(np.uint32)
-    values, gradients = (np.concatenate(pair) for pair in zip((even.values, even.gradients), rows, strict=True))
-    along = np.where(is_own, 1.0, even.along)
+    values, gradients = np.concatenate([even.values, values]), np.concatenate([even.gradients, gradients])
     begin = _ends(counts)
-    return Stencils(begin, *compress(begin, mixed), kind, first, values, gradients, along)
+    return Stencils(begin, mixed, kind, first, values, gradients, np.where(is_own, 1.0, even.along))
 
 
 def _stencils_at(
-    lattice: Lattice, index: FloatArray, radii: tuple[float, float, float], basis: BasisName
-) -> tuple[IntArray, _Marks, _Rows]:
-    """Return the neighbours of points anywhere, which of them there are, both of shape (m, k), and their shape functions.
+    lattice: Lattice, places: FloatArray, radius: float, basis: BasisName
+) -> tuple[IntArray, _Marks, FloatArray, FloatArray]:
+    """Return neighbours of points anywhere, marks of those that there are, shape (m, k), and their functions and gradients.
 
     Below a notch the third radius is shorter, see `Lattice.reach`.
     """
     planes, near = [], []
-    for axis, place, radius in zip(lattice.axes[:2], index.T[:2], radii[:2], strict=True):
+    for axis, place in zip(lattice.axes[:2], places.T[:2], strict=True):
         some = np.ceil(place - radius).astype(np.int64)[:, None] + np.arange(int(2.0 * radius) + 2)
         there = np.abs(some - place[:, None]) < radius
         near.append(there if axis.closed else there & (some >= 0) & (some < axis.count))
         planes.append(np.clip(some, 0, axis.count - 1) if not axis.closed else some)
-    layers = np.broadcast_to(np.arange(lattice.shape[2]), (len(index), lattice.shape[2]))
+    layers = np.broadcast_to(np.arange(lattice.shape[2]), (len(places), lattice.shape[2]))
     along, across, layer = _cross([*planes, layers])
     nodes = lattice.number(along, across, layer)
     seen = [along, across, lattice.heights(nodes)]
     marks = _cross([*near, np.ones_like(layers, dtype=bool)])
-    reach = lattice.reach(index, radii[2])[:, None]
-    present = marks[0] & marks[1] & (np.abs(seen[2] - index[:, 2, None]) < reach)
-    values, gradients = shape_functions_at(lattice, index, seen, present, (*radii[:2], reach), basis)
-    return nodes, present, (values[present], gradients[present])
+    reach = lattice.reach(places, radius)[:, None]
+    present = marks[0] & marks[1] & (np.abs(seen[2] - places[:, 2, None]) < reach)
+    own = [places[:, axis, None] for axis in range(3)]
+    values, gradients = _least_squares(lattice, own, seen, present, (radius, radius, reach), basis)
+    return nodes, present, values[present], gradients[present]
 
 
 def _cross(lines: list[Any]) -> list[Any]:
@@ -198,36 +188,6 @@ def _cross(lines: list[Any]) -> list[Any]:
     return [np.broadcast_to(line[form], shape).reshape(shape[0], -1) for line, form in zip(lines, forms, strict=True)]
 
 
-def shape_functions_at(
-    lattice: Lattice,
-    index: FloatArray,
-    seen: list[Any],
-    present: _Marks,
-    radii: tuple[float, float, float | FloatArray],
-    basis: BasisName,
-) -> _Rows:
-    """Return shape functions (m, k) and their gradients (m, k, 3) [1/m] of points anywhere.
-
-    Args:
-        lattice: the nodes.
-        index: of the points, shape (m, 3).
-        seen: indices of the neighbours along each axis, counted on beyond a seam, through the thickness fractional ones, each
-            of shape (m, k).
-        present: which of them there are, shape (m, k).
-        radii: within which a point sees nodes along each axis, in planes; the third may be one for each point, shape (m, 1).
-        basis: of the shape functions.
-
-    Raises:
-        UnspannedBasisError: the neighbours of a point do not span the basis; the point is named.
-    """
-    own = [index[:, axis, None] for axis in range(3)]
-    try:
-        return _least_squares(lattice, own, seen, present, radii, basis)
-    except UnspannedBasisError as error:
-        place = tuple(float(axis.at(one)) for axis, one in zip(lattice.axes, index[error.point], strict=True))
-        raise UnspannedBasisError(error.point, str(error), place) from None
-
-
 def _least_squares(
     lattice: Lattice,
     own: list[FloatArray],
@@ -235,19 +195,35 @@ def _least_squares(
     present: _Marks,
     radii: tuple[float, float, float | FloatArray],
     basis: BasisName,
-) -> _Rows:
-    """Return shape functions (m, k) and their gradients (m, k, 3) [1/m] of points at indices `own` (m, 1).
+) -> tuple[FloatArray, FloatArray]:
+    """Return shape functions (m, k) and their gradients (m, k, 3) [1/m] of points anywhere.
 
     The functions reproduce the basis in coordinates. Their gradients are those of functions that reproduce it in indices of
     the planes, dN/dX = (dN/dxi) (dX/dxi)^-1: where planes lie at uneven distances, the gradients of linear fields are exact
     for both, but only with the latter does a constant stress leave no force on the nodes inside.
+
+    Args:
+        lattice: the nodes.
+        own: indices of the points along each axis, each of shape (m, 1).
+        seen: indices of the neighbours along each axis, counted on beyond a seam, through the thickness fractional ones, each
+            of shape (m, k).
+        present: which of them there are, shape (m, k).
+        radii: within which a point sees nodes along each axis, in planes; the third may be one for each point, shape (m, 1).
+        basis: of the shape functions.
+
+    Raises:
+        UnspannedBasisError: the neighbours of a point do not span the basis; its place is named.
     """
     offsets, weights, slopes = weights_at(lattice, own, seen, present, radii)
-    values, _ = moving_least_squares(offsets.swapaxes(0, 1), weights.T, slopes.swapaxes(0, 1), basis)
     at_point = [axis.at(one) for axis, one in zip(lattice.axes, own, strict=True)]
     even = [at_point[k] + lattice.axes[k].slope(own[k]) * (seen[k] - own[k]) for k in range(2)]
     by_index = local_offsets(lattice, [*even, lattice.axes[2].at(seen[2])], at_point)
-    _, gradients = moving_least_squares(by_index.swapaxes(0, 1), weights.T, slopes.swapaxes(0, 1), basis)
+    try:
+        values, _ = moving_least_squares(offsets.swapaxes(0, 1), weights.T, slopes.swapaxes(0, 1), basis)
+        _, gradients = moving_least_squares(by_index.swapaxes(0, 1), weights.T, slopes.swapaxes(0, 1), basis)
+    except UnspannedBasisError as error:
+        place = tuple(float(one[error.point, 0]) for one in at_point)
+        raise UnspannedBasisError(error.point, str(error), place) from None
     # In units of what the point sees along each axis: distances may differ by many powers of ten.
     reach = np.abs(offsets).max(axis=1, keepdims=True)
     offsets, gradients = offsets / reach, gradients.swapaxes(0, 1) * reach
@@ -269,59 +245,31 @@ def _divide(gradients: FloatArray, stretch: list[list[FloatArray]]) -> FloatArra
 
 
 def _product_stencils(
-    lattice: Lattice, lines: tuple[LinePoints, LinePoints, LinePoints], radii: tuple[float, float, float], basis: BasisName
+    lattice: Lattice, lines: tuple[LinePoints, LinePoints, LinePoints], radius: float, basis: BasisName
 ) -> Stencils:
     """Return the stencils of points that are the product of points along the axes, as if all nodes were there."""
-    rows = tuple(
+    rows = [
         _line(axis, line.at, radius, not (lattice.bent and place == 2), place == 0)
-        for place, (axis, line, radius) in enumerate(zip(lattice.axes, lines, radii, strict=True))
-    )
-    own, seen, present = _neighbourhoods(rows)
-    try:
-        values, gradients = _least_squares(lattice, own, seen, present, radii, basis)
-    except UnspannedBasisError as error:
-        along, across, through = np.unravel_index(error.point, [len(row.kept) for row in rows])
-        numbers = zip(lattice.axes, rows, (along, across, through), strict=True)
-        place = tuple(float(axis.at(row.at[row.kept[number]])) for axis, row, number in numbers)
-        raise UnspannedBasisError(error.point, str(error), place) from None
-    kind = np.ravel_multi_index(
-        np.meshgrid(*(row.kinds for row in rows), indexing="ij"), [len(row.kept) for row in rows]
-    ).ravel()
-    counts = present.sum(axis=1)
+        for place, (axis, line) in enumerate(zip(lattice.axes, lines, strict=True))
+    ]
+    # A point of each kind: the product of the kinds along the axes.
+    picks = [one.ravel() for one in np.meshgrid(*(row.kept for row in rows), indexing="ij")]
+    pairs = list(zip(rows, picks, strict=True))
+    own, seen = [row.at[pick][:, None] for row, pick in pairs], _cross([row.planes[pick] for row, pick in pairs])
+    present = np.logical_and.reduce(_cross([row.present[pick] for row, pick in pairs]))
+    values, gradients = _least_squares(lattice, own, seen, present, (radius, radius, radius), basis)
+    kinds = np.meshgrid(*(row.kinds for row in rows), indexing="ij")
+    kind = np.ravel_multi_index(kinds, [len(row.kept) for row in rows]).ravel()
     nodes, there = _neighbours(lattice, rows)
     begin = _ends(there.sum(axis=1))
-    lowest, offsets = compress(begin, nodes[there])
     return Stencils(
-        begin=begin,
-        lowest=lowest,
-        offsets=offsets,
-        kind=kind.astype(np.uint32),
-        first=_ends(counts),
-        values=values[present],
-        gradients=gradients[present],
-        along=np.repeat(rows[0].stretch, len(kind) // len(rows[0].stretch)),
-    )
+        begin, nodes[there], kind.astype(np.uint32), _ends(present.sum(axis=1)), values[present],
+        gradients[present], np.repeat(rows[0].stretch, len(kind) // len(rows[0].stretch)),
+    )  # fmt: skip
 
 
 def _ends(counts: IntArray) -> npt.NDArray[np.uint32]:
     return np.concatenate([[0], np.cumsum(counts)]).astype(np.uint32)
-
-
-def _product(rows: Sequence[_Line], picks: list[IntArray]) -> list[IntArray]:
-    """Return the planes along each axis that points of the product see, each of shape (points, neighbours)."""
-    shape = [len(pick) for pick in picks] + [row.planes.shape[1] for row in rows]
-    spread = []
-    for place, (row, pick) in enumerate(zip(rows, picks, strict=True)):
-        form = [1] * 6
-        form[place], form[3 + place] = len(pick), row.planes.shape[1]
-        spread.append(np.broadcast_to(row.planes[pick].reshape(form), shape).reshape(shape[0] * shape[1] * shape[2], -1))
-    return spread
-
-
-def _presence(rows: Sequence[_Line], picks: list[IntArray]) -> npt.NDArray[np.bool_]:
-    marked = tuple(row._replace(planes=row.present.astype(np.int64)) for row in rows)
-    first, second, third = _product(marked, picks)
-    return (first & second & third).astype(bool)
 
 
 def _neighbours(lattice: Lattice, rows: Sequence[_Line]) -> tuple[npt.NDArray[np.uint32], npt.NDArray[np.bool_]]:
@@ -345,13 +293,6 @@ def _spread(parts: list[npt.NDArray[Any]], join: np.ufunc) -> npt.NDArray[Any]:
     return joined.reshape(len(first) * len(second) * len(third), -1)
 
 
-def _neighbourhoods(rows: Sequence[_Line]) -> tuple[list[FloatArray], list[IntArray], npt.NDArray[np.bool_]]:
-    """Return the indices of a point of each kind (m, 1), those of its neighbours (m, k), and which of these there are."""
-    picks = [row.kept for row in rows]
-    points = np.meshgrid(*(row.at[row.kept] for row in rows), indexing="ij")
-    return [one.ravel()[:, None] for one in points], _product(rows, picks), _presence(rows, picks)
-
-
 def weights_at(
     lattice: Lattice,
     own: list[FloatArray],
@@ -361,7 +302,7 @@ def weights_at(
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Return offsets (m, k, 3), weights (m, k) and gradients of the weights (m, k, 3) of points at indices `own` (m, 1).
 
-    The arguments are those of `shape_functions_at`.
+    The arguments are those of `_least_squares`.
     """
     parts = [quartic_spline((own[k] - seen[k]) / radii[k]) for k in range(3)]
     there = present.astype(np.float64)

@@ -10,9 +10,8 @@ from ..support.float_arrays import FloatArray
 
 # A long tube of an elastic material under inner pressure, its length held.
 #
-# Source: S. P. Timoshenko, J. N. Goodier, Theory of Elasticity (1951), 28; for the critical speed W. M. Beltman, J. E.
-# Shepherd,
-# J. Sound Vib. 252 (2002) 617.
+# Source: S. P. Timoshenko, J. N. Goodier, Theory of Elasticity (1951), 28; for the critical speed W. M. Beltman,
+# J. E. Shepherd, J. Sound Vib. 252 (2002) 617.
 
 
 def breathing_frequency(young: float, poisson: float, density: float, radius: float) -> float:
@@ -40,9 +39,8 @@ def critical_speed(young: float, poisson: float, density: float, radius: float, 
 
 # Vibrations of a slender beam that is clamped at one end, by Euler and Bernoulli, and of a bar along itself.
 #
-# Valid where the length is more than ten thicknesses. Source: S. P. Timoshenko, Vibration Problems in Engineering (1937), 34,
-# 53.
-
+# Valid where the length is more than ten thicknesses. Source: S. P. Timoshenko, Vibration Problems in Engineering
+# (1937), 34, 53.
 
 # The first root of cos(k) cosh(k) = -1.
 _FIRST_ROOT = 1.8751040687119612
@@ -71,9 +69,8 @@ def clamped_bar_frequency(young: float, density: float, length: float) -> float:
 #
 # Where the ring has parted, a release runs away from the fracture, and behind it nothing parts any more. In a rigid, perfectly
 # plastic ring it has come c sqrt(e) far when the strain has grown by e, with c = sqrt(2 Y / rho) / rate. Fractures begin at
-# random, k of them per length and strain, so that after e a part exp(-4/3 k c e^(3/2)) of the ring is not released yet, and
-# their
-# number per length is
+# random, k of them per length and strain, so that after e a part exp(-4/3 k c e^(3/2)) of the ring is not released
+# yet, and their number per length is
 #
 #     n = k int_0^inf exp(-4/3 k c e^(3/2)) de = Gamma(5/3) k (4 k c / 3)^(-2/3).
 #
@@ -105,15 +102,14 @@ def mott_fragments(radius: float, rate: float, flow_stress: float, density: floa
 #     w / w_0 = 1 - (q + r) cos(s sqrt(q - r)) / 2 r behind it for v > v_c, r = sqrt(q^2 - 1).
 #
 # Long waves follow a fast front, as their energy is slower; short ones precede it. Source: S. C. Tang, J. Eng. Mech. Div.
-# ASCE 91
-# (1965) 97; W. M. Beltman, J. E. Shepherd, J. Sound Vib. 252 (2002) 617.
+# ASCE 91 (1965) 97; W. M. Beltman, J. E. Shepherd, J. Sound Vib. 252 (2002) 617.
 
 
 def front_amplification(ratio: float) -> float:
     """Return the largest radial displacement behind a steady front, over the static one p R^2 / E h.
 
     Args:
-        ratio: speed of the front over the critical one, see `tubes.critical_speed`.
+        ratio: speed of the front over the critical one, see `critical_speed`.
 
     Returns:
         1.03 for a slow front, infinity for a critical one (which takes for ever to become steady), 2 for a fast one.

@@ -6,14 +6,15 @@ Points gather from their neighbours and nodes from the points that see them, so 
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
-from ..support.float_arrays import FloatArray
+from ..support.float_arrays import FloatArray, sum_in_order
 from ..support.parts import call_in_parts, split, thread_count
-from . import hourglass, kernels
-from .kernel_arrays import IntArray, Scratch, Solid, State
+from . import kernels
+from .hourglass import hold_columns
+from .kernel_arrays import WALL_FORCE, WALL_IMPULSE, IntArray, Scratch, Solid, State, Tables
 
 # Below this number of integration points a sweep is too short for threads to meet after it.
 LEAST_POINTS = 20_000
@@ -28,107 +29,118 @@ class Failure(NamedTuple):
     limit: float
 
 
-class Inputs(NamedTuple):
-    """The inputs of a tick.
-
-    Attributes:
-        signals: means over the tick: the factor of the pressure, then velocities of edges, shape (k,).
-        pressures: what the factor is multiplied by at each station of the inner surface, shape (stations,) [Pa].
-        tally: what inputs and conditions have done, updated, shape (TALLY,).
-    """
-
-    signals: FloatArray
-    pressures: FloatArray
-    tally: FloatArray
-
-
-def advance(
-    solid: Solid, state: State, scratch: Scratch, signals: FloatArray, pressures: FloatArray, tally: FloatArray,
-    first_tick: int, failed: IntArray,
-) -> int:  # fmt: skip
+def advance(tables: Tables, signals: FloatArray, pressures: FloatArray, first_tick: int, failed: IntArray) -> int:
     """Advance by as many ticks as `signals` has rows; return 0 or a status of `kernel_arrays`.
 
     Args:
-        solid: tables.
-        state: updated.
-        scratch: of the kernels.
-        signals: as in `Inputs`, of each tick, shape (ticks, k).
-        pressures: as in `Inputs`.
-        tally: as in `Inputs`.
+        tables: the state in them is updated.
+        signals: means over each tick: the factor of the pressure, then velocities of edges, shape (ticks, k).
+        pressures: what the factor is multiplied by at each station of the inner surface, shape (stations,) [Pa].
         first_tick: before the first of these ticks.
         failed: written: of a failure the point and the tick, shape (2,).
     """
-    if _part_count(solid) == 1:
-        return int(kernels.advance(solid, state, scratch, signals, pressures, tally, first_tick, failed))
     for row in range(len(signals)):
-        inputs = Inputs(signals[row], pressures, tally)
-        failures = advance_tick(solid, state, scratch, inputs, first_tick + row, lambda _: False)
+        failures = advance_tick(tables, signals[row], pressures, lambda _: False)
         if failures:
-            return note_failure(failures[0], scratch, first_tick + row, failed)
+            return note_failure(failures[0], tables.scratch, first_tick + row, failed)
     return 0
 
 
 def advance_tick(
-    solid: Solid, state: State, scratch: Scratch, inputs: Inputs, tick: int, is_bearable: Callable[[int], bool]
+    tables: Tables, signals: FloatArray, pressures: FloatArray, is_bearable: Callable[[int], bool]
 ) -> list[Failure]:
     """Advance by a tick; return the points at which that failed, ascending, after which the tick is yet to be finished.
 
-    A part of the points ends early, behind a failure that the body cannot bear.
+    A part of the points ends early, behind a failure that ends the run.
     """
-    count, parts = len(solid.body.volume), _part_count(solid)
-    if parts == 1:
-        failed = np.zeros(2, dtype=np.int64)
-        status = int(kernels.advance(solid, state, scratch, inputs.signals[None], *inputs[1:], tick, failed))
-        if status == 0:
-            return []
-        first = _failure_at(status, int(failed[0]), scratch)
-        others = update_part(solid, state, scratch, first.point + 1, count, is_bearable) if is_bearable(first.point) else []
-        return [first, *others]
-    kernels.drift(solid, state, scratch, *inputs)
-    found = call_in_parts(update_part, [(solid, state, scratch, *part, is_bearable) for part in split(count, parts)])
+    solid, state, scratch, tally = tables
+    kernels.drift(solid.nodes, solid.surface, state, scratch, signals, pressures, solid.step, tally)
+    tally[WALL_IMPULSE] += 0.5 * solid.step * tally[WALL_FORCE]
+    parts = split(len(solid.points.volume), _part_count(solid))
+    found = call_in_parts(update_part, [(solid, state, scratch, *part, is_bearable) for part in parts])
     failures = [failure for part in found for failure in part]
     if not failures:
-        finish_tick(solid, state, scratch, inputs)
+        finish_tick(tables, signals, pressures)
     return failures
 
 
-def finish_tick(solid: Solid, state: State, scratch: Scratch, inputs: Inputs) -> None:
+def finish_tick(tables: Tables, signals: FloatArray, pressures: FloatArray) -> None:
     """Write the forces from the stresses, and make the second half kick."""
+    solid, state, scratch, tally = tables
     write_forces(solid, state, scratch)
-    kernels.kick(solid, state, scratch, *inputs)
+    kernels.write_areas(solid.surface, state.displacement, scratch.area)
+    kernels.kick(solid.nodes, solid.surface, state, scratch, signals, pressures, solid.step, tally)
+    measure_wall(solid, state, tally)
+    tally[WALL_IMPULSE] += 0.5 * solid.step * tally[WALL_FORCE]
 
 
-def write_forces(solid: Solid, state: State, scratch: Scratch) -> None:
-    """Write the forces on the nodes from the stresses."""
-    columns, nodes = len(solid.hourglass.partner), len(solid.body.mass)
-    if columns:
-        _sweep(hourglass.hold_columns, solid, state, scratch, columns)
-    _sweep(kernels.gather_forces, solid, state, scratch, nodes)
+def write_forces(
+    solid: Solid, state: State, scratch: Scratch, columns: IntArray | None = None, nodes: IntArray | None = None
+) -> None:
+    """Write the forces on nodes: of the stresses, of the hourglass control, of a wall.
+
+    Args:
+        solid: tables.
+        state: `force` is written.
+        scratch: with what pulls at the nodes.
+        columns: those whose ties have changed; all by default.
+        nodes: on which forces have changed; all by default.
+    """
+    tied, points = solid.hourglass, solid.points
+    columns = np.arange(len(tied.partner)) if columns is None else columns
+    nodes = np.arange(len(solid.nodes.mass)) if nodes is None else nodes
+    if len(columns):
+        common = (tied, points, solid.law, solid.plastic, state, scratch)
+        call_in_parts(hold_columns, [(*common, part) for part in _parts(solid, columns)])
+    common = (points, solid.nodes, tied, scratch, state.force)
+    call_in_parts(kernels.gather_forces, [(*common, part) for part in _parts(solid, nodes)])
+    if len(solid.bounce):
+        state.force[nodes, 0] += (solid.wall[1] * solid.bounce * wall_depths(solid, state))[nodes]
+
+
+def wall_depths(solid: Solid, state: State) -> FloatArray:
+    """Return how far each node is behind the wall, shape (n,) [m]; (0,) where there is none."""
+    if not len(solid.bounce):
+        return solid.bounce
+    depth = solid.wall[1] * (solid.wall[0] - (solid.reference[:, 0] + state.displacement[:, 0]))
+    return np.where(depth > 0.0, depth, 0.0)
+
+
+def measure_wall(solid: Solid, state: State, tally: FloatArray) -> None:
+    """Write the force of the wall on the body now [N]."""
+    if len(solid.bounce):
+        tally[WALL_FORCE] = sum_in_order(solid.wall[1] * solid.bounce * wall_depths(solid, state))
 
 
 def update_forces(solid: Solid, state: State, scratch: Scratch, failed: IntArray) -> int:
-    """Advance stresses to the displacements of now, and write the forces; return 0 or a status of `kernel_arrays`."""
-    status = int(kernels.update_stresses(solid, state, scratch, 0, len(solid.body.volume), failed))
+    """Advance stresses elastically to the displacements of now, and write the forces; return 0 or a status."""
+    elastic = solid._replace(plastic=False)
+    status = _update_stresses(elastic, state, scratch, 0, len(solid.points.volume), failed)
     if status == 0:
-        write_forces(solid, state, scratch)
+        write_forces(elastic, state, scratch)
     return status
 
 
 def update_part(
     solid: Solid, state: State, scratch: Scratch, begin: int, end: int, is_bearable: Callable[[int], bool]
 ) -> list[Failure]:
-    """Advance the stresses of the points begin..end-1; return the failures, the last of which the body may not bear."""
+    """Advance the stresses of the points begin..end-1; return the failures, the last of which may end the run."""
     found: list[Failure] = []
     failed = np.zeros(2, dtype=np.int64)
     while begin < end:
-        status = int(kernels.update_stresses(solid, state, scratch, begin, end, failed))
+        status = _update_stresses(solid, state, scratch, begin, end, failed)
         if status == 0:
             break
-        found.append(_failure_at(status, int(failed[0]), scratch))
-        if not is_bearable(found[-1].point):
+        point = int(failed[0])
+        found.append(Failure(status, point, *scratch.pull[point, :2].tolist()))
+        if not is_bearable(point):
             break
-        begin = found[-1].point + 1
+        begin = point + 1
     return found
+
+
+def _update_stresses(solid: Solid, state: State, scratch: Scratch, begin: int, end: int, failed: IntArray) -> int:
+    return int(kernels.update_stresses(solid.points, solid.law, solid.plastic, state, scratch.pull, begin, end, failed))
 
 
 def note_failure(failure: Failure, scratch: Scratch, tick: int, failed: IntArray) -> int:
@@ -138,14 +150,9 @@ def note_failure(failure: Failure, scratch: Scratch, tick: int, failed: IntArray
     return failure.status
 
 
-def _failure_at(status: int, point: int, scratch: Scratch) -> Failure:
-    return Failure(status, point, float(scratch.pull[point, 0]), float(scratch.pull[point, 1]))
+def _parts(solid: Solid, numbers: IntArray) -> list[IntArray]:
+    return [numbers[begin:end] for begin, end in split(len(numbers), _part_count(solid))]
 
 
 def _part_count(solid: Solid) -> int:
-    return thread_count() if len(solid.body.volume) >= LEAST_POINTS else 1
-
-
-def _sweep(kernel: Callable[..., Any], solid: Solid, state: State, scratch: Scratch, count: int) -> None:
-    """Call a kernel for so many columns or nodes."""
-    call_in_parts(kernel, [(solid, state, scratch, *part) for part in split(count, _part_count(solid))])
+    return thread_count() if len(solid.points.volume) >= LEAST_POINTS else 1

@@ -10,7 +10,7 @@ import numpy as np
 from ..balances import Amount, Balance
 from ..support.float_arrays import FloatArray
 
-# What a shell whose ends cannot be left never has.
+# A shell in a tube has no rigid wall.
 _ABSENT = ("wall_energy",)
 
 

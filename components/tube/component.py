@@ -61,7 +61,7 @@ class Tube(Component):
         return DetonationTube.memory_needed(parameters.gas) + Shell.memory_needed(parameters.shell)
 
     def _build(self) -> None:
-        # Built by themselves first: they know their steps and how large their states are.
+        # Built alone first: they know their steps and how large their states are.
         gas, shell = make_part(DetonationTube, self, "gas"), make_part(Shell, self, "shell")
         self._choose_steps(gas, shell)
         stations, words = shell.parameters.body.counts[0], shell.memory.size
@@ -83,7 +83,8 @@ class Tube(Component):
         self.interface: Interface = self._find_interface()
         # As the field gives it, which does not pass through the nodes' parameters.
         self._rest_radii: FloatArray = self.shell.get("mean_inner_radius")
-        self._make_scratch(stations)
+        # Step of the gas or of the shell in which something failed, and a cell without pressure.
+        self._failed_tick = self._failed_cell = 0
 
     def _choose_steps(self, gas: DetonationTube, shell: Shell) -> None:
         """Set the internal step, and how many steps each part makes in it, from those that they suggest.
@@ -123,25 +124,10 @@ class Tube(Component):
     def _find_interface(self) -> Interface:
         surface, (along, ring, _) = self.shell.tables().solid.surface, self.shell.lattice.axes
         stations, bounds = along.count, along.bounds + self.parameters.position
-        begin, cell, length, offset = find_overlaps(bounds, self.gas.cell_size, self.gas.parameters.cells)
+        overlaps = find_overlaps(bounds, self.gas.cell_size, self.gas.parameters.cells)
         shares = np.tile(ring.widths / ring.widths.sum(), stations)
         rest = np.sqrt(surface.reference[:, 1] ** 2 + surface.reference[:, 2] ** 2)
-        return Interface(
-            begin, cell, length, offset, np.diff(bounds), surface.nodes, surface.station, shares, surface.reference, rest,
-            self.gas.areas.copy(),
-        )  # fmt: skip
-
-    def _make_scratch(self, stations: int) -> None:
-        """Allocate what the kernels write to and nobody keeps."""
-        cells, surface = self.gas.parameters.cells, len(self.interface.nodes)
-        self._pressures = np.zeros((3, stations))
-        self._works = np.zeros(stations)
-        self._before = np.zeros((2, surface, 3))
-        self._cells = np.zeros((2, cells))
-        self._openings = np.zeros(cells)
-        self._failed = np.zeros(1, dtype=np.int64)
-        # Step of the gas or of the shell in which something failed.
-        self._failed_tick = 0
+        return Interface(overlaps, np.diff(bounds), surface.nodes, shares, surface.reference, rest, self.gas.areas.copy())
 
     @property
     def mass(self) -> float:
@@ -199,9 +185,7 @@ class Tube(Component):
         return found
 
     def _shell_pressure(self) -> FloatArray:
-        out = np.zeros(len(self.interface.width))
-        exchange.write_pressures(self.interface, self.gas.tables().state.pressure, out)
-        return out
+        return exchange.station_pressures(self.interface, self.gas.tables().state.pressure)
 
     def _radial_displacement(self) -> FloatArray:
         return self.shell.peek("mean_inner_radius") - self._rest_radii
@@ -230,7 +214,7 @@ class Tube(Component):
     def _begin(
         self, part: Component, prefix: str, seed: int | None, values: Mapping[str, FloatArray], more: Mapping[str, FloatArray]
     ) -> Mapping[str, Any]:
-        """Write the start state of a part; what is wrong with its values is told as of this component."""
+        """Write the start state of a part; what is wrong with its values is named as one of this component."""
         try:
             return part._start(seed, {**part_values(prefix, values), **more})
         except ParameterError as error:
@@ -238,15 +222,10 @@ class Tube(Component):
 
     def _present_area(self) -> FloatArray:
         """Return the cross-section of the cells of the gas that the shell leaves them as it is now, shape (cells,) [m^2]."""
-        interface, widening = self.interface, self._block["widening"]
+        interface, widening, overlaps = self.interface, self._block["widening"], self.interface.overlaps
         exchange.write_widening(interface, self.shell.tables().state, widening)
-        growth = self._to_cells(interface.length * np.repeat(widening, np.diff(interface.begin)))
+        growth = interface.to_cells(overlaps.length * widening[overlaps.station])
         return interface.area * (1.0 + growth / self.gas.cell_size)
-
-    def _to_cells(self, amounts: FloatArray) -> FloatArray:
-        """Return the sums over the overlaps of each cell of the gas, shape (cells,)."""
-        found = np.bincount(self.interface.cell, amounts, minlength=len(self.interface.area))
-        return np.asarray(found, dtype=np.float64)
 
     def _advance(self, ticks: int) -> int:
         for tick in range(self._tick, self._tick + ticks):
@@ -257,24 +236,26 @@ class Tube(Component):
 
     def _advance_tick(self, tick: int) -> int:
         """Advance gas, then shell, by an internal step; then let the gas feel how the wall has moved."""
-        before, after = self._pressures[0], self._pressures[1]
-        gas = self.gas.tables().state
-        exchange.write_pressures(self.interface, gas.pressure, before)
+        before = self._shell_pressure()
         status = self._advance_gas(tick)
         if status:
             return status
-        exchange.write_pressures(self.interface, gas.pressure, after)
-        exchange.write_peaks(after, self._block["peak_pressure"])
+        after, peaks = self._shell_pressure(), self._block["peak_pressure"]
+        np.maximum(peaks, after, out=peaks)
         if not self._is_awake(after):
             return 0
-        status = self._advance_shell(tick, before, after)
+        works = np.zeros(len(after))
+        status = self._advance_shell(tick, before, after, works)
         if status:
             return status
-        exchange.write_widening(self.interface, self.shell.tables().state, self._block["widening"])
-        if self.parameters.coupling.moves_gas:
-            return self._move_wall(tick, after)
-        self._note_growth(tick)
-        return 0
+        widening = self._block["widening"]
+        exchange.write_widening(self.interface, self.shell.tables().state, widening)
+        if not self.parameters.coupling.moves_gas:
+            self._note_growth(tick)
+            return 0
+        self._failed_tick = tick
+        self._failed_cell = exchange.move_wall(self.gas.tables(), self.interface, after, widening, works)
+        return 0 if self._failed_cell < 0 else _WALL
 
     def _note_growth(self, tick: int) -> None:
         """Note, once, that a gas of one-way coupling flows through a cross-section that is not that of the wall."""
@@ -303,18 +284,21 @@ class Tube(Component):
 
     def _let_out(self, tick: int) -> None:
         """Let gas out of the vent and of open cracks."""
-        p, interface = self.parameters, self.interface
-        if p.vent is None and not self._cracks_leak:
-            return
-        medium, gas = self.gas.tables().medium, self.gas.tables().state
-        self._openings[:] = 0.0
+        p, interface, overlaps, openings = (
+            self.parameters,
+            self.interface,
+            self.interface.overlaps,
+            np.zeros(self.gas.parameters.cells),
+        )
         if self._cracks_leak and self.shell.event_count:
-            areas = np.repeat(self.shell.peek("crack_area") / interface.width, np.diff(interface.begin))
-            self._openings[:] = self._to_cells(areas * interface.length)
+            areas = (self.shell.peek("crack_area") / interface.width)[overlaps.station]
+            openings = interface.to_cells(areas * overlaps.length)
         if p.vent is not None:
             cell = min(int(p.vent / self.gas.cell_size), p.gas.cells - 1)
-            self._openings[cell] += max(input_mean(self._held["vent_area"], tick), 0.0)
-        exchange.leak(medium, gas, self._openings, p.discharge, p.room_pressure, self.step_size, self._block["tally"])
+            openings[cell] += max(input_mean(self._held["vent_area"], tick), 0.0)
+        if openings.any():
+            medium, gas = self.gas.tables().medium, self.gas.tables().state
+            exchange.leak(medium, gas, openings, p.discharge, p.room_pressure, self.step_size, self._block["tally"])
 
     @property
     def _cracks_leak(self) -> bool:
@@ -332,31 +316,25 @@ class Tube(Component):
             awake[0] = float(np.abs(pressures - room).max()) > _WAKING * room
         return bool(awake[0])
 
-    def _advance_shell(self, tick: int, before: FloatArray, after: FloatArray) -> int:
-        """Advance the shell under pressures that go linearly through the tick, and count the work."""
-        room, acting = self.parameters.room_pressure, self._pressures[2]
-        self._works[:] = 0.0
+    def _advance_shell(self, tick: int, before: FloatArray, after: FloatArray, works: FloatArray) -> int:
+        """Advance the shell under pressures that go linearly through the tick, and add the work of the gas at each station."""
+        room, tally, around = self.parameters.room_pressure, self._block["tally"], self.shell.lattice.shape[1]
         for step in range(self.shell_steps):
-            acting[:] = before + (step + 0.5) / self.shell_steps * (after - before)
+            acting = before + (step + 0.5) / self.shell_steps * (after - before)
             self._failed_tick = tick * self.shell_steps + step
-            # Those of a shell that parts in this step are others afterwards.
-            solid, state, _, _ = self.shell.tables()
-            exchange.keep_surface(self.interface, state, self._before)
+            tables = self.shell.tables()
+            area = tables.state.area.copy()
             self.shell.adopt(self._failed_tick, {})
             self.shell._hold({"pressure": acting - room})
             status = self.shell._advance(1)
             if status:
                 return _SHELL + status
-            exchange.add_work(self.interface, solid, state, self._before, acting, room, self._works, self._block["tally"])
+            swept = exchange.swept_volumes(tables, area)
+            # Node by node, in a fixed order.
+            work = (swept.reshape(-1, around) * acting[:, None]).T
+            works[:] = np.add.accumulate(np.concatenate([works[None], work]))[-1]
+            tally[exchange.ROOM_WORK] = np.add.accumulate(np.concatenate([tally[exchange.ROOM_WORK :][:1], room * swept]))[-1]
         return 0
-
-    def _move_wall(self, tick: int, pressures: FloatArray) -> int:
-        """Give the gas the cross-section that the shell leaves it, and take the work of this tick from it."""
-        self._failed_tick = tick
-        status = exchange.move_wall(
-            self.gas.tables(), self.interface, pressures, self._block["widening"], self._works, self._cells, self._failed
-        )
-        return _WALL + status if status else 0
 
     def _explain(self, status: int) -> StepError:
         if _GAS < status < _SHELL:
@@ -370,7 +348,7 @@ class Tube(Component):
         part.adopt(self._failed_tick, {})
         error = part._explain(status).of_part(prefix)
         if part is self.shell and error.index is not None:
-            x = self.parameters.position + self.shell.place_of_point(error.index)[0]
+            x = self.parameters.position + self.shell.assembly.coordinates(error.index)[0]
             error = error.with_hint(f"x is that of the shell; of the gas it is {x:.4g} m")
         if steps == 1:
             return error
@@ -378,7 +356,7 @@ class Tube(Component):
 
     def _explain_wall(self) -> StepError:
         """Return the error for a cell that the wall leaves without pressure."""
-        cell, time = int(self._failed[0]), (self._failed_tick + 1) * self.step_size
+        cell, time = self._failed_cell, (self._failed_tick + 1) * self.step_size
         value = float(self.gas.tables().state.pressure[cell])
         return StepError(
             f"fell to {value:g} Pa in cell {cell}, x = {self.gas.centres[cell]:.6g} m, at {time:.9g} s, expected "
@@ -452,7 +430,7 @@ class Tube(Component):
         return said
 
     def drawables(self) -> tuple[Drawable, ...]:
-        """Return the shell where it stands along the tube, and the gas from the side."""
+        """Return the shell at its place along the tube, and the gas from the side."""
         shift, shown = np.array([self.parameters.position, 0.0, 0.0]), []
         for prefix, part in (("shell", self.shell), ("gas", self.gas)):
             for drawable in part.drawables():
@@ -466,7 +444,7 @@ class Tube(Component):
 
 
 def _fault_of_part(fault: Fault, prefix: str) -> Fault:
-    """Return what is wrong with a start value of a part, with the name that the value has here."""
+    """Return the fault of a start value of a part, with the name of that value here."""
     first, *others = fault.location if fault.location and fault.location[0] == "start" else ("start", *fault.location)
     name = f"{prefix}_{others[0]}" if others else prefix
     return dataclasses.replace(fault, location=(first, name, *others[1:]))

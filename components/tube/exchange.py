@@ -8,169 +8,108 @@ from __future__ import annotations
 
 from math import sqrt
 
+import numpy as np
+
 from ..detonation.kernel_arrays import WALL_WORK
-from ..detonation.limiters import limited_difference
-from ..shell.kernels import surface_area
+from ..detonation.kernel_arrays import Tables as GasTables
+from ..shell.kernel_arrays import State, Tables
+from ..support.float_arrays import FloatArray, sum_in_order
 from ..support.jit import internal, jit
 from ..support.powers import power
+from .interface_overlaps import Interface, Overlaps
 
 # Entries of the tally since the reset: what has left through openings, and the work of the shell on the room.
 LEAKED_MASS, LEAKED_MOMENTUM, LEAKED_ENERGY, ROOM_WORK, TALLY = 0, 1, 2, 3, 4
-# Status: a cell has no pressure left.
-EMPTIED = 1
-# theta of the limiter of `write_pressures`, minmod: no station has more than the largest pressure around it.
-_THETA = 1.0
 
 
-@jit
-def overlap_pressure(interface, pressure, overlap):
-    """Return the mean pressure of the gas over an overlap [Pa]."""
-    i, last = interface.cell[overlap], pressure.size - 1
-    back = pressure[i] - pressure[i - 1] if i > 0 else 0.0
-    onward = pressure[i + 1] - pressure[i] if i < last else 0.0
-    return pressure[i] + interface.offset[overlap] * limited_difference(_THETA, back, onward)
+def overlap_pressures(overlaps: Overlaps, pressure: FloatArray) -> FloatArray:
+    """Return the mean pressure of the gas over each overlap, shape (overlaps,) [Pa].
 
-
-@jit
-def write_pressures(interface, pressure, out):
-    """Write the pressure of the gas at the stations.
-
-    Args:
-        interface: an `Interface`.
-        pressure: of the cells, shape (cells,) [Pa].
-        out: shape (stations,) [Pa].
+    Slopes are limited (minmod): no overlap has more than the largest pressure around it.
     """
-    for k in range(out.size):
-        force = 0.0
-        for overlap in range(interface.begin[k], interface.begin[k + 1]):
-            force += interface.length[overlap] * overlap_pressure(interface, pressure, overlap)
-        out[k] = force / interface.width[k]
+    i, last = overlaps.cell, len(pressure) - 1
+    back = np.where(i > 0, pressure[i] - pressure[np.maximum(i - 1, 0)], 0.0)
+    onward = np.where(i < last, pressure[np.minimum(i + 1, last)] - pressure[i], 0.0)
+    least = np.minimum(np.abs(back), np.abs(onward))
+    slope = np.where(back * onward > 0.0, np.copysign(least, back), 0.0)
+    return pressure[i] + overlaps.offset * slope
 
 
-@jit
-def write_peaks(pressures, peaks):
-    """Raise the peak of each station to its pressure where that is higher."""
-    for k in range(peaks.size):
-        if pressures[k] > peaks[k]:
-            peaks[k] = pressures[k]
+def station_pressures(interface: Interface, pressure: FloatArray) -> FloatArray:
+    """Return the pressure at the stations, shape (stations,), from that of the cells of the gas, shape (cells,) [Pa]."""
+    return interface.to_stations(interface.overlaps.length * overlap_pressures(interface.overlaps, pressure)) / interface.width
 
 
-@jit
-def write_widening(interface, state, out):
+def write_widening(interface: Interface, state: State, out: FloatArray) -> None:
     """Write by how much the cross-section at each station is larger than at rest, relatively: of the mean radius squared.
 
     The mean goes over the nodes on which the gas presses; a station that has lost all of them keeps its value.
 
     Args:
-        interface: an `Interface`.
+        interface: the nodes of the stations.
         state: of the shell.
         out: shape (stations,).
     """
-    around = interface.nodes.size // out.size
-    for k in range(out.size):
-        total, ratio = 0.0, 0.0
-        for s in range(k * around, (k + 1) * around):
-            if state.area[s, 0] != 0.0 or state.area[s, 1] != 0.0 or state.area[s, 2] != 0.0:
-                j, share = interface.nodes[s], interface.share[s]
-                y = interface.reference[s, 1] + state.displacement[j, 1]
-                z = interface.reference[s, 2] + state.displacement[j, 2]
-                total += share
-                ratio += share * (sqrt(y * y + z * z) / interface.rest[s])
-        if total > 0.0:
-            ratio /= total
-            out[k] = ratio * ratio - 1.0
+    y, z = (interface.reference + state.displacement[interface.nodes]).T[1:]
+    share = np.where((state.area != 0.0).any(axis=1), interface.share, 0.0)
+    shares = np.stack([share, share * (np.sqrt(y * y + z * z) / interface.rest)])
+    # Around each station, in a fixed order.
+    total, radius = sum_in_order(shares.reshape(2, len(out), -1).transpose(2, 0, 1))
+    some = total > 0.0
+    ratio = radius[some] / total[some]
+    out[some] = ratio * ratio - 1.0
 
 
-@jit
-def keep_surface(interface, state, out):
-    """Write velocities and areas of the inner surface as they are, shape (2, s, 3)."""
-    for s in range(interface.nodes.size):
-        j = interface.nodes[s]
-        for i in range(3):
-            out[0, s, i] = state.velocity[j, i]
-            out[1, s, i] = state.area[s, i]
+def swept_volumes(tables: Tables, area: FloatArray) -> FloatArray:
+    """Return the volume that each node of the inner surface has swept in a step of the shell, shape (s,) [m^3].
 
-
-@jit
-def add_work(interface, solid, state, before, pressures, room_pressure, works, tally):
-    """Add what the gas did on the wall in a step of the shell, and what the wall did on the room.
-
-    Each node sweeps the mean of its areas before and after, times the mean of its velocities: as the shell counts it.
+    It is the mean of its areas before and after times the mean of its velocities, as the shell counts it.
 
     Args:
-        interface: an `Interface`.
-        solid: `shell.kernel_arrays.Solid` as it was before the step, when nothing had parted in it.
-        state: of the shell, after the step.
-        before: velocities [m/s] and areas [m^2] of the inner surface before the step, shape (2, s, 3).
-        pressures: of the gas, that acted at the stations, shape (stations,) [Pa].
-        room_pressure: on the outer surface [Pa].
-        works: of the gas at each station, is added to, shape (stations,) [J].
-        tally: shape (TALLY,).
+        tables: of the shell, after the step.
+        area: of the nodes before the step, shape (s, 3) [m^2].
     """
-    for s in range(interface.nodes.size):
-        j, k, swept = interface.nodes[s], interface.station[s], 0.0
-        x, y, z = surface_area(solid.surface, state.displacement, s)
-        for i in range(3):
-            if solid.body.prescribed[j, i] == 0:
-                new = x if i == 0 else (y if i == 1 else z)
-                swept += (before[1, s, i] + new) * (before[0, s, i] + state.velocity[j, i])
-        swept *= 0.25 * solid.step
-        works[k] += pressures[k] * swept
-        tally[ROOM_WORK] += room_pressure * swept
+    solid, state, scratch, _ = tables
+    nodes = solid.surface.nodes
+    swept = (area + scratch.area) * (scratch.before + state.velocity[nodes])
+    free = np.where(solid.nodes.prescribed[nodes] == 0, swept, 0.0)
+    return sum_in_order(free.T) * (0.25 * solid.step)
 
 
-@jit
-def move_wall(tables, interface, pressures, widening, works, scratch, failed):
+@np.errstate(all="ignore")
+def move_wall(gas: GasTables, interface: Interface, pressures: FloatArray, widening: FloatArray, works: FloatArray) -> int:
     """Give the gas the cross-section that the shell leaves it, and take the work from it that it did on the wall.
 
-    Mass and momentum of each cell stay what they are. Overlaps share the work of their station by pressure and length.
+    Mass and momentum of each cell do not change. Overlaps share the work of their station by pressure and length.
 
     Args:
-        tables: `detonation.kernel_arrays.Tables`.
-        interface: an `Interface`.
+        gas: its tables.
+        interface: the overlaps.
         pressures: of the gas at the stations now, shape (stations,) [Pa].
         widening: of the stations now, see `write_widening`, shape (stations,).
         works: of the gas at each station in this tick, shape (stations,) [J].
-        scratch: shape (2, cells).
-        failed: of a failure the cell, shape (1,).
 
     Returns:
-        0, or EMPTIED.
+        -1, or the first cell that has no pressure left.
     """
-    medium, gas, growth, taken = tables.medium, tables.state, scratch[0], scratch[1]
-    growth[:] = 0.0
-    taken[:] = 0.0
-    for k in range(widening.size):
-        part = works[k] / (interface.width[k] * pressures[k])
-        for overlap in range(interface.begin[k], interface.begin[k + 1]):
-            i, length = interface.cell[overlap], interface.length[overlap]
-            growth[i] += length * widening[k]
-            taken[i] += part * length * overlap_pressure(interface, gas.pressure, overlap)
-    size = medium.cell_size
-    for i in range(growth.size):
-        old, new = gas.area[i], interface.area[i] * (1.0 + growth[i] / size)
-        if new != old or taken[i] != 0.0:
-            failed[0] = i
-            if not (new > 0.0 and new < 1e300):
-                return EMPTIED
-            ratio = old / new
-            gas.density[i] *= ratio
-            gas.momentum[i] *= ratio
-            gas.fuel[i] *= ratio
-            gas.energy[i] = (gas.energy[i] * old - taken[i] / size) / new
-            gas.area[i] = new
-            tables.tally[WALL_WORK] -= taken[i]
-            if not update_pressure(medium, gas, i):
-                return EMPTIED
-    return 0
-
-
-@internal
-def update_pressure(medium, gas, i):
-    """Write the pressure of a cell from what is conserved; return whether there is any."""
-    kinetic = 0.5 * gas.momentum[i] * gas.velocity[i]
-    gas.pressure[i] = (medium.gamma - 1.0) * (gas.energy[i] - kinetic - gas.fuel[i] * medium.heat)
-    return gas.pressure[i] > 0.0
+    medium, state, size, overlaps = gas.medium, gas.state, gas.medium.cell_size, interface.overlaps
+    part = (works / (interface.width * pressures))[overlaps.station]
+    growth = interface.to_cells(overlaps.length * widening[overlaps.station])
+    taken = interface.to_cells(part * overlaps.length * overlap_pressures(overlaps, state.pressure))
+    new = interface.area * (1.0 + growth / size)
+    changed = np.flatnonzero((new != state.area) | (taken != 0.0))
+    old, new, taken = state.area[changed], new[changed], taken[changed]
+    ratio = old / new
+    for conserved in (state.density, state.momentum, state.fuel):
+        conserved[changed] *= ratio
+    state.energy[changed] = (state.energy[changed] * old - taken / size) / new
+    state.area[changed] = new
+    gas.tally[WALL_WORK] = np.subtract.accumulate(np.concatenate([gas.tally[WALL_WORK : WALL_WORK + 1], taken]))[-1]
+    kinetic = 0.5 * state.momentum[changed] * state.velocity[changed]
+    pressure = (medium.gamma - 1.0) * (state.energy[changed] - kinetic - state.fuel[changed] * medium.heat)
+    state.pressure[changed] = pressure
+    empty = changed[~((new > 0.0) & (new < 1e300) & (pressure > 0.0))]
+    return int(empty[0]) if len(empty) else -1
 
 
 @internal
@@ -223,4 +162,5 @@ def leak(medium, gas, openings, discharge, room_pressure, step, tally):
             gas.momentum[i] *= left
             gas.fuel[i] *= left
             gas.energy[i] = energy
-            update_pressure(medium, gas, i)
+            kinetic = 0.5 * gas.momentum[i] * gas.velocity[i]
+            gas.pressure[i] = (gamma - 1.0) * (energy - kinetic - gas.fuel[i] * medium.heat)

@@ -18,54 +18,66 @@ IntArray = npt.NDArray[np.int64]
 _ROUNDING = 1e-9
 
 
-class Interface(NamedTuple):
-    """The overlaps, station by station, and the inner surface of the shell.
+class Overlaps(NamedTuple):
+    """The overlaps, station by station.
 
     Attributes:
-        begin: where the overlaps of each station begin, and the end of the last, shape (stations + 1,).
+        station: of each overlap, shape (overlaps,).
         cell: of each overlap, shape (overlaps,).
         length: of each overlap, shape (overlaps,) [m].
         offset: from the middle of the cell to that of the overlap, over the length of the cell, shape (overlaps,).
+    """
+
+    station: IntArray
+    cell: IntArray
+    length: FloatArray
+    offset: FloatArray
+
+
+class Interface(NamedTuple):
+    """The overlaps, and the inner surface of the shell.
+
+    Attributes:
+        overlaps: of stations and cells.
         width: of each station, shape (stations,) [m].
         nodes: of the inner surface, station by station, shape (s,).
-        station: of each of these, shape (s,).
         share: of each of these in the mean over its station, shape (s,).
         reference: positions of these, shape (s, 3) [m].
         rest: distance of these from the axis, shape (s,) [m].
         area: cross-section of each cell of the gas before anything moves, shape (cells,) [m^2].
     """
 
-    begin: IntArray
-    cell: IntArray
-    length: FloatArray
-    offset: FloatArray
+    overlaps: Overlaps
     width: FloatArray
     nodes: IntArray
-    station: IntArray
     share: FloatArray
     reference: FloatArray
     rest: FloatArray
     area: FloatArray
 
+    def to_stations(self, amounts: FloatArray) -> FloatArray:
+        """Return the sums of amounts of the overlaps over those of each station, shape (stations,)."""
+        return np.bincount(self.overlaps.station, amounts, minlength=len(self.width)).astype(np.float64)
 
-def find_overlaps(bounds: FloatArray, cell_size: float, cells: int) -> tuple[IntArray, IntArray, FloatArray, FloatArray]:
-    """Return begin, cell, length and offset of the overlaps; see `Interface`.
+    def to_cells(self, amounts: FloatArray) -> FloatArray:
+        """Return the sums over the overlaps of each cell of the gas, shape (cells,)."""
+        return np.bincount(self.overlaps.cell, amounts, minlength=len(self.area)).astype(np.float64)
+
+
+def find_overlaps(bounds: FloatArray, cell_size: float, cells: int) -> Overlaps:
+    """Return the overlaps.
 
     Args:
         bounds: ends of the stations in the coordinate of the gas, ascending, shape (stations + 1,) [m].
         cell_size: length of the cells of the gas, which begin at 0 [m].
         cells: number of cells.
     """
-    begin, cell, length, offset = [0], [], [], []
-    for low, high in zip(bounds[:-1].tolist(), bounds[1:].tolist(), strict=True):
+    rows = []
+    for station, (low, high) in enumerate(zip(bounds[:-1].tolist(), bounds[1:].tolist(), strict=True)):
         for number in range(max(int(low / cell_size) - 1, 0), min(int(high / cell_size) + 2, cells)):
             first, last = max(low, number * cell_size), min(high, (number + 1) * cell_size)
             if last - first > _ROUNDING * cell_size:
-                cell.append(number)
-                length.append(last - first)
-                offset.append((0.5 * (first + last) - (number + 0.5) * cell_size) / cell_size)
-        begin.append(len(cell))
-    return (
-        np.array(begin, dtype=np.int64), np.array(cell, dtype=np.int64), np.array(length, dtype=np.float64),
-        np.array(offset, dtype=np.float64),
-    )  # fmt: skip
+                offset = (0.5 * (first + last) - (number + 0.5) * cell_size) / cell_size
+                rows.append((station, number, last - first, offset))
+    station, cell, length, offset = np.array(rows).reshape(-1, 4).T.copy()
+    return Overlaps(station.astype(np.int64), cell.astype(np.int64), length, offset)

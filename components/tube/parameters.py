@@ -1,24 +1,67 @@
-"""Parameters of a gas in a tube, and of the part of the tube that gives way."""
+"""Parameters of a gas in a tube, of the part of the tube that gives way, and of the coupling of both."""
 
 from __future__ import annotations
 
 import math
+from typing import Annotated, Literal
 
-from pydantic import model_validator
+from pydantic import SerializeAsAny, model_validator
 
 from ..detonation.parameters import DetonationParameters
 from ..shell.geometry.bodies import Tube
 from ..shell.parameters import COARSE_RING, ShellParameters
 from ..support.parameter_fields import Magnitude, NotNegativeMagnitude, field
+from ..support.tagged_union import ByName, Named
 from ..support.validation import Parameters
-from .couplings import ChosenCoupling, OneWay
 
 # How far the cross-section of the gas may differ from that of the shell, relatively.
 _SAME_AREA = 1e-3
 # Steps of a part in an internal step at most.
 MOST_STEPS = 1000
-# Boundaries of the shell that a tube gives: they neither move by themselves nor can be left.
+# Boundaries of the shell that a tube gives: they neither move nor open.
 _ENDS = ("clamped", "symmetry")
+
+
+class Coupling(Named):
+    """A coupling, chosen by its `name`."""
+
+    @property
+    def moves_gas(self) -> bool:
+        """True where the gas has the cross-section of the wall as it is, and pays for the work on it."""
+        return False
+
+    @property
+    def leaks(self) -> bool:
+        """True where gas leaves through open cracks."""
+        return False
+
+
+class OneWay(Coupling):
+    """The gas flows as in a rigid tube, and its pressure loads the wall: Gato & Shie (2010)."""
+
+    name: Literal["one_way"] = field("one_way", "the gas flows as in a rigid tube", "1")
+
+
+class TwoWay(Coupling):
+    """The gas flows through the cross-section that the wall leaves it, and does work on it."""
+
+    name: Literal["two_way"] = field("two_way", "the gas feels the wall", "1")
+    motion: bool = field(True, "whether the gas feels that the wall moves", "1")
+    leakage: bool = field(True, "whether gas leaves through open cracks", "1")
+
+    @property
+    def moves_gas(self) -> bool:
+        """True where the gas has the cross-section of the wall as it is, and pays for the work on it."""
+        return self.motion
+
+    @property
+    def leaks(self) -> bool:
+        """True where gas leaves through open cracks."""
+        return self.leakage
+
+
+COUPLINGS: dict[str, type[Coupling]] = {"one_way": OneWay, "two_way": TwoWay}
+ChosenCoupling = Annotated[SerializeAsAny[Coupling], ByName(COUPLINGS)]
 
 
 class TubeParameters(Parameters):

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 import granular_env as ge
+from granular_env.components.support.jit import jit
 
 ALUMINIUM = {"young": 69e9, "poisson": 0.33, "density": 2719.0}
 RADIUS, WALL = 0.01975, 0.00089
@@ -40,3 +41,13 @@ def follow(solid: Any, node: int, direction: int, steps: int, ticks: int = 1, **
         solid.step(ticks * solid.step_size, **inputs)
         found.append(solid.peek("nodal_displacement")[node, direction])
     return np.array(found)
+
+
+def called(function: Any) -> Any:
+    """Return a kernel that calls a function which only kernels can call."""
+
+    @jit
+    def call(*arguments):
+        return function(*arguments)
+
+    return call

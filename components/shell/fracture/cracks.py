@@ -8,100 +8,106 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from ...support.float_arrays import FloatArray
+from ...support.float_arrays import FloatArray, sum_in_order
 from ..column_means import make_column_means
-from ..geometry.lattice import Lattice
-from ..kernel_arrays import ColumnArray, IntArray, Solid, State
-from ..quadrature import IntegrationPoints
-from ..shape_functions import write_hold
-from ..stencils import Stencils
+from ..kernel_arrays import ColumnArray, IntArray, Points, Solid, State, entries_of
+from ..kernel_setup import Assembly
+from ..kernels import weigh_points
+from ..parameters import ShellParameters
 from .facets import mark_links
-from .judgement import Judgement, index_normal, judge
+from .judgement import UNBREAKABLE, Judgement, points_in_grips, write_judgements
 from .law import FractureLaw
 from .pieces import Marks, crack_lips, detached_columns, label_columns, severed_links
 from .visibility import Visibility
 
-# A facet runs beside its point: half way to the next nodes where points lie at nodes, otherwise next to the point.
+# A facet runs next to its point: half way to the next nodes where points lie at nodes, otherwise next to the point.
 _BESIDE_NODES, _BESIDE_POINTS = 0.45, 0.05
 # Sides are taken as equal where the sums of what decides on them differ by less than this part.
 _EQUAL = 1e-9
+# A point lies to a side of another one where it is farther beyond it than this, in index space.
+_ASIDE = 0.3
 # A point whose share of the squared frequency would exceed this multiple of the largest one at the start is eroded.
 _STIFFEST = 2.0
 # A node that points see less than this part as much as before any crack is loosened: nothing sees it any more.
 _LOOSE = 0.2
 # Points whose stiffness is computed at a time.
 _AT_A_TIME = 4096
-# Time for a point that has parted to unload: that of sound over so many of the longest spacings.
+# Time for a point that has parted to unload: that of sound over this number of the longest spacings.
 _SPACINGS_TO_UNLOAD = 4.0
 # More ticks than any run has.
 _ENDLESS = 2.0**62
+
+
+PARTED, ERODED, SPENT, TORN, LOOSENED = "point_parted", "point_eroded", "point_spent", "point_torn", "node_loosened"
+KINDS = {
+    PARTED: "a point passed the limit of the fracture law: a crack normal to the largest principal stress begins there",
+    SPENT: "a point that has parted, and has had time to unload, passed the limit again: it carries no stress any more",
+    TORN: "a point at cracks was inverted or strained beyond measure: it carries no stress any more",
+    LOOSENED: "hardly any point sees a node any more: it flies on, and nothing holds it",
+    ERODED: "the nodes that cracks have left to a point do not span its functions: it carries no stress any more",
+}
+# After these a point carries no stress any more.
+LOST_KINDS = (SPENT, TORN, ERODED)
+
+
+class Cause(NamedTuple):
+    """The cause of an event: its kind, what decided, and the limit of that."""
+
+    kind: str
+    value: float
+    limit: float
 
 
 class Parting(NamedTuple):
     """The new cracks at the end of a tick.
 
     Attributes:
-        facets: new ones, rows of `facets.facet_rows`.
-        values: what decided at the point of each, and its limit.
-        spent: points that have passed their limit again, long after they had parted.
-        spent_values: what decided at these, and the limits.
-        eroded: points that bear nothing any more, the spent ones and those that are left with too few neighbours.
+        facets: new ones, rows of `facets.facet_rows`, and the causes.
+        eroded: points that carry no stress any more, and the causes; None where cracks have left too few neighbours.
         loosened: nodes that hardly any point saw any more.
-        changed: points with other neighbours than before, the eroded ones among them.
-        torn: points, some of the eroded ones, that were distorted beyond measure: what told so, and its limit.
+        changed: points with other neighbours than before, the eroded ones among them, shape (k,).
     """
 
-    facets: list[FloatArray]
-    values: list[tuple[float, float]]
-    spent: list[int]
-    spent_values: list[tuple[float, float]]
-    eroded: IntArray
-    loosened: IntArray
+    facets: list[tuple[FloatArray, Cause]]
+    eroded: dict[int, Cause | None]
+    loosened: list[int]
     changed: IntArray
-    torn: dict[int, tuple[float, float]]
 
-    def joined(self, other: Parting, torn: dict[int, tuple[float, float]]) -> Parting:
-        """Return this one with the points and nodes of another one that followed from it, and why they were torn."""
-        return self._replace(
-            eroded=np.concatenate([self.eroded, other.eroded]),
-            loosened=np.concatenate([self.loosened, other.loosened]),
-            changed=np.union1d(self.changed, other.changed),
-            torn={**self.torn, **torn},
-        )
+    def joined(self, other: Parting) -> Parting:
+        """Return this one with the points and nodes of another one that followed from it."""
+        eroded, loosened = {**self.eroded, **other.eroded}, self.loosened + other.loosened
+        return Parting(self.facets, eroded, loosened, np.union1d(self.changed, other.changed))
 
 
 class Cracks:
-    """The cracks, and the tables that follow from them; they are made anew where the state has other ones."""
+    """The cracks, and the tables that follow from them; they are rebuilt where the state has other cracks."""
 
-    def __init__(
-        self, lattice: Lattice, points: IntegrationPoints, stencils: Stencils, solid: Solid, law: FractureLaw, radius: float,
-        basis: object,
-    ) -> None:  # fmt: skip
+    def __init__(self, parameters: ShellParameters, law: FractureLaw, assembly: Assembly, whole: Solid) -> None:
         """Take a body without cracks."""
-        self._lattice, self._points, self._stencils, self._whole = lattice, points, stencils, solid
-        self._through = len(points.lines[2].at)
-        at_nodes = len(points.lines[0].at) == lattice.shape[0]
-        self._shift = _BESIDE_NODES if at_nodes else _BESIDE_POINTS
-        self.visibility = Visibility(lattice, points.places, stencils, radius, basis)  # type: ignore[arg-type]
-        columns = len(points.volume) // self._through
+        self._lattice, self._points, self._whole = assembly.lattice, assembly.points, whole
+        lattice, points = self._lattice, self._points
         along, across, thickness = lattice.axes
-        lines = points.lines
-        limits = law.limits(solid.law, columns, self._through)
+        lines, count = points.lines, len(points.volume)
+        self._through = len(lines[2].at)
+        self._shift = _BESIDE_NODES if len(lines[0].at) == along.count else _BESIDE_POINTS
+        self.visibility = Visibility(lattice, points.places, assembly.stencils, parameters.chosen_radius, parameters.basis)
+        limits = law.limits(whole.law, count // self._through, self._through)
+        limits[points_in_grips(parameters, assembly, law.grip_length)] = UNBREAKABLE
         self.judged = Judgement(
-            law.constants(solid.law), limits, along.slope(lines[0].at), across.slope(lines[1].at),
-            thickness.slope(lines[2].at), thickness.at(lines[2].at) if lattice.bent else np.ones(self._through),
-            np.zeros((len(points.volume), 3)), np.zeros(len(points.volume), dtype=np.int64),
-            np.zeros(len(points.volume), dtype=np.int64), self._ticks_to_unload(solid), make_column_means(lattice, points),
+            law.constants(whole.law), limits, along.slope(lines[0].at), across.slope(lines[1].at),
+            thickness.slope(lines[2].at), thickness.at(lines[2].at) if lattice.bent else np.ones(self._through), points.sine,
+            points.cosine, np.zeros((count, 3)), np.zeros(count, dtype=np.int64), np.zeros(count, dtype=np.int64),
+            self._ticks_to_unload(whole),
         )  # fmt: skip
-        self._hold = np.zeros(lattice.node_count)
-        even = self.visibility
-        write_hold(solid.body, even.seen, np.arange(lattice.node_count), self._hold)
-        self._stiffest = _STIFFEST * self._largest_stiffness()
+        self.means = make_column_means(lattice, points)
+        self._hold = self._measure_hold(np.arange(lattice.node_count))
+        every = np.array_split(np.arange(count), -(-count // _AT_A_TIME))
+        self._stiffest = _STIFFEST * max(float(self._stiffness(some).max()) for some in every)
         self.clear()
 
     def _ticks_to_unload(self, solid: Solid) -> int:
         """Return the ticks in which sound runs over a few spacings of the lattice."""
-        axes, density = self._lattice.axes, float(solid.body.mass[0] / self._lattice.volumes[0])
+        axes, density = self._lattice.axes, float(solid.nodes.mass[0] / self._lattice.volumes[0])
         radius = axes[2].positions[-1] if self._lattice.bent else 1.0
         longest = max(float(np.diff(axes[0].positions).max()), float(np.diff(axes[1].positions).max()) * radius)
         ticks = _SPACINGS_TO_UNLOAD * longest / math.sqrt(solid.law.young / density) / solid.step
@@ -115,7 +121,7 @@ class Cracks:
         self.visibility.clear()
         self.judged.normal[:] = 0.0
         self.judged.cracks[:] = self.judged.since[:] = 0
-        self.judged.means.sound[:] = True
+        self.means.sound[:] = True
         self._update_tables()
 
     def follow(self, facets: FloatArray, eroded: FloatArray, loosened: FloatArray) -> None:
@@ -139,88 +145,96 @@ class Cracks:
         """Part the body at points that have passed their limit: the one whose own stress is farthest beyond it first.
 
         Means of neighbouring columns may pass it together. A point that loses neighbours to a crack of this tick waits for the
-        next one. One that has parted and has had time to unload bears nothing any more: what it still holds together is a
+        next one. One that has parted and has had time to unload carries no stress any more: what it still connects is a
         bridge that the lattice leaves between cracks.
         """
-        means, limit = self.judged.means, self.judged.limit
-        decided = {int(p): float(judge(means.stress, state, self.judged, p)[0]) for p in found}
-        own = {p: float(judge(state.stress, state, self.judged, p)[0]) / limit[p] for p in decided}
+        limit, judged = self.judged.limit, self.judged
+        decided = dict(zip(found.tolist(), self._judge(state, self.means.stress, found)[:, 0].tolist(), strict=True))
+        own = dict(zip(found.tolist(), self._judge(state, state.stress, found)[:, 0] / limit[found], strict=True))
+        facets, changed, spent = list[tuple[FloatArray, Cause]](), set[int](), dict[int, Cause]()
         order = sorted(decided, key=lambda p: (-own[p], p))
-        facets: list[FloatArray] = []
-        values: list[tuple[float, float]] = []
-        changed = set[int]()
-        spent = [p for p in order if self.judged.cracks[p] > 0 and tick >= self.judged.since[p] + self.judged.wait]
+        for p in order:
+            if judged.cracks[p] > 0 and tick >= judged.since[p] + judged.wait:
+                spent[p] = Cause(SPENT, decided[p], float(limit[p]))
         for p in order:
             if p not in changed and p not in spent:
-                facets.append(np.append(self._choose_facet(state, p), float(tick)))
-                values.append((decided[p], float(limit[p])))
-                changed |= set(self._add(facets[-1]).tolist())
-        self.facets = np.concatenate([self.facets, np.array(facets).reshape(-1, 9)])
-        spent_values = [(decided[p], float(limit[p])) for p in spent]
-        eroded, loosened, points = self._settle(changed, spent)
-        return Parting(facets, values, spent, spent_values, eroded, loosened, points, {})
+                facet = np.append(self._choose_facet(state, p), float(tick))
+                facets.append((facet, Cause(PARTED, decided[p], float(limit[p]))))
+                changed |= set(self._add(facet).tolist())
+        self.facets = np.concatenate([self.facets, np.array([facet for facet, _ in facets]).reshape(-1, 9)])
+        return self._settle(changed, spent)._replace(facets=facets)
 
-    def erode(self, points: list[int]) -> Parting:
-        """Let some points bear nothing any more."""
-        return Parting([], [], [], [], *self._settle(set(), points), {})
+    def erode(self, points: dict[int, Cause]) -> Parting:
+        """Let some points carry no stress any more."""
+        return self._settle(set(), points)
 
-    def _settle(self, changed: set[int], spent: list[int]) -> tuple[IntArray, IntArray, IntArray]:
+    def _judge(self, state: State, stress: FloatArray, points: IntArray) -> FloatArray:
+        """Return for some points what decides, and the normal of a crack there in index space, shape (k, 4)."""
+        out = np.zeros((len(points), 4))
+        write_judgements(self.judged, stress, state.gradient, state.plastic_strain, points, out)
+        return out
+
+    def ratios(self, state: State) -> FloatArray:
+        """Return what decides at each point over its limit, by the means that were written last, shape (m,)."""
+        return self._judge(state, self.means.stress, np.arange(len(self.judged.limit)))[:, 0] / self.judged.limit
+
+    def _settle(self, changed: set[int], lost: dict[int, Cause]) -> Parting:
         """Rebuild what points see; erode those that see too little, and loosen nodes that are hardly seen, until all is sound.
 
         Args:
             changed: points that have lost neighbours.
-            spent: points that bear nothing from now on.
-
-        Returns:
-            The points that are eroded, the spent ones among them, the nodes that are loosened, and all points concerned.
+            lost: points that carry no stress from now on.
         """
-        seen, gone = self.visibility, {int(p) for p in self.eroded}
-        eroded, loosened = list(spent), list[int]()
-        seen.blind(np.array(spent, dtype=np.int64))
-        fresh = changed - gone - set(spent)
-        if spent:
-            fresh |= self._loosen(np.array(spent, dtype=np.int64), loosened) - gone - set(spent)
-        concerned = {*fresh, *spent}
+        seen, loosened, gone = self.visibility, list[int](), {int(p) for p in self.eroded}
+        eroded: dict[int, Cause | None] = {**lost}
+        fresh = changed - gone - set(lost)
+        if lost:
+            points = np.array(list(lost), dtype=np.int64)
+            seen.blind(points)
+            fresh |= self._loosen(points, loosened) - gone - set(lost)
+        concerned = {*fresh, *lost}
         while fresh:
             points = np.array(sorted(fresh), dtype=np.int64)
-            poor = ~seen.rebuild(points) | (self._stiffness(points) > self._stiffest)
-            seen.blind(points[poor])
-            eroded += points[poor].tolist()
-            losing = self._loosen(points, loosened)
-            fresh = losing - gone - set(eroded)
+            poor = points[~seen.rebuild(points) | (self._stiffness(points) > self._stiffest)]
+            seen.blind(poor)
+            eroded |= dict.fromkeys(poor.tolist())
+            fresh = self._loosen(points, loosened) - gone - set(eroded)
             concerned |= fresh
-        self.eroded = np.concatenate([self.eroded, np.array(eroded, dtype=np.float64)])
+        self.eroded = np.concatenate([self.eroded, np.array(list(eroded), dtype=np.float64)])
         self.loosened = np.concatenate([self.loosened, np.array(loosened, dtype=np.float64)])
         self._update_tables()
-        return np.array(eroded, dtype=np.int64), np.array(loosened, dtype=np.int64), np.array(sorted(concerned), dtype=np.int64)
+        return Parting([], eroded, loosened, np.array(sorted(concerned), dtype=np.int64))
 
     def _loosen(self, points: IntArray, loosened: list[int]) -> set[int]:
         """Hide the nodes near some points that hardly any point sees any more; return the points that lose them."""
-        seen, body = self.visibility, self._whole.body
-        nodes = np.unique(np.concatenate([self._stencils.neighbours(p) for p in points])).astype(np.int64)
-        hold = np.zeros(len(nodes))
-        write_hold(body, seen.seen, nodes, hold)
+        nodes = np.unique(entries_of(self.points, points)[1]).astype(np.int64)
         losing = set[int]()
         known = {int(j) for j in self.loosened} | set(loosened)
-        for node in nodes[hold < _LOOSE * self._hold[nodes]].tolist():
+        for node in nodes[self._measure_hold(nodes) < _LOOSE * self._hold[nodes]].tolist():
             if node not in known:
                 loosened.append(node)
                 losing |= set(self._hide_node(node).tolist())
         return losing
 
+    def _measure_hold(self, nodes: IntArray) -> FloatArray:
+        """Return how much points see some nodes: the sum of shape functions times volumes, shape (k,) [m^3]."""
+        found, volume = np.zeros((len(nodes), 2)), self._points.volume
+        weigh_points(self.visibility.seen, self._whole.nodes, volume, nodes, volume, found)
+        return found[:, 0]
+
     def _hide_node(self, node: int) -> IntArray:
         """Hide a node from all points; return those that saw it."""
-        body, seen = self._whole.body, self.visibility
-        entries = slice(int(body.seen_begin[node]), int(body.seen_begin[node + 1]))
-        points = body.seen_lowest[node].astype(np.int64) + body.seen_offsets[entries]
-        places = seen.begin[points].astype(np.int64) + body.seen_slot[entries]
-        saw = ~seen.hidden[places]
-        seen.hidden[places] = True
+        nodes, hidden = self._whole.nodes, self.visibility.hidden
+        entries = slice(int(nodes.begin[node]), int(nodes.begin[node + 1]))
+        points = nodes.points[entries].astype(np.int64)
+        places = self._whole.points.begin[points].astype(np.int64) + nodes.slot[entries]
+        saw = ~hidden[places]
+        hidden[places] = True
         return points[saw]
 
     def is_beside_crack(self, point: int) -> bool:
-        """Return whether cracks hide neighbours of a point that bears stress."""
-        begin, end = (int(one) for one in self._stencils.begin[point : point + 2])
+        """Return whether cracks hide neighbours of a point that carries stress."""
+        begin, end = self._whole.points.begin[point : point + 2].tolist()
         return bool(self.visibility.hidden[begin:end].any()) and float(point) not in self.eroded
 
     def _add(self, facet: FloatArray) -> IntArray:
@@ -229,11 +243,11 @@ class Cracks:
         if self.judged.cracks[p] == 0:
             self.judged.normal[p] = facet[4:7]
         self.judged.cracks[p] += 1
-        self.judged.means.sound[p] = False
+        self.means.sound[p] = False
         self.judged.since[p] = int(facet[8])
         ring = self._lattice.axes[1]
         near = self._columns_near(facet, ring.count)
-        mark_links(facet, self.visibility.table, near, self.links)
+        mark_links(facet, self._lattice, near, self.links)
         self.severed[near] = severed_links(self.links[near])
         return self.visibility.hide(facet)
 
@@ -245,8 +259,7 @@ class Cracks:
 
     def _choose_facet(self, state: State, p: int) -> FloatArray:
         """Return the facet of a point: on the side where a crack is already, otherwise where more is loaded."""
-        _, nx, ny, nz = judge(self.judged.means.stress, state, self.judged, p)
-        normal = np.array(index_normal(self._whole, state, self.judged, p, nx, ny, nz))
+        normal = self._judge(state, self.means.stress, np.array([p]))[0, 1:]
         side = self._open_side(p, normal) or self._loaded_side(state, p, normal) or 1
         first = self._facet(p, normal, side)
         if self.visibility.is_sound_behind(first, p):
@@ -275,82 +288,68 @@ class Cracks:
         low, high = bounds[layer : layer + 2]
         return 0.5 * (high + low), 0.5 * (high - low)
 
+    def _offsets(self, places: FloatArray, p: int) -> FloatArray:
+        """Return the way from a point to places, in index space, the shorter one around a ring, shape (k, 3)."""
+        offsets, ring = places - self._place(p), self._lattice.axes[1]
+        if ring.closed:
+            offsets[:, 1] -= ring.count * np.floor(offsets[:, 1] / ring.count + 0.5)
+        return offsets
+
     def _open_side(self, p: int, normal: FloatArray) -> int:
         """Return the side on which a point has lost more neighbours; 0 for none."""
-        begin, end = (int(one) for one in self._stencils.begin[p : p + 2])
-        lost = self._stencils.neighbours(p)[self.visibility.hidden[begin:end]].astype(np.int64)
-        _, m, layers = self._lattice.shape
-        offsets = np.stack([lost // (m * layers), lost // layers % m, self._lattice.heights(lost)], axis=-1) - self._place(p)
-        if self._lattice.axes[1].closed:
-            offsets[:, 1] -= m * np.floor(offsets[:, 1] / m + 0.5)
-        return int(np.sign(np.sign((offsets * normal).sum(axis=1)).sum()))
+        begin, end = self._whole.points.begin[p : p + 2].tolist()
+        _, nodes, _ = entries_of(self._whole.points, np.array([p]))
+        lost = nodes[self.visibility.hidden[begin:end]].astype(np.int64)
+        return int(np.sign(np.sign((self._offsets(self._lattice.places(lost), p) * normal).sum(axis=1)).sum()))
 
     def _loaded_side(self, state: State, p: int, normal: FloatArray) -> int:
         """Return the side on which the points next to one are nearer to their limits; 0 where both are alike."""
-        sums, around = [0.0, 0.0], self._points_around(p)
-        for q, offset in zip(around, self._points.places(np.array(around, dtype=np.int64)) - self._place(p), strict=True):
-            if self._lattice.axes[1].closed:
-                m = self._lattice.shape[1]
-                offset[1] -= m * np.floor(offset[1] / m + 0.5)
-            beyond = float((offset * normal).sum())
-            if abs(beyond) > 0.3:
-                sums[int(beyond > 0.0)] += (
-                    float(judge(self.judged.means.stress, state, self.judged, q)[0]) / self.judged.limit[q]
-                )
-        difference = sums[1] - sums[0]
-        return 0 if abs(difference) <= _EQUAL * (abs(sums[0]) + abs(sums[1])) else (1 if difference > 0.0 else -1)
+        around = self._points_around(p)
+        beyond = (self._offsets(self._points.places(around), p) * normal).sum(axis=1)
+        ratios = self._judge(state, self.means.stress, around)[:, 0] / self.judged.limit[around]
+        low, high = (float(sum_in_order(ratios[side])) for side in (beyond < -_ASIDE, beyond > _ASIDE))
+        return 0 if abs(high - low) <= _EQUAL * (abs(low) + abs(high)) else (1 if high > low else -1)
 
-    def _points_around(self, p: int) -> list[int]:
+    def _points_around(self, p: int) -> IntArray:
         """Return the points of the same layer in the columns of points around that of a point."""
-        across, k = len(self.judged.across), self._through
-        along = len(self.judged.along)
-        a, b, layer = p // (across * k), p // k % across, p % k
-        found = []
-        for x in range(max(a - 1, 0), min(a + 2, along)):
-            for y in range(b - 1, b + 2):
-                if (x, y) != (a, b) and (self._lattice.axes[1].closed or 0 <= y < across):
-                    found.append((x * across + y % across) * k + layer)
-        return found
-
-    def _largest_stiffness(self) -> float:
-        """Return the largest one of all points, some at a time: all at once would double the memory of the body."""
-        every = np.arange(len(self._points.volume))
-        return max(
-            float(self._stiffness(every[begin : begin + _AT_A_TIME]).max()) for begin in range(0, len(every), _AT_A_TIME)
-        )
+        along, across = len(self.judged.along), len(self.judged.across)
+        column, layer = divmod(p, self._through)
+        x, y = (one.ravel() for one in np.meshgrid(*(np.arange(-1, 2) + one for one in divmod(column, across)), indexing="ij"))
+        there = (x >= 0) & (x < along) & (self._lattice.axes[1].closed | ((y >= 0) & (y < across)))
+        around = (x * across + y % across)[there]
+        return around[around != column] * self._through + layer
 
     def _stiffness(self, points: IntArray) -> FloatArray:
         """Return V sum |grad N_J|^2 / m_J of points: their share of the squared frequency, over that of sound."""
-        some, body = self._stencils, self._whole.body
-        counts = some.counts(points)
-        entry = np.repeat(some.begin[points].astype(np.int64) - np.cumsum(counts) + counts, counts) + np.arange(counts.sum())
-        row = np.repeat(
-            self.visibility.first[self.visibility.kind[points]].astype(np.int64) - np.cumsum(counts) + counts, counts
-        )
-        gradients = self.visibility.gradients[row + np.arange(counts.sum())]
-        owner = np.repeat(np.arange(len(points)), counts)
-        gradients[:, 0] *= self.visibility.along[points][owner]
-        nodes = np.repeat(some.lowest[points], counts) + some.offsets[entry]
-        terms = (gradients * gradients).sum(axis=1) / body.mass[nodes]
-        return body.volume[points] * np.bincount(owner, weights=terms, minlength=len(points))
+        table = self.points
+        owner, nodes, rows = entries_of(table, points)
+        gradients = table.gradients[rows]
+        gradients[:, 0] *= table.along[points][owner]
+        terms = (gradients * gradients).sum(axis=1) / self._whole.nodes.mass[nodes]
+        return table.volume[points] * np.bincount(owner, weights=terms, minlength=len(points))
 
     # -- tables -----------------------------------------------------------------------------------------------------
 
+    @property
+    def points(self) -> Points:
+        """The integration points with the stencils that cracks have left them."""
+        seen = self.visibility.seen
+        return self._whole.points._replace(kind=seen.kind, first=seen.first, gradients=seen.gradients, along=seen.along)
+
     def _update_tables(self) -> None:
         """Make the tables of the kernels: rows, ties and the surface under pressure."""
-        lattice, seen, whole = self._lattice, self.visibility, self._whole
-        self.judged.means.sound[self.eroded.astype(np.int64)] = False
+        lattice, whole = self._lattice, self._whole
+        self.means.sound[self.eroded.astype(np.int64)] = False
         self.labels, self.borne = self._label_pieces()
         self.detached: Marks = detached_columns(lattice, self.severed, self.labels) | self._loose_columns()
         self.released: Marks = crack_lips(lattice, self.severed) | self.detached
-        body = whole.body._replace(kind=seen.kind, first=seen.first, gradients=seen.gradients, along=seen.along)
-        around = self._loaded_neighbours()
+        surface = whole.surface._replace(around=self._loaded_neighbours())
         self.solid = whole._replace(
-            body=body, hourglass=whole.hourglass._replace(partner=self._ties()), surface=whole.surface._replace(around=around)
+            points=self.points, hourglass=whole.hourglass._replace(partner=self._ties()), surface=surface
         )
 
     def _label_pieces(self) -> tuple[IntArray, Marks]:
-        """Return the number of the piece of each column, that of its first column, and whether anything bears it."""
+        """Return the number of the piece of each column, that of its first column, and whether a point sees it."""
         n, m, layers = self._lattice.shape
         labels, borne = np.zeros(n * m, dtype=np.int64), np.zeros(n * m, dtype=bool)
         if not len(self.facets):
@@ -362,7 +361,7 @@ class Cracks:
 
     @property
     def piece_count(self) -> int:
-        """Number of pieces; columns that nothing bears are none."""
+        """Number of pieces; columns that no point sees are none."""
         return len(np.unique(self.labels[self.borne]))
 
     def _cut_sides(self, cut: npt.NDArray[np.bool_]) -> npt.NDArray[np.bool_]:
@@ -385,7 +384,7 @@ class Cracks:
     def _loaded_neighbours(self) -> ColumnArray:
         """Return the neighbours that span the area of each node of the inner surface: itself across a crack.
 
-        A node that flies on by itself spans no area with those that it has left, which would grow without bound.
+        A loose node spans no area with those that it has left, which would grow without bound.
         """
         around = self._whole.surface.around
         own = np.broadcast_to(np.arange(len(around), dtype=np.int32)[:, None], around.shape)

@@ -9,17 +9,9 @@ import numpy as np
 import numpy.typing as npt
 
 from ...errors import ParameterError
-from ...materials.tensors import (
-    determinant,
-    equivalent_stress,
-    largest_principal,
-    load_deformation,
-    load_symmetric,
-    mean_stress,
-)
+from ...materials.tensors import determinant, largest_principal, load_deformation, load_symmetric
 from ...support.float_arrays import FloatArray
-from ...support.jit import internal, jit
-from ..column_means import ColumnMeans, write_column_means
+from ...support.jit import internal, internal_inlined, jit
 from ..geometry.bodies import EDGES
 from ..kernel_setup import Assembly
 from ..parameters import ShellParameters
@@ -28,7 +20,7 @@ from .pieces import Marks
 
 # A point parts a second time in a direction whose cosine with the first one is smaller.
 _ANOTHER_DIRECTION = 0.7
-# A plane whose normal is so much along the thickness is parallel to the wall, any other one goes straight through it.
+# A plane whose normal has this part along the thickness is parallel to the wall, any other one goes straight through it.
 _PARALLEL = 0.9
 # Ratios to the limit below this one are not noted.
 _NOTED = 0.5
@@ -45,11 +37,11 @@ class Judgement(NamedTuple):
         limit: at which each point parts, shape (m,).
         along, across, through: distances of planes at the points along each axis, an angle where the axis is one [m].
         radius: at the points through the thickness, 1 where the body is straight, shape (points through,).
+        sine, cosine: of the angle by which the frame of each point is turned, shape (m,).
         normal: of the first crack of each point, in index space, shape (m, 3).
         cracks: number of each point's cracks, shape (m,).
         since: tick of the last one, shape (m,).
         wait: ticks that a point has to unload once it has parted.
-        means: the stresses that are judged.
     """
 
     law: Any
@@ -58,42 +50,43 @@ class Judgement(NamedTuple):
     across: FloatArray
     through: FloatArray
     radius: FloatArray
+    sine: FloatArray
+    cosine: FloatArray
     normal: FloatArray
     cracks: npt.NDArray[np.int64]
     since: npt.NDArray[np.int64]
     wait: int
-    means: ColumnMeans
 
 
 @jit
-def find_parting(solid, state, judged, found, nearest, tick):
+def find_parting(judged, stress, gradient, plastic_strain, found, nearest, tick):
     """Write the points that pass their limit, ascending, and return how many there are.
 
     A point that has parted passes it where its stress has another direction, or where it has had time to unload.
 
     Args:
-        solid: `kernel_arrays.Solid`.
-        state: after a tick.
-        judged: `Judgement`; the means of the stresses are written.
+        judged: `Judgement`.
+        stress: by which points are judged: the means over columns, shape (m, 6) [Pa].
+        gradient: of the displacement, shape (m, 9).
+        plastic_strain: shape (m,); (0,) of an elastic body.
         found: written, shape (m,).
         nearest: the largest ratio to the limit so far of points that had not parted, from a half on, its point and its tick,
             updated, shape (3,).
         tick: its number.
     """
-    write_column_means(state.stress, judged.means)
     count = 0
     for p in range(judged.limit.size):
         largest = min(max(nearest[0], _NOTED), 1.0)
-        if not may_exceed(judged.law, largest * judged.limit[p], load_symmetric(judged.means.stress, p), flown(state, p)):
+        if not may_exceed(judged.law, largest * judged.limit[p], load_symmetric(stress, p), flown(plastic_strain, p)):
             continue
-        value, nx, ny, nz = judge(judged.means.stress, state, judged, p)
+        value, nx, ny, nz = judge(judged.law, stress, gradient, plastic_strain, p)
         if judged.cracks[p] == 0 and value > nearest[0] * judged.limit[p] and value > _NOTED * judged.limit[p]:
             nearest[0], nearest[1], nearest[2] = value / judged.limit[p], p, tick
         if value > judged.limit[p]:
             if judged.cracks[p] > 0 and tick < judged.since[p] + judged.wait:
                 if judged.cracks[p] > 1:
                     continue
-                a, b, c = index_normal(solid, state, judged, p, nx, ny, nz)
+                a, b, c = index_normal(judged, gradient, p, nx, ny, nz)
                 if abs(a * judged.normal[p, 0] + b * judged.normal[p, 1] + c * judged.normal[p, 2]) >= _ANOTHER_DIRECTION:
                     continue
             found[count] = p
@@ -101,38 +94,40 @@ def find_parting(solid, state, judged, found, nearest, tick):
     return count
 
 
-@internal
-def flown(state, p):
+@jit
+def write_judgements(judged, stress, gradient, plastic_strain, points, out):
+    """Write for some points what decides, and the normal in index space of a crack there, shape (k, 4); as `find_parting`."""
+    for number in range(points.size):
+        p = points[number]
+        value, nx, ny, nz = judge(judged.law, stress, gradient, plastic_strain, p)
+        out[number, 0] = value
+        out[number, 1], out[number, 2], out[number, 3] = index_normal(judged, gradient, p, nx, ny, nz)
+
+
+@internal_inlined
+def flown(plastic_strain, p):
     """Return the plastic strain of a point, 0 of an elastic body."""
-    return state.plastic_strain[p] if state.plastic_strain.size > 0 else 0.0
+    return plastic_strain[p] if plastic_strain.size > 0 else 0.0
 
 
-@jit
-def judge(stresses, state, judged, p):
-    """Return what decides at a point, to be compared with its limit, and the direction of the largest principal stress.
-
-    Args:
-        stresses: by which the point is judged: their means, or those of the points themselves, shape (m, 6) [Pa].
-        state: `kernel_arrays.State`.
-        judged: `Judgement`.
-        p: the point.
-    """
-    volume = determinant(load_deformation(state.gradient, p))
-    stress, nx, ny, nz = largest_principal(load_symmetric(stresses, p))
-    return decisive_value(judged.law, Point(stress, volume, flown(state, p))), nx, ny, nz
+@internal
+def judge(law, stress, gradient, plastic_strain, p):
+    """Return what decides at a point, to be compared with its limit, and the direction of the largest principal stress."""
+    volume = determinant(load_deformation(gradient, p))
+    largest, nx, ny, nz = largest_principal(load_symmetric(stress, p))
+    return decisive_value(law, Point(largest, volume, flown(plastic_strain, p))), nx, ny, nz
 
 
-@jit
-def index_normal(solid, state, judged, p, nx, ny, nz):
+@internal
+def index_normal(judged, h, p, nx, ny, nz):
     """Return the unit normal, in index space, of the reference plane that has this normal (nx, ny, nz) now.
 
     It is either in the surface of the body or through the thickness, and points towards growing indices.
     """
-    h = state.gradient
     x = nx * (1.0 + h[p, 0]) + ny * h[p, 3] + nz * h[p, 6]
     y = nx * h[p, 1] + ny * (1.0 + h[p, 4]) + nz * h[p, 7]
     z = nx * h[p, 2] + ny * h[p, 5] + nz * (1.0 + h[p, 8])
-    c, s = solid.body.cosine[p], solid.body.sine[p]
+    c, s = judged.cosine[p], judged.sine[p]
     around, out = c * y - s * z, s * y + c * z
     size = sqrt(x * x + around * around + out * out)
     if abs(out) > _PARALLEL * size:
@@ -145,23 +140,6 @@ def index_normal(solid, state, judged, p, nx, ny, nz):
     if a < 0.0 and -a >= abs(b) or b < 0.0 and -b > abs(a):
         size = -size
     return a / size, b / size, 0.0
-
-
-@jit
-def write_ratios(state, judged, out):
-    """Write what decides over its limit at each point."""
-    for p in range(out.size):
-        value, _, _, _ = judge(judged.means.stress, state, judged, p)
-        out[p] = value / judged.limit[p]
-
-
-@jit
-def write_triaxiality(stress, out):
-    """Write the mean stress over the equivalent one at each point, 0 where there is no stress."""
-    for p in range(out.size):
-        tensor = load_symmetric(stress, p)
-        equivalent = equivalent_stress(tensor)
-        out[p] = mean_stress(tensor) / equivalent if equivalent > 0.0 else 0.0
 
 
 def points_in_grips(p: ShellParameters, assembly: Assembly, length: float) -> Marks:

@@ -61,7 +61,7 @@ class FractureLaw(Named):
     )
     seed: int = field(1, "of the scatter", "1", ge=0, lt=2**63)
     grip_length: NotNegativeMagnitude = field(
-        0.0, "length beside clamped and moved edges within which nothing parts, as a fitting holds it there", "m"
+        0.0, "length at clamped and moved edges within which nothing parts, as a fitting holds it there", "m"
     )
 
     @property

@@ -34,7 +34,7 @@ def open_areas(lattice: Lattice, cracks: Cracks, displacement: FloatArray) -> Fl
     """Return the open area of the cracks through the wall at each station, on the inner surface, shape (stations,) [m^2].
 
     It is how far the distance of the columns on both sides has grown, times the width of the edge. Columns that are severed
-    from both neighbours, or that nothing bears, close no gap: it is measured over them, and shared evenly by the cracks there.
+    from both neighbours, or that no point sees, close no gap: it is measured over them, and shared evenly by the cracks there.
     """
     n, m, layers = lattice.shape
     inner = (lattice.nodes + displacement)[::layers].reshape(n, m, 3)

@@ -1,14 +1,12 @@
-"""The outcome for a body in one word, how far its cracks have run along it and around it, and how fast."""
+"""The outcome for a body in one word, and how far its cracks have run along it and around it."""
 
 from __future__ import annotations
 
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
-from scipy.spatial import KDTree
 
 from ...support.float_arrays import FloatArray
 from ..geometry.lattice import Lattice
@@ -22,10 +20,6 @@ BULGED_STRAIN = 0.002
 # Cracks that take less than this part of the circumference at one place, or fewer sides of columns, have not turned around
 # the body: one that runs along it steps aside by a column or two.
 _TURNED, _TURNED_SIDES = 0.05, 3
-# Facets next to each other, or but one, are no farther apart than this [spacings]; their middles lie in cells of the lattice.
-_NEXT = 2.3
-# The speed of a crack is that between these parts of its way.
-_FROM, _TO = 0.1, 0.9
 
 
 class CutSides(NamedTuple):
@@ -81,19 +75,12 @@ def _cracks(lattice: Lattice, cut: CutSides) -> IntArray:
     return labels[ends[0][0]].astype(np.int64)
 
 
-def _has_turned(lattice: Lattice, cut: CutSides) -> bool:
-    """Return whether a crack runs around the body, or none runs along it."""
-    parts, sides = _turns(lattice, cut)
-    fewest = min(_TURNED_SIDES, lattice.shape[1] / 2)
-    return not cut.across.any() or bool(((parts >= _TURNED) & (sides >= fewest)).any())
-
-
 def connects_ends(labels: IntArray, borne: Marks, shape: tuple[int, int]) -> bool:
     """Return whether a piece reaches from the first station to the last.
 
     Args:
         labels: number of the piece of each column, shape (n m,).
-        borne: whether anything bears each column, shape (n m,).
+        borne: whether a point sees each column, shape (n m,).
         shape: n, m.
     """
     rows, bearing = labels.reshape(shape), borne.reshape(shape)
@@ -111,57 +98,8 @@ def outcome(lattice: Lattice, cut: CutSides, is_severed: bool, plastic_strain: F
     """
     if is_severed:
         return SEVERED
-    if cut.is_cut:
-        return HOOP if _has_turned(lattice, cut) else AXIAL
-    return BULGED if float(plastic_strain.max(initial=0.0)) > BULGED_STRAIN else WHOLE
-
-
-def growth(indices: FloatArray) -> npt.NDArray[np.int64]:
-    """Return which facets belong to the crack that began with the first: each lies next to an older one of it.
-
-    Args:
-        indices: middles in the index space of the lattice, in the order in which they came, shape (k, 2).
-    """
-    tree = KDTree(indices)
-    grown = np.zeros(len(indices), dtype=bool)
-    grown[0] = True
-    for facet, nearby in enumerate(tree.query_ball_point(indices, _NEXT)):
-        grown[facet] |= any(one < facet and grown[one] for one in nearby)
-    return np.flatnonzero(grown)
-
-
-def part_faster(planes: FloatArray, places: FloatArray, times: FloatArray, speed: float) -> float:
-    """Return at which part of its steps from one plane of nodes to the next a crack was faster than a speed.
-
-    A load parts all points that it overloads, however far the crack is: no tip has run then.
-
-    Args:
-        planes: index of the plane of each facet along the way, shape (k,).
-        places: along the way, shape (k,) [m].
-        times: when, ascending, shape (k,) [s].
-        speed: [m/s].
-    """
-    _, first = np.unique(np.rint(planes), return_index=True)
-    steps = np.abs(np.diff(places[first])) > speed * np.abs(np.diff(times[first]))
-    return float(steps.mean()) if len(steps) else 0.0
-
-
-def tip_speed(places: FloatArray, times: FloatArray, shortest: float) -> float:
-    """Return the speed of the faster one of the two tips of a crack, over the middle four fifths of its way [m/s].
-
-    Args:
-        places: where the crack grew, along its way, shape (k,) [m].
-        times: when, ascending, shape (k,) [s].
-        shortest: ways that are not longer have no speed [m].
-
-    Returns:
-        0 where no tip went so far, or all of it at once.
-    """
-    speeds = [0.0]
-    for sign in (1.0, -1.0):
-        reach = np.maximum.accumulate(sign * (places - places[0])) if len(places) else np.zeros(0)
-        if len(reach) and reach[-1] > shortest:
-            begin, end = (int(np.searchsorted(reach, part * reach[-1])) for part in (_FROM, _TO))
-            if times[end] > times[begin]:
-                speeds.append(float((reach[end] - reach[begin]) / (times[end] - times[begin])))
-    return max(speeds)
+    if not cut.is_cut:
+        return BULGED if float(plastic_strain.max(initial=0.0)) > BULGED_STRAIN else WHOLE
+    parts, sides = _turns(lattice, cut)
+    turned = (parts >= _TURNED) & (sides >= min(_TURNED_SIDES, lattice.shape[1] / 2))
+    return HOOP if turned.any() or not cut.across.any() else AXIAL

@@ -20,16 +20,16 @@ _CONNECTS = 0.01
 def label_columns(stencils, blind, layers, labels, borne):
     """Write for each column of nodes the first column that points connect with it.
 
-    A point that bears stress connects all columns of which it sees a node, unless it hardly does.
+    A point that carries stress connects all columns of which it sees a node, unless it hardly does.
 
     Args:
         stencils: `Stencils` of the points.
-        blind: which points bear nothing, shape (m,).
+        blind: which points carry no stress, shape (m,).
         layers: nodes of a column.
         labels: written, shape (columns,).
         borne: written: whether any point sees each column, shape (columns,).
     """
-    begin, lowest, offsets, values = stencils.begin, stencils.lowest, stencils.offsets, stencils.values
+    begin, nodes, values = stencils.begin, stencils.nodes, stencils.values
     for column in range(labels.size):
         labels[column], borne[column] = column, False
     for p in range(blind.size):
@@ -37,7 +37,7 @@ def label_columns(stencils, blind, layers, labels, borne):
             continue
         first, last, row = -1, -1, stencils.first[stencils.kind[p]]
         for entry in range(begin[p], begin[p + 1]):
-            column = np.int64(lowest[p] + offsets[entry]) // layers
+            column = np.int64(nodes[entry]) // layers
             if column == last or not abs(values[row + entry - begin[p]]) > _CONNECTS:
                 continue
             last = column
@@ -68,7 +68,7 @@ def severed_links(links: npt.NDArray[np.uint8]) -> Marks:
 
 
 def crack_lips(lattice: Lattice, severed: Marks) -> Marks:
-    """Return the columns beside cracks that go through the whole wall."""
+    """Return the columns at cracks that go through the whole wall."""
     n, m, _ = lattice.shape
     lips = np.zeros((n, m), dtype=bool)
     for way, axis in ((ALONG, 0), (ACROSS, 1)):

@@ -8,7 +8,7 @@ from ...materials.thermoviscoplastic import FlowConstants
 from ...support.parameter_fields import Magnitude, field
 from .law import FractureLaw, decisive_value, may_exceed
 
-# Part of the yield stress that a point has to bear to part.
+# Part of the yield stress that a point needs to part.
 _TENSION = 0.5
 
 

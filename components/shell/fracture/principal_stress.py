@@ -11,7 +11,7 @@ from typing import ClassVar, Literal, NamedTuple
 from pydantic import model_validator
 
 from ...errors import ParameterError
-from ...materials.tensors import equivalent_square, mean_stress
+from ...materials.tensors import equivalent_square, trace
 from ...materials.thermoviscoplastic import FlowConstants
 from ...support.parameter_fields import Magnitude, field
 from .law import FractureLaw, decisive_value, may_exceed
@@ -36,7 +36,7 @@ class PrincipalStress(FractureLaw):
 
     @model_validator(mode="after")
     def _validate_one_limit(self) -> PrincipalStress:
-        # As laws are written out with all that they have, the factor of the paper beside a stress is no choice.
+        # As laws are written out with all that they have, the factor of the paper next to a stress is no choice.
         if self.stress is not None and self.factor != _FACTOR:
             raise ParameterError(
                 f"got {self.factor:g} beside stress = {self.stress:g} Pa", expected="one of the two",
@@ -66,5 +66,5 @@ def _cauchy_stress(law, point):
 @may_exceed.register(PrincipalStressConstants)
 def _may_exceed(law, value, stress, plastic_strain):
     # The largest principal stress is at most the mean one plus two thirds of the equivalent one.
-    left = 1.5 * (_SAFE * value - mean_stress(stress))
+    left = 1.5 * (_SAFE * value - trace(stress) / 3.0)
     return not (left > 0.0 and equivalent_square(stress) < left * left)

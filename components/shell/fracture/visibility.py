@@ -1,8 +1,7 @@
-"""Stencils of points beside cracks: rebuilt where a crack hides neighbours, shared with all other points elsewhere."""
+"""Stencils of points at cracks: rebuilt where a crack hides neighbours, shared with all other points elsewhere."""
 
 from __future__ import annotations
 
-from collections import defaultdict
 from collections.abc import Callable
 
 import numpy as np
@@ -13,7 +12,7 @@ from ..geometry.lattice import Lattice
 from ..kernel_arrays import IndexArray, IntArray
 from ..shape_functions import BasisName, least_squares_rows
 from ..stencils import Stencils, weights_at
-from .facets import LatticeTable, mark_hidden
+from .facets import crosses, round_to_period
 
 _BASIS_SIZES = {"linear": 4, "quadratic": 10}
 # Points whose functions are computed at a time: many at once would take more memory on the way than their functions.
@@ -23,47 +22,28 @@ _AT_A_TIME = 256
 class Visibility:
     """Stencils of points that may lose neighbours.
 
-    The lists of neighbours stay as they are: a hidden neighbour has the shape function 0. A point that loses one gets rows of
-    its own in the tables, at their end. Points that see nothing share rows of zeros, and leave their own ones to others.
+    The lists of neighbours stay as they are: a hidden neighbour has the shape function 0. Behind the rows of the stencils
+    without cracks come rows of zeros for points that see nothing, and then rows for each point.
 
     Attributes:
-        begin, lowest, offsets, kind, first, values, gradients, along: as in `Stencils`, with rows of its own for a point that
-            has lost any; `gradients` and `along` are those of the stencils where nobody wants them.
+        hidden: marks of all entries of the lists of neighbours, shape (entries,).
+        seen: the stencils as cracks have left them; without gradients where the given ones have none.
     """
 
     def __init__(
-        self, lattice: Lattice, places: Callable[[IntArray], FloatArray], stencils: Stencils, radius: float, basis: BasisName,
-        has_gradients: bool = True,
-    ) -> None:  # fmt: skip
+        self, lattice: Lattice, places: Callable[[IntArray], FloatArray], stencils: Stencils, radius: float, basis: BasisName
+    ) -> None:
         """Take what returns fractional indices of points, shape (k, 3), and their stencils without any crack."""
-        self._lattice, self._places, self._stencils, self._has_gradients = lattice, places, stencils, has_gradients
-        self._radius, self._basis = radius, basis
-        self.begin, self.lowest, self.offsets = stencils.begin, stencils.lowest, stencils.offsets
+        self._lattice, self._places, self._even, self._radius, self._basis = lattice, places, stencils, radius, basis
         self._order = _bins(lattice, places(np.arange(len(stencils.kind))))
-        ring = lattice.axes[1]
-        period = ring.count if ring.closed else 0
-        self.table = LatticeTable(ring.count, lattice.axes[2].count, period, lattice.layer_steps)
+        self._period = lattice.shape[1] if lattice.axes[1].closed else 0
         self._slots = int(np.diff(stencils.begin.astype(np.int64)).max())
         self.clear()
 
     def clear(self) -> None:
         """Go back to where nothing is hidden."""
-        even = self._stencils
-        self.hidden = np.zeros(len(even.offsets), dtype=bool)
-        self.kind, self.first = even.kind.copy(), even.first.copy()
-        self.values, self.gradients, self.along = even.values, even.gradients, even.along.copy()
-        # The kind of points that see nothing is the first one after those of the stencils; the next kinds belong to one point.
-        self._blind = len(even.first) - 1
-        self._kinds, self._rows = self._blind + 1, len(even.values) + self._slots
-        # Kinds that no point has any more, by the number of their rows.
-        self._left = defaultdict[int, list[int]](list)
-
-    @property
-    def seen(self) -> Stencils:
-        """The stencils with the rows of the points that have lost neighbours."""
-        return self._stencils._replace(
-            kind=self.kind, first=self.first, values=self.values, gradients=self.gradients, along=self.along
-        )
+        self.hidden = np.zeros(len(self._even.nodes), dtype=bool)
+        self.seen = self._even
 
     def near(self, place: FloatArray) -> IntArray:
         """Return the points whose neighbours a facet at a place may hide."""
@@ -78,12 +58,11 @@ class Visibility:
 
     def hide(self, facet: FloatArray) -> IntArray:
         """Hide neighbours behind a facet; return the points that lose any, ascending."""
-        points = self.near(facet[1:4])
-        return np.sort(points[: self._mark_hidden(facet, points)])
+        return self._mark_hidden(facet, self.near(facet[1:4]))
 
     def is_sound_behind(self, facet: FloatArray, point: int) -> bool:
-        """Return whether what one point would see beside one more facet spans the basis."""
-        begin, end = (int(one) for one in self._stencils.begin[point : point + 2])
+        """Return whether the nodes that a point would see behind one more facet span the basis."""
+        begin, end = (int(one) for one in self._even.begin[point : point + 2])
         before = self.hidden[begin:end].copy()
         own = np.array([point])
         self._mark_hidden(facet, own)
@@ -91,84 +70,73 @@ class Visibility:
         self.hidden[begin:end] = before
         return bool(sound[0])
 
-    def _mark_hidden(self, facet: FloatArray, points: IntArray) -> int:
-        """Hide what points lose to a facet, and return how many lose a neighbour; those come first in `points` then."""
-        some, places = self._stencils, self._places(points)
-        return int(mark_hidden(facet, self.table, some.begin, some.lowest, some.offsets, places, points, self.hidden))
+    def _mark_hidden(self, facet: FloatArray, points: IntArray) -> IntArray:
+        """Hide what points lose to a facet; return those that lose a neighbour, ascending."""
+        counts = self._even.counts(points)
+        owner = np.repeat(np.arange(len(points)), counts)
+        entry = np.arange(len(owner)) + np.repeat(
+            self._even.begin[points].astype(np.int64) - np.cumsum(counts) + counts, counts
+        )
+        visible = ~self.hidden[entry]
+        owner, entry = owner[visible], entry[visible]
+        own, nodes = self._places(points)[owner], self._lattice.places(self._even.nodes[entry].astype(np.int64))
+        if self._period:
+            nodes[:, 1] += round_to_period(own[:, 1] - nodes[:, 1], self._period)
+        lost = crosses(facet, self._period, own, nodes)
+        self.hidden[entry[lost]] = True
+        return np.unique(points[owner[lost]])
 
     def rebuild(self, points: IntArray) -> npt.NDArray[np.bool_]:
-        """Give points rows of their own, of what they see; return which of them span the basis."""
+        """Give points their own rows, of the nodes that they see; return which of them span the basis."""
         sound = np.zeros(len(points), dtype=bool)
+        self._set_kinds(points, len(self._even.first) + points)
         for begin in range(0, len(points), _AT_A_TIME):
-            some = slice(begin, begin + _AT_A_TIME)
-            values, gradients, sound[some] = self._compute(points[some])
-            self._write_rows(points[some], values, gradients)
+            some = points[begin : begin + _AT_A_TIME]
+            values, gradients, sound[begin : begin + len(some)] = self._compute(some)
+            slot = np.arange(values.shape[1])
+            there = slot < self._even.counts(some)[:, None]
+            rows = (self.seen.first[self.seen.kind[some]].astype(np.int64)[:, None] + slot)[there]
+            self.seen.values[rows] = values[there]
+            if len(self.seen.gradients):
+                self.seen.gradients[rows] = gradients[there]
         return sound
 
     def blind(self, points: IntArray) -> None:
         """Let points see nothing."""
-        self._make_room()
-        owners = np.unique(points[self.kind[points] > self._blind])
-        for kind, count in zip(self.kind[owners].tolist(), self._stencils.counts(owners).tolist(), strict=True):
-            self._left[count].append(kind)
-        self._give_kinds(points, self._blind)
+        self._set_kinds(points, len(self._even.first) - 1)
 
-    def _write_rows(self, points: IntArray, values: FloatArray, gradients: FloatArray) -> None:
-        """Give points rows of their own: shape functions (s, k) and their gradients (s, k, 3) of the neighbours."""
-        self._claim_rows(points)
-        begins = self.first[self.kind[points]].tolist()
-        for number, (begin, count) in enumerate(zip(begins, self._stencils.counts(points).tolist(), strict=True)):
-            self.values[begin : begin + count] = values[number, :count]
-            if self._has_gradients:
-                self.gradients[begin : begin + count] = gradients[number, :count]
-
-    def _claim_rows(self, points: IntArray) -> None:
-        """Give points rows of their own that have none."""
-        self._make_room()
-        fresh = points[self.kind[points] <= self._blind]
-        self._give_kinds(fresh, [self._claim_kind(count) for count in self._stencils.counts(fresh).tolist()])
-
-    def _give_kinds(self, points: IntArray, kinds: int | list[int]) -> None:
-        self.kind[points] = kinds
-        if self._has_gradients:
-            self.along[points] = 1.0
-
-    def _claim_kind(self, count: int) -> int:
-        """Return a kind that no point has, with so many rows."""
-        if self._left[count]:
-            return self._left[count].pop()
-        kind, self.first[self._kinds] = self._kinds, self._rows
-        self._kinds, self._rows = self._kinds + 1, self._rows + count
-        return kind
-
-    def _make_room(self) -> None:
-        """Make room for rows of all points, once: what is never written takes no memory, and nothing is ever moved."""
-        if self.values is not self._stencils.values:
-            return
-        even, entries = self._stencils, self._slots + len(self.offsets)
-        self.first = _with_room(even.first, len(even.kind))
-        self.values = _with_room(even.values, entries)
-        if self._has_gradients:
-            self.gradients = _with_room(even.gradients, entries)
+    def _set_kinds(self, points: IntArray, kinds: IntArray | int) -> None:
+        """Set the numbers of the stencils of points, after there is room for rows of all points."""
+        even = self._even
+        if self.seen is even:
+            # Rows that are never written take no memory.
+            room, own = self._slots + len(even.nodes), len(even.values) + self._slots + even.begin[:-1]
+            self.seen = even._replace(
+                kind=even.kind.copy(), first=np.concatenate([even.first, own]).astype(np.uint32), along=even.along.copy(),
+                values=_with_room(even.values, room),
+                gradients=_with_room(even.gradients, room) if len(even.gradients) else even.gradients,
+            )  # fmt: skip
+        self.seen.kind[points] = kinds
+        if len(even.along):
+            self.seen.along[points] = 1.0
 
     def _compute(self, points: IntArray) -> tuple[FloatArray, FloatArray, npt.NDArray[np.bool_]]:
         """Return shape functions (s, k), gradients (s, k, 3) of points as they see now, and whether they span the basis."""
-        some, counts = self._stencils, self._stencils.counts(points)
+        some, counts = self._even, self._even.counts(points)
         slot = np.arange(int(counts.max(initial=1)))
         entry = some.begin[points].astype(np.int64)[:, None] + np.minimum(slot, counts[:, None] - 1)
         there = (slot < counts[:, None]) & ~self.hidden[entry]
-        places, nodes = self._places(points), some.lowest[points, None].astype(np.int64) + some.offsets[entry]
+        places, nodes = self._places(points), some.nodes[entry].astype(np.int64)
         _, m, layers = self._lattice.shape
         around = nodes // layers % m
-        if self.table.period:
-            around = around + m * np.floor((places[:, 1, None] - around) / m + 0.5).astype(np.int64)
+        if self._period:
+            around = around + round_to_period(places[:, 1, None] - around, m).astype(np.int64)
         own = [places[:, axis, None] for axis in range(3)]
         seen = [nodes // (m * layers), around, self._lattice.heights(nodes)]
         radii = self._radius, self._radius, self._lattice.reach(places, self._radius)[:, None]
-        offsets, weights, slopes = weights_at(self._lattice, own, seen, there, radii)
+        offsets, weights, slopes = map(np.ascontiguousarray, weights_at(self._lattice, own, seen, there, radii))
         values, gradients = np.zeros(weights.shape), np.zeros(slopes.shape)
         sound = np.zeros(len(points), dtype=bool)
-        offsets, weights, slopes = (np.ascontiguousarray(one) for one in (offsets, weights, slopes))
         least_squares_rows(offsets, weights, slopes, _BASIS_SIZES[self._basis], values, gradients, sound)
         return values, gradients, sound
 
@@ -183,7 +151,7 @@ def _bins(lattice: Lattice, places: FloatArray) -> tuple[IndexArray, IndexArray]
 
 
 def _with_room(array: np.ndarray, rows: int) -> np.ndarray:
-    """Return a copy with room for so many more rows."""
+    """Return a copy with room for more rows."""
     larger = np.zeros((len(array) + rows, *array.shape[1:]), dtype=array.dtype)
     larger[: len(array)] = array
     return larger

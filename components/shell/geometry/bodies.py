@@ -10,9 +10,9 @@ from pydantic import SerializeAsAny
 
 from ...support.parameter_fields import Magnitude, field
 from ...support.tagged_union import ByName, Named
+from .axis import Axis, closed_axis, even_axis, refuse_coinciding
 from .lattice import Lattice
-from .lattice_axis import Axis, closed_axis, even_axis, refuse_coinciding
-from .notch import Notch, graded_axes, hollow_of, planes_through
+from .notch import Notch, notched_lattice
 
 # Planes of nodes along a body, and through one, which has a Gauss point for each layer but one.
 MOST_PLANES, MOST_LAYERS = 1_000_000, 9
@@ -54,11 +54,9 @@ class Plate(BodyShape):
     def lattice(self) -> Lattice:
         """Return its nodes."""
         along, across = even_axis(self.length, self.along), even_axis(self.width, self.across)
-        if self.notch is None:
-            return Lattice((along, across, even_axis(self.thickness, self.layers)), bent=False)
-        along, across = graded_axes(self.notch, along, across, 1.0, "across")
-        through, bottom = planes_through(self.notch, 0.0, self.thickness, self.layers)
-        return Lattice((along, across, through), bent=False, hollow=hollow_of(self.notch, along, across, 1.0, bottom))
+        if self.notch is not None:
+            return notched_lattice(self.notch, (along, across), 0.0, self.thickness, self.layers, bent=False)
+        return Lattice((along, across, even_axis(self.thickness, self.layers)), bent=False)
 
     @property
     def counts(self) -> tuple[int, int, int]:
@@ -108,12 +106,9 @@ class Tube(BodyShape):
         part = np.arange(self.layers) / (self.layers - 1)
         wall = Axis(self.inner_radius + self.wall * part)
         refuse_coinciding(wall, self.wall, "wall")
-        if self.notch is None:
-            return Lattice((along, ring, wall), bent=True)
-        outer = self.inner_radius + self.wall
-        along, ring = graded_axes(self.notch, along, ring, outer, "around")
-        through, bottom = planes_through(self.notch, self.inner_radius, self.wall, self.layers)
-        return Lattice((along, ring, through), bent=True, hollow=hollow_of(self.notch, along, ring, outer, bottom))
+        if self.notch is not None:
+            return notched_lattice(self.notch, (along, ring), self.inner_radius, self.wall, self.layers, bent=True)
+        return Lattice((along, ring, wall), bent=True)
 
     @property
     def counts(self) -> tuple[int, int, int]:

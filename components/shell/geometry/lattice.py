@@ -5,13 +5,33 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 
 from ...support.elementary_functions import sine_of_pi
 from ...support.float_arrays import FloatArray
-from .lattice_axis import Axis, IntArray
-from .notch import Hollow
+from .axis import Axis, IntArray
+
+
+class Hollow(NamedTuple):
+    """The part of a lattice that a notch leaves out.
+
+    Columns that end at its bottom have as many nodes as all others, closer together: with two planes of nodes a ligament could
+    not get thinner on one side alone, and would lock where it flows.
+
+    Attributes:
+        columns: whether a column of nodes ends at the bottom of the notch, shape (along, across).
+        bottom: number of the plane of nodes through the thickness that is the bottom.
+    """
+
+    columns: npt.NDArray[np.bool_]
+    bottom: int
+
+    def step(self, layers: int) -> float:
+        """Return the distance of the nodes of its columns, of which each has `layers`, in planes of the lattice."""
+        return self.bottom / (layers - 1)
 
 
 @dataclass(frozen=True)
@@ -88,7 +108,7 @@ class Lattice:
     def reach(self, index: FloatArray, radius: float) -> FloatArray:
         """Return how far points see through the thickness, shape (m,) [planes].
 
-        Below a notch a point sees close nodes in its column, and wide ones beside it: their mean distance counts.
+        Below a notch a point sees close nodes in its column, and wide ones next to it: their mean distance counts.
 
         Args:
             index: fractional indices of the points, shape (m, 3).
@@ -110,7 +130,7 @@ class Lattice:
     @property
     def top_nodes(self) -> IntArray:
         """The outermost node of each column, shape (columns,)."""
-        return self.columns()[:, -1]
+        return np.arange(self.shape[2] - 1, self.node_count, self.shape[2])
 
     def place(self, along: FloatArray, across: FloatArray, through: FloatArray) -> FloatArray:
         """Return the points at coordinates of the axes, shape (m, 3) [m]."""
@@ -130,6 +150,18 @@ class Lattice:
         _, m, k = self.shape
         return (along * m + across % m) * k + through
 
-    def columns(self) -> IntArray:
-        """Return the nodes of each column through the thickness, shape (columns, layers)."""
-        return np.arange(self.node_count).reshape(-1, self.shape[2])
+
+def column_neighbours(n: int, m: int, closed: bool) -> IntArray:
+    """Return the columns before and after each one along and across, itself where there is none, shape (n m, 4).
+
+    Args:
+        n: columns along the body.
+        m: columns across it.
+        closed: whether the last one across is followed by the first.
+    """
+    along, across = np.meshgrid(np.arange(n), np.arange(m), indexing="ij")
+    before, after = np.maximum(along - 1, 0), np.minimum(along + 1, n - 1)
+    left, right = across - 1, across + 1
+    left, right = (left % m, right % m) if closed else (np.maximum(left, 0), np.minimum(right, m - 1))
+    found = (before * m + across, after * m + across, along * m + left, along * m + right)
+    return np.stack([one.ravel() for one in found], axis=1)

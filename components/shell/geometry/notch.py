@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Literal, NamedTuple
+from typing import Literal
 
 import numpy as np
 import numpy.typing as npt
@@ -10,13 +10,13 @@ import numpy.typing as npt
 from ...errors import ParameterError
 from ...support.parameter_fields import Magnitude, NotNegativeMagnitude, field
 from ...support.validation import Parameters
-from .grading import covers, graded_axis, whole_length
-from .lattice_axis import Axis, refuse_coinciding
+from .axis import Axis, graded_axis, refuse_coinciding
+from .lattice import Hollow, Lattice
 
 # Positions that agree within this part of the notch are the same.
 _ROUNDING = 1e-9
 _FEWEST_ALONG, _MOST_COLUMNS = 3, 1000
-# Planes of nodes above the bottom of a notch are at most so much closer together than those below it.
+# Planes of nodes above the bottom of a notch are at most closer together by this factor than those below it.
 _CROWDED = 20.0
 
 
@@ -40,87 +40,43 @@ class Notch(Parameters):
     )
 
 
-class Hollow(NamedTuple):
-    """The part of a lattice that a notch leaves out.
-
-    Columns that end at its bottom have as many nodes as all others, closer together: with two planes of nodes a ligament could
-    not get thinner on one side alone, and would lock where it flows.
-
-    Attributes:
-        columns: whether a column of nodes ends at the bottom of the notch, shape (along, across).
-        bottom: number of the plane of nodes through the thickness that is the bottom.
-    """
-
-    columns: npt.NDArray[np.bool_]
-    bottom: int
-
-    def step(self, layers: int) -> float:
-        """Return the distance of the nodes of its columns, so many of each, in planes of the lattice."""
-        return self.bottom / (layers - 1)
-
-
-def graded_axes(notch: Notch, along: Axis, across: Axis, radius: float, name: str) -> tuple[Axis, Axis]:
-    """Return the first two axes of a body with as many planes as these, graded towards the notch.
+def notched_lattice(notch: Notch, even: tuple[Axis, Axis], inner: float, wall: float, layers: int, bent: bool) -> Lattice:
+    """Return a lattice of as many planes as the even axes have, graded towards the notch.
 
     Args:
         notch: the slot.
-        along: planes at equal distances.
-        across: planes at equal distances.
-        radius: of the outer surface of a tube, of which the second axis is an angle; 1 of a plate.
-        name: of the number of planes along the second axis.
+        even: planes at equal distances along the body, and across or around it.
+        inner: coordinate of the inner surface, of a tube its radius [m].
+        wall: thickness [m].
+        layers: planes through it.
+        bent: whether the second axis is an angle.
 
     Raises:
-        ParameterError: the notch lies outside, or so many planes do not resolve it.
+        ParameterError: the notch lies outside, or the planes do not resolve it.
     """
-    refuse_longer(notch, along, across, radius)
-    length, width = extents(notch, radius)
-    position = 0.5 * along.positions[-1] if notch.position is None else notch.position
-    first = graded_axis(along, position, length, notch_spacing(notch, "hoop", along, 1.0), "along", "m")
-    unit = "rad" if name == "around" else "m"
-    second = graded_axis(across, notch.around, width, notch_spacing(notch, "axial", across, radius), name, unit)
-    for axis, (measure, given) in zip((first, second), measures(notch), strict=True):
-        refuse_coinciding(axis, given, "notch", measure)
-    return first, second
-
-
-def is_beyond(middle: float, length: float) -> bool:
-    """Return whether the middle of a notch lies outside of a body of that length, not only by rounding."""
-    return middle > (1.0 + _ROUNDING) * length
+    radius, (name, unit) = (inner + wall, ("around", "rad")) if bent else (1.0, ("across", "m"))
+    (measure, length), (other, width) = measures(notch)
+    position = 0.5 * even[0].positions[-1] if notch.position is None else notch.position
+    along = graded_axis(even[0], position, length, notch_spacing(notch, "hoop", even[0], 1.0), "along", "m")
+    across = graded_axis(even[1], notch.around, width / radius, notch_spacing(notch, "axial", even[1], radius), name, unit)
+    refuse_coinciding(along, length, "notch", measure)
+    refuse_coinciding(across, width, "notch", other)
+    through, bottom = planes_through(notch, inner, wall, layers)
+    columns = planes_inside(along, position, length)[:, None] & planes_inside(across, notch.around, width / radius)
+    return Lattice((along, across, through), bent, Hollow(columns, bottom))
 
 
 def edge_at(middle: float | None, length: float, start: str, end: str) -> str | None:
-    """Return the edge of a body of that length on which the middle of a notch lies; None where it lies within."""
+    """Return the edge of a body of that length on or beyond which the middle of a notch lies; None where it lies within."""
     if middle is None or _ROUNDING * length < middle < (1.0 - _ROUNDING) * length:
         return None
     return start if middle < 0.5 * length else end
 
 
 def measures(notch: Notch) -> tuple[tuple[str, float], tuple[str, float]]:
-    """Return name and size [m] of what it measures along the body, and of what across it or around."""
+    """Return names and sizes [m] of its measures along the body, and across it or around."""
     length, width = ("length", notch.length), ("width", notch.width)
     return (length, width) if notch.direction == "axial" else (width, length)
-
-
-def refuse_longer(notch: Notch, along: Axis, across: Axis, radius: float) -> None:
-    """Raise `ParameterError` where it is longer than the body, or reaches more than once around it.
-
-    Half of it may lie beyond a plane of symmetry at an end.
-    """
-    axes = ((along, 1.0, notch.position), (across, radius, notch.around))
-    for (axis, scale, middle), (name, given) in zip(axes, measures(notch), strict=True):
-        whole = whole_length(axis) * scale
-        at_end = not axis.closed and middle is not None and min(middle, abs(whole_length(axis) - middle)) <= _ROUNDING * whole
-        most = 2.0 * whole if at_end else whole
-        if given > most * (1.0 + _ROUNDING):
-            raise ParameterError(
-                f"got {given:g} m", expected=f"at most {most:.6g} m, all of the body", at=("body", "notch", name)
-            )
-
-
-def extents(notch: Notch, radius: float) -> tuple[float, float]:
-    """Return how far it goes along the body, and across it or around."""
-    (_, along), (_, across) = measures(notch)
-    return along, across / radius
 
 
 def notch_spacing(notch: Notch, narrow: str, axis: Axis, radius: float) -> float:
@@ -166,17 +122,9 @@ def planes_through(notch: Notch, inner: float, wall: float, layers: int) -> tupl
     return through, below
 
 
-def hollow_of(notch: Notch, along: Axis, across: Axis, radius: float, bottom: int) -> Hollow:
-    """Return which columns of the graded lattice the notch shortens."""
-    position = 0.5 * along.positions[-1] if notch.position is None else notch.position
-    length, width = extents(notch, radius)
-    inside = (planes_inside(along, position, length), planes_inside(across, notch.around, width))
-    return Hollow(inside[0][:, None] & inside[1], bottom)
-
-
 def planes_inside(axis: Axis, middle: float, extent: float) -> npt.NDArray[np.bool_]:
     """Return which planes of an axis lie in an interval."""
-    if covers(axis, middle, extent):
+    if axis.is_covered(middle, extent):
         return np.ones(axis.count, dtype=bool)
     distance = np.abs(axis.positions - middle)
     if axis.closed:

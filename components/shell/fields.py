@@ -1,0 +1,176 @@
+"""Fields of the solid that are read: at its nodes and points, on its surface, at its gauges."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from functools import cached_property, partial
+
+import numpy as np
+
+from ..support.float_arrays import FloatArray
+from . import kernels
+from .column_means import ColumnMeans, make_column_means, write_column_means
+from .energies import write_largest_principal
+from .fracture.breaking_body import BreakingBody
+from .fracture.principal_stress import PrincipalStress
+from .kernel_arrays import Tables
+from .kernel_setup import Assembly
+from .outputs import Output, output
+
+
+class Fields:
+    """The outputs of a solid, computed from its state when they are read."""
+
+    def __init__(self, assembly: Assembly, whole: Tables, breaking: BreakingBody | None, temperature: float) -> None:
+        """Take the tables of the body without cracks, its cracks where it can break, and its temperature at the start [K]."""
+        self._assembly, self._breaking, self._temperature_at_start = assembly, breaking, temperature
+        self._solid, self._state = whole.solid, whole.state
+        self._lattice, self._point_count = assembly.lattice, len(assembly.points.volume)
+
+    def outputs(self) -> Iterator[Output]:
+        """Yield the outputs of the solid, those on its cracks among them."""
+        state, plastic, top, lattice = self._state, self._solid.plastic, self._lattice.top_nodes, self._lattice
+        n, m, k, s = lattice.node_count, self._point_count, len(self._assembly.gauges), len(top)
+        yield output(
+            "nodal_displacement", "m", (n, 3), "parameters u_J of the nodes, which the field does not pass through; a start "
+            "value gives stresses too, elastically, where they have none of their own", lambda: state.displacement, "node",
+            "direction", state=True,
+        )  # fmt: skip
+        text = "parameters of the velocity"
+        yield output("nodal_velocity", "m/s", (n, 3), text, lambda: state.velocity, "node", "direction", state=True)
+        for name, unit, values in (("displacement", "m", state.displacement), ("velocity", "m/s", state.velocity)):
+            read = partial(self.at_lattice, values)
+            yield output(name, unit, (n, 3), f"{name} where the nodes are", read, "node", "direction")
+        yield output(
+            "stress", "Pa", (m, 6), "Kirchhoff stress xx, yy, zz, xy, yz, zx of the integration points, tension positive; at "
+            "steps of the wall they alternate from column to column", lambda: state.stress, "point", "entry", state=True,
+        )  # fmt: skip
+        yield output(
+            "mean_stress", "Pa", (m, 6), "mean of the stress over neighbouring columns, 1-2-1 along and across, which does not "
+            "alternate: it is judged, and all outputs below are computed from it", self.mean_stress, "point", "entry",
+        )  # fmt: skip
+        for name, unit, text, read, is_state in (
+            ("equivalent_stress", "Pa", "equivalent stress of von Mises, sqrt(3/2 s:s),", self.equivalent_stress, False),
+            ("plastic_strain", "1", "equivalent plastic strain", self.plastic_strain, plastic),
+            ("temperature", "K", "temperature", self.temperature, plastic),
+        ):
+            yield output(name, unit, (m,), f"{text} of the points", read, "point", minimum=0.0, state=is_state)
+        yield output(
+            "triaxiality", "1", (m,), "mean stress over the equivalent one at the points, 0 without stress", self._triaxiality,
+            "point",
+        )  # fmt: skip
+        if self.judges:
+            yield output(
+                "fracture_ratio", "1", (m,), "what decides on fracture over its limit, at the points; without a law the "
+                "largest principal stress over three times the yield stress", self.fracture_ratio, "point",
+            )  # fmt: skip
+        yield output(
+            "node_stress", "Pa", (n,), "mean equivalent stress around each node",
+            lambda: self.around_nodes(self.equivalent_stress()), "node", minimum=0.0,
+        )  # fmt: skip
+        yield output(
+            "surface_displacement", "m", (s, 3), "displacement of the outer surface, of a plate the upper one",
+            lambda: self.at_lattice(state.displacement)[top], "surface_node", "direction",
+        )  # fmt: skip
+        for name, unit, text, values in (
+            ("stress", "Pa", "equivalent stress", self.equivalent_stress),
+            ("plastic_strain", "1", "plastic strain", self.plastic_strain),
+        ):
+            read = partial(self._around_surface, values)
+            text = f"mean {text} around the nodes of the outer surface"
+            yield output(f"surface_{name}", unit, (s,), text, read, "surface_node", minimum=0.0)
+        yield output(
+            "surface_temperature_rise", "K", (s,), "mean temperature around the nodes of the outer surface less that at the "
+            "start", lambda: self._around_surface(lambda: self.temperature() - self._temperature_at_start), "surface_node",
+        )  # fmt: skip
+        if lattice.bent:
+            yield output(
+                "mean_inner_radius", "m", lattice.shape[:1], "mean radius of the inner surface at each plane of nodes "
+                "along the tube", self._mean_inner_radius, "station", minimum=0.0, nominal=0.01,
+            )  # fmt: skip
+        if self._breaking is not None:
+            yield from self._breaking.outputs()
+        yield output(
+            "gauge_strain", "1", (k, 2), "Green-Lagrange strain on the outer surface at the `gauges`: along the body, and "
+            "across or around it (hoop strain)", self._gauge_strain, "gauge", "direction",
+        )  # fmt: skip
+
+    def at_lattice(self, parameters: FloatArray) -> FloatArray:
+        """Return a field where the nodes are, from its parameters, shape (n, 3)."""
+        if self._breaking is not None:
+            return self._breaking.node_field(parameters)
+        out = np.zeros_like(parameters)
+        kernels.interpolate(self._assembly.node_stencils, parameters, out)
+        return out
+
+    def around_nodes(self, values: FloatArray) -> FloatArray:
+        """Return means of a field of the points around each node, shape (n,); 0 where no point sees it."""
+        sums, assembly = np.zeros((len(self._lattice.nodes), 2)), self._assembly
+        seen = assembly.stencils if self._breaking is None else self._breaking.seen
+        kernels.weigh_points(seen, assembly.solid.nodes, assembly.points.volume, np.arange(len(sums)), values, sums)
+        return np.divide(sums[:, 1], sums[:, 0], out=np.zeros(len(sums)), where=sums[:, 0] > 0.0)
+
+    def _around_surface(self, values: Callable[[], FloatArray]) -> FloatArray:
+        """Return means of a field of the points around the nodes of the outer surface, shape (s,)."""
+        return self.around_nodes(values())[self._lattice.top_nodes]
+
+    def mean_stress(self) -> FloatArray:
+        """Return the mean stress over neighbouring columns, shape (m, 6); see `column_means`."""
+        if self._breaking is not None:
+            return self._breaking.mean_stress()
+        write_column_means(self._state.stress, self._means)
+        return self._means.stress
+
+    @cached_property
+    def _means(self) -> ColumnMeans:
+        return make_column_means(self._lattice, self._assembly.points)
+
+    @np.errstate(all="ignore")
+    def equivalent_stress(self) -> FloatArray:
+        """Return the equivalent stress of von Mises at the points, shape (m,) [Pa]."""
+        xx, yy, zz, xy, yz, zx = self.mean_stress().T
+        spread = (xx - yy) ** 2 + (yy - zz) ** 2 + (zz - xx) ** 2
+        return np.sqrt(0.5 * spread + 3.0 * (xy * xy + yz * yz + zx * zx))
+
+    @np.errstate(all="ignore")
+    def _triaxiality(self) -> FloatArray:
+        equivalent, (xx, yy, zz) = self.equivalent_stress(), self.mean_stress().T[:3]
+        return np.where(equivalent > 0.0, (xx + yy + zz) / 3.0 / equivalent, 0.0)
+
+    @property
+    def judges(self) -> bool:
+        """True where there is a fracture law, or a yield stress to compare with."""
+        return self._solid.plastic or self._breaking is not None
+
+    def fracture_ratio(self) -> FloatArray:
+        """Return how near each point is to parting, by the fracture law, or by the paper's where there is none, shape (m,)."""
+        if self._breaking is not None:
+            return self._breaking.ratios()
+        out = np.zeros(self._point_count)
+        write_largest_principal(self.mean_stress(), out)
+        return out / PrincipalStress().limit(self._solid.law)
+
+    def plastic_strain(self) -> FloatArray:
+        """Return the plastic strain of the points, shape (m,)."""
+        return self._state.plastic_strain if self._solid.plastic else np.zeros(self._point_count)
+
+    def temperature(self) -> FloatArray:
+        """Return the temperature of the points, shape (m,) [K]."""
+        return self._state.temperature if self._solid.plastic else np.full(self._point_count, self._temperature_at_start)
+
+    def _mean_inner_radius(self) -> FloatArray:
+        """Return the mean distance of the inner surface from the axis at each station, weighted by the arcs at rest."""
+        ring = self._lattice.axes[1]
+        place = (self._lattice.nodes + self.at_lattice(self._state.displacement))[self._solid.surface.nodes]
+        radius = np.sqrt(place[:, 1] * place[:, 1] + place[:, 2] * place[:, 2]).reshape(-1, ring.count)
+        return (radius * ring.widths).sum(axis=1) / ring.widths.sum()
+
+    def _gauge_strain(self) -> FloatArray:
+        """Return E = (F^T F - 1) / 2 along the first two directions of the surface, shape (gauges, 2)."""
+        found = np.zeros((len(self._assembly.gauges), 2))
+        for row, gauge in enumerate(self._assembly.gauges):
+            u = self._state.displacement[gauge.neighbours]
+            for k, (x, y, z) in enumerate(gauge.directions):
+                change = (u * gauge.gradients[:, k : k + 1]).sum(axis=0) * (gauge.along if k == 0 else 1.0)
+                found[row, k] = change[0] * x + change[1] * y + change[2] * z + 0.5 * (change * change).sum()
+        return found

@@ -1,0 +1,256 @@
+"""One axis of a lattice of nodes (along, around or through the body): where its planes lie, evenly or closer at a notch."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from ...errors import ParameterError
+from ...support.float_arrays import FloatArray
+
+IntArray = npt.NDArray[np.int64]
+# Distance of neighbouring planes over their coordinate, from which on rounding does not spoil gradients.
+_LEAST_DISTANCE = 1e-6
+# Largest ratio of neighbouring distances.
+LARGEST_GROWTH = 1.6
+_BISECTIONS = 60
+_ROUNDING = 1e-9
+
+
+@dataclass(frozen=True)
+class Axis:
+    """Coordinates of the planes of nodes along one direction; between them index and coordinate go linearly.
+
+    Attributes:
+        positions: shape (n,), increasing [m, or rad around a tube].
+        period: after which the first plane follows the last one; 0 where the axis has two ends.
+    """
+
+    positions: FloatArray
+    period: float = 0.0
+
+    @property
+    def count(self) -> int:
+        """Number of planes."""
+        return len(self.positions)
+
+    @property
+    def closed(self) -> bool:
+        """True where it has no ends."""
+        return self.period > 0.0
+
+    @property
+    def length(self) -> float:
+        """Length, around a closed axis its period."""
+        return self.period if self.closed else float(self.positions[-1])
+
+    @property
+    def bounds(self) -> FloatArray:
+        """The ends of the parts that belong to each plane: half way to its neighbours, shape (n + 1,)."""
+        x = self.positions
+        middle = 0.5 * (x[1:] + x[:-1])
+        if self.closed:
+            seam = 0.5 * (x[-1] + x[0] + self.period)
+            return np.concatenate([[seam - self.period], middle, [seam]])
+        return np.concatenate([x[:1], middle, x[-1:]])
+
+    @property
+    def widths(self) -> FloatArray:
+        """Length of the part that belongs to each plane, shape (n,)."""
+        return np.diff(self.bounds)
+
+    def at(self, index: FloatArray) -> FloatArray:
+        """Return the coordinate at fractional indices."""
+        return np.interp(index, *self._extended(self.positions, self.period))
+
+    def at_any(self, planes: IntArray) -> FloatArray:
+        """Return the coordinates of planes that may be counted on beyond the seam."""
+        return self.positions[planes % self.count] + self.period * (planes // self.count)
+
+    def slope(self, index: FloatArray) -> FloatArray:
+        """Return how fast the coordinate grows with the index."""
+        return np.interp(index, *self._extended(self._slopes(), 0.0))
+
+    def _slopes(self) -> FloatArray:
+        """Return differences between the neighbours of each plane over two; at ends that to the only one."""
+        _, x = self._extended(self.positions, self.period)
+        if self.closed:
+            return 0.5 * (x[2:] - x[:-2])
+        step = np.diff(x)
+        return np.concatenate([step[:1], 0.5 * (step[1:] + step[:-1]), step[-1:]])
+
+    def _extended(self, values: FloatArray, jump: float) -> tuple[FloatArray, FloatArray]:
+        """Return indices and values, of a closed axis with one more on each side."""
+        if not self.closed:
+            return np.arange(self.count, dtype=np.float64), values
+        return np.arange(-1.0, self.count + 1.0), np.concatenate([[values[-1] - jump], values, [values[0] + jump]])
+
+    def neighbours(self, index: float, radius: float) -> list[int]:
+        """Return the planes nearer to an index than the radius, counted on beyond the seam of a closed axis."""
+        first, last = int(np.ceil(index - radius)), int(np.floor(index + radius))
+        found = [plane for plane in range(first, last + 1) if abs(plane - index) < radius]
+        return found if self.closed else [plane for plane in found if 0 <= plane < self.count]
+
+    def is_covered(self, middle: float, extent: float) -> bool:
+        """Return whether an interval reaches over the whole axis."""
+        if self.closed:
+            return extent >= self.length * (1.0 - _ROUNDING)
+        first, last = middle - 0.5 * extent, middle + 0.5 * extent
+        return first <= _ROUNDING * self.length and last >= (1.0 - _ROUNDING) * self.length
+
+
+def even_axis(length: float, count: int) -> Axis:
+    """Return planes at equal distances from 0 to a length."""
+    return Axis(length * np.arange(count) / (count - 1))
+
+
+def closed_axis(period: float, count: int) -> Axis:
+    """Return planes at equal distances around a ring."""
+    return Axis(period * np.arange(count) / count, period)
+
+
+def refuse_coinciding(axis: Axis, given: float, *name: str) -> None:
+    """Raise `ParameterError` where rounding does not keep planes of an axis apart.
+
+    Args:
+        axis: its planes in ascending order.
+        given: the measure of the body from which their distances follow [m].
+        name: of that measure, in the body.
+    """
+    x = axis.positions
+    distance, largest = float(np.diff(x).min()), float(np.abs(x).max())
+    if not distance >= _LEAST_DISTANCE * largest:
+        raise ParameterError(
+            f"got {given:g} m: two planes of nodes would lie {distance:g} apart at {largest:g}",
+            expected=f"distances of at least {_LEAST_DISTANCE:g} of the coordinate", at=("body", *name),
+        )  # fmt: skip
+
+
+def graded_axis(even: Axis, middle: float, extent: float, spacing: float, name: str, unit: str) -> Axis:
+    """Return an axis of as many planes as an even one, closer together in an interval.
+
+    Each plane has the part of the axis nearest to it: those of the interval together for just the interval. Its middle
+    may be an end of the axis, which is then a plane of symmetry.
+
+    Args:
+        even: planes at equal distances, from 0.
+        middle: of the interval.
+        extent: of the interval.
+        spacing: largest distance of planes there.
+        name: of the number of planes, for messages.
+        unit: of the coordinate, m or rad, for messages.
+
+    Raises:
+        ParameterError: the interval lies outside, or the planes do not resolve it.
+    """
+    refuse_outside(even, middle, extent, name, unit)
+    if even.is_covered(middle, extent):
+        return even
+    if not extent / spacing < even.count:
+        raise too_few(name, f"it takes {extent / spacing:.3g} of them at the distances of its spacing or columns")
+    count = math.ceil(extent / spacing * (1.0 - _ROUNDING))
+    count += 1 - count % 2
+    step = extent / count
+    inner: FloatArray = step * (np.arange(count, dtype=np.float64) - (count - 1) // 2)
+    reach = 0.5 * (extent - step)
+    if even.closed:
+        steps = closing_steps(even.period - 2.0 * reach, even.count - count + 1, step, name)
+        places: FloatArray = middle + np.concatenate([inner, reach + np.cumsum(steps)[:-1]])
+        places = places + np.where(places < 0.0, even.period, np.where(places >= even.period, -even.period, 0.0))
+        return Axis(np.sort(places), even.period)
+    length = even.length
+    below, above = middle - reach, length - middle - reach
+    if middle <= _ROUNDING * length:
+        below, inner = 0.0, inner[inner >= 0.0]
+    if middle >= (1.0 - _ROUNDING) * length:
+        above, inner = 0.0, inner[inner <= 0.0]
+    cells = even.count - len(inner)
+    first, second = divided_cells(below, above, cells, step, name)
+    lower, upper = growing_steps(below, first, step, name), growing_steps(above, second, step, name)
+    places = np.concatenate([-reach - np.cumsum(lower)[::-1], inner, reach + np.cumsum(upper)]) + middle
+    places[0], places[-1] = 0.0, length
+    return Axis(places)
+
+
+def refuse_outside(even: Axis, middle: float, extent: float, name: str, unit: str) -> None:
+    """Raise `ParameterError` where an interval does not lie on an axis; half of it may lie beyond an end that is its middle."""
+    length, low, high, small = even.length, middle - 0.5 * extent, middle + 0.5 * extent, _ROUNDING * even.length
+    if even.closed:
+        inside = middle <= length + small and extent <= length + small
+    elif min(middle, abs(length - middle)) <= small:
+        inside = 0.5 * extent <= length + small
+    else:
+        inside = low >= -small and high <= length + small
+    if not inside:
+        raise ParameterError(
+            f"got a notch from {low:.6g} to {high:.6g} {unit}",
+            expected=f"one within 0 to {length:.6g} {unit}, or with its middle at an end that is a plane of symmetry",
+            at=("body", "notch", "position" if name == "along" else "around"),
+        )
+
+
+def divided_cells(below: float, above: float, cells: int, step: float, name: str) -> tuple[int, int]:
+    """Return how many of the cells go to each side, so that distances grow about equally on both."""
+    counts, lengths = [int(below > 0.0), int(above > 0.0)], (below, above)
+    for _ in range(cells - sum(counts)):
+        growths = [growth(length, count, step) if count else 0.0 for length, count in zip(lengths, counts, strict=True)]
+        # The lower side first where both are alike, to rounding.
+        counts[1 if growths[1] > growths[0] * (1.0 + _ROUNDING) else 0] += 1
+    if cells < 1 or sum(counts) != cells:
+        raise too_few(name, "they do not reach beyond the notch")
+    return counts[0], counts[1]
+
+
+def growing_steps(length: float, count: int, step: float, name: str) -> FloatArray:
+    """Return distances that grow from a first one, with a given number and sum."""
+    if count == 0:
+        return np.zeros(0)
+    steps = step * powers(refuse_growth(growth(length, count, step), name), count)
+    return steps * (length / steps.sum())
+
+
+def closing_steps(length: float, count: int, step: float, name: str) -> FloatArray:
+    """Return distances around the rest of a ring, which grow towards its far side."""
+    if count < 2:
+        raise too_few(name, "they do not reach beyond the notch")
+    ratio = refuse_growth(growth(0.5 * length, 0.5 * count, step), name)
+    half = step * powers(ratio, (count + 1) // 2)
+    steps = np.concatenate([half, half[::-1][count % 2 :]])
+    return steps * (length / steps.sum())
+
+
+def refuse_growth(ratio: float, name: str) -> float:
+    """Return a ratio of neighbouring distances; raise `ParameterError` where it is too large."""
+    if ratio > LARGEST_GROWTH:
+        raise too_few(name, f"distances would grow by {ratio:.3g} from plane to plane")
+    return ratio
+
+
+def growth(length: float, count: float, step: float) -> float:
+    """Return the ratio q of a progression step, step q, ..., step q^(count - 1) with a given sum, by bisection."""
+    if count <= 1:
+        return length / (count * step)
+    low, high = 0.1, 10.0
+    for _ in range(_BISECTIONS):
+        ratio = 0.5 * (low + high)
+        terms = powers(ratio, math.ceil(count))
+        total = step * float(terms.sum() - (math.ceil(count) - count) * terms[-1])
+        low, high = (ratio, high) if total < length else (low, ratio)
+    return 0.5 * (low + high)
+
+
+def powers(ratio: float, count: int) -> FloatArray:
+    """Return 1, q, ..., q^(count - 1) by multiplication."""
+    return np.multiply.accumulate(np.concatenate([[1.0], np.full(count - 1, ratio)]))
+
+
+def too_few(name: str, why: str) -> ParameterError:
+    """Return the error for a lattice that does not resolve a notch."""
+    return ParameterError(
+        f"too few nodes for the notch: {why}",
+        expected=f"ratios of at most {LARGEST_GROWTH:g}", at=("body", name),
+        hint="give more nodes, a larger spacing or width of the notch, or fewer columns of it",
+    )  # fmt: skip

@@ -1,0 +1,20 @@
+"""Outputs with their readers, so that an output is declared where it is computed."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+from ..variables import Variable
+
+
+class Output(NamedTuple):
+    """A variable, and the function that returns its value."""
+
+    variable: Variable
+    read: Callable[[], Any]
+
+
+def output(name: str, unit: str, shape: tuple[int, ...], text: str, read: Callable[[], Any], *axes: str, **more: Any) -> Output:
+    """Return an output whose indices count `axes`; `more` are further fields of its `Variable`."""
+    return Output(Variable(name, "output", unit, shape, text, axes=axes, **more), read)
