@@ -22,7 +22,7 @@ from .integrators import SCHEMES, UNSOUND, Entries, entries
 from .laws import Dissipative, Law
 from .parameters import WALLS, ChainParameters
 from .state import ChainState, state_of
-from .validity import Validity
+from .validity import validity_cautions, validity_figures
 
 # Where a contact sees fewer force evaluations a step is refused.
 _LEAST_FORCES = 16.0
@@ -294,18 +294,18 @@ class Chain(Component):
         if name == "overlap":
             value, limit = float(overlap[index]), float(self._refused_overlap[index])
             radius = float(self.geometry.smaller_radius[index])
-            deep = limit >= 0.999 * self.parameters.overlap_limit * radius
-            advice = (
-                self._dissipation_sentence()
-                if self._dissipation_in_a_step() > 1.0
-                else (
+            if self._dissipation_in_a_step() > 1.0:
+                advice = self._dissipation_sentence()
+            elif limit >= 0.999 * self.parameters.overlap_limit * radius:
+                advice = (
                     f"that is {value / radius:.2g} radii, contact laws are for small overlaps: load less, "
                     "or raise overlap_limit"
-                    if deep
-                    else f"the contact would see fewer than {_LEAST_FORCES:.0f} force evaluations: take a smaller step_size "
+                )
+            else:
+                advice = (
+                    f"the contact would see fewer than {_LEAST_FORCES:.0f} force evaluations: take a smaller step_size "
                     f"(now {self.step_size:g} s) or give the velocity_scale of the run"
                 )
-            )
         else:
             value, limit = float(self.get(name)[index]), float(self._table[layout.SCALARS, layout.SPEED_LIMIT])
             advice = "that is above the material's sound speed: load the chain less, or take a smaller step_size"
@@ -393,25 +393,24 @@ class Chain(Component):
         reference = self.geometry.position[:, np.newaxis].copy()
         return (Points("grains", reference, self.geometry.radius.copy(), "displacement", "velocity"),)
 
-    def validity(self) -> Validity:
-        """Return how well the run kept to the assumptions of Nesterenko's section 1, and how well contacts were resolved."""
-        places = self.geometry.contact_slice
-        return Validity.of(
-            self.geometry, self.parameters.law, self._peak[places],
-            self._scheme.evaluations / self.step_size,
-            wanted_forces=self._wanted_forces,
-        )  # fmt: skip
-
     def report(self) -> dict[str, float]:
-        """Return the figures of `validity`; with dissipation also how much of an approach it stops in a step."""
-        figures = self.validity().figures()
+        """Return how well the run kept to the assumptions of Nesterenko's section 1, and how well contacts were resolved.
+
+        With dissipation also how much of an approach it stops in a step.
+        """
+        figures = self._validity_figures()
         if isinstance(self.parameters.law, Dissipative):
             figures["dissipation in a step (c h / m*)"] = self._dissipation_in_a_step()
         return figures
 
+    def _validity_figures(self) -> dict[str, float]:
+        rate = self._scheme.evaluations / self.step_size
+        return validity_figures(self.geometry, self.parameters.law, self._peak[self.geometry.contact_slice], rate)
+
     def cautions(self) -> list[str]:
         """Return a sentence for each assumption that the run so far has left behind."""
-        said = self._size_sentences() + self.validity().cautions()
+        said = validity_cautions(self._validity_figures(), self.parameters.law, self._wanted_forces)
+        said = self._size_sentences() + said
         if self._dissipation_in_a_step() > _STOPPED_IN_A_STEP:
             said.append(self._dissipation_sentence())
         return said

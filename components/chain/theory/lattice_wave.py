@@ -15,9 +15,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...errors import GranularError
+from ...errors import GranularError, ParameterError
 from ...support.elementary_functions import exponential, fourier, root, sine_of_pi
-from .arguments import FloatArray, above, at_least, number
+from ...support.float_arrays import FloatArray
 
 # Of the uncompressed wave, by `lattice_wave(0)`; runs of the chain agree with all of them to six digits.
 # Speed in diameters and units of (k/m)^(2/5) v_m^(1/5) (paper: 0.915).
@@ -133,10 +133,14 @@ def lattice_wave(rest_overlap: float, height: float = 1.0) -> LatticeWave:
         rest_overlap: d0 >= 0, in diameters, as the height.
         height: > 0; at least 0.005 d0, below which `korteweg_de_vries_speed_ratio` is good to 1e-6.
     """
-    rest = number("rest_overlap", at_least("rest_overlap", rest_overlap, 0.0))
-    height = number("height", above("height", height, 0.0))
-    rise = height / rest if rest else np.inf
-    at_least("height: its ratio to rest_overlap", rise if rest else 1.0, _SMALLEST_RISE)
+    rest, height = float(rest_overlap), float(height)
+    if not (rest >= 0.0 and 0.0 < height < math.inf and height >= _SMALLEST_RISE * rest):
+        raise ParameterError(
+            f"got {height:g} above a rest_overlap of {rest:g}",
+            expected=f"more than 0, and at least {_SMALLEST_RISE:g} of it",
+            at="height",
+        )
+    rise = height / rest if rest else math.inf
     rate = min(1.0, math.sqrt(0.5 * rise))
     half = _HALF_BOX if rise > 8.0 else 0.5 * _DECADES / rate + 6.0
     count = 1 << (math.ceil(2.0 * half * _POINTS_PER_GRAIN) - 1).bit_length()
