@@ -1,7 +1,7 @@
 """Validity of Hertz's static law in a dynamic chain: figures of a run for the assumptions of Nesterenko 1983, section 1.
 
 1. The pressure in the middle of a contact stays below the elastic limit. 2. The contact is small against the grain: a << R.
-3. What happens takes much longer than the grain's own oscillation: tau >> T = 2.5 R / c1.
+3. Collisions last much longer than the grain's own oscillation: tau >> T = 2.5 R / c1.
 """
 
 from __future__ import annotations
@@ -20,13 +20,13 @@ _PRESSURE_TO_YIELD = "peak pressure / pressure at first yield"
 _CONTACT_RADIUS = "contact radius / grain radius"
 _TIME_SCALE = "collision time / grain's oscillation time (tau/T)"
 _FORCES = "force evaluations in the shortest contact"
-# Beyond these a run is told so: a/R at which Hertz's parabola is off by about 1 %, and ten oscillations of a grain.
+# Limits of the cautions: a/R at which Hertz's parabola is off by about 1 %, and ten oscillations of a grain.
 _SMALL_CONTACT = 0.1
 _SLOW_CONTACT = 10.0
 
 
 def validity_figures(chain: Geometry, law: Law, peak: FloatArray, force_rate: float) -> dict[str, float]:
-    """Return the figures of a run so far by name with unit; NaN where nothing has touched, or where a figure is unknown.
+    """Return the figures of a run by name with unit; NaN where nothing has touched, or where a figure is unknown.
 
     Only spheres have a pressure and a contact radius; plastic ones no pressure above that at which they yield.
 
@@ -57,7 +57,7 @@ def validity_figures(chain: Geometry, law: Law, peak: FloatArray, force_rate: fl
 
 
 def validity_cautions(found: Mapping[str, float], law: Law, wanted_forces: float) -> list[str]:
-    """Return a sentence for every assumption that was left, from the figures."""
+    """Return a sentence for every assumption that the figures violate."""
     said = []
     if found[_PRESSURE_TO_YIELD] > 1.0 and type(law).yield_pressures is Law.yield_pressures:
         said.append(

@@ -87,7 +87,7 @@ def kuwabara_kono_loss(reduced_mass: Number, stiffness: Number, damping: Number,
 def viscous_loss(reduced_mass: Number, stiffness: Number, damping: Number, speed: Number) -> Number:
     """1 - e for F = k d^1.5 + g d': 1.7878 (g/m*)(m*/k)^(2/5) v^(-1/5).
 
-    The work is 2 g v d_m int sqrt(1 - x^2.5) dx = 0.8 B(2/5, 3/2) g v d_m. Where the force is clipped at 0 (no tension) the
+    The work is 2 g v d_m int sqrt(1 - x^2.5) dx = 0.8 B(2/5, 3/2) g v d_m. If the force is clipped at 0 (no tension) the
     contact opens at d_c = (g v/k)^(2/3), and (3/5)(g/m* v) d_c is lost less: a correction of the relative order (1 - e)^(2/3).
     `viscous_loss_without_tension` takes it in.
 

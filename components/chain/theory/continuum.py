@@ -112,7 +112,7 @@ def largest_strain(speed: Number) -> Number:
 
 
 def strain_wave(position: Number, speed: float) -> Number:
-    """(2.7): xi = (5 V^2/4c^2)^2 cos^4(sqrt(10) x/5a), periodic; one hump, |x| < L/2, stands for the solitary wave.
+    """(2.7): xi = (5 V^2/4c^2)^2 cos^4(sqrt(10) x/5a), periodic; one hump, |x| < L/2, is the solitary wave.
 
     It touches xi = 0, where (2.4) does not hold, at x = (5a/sqrt 10)(pi/2 + pi n).
     """

@@ -19,7 +19,7 @@ from ...errors import GranularError, ParameterError
 from ...support.elementary_functions import exponential, fourier, root, sine_of_pi
 from ...support.float_arrays import FloatArray
 
-# Of the uncompressed wave, by `lattice_wave(0)`; runs of the chain agree with all of them to six digits.
+# The uncompressed wave, by `lattice_wave(0)`; runs of the chain agree with all of them to six digits.
 # Speed in diameters and units of (k/m)^(2/5) v_m^(1/5) (paper: 0.915).
 SOLITARY_SPEED = 0.9074700784
 # Energy in m v_m^2, momentum in m v_m.
@@ -28,7 +28,7 @@ SOLITARY_MOMENTUM = 1.6699712493
 # Over what remains behind a shock of its speed, front of weak losses: overlap, pressure (2.7: 1.5625, 1.9531).
 LATTICE_STRAIN_OVERSHOOT = 1.4873593743
 LATTICE_PRESSURE_OVERSHOOT = 1.8139439880
-# Velocity with which a free end leaves, in v_m; by a run of the chain, a wave alone does not tell it.
+# Velocity with which a free end leaves, in v_m; by a run of the chain.
 FREE_END_VELOCITY = 1.44606
 
 # The shape's; what is nonlinear in a wave that rises by e << 1 is known to the second only.
@@ -104,7 +104,7 @@ class LatticeWave:
         every = round(1.0 / self._step)
         rest, whole = self.rest_overlap, self.rest_overlap + self.overlap
         stored = 0.4 * (whole**2.5 - rest**2.5) - rest**1.5 * self.overlap
-        # Grains stand at whole numbers, contacts between them, so theirs are half a grain off.
+        # Grains lie at whole numbers, contacts half a grain from them.
         kinetic = (0.5 * self.velocity**2).reshape(-1, every).sum(axis=0)
         potential = np.roll(stored, every // 2).reshape(-1, every).sum(axis=0)
         return float((kinetic / potential).mean())
