@@ -164,11 +164,11 @@ def test_frequencies_of_two_masses(mode: int, branch: int) -> None:
 def tapered(taper: float, lead: int, grains: int, **parameters: object) -> np.ndarray:
     """Largest velocity of each tapered grain, after `lead` equal ones, shape (grains,)."""
     radius = 0.01 * np.concatenate((np.ones(lead), (1.0 - taper) ** np.arange(1.0, grains + 1.0)))
-    chain = ge.make("chain", grains=lead + grains, radius=radius.tolist(), step_size=2e-7, **parameters)
+    chain = ge.make("chain", grains=lead + grains, radius=radius.tolist(), step_size=2e-8, **parameters)
     chain.reset(velocity={0: 0.01})
     top = np.zeros(lead + grains)
     while chain.time < 0.1:
-        chain.step()
+        chain.step(2e-7)
         top = np.maximum(top, chain.get("velocity"))
         if chain.get("velocity")[-2] < 0.9 * top[-2] and top[-2] > 0.3 * top[-3]:
             return top[lead:]
