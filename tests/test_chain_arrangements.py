@@ -38,11 +38,6 @@ TWICE = {
         },
         {"radius": [R, 5e-4, 0.5 * R, 5e-4, 0.25 * R], "material": ["steel", "brass"] * 2 + ["steel"]},
     ),
-    "random": (
-        9,
-        {"arrangement": {"name": "random", "low": 1e-3, "high": R, "seed": 7, "material": "glass"}},
-        {"radius": {"low": 1e-3, "high": R, "seed": 7}, "material": "glass"},
-    ),
     "impurity": (
         5,
         {"arrangement": {"name": "impurity", "index": [1, 3], "radius": 1e-3, "material": "glass"}, "mass": {0: 1e-2}},
@@ -108,9 +103,8 @@ REFUSED = [
     (2, {"arrangement": {**DIMER, "counts": [2, 1]}}, "arrangement.counts: got [2, 1], a cell of 3 grains, and the chain"),
     (5, {"arrangement": DIMER, "radius": R}, "radius: the arrangement gives it too"),
     (5, {"arrangement": DIMER, "material": "steel"}, "material: the arrangement gives it too"),
-    (5, {"arrangement": {"name": "random", "low": 1e-3, "high": R}, "radius": [R] * 5}, "radius: the arrangement gives it too"),
-    (5, {"arrangement": {"name": "random", "low": R, "high": 1e-3}}, "arrangement.high: got 0.001 m, expected at least low"),
-    (5, {"arrangement": {"name": "random", "low": R, "high": R, "seed": -1}}, "arrangement.seed: got -1"),
+    (5, {"radius": {"low": R, "high": 1e-3}}, "high: got 0.001 m, expected at least low"),
+    (5, {"radius": {"low": R, "high": R, "seed": -1}}, "seed: got -1"),
     (5, {"arrangement": {"name": "tapered", "first_radius": R}}, "taper: got neither of taper and last_radius"),
     (5, {"arrangement": {"name": "tapered", "first_radius": R, "taper": 0.1, "last_radius": R}}, "taper: got both of"),
     (5, {"arrangement": {"name": "tapered", "first_radius": R, "taper": 1.0}}, "arrangement.taper: got 1.0, expected less"),
@@ -141,10 +135,7 @@ def test_refused_by_name(grains, parameters, words):
 
 def test_draws_do_not_depend_on_the_length():
     """Grain i's radius is a function of the seed and of i alone."""
-    short, long = (
-        ge.make("chain", grains=n, arrangement={"name": "random", "low": 1e-3, "high": R, "seed": 4}).geometry.radius
-        for n in (5, 50)
-    )
+    short, long = (ge.make("chain", grains=n, radius={"low": 1e-3, "high": R, "seed": 4}).geometry.radius for n in (5, 50))
     np.testing.assert_array_equal(short, long[:5])
     assert len(np.unique(long)) == 50 and (1e-3 <= long).all() and (long <= R).all()
 

@@ -15,7 +15,7 @@ import granular_env as ge
 from granular_env.components.chain import differentiable_quantities
 from granular_env.components.chain.adjoint import evaluate, parameter_gradient, value_and_adjoint
 from granular_env.components.chain.adjoint.gradient import has_gradient
-from granular_env.components.chain.laws import LAWS, Dissipative, Hertz, Law, functions
+from granular_env.components.chain.laws import LAWS, Dissipative, Law, functions
 from granular_env.components.chain.laws.hertz import HertzRest
 from granular_env.components.chain.laws.law import lacks
 from granular_env.components.chain.layout import LAW_CONSTANTS, REST_OVERLAP, STIFFNESS, U, V

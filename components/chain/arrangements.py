@@ -1,4 +1,4 @@
-"""Arrangements of grains by name: uniform, dimer, tapered, decorated, random, impurity."""
+"""Arrangements of grains by name: uniform, dimer, tapered, decorated, impurity."""
 
 from __future__ import annotations
 
@@ -10,12 +10,10 @@ from pydantic import Field, SerializeAsAny, model_validator
 
 from ..errors import ParameterError
 from ..materials.elastic import Material, Preset, material
-from ..support.counter_random import uniform
 from ..support.elementary_functions import integer_power, nth_root
 from ..support.float_arrays import FloatArray
 from ..support.parameter_fields import Index, Positive, field
 from ..support.tagged_union import ByName, Named
-from ..support.validation import Parameters
 
 if TYPE_CHECKING:
     from .parameters import ChainParameters
@@ -28,7 +26,7 @@ _Pair = Field(min_length=2, max_length=2)
 class Arrangement(Named):
     """An order of grains: it gives each grain its radius and material, and may give some of them a mass.
 
-    What it leaves alone comes from the chain's own `radius`, `material` and `mass`. Each has a `name`, by which it is chosen.
+    The chain's own `radius`, `material` and `mass` give the rest. Each arrangement is chosen by its `name`.
     """
 
     per_grain: ClassVar[tuple[str, ...]] = ("radius", "material")
@@ -39,7 +37,7 @@ class Arrangement(Named):
         return tuple(name for name in self.per_grain if getattr(self, name, None) is not None)
 
     def fit(self, grains: int) -> None:
-        """Raise `ParameterError` where no chain of so many grains is arranged like this."""
+        """Raise `ParameterError` where no chain of this number of grains is arranged like this."""
 
     def radii(self, host: FloatArray) -> FloatArray:
         """Return the radius of each grain, from those that the chain's own parameters give, shape (n,) [m]."""
@@ -186,40 +184,6 @@ class Decorated(Arrangement):
         return large
 
 
-class UniformRadii(Parameters):
-    """Radii drawn evenly between two bounds, a function of the seed (the RAND of Nesterenko's section 3.5)."""
-
-    low: float = field(..., "smallest radius", "m", gt=0.0)
-    high: float = field(..., "largest radius", "m", gt=0.0)
-    seed: int = field(0, "which draw", "1", ge=0, lt=2**63)
-
-    @model_validator(mode="after")
-    def _validate_order(self) -> UniformRadii:
-        if self.high < self.low:
-            raise ParameterError(f"got {self.high:g} m", expected=f"at least low = {self.low:g} m", at="high")
-        return self
-
-    def draw(self, grains: int) -> FloatArray:
-        """Return the radii, shape (grains,) [m]; that of grain i is a function of the seed and of i alone."""
-        return self.low + (self.high - self.low) * uniform(self.seed, 0, grains)
-
-
-class Random(UniformRadii, Arrangement):
-    """Radii drawn evenly between two bounds: the same chain as with radius = {low, high, seed}.
-
-    Source: Nesterenko (1983), section 3.5.
-    """
-
-    name: Literal["random"] = "random"
-    material: Preset | Material | None = field(None, "of all grains; default: the chain's", "1")
-
-    def own_parameters(self) -> tuple[str, ...]:  # noqa: D102
-        return ("radius", *super().own_parameters())
-
-    def radii(self, host: FloatArray) -> FloatArray:  # noqa: D102
-        return self.draw(len(host))
-
-
 class Impurity(Arrangement):
     """Grains of other radius, material or mass among those that the chain's own parameters describe.
 
@@ -281,7 +245,6 @@ ARRANGEMENTS: dict[str, type[Arrangement]] = {
     "dimer": Dimer,
     "tapered": Tapered,
     "decorated": Decorated,
-    "random": Random,
     "impurity": Impurity,
 }
 ChosenArrangement = Annotated[SerializeAsAny[Arrangement], ByName(ARRANGEMENTS)]
@@ -316,7 +279,7 @@ def _last_radius(first: float, factor: float, count: int) -> float:
     """Return the last of these terms, roughly; `ParameterError` where they leave the range of a float, or vanish."""
     last = first * integer_power(factor, count - 1)
     if not _TINY <= first <= _HUGE and 1e-100 <= last <= 1e100:
-        return last  # not the taper's fault: the check of the masses tells
+        return last  # the check of the masses reports this one
     bound = _TINY if factor < 1.0 else _HUGE
     if not _TINY <= last <= _HUGE:
         where = math.ceil(math.log(bound / first) / math.log(factor)) if _TINY <= first <= _HUGE else 0

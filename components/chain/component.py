@@ -22,11 +22,11 @@ from .integrators import SCHEMES, UNSOUND, Entries, entries
 from .laws import Dissipative, Law
 from .parameters import WALLS, ChainParameters
 from .state import ChainState, state_of
-from .validity import Validity
+from .validity import validity_cautions, validity_figures
 
-# Where a contact sees fewer force evaluations a step is refused.
+# A step is refused if a contact sees fewer force evaluations.
 _LEAST_FORCES = 16.0
-# So much of its approach may a contact lose to dissipation in one step, or the second order says little.
+# Largest part of its approach that a contact may lose in one step, for the second order to hold.
 _STOPPED_IN_A_STEP = 0.3
 
 _NO_PIECES = np.zeros((0, 2))
@@ -50,7 +50,7 @@ _OUTPUTS = (
     ("left_wall_force", "N", None, f"force of the left {_OF_A_WALL}"),
     ("right_wall_force", "N", None, f"force of the right {_OF_A_WALL}"),
 )
-# Arrays as long as the chain that exist at a time while it is built, beside the table and its copy.
+# Arrays as long as the chain that exist at a time while it is built, in addition to the table and its copy.
 _GEOMETRY_ROWS = 18
 
 
@@ -120,10 +120,10 @@ class Chain(Component):
         self._block = Block(state.reshape(-1), rows=("f8", state.shape, -LARGEST, high))
 
     def clone(self, memory: FloatArray | None = None) -> Self:
-        """Return a chain of the same parameters, at its start; much cheaper than making one anew.
+        """Return a chain of the same parameters, at its start: much cheaper than a new one.
 
         Args:
-            memory: of the shape of `memory` of this chain, which becomes its table; None for memory of its own.
+            memory: of the shape of `memory` of this chain, which becomes its table; None for new memory.
         """
         other: Self = object.__new__(type(self))
         vars(other).update(vars(self))
@@ -294,18 +294,18 @@ class Chain(Component):
         if name == "overlap":
             value, limit = float(overlap[index]), float(self._refused_overlap[index])
             radius = float(self.geometry.smaller_radius[index])
-            deep = limit >= 0.999 * self.parameters.overlap_limit * radius
-            advice = (
-                self._dissipation_sentence()
-                if self._dissipation_in_a_step() > 1.0
-                else (
+            if self._dissipation_in_a_step() > 1.0:
+                advice = self._dissipation_sentence()
+            elif limit >= 0.999 * self.parameters.overlap_limit * radius:
+                advice = (
                     f"that is {value / radius:.2g} radii, contact laws are for small overlaps: load less, "
                     "or raise overlap_limit"
-                    if deep
-                    else f"the contact would see fewer than {_LEAST_FORCES:.0f} force evaluations: take a smaller step_size "
+                )
+            else:
+                advice = (
+                    f"the contact would see fewer than {_LEAST_FORCES:.0f} force evaluations: take a smaller step_size "
                     f"(now {self.step_size:g} s) or give the velocity_scale of the run"
                 )
-            )
         else:
             value, limit = float(self.get(name)[index]), float(self._table[layout.SCALARS, layout.SPEED_LIMIT])
             advice = "that is above the material's sound speed: load the chain less, or take a smaller step_size"
@@ -328,7 +328,7 @@ class Chain(Component):
         return state_of(self.parameters.law.contacts, self._table)
 
     def detached_table(self) -> FloatArray:
-        """Copy the table for runs beside the chain: overlaps are refused, not warned of."""
+        """Copy the table for separate runs, which refuse overlaps and do not warn of them."""
         table = self._table.copy()
         table[layout.LIMIT, : self.parameters.grains + 1] = self._refused_overlap
         return table
@@ -339,7 +339,7 @@ class Chain(Component):
         tally = self._table[layout.TALLY]
         n = self.parameters.grains
         carried = self._table[layout.V, n + 2 : n + layout.BESIDE_GRAINS]
-        # Where nothing turns into heat, that row is scratch of 0s.
+        # In conservative chains that row is scratch of 0s.
         heat = 0.0 if self.parameters.law.conservative else self._table[layout.LOST].sum()
         work, lost = self._input_work(), float(heat + carried[4])
         impulse = float(tally[layout.IMPULSE_LEFT] + tally[layout.IMPULSE_RIGHT] + carried[2] + carried[3])
@@ -393,25 +393,24 @@ class Chain(Component):
         reference = self.geometry.position[:, np.newaxis].copy()
         return (Points("grains", reference, self.geometry.radius.copy(), "displacement", "velocity"),)
 
-    def validity(self) -> Validity:
-        """Return how well the run kept to the assumptions of Nesterenko's section 1, and how well contacts were resolved."""
-        places = self.geometry.contact_slice
-        return Validity.of(
-            self.geometry, self.parameters.law, self._peak[places],
-            self._scheme.evaluations / self.step_size,
-            wanted_forces=self._wanted_forces,
-        )  # fmt: skip
-
     def report(self) -> dict[str, float]:
-        """Return the figures of `validity`; with dissipation also how much of an approach it stops in a step."""
-        figures = self.validity().figures()
+        """Return how well the run kept to the assumptions of Nesterenko's section 1, and how well contacts were resolved.
+
+        With dissipation also how much of an approach it stops in a step.
+        """
+        figures = self._validity_figures()
         if isinstance(self.parameters.law, Dissipative):
             figures["dissipation in a step (c h / m*)"] = self._dissipation_in_a_step()
         return figures
 
+    def _validity_figures(self) -> dict[str, float]:
+        rate = self._scheme.evaluations / self.step_size
+        return validity_figures(self.geometry, self.parameters.law, self._peak[self.geometry.contact_slice], rate)
+
     def cautions(self) -> list[str]:
-        """Return a sentence for each assumption that the run so far has left behind."""
-        said = self._size_sentences() + self.validity().cautions()
+        """Return a sentence for each assumption that the run has violated."""
+        said = validity_cautions(self._validity_figures(), self.parameters.law, self._wanted_forces)
+        said = self._size_sentences() + said
         if self._dissipation_in_a_step() > _STOPPED_IN_A_STEP:
             said.append(self._dissipation_sentence())
         return said
@@ -462,7 +461,7 @@ class Chain(Component):
         # Said where it first happens: how few they come to be is known in the end.
         return (
             f"contacts get fewer than the {self._wanted_forces:.0f} force evaluations that {self.parameters.integrator} wants "
-            f"(how few, report() tells at the end): take a smaller step_size (now {self.step_size:g} s) or give the "
+            f"(report() has the number at the end): take a smaller step_size (now {self.step_size:g} s) or give the "
             "velocity_scale of the run"
         )
 

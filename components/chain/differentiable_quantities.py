@@ -16,6 +16,7 @@ laws that have an `energy_root`.
 
 from __future__ import annotations
 
+from ..support.elementary_functions import integer_power
 from ..support.jit import inlined, jit
 from ..support.powers import power
 from . import forces
@@ -98,16 +99,7 @@ def input_work(chain):
 # -- pullbacks ----------------------------------------------------------------------------------------------------------
 
 
-@jit
-def whole_power(x, p):
-    """x^p for a whole p >= 0, by repeated squaring."""
-    result, left = 1.0, int(p)
-    while left > 0:
-        if left % 2 == 1:
-            result *= x
-        x *= x
-        left //= 2
-    return result
+whole_power = jit(integer_power)
 
 
 @jit

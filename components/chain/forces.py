@@ -26,7 +26,7 @@ from .layout import (
     V,
 )  # fmt: skip
 
-# Sums run in so many lanes: many, where that lets them run as vectors; few, where joining the lanes would cost more.
+# Lanes of a sum: many in long chains, where they run as vectors; few in short ones, where joining them would cost more.
 _FEW_LANES, _MANY_LANES, _MANY_GRAINS = 8, 256, 2048
 
 

@@ -23,7 +23,7 @@ from .theory.collisions import duration_times_frequency
 _STEP_FACTOR, _STEP_FACTOR_WITH_GAPS = 0.1, 0.03
 # Largest step x (dissipation / mass): a part of what the chain warns of.
 _STEP_TIMES_DISSIPATION = 0.2
-# The same where the force jumps at first touch, which costs explicit schemes about so much of a velocity; never less than a
+# The same where the force jumps at first touch: explicit schemes then lose about this part of a velocity; never less than a
 # fifth of the step, for dashpots so strong that grains hardly bounce.
 _STEP_TIMES_JUMP, _SHORTEST_FOR_JUMP = 2e-3, 0.2
 _STEP_WITHOUT_CONTACTS = 1e-6

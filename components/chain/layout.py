@@ -37,8 +37,8 @@ SMALLEST_OVERLAP = 1e-150
 STEP, GRAVITY, SPEED_LIMIT, GRAINS, LEFT_FREE, LEFT_PISTON, LEFT_MASS, LEFT_STATIC = range(8)
 RIGHT_FREE, RIGHT_PISTON, RIGHT_MASS, RIGHT_STATIC = range(8, 12)
 
-# A core tells a store from a load by the last twelve bits of their addresses: rows a multiple of 4096 bytes (512 columns)
-# apart, or nearly, make it wait. They are at least 80 columns longer than such a multiple, or 32 shorter.
+# A core distinguishes stores from loads by the last twelve bits of their addresses: rows a multiple of 4096 bytes (512
+# columns) apart, or nearly, make it wait. They are at least 80 columns longer than such a multiple, or 32 shorter.
 _PAGE, _BEYOND, _BELOW = 512, 80, 32
 
 

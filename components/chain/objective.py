@@ -70,14 +70,16 @@ class Objective:
         whole_number("objective.count", self.count)
 
     def fit(self, grains: int, steps: int) -> None:
-        """Return whether it can judge a run of `steps` control steps of a chain of so many grains.
+        """Check that it can judge a run of `steps` control steps of a chain of `grains` grains.
 
         Raises:
             ParameterError: it cannot: compiled code would read what is not there.
         """
         if self.grains not in (None, grains):
             raise ParameterError(
-                f"it is for chains of {self.grains} grains, this one has {grains}", hint="build it anew", at="objective"
+                f"it is for chains of {self.grains} grains, this one has {grains}",
+                hint="build it again",
+                at="objective",
             )
         if steps < self.fewest_steps:
             raise ParameterError(f"it looks at control step {self.fewest_steps - 1}, but the drive has {steps}", at="objective")

@@ -8,10 +8,12 @@ from pydantic import SerializerFunctionWrapHandler, model_serializer, model_vali
 
 from ..errors import ParameterError, one_line
 from ..materials.elastic import Material, Preset, preset_list
+from ..support.counter_random import uniform
+from ..support.float_arrays import FloatArray
 from ..support.parameter_fields import Index, NotNegative, Positive
 from ..support.parameter_fields import field as _field
 from ..support.validation import Parameters
-from .arrangements import ChosenArrangement, Uniform, UniformRadii, refuse_misfit
+from .arrangements import ChosenArrangement, Uniform, refuse_misfit
 from .laws import ChosenLaw, Hertz
 from .laws.law import refuse_incomplete
 
@@ -22,6 +24,24 @@ WALLS = ("fixed_grain", "plane", "rigid_plane")
 Integrator = Literal["pefrl", "leapfrog", "rk4", "hamming"]
 
 _MAXIMUM_GRAINS = 100_000_000
+
+
+class UniformRadii(Parameters):
+    """Radii drawn evenly between two bounds, a function of the seed (the RAND of Nesterenko's section 3.5)."""
+
+    low: float = _field(..., "smallest radius", "m", gt=0.0)
+    high: float = _field(..., "largest radius", "m", gt=0.0)
+    seed: int = _field(0, "which draw", "1", ge=0, lt=2**63)
+
+    @model_validator(mode="after")
+    def _validate_order(self) -> UniformRadii:
+        if self.high < self.low:
+            raise ParameterError(f"got {self.high:g} m", expected=f"at least low = {self.low:g} m", at="high")
+        return self
+
+    def draw(self, grains: int) -> FloatArray:
+        """Return the radii, shape (grains,) [m]; that of grain i is a function of the seed and of i alone."""
+        return self.low + (self.high - self.low) * uniform(self.seed, 0, grains)
 
 
 class ChainParameters(Parameters):
@@ -36,7 +56,7 @@ class ChainParameters(Parameters):
         None, "mass instead of density x volume: one for all, one each, or {index: mass}", "kg"
     )
     arrangement: ChosenArrangement = _field(
-        "uniform", "grains by name: uniform, dimer, tapered, decorated, random, impurity; a table {name = ..., ...}", "1"
+        "uniform", "grains by name: uniform, dimer, tapered, decorated, impurity; a table {name = ..., ...}", "1"
     )
     contact_stiffness: Positive | list[NotNegative] | None = _field(
         None,
@@ -136,7 +156,7 @@ class ChainParameters(Parameters):
 
     @model_serializer(mode="wrap")
     def _serialize_without_arrangement(self, serialize: SerializerFunctionWrapHandler) -> dict[str, Any]:
-        """Without what the arrangement stands in for, so that this reads back; and without an arrangement that does nothing."""
+        """Leave out what the arrangement gives, so that this reads back, and an arrangement that does nothing."""
         fields = serialize(self)
         spared = ("arrangement",) if isinstance(self.arrangement, Uniform) else self.arrangement.own_parameters()
         return {name: value for name, value in fields.items() if name not in spared}

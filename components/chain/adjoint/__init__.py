@@ -2,7 +2,7 @@
 
 A control step is a chain of drifts and kicks, each linear in velocities and displacements but for the contact forces.
 Transposed and taken in reverse order they carry the derivative of a number at the end back to everything that it came from: the
-inputs, the start, and the constants of the table. What a contact force was differentiated at is recomputed from checkpoints, so
+inputs, the start, and the constants of the table. The states of the forward run are recomputed from checkpoints, so
 that memory grows with the square root of the horizon (A. Griewank, Optim. Methods Softw. 1 (1992) 35, with one level).
 """
 

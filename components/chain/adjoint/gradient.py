@@ -263,18 +263,14 @@ def _keep_to_inputs(chain: Chain, columns: FloatArray) -> None:
 def _explain_derivative(adjoint: FloatArray, step: int, steps: int, *, by_objective: bool) -> None:
     name, row = ("U", U) if not np.isfinite(adjoint[U]).all() else ("V", V)
     column = int(np.argmin(np.isfinite(adjoint[row])))
-    value, when = adjoint[row, column], f"control step {step} of {steps}"
-    if by_objective:
-        raise ParameterError(
-            f"adjoint[{name}, {column}] became {value} at {when}",
-            hint="mend the derivative, or check its constants",
-            at="objective.pullback",
-        )
+    hint = (
+        "the run is too long or too chaotic for a gradient, so shorten it; or a derivative of the contact law is not finite, "
+        "perhaps where a contact opens"
+    )
     raise ParameterError(
-        f"its derivative by {name}[{column}] became {value} in {when}, on the way back",
-        hint="the run is too long or too chaotic for a gradient, so shorten it; or a derivative of the contact law is not "
-        "finite, perhaps where a contact opens",
-        at="objective",
+        f"adjoint[{name}, {column}] became {adjoint[row, column]} in control step {step} of {steps}, on the way back",
+        hint="mend the derivative, or check its constants" if by_objective else hint,
+        at="objective.pullback" if by_objective else "objective",
     )
 
 

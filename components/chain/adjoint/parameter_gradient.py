@@ -2,7 +2,7 @@
 
 The internal step is held, whatever the parameters would suggest; so are the start displacements and velocities, measured from
 the configuration at rest. A gradient has the shape of the parameter as it was given: one number for all, or one each; radii
-that an arrangement or a draw gives have one each. What belongs to contacts has n + 1 places, 0 where there is no contact.
+that an arrangement or a draw gives have one each. Gradients by numbers of contacts have n + 1 places, 0 without a contact.
 """
 
 from __future__ import annotations
@@ -58,7 +58,7 @@ class _Built:
         self.gap = -rest
         inner = slice(1, n + 1)
         self.mass = adjoints.table[MASS, inner] - adjoints.table[INVERSE_MASS, inner] / (g.mass * g.mass)
-        # A piston moves as it is told, whatever its mass.
+        # A piston's motion does not depend on its mass.
         self.moved = chain.table[INVERSE_MASS, inner] > 0.0
         self.weight = _weight_adjoint(chain, self.static) if _hangs(chain) else np.zeros(n)
         self.mass = np.where(self.moved, self.mass + p.gravity * self.weight, 0.0)
@@ -207,4 +207,4 @@ KNOWN: dict[str, Callable[[Chain, Adjoints], float | FloatArray]] = {
     "velocity": lambda chain, adjoints: adjoints.velocity,
     "displacement": lambda chain, adjoints: adjoints.displacement,
 }
-"""What there are gradients by."""
+"""Parameters, inputs and start values that have gradients."""

@@ -1,4 +1,4 @@
-"""The part of a step in which dissipative forces alone act, displacements at rest: pair by pair, each by a formula of its own.
+"""The part of a step in which dissipative forces alone act, displacements at rest: pair by pair, each by a closed formula.
 
 In a contact F = max(c w, -F_e) acts in addition to the elastic force F_e; the speed of approach w falls as exp(-c s t), s being
 the sum of the inverse masses. Over a time t the impulse is the larger of G w and -F_e t, with s G = 1 - 1 / (1 + x + x^2/2) and

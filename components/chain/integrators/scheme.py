@@ -1,4 +1,4 @@
-"""What an integrator is: a `NamedTuple` of its numbers, for whose class `one_tick` is registered; and the loop over ticks."""
+"""Integrators: a `NamedTuple` of its numbers, for whose class `one_tick` is registered; and the loop over ticks."""
 
 from __future__ import annotations
 

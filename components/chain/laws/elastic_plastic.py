@@ -122,7 +122,7 @@ def remembers(law):
 def begin(law, j):
     """Write the history of a contact that has never yielded."""
     law.unloading[j], law.residual[j] = law.stiffness[j], 0.0
-    # Where there is no contact nothing yields.
+    # Places without a contact do not yield.
     law.deepest[j] = law.yield_root[j] * law.yield_root[j] if law.stiffness[j] > 0.0 else np.inf
 
 

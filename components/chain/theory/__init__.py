@@ -3,8 +3,8 @@
 
 SI units, or dimensionless where a module says so.
 
-Arguments annotated `Number` are numbers or arrays, those annotated `float` one number each; anything else, and what is out
-of range, raises `ParameterError`.
+Arguments annotated `Number` are numbers or arrays, those annotated `float` one number each; each docstring states the range in
+which its formula holds.
 """
 
 from __future__ import annotations
@@ -69,4 +69,4 @@ from .long_waves import (
     sound_speed,
     time_scale,
 )
-from .stationary_waves import StationaryWave, shock_wave, solitary_wave
+from .stationary_waves import StationaryWave, solitary_wave

@@ -19,8 +19,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .arguments import Number, above, at_least, between, finite, number
-from .long_waves import contact_speed
+from ...errors import ParameterError
+from .long_waves import Number, contact_speed
 
 LARGEST_C3 = 5.0 / 27.0
 
@@ -34,7 +34,6 @@ class Extremes(NamedTuple):
 
 def W(y: Number, c3: float) -> Number:
     """Return the potential, for y >= 0 and any C3 (the paper's fig. 1: C3 = 4/27 and 0.1)."""
-    y, c3 = at_least("y", y, 0.0), finite("c3", c3)
     return -0.625 * y**1.6 + 0.5 * y**2 + c3 * y**0.8
 
 
@@ -46,7 +45,8 @@ def extremes(c3: float) -> Extremes:
 
 def extreme_roots(c3: float) -> tuple[float, float]:
     """s1 and s2, s = y^(2/5): the two positive roots of s^2 - s^3 = 4 C3/5."""
-    c3 = number("c3", between("c3", c3, 0.0, LARGEST_C3, closed_below=True, advice="beyond 5/27 W has no extremes"))
+    if not 0.0 <= c3 < LARGEST_C3:
+        raise ParameterError(f"got {c3:g}", expected="at least 0 and less than 5/27: beyond it W has no extremes", at="c3")
     # With s = 1/3 + 2/3 cos(angle) the cubic is cos(3 angle) = 1 - 10.8 C3; with sines no digit is lost at C3 -> 0.
     third = 2.0 / 3.0 * float(np.arcsin(min(1.0, (5.4 * c3) ** 0.5)))
     low = 2.0 * np.sin(0.5 * third) ** 2 + 3.0**0.5 * np.sin(third)
@@ -61,7 +61,6 @@ def c3_of_ratio(ratio: Number) -> Number:
 
 def ratio_of_c3(c3: float) -> float:
     """Return the ratio r = xi_m/xi_0 of the solitary wave with this C3, 0 < C3 < 5/27; the other way round is `c3_of_ratio`."""
-    c3 = number("c3", between("c3", c3, 0.0, LARGEST_C3))
     root = extreme_roots(c3)[0]
     # From W(y_m) = W(y1), sigma = sqrt r = s_m/s1: s1 (2 sigma^3 + 4 sigma^2 + 6 sigma + 3) = 5/2 (sigma + 1)^2.
     found = np.roots([2.0 * root, 4.0 * root - 2.5, 6.0 * root - 5.0, 3.0 * root - 2.5])
@@ -75,24 +74,24 @@ def speed_ratio(ratio: Number) -> Number:
     0.04 % at r = 1.563, 0.6 % at 7.93, 1.2 % at 186.
     """
     # With sigma = sqrt r the factor (sigma - 1)^2 cancels, and with it the loss of digits near r = 1.
-    sigma = above("ratio", ratio, 1.0) ** 0.5
+    sigma = ratio**0.5
     return (4.0 / 15.0 * (2.0 * sigma**3 + 4.0 * sigma**2 + 6.0 * sigma + 3.0)) ** 0.5 / (sigma + 1.0)
 
 
 def shock_ratio(c3: float) -> float:
     """xi_c/xi_0, the strain far behind a stationary shock over that in front, (s2/s1)^2; 0 < C3 < 5/27."""
-    low, high = extreme_roots(between("c3", c3, 0.0, LARGEST_C3))
+    low, high = extreme_roots(c3)
     return (high / low) ** 2
 
 
 def shock_speed_ratio(ratio: Number) -> Number:
     """D/c0 of a shock from xi_0 to xi_c = ratio xi_0, from mass and momentum: sqrt(2/3 (r^1.5 - 1)/(r - 1))."""
-    sigma = above("ratio", ratio, 1.0) ** 0.5
+    sigma = ratio**0.5
     return (2.0 / 3.0 * (sigma**2 + sigma + 1.0) / (sigma + 1.0)) ** 0.5
 
 
 def _first_root(ratio: Number) -> Number:
-    sigma = above("ratio", ratio, 1.0) ** 0.5
+    sigma = ratio**0.5
     return 2.5 * (sigma + 1.0) ** 2 / (2.0 * sigma**3 + 4.0 * sigma**2 + 6.0 * sigma + 3.0)
 
 
@@ -109,25 +108,25 @@ CONTINUUM_SOLITARY_SPEED = 0.64**0.2
 
 def largest_strain(speed: Number) -> Number:
     """xi_m of (2.7): (5 V^2 / 4 c^2)^2, with the power 2 that its misprints hide."""
-    return (1.25 * above("speed", speed, 0.0) ** 2) ** 2
+    return (1.25 * speed**2) ** 2
 
 
 def strain_wave(position: Number, speed: float) -> Number:
-    """(2.7): xi = (5 V^2/4c^2)^2 cos^4(sqrt(10) x/5a), periodic; one hump, |x| < L/2, stands for the solitary wave.
+    """(2.7): xi = (5 V^2/4c^2)^2 cos^4(sqrt(10) x/5a), periodic; one hump, |x| < L/2, is the solitary wave.
 
     It touches xi = 0, where (2.4) does not hold, at x = (5a/sqrt 10)(pi/2 + pi n).
     """
-    return largest_strain(speed) * np.cos(10.0**0.5 / 5.0 * finite("position", position)) ** 4
+    return largest_strain(speed) * np.cos(10.0**0.5 / 5.0 * position) ** 4
 
 
 def solitary_strain(position: Number, speed: float) -> Number:
     """Return the one hump of (2.7) at x = 0, and 0 elsewhere."""
-    return strain_wave(np.clip(finite("position", position), -0.5 * PERIOD, 0.5 * PERIOD), speed)
+    return strain_wave(np.clip(position, -0.5 * PERIOD, 0.5 * PERIOD), speed)
 
 
 def shock_strain(speed: Number) -> Number:
     """xi_c = V^4/c^4, behind a stationary shock that runs into an uncompressed chain."""
-    return above("speed", speed, 0.0) ** 4
+    return speed**4
 
 
 def shock_speed(constant: Number, diameter: Number, piston: Number) -> Number:
@@ -141,9 +140,9 @@ def shock_speed(constant: Number, diameter: Number, piston: Number) -> Number:
         diameter: a [m].
         piston: v0 [m/s].
     """
-    return contact_speed(constant, diameter) ** 0.8 * above("piston", piston, 0.0, "m/s") ** 0.2
+    return contact_speed(constant, diameter) ** 0.8 * piston**0.2
 
 
 def front_velocity_ratio(coefficient: float) -> float:
     """v_m1/v0 of a solitary wave as fast as D1: coefficient^(-5) (paper, with 0.915: 1.56; the chain's 0.907470: 1.625)."""
-    return above("coefficient", coefficient, 0.0) ** -5
+    return coefficient**-5

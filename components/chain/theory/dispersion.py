@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .arguments import Number, above, at_least, finite
+from .long_waves import Number
 
 
 class BandEdges(NamedTuple):
@@ -24,7 +24,6 @@ class BandEdges(NamedTuple):
 
 def tangent_stiffness(stiffness: Number, force: Number, exponent: float = 1.5) -> Number:
     """Return K = dF/dd = p k^(1/p) F0^(1 - 1/p) of a contact F = k d^p under the static force F0 [N/m]; p = 1.5 for spheres."""
-    stiffness, force = above("stiffness", stiffness, 0.0, "N/m^p"), above("force", force, 0.0, "N")
     return exponent * stiffness ** (1.0 / exponent) * force ** (1.0 - 1.0 / exponent)
 
 
@@ -37,13 +36,12 @@ def monatomic_frequency(wave_number: Number, tangent: float, mass: float, diamet
         mass: [kg].
         diameter: a, the distance of neighbours [m].
     """
-    phase = _phase(wave_number, diameter)
-    return monatomic_edge(tangent, mass) * np.abs(np.sin(0.5 * phase))
+    return monatomic_edge(tangent, mass) * np.abs(np.sin(0.5 * wave_number * diameter))
 
 
 def monatomic_edge(tangent: float, mass: float) -> float:
     """Return the largest angular frequency of equal grains, 2 sqrt(K/m) [rad/s]; above it waves decay."""
-    return 2.0 * (above("tangent", tangent, 0.0, "N/m") / above("mass", mass, 0.0, "kg")) ** 0.5
+    return 2.0 * (tangent / mass) ** 0.5
 
 
 def diatomic_frequencies(wave_number: Number, tangent: float, light: float, heavy: float, cell: float) -> tuple[Number, Number]:
@@ -58,8 +56,7 @@ def diatomic_frequencies(wave_number: Number, tangent: float, light: float, heav
         heavy: the other [kg].
         cell: L, the distance between equal grains [m].
     """
-    tangent, light, heavy = _diatomic(tangent, light, heavy)
-    half = 0.5 * _phase(wave_number, cell, "cell")
+    half = 0.5 * wave_number * cell
     # As (1/m1 - 1/m2)^2 + 4 cos^2/(m1 m2), and the acoustic branch as a quotient: neither loses digits where it is small.
     root = ((1.0 / light - 1.0 / heavy) ** 2 + 4.0 * np.cos(half) ** 2 / (light * heavy)) ** 0.5
     high = 1.0 / light + 1.0 / heavy + root
@@ -68,21 +65,9 @@ def diatomic_frequencies(wave_number: Number, tangent: float, light: float, heav
 
 def diatomic_edges(tangent: float, light: float, heavy: float) -> BandEdges:
     """sqrt(2K/m_heavy), sqrt(2K/m_light), sqrt(2K (1/m1 + 1/m2)) [rad/s]; between the first two lies the gap."""
-    tangent, light, heavy = _diatomic(tangent, light, heavy)
     light, heavy = min(light, heavy), max(light, heavy)
     return BandEdges(
         math.sqrt(2.0 * tangent / heavy),
         math.sqrt(2.0 * tangent / light),
         math.sqrt(2.0 * tangent * (1.0 / light + 1.0 / heavy)),
     )
-
-
-def _diatomic(tangent: float, light: float, heavy: float) -> tuple[float, float, float]:
-    return above("tangent", tangent, 0.0, "N/m"), above("light", light, 0.0, "kg"), above("heavy", heavy, 0.0, "kg")
-
-
-def _phase(wave_number: Number, length: float, name: str = "diameter") -> Number:
-    """Kappa a, within the first zone."""
-    phase = finite("wave_number", wave_number) * above(name, length, 0.0, "m")
-    at_least(f"wave_number: pi - |wave_number x {name}|", np.pi - np.abs(phase), -1e-9)
-    return phase

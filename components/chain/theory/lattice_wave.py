@@ -15,11 +15,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...errors import GranularError
+from ...errors import GranularError, ParameterError
 from ...support.elementary_functions import exponential, fourier, root, sine_of_pi
-from .arguments import FloatArray, above, at_least, number
+from ...support.float_arrays import FloatArray
 
-# Of the uncompressed wave, by `lattice_wave(0)`; runs of the chain agree with all of them to six digits.
+# The uncompressed wave, by `lattice_wave(0)`; runs of the chain agree with all of them to six digits.
 # Speed in diameters and units of (k/m)^(2/5) v_m^(1/5) (paper: 0.915).
 SOLITARY_SPEED = 0.9074700784
 # Energy in m v_m^2, momentum in m v_m.
@@ -28,7 +28,7 @@ SOLITARY_MOMENTUM = 1.6699712493
 # Over what remains behind a shock of its speed, front of weak losses: overlap, pressure (2.7: 1.5625, 1.9531).
 LATTICE_STRAIN_OVERSHOOT = 1.4873593743
 LATTICE_PRESSURE_OVERSHOOT = 1.8139439880
-# Velocity with which a free end leaves, in v_m; by a run of the chain, a wave alone does not tell it.
+# Velocity with which a free end leaves, in v_m; by a run of the chain.
 FREE_END_VELOCITY = 1.44606
 
 # The shape's; what is nonlinear in a wave that rises by e << 1 is known to the second only.
@@ -104,7 +104,7 @@ class LatticeWave:
         every = round(1.0 / self._step)
         rest, whole = self.rest_overlap, self.rest_overlap + self.overlap
         stored = 0.4 * (whole**2.5 - rest**2.5) - rest**1.5 * self.overlap
-        # Grains stand at whole numbers, contacts between them, so theirs are half a grain off.
+        # Grains lie at whole numbers, contacts half a grain from them.
         kinetic = (0.5 * self.velocity**2).reshape(-1, every).sum(axis=0)
         potential = np.roll(stored, every // 2).reshape(-1, every).sum(axis=0)
         return float((kinetic / potential).mean())
@@ -133,10 +133,14 @@ def lattice_wave(rest_overlap: float, height: float = 1.0) -> LatticeWave:
         rest_overlap: d0 >= 0, in diameters, as the height.
         height: > 0; at least 0.005 d0, below which `korteweg_de_vries_speed_ratio` is good to 1e-6.
     """
-    rest = number("rest_overlap", at_least("rest_overlap", rest_overlap, 0.0))
-    height = number("height", above("height", height, 0.0))
-    rise = height / rest if rest else np.inf
-    at_least("height: its ratio to rest_overlap", rise if rest else 1.0, _SMALLEST_RISE)
+    rest, height = float(rest_overlap), float(height)
+    if not (rest >= 0.0 and 0.0 < height < math.inf and height >= _SMALLEST_RISE * rest):
+        raise ParameterError(
+            f"got {height:g} above a rest_overlap of {rest:g}",
+            expected=f"more than 0, and at least {_SMALLEST_RISE:g} of it",
+            at="height",
+        )
+    rise = height / rest if rest else math.inf
     rate = min(1.0, math.sqrt(0.5 * rise))
     half = _HALF_BOX if rise > 8.0 else 0.5 * _DECADES / rate + 6.0
     count = 1 << (math.ceil(2.0 * half * _POINTS_PER_GRAIN) - 1).bit_length()

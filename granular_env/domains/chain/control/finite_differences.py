@@ -1,8 +1,8 @@
 """Central differences to compare with exact gradients: a difference quotient along a direction, and its error.
 
 Contact forces have a continuous first derivative and no second one where a contact opens or closes. A difference quotient
-across such a kink converges slowly, and a jump (of a dissipative force that sets in at a finite speed) spoils it altogether: the
-error tells.
+across such a kink converges slowly, and a jump (of a dissipative force that sets in at a finite speed) spoils it altogether:
+its error is large there.
 """
 
 from __future__ import annotations
