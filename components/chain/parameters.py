@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Any, Literal
+from typing import Annotated, Any, Literal
 
-from pydantic import SerializerFunctionWrapHandler, model_serializer, model_validator
+from pydantic import Field, SerializerFunctionWrapHandler, model_serializer, model_validator
 
 from ..errors import ParameterError, one_line
 from ..materials.elastic import Material, Preset, preset_list
@@ -52,7 +52,7 @@ class ChainParameters(Parameters):
     material: Preset | Material | list[Preset | Material] = _field(
         "steel", f"material, or the name of a preset ({preset_list()}): one for all, or one each", "1"
     )
-    mass: Positive | list[Positive] | dict[Index, Positive] | None = _field(
+    mass: Positive | list[Positive] | dict[Annotated[Index, Field(strict=False)], Positive] | None = _field(
         None, "mass instead of density x volume: one for all, one each, or {index: mass}", "kg"
     )
     arrangement: ChosenArrangement = _field(

@@ -361,42 +361,40 @@ class DetonationTube(Component):
 
     def _explain(self, status: int) -> StepError:
         cell, tick = (int(number) for number in self._failed)
-        time, state, index = tick * self.step_size, self._state, cell
-        where = f"in cell {cell}, x = {self.centres[cell]:.6g} m"
+        time, state = tick * self.step_size, self._state
+        where = f"in cell {cell}, x = {self.centres[cell]:.6g} m, at {time:.9g} s"
+
+        def error(name: str, value: float, limit: float, said: str, index: int | None = cell) -> StepError:
+            return StepError(said, time=time, at=name, variable=name, index=index, value=value, limit=limit)
+
         if status in (kernel_arrays.TOO_FAST, kernel_arrays.TOO_FAST_AHEAD):
-            name, limit, index = "courant_number", kernels.LARGEST_COURANT, None
-            value = float(self._courant_numbers(tick - 1)[cell])
+            value, limit = float(self._courant_numbers(tick - 1)[cell]), kernels.LARGEST_COURANT
             if status == kernel_arrays.TOO_FAST:  # judged by the smaller of both numbers, see `kernels.finish`
                 value = min(value, float(self._courant_numbers()[cell]))
-            fits = _ADVISED_COURANT * self.step_size / value
-            said = f"reached {value:.4g} {where}, expected at most {limit:g}; take a step_size of {fits:.2g} s or less"
-        elif status == kernel_arrays.ENDS_TOO_FAST:
+            fits = f"{_ADVISED_COURANT * self.step_size / value:.2g} s or less, now {self.step_size:g} s"
+            said = f"reached {value:.4g} {where}, expected at most {limit:g}; take a step_size of {fits}"
+            return error("courant_number", value, limit, said, None)
+        if status == kernel_arrays.ENDS_TOO_FAST:
             left, right = self._end_velocities(tick - 1)
-            length, index = self.parameters.cells * self.cell_size, None
-            name, value, limit = "left_velocity", left, right + 0.5 * length / self.step_size
+            half, closing = 0.5 * self.parameters.cells * self.cell_size, (left - right) * self.step_size
+            name, value, limit = "left_velocity", left, right + half / self.step_size
             if left <= -right:
-                name, value, limit = "right_velocity", right, left - 0.5 * length / self.step_size
+                name, value, limit = "right_velocity", right, left - half / self.step_size
             said = (
-                f"got {value:g} m/s: the ends, {length:.4g} m apart, would come {(left - right) * self.step_size:.4g} m closer "
-                f"in one step, expected less than half of their distance; take a step_size of "
-                f"{0.25 * length / (left - right):.2g} s or less, or slower pistons"
+                f"got {value:g} m/s: the ends would come {closing:.4g} m closer in the step to {time:.9g} s, expected less "
+                f"than {half:.4g} m, half of their distance; take slower pistons, or a smaller step_size"
             )
-        elif status == kernel_arrays.BAD_AREA:
-            now, name = float(state.area[cell]), "area"
+            return error(name, value, limit, said, None)
+        if status == kernel_arrays.BAD_AREA:
+            now = float(state.area[cell])
             value = float(tick_signals(self._held, tick - 1, 1)[0, kernel_arrays.AREA] * area_pattern(self._held)[cell])
             limit = now / kernel_arrays.LARGEST_RATIO if value < now else now * kernel_arrays.LARGEST_RATIO
-            said = (
-                f"got {value:g} m^2 {where}, expected half to twice of the {now:g} m^2 before; let the walls move less in a "
-                "tick, as a profile of the input does"
-            )
-        else:
-            name, limit = "pressure" if state.density[cell] > 0.0 else "density", 0.0
-            value = float(getattr(state, name)[cell])
-            said = f"fell to {value:g} {where}, expected more than 0; take a smaller step_size, or the limiter minmod"
-        return StepError(
-            f"{said}, at {time:.9g} s, now {self.step_size:g} s a step",
-            time=time, at=name, variable=name, index=index, value=value, limit=limit,
-        )  # fmt: skip
+            said = f"got {value:g} m^2 {where}, expected half to twice of the {now:g} m^2 before; move the walls more slowly"
+            return error("area", value, limit, said)
+        name = "pressure" if state.density[cell] > 0.0 else "density"
+        value = float(getattr(state, name)[cell])
+        said = f"fell to {value:g} {self.variables[name].unit} {where}, expected more than 0"
+        return error(name, value, 0.0, f"{said}; take a smaller step_size, or the limiter minmod")
 
     # -- reading ----------------------------------------------------------------------------------------------------
 

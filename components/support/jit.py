@@ -125,25 +125,14 @@ def _delete_old(kernels: Path) -> None:
 
 
 @cache
-def source_hash() -> str:
-    """Hash the sources of all components, and the versions of Python, numba and numpy."""
-    state = hashlib.sha256(f"{sys.version} {numba.__version__} {np.__version__}".encode())
-    _hash_sources(state, Path(__file__).resolve().parent.parent)
-    return state.hexdigest()[:16]
-
-
 def hash_with_plugins() -> str:
-    """Hash the sources of components and of plug-ins: their kernels and laws are compiled together."""
-    state = hashlib.sha256(source_hash().encode())
-    for root in _plugin_sources():
-        _hash_sources(state, root)
+    """Hash the sources of all components and of plug-ins, and the versions of Python, numba and numpy."""
+    state = hashlib.sha256(f"{sys.version} {numba.__version__} {np.__version__}".encode())
+    for root in (Path(__file__).resolve().parent.parent, *_plugin_sources()):
+        for path in sorted(root.rglob("*.py")) if root.is_dir() else [root]:
+            state.update(str(path.relative_to(root)).encode())
+            state.update(path.read_bytes())
     return state.hexdigest()[:16]
-
-
-def _hash_sources(state: Any, root: Path) -> None:
-    for path in sorted(root.rglob("*.py")) if root.is_dir() else [root]:
-        state.update(str(path.relative_to(root)).encode())
-        state.update(path.read_bytes())
 
 
 @cache

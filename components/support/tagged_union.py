@@ -7,10 +7,10 @@ from dataclasses import dataclass
 from typing import Any
 
 from pydantic import GetCoreSchemaHandler, SerializerFunctionWrapHandler, ValidationError, model_serializer
-from pydantic_core import CoreSchema, PydanticCustomError, core_schema
+from pydantic_core import CoreSchema, core_schema
 
-from ..errors import nearest, one_line
-from .validation import Choices, Parameters, as_validation_error, faults_of, refusal
+from ..errors import ParameterError, nearest, one_line
+from .validation import Choices, Parameters, faults_of
 
 
 class Named(Parameters):
@@ -46,18 +46,19 @@ class ByName(Choices):
         fields = {"name": given} if isinstance(given, str) else given
         known = ", ".join(self.choices)
         if not isinstance(fields, Mapping):
-            raise refusal(f"got {one_line(given)}", "a name, or a table with one", f"known: {known}")
+            raise ParameterError(f"got {one_line(given)}", expected="a name, or a table with one", hint=f"known: {known}")
         name = fields.get("name")
         if name is None:
-            raise refusal("missing", hint=f"known: {known}", at=("name",))
+            raise ParameterError("missing", hint=f"known: {known}", at="name")
         if not isinstance(name, str) or name not in self.choices:
             at = () if isinstance(given, str) else ("name",)
-            raise refusal(f"got {one_line(name)}", "a known name", nearest(str(name), self.choices), at)
+            hint = nearest(str(name), self.choices)
+            raise ParameterError(f"got {one_line(name)}", expected="a known name", hint=hint, at=at)
         model = self.choices[name]
         try:
             return model(**{str(key): value for key, value in fields.items()})
         except ValidationError as error:
-            raise as_validation_error(faults_of(error, fields, model)) from None
+            raise ParameterError(*faults_of(error, fields, model)) from None
 
 
 @dataclass(frozen=True)
@@ -68,13 +69,10 @@ class OneOrEach(ByName):
         """Return the table, or a list of them; raise a fault with its place in the list."""
         if not isinstance(given, (list, tuple)):
             return super().choose(given)
-        return [self._choose_at(place, one) for place, one in enumerate(given)]
-
-    def _choose_at(self, place: int, given: Any) -> Named:
-        try:
-            return super().choose(given)
-        except ValidationError as error:
-            faults = faults_of(error, given, Named)
-        except PydanticCustomError as error:
-            faults = [(error.context or {})["fault"]]
-        raise as_validation_error(fault.within(place) for fault in faults)
+        chosen = []
+        for place, one in enumerate(given):
+            try:
+                chosen.append(super().choose(one))
+            except ParameterError as error:
+                raise error.within(place) from None
+        return chosen

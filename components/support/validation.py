@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import Annotated, Any, TypeVar, get_args, get_origin
+from typing import Any, TypeVar, get_args
 
 import numpy as np
 from pydantic import BaseModel, ConfigDict, ValidationError, model_validator
-from pydantic_core import InitErrorDetails, PydanticCustomError
 
 from ..errors import Fault, GranularError, Location, ParameterError, location_text, nearest, one_line, to_location
 
@@ -19,20 +18,10 @@ _FLOAT = np.dtype(np.float64)
 _INDEX = re.compile(r"-?\d{1,9}(,-?\d{1,9})*")
 
 
-class _Words:
-    """Text, a truth value or a masked array in the place of a number, which pydantic would convert."""
-
-    def __init__(self, value: Any) -> None:
-        self._value = value
-
-    def __repr__(self) -> str:
-        return one_line(self._value)
-
-
 class Fixed(BaseModel):
-    """Immutable values, validated on construction: no unknown keys, finite numbers."""
+    """Immutable values, validated on construction: no conversions, no unknown keys, finite numbers."""
 
-    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+    model_config = ConfigDict(frozen=True, extra="forbid", strict=True, allow_inf_nan=False)
 
     def __setattr__(self, name: str, value: Any) -> None:
         if not name.startswith("_"):
@@ -43,16 +32,8 @@ class Fixed(BaseModel):
     @model_validator(mode="before")
     @classmethod
     def _plain(cls, given: Any) -> Any:
-        """Return the fields as pydantic takes them, with values marked that it would silently convert."""
-        if not isinstance(given, dict):
-            return given
-        fields = {name: plain(value) for name, value in given.items()}
-        for name, field in cls.model_fields.items():
-            if name in fields and holds_numbers_only(field.annotation):
-                fields[name] = _mark_words(fields[name])
-            elif name in fields and field.annotation is bool and not isinstance(fields[name], bool):
-                fields[name] = _Words(fields[name])
-        return fields
+        """Return the fields as pydantic takes them: arrays and tuples as lists, numpy's numbers as Python's."""
+        return {name: plain(value) for name, value in given.items()} if isinstance(given, dict) else given
 
 
 class Parameters(Fixed):
@@ -94,38 +75,19 @@ def faults_of(error: ValidationError, given: Any, model: type[BaseModel]) -> lis
     return list({str(fault): fault for group in groups.values() for fault in _faults_of_field(group, given, model)}.values())
 
 
-def refusal(received: str, expected: str = "", hint: str = "", at: Location = ()) -> PydanticCustomError:
-    """Return a fault as an error that a pydantic validator raises; `at` is relative to the validated value."""
-    return PydanticCustomError(_FAULT, "{fault}", {"fault": Fault(at, received, expected, hint)})
+def refusal(received: str, expected: str = "", hint: str = "", at: Location = ()) -> ParameterError:
+    """Return an error for a pydantic validator to raise; `at` is relative to the validated value."""
+    return ParameterError(received, expected=expected, hint=hint, at=at)
 
 
-def as_refusal(error: GranularError, *at: str | int) -> PydanticCustomError:
-    """Return the first fault of an error as an error that a pydantic validator raises."""
-    return PydanticCustomError(_FAULT, "{fault}", {"fault": error.faults[0].within(*at)})
-
-
-def as_validation_error(faults: Iterable[Fault]) -> ValidationError:
-    """Return faults as a pydantic error: raised in a validator, they reach the outermost model, located there."""
-    details = [
-        InitErrorDetails(type=PydanticCustomError(_FAULT, "{fault}", {"fault": fault}), loc=(), input=None) for fault in faults
-    ]
-    return ValidationError.from_exception_data("faults", details)
-
-
-# The type of pydantic's errors that carry a fault.
-_FAULT = "fault"
 # The expected value for each type of pydantic error.
 _EXPECTED = {
-    "bool_parsing": "true or false",
     "bool_type": "true or false",
     "finite_number": "a finite number",
-    "float_parsing": "a number",
     "float_type": "a number",
     "greater_than": "greater than {gt:.10g}",
     "greater_than_equal": "greater than or equal to {ge:.10g}",
-    "int_from_float": "a whole number",
     "int_parsing": "a whole number",
-    "int_parsing_size": "a smaller whole number",
     "int_type": "a whole number",
     "less_than": "less than {lt:.10g}",
     "less_than_equal": "less than or equal to {le:.10g}",
@@ -137,58 +99,42 @@ _EXPECTED = {
     "string_type": "a text",
     "too_long": "at most {max_length} of them",
     "too_short": "at least {min_length} of them",
-    "tuple_type": "a list",
     "union_tag_invalid": "{expected_tags}",
 }
 
 
 def _faults_of_field(errors: list[Any], given: Any, model: type[BaseModel]) -> list[Fault]:
-    """Return the faults of one field; for a union those of the alternative of the right type.
+    """Return the faults of one field; of a union those of the alternative of the right type.
 
-    There a value is out of range, or the fault lies deeper, in a table or a list.
+    There a value is out of range, or the wrong type lies deepest, in a table or a list.
     """
-    located = [(one, _place(one["loc"], given, may_be_missing=False)) for one in errors]
-    outermost = min(len(place) for _, place in located)
-    meant = [
-        one
-        for one, place in located
-        if not _is_of_another_type(one) or (len(place) > outermost and not _is_explained(place, located))
-    ]
+    located = [(_place(one["loc"], given), one["type"].endswith(("_type", "_parsing")), one) for one in errors]
+    outermost = min(len(place) for place, *_ in located)
+    meant = []
+    for place, is_of_type, one in located:
+        better = (other[: len(place)] == place and (len(other) > len(place) or not of_type) for other, of_type, _ in located)
+        if not is_of_type or (len(place) > outermost and not any(better)):
+            meant.append(one)
     alternatives = {one["loc"][1] for one in errors if len(one["loc"]) > 1}
     chosen = meant or (errors[:1] if len(alternatives) > 1 else errors)
     return [fault for one in chosen for fault in _faults_of_error(one, given, model)]
 
 
-def _is_of_another_type(error: Any) -> bool:
-    return error["type"].endswith(("_type", "_parsing"))
-
-
-def _is_explained(place: Location, located: list[tuple[Any, Location]]) -> bool:
-    """Return whether another error than that of its type is at a place, or any one below it."""
-    return any(
-        other[: len(place)] == place and (len(other) > len(place) or not _is_of_another_type(one)) for one, other in located
-    )
-
-
 def _faults_of_error(error: Any, given: Any, model: type[BaseModel]) -> list[Fault]:
-    raised = error.get("ctx", {}).get("error")
-    if isinstance(raised, GranularError):  # our own errors are ValueErrors too
-        place = _place(error["loc"], given, may_be_missing=False)
+    raised, place = error.get("ctx", {}).get("error"), _place(error["loc"], given)
+    if isinstance(raised, GranularError):  # of a validator of ours
         return [replace(fault, location=(*place, *fault.location), source="") for fault in raised.faults]
-    return [_fault(error, given, model)]
+    return [_fault(error, place, given, model)]
 
 
-def _fault(error: Any, given: Any, model: type[BaseModel]) -> Fault:
+def _fault(error: Any, place: Location, given: Any, model: type[BaseModel]) -> Fault:
     kind = error["type"]
-    place = _place(error["loc"], given, kind in ("missing", _FAULT))
-    if kind == _FAULT:
-        fault = error["ctx"]["fault"]
-        return replace(fault, location=(*place, *fault.location))
     if kind == "extra_forbidden":
         advice = _advice_for_unknown(place, given, error["input"], model)
         key = str(place[-1])
         return Fault((*place[:-1], *to_location(f"[{key}]")) if _INDEX.fullmatch(key) else place, "unknown", hint=advice)
     if kind == "missing":
+        place = (*_place(error["loc"][:-1], given), error["loc"][-1])
         return Fault(place, "missing", hint=_advice_for_missing(place, model))
     if kind == "value_error":
         return Fault(place, str(error["ctx"]["error"]))
@@ -201,22 +147,19 @@ def _fault(error: Any, given: Any, model: type[BaseModel]) -> Fault:
     return Fault(place, f"got {one_line(error['input'])}", expected)
 
 
-def _place(loc: Location, given: Any, may_be_missing: bool) -> Location:
+def _place(loc: Location, given: Any) -> Location:
     """Return a location without the names that pydantic inserts for the alternatives of a union."""
-    place: list[str | int] = []
-    for depth, part in enumerate(loc):
-        if _holds(given, part):
+    place = list(loc[:1])
+    given = given.get(loc[0]) if loc and isinstance(given, Mapping) else None
+    for part in loc[1:]:
+        if isinstance(given, Mapping):
+            is_there = part in given
+        else:
+            is_there = isinstance(given, list | tuple | np.ndarray) and isinstance(part, int) and part < len(given)
+        if is_there:
             place.append(part)
             given = given[part]
-        elif may_be_missing and depth == len(loc) - 1:
-            place.append(part)
     return tuple(place)
-
-
-def _holds(given: Any, part: str | int) -> bool:
-    if isinstance(given, Mapping):
-        return part in given
-    return isinstance(given, list | tuple | np.ndarray) and isinstance(part, int) and part < len(given)
 
 
 def _advice_for_unknown(place: Location, given: Any, value: Any, model: type[BaseModel]) -> str:
@@ -300,27 +243,14 @@ def whole_number(at: str | Location, value: Any, least: int = 1, most: int | Non
 
 
 def plain(value: Any) -> Any:
-    """Return a parameter as pydantic takes it: arrays and tuples as lists, numpy's numbers as Python's."""
-    if isinstance(value, np.ma.MaskedArray):
-        return _Words(value)
-    if isinstance(value, np.ndarray):
-        return value.tolist()
-    if isinstance(value, np.generic):
-        return value.item()
-    return [plain(part) for part in value] if isinstance(value, list | tuple) else value
-
-
-def holds_numbers_only(annotation: Any) -> bool:
-    """Return whether the type of a field allows only numbers, lists of numbers, and None."""
-    parts = [part for part in get_args(annotation) if isinstance(part, type) or get_origin(part) is not None]
-    if get_origin(annotation) is Annotated:
-        return holds_numbers_only(parts[0])
-    return all(map(holds_numbers_only, parts)) if parts else annotation in (int, float, type(None))
-
-
-def _mark_words(value: Any) -> Any:
-    if isinstance(value, list):
-        return [_mark_words(part) for part in value]
-    if isinstance(value, Mapping):
-        return {key: _mark_words(part) for key, part in value.items()}
-    return _Words(value) if isinstance(value, str | bytes | bool) else value
+    """Return a parameter as pydantic takes it; a masked array is returned as it is, and refused."""
+    match value:
+        case np.ma.MaskedArray():
+            return value
+        case np.ndarray() | np.generic():
+            return value.tolist()
+        case list() | tuple():
+            return [plain(part) for part in value]
+        case dict():
+            return {key: plain(part) for key, part in value.items()}
+    return value

@@ -9,8 +9,8 @@ from typing import Any, Self, get_args
 from pydantic import BaseModel, ConfigDict, GetCoreSchemaHandler, ModelWrapValidatorHandler, ValidationError, model_validator
 from pydantic_core import CoreSchema, core_schema
 
-from granular_env.components.errors import nearest, one_line
-from granular_env.components.support.validation import as_validation_error, faults_of, refusal
+from granular_env.components.errors import ParameterError, nearest, one_line
+from granular_env.components.support.validation import faults_of, refusal
 
 
 class Table(BaseModel):
@@ -33,7 +33,7 @@ class Table(BaseModel):
         try:
             return handler(given)
         except ValidationError as error:
-            raise as_validation_error(faults_of(error, given, cls)) from None
+            raise ParameterError(*faults_of(error, given, cls)) from None
 
 
 @dataclass(frozen=True)

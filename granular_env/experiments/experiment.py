@@ -24,7 +24,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_valida
 from granular_env.components import catalogue
 from granular_env.components.component import Component
 from granular_env.components.errors import ExperimentError, GranularError, Override, ParameterError
-from granular_env.components.support.validation import as_refusal, as_validation_error, faults_of, refusal
+from granular_env.components.support.validation import faults_of, refusal
 from granular_env.documents import Document, Overrides, Table, load
 from granular_env.package_contents import shipped_files
 
@@ -49,11 +49,11 @@ class ComponentTable(Table):
         try:
             model = catalogue.component_class(self.type).Parameters
         except ParameterError as error:
-            raise as_refusal(error, "type") from None
+            raise error.within("type") from None
         try:
             model(**self.parameters)
         except ValidationError as error:
-            raise as_validation_error(faults_of(error, self.parameters, model)) from None
+            raise ParameterError(*faults_of(error, self.parameters, model)) from None
         except MemoryError:
             raise refusal("it asks for more memory than there is; make it smaller") from None
         except (ValueError, TypeError, ArithmeticError, RecursionError, LookupError) as error:

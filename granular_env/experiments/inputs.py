@@ -20,10 +20,10 @@ from typing import Annotated, Any, Literal
 from pydantic import Field, PlainValidator, TypeAdapter, field_validator
 
 from granular_env.components.component import Component
-from granular_env.components.errors import ExperimentError, Fault, ParameterError, nearest, one_line
+from granular_env.components.errors import ExperimentError, Fault, nearest, one_line
 from granular_env.components.number_arrays import number_array
 from granular_env.components.profiles import Profile
-from granular_env.components.support.validation import as_refusal, refusal
+from granular_env.components.support.validation import refusal
 from granular_env.components.variables import is_index
 from granular_env.documents import ByKey, Table
 
@@ -56,10 +56,7 @@ def name_unknown_inputs(error: ExperimentError, component: Component) -> Experim
 def _array(given: Any) -> list[Any]:
     """Return a list of numbers, or of rows of equal length, as it is; a fault where it is none."""
     expected = "numbers, in a list or in rows of equal length"
-    try:
-        array = number_array((), given, expected)
-    except ParameterError as error:
-        raise as_refusal(error) from None
+    array = number_array((), given, expected)
     if not isinstance(given, list) or not array.size:
         raise refusal(f"got {one_line(given)}", expected)
     return given

@@ -20,7 +20,6 @@ from pydantic import Field, PrivateAttr, model_validator
 
 from granular_env.components.component import Component
 from granular_env.components.errors import ParameterError
-from granular_env.components.support.validation import as_refusal
 from granular_env.components.variables import Element, parse_element
 from granular_env.documents import Table
 
@@ -42,7 +41,7 @@ class StopRule(Table):
         try:
             self._element = parse_element(self.variable)
         except ParameterError as error:
-            raise as_refusal(error, "variable") from None
+            raise error.within("variable") from None
         if self._element.index and self.reduce is not None:
             raise ValueError(f"{self.variable} is one element, so there is nothing to reduce; leave reduce out")
         return self

@@ -25,7 +25,7 @@ from pydantic import PlainValidator
 from granular_env.components.component import Component
 from granular_env.components.errors import ParameterError, nearest, one_line
 from granular_env.components.support.float_arrays import FloatArray
-from granular_env.components.support.validation import as_refusal, refusal
+from granular_env.components.support.validation import refusal
 from granular_env.components.variables import ELEMENT, Element, parse_element
 from granular_env.crests_and_crossings import resolved_top
 from granular_env.domains import DOMAINS, load
@@ -213,10 +213,7 @@ def parse_measure(given: Any) -> Measure:
         return _parse_measurement(given)
     words = " ".join(given.split()) if isinstance(given, str) else ""
     if (match := _WORDS.fullmatch(words)) is not None:
-        try:
-            return Reading(match["kind"], parse_element(match["element"]), bool(match["bar"]))
-        except ParameterError as error:
-            raise as_refusal(error) from None
+        return Reading(match["kind"], parse_element(match["element"]), bool(match["bar"]))
     if (match := _REPORT.fullmatch(words)) is not None:
         return Figure(match["name"])
     if (match := _EVENTS.fullmatch(words)) is not None:
