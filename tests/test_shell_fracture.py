@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
-from support.solid_tools import ALUMINIUM
+from support.solid_tools import ALUMINIUM, nodes_at_cracks
 
 import granular_env as ge
 from granular_env.components.shell import ticks
@@ -364,18 +364,6 @@ def test_a_law_is_a_named_tuple_and_one_that_lacks_a_function_is_refused_by_name
         may_exceed(MeanStress(), 1.0, None, 0.0)
 
 
-def nodes_that_only_points_beside_cracks_see(plate: Any) -> list[int]:
-    """Return nodes that no other points see, of those that bear stress."""
-    nodes, cracks = plate.tables().solid.nodes, plate._breaking.cracks
-    found = []
-    for node in range(len(plate.nodes)):
-        seen = nodes.points[nodes.begin[node] : nodes.begin[node + 1]].tolist()
-        bear = [point for point in seen if point not in cracks.eroded]
-        if len(bear) > 2 and all(cracks.is_beside_crack(point) for point in bear):
-            found.append(node)
-    return found
-
-
 def test_points_that_fail_beside_cracks_are_torn_alike_in_any_parts(monkeypatch: pytest.MonkeyPatch) -> None:
     """Nodes beside a crack are shot through the wall: points there bear nothing any more, and the energy closes."""
     monkeypatch.setattr(ticks, "LEAST_POINTS", 1)
@@ -385,7 +373,7 @@ def test_points_that_fail_beside_cracks_are_torn_alike_in_any_parts(monkeypatch:
         monkeypatch.setenv("GRANULAR_ENV_THREADS", threads)
         plate.restore(ge.Snapshot.from_bytes(end))
         solid, state, _, _ = plate.tables()
-        for node in nodes_that_only_points_beside_cracks_see(plate):
+        for node in nodes_at_cracks(plate):
             state.velocity[node] = (0.0, 0.0, -2.0e4)
         before, known = plate.balances()[0], {event.index for event in plate.events("point_torn")}
         plate.step(plate.step_size, end_velocity=SPEED)

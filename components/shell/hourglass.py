@@ -50,6 +50,15 @@ def distance(place, c, d):
     return place[d, 0] - place[c, 0], place[d, 1] - place[c, 1], place[d, 2] - place[c, 2]
 
 
+@internal
+def least_flow_stress(law, plastic_strain, temperature, column, count):
+    """Return the least flow stress of the points of a column [Pa]."""
+    least = np.inf
+    for p in range(column * count, (column + 1) * count):
+        least = min(least, flow_stress(law, plastic_strain[p], temperature[p]))
+    return least
+
+
 @jit
 def hold_columns(tied, points, law, plastic, state, scratch, columns):
     """Write forces and energies of the ties of some columns, and add to what pulls at their points.
@@ -68,21 +77,20 @@ def hold_columns(tied, points, law, plastic, state, scratch, columns):
     pull, count = scratch.pull, tied.points
     for number in range(columns.size):
         c = columns[number]
-        fx, fy, fz = 0.0, 0.0, 0.0
+        fx, fy, fz, own = 0.0, 0.0, 0.0, 0.0
         txx, txy, txz, tyx, tyy, tyz, tzx, tzy, tzz = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
         for side in range(4):
-            d = tied.partner[c, side]
+            d = np.int64(tied.partner[c, side])
             energy = 0.0
             if d >= 0:
                 x, y, z = misfit(tied, state.displacement, state.gradient, c, d)
                 stiffness, long = tied.stiffness[c, side], sqrt(x * x + y * y + z * z)
                 size, scale, most = stiffness * long, stiffness, np.inf
                 if plastic and size > tied.section[c, side] * law.yield_stress * LEAST_FLOW:
-                    for p in range(count):
-                        a, b = c * count + p, d * count + p
-                        most = min(most, flow_stress(law, state.plastic_strain[a], state.temperature[a]))
-                        most = min(most, flow_stress(law, state.plastic_strain[b], state.temperature[b]))
-                    most *= tied.section[c, side]
+                    if own == 0.0:
+                        own = least_flow_stress(law, state.plastic_strain, state.temperature, c, count)
+                    other = least_flow_stress(law, state.plastic_strain, state.temperature, d, count)
+                    most = min(own, other) * tied.section[c, side]
                 if size > most:
                     scale = scale * most / size
                     energy = 0.5 * (most * (long - 0.5 * most / stiffness))

@@ -102,13 +102,13 @@ def _assemble(p: ShellParameters) -> Assembly:
         stencils = make_stencils(lattice, points.lines, radius, p.basis, points.all_places())
         node_stencils = make_stencils(lattice, lines, radius, p.basis, lattice.places(np.arange(lattice.node_count)))
     except UnspannedBasisError as error:
-        point = f"the point at {lattice.describe(error.place)} sees too few nodes for the basis {p.basis!r}"
+        why = str(error)
+        if error.place:
+            why = f"the point at {lattice.describe(error.place)} sees too few nodes for the basis {p.basis!r}"
         raise ParameterError(
-            f"got {radius:g} spacings: {point if error.place else error}",
-            expected="a radius within which there are enough nodes",
-            hint="give a larger radius, or more nodes",
-            at="body" if p.radius is None else "radius",
-        ) from None
+            f"got {radius:g} spacings: {why}", expected="a radius within which there are enough nodes",
+            hint="give a larger radius, or more nodes", at="body" if p.radius is None else "radius",
+        ) from None  # fmt: skip
     conditions = make_conditions(p.body, lattice, p.boundaries)
     alpha = p.hourglass if rule.surface == "column" else 0.0
     solid = Solid(

@@ -241,23 +241,3 @@ def solve_in_place(factor, size, x):
     for row in range(size - 1, -1, -1):
         for k in range(row + 1, size):
             x[row] -= factor[k, row] * x[k]
-
-
-@jit
-def write_hold(body, stencils, nodes, out):
-    """Write how much points see some nodes: the sum of shape functions times volumes [m^3].
-
-    Args:
-        body: `kernel_arrays.Body`, of which volumes and the points that see each node are read.
-        stencils: `Stencils` of the points.
-        nodes: shape (k,).
-        out: shape (k,).
-    """
-    kind, first, values = stencils.kind, stencils.first, stencils.values
-    for number in range(nodes.size):
-        j = nodes[number]
-        total = 0.0
-        for entry in range(body.seen_begin[j], body.seen_begin[j + 1]):
-            p = body.seen_lowest[j] + body.seen_offsets[entry]
-            total += abs(values[first[kind[p]] + body.seen_slot[entry]]) * body.volume[p]
-        out[number] = total

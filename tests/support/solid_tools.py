@@ -51,3 +51,15 @@ def called(function: Any) -> Any:
         return function(*arguments)
 
     return call
+
+
+def nodes_at_cracks(solid: Any) -> list[int]:
+    """Return the nodes that only points at cracks see, of the points that carry stress."""
+    nodes, cracks = solid.tables().solid.nodes, solid._breaking.cracks
+    found = []
+    for node in range(len(solid.nodes)):
+        seen = nodes.points[nodes.begin[node] : nodes.begin[node + 1]].tolist()
+        bear = [point for point in seen if point not in cracks.eroded]
+        if len(bear) > 2 and all(cracks.is_beside_crack(point) for point in bear):
+            found.append(node)
+    return found
