@@ -90,7 +90,7 @@ class DetonationTube(Component):
 
     @property
     def longest_suggested_step(self) -> float:
-        """Step that is suggested for what is expected of this gas, not rounded [s]."""
+        """Default step before rounding [s]: half a cell at the speed of the fastest wave that is expected."""
         p = self.parameters
         hottest = max([p.initial_temperature, *(one.temperature or p.initial_temperature for one in p.regions)])
         fastest = max(abs(one.velocity) for one in p.regions) if p.regions else 0.0
@@ -478,5 +478,6 @@ class DetonationTube(Component):
         cells = np.stack([below, below + 1, below + n + 2, below + n + 1], axis=1)
         fields = ("pressure", "velocity", "temperature", "progress")
         moved = "outline_displacement" if self.parameters.has_pistons else ""
-        curves = (Curve(name, (below + 0.5) * self.parameters.cell_size, name) for name in fields)
+        middles = np.asarray((below + 0.5) * self.parameters.cell_size, dtype=np.float64)
+        curves = (Curve(name, middles, name) for name in fields)
         return Cells("tube", nodes, cells, "pressure", moved), *curves

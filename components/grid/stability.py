@@ -1,4 +1,4 @@
-"""The highest frequency of a grid at rest, which bounds the step: 2 / omega is the largest that leapfrog bears."""
+"""The highest frequency of a grid at rest, which bounds the step: 2 / omega is the largest stable one of leapfrog."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ def _compute_frequency(grid: Grid, conditions: Conditions, corner: FloatArray) -
     )
     held = np.zeros((n, 2), dtype=bool)
     held[conditions.nodes] = conditions.prescribed.astype(bool)
-    size = _SMALL * math.sqrt(float(np.abs(cell_areas(grid.reference, grid.cells)).min()))
+    size = _SMALL * math.sqrt(float(np.abs(cell_areas(grid.reference, grid.cells.astype(np.int64))).min()))
     shape = uniform(1, 0, 2 * n).reshape(n, 2) - 0.5
     for group in conditions.groups:
         members = group[group >= 0]

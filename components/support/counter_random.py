@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import numpy.typing as npt
 
@@ -35,7 +37,7 @@ def uniform(seed: int, stream: int, count: int) -> npt.NDArray[np.float64]:
 _WORDS, _MIDDLE = 3, 12 * 32767.5
 
 
-mix_word = jit(_mix)
+mix_word: Any = jit(_mix)
 
 
 @jit

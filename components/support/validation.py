@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from typing import Any, TypeVar, get_args
 
@@ -150,15 +151,11 @@ def _fault(error: Any, place: Location, given: Any, model: type[BaseModel]) -> F
 def _place(loc: Location, given: Any) -> Location:
     """Return a location without the names that pydantic inserts for the alternatives of a union."""
     place = list(loc[:1])
-    given = given.get(loc[0]) if loc and isinstance(given, Mapping) else None
+    inner: Any = given.get(loc[0]) if loc and isinstance(given, Mapping) else None
     for part in loc[1:]:
-        if isinstance(given, Mapping):
-            is_there = part in given
-        else:
-            is_there = isinstance(given, list | tuple | np.ndarray) and isinstance(part, int) and part < len(given)
-        if is_there:
+        with suppress(TypeError, LookupError):
+            inner = inner[part]
             place.append(part)
-            given = given[part]
     return tuple(place)
 
 

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from scipy.optimize import brentq
@@ -60,7 +61,7 @@ def riemann_problem(left: Flow, right: Flow, gamma: float) -> RiemannSolution:
     high = max(left.pressure, right.pressure)
     while excess_velocity(high) < 0.0:
         high *= 2.0
-    pressure = brentq(excess_velocity, 0.0, high, xtol=1e-15 * high, rtol=1e-14)
+    pressure: Any = brentq(excess_velocity, 0.0, high, xtol=1e-15 * high, rtol=np.float64(1e-14))
     change = [_velocity_change(one, gamma, pressure) for one in (left, right)]
     velocity = 0.5 * (left.velocity + right.velocity) + 0.5 * (change[1] - change[0])
     return RiemannSolution(left, right, gamma, pressure, velocity)

@@ -8,6 +8,7 @@ Source: G. I. Taylor, Proc. R. Soc. A 200 (1950) 235.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from scipy.optimize import minimize_scalar
@@ -74,4 +75,5 @@ def fit_decay(times: FloatArray, excess: FloatArray) -> float:
         return float(((np.exp(-times / np.exp(logarithm)) - excess) ** 2).sum())
 
     bounds = (np.log(1e-3 * times[-1]), np.log(10.0 * times[-1]))
-    return float(np.exp(minimize_scalar(misfit, bounds=bounds, options={"xatol": 1e-9}).x))
+    found: Any = minimize_scalar(misfit, bounds=bounds, options={"xatol": 1e-9})
+    return float(np.exp(found.x))
