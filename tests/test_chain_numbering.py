@@ -81,7 +81,7 @@ def test_lists_of_stiffness_gap_and_losses_have_the_places_of_the_outputs() -> N
     given = {"contact_stiffness": [0.0, 1e9, 2e9, 3e9], "gap": [0.0, 1e-6, 0.0, 2e-6]}
     chain = ge.Chain(grains=3, right="plane", law={"name": "viscous", "dissipation": [0.0, 1.0, 2.0, 3.0]}, **given)
     assert chain.geometry.stiffness.tolist() == given["contact_stiffness"]
-    assert chain.geometry.law_constants.tolist() == [[0.0], [1.0], [2.0], [3.0]]
+    assert chain.geometry.law_constants[:, 0].tolist() == [0.0, 1.0, 2.0, 3.0]
     assert chain.get("overlap").tolist() == pytest.approx([0.0, -1e-6, 0.0, -2e-6], abs=1e-18)
     # What geometry says can be given again.
     again = ge.Chain(grains=3, right="plane", contact_stiffness=chain.geometry.stiffness)
