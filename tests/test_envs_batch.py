@@ -139,7 +139,6 @@ def test_make_vec_picks_the_batch() -> None:
         warnings.simplefilter("error")
         env = gymnasium.make_vec("granular_env/Protection-v1", num_envs=3, grains=5)
     assert isinstance(env.unwrapped, ComponentVectorEnv) and env.num_envs == 3
-    assert isinstance(env.unwrapped.single(0).task, ProtectionTask)
     assert env.metadata["autoreset_mode"] == AutoresetMode.NEXT_STEP
     observations, _ = env.reset(seed=1)
     assert env.observation_space.contains(observations) and observations.shape == (3, 18)
@@ -165,7 +164,6 @@ def test_what_environments_do_by_themselves_counts_in_the_batch(mode: AutoresetM
             env.step(np.zeros((2, 1)))
         env.single(1).reset()
     times = env.step(np.ones((2, 1)))[4]["time"]
-    step = env.single(0).duration
     assert times.tolist() == [step, step if mode == AutoresetMode.DISABLED else 0.0], "what is over is reset, not stepped"
 
 

@@ -4,7 +4,6 @@ from .policies import Constant, OpenLoop
 from .recording_wrapper import RecordEnv
 from .state import EnvState
 from .task import RowTask, Task
-from .task_check import check_task
 from .vector_environment import ComponentVectorEnv, make_batch
 
 __all__ = [
@@ -17,7 +16,6 @@ __all__ = [
     "RecordEnv",
     "RowTask",
     "Task",
-    "check_task",
     "environment_factory",
     "make_batch",
 ]

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from contextlib import AbstractContextManager
+from contextlib import ExitStack
 from os import PathLike
 from pathlib import Path
 from typing import Any, NoReturn
 
 import gymnasium
 
-from ..components.errors import ParameterError, one_line
+from ..components.errors import ParameterError
 from .environment import ComponentEnv
 
 
@@ -31,30 +31,24 @@ class RecordEnv(gymnasium.Wrapper, gymnasium.utils.RecordConstructorArgs):
         paths: the logs written so far.
 
     Raises:
-        ParameterError: there is no component inside `env`, or an option is not valid.
+        ParameterError: an option is not valid.
         LogError: the file cannot be written.
     """
 
     def __init__(self, env: gymnasium.Env[Any, Any], path: str | PathLike[str], **options: Any) -> None:
-        inner = env.unwrapped
-        if not isinstance(inner, ComponentEnv):
-            raise ParameterError(
-                f"got {one_line(env)}", expected="a ComponentEnv", hint="only a component can be recorded", at="env"
-            )
         gymnasium.utils.RecordConstructorArgs.__init__(self, path=path, **options)
         gymnasium.Wrapper.__init__(self, env)
-        self._component_env, self._path, self._options = inner, path, options
-        self._each_episode = inner.draws_component
-        self._recording: AbstractContextManager[Any] | None = None
+        self._inner: ComponentEnv = env.unwrapped  # type: ignore[assignment]
+        self._path, self._options, self._recording = Path(path), options, ExitStack()
         self.paths: list[Path] = []
-        if not self._each_episode:
+        if not self._inner.draws_component:
             self._begin()
 
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Any, dict[str, Any]]:
         """Start an episode; with a component of its own it begins a log of its own."""
-        if not self._each_episode:
+        if not self._inner.draws_component:
             return super().reset(seed=seed, options=options)
-        self._end()
+        self._recording.close()
         begun = super().reset(seed=seed, options=options)
         self._begin()
         return begun
@@ -62,7 +56,7 @@ class RecordEnv(gymnasium.Wrapper, gymnasium.utils.RecordConstructorArgs):
     def close(self) -> None:
         """Complete the log, then close the environment; a second call does nothing more."""
         try:
-            self._end()
+            self._recording.close()
         finally:
             super().close()
 
@@ -75,14 +69,6 @@ class RecordEnv(gymnasium.Wrapper, gymnasium.utils.RecordConstructorArgs):
     def _begin(self) -> None:
         from ..recording import record
 
-        path = Path(self._path)
-        if self.paths:
-            path = path.with_name(f"{path.stem}-{len(self.paths) + 1}{path.suffix}")
-        self._recording = record(self._component_env.component, path, **self._options)
-        self.recorder = self._recording.__enter__()
-        self.paths.append(path)
-
-    def _end(self) -> None:
-        recording, self._recording = self._recording, None
-        if recording is not None:
-            recording.__exit__(None, None, None)
+        number = f"-{len(self.paths) + 1}" if self.paths else ""
+        self.paths.append(self._path.with_name(f"{self._path.stem}{number}{self._path.suffix}"))
+        self.recorder = self._recording.enter_context(record(self._inner.component, self.paths[-1], **self._options))
