@@ -175,7 +175,7 @@ def write_picture(name: str, path: Path) -> None:
 
 def palette_strip() -> np.ndarray:
     """Return a picture that holds the colours of all others in equal parts: paper, ink, and blue to red; shape (8, n, 3)."""
-    velocities = np.array(rendering._colours(np.linspace(-1.0, 1.0, 25) ** 3), dtype=np.uint8)
+    velocities = np.array(rendering.colours_of(np.linspace(-1.0, 1.0, 25) ** 3), dtype=np.uint8)
     greys = np.linspace(0, 255, 12).astype(np.uint8)[:, None].repeat(3, axis=1)
     colours = np.concatenate([velocities, velocities // 2, greys])
     return np.broadcast_to(colours, (8, *colours.shape)).copy()

@@ -66,7 +66,7 @@ class Actuator:
             self.driven.append(Driven(element, scale, slice(begin, end), shape))
         self.size = end
         self.scales = np.repeat([one.scale for one in self.driven], [one.part.stop - one.part.start for one in self.driven])
-        self.lowest = task.lowest_action
+        self._low, self._high = np.full(end, task.lowest_action), np.ones(end)
         self.rate = math.inf if action_rate is None else finite_number("action_rate", action_rate)
         if self.rate <= 0.0:
             raise ParameterError(f"got {self.rate:g}", expected="more than 0, or None for no limit", at="action_rate")
@@ -82,7 +82,7 @@ class Actuator:
 
     def act(self, actions: FloatArray, memory: FloatArray) -> FloatArray:
         """Return the memory after a control step with some actions, shape (..., entries)."""
-        commands = np.minimum(np.maximum(actions, self.lowest), 1.0)
+        commands = np.minimum(np.maximum(actions, self._low), self._high)
         if self.rate < math.inf:
             newest = memory[..., : self.size]
             commands = np.minimum(np.maximum(commands, newest - self.rate), newest + self.rate)

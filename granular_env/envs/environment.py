@@ -4,9 +4,7 @@ from __future__ import annotations
 
 import copy
 import math
-import os
 from collections.abc import Callable, Mapping
-from contextlib import closing
 from typing import Any, Self, SupportsFloat
 
 import gymnasium
@@ -22,7 +20,7 @@ from ..domains import domain_of
 from .actuator import Actuator
 from .randomization import Randomization, info_of_draws, redrawn
 from .sensors import Sensors
-from .state import COMMANDS, ELAPSED, RUNNING, SEED, Drawn, EnvState, EpisodeOrigin, make_generator, random_state
+from .state import COMMANDS, ELAPSED, RUNNING, SEED, Drawn, EnvState, EpisodeOrigin
 from .task import RowTask, Task
 
 Observation = npt.NDArray[np.float32]
@@ -77,8 +75,9 @@ class ComponentEnv(gymnasium.Env[Observation, npt.NDArray[np.float32]]):
       less.
     * `render_mode` (None): None or "rgb_array".
 
-    `reset(options={"velocity": {0: 5.0}})` gives start values, as `Component.reset` takes them. `copy.deepcopy`, pickle and
-    cloudpickle give an independent environment that continues with the same bits; a recording stays with the original.
+    `reset(options={"velocity": {0: 5.0}})` gives start values, as `Component.reset` takes them; `{"snapshot": state}` continues
+    from a state of the component, such as `granular_env.open_log(path).branch(at).component.save()`. `copy.deepcopy`, pickle
+    and cloudpickle give an independent environment that continues with the same bits; a recording stays with the original.
     """
 
     metadata: dict[str, Any] = {"render_modes": ["rgb_array"], "render_fps": 30}  # noqa: RUF012
@@ -110,9 +109,6 @@ class ComponentEnv(gymnasium.Env[Observation, npt.NDArray[np.float32]]):
         self.internal_steps = whole_number("internal_steps", internal_steps)
         self.deadline = math.inf if deadline is None else whole_number("deadline", deadline)
         self.hold = whole_number("hold", hold)
-        if self.hold > self.deadline:
-            expected = f"at most the deadline of {self.deadline} control steps"
-            raise ParameterError(f"got {self.hold}", expected=expected, at="hold")
         self.step_error_reward = finite_number("step_error_reward", step_error_reward)
         self.duration = self.internal_steps * component.step_size
         self._acting = action_rate, control_delay
@@ -127,8 +123,6 @@ class ComponentEnv(gymnasium.Env[Observation, npt.NDArray[np.float32]]):
         self.memory: FloatArray = np.zeros(COMMANDS + self.actuator.memory_size)
         self.bind()
         self.randomization = Randomization(randomise, component)
-        for drawn in self.randomization.ends():  # values that cannot be are refused now, not in some later episode
-            self._redraw(drawn)
 
     def _fit(self) -> None:
         """Take the parts that depend on the component and its task."""
@@ -168,16 +162,26 @@ class ComponentEnv(gymnasium.Env[Observation, npt.NDArray[np.float32]]):
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Observation, dict[str, Any]]:
         """Start an episode; see the class.
 
+        Args:
+            seed: decides what is drawn.
+            options: start values; or "snapshot": the state that the component continues from, such as one of a log.
+
         Raises:
-            ParameterError: a start value in `options` is not valid.
+            ParameterError: an option is not valid.
         """
         super().reset(seed=seed)
-        ready = self._redraw(self.randomization.draw(self.np_random))
-        start, goal = self._start(ready[1], options)
+        component, task, drawn = self._redraw(self.randomization.draw(self.np_random))
+        start, goal = self.randomization.add_starts(task.start(self.np_random), self.np_random), np.zeros(0)
+        given = dict(options or {})
+        if isinstance(task, RowTask):
+            goal = task.given_goal(given.pop("goal")) if "goal" in given else task.goal(self.np_random)
         number = int(self.np_random.integers(2**31))
-        # Start values that are not valid are refused before anything is replaced.
-        ready[0].reset(seed=number, **start)
-        self._take(ready)
+        # What is not valid is refused before anything is replaced.
+        if "snapshot" in given:
+            component.restore(given["snapshot"])
+        else:
+            component.reset(seed=number, **{**start, **given})
+        self._take((component, task, drawn))
         self._begin(number, goal)
         return self.observe()
 
@@ -205,8 +209,8 @@ class ComponentEnv(gymnasium.Env[Observation, npt.NDArray[np.float32]]):
             self._commands[:] = commands
             memory[ELAPSED] += 1.0
             seen = self._see()
-            if isinstance(task, RowTask):
-                reward, over = task.judge_rows(self._rows, task.constants, task.counters, memory[ELAPSED])
+            if self._rows is not None:
+                reward, over = task.judge_rows(self._rows, task.constants, task.counters, memory[ELAPSED])  # type: ignore
             else:
                 reward, over = task.judge(self.component, seen, self.duration)
             task.counters = {name: float(value) for name, value in task.counters.items()}
@@ -216,7 +220,7 @@ class ComponentEnv(gymnasium.Env[Observation, npt.NDArray[np.float32]]):
                 break
         # An agent that has seen the end come has reached it.
         terminated = bool(over or (late and self.clock > 0))
-        return self._observation(), total, terminated, late and not terminated, self._info(seen, inputs)
+        return self._observation(seen), total, terminated, late and not terminated, self._info(seen, inputs)
 
     def render(self) -> npt.NDArray[np.uint8] | None:  # type: ignore[override]
         """Return a picture of the present state, shape (360, 960, 3), with what is wanted of it; None without a mode."""
@@ -230,12 +234,13 @@ class ComponentEnv(gymnasium.Env[Observation, npt.NDArray[np.float32]]):
 
     def observe(self) -> tuple[Observation, dict[str, Any]]:
         """Return the present observation and info, as `reset` gives them; after `restore`, for instance."""
-        return self._observation(), self._info(self._see(), self.actuator.inputs(self._commands))
+        seen = self._see()
+        return self._observation(seen), self._info(seen, self.actuator.inputs(self._commands))
 
     def save(self) -> EnvState:
         """Return everything that changes in an episode; restoring it gives the same bits from there on."""
         if self._origin is None:
-            self._origin = EpisodeOrigin(self.task.name, random_state(self.np_random), self.drawn)
+            self._origin = EpisodeOrigin(self.task.name, self.np_random.bit_generator.state, self.drawn)
         return EnvState(self.component.save(), bytes(self._bytes), dict(self.task.counters), self._origin)
 
     def restore(self, state: EnvState) -> None:
@@ -244,61 +249,17 @@ class ComponentEnv(gymnasium.Env[Observation, npt.NDArray[np.float32]]):
         Raises:
             ParameterError: the state belongs to another component or task; nothing has changed.
         """
-        if state.__class__ is EnvState and state.origin is self._origin:
-            # One of the present episode, as a tree search restores them: nothing else is to be compared.
-            self.component.restore(state.snapshot)
-        else:
-            ready = self.refuse_foreign(state)
-            ready[0].restore(state.snapshot)
-            self._take(ready)
-            self._np_random, self._origin = make_generator(state.origin.random), state.origin
-        self._bytes[:], self.task.counters = state.memory, dict(state.counters)
-
-    def refuse_foreign(self, state: EnvState) -> Ready:
-        """Raise what `restore` would raise for this state, and change nothing; return the component that continues from it."""
         if state.__class__ is not EnvState or state.origin.task != self.task.name:
             expected = f"what save() of an environment of {self.task.name!r} gave"
             raise ParameterError(f"got {one_line(state)}", expected=expected, at="state")
         if len(state.memory) != self.memory.nbytes:
             raise ParameterError("it was saved by an environment with another control_delay", at="state")
         ready = self._redraw(state.origin.drawn)
-        ready[0].refuse_foreign(state.snapshot)
-        return ready
-
-    def branch(
-        self, log: str | os.PathLike[str], at: float, *, seed: int | None = None, options: dict[str, Any] | None = None
-    ) -> tuple[Observation, dict[str, Any]]:
-        """Start an episode at an instant of a recorded log: the component continues from there, the task begins its episode.
-
-        Args:
-            log: path of a log whose component has this one's parameters.
-            at: time of the log [s]; a time between two internal steps is moved to the nearest.
-            seed: as for `reset`.
-            options: as for `reset`, but for start values.
-
-        Raises:
-            ParameterError: the log's component has other parameters, or the time is outside of the log; nothing has changed.
-            LogError: it is no log, or cannot be re-run.
-        """
-        from ..recording import open_log
-
-        with closing(open_log(log, components={self.component.name: type(self.component)})) as opened:
-            recorded, ready = opened.rebuilt(), (self.component, self.task, self.drawn)
-            if recorded.name == self.component.name and self.draws_component:
-                values: dict[str, Any] = recorded.parameters.model_dump()  # type: ignore[attr-defined]
-                ready = self._redraw({name: values[name] for name in self.randomization.parameters})
-            if recorded.identity != ready[0].identity:
-                difference = _difference(ready[0], recorded)
-                raise ParameterError(difference, hint="make the environment so", source=f"log {str(opened.path)!r}")
-            snapshot = opened.branch(at).component.save()
-        if start := set(options or {}) - {"goal"}:
-            raise ParameterError(f"got {', '.join(sorted(start))}, but the log gives the start", at="options")
-        super().reset(seed=seed)
-        _, goal = self._start(ready[1], options)
-        ready[0].restore(snapshot)
-        self._take(ready)
-        self._begin(int(self.np_random.integers(2**31)), goal)
-        return self.observe()
+        ready[0].restore(state.snapshot)
+        if state.origin is not self._origin:
+            self._take(ready)
+            self.np_random.bit_generator.state, self._origin = state.origin.random, state.origin
+        self._bytes[:], self.task.counters = state.memory, dict(state.counters)
 
     # -- details ----------------------------------------------------------------------------------------------------
 
@@ -331,14 +292,6 @@ class ComponentEnv(gymnasium.Env[Observation, npt.NDArray[np.float32]]):
             self._fit()
             self.bind()
 
-    def _start(self, task: Task, options: Mapping[str, Any] | None) -> tuple[dict[str, Any], FloatArray]:
-        """Return the start values of an episode, and its goal; both may draw random numbers."""
-        start, goal = self.randomization.add_starts(task.start(self.np_random), self.np_random), np.zeros(0)
-        given = dict(options or {})
-        if isinstance(task, RowTask):
-            goal = task.given_goal(given.pop("goal")) if "goal" in given else task.goal(self.np_random)
-        return {**start, **given}, goal
-
     def _begin(self, seed: int, goal: FloatArray) -> None:
         """Begin an episode; the component has its start state."""
         memory = self.memory
@@ -358,17 +311,19 @@ class ComponentEnv(gymnasium.Env[Observation, npt.NDArray[np.float32]]):
             return {}
         return {name: element.of(self.component.get(element.name)) for name, element in self._elements}
 
-    def _observation(self) -> Observation:
-        goal = [self.task.counters[name] / scale for name, scale in self.sensors.goal.items()]
-        return self.sensors.observe(self._read, self._row, np.array([goal]))[0]
+    def _observation(self, seen: Mapping[str, Any]) -> Observation:
 
-    def _read(self, name: str) -> FloatArray:
-        """Return an output with a leading axis."""
-        return np.asarray(self.component.peek(name), dtype=np.float64)[None]
+        def read(name: str) -> FloatArray:
+            value = seen[name] if name in seen else self.component.get(name)
+            return np.asarray(value, dtype=np.float64)[None]
+
+        goal = [self.task.counters[name] / scale for name, scale in self.sensors.goal.items()]
+        return self.sensors.observe(read, self._row, goal)[0]
 
     def _info(self, seen: Mapping[str, Any], inputs: Mapping[str, Any]) -> dict[str, Any]:
         shown = {} if self.info == "brief" else seen
-        return {"time": self.component.time, **shown, **inputs, **self.task.counters, **info_of_draws(self.drawn)}
+        info = {"time": self.component.time, **shown, **inputs, **self.task.counters}
+        return info | info_of_draws(self.drawn) if self.drawn else info
 
 
 def validate_actions(actions: npt.ArrayLike, shape: tuple[int, ...], at: str) -> FloatArray:
@@ -385,12 +340,3 @@ def validate_actions(actions: npt.ArrayLike, shape: tuple[int, ...], at: str) ->
         place = np.argwhere(~np.isfinite(numbers))[0].tolist()
         raise ParameterError(f"got {numbers[tuple(place)]}", expected="a number from -1 to 1", at=(at, *place))
     return numbers
-
-
-def _difference(component: Component, recorded: Component) -> str:
-    if recorded.name != component.name:
-        return f"it was recorded from {recorded.name!r}, this environment has {component.name!r}"
-    theirs, ours = (one.parameters.model_dump(mode="json") for one in (recorded, component))  # type: ignore[attr-defined]
-    differ = [name for name in theirs if theirs[name] != ours.get(name)]
-    words = (f"{name} is {one_line(theirs[name], 40)} there and {one_line(ours.get(name), 40)} here" for name in differ[:5])
-    return "; ".join(words) or f"it was recorded from another version of {component.name!r}"

@@ -64,14 +64,6 @@ class Randomization:
         low, high = bounds
         return int(random.integers(low, high + 1)) if name in self._whole else low + (high - low) * float(random.random())
 
-    def ends(self) -> list[Drawn]:
-        """Return the parameters at the lower and at the upper ends of their ranges; none where nothing is drawn."""
-        ends = (0, 1) if self.parameters else ()
-        return [
-            {name: {**one, "seed": 0} if isinstance(one, dict) else one[end] for name, one in self.parameters.items()}
-            for end in ends
-        ]
-
     def add_starts(self, start: Mapping[str, Any], random: Generator) -> dict[str, Any]:
         """Return a task's start values with those drawn, which count more."""
         found = dict(start)

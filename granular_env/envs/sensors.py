@@ -85,45 +85,28 @@ class Sensors:
         high = np.append(high, np.ones(self.clock, np.float32))
         self.space = gymnasium.spaces.Box(-high, high, dtype=np.float32)
 
-    def observe(self, read: Callable[[str], Any], memories: FloatArray, goals: FloatArray) -> npt.NDArray[np.float32]:
+    def observe(self, read: Callable[[str], Any], memories: FloatArray, goals: npt.ArrayLike) -> npt.NDArray[np.float32]:
         """Return observations, one row for each environment.
 
         Args:
             read: gives an output by name, with a leading axis.
             memories: of the environments, see `EnvState`.
-            goals: in units of their scales, shape (environments, goal).
+            goals: in units of their scales, shape (environments, goal), or (goal,) for one environment.
         """
-        count = len(memories)
-        seen = np.empty((count, *self.space.shape), np.float32)
+        seen = np.empty((len(memories), self.size + len(self.goal) + self.clock), np.float32)
         limit = math.inf if self.noise else self.limit  # noise comes before the clipping
         for name, index, place, scale in self.readings:
             value = read(name)
             chosen = value if index is None else value[:, *index]
-            _scale(chosen if chosen.ndim == 2 else chosen.reshape(count, -1), 1.0 / scale, limit, seen[:, place])
+            _scale(chosen if chosen.ndim == 2 else chosen.reshape(len(seen), -1), 1.0 / scale, limit, seen[:, place])
         if self.noise:
             seeds, elapsed = memories[:, SEED].astype(np.int64), memories[:, ELAPSED].astype(np.int64)
             _blur(seen[:, : self.size], self.noise, self.limit, seeds, elapsed)
-        if end := len(self.goal):
-            seen[:, self.size : self.size + end] = np.clip(goals, -self.limit, self.limit)
+        if self.goal:
+            seen[:, self.size : self.size + len(self.goal)] = np.clip(goals, -self.limit, self.limit)
         if self.clock:
             seen[:, -self.clock :] = clock_readings(memories[:, ELAPSED], self.deadline, self.clock)
         return seen
-
-    def rows(self, component: Component) -> Iterator[tuple[int, int, str, str]]:
-        """Yield first and last index of each part of an observation, what it shows, and what an entry of 1 stands for."""
-        for name, index, place, scale in self.readings:
-            variable = component.variables[name]
-            where = f" of every {variable.axes[0]}" if variable.axes else ""
-            if index is not None:
-                places = np.ravel(np.arange(variable.shape[0])[index[0]] if len(index) == 1 else index)
-                where = f" at {', '.join(map(str, places))}"
-            elif len(variable.shape) > 1:
-                where += f", {' x '.join(map(str, variable.shape))} numbers"
-            yield place.start, place.stop - 1, f"`{name}`{where}", f"{scale:.6g} {variable.unit}".removesuffix(" 1")
-        for place, (name, scale) in enumerate(self.goal.items(), self.size):
-            yield place, place, f"`{name}` of the goal", f"{scale:.6g}"
-        for k, place in enumerate(range(self.space.shape[0] - self.clock, self.space.shape[0]), 1):
-            yield place, place, f"clock: cos({'' if k == 1 else f'{k} '}pi t / T)", "1"
 
 
 def _choose(observe: Any, component: Component, task: Task) -> Iterator[tuple[str, Any, float]]:

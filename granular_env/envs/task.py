@@ -5,7 +5,6 @@ A task knows a component by its contract, and knows nothing of Gymnasium. Tasks 
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from types import MappingProxyType
 from typing import Any, ClassVar
@@ -26,7 +25,7 @@ Seen = Mapping[str, npt.NDArray[np.float64]]
 """The observed outputs, unscaled, name -> value."""
 
 
-class Task(ABC):
+class Task:
     """Base of every task.
 
     Attributes:
@@ -60,13 +59,12 @@ class Task(ABC):
         """Return the inputs of a control step, from those that the action drives; the default is these."""
         return driven
 
-    @abstractmethod
     def begin(self, component: Component, seen: Seen) -> None:
-        """Set the counters at the start of an episode."""
+        """Set the counters at the start of an episode; there are none before."""
 
-    @abstractmethod
     def judge(self, component: Component, seen: Seen, duration: float) -> tuple[float, bool]:
         """Return the reward of a control step that lasted `duration` [s], and whether the episode has reached its end."""
+        raise NotImplementedError(f"task {self.name!r} has no judge")
 
     def objective(self, component: Any, steps: int) -> Any:
         """Return the smooth counterpart of minus the return over `steps` control steps, for gradients.
@@ -77,7 +75,10 @@ class Task(ABC):
         Raises:
             ParameterError: this task has none.
         """
-        raise no_objective(self)
+        raise ParameterError(
+            f"task {self.name!r} has no objective with a gradient",
+            hint=f"use a method that needs none; components with gradients: {gradient_domains()}",
+        )
 
     def wanted(self, elapsed: int) -> FloatArray | None:
         """Return the wanted value of each particle's coloured quantity after `elapsed` control steps, for pictures, or None."""
@@ -111,13 +112,13 @@ class RowTask(Task):
         """Return the counters that hold the goal."""
         return self.counter_names[: len(self.goal_scales)]
 
-    @abstractmethod
     def begin_rows(self, rows: Any, constants: Any, counters: dict[str, Any]) -> None:
         """Set the counters at the start of episodes; they are 0 before, but for a goal."""
+        raise NotImplementedError(f"task {self.name!r} has no begin_rows")
 
-    @abstractmethod
     def judge_rows(self, rows: Any, constants: Any, counters: dict[str, Any], elapsed: Any) -> tuple[Any, Any]:
         """Return the rewards of a control step, and which episodes have reached their end; False for none."""
+        raise NotImplementedError(f"task {self.name!r} has no judge_rows")
 
     def goal(self, random: Generator) -> FloatArray:
         """Return the goal of an episode, as many numbers as `goal_scales`; drawn after `start`."""
@@ -130,13 +131,6 @@ class RowTask(Task):
             ParameterError: it is no goal, or this task has none.
         """
         raise ParameterError(f"task {self.name!r} draws no goal, and takes none", at="options.goal")
-
-    def begin(self, component: Component, seen: Seen) -> None:
-        """Do nothing: environments call `begin_rows`."""
-
-    def judge(self, component: Component, seen: Seen, duration: float) -> tuple[float, bool]:
-        """Refuse: environments call `judge_rows`."""
-        raise ParameterError(f"task {self.name!r} judges rows", hint="call judge_rows", at="judge")
 
 
 def stack_constants(constants: list[Any]) -> Any:
@@ -162,11 +156,3 @@ def element_scales(what: str, scales: Mapping[str, float], component: Component,
             raise error.within(what, str(name)) from None
         checked.append((element, positive_number((what, name), scale)))
     return checked
-
-
-def no_objective(task: Task) -> ParameterError:
-    """Return the error for a task without gradients."""
-    return ParameterError(
-        f"task {task.name!r} has no objective with a gradient",
-        hint=f"use a method that needs none; components with gradients: {gradient_domains()}",
-    )

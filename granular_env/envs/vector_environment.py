@@ -9,8 +9,7 @@ from typing import Any, cast
 
 import numpy as np
 import numpy.typing as npt
-from gymnasium.vector import AutoresetMode, SyncVectorEnv, VectorEnv
-from gymnasium.vector.utils import batch_space
+from gymnasium.vector import AutoresetMode, SyncVectorEnv
 
 from ..components.errors import ParameterError, one_line
 from ..components.support.validation import whole_number
@@ -21,7 +20,6 @@ from .randomization import info_of_draws
 from .state import COMMANDS, ELAPSED, RUNNING, EnvState
 from .task import RowTask, stack_constants
 
-Observations = npt.NDArray[np.float32]
 Infos = dict[str, Any]
 
 
@@ -32,7 +30,7 @@ def make_batch(
     autoreset_mode: str | AutoresetMode = AutoresetMode.NEXT_STEP,
     info: str = "brief",
     **arguments: Any,
-) -> VectorEnv[Any, Any, Any]:
+) -> SyncVectorEnv:
     """Return a batch of environments: native where the task judges rows, Gymnasium's `SyncVectorEnv` otherwise.
 
     Args:
@@ -42,14 +40,14 @@ def make_batch(
         info: "brief" or "full", as for the single environment.
         **arguments: of the single environment.
     """
-    make, mode = partial(environment, info=info, **arguments), AutoresetMode(autoreset_mode)
+    make, count = partial(environment, info=info, **arguments), whole_number("num_envs", num_envs)
     first = make()
     if isinstance(first.task, RowTask):
-        return ComponentVectorEnv(first, num_envs, autoreset_mode=mode)
-    return SyncVectorEnv([make] * whole_number("num_envs", num_envs), autoreset_mode=mode)
+        return ComponentVectorEnv(first, count, autoreset_mode=autoreset_mode)
+    return SyncVectorEnv([make] * count, autoreset_mode=autoreset_mode)
 
 
-class ComponentVectorEnv(VectorEnv[Observations, npt.NDArray[np.float32], np.ndarray]):
+class ComponentVectorEnv(SyncVectorEnv):
     """Many environments whose task judges rows side by side, advanced by one call of compiled code.
 
     `gymnasium.make_vec("granular_env/Protection-v1", num_envs=256)` makes one. It gives what `SyncVectorEnv` of the single
@@ -63,6 +61,8 @@ class ComponentVectorEnv(VectorEnv[Observations, npt.NDArray[np.float32], np.nda
             those that have ended.
     """
 
+    envs: list[ComponentEnv]  # type: ignore[assignment]
+
     def __init__(
         self,
         environment: ComponentEnv,
@@ -70,137 +70,113 @@ class ComponentVectorEnv(VectorEnv[Observations, npt.NDArray[np.float32], np.nda
         *,
         autoreset_mode: str | AutoresetMode = AutoresetMode.NEXT_STEP,
     ) -> None:
-        self.num_envs, self.autoreset_mode = whole_number("num_envs", num_envs), AutoresetMode(autoreset_mode)
-        self.render_mode = environment.render_mode
-        self.metadata = {**environment.metadata, "autoreset_mode": self.autoreset_mode}
-        self.single_action_space, self.single_observation_space = environment.action_space, environment.observation_space
-        self.action_space = batch_space(self.single_action_space, self.num_envs)
-        self.observation_space = batch_space(self.single_observation_space, self.num_envs)
-        self._begun = False
-        self._gather([environment, *(environment.twin() for _ in range(self.num_envs - 1))])
+        super().__init__([lambda: environment, *[environment.twin] * (num_envs - 1)], autoreset_mode=autoreset_mode)
+        self.env_fns = ()
+        self._gather()
 
-    def _gather(self, singles: list[ComponentEnv]) -> None:
+    def _gather(self) -> None:
         """Let the memories of the environments, and their components, lie in arrays of the batch."""
-        first = singles[0]
-        self._singles, self._task = singles, cast(RowTask, copy.copy(first.task))
-        self._memories = np.stack([one.memory for one in singles])
+        first = self.envs[0]
+        self._task = cast(RowTask, copy.copy(first.task))
+        self._memories = np.stack([one.memory for one in self.envs])
         self._commands = self._memories[:, COMMANDS:]
-        # Every counter is a column.
         self._counters = np.zeros((len(self._task.counter_names), self.num_envs))
-        self._rows: Any = domain_of(first.component.name).load("rows")([one.component for one in singles], together=True)
-        for k, one in enumerate(singles):
+        self._rows: Any = domain_of(first.component.name).load("rows")([one.component for one in self.envs], together=True)
+        for k, one in enumerate(self.envs):
             one.memory, one.component = self._memories[k], self._rows.components[k]
             one.bind()
-        self._take_back(range(self.num_envs))
         self._stack()
+        self._take_back()
 
     def _stack(self) -> None:
         """Lay the numbers of the tasks side by side, which depend on the component."""
-        tasks = [cast(RowTask, one.task) for one in self._singles]
+        tasks = [cast(RowTask, one.task) for one in self.envs]
         self._constants = stack_constants([task.constants for task in tasks])
         self._goal_scales = np.array([task.goal_scales for task in tasks], dtype=np.float64)
 
-    def _one(self, k: int) -> ComponentEnv:
-        """Return environment k as the batch has left it."""
-        self._rows.hand_out(k)
-        one = self._singles[k]
-        one.task.counters = dict(zip(self._task.counter_names, self._counters[:, k].tolist(), strict=True))
-        return one
+    def _hand_out(self, numbers: Iterable[int] | None = None) -> list[ComponentEnv]:
+        """Return environments as the batch has left them, all by default."""
+        chosen = range(self.num_envs) if numbers is None else list(numbers)
+        for k in chosen:
+            self._rows.hand_out(k)
+            self.envs[k].task.counters = dict(zip(self._task.counter_names, self._counters[:, k].tolist(), strict=True))
+        return [self.envs[k] for k in chosen]
 
-    def _take_back(self, numbers: Iterable[int]) -> None:
-        """Continue from what environments did one by one: they were reset or restored, and may have another component."""
-        drawn = False
-        for k in numbers:
-            one = self._singles[k]
+    def _take_back(self, numbers: Iterable[int] | None = None) -> None:
+        """Continue from what environments did one by one, all by default; they may have another component."""
+        is_redrawn = False
+        for k in range(self.num_envs) if numbers is None else numbers:
+            one = self.envs[k]
             if one.component is not self._rows.components[k]:
-                one.component, drawn = self._rows.adopt(k, one.component), True
+                one.component, is_redrawn = self._rows.adopt(k, one.component), True
                 one.bind()
             self._rows.take_back(k)
             self._counters[:, k] = [one.task.counters.get(name, 0.0) for name in self._task.counter_names]
-        if drawn:
+        if is_redrawn:
             self._stack()
 
     def __getstate__(self) -> dict[str, Any]:
         """Keep the single environments, from which `_gather` makes the rest."""
-        singles = [self._one(k) for k in range(self.num_envs)]
-        made = ("_task", "_memories", "_counters", "_commands", "_rows", "_constants", "_goal_scales")
-        return {name: value for name, value in vars(self).items() if name not in made} | {"_singles": singles}
+        self._hand_out()
+        made = ("_task", "_memories", "_commands", "_counters", "_rows", "_constants", "_goal_scales")
+        return {name: value for name, value in vars(self).items() if name not in made}
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         vars(self).update(state)
-        self._gather(self._singles)
+        self._gather()
 
     # -- Gymnasium --------------------------------------------------------------------------------------------------
 
-    def reset(  # type: ignore[override]
-        self, *, seed: int | Sequence[int | None] | None = None, options: dict[str, Any] | None = None
-    ) -> tuple[Observations, Infos]:
-        """Start episodes in all environments, or in those of `options["reset_mask"]`; other options are start values.
+    def reset(self, *, seed: Any = None, options: dict[str, Any] | None = None) -> tuple[npt.NDArray[np.float32], Infos]:
+        """Start episodes in all environments, or in those of `options["reset_mask"]`.
 
         Args:
             seed: environment i gets seed + i, or the i-th of a list.
             options: as for the single environment.
-
-        Raises:
-            ParameterError: a seed, an option or the mask is not valid.
         """
-        seeds = [None if seed is None else seed + k for k in range(self.num_envs)] if np.ndim(seed) == 0 else list(seed)  # type: ignore
-        if len(seeds) != self.num_envs:
-            raise ParameterError(f"got {len(seeds)}", expected=f"a whole number, or {self.num_envs} in a list", at="seed")
-        given = dict(options or {})
-        mask = np.asarray(given.pop("reset_mask", np.ones(self.num_envs, np.bool_)))
-        if mask.dtype != np.bool_ or mask.shape != (self.num_envs,):
-            expected = f"{self.num_envs} truth values in an array"
-            raise ParameterError(f"got {one_line(mask)}", expected=expected, at="options.reset_mask")
-        chosen = np.flatnonzero(mask).tolist()
-        for k in chosen:
-            self._singles[k].reset(seed=seeds[k], options=given)
-        self._take_back(chosen)
-        self._begun = True
-        return self._observations(), self._infos(mask)
+        self._hand_out()
+        _, infos = super().reset(seed=seed, options=options)
+        self._take_back()
+        return self._observations_now(), infos
 
-    def step(self, actions: npt.ArrayLike) -> tuple[Observations, np.ndarray, np.ndarray, np.ndarray, Infos]:
+    def step(self, actions: npt.ArrayLike) -> tuple[npt.NDArray[np.float32], np.ndarray, np.ndarray, np.ndarray, Infos]:  # type: ignore[override]
         """Advance all environments by one action; those that have ended are treated as `autoreset_mode` says.
 
         Raises:
-            ParameterError: the actions are none, or an environment's episode is over with autoreset disabled.
+            ParameterError: the actions are none, or an environment's episode is over, or has not begun, and is not to be reset.
         """
         wished = validate_actions(actions, cast(tuple[int, ...], self.action_space.shape), "actions")
-        if not self._begun:
-            raise ParameterError("no episode has begun", hint="call reset() first", at="step")
-        begin = self._memories[:, RUNNING] == 0.0
-        if begin.any() and self.autoreset_mode == AutoresetMode.DISABLED:
-            over = np.flatnonzero(begin).tolist()
-            came = f"the episodes of environments {one_line(over)} are over, and autoreset is disabled"
-            raise ParameterError(came, hint='call reset(options={"reset_mask": mask}) first', at="step")
-        rewards, terminated, truncated, errors = self._advance(wished, ~begin)
-        observations, final = self._observations(), Infos()
+        begin = self._autoreset_envs & (self.autoreset_mode == AutoresetMode.NEXT_STEP)
+        moving = self._memories[:, RUNNING] != 0.0
+        if over := np.flatnonzero(~moving & ~begin).tolist():
+            came = f"the episodes of environments {one_line(over)} are over or have not begun"
+            raise ParameterError(came, hint="reset them first", at="step")
+        rewards, terminated, truncated, errors = self._advance(wished, moving)
+        self._autoreset_envs = terminated | truncated
+        observations, infos = self._observations_now(), Infos()
         if self.autoreset_mode == AutoresetMode.SAME_STEP:
-            ended = terminated | truncated
-            for k in np.flatnonzero(ended).tolist():
-                info = {**self._one(k).observe()[1], **errors.pop(k, {})}
-                final = self._add_info(final, {"final_obs": observations[k].copy(), "final_info": info}, k)
-            begin = begin | ended
-        renewed = np.flatnonzero(begin).tolist()
-        for k in renewed:
-            observations[k], _ = self._singles[k].reset()
-        self._take_back(renewed)
-        infos = {**final, **self._infos()}
+            begin = self._autoreset_envs
+            for k, one in zip(np.flatnonzero(begin).tolist(), self._hand_out(np.flatnonzero(begin)), strict=True):
+                info = {**one.observe()[1], **errors.pop(k, {})}
+                infos = self._add_info(infos, {"final_obs": observations[k].copy(), "final_info": info}, k)
+        for k in np.flatnonzero(begin).tolist():
+            observations[k], _ = self.envs[k].reset()
+        self._take_back(np.flatnonzero(begin).tolist())
+        infos |= self._infos()
         for k, error in errors.items():
             infos = self._add_info(infos, error, k)
         return observations, rewards, terminated, truncated, infos
 
     def _advance(self, wished: np.ndarray, moving: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, dict[int, Infos]]:
         """Act, advance and judge as `ComponentEnv.step` does, with the same bits; return also the errors of refused steps."""
-        first, memories = self._singles[0], self._memories
+        first, memories = self.envs[0], self._memories
         rewards, over, late = np.zeros(self.num_envs), np.zeros_like(moving), np.zeros_like(moving)
         errors: dict[int, Infos] = {}
         for _ in range(first.hold):
             commands = first.actuator.act(wished, self._commands)
-            refused = self._rows.advance(first.actuator.inputs(commands), first.internal_steps, moving)
-            for k, message in refused.items():
+            for k, message in self._rows.advance(first.actuator.inputs(commands), first.internal_steps, moving).items():
                 errors[k], over[k], moving[k] = {"step_error": message}, True, False
-                rewards[k] += first.step_error_reward
+                rewards[k] += self.envs[k].step_error_reward
             memories[:, ELAPSED] += moving
             counters = self._named_counters()
             gains, done = self._task.judge_rows(self._rows, self._constants, counters, memories[:, ELAPSED])
@@ -217,80 +193,64 @@ class ComponentVectorEnv(VectorEnv[Observations, npt.NDArray[np.float32], np.nda
         terminated = over | late if first.clock else over
         return rewards, terminated, late & ~terminated, errors
 
-    def render(self) -> tuple[Any, ...] | None:
-        """Return the present state of each environment as a picture; None without a render mode."""
-        return None if self.render_mode is None else self.call("render")
+    def call(self, name: str, *args: Any, **kwargs: Any) -> tuple[Any, ...]:
+        """Return an attribute of every environment, or the result of its call, in a tuple."""
+        self._hand_out()
+        found = super().call(name, *args, **kwargs)
+        self._take_back()
+        return found
 
-    def call(self, name: str, *arguments: Any, **keywords: Any) -> tuple[Any, ...]:
-        """Return an attribute of every environment, or the result of its call; for what changes no environment."""
-        found = [getattr(self._one(k), name) for k in range(self.num_envs)]
-        return tuple(each(*arguments, **keywords) if callable(each) else each for each in found)
-
-    def get_attr(self, name: str) -> tuple[Any, ...]:
-        """Return an attribute of every environment."""
-        return self.call(name)
+    def render(self) -> tuple[Any, ...]:
+        """Return the present state of each environment as a picture."""
+        return self.call("render")
 
     # -- mid-episode ------------------------------------------------------------------------------------------------
 
     def save(self, environments: Iterable[int] | None = None) -> list[EnvState]:
         """Return the states of the environments with these numbers, or of all; single environments understand them too."""
-        return [self._one(k).save() for k in self._numbers(environments)]
+        return [one.save() for one in self._hand_out(environments)]
 
     def restore(self, states: Sequence[EnvState], environments: Iterable[int] | None = None) -> None:
         """Let the environments with these numbers, or all, continue from saved states; `observe` returns what is seen.
 
         Raises:
-            ParameterError: there are more or fewer states than environments, or one belongs to another component or task;
-                nothing has changed.
+            ParameterError: there are more or fewer states than environments, or one belongs to another component or task; those
+                before it have been restored.
         """
-        numbers = self._numbers(environments)
+        numbers = list(range(self.num_envs) if environments is None else environments)
         if len(states) != len(numbers):
             raise ParameterError(f"got {len(states)}", expected=f"{len(numbers)}, one for each environment", at="states")
         for k, state in zip(numbers, states, strict=True):
-            self._singles[k].refuse_foreign(state)
-            if any(not isinstance(value, float) for value in state.snapshot.inputs.values()):
-                hint = "restore it in a single environment"
-                raise ParameterError("an input of it follows a profile", hint=hint, at=("states", k))
-        for k, state in zip(numbers, states, strict=True):
-            self._singles[k].restore(state)
-        self._take_back(numbers)
-        self._begun = True
+            self.envs[k].restore(state)
+            self._take_back([k])
+            self._autoreset_envs[k] = not self._memories[k, RUNNING]
 
-    def observe(self) -> tuple[Observations, Infos]:
+    def observe(self) -> tuple[npt.NDArray[np.float32], Infos]:
         """Return the present observations and infos, as `reset` gives them."""
-        return self._observations(), self._infos()
+        return self._observations_now(), self._infos()
 
     # -- details ----------------------------------------------------------------------------------------------------
 
-    def _observations(self) -> Observations:
+    def _observations_now(self) -> npt.NDArray[np.float32]:
         goals = self._counters[: self._goal_scales.shape[1]].T / self._goal_scales
-        return self._singles[0].sensors.observe(self._rows.read, self._memories, goals)
+        return self.envs[0].sensors.observe(self._rows.read, self._memories, goals)
 
     def _named_counters(self) -> dict[str, Any]:
         return dict(zip(self._task.counter_names, self._counters, strict=True))
 
-    def _infos(self, mask: npt.NDArray[np.bool_] | None = None) -> Infos:
+    def _infos(self) -> Infos:
         """Return infos as fresh arrays, and for each which environments they are of."""
-        first = self._singles[0]
-        mask = np.ones(self.num_envs, np.bool_) if mask is None else mask
-        shown = {"time": self._rows.time}
+        first, shown = self.envs[0], {"time": self._rows.time}
         for name in first.task.observations if first.info == "full" else ():
             element = parse_element(name)
             value = self._rows.read(element.name)
             shown[name] = value[:, *element.index] if element.index else value
         infos = Infos()
         for name, values in {**shown, **first.actuator.inputs(self._commands), **self._named_counters()}.items():
-            infos[name], infos[f"_{name}"] = np.array(values), mask.copy()
-            infos[name][~mask] = 0.0
-        for k in np.flatnonzero(mask).tolist() if first.draws_component else ():
-            infos = self._add_info(infos, info_of_draws(self._singles[k].drawn), k)
+            infos[name], infos[f"_{name}"] = np.array(values), np.ones(self.num_envs, np.bool_)
+        for k, one in enumerate(self.envs) if first.draws_component else ():
+            infos = self._add_info(infos, info_of_draws(one.drawn), k)
         return infos
-
-    def _numbers(self, environments: Iterable[int] | None) -> list[int]:
-        numbers = [whole_number("environments", k, 0, self.num_envs - 1) for k in environments or range(self.num_envs)]
-        if len(set(numbers)) < len(numbers):
-            raise ParameterError(f"got {one_line(numbers)}", expected="each environment once", at="environments")
-        return numbers
 
 
 def __getattr__(name: str) -> Any:

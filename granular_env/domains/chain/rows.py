@@ -85,7 +85,9 @@ class ChainRows:
     @property
     def right_wall_force(self) -> FloatArray:
         """Return the force of the right wall on the chain, shape (chains,), positive to the right [N]."""
-        return 0.0 - self.call(_contact_forces, 1, self.grains)[..., 0]
+        if not self._together:
+            return self.components[0].get("right_wall_force")
+        return 0.0 - self.call(_contact_forces, 1, self.grains)[:, 0]
 
     def energy_from(self, grain: int) -> FloatArray:
         """Return the energy above that at rest of the grains from `grain` on and of their contacts, shape (chains,) [J]."""
