@@ -1,8 +1,8 @@
 """A small picture of a component: its particles, what colours them, and the inputs it feels.
 
 From the top: time and inputs in words; the particles in true size and place, coloured by velocity (blue to the left, red to the
-right); the same values as bars under each particle, with what is wanted of them as dark marks. Particles in a plane, and cells,
-are seen from above. A component without either shows its observed outputs as bars.
+right); and a graph of these values, with what is wanted of them as dark dots. Particles in a plane, and cells, are seen from
+above. A component without either shows a graph of its observed outputs.
 """
 
 from __future__ import annotations
@@ -25,10 +25,9 @@ from .task import Task
 Colour = tuple[int, ...]
 WIDTH, HEIGHT = 960, 360
 _MARGIN, _LETTERS = 40, 16
-_POINTS_ROW, _BARS_ROW, _BARS_REACH = 105, 255, 72
+_POINTS_ROW, _GRAPH_ROW, _GRAPH_REACH, _DOT, _LARGE_DOT = 105, 255, 72, 4.0, 12.0
 
-_PAPER, _INK, _PALE = (255, 255, 255), (40, 40, 48), (205, 205, 212)
-_ZERO = "#e1e1e4"
+_PAPER, _INK, _PALE, _ZERO = (255, 255, 255), (40, 40, 48), (205, 205, 212), "#e1e1e4"
 
 
 def draw(component: Component, task: Task, wanted: FloatArray | None = None) -> npt.NDArray[np.uint8]:
@@ -41,7 +40,7 @@ def draw(component: Component, task: Task, wanted: FloatArray | None = None) -> 
     """
     image = Image.new("RGB", (WIDTH, HEIGHT), _PAPER)
     pen = ImageDraw.Draw(image)
-    _write(pen, _MARGIN, 24, _caption(component, task))
+    pen.text((_MARGIN, 24), _caption(component, task), _INK, _font(), anchor="lm")
     drawables = component.drawables()
     points, cells = main_points(visible_points(drawables)), [one for one in drawables if isinstance(one, Cells)]
     if cells or (points is not None and component.get(points.displacement).ndim == 2):
@@ -51,10 +50,8 @@ def draw(component: Component, task: Task, wanted: FloatArray | None = None) -> 
     else:
         outputs = [(parse_element(name), scale) for name, scale in task.observations.items()]
         values = np.concatenate([np.ravel(one.of(component.get(one.name))) / scale for one, scale in outputs])
-        title = ", ".join(f"{one} / {scale:g} {component.variables[one.name].unit}" for one, scale in outputs)
-        pitch = (WIDTH - 2 * _MARGIN) / len(values)
-        _draw_bars(pen, _MARGIN + (np.arange(len(values)) + 0.5) * pitch, min(0.4 * pitch, 30.0), values)
-        _draw_axis(pen, title, 1.0)
+        columns = _MARGIN + (np.arange(len(values)) + 0.5) * (WIDTH - 2 * _MARGIN) / len(values)
+        _draw_graph(pen, columns, values, colours_of(values), _LARGE_DOT)
     return np.array(image)
 
 
@@ -63,9 +60,8 @@ def _caption(component: Component, task: Task) -> str:
     for name in task.actions:
         element = parse_element(name)
         value, unit = element.of(component.get(element.name)), component.variables[element.name].unit
-        parts.append(
-            f"{name} = {value:+.3g} {unit}" if np.ndim(value) == 0 else f"|{name}| <= {np.abs(value).max():.3g} {unit}"
-        )
+        amount = f"{name} = {value:+.3g}" if np.ndim(value) == 0 else f"|{name}| <= {np.abs(value).max():.3g}"
+        parts.append(f"{amount} {unit}")
     return "      ".join(parts)
 
 
@@ -84,61 +80,49 @@ def _draw_plane(pen: ImageDraw.ImageDraw, component: Component, task: Task, poin
         return middle + (rest[:, :2] + shift - 0.5 * (low + high)) * (pixels, -pixels)
 
     for one in cells:
-        nodes, (values, _) = places(one.nodes, one.displacement), _scaled(component, task, one.field, len(one.connectivity))
+        nodes, values = places(one.nodes, one.displacement), component.get(one.field) / _scale(component, task, one.field)
         whole = values if len(values) == len(one.connectivity) else values[one.connectivity].mean(axis=1)
         for corner, colour in zip(nodes[one.connectivity], colours_of(whole), strict=True):
             pen.polygon([tuple(place) for place in corner.tolist()], colour)
     for one in points:
-        values, _ = _scaled(component, task, one.colour, len(one.radius))
-        _draw_discs(pen, places(one.reference, one.displacement), one.radius * pixels, values)
+        values = component.get(one.colour) / _scale(component, task, one.colour) if one.colour else np.zeros(len(one.radius))
+        _draw_discs(pen, places(one.reference, one.displacement), one.radius * pixels, colours_of(values))
 
 
 def _draw_row(pen: ImageDraw.ImageDraw, component: Component, task: Task, particles: Points, wanted: FloatArray | None) -> None:
-    """Draw particles along a line, and the quantity that colours them as bars below."""
+    """Draw particles along a line, and a graph of the quantity that colours them."""
     along, radius = particles.reference[:, 0], particles.radius
     begin, end = float((along - radius).min()), float((along + radius).max())
     pixels = (WIDTH - 2 * _MARGIN) / (end - begin)
-    values, scale = _scaled(component, task, particles.colour, len(along))
-    moved = component.get(particles.displacement).reshape(len(along), -1)[:, 0]
-    columns = _MARGIN + (along - begin) * pixels
-    pen.rectangle((_MARGIN, _POINTS_ROW - 1, WIDTH - _MARGIN, _POINTS_ROW), _PALE)
-    _draw_discs(pen, np.stack([columns + moved * pixels, np.full(len(along), _POINTS_ROW)], axis=1), radius * pixels, values)
-    half = 0.4 * pixels * float(np.diff(along).min()) if len(along) > 1 else 8.0
-    title = f"{particles.colour} of each particle, {component.variables[particles.colour].unit}" if particles.colour else ""
-    _draw_axis(pen, title, scale)
-    _draw_bars(pen, columns, half, values)
-    for column, value in () if wanted is None else zip(columns, np.clip(wanted / scale, -1.0, 1.0), strict=True):
-        if row := round(float(value) * _BARS_REACH):
-            pen.rectangle((round(column - half) - 1, _BARS_ROW - row - 1, round(column + half) + 1, _BARS_ROW - row + 1), _INK)
+    scale = _scale(component, task, particles.colour)
+    values, moved = component.get(particles.colour) / scale, component.get(particles.displacement)
+    columns, colours = _MARGIN + (along - begin) * pixels, colours_of(values)
+    places = np.stack([columns + moved * pixels, np.full(len(along), _POINTS_ROW)], axis=1)
+    _draw_discs(pen, places, radius * pixels, colours)
+    _draw_graph(pen, columns, values, colours, _DOT)
+    if wanted is not None:
+        _draw_graph(pen, columns, wanted / scale, [_INK] * len(columns), 0.5 * _DOT)
 
 
-def _scaled(component: Component, task: Task, name: str, count: int) -> tuple[FloatArray, float]:
-    """Return an output in units of the task's scale of it, and that; of the largest magnitude, where it is not observed."""
-    values = component.get(name) if name else np.zeros(count)
-    scale = task.observations.get(name) or float(np.abs(values).max()) or 1.0
-    return values / scale, scale
+def _scale(component: Component, task: Task, name: str) -> float:
+    """Return the task's scale of an output; the largest magnitude, where it is not observed."""
+    return task.observations.get(name) or float(np.abs(component.get(name)).max()) or 1.0
 
 
-def _draw_axis(pen: ImageDraw.ImageDraw, title: str, scale: float) -> None:
-    pen.line((_MARGIN, _BARS_ROW, WIDTH - _MARGIN, _BARS_ROW), _INK)
-    for side in (-1, 1):
-        row = _BARS_ROW - side * _BARS_REACH
-        pen.point([(column, row) for column in range(_MARGIN, WIDTH - _MARGIN, 4)], _PALE)
-        _write(pen, 4, row, f"{side * scale:+.4g}")
-    _write(pen, _MARGIN, _BARS_ROW + _BARS_REACH + 19, title)
+def _draw_graph(
+    pen: ImageDraw.ImageDraw, columns: FloatArray, values: FloatArray, colours: list[Colour], radius: float
+) -> None:
+    """Draw a dot for each value, in units of the scale, and lines at 0 and at the scale."""
+    for level, colour in ((-1, _PALE), (0, _INK), (1, _PALE)):
+        row = _GRAPH_ROW - level * _GRAPH_REACH
+        pen.line((_MARGIN, row, WIDTH - _MARGIN, row), colour)
+    rows = _GRAPH_ROW - np.clip(values, -1.0, 1.0) * _GRAPH_REACH
+    _draw_discs(pen, np.stack([columns, rows], axis=1), np.full(len(columns), radius), colours)
 
 
-def _draw_bars(pen: ImageDraw.ImageDraw, columns: FloatArray, half: float, values: FloatArray) -> None:
-    for column, value, colour in zip(columns, np.clip(values, -1.0, 1.0), colours_of(values), strict=True):
-        if height := round(float(value) * _BARS_REACH):
-            left, right = round(column - max(half, 0.5)), round(column + max(half, 0.5))
-            top, bottom = (_BARS_ROW - height, _BARS_ROW - 1) if height > 0 else (_BARS_ROW + 1, _BARS_ROW - height)
-            pen.rectangle((left, top, max(right - 1, left), bottom), colour)
-
-
-def _draw_discs(pen: ImageDraw.ImageDraw, places: FloatArray, radii: FloatArray, values: FloatArray) -> None:
+def _draw_discs(pen: ImageDraw.ImageDraw, places: FloatArray, radii: FloatArray, colours: list[Colour]) -> None:
     """Draw filled circles with darker rims."""
-    for (column, row), radius, colour in zip(places, np.maximum(radii, 1.5), colours_of(values), strict=True):
+    for (column, row), radius, colour in zip(places, np.maximum(radii, 1.5), colours, strict=True):
         box = (column - radius, row - radius, column + radius, row + radius)
         pen.ellipse(box, colour, tuple(channel // 2 for channel in colour))
 
@@ -148,11 +132,6 @@ def colours_of(values: FloatArray) -> list[Colour]:
     # The root lets weak motion show.
     strength = np.sign(values) * np.sqrt(np.clip(np.abs(values), 0.0, 1.0))
     return [tuple(colour) for colour in diverging(strength, 1.0, _ZERO).tolist()]
-
-
-def _write(pen: ImageDraw.ImageDraw, column: int, row: int, text: str) -> None:
-    """Write a line of text that begins at a column, centred on a row."""
-    pen.text((column, row), text, _INK, _font(), anchor="lm")
 
 
 @cache

@@ -178,5 +178,5 @@ def make_energy_delivery(
     region = whole_number("region", region, 1, chain.parameters.grains)
     env = ComponentEnv(chain, partial(EnergyDeliveryTask, end=end, energy=energy, region=region, price=work_price), **rest)
     first = chain.parameters.grains - region
-    refuse_too_early(chain, end, energy, "J", lambda driven: float(ChainRows([driven]).energy_from(first)[0]))
+    refuse_too_early(chain, end, energy, "J", lambda driven: float(ChainRows([driven]).energy_from(first)))
     return env
