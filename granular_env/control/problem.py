@@ -8,35 +8,19 @@ import re
 import sys
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import ExitStack
-from importlib import import_module
 from pathlib import Path
-from typing import Any, NamedTuple, Protocol
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
-from granular_env.components.errors import GranularError, ParameterError, nearest, one_line
+from granular_env.components.errors import ParameterError, nearest, one_line
 from granular_env.components.support.float_arrays import FloatArray
 from granular_env.domains import domain_of, environments, load
 from granular_env.envs.environment import ComponentEnv
-from granular_env.envs.factory import known_arguments
-from granular_env.envs.task import RowTask, no_objective
-
-from .drive import Drive
-
-# The arguments that a study gives every environment which takes them.
-_DEFAULTS = {"hold": 1, "clock": 0, "info": "brief"}
-
-
-class Actor(Protocol):
-    """A chooser of actions in a single environment: a drive, a baseline, a trained policy."""
-
-    def reset(self) -> None:
-        """Begin an episode."""
-
-    def __call__(self, observation: Any, info: Any) -> npt.ArrayLike:
-        """Return the action of the next control step."""
-        ...
+from granular_env.envs.factory import refuse_unknown
+from granular_env.envs.policies import OpenLoop, Policy
+from granular_env.envs.task import RowTask
 
 
 class Episode(NamedTuple):
@@ -88,23 +72,14 @@ class Problem:
         self.steps, self.entries = int(self.env.deadline), math.prod(self.env.action_space.shape or ())
         rate = self.env.actuator.rate
         self.rate = None if math.isinf(rate) else float(rate)
-        has_slopes = isinstance(self.env.task, RowTask)
-        self._gradients = domain_of(self.env.component.name).load("gradients") if has_slopes else None
+        is_smooth = isinstance(self.env.task, RowTask)
+        self._gradients: Any = domain_of(self.env.component.name).load("gradients") if is_smooth else None
         self.gradient_runs = float(self._gradients.RUNS) if self._gradients is not None else 0.0
         self._batch: Any = None
 
     def _make_single(self, **arguments: Any) -> ComponentEnv:
-        known = known_arguments(self._make)
-        given = {key: one for key, one in arguments.items() if known is None or key in known or _DEFAULTS.get(key) != one}
-        if known is not None and (unknown := [key for key in given if key not in known]):
-            raise ParameterError("unknown", hint=nearest(unknown[0], known), at=unknown[0])
-        try:
-            made = self._make(**given)
-        except GranularError:
-            raise
-        except Exception as error:  # of the user's own code
-            raise ParameterError(f"it ends with {type(error).__name__}: {error}", source=f"task {self.name}") from error
-        env = getattr(made, "unwrapped", made)
+        refuse_unknown(self._make, arguments)
+        env = getattr(made := self._make(**arguments), "unwrapped", made)
         if not isinstance(env, ComponentEnv):
             hint = "name what returns ComponentEnv(component, task)"
             raise ParameterError(f"it makes {one_line(made)}", expected="a ComponentEnv", hint=hint, at="name")
@@ -165,11 +140,11 @@ class Problem:
 
     # -- one at a time ----------------------------------------------------------------------------------------------------
 
-    def baselines(self) -> Mapping[str, Actor]:
+    def baselines(self) -> Mapping[str, Policy]:
         """Return the agents to compare with; doing nothing is always among them."""
-        return {"nothing": Drive(np.zeros((self.steps, self.entries))), **self.env.task.baselines()}
+        return {"nothing": OpenLoop(np.zeros((self.steps, self.entries))), **self.env.task.baselines()}
 
-    def play(self, actor: Actor, seed: int, log: Path | None = None) -> Episode:
+    def play(self, actor: Policy, seed: int, log: Path | None = None) -> Episode:
         """Play one episode in the single environment, recorded where a path is given."""
         from granular_env.recording import record
 
@@ -192,12 +167,8 @@ class Problem:
     def value_and_grad(self, drive: FloatArray, seeds: Sequence[int]) -> tuple[float, FloatArray]:
         """Return the smooth objective, averaged over the episodes, and its slopes with respect to the drive, (steps, entries).
 
-        Raises:
-            ParameterError: the task has no objective with slopes.
-            StepError: the drive breaks the physics.
+        Only where `gradient_runs` is not 0. `StepError` where the drive breaks the physics.
         """
-        if self._gradients is None:
-            raise no_objective(self.env.task)
         return self._gradients.value_and_grad(self.env, drive, seeds, self.stage)
 
 
@@ -214,24 +185,16 @@ def find_environment(name: str, folder: Path | None = None) -> Callable[..., Any
     """Return what makes the single environment of a name, importing code of the user's own where it names some.
 
     Raises:
-        ParameterError: there is none; names the module, what it has, or the nearest name.
+        ParameterError: there is none; gives the nearest name.
     """
     if (registered := task_names().get(name, name)) in environments():
         return load(environments()[registered].entry_point)
-    module, colon, function = name.partition(":")
-    if not colon:
+    if ":" not in name:
         hint = nearest(name, list(task_names()), "one of your own is 'module:name' of a function that makes its environment")
         raise ParameterError(f"got {name!r}", expected="the name of a task", hint=hint, at="name")
     if folder is not None and str(folder) not in sys.path:
         sys.path.insert(0, str(folder))
     try:
-        imported = import_module(module)
-    except Exception as error:  # whatever the module does while it is imported
-        received = f"got {name!r}: the import of {module} ends with {type(error).__name__}: {error}"
-        raise ParameterError(received, at="name") from error
-    found = getattr(imported, function, None)
-    if not callable(found):
-        known = [known for known, value in vars(imported).items() if callable(value) and not known.startswith("_")]
-        received = f"got {name!r}: the module has no function {function!r}"
-        raise ParameterError(received, hint=nearest(function, known), at="name")
-    return found
+        return load(name)
+    except (ImportError, AttributeError) as error:
+        raise ParameterError(f"got {name!r}: {error}", expected="'module:name' of a function", at="name") from error

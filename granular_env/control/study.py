@@ -40,14 +40,6 @@ class TaskTable(Table):
 
     name: str = Field(description="an environment, such as 'pulse-forming', or 'module:name' of what makes your own")
 
-    @model_validator(mode="after")
-    def _check_arguments(self) -> Self:
-        try:
-            canonical_json(self.arguments)
-        except (TypeError, ValueError, RecursionError) as error:
-            raise refusal(f"not usable: {error}") from None
-        return self
-
     @property
     def arguments(self) -> dict[str, Any]:
         """Everything but the name."""

@@ -8,8 +8,8 @@ from pathlib import Path
 
 import numpy as np
 
-from granular_env.control.drive import Drive
 from granular_env.control.problem import Episode
+from granular_env.envs import OpenLoop
 
 TARGET = 0.5
 
@@ -40,8 +40,8 @@ class Bowl:
     def value_and_grad(self, drive: np.ndarray, seeds: Sequence[int]) -> tuple[float, np.ndarray]:
         return -self._value(drive), 2.0 * (drive - self.target) / self.steps
 
-    def baselines(self) -> Mapping[str, Drive]:
-        return {"nothing": Drive(np.zeros((self.steps, 1))), "theory": Drive(np.full((self.steps, 1), 0.5 * TARGET))}
+    def baselines(self) -> Mapping[str, OpenLoop]:
+        return {"nothing": OpenLoop(np.zeros((self.steps, 1))), "theory": OpenLoop(np.full((self.steps, 1), 0.5 * TARGET))}
 
     def play(self, actor, seed: int, log: Path | None = None) -> Episode:
         actor.reset()

@@ -12,9 +12,9 @@ import numpy as np
 import numpy.typing as npt
 from pydantic import Field
 
+from granular_env.envs.policies import Policy
 from granular_env.envs.sensors import clock_readings
 
-from ..problem import Actor
 from ..search import BudgetSpentError, Search
 from .method import MethodTable
 
@@ -26,7 +26,6 @@ class Reinforcement(MethodTable):
     """
 
     packages: ClassVar[tuple[str, ...]] = ("torch", "stable_baselines3")
-    extra: ClassVar[str] = "rl"
 
     environments: int = Field(default=16, ge=1, le=10_000, description="environments in the batch")
     hold: int = Field(default=1, ge=1, description="control steps for which an action is held")
@@ -64,7 +63,7 @@ class Reinforcement(MethodTable):
         value, steps = search.problem.policy_return(self._held(policy, search), search.seeds)
         search.note_return(copy.deepcopy(policy) if value > search.best_return else None, value, steps)
 
-    def actor(self, search: Search) -> Actor:
+    def actor(self, search: Search) -> Policy:
         """Return the best policy as an agent."""
         return self._held(search.best, search)
 
