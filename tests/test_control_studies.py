@@ -113,8 +113,8 @@ def test_what_is_wrong_with_a_study_is_named(document, told):
     [
         ("task.name=protecton", "task.name: got 'protecton', expected the name of a task; did you mean 'protection'?"),
         ("task.grians=5", "task.grians: unknown; did you mean 'grains'?"),
-        ("drive.knots=100", "drive.knots: got 100, expected at most 60"),
-        ("budget=59", "budget: got 59, expected at least 60, which the first result of 'random' takes"),
+        ("drive.knots=100", "drive.knots: got 100, expected a whole number from 1 to 60"),
+        ("budget=59", "budget: got 59, expected a whole number of at least 60"),
     ],
 )
 def test_what_does_not_fit_the_task_is_named_before_anything_is_written(change, told, tmp_path):

@@ -1,7 +1,6 @@
 from .environment import ComponentEnv
 from .factory import Options, environment_factory
 from .policies import Constant, OpenLoop
-from .recording_wrapper import RecordEnv
 from .state import EnvState
 from .task import RowTask, Task
 from .vector_environment import ComponentVectorEnv, make_batch
@@ -13,7 +12,6 @@ __all__ = [
     "EnvState",
     "OpenLoop",
     "Options",
-    "RecordEnv",
     "RowTask",
     "Task",
     "environment_factory",

@@ -6,7 +6,7 @@ Commands are in units of the task's scales. Arrays may have a leading axis: one 
 from __future__ import annotations
 
 import math
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -20,22 +20,6 @@ from .task import Task, element_scales
 _LONGEST_DELAY = 100_000
 
 
-class Driven(NamedTuple):
-    """An input, or an element of one, that an action drives.
-
-    Attributes:
-        element: of the input.
-        scale: its value at action 1.
-        part: its entries in the action.
-        shape: of the whole input.
-    """
-
-    element: Element
-    scale: float
-    part: slice
-    shape: tuple[int, ...]
-
-
 class Actuator:
     """The effect of actions on inputs.
 
@@ -46,7 +30,7 @@ class Actuator:
         control_delay: control steps between an action and its effect.
 
     Attributes:
-        driven: what the action drives, in order.
+        driven: inputs or elements of them, their entries in the action, and the shape of the whole input.
         size: entries of the action.
         scales: the input at action 1, for each entry of the action.
         rate: largest change in a control step, in scales; infinite where there is no limit.
@@ -58,26 +42,25 @@ class Actuator:
     """
 
     def __init__(self, task: Task, component: Component, action_rate: float | None = None, control_delay: int = 0) -> None:
-        self.driven: list[Driven] = []
-        end = 0
+        self.driven: list[tuple[Element, slice, tuple[int, ...]]] = []
+        scales: list[float] = []
         for element, scale in element_scales("actions", task.actions, component, "input"):
-            shape = component.variables[element.name].shape
-            begin, end = end, end + (1 if element.index else math.prod(shape))
-            self.driven.append(Driven(element, scale, slice(begin, end), shape))
-        self.size = end
-        self.scales = np.repeat([one.scale for one in self.driven], [one.part.stop - one.part.start for one in self.driven])
-        self._low, self._high = np.full(end, task.lowest_action), np.ones(end)
+            shape, begin = component.variables[element.name].shape, len(scales)
+            scales += [scale] * (1 if element.index else math.prod(shape))
+            self.driven.append((element, slice(begin, len(scales)), shape))
+        self.scales, self.size = np.array(scales), len(scales)
+        self._low, self._high = np.full(self.size, task.lowest_action), np.ones(self.size)
         self.rate = math.inf if action_rate is None else finite_number("action_rate", action_rate)
         if self.rate <= 0.0:
             raise ParameterError(f"got {self.rate:g}", expected="more than 0, or None for no limit", at="action_rate")
         self.delay = whole_number("control_delay", control_delay, 0, _LONGEST_DELAY)
         self.memory_size = self.size * (1 + self.delay)
         # Numbers alone take the shortest way.
-        self._names = [one.element.name for one in self.driven] if not any(one.shape for one in self.driven) else None
+        self._names = None if any(shape for *_, shape in self.driven) else [element.name for element, *_ in self.driven]
 
     def begin(self, component: Component) -> FloatArray:
         """Return the memory as if the inputs that hold at the start had always been commanded."""
-        held = [np.ravel(one.element.of(component.get(one.element.name))) for one in self.driven]
+        held = [np.ravel(element.of(component.get(element.name))) for element, *_ in self.driven]
         return np.tile(np.concatenate(held) / self.scales, 1 + self.delay)
 
     def act(self, actions: FloatArray, memory: FloatArray) -> FloatArray:
@@ -97,7 +80,7 @@ class Actuator:
         if self._names is not None:
             return dict(zip(self._names, values.tolist() if values.ndim == 1 else values.T, strict=True))
         inputs: dict[str, Any] = {}
-        for element, _, part, shape in self.driven:
+        for element, part, shape in self.driven:
             name = element.name
             if element.index:
                 inputs.setdefault(name, np.zeros(shape))[element.index] = values[part][0]

@@ -10,6 +10,7 @@ from typing import Any
 import gymnasium
 import numpy as np
 
+from granular_env.components.variables import parse_element
 from granular_env.domains import environments, load
 from granular_env.envs.environment import ComponentEnv
 from granular_env.envs.task import RowTask
@@ -42,7 +43,7 @@ def environment_facts(name: str, arguments: Mapping[str, Any]) -> dict[str, Any]
         "name": name,
         "description": (inspect.getdoc(make) or "").partition("\n")[0],
         "component": env.component.name,
-        "actions": {str(one.element): _amount(env, one) for one in env.actuator.driven},
+        "actions": {name: f"{scale:g} {_unit(env, name)}" for name, scale in env.task.actions.items()},
         "action_size": env.actuator.size,
         "observation_size": env.observation_space.shape[0],
         "observation_limits": f"{limits[0]:g} to {limits[-1]:g}",
@@ -55,11 +56,8 @@ def environment_facts(name: str, arguments: Mapping[str, Any]) -> dict[str, Any]
     }
 
 
-def _amount(env: ComponentEnv, driven: Any) -> str:
-    """Return the value of a driven input at an entry of 1."""
-    entries = driven.part.stop - driven.part.start
-    size = "" if entries == 1 else f" each, {entries} entries"
-    return f"{driven.scale:g} {env.component.variables[driven.element.name].unit}{size}"
+def _unit(env: ComponentEnv, name: str) -> str:
+    return env.component.variables[parse_element(name).name].unit
 
 
 def _arguments(make: Any) -> dict[str, str]:

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import copy
 import math
 from collections.abc import Callable, Mapping
-from typing import Any, Self, SupportsFloat
+from typing import Any, SupportsFloat
 
 import gymnasium
 import numpy as np
@@ -20,7 +19,7 @@ from ..domains import domain_of
 from .actuator import Actuator
 from .randomization import Randomization, info_of_draws, redrawn
 from .sensors import Sensors
-from .state import COMMANDS, ELAPSED, RUNNING, SEED, Drawn, EnvState, EpisodeOrigin
+from .state import COMMANDS, ELAPSED, RUNNING, SEED, Drawn, EnvState, Origin
 from .task import RowTask, Task
 
 Observation = npt.NDArray[np.float32]
@@ -115,7 +114,7 @@ class ComponentEnv(gymnasium.Env[Observation, npt.NDArray[np.float32]]):
         self._sensing = observe, noise, clock, self.deadline
         self.drawn: Drawn = {}
         # As it is at the first save of an episode: only a start draws random numbers.
-        self._origin: EpisodeOrigin | None = None
+        self._origin: Origin | None = None
         self._fit()
         self.clock = self.sensors.clock
         self.action_space = gymnasium.spaces.Box(-1.0, 1.0, (self.actuator.size,), np.float32)
@@ -150,13 +149,6 @@ class ComponentEnv(gymnasium.Env[Observation, npt.NDArray[np.float32]]):
         vars(self).update(state)
         self.bind()
 
-    def twin(self) -> Self:
-        """Return an environment like this one, before its first reset, for a batch."""
-        made = object.__new__(type(self))
-        new = {"component": self.component.clone(), "task": copy.copy(self.task), "memory": np.zeros_like(self.memory)}
-        made.__setstate__({**self.__getstate__(), **new, "drawn": {}, "_origin": None, "_np_random": None})
-        return made
-
     # -- Gymnasium --------------------------------------------------------------------------------------------------
 
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Observation, dict[str, Any]]:
@@ -171,10 +163,11 @@ class ComponentEnv(gymnasium.Env[Observation, npt.NDArray[np.float32]]):
         """
         super().reset(seed=seed)
         component, task, drawn = self._redraw(self.randomization.draw(self.np_random))
-        start, goal = self.randomization.add_starts(task.start(self.np_random), self.np_random), np.zeros(0)
-        given = dict(options or {})
+        start, given = self.randomization.add_starts(task.start(self.np_random), self.np_random), dict(options or {})
+        goal: dict[str, float] = {}
         if isinstance(task, RowTask):
-            goal = task.given_goal(given.pop("goal")) if "goal" in given else task.goal(self.np_random)
+            numbers = task.given_goal(given.pop("goal")) if "goal" in given else task.goal(self.np_random)
+            goal = dict(zip(task.goal_names, numbers, strict=True))
         number = int(self.np_random.integers(2**31))
         # What is not valid is refused before anything is replaced.
         if "snapshot" in given:
@@ -213,7 +206,7 @@ class ComponentEnv(gymnasium.Env[Observation, npt.NDArray[np.float32]]):
                 reward, over = task.judge_rows(self._rows, task.constants, task.counters, memory[ELAPSED])  # type: ignore
             else:
                 reward, over = task.judge(self.component, seen, self.duration)
-            task.counters = {name: float(value) for name, value in task.counters.items()}
+            self._settle_counters()
             total, late = total + float(reward), bool(memory[ELAPSED] >= self.deadline)
             if over or late:
                 memory[RUNNING] = 0.0
@@ -240,7 +233,7 @@ class ComponentEnv(gymnasium.Env[Observation, npt.NDArray[np.float32]]):
     def save(self) -> EnvState:
         """Return everything that changes in an episode; restoring it gives the same bits from there on."""
         if self._origin is None:
-            self._origin = EpisodeOrigin(self.task.name, self.np_random.bit_generator.state, self.drawn)
+            self._origin = self.task.name, self.np_random.bit_generator.state, self.drawn
         return EnvState(self.component.save(), bytes(self._bytes), dict(self.task.counters), self._origin)
 
     def restore(self, state: EnvState) -> None:
@@ -249,24 +242,20 @@ class ComponentEnv(gymnasium.Env[Observation, npt.NDArray[np.float32]]):
         Raises:
             ParameterError: the state belongs to another component or task; nothing has changed.
         """
-        if state.__class__ is not EnvState or state.origin.task != self.task.name:
+        if state.__class__ is not EnvState or state.origin[0] != self.task.name:
             expected = f"what save() of an environment of {self.task.name!r} gave"
             raise ParameterError(f"got {one_line(state)}", expected=expected, at="state")
         if len(state.memory) != self.memory.nbytes:
             raise ParameterError("it was saved by an environment with another control_delay", at="state")
-        ready = self._redraw(state.origin.drawn)
+        _, random, drawn = state.origin
+        ready = self._redraw(drawn)
         ready[0].restore(state.snapshot)
         if state.origin is not self._origin:
             self._take(ready)
-            self.np_random.bit_generator.state, self._origin = state.origin.random, state.origin
+            self.np_random.bit_generator.state, self._origin = random, state.origin
         self._bytes[:], self.task.counters = state.memory, dict(state.counters)
 
     # -- details ----------------------------------------------------------------------------------------------------
-
-    @property
-    def draws_component(self) -> bool:
-        """Return whether parameters of the component are drawn for each episode."""
-        return bool(self.randomization.parameters)
 
     def _redraw(self, drawn: Drawn) -> Ready:
         """Return the component and the task for parameters that were drawn."""
@@ -279,7 +268,7 @@ class ComponentEnv(gymnasium.Env[Observation, npt.NDArray[np.float32]]):
         if self.component.is_observed:
             raise ParameterError(
                 "a component is drawn for each episode, but the present one is recorded, and its log holds one component",
-                hint="record with RecordEnv, which gives each episode a log of its own",
+                hint="reset with a seed, begin a log, and reset with the same seed",
                 at="randomise",
             )
         component = redrawn(self.component, drawn)
@@ -292,18 +281,21 @@ class ComponentEnv(gymnasium.Env[Observation, npt.NDArray[np.float32]]):
             self._fit()
             self.bind()
 
-    def _begin(self, seed: int, goal: FloatArray) -> None:
+    def _begin(self, seed: int, goal: Mapping[str, float]) -> None:
         """Begin an episode; the component has its start state."""
         memory = self.memory
         memory[:], self._commands[:] = 0.0, self.actuator.begin(self.component)
         memory[RUNNING], memory[SEED], self._origin, self.task.counters = 1.0, seed, None, {}
         if isinstance(self.task, RowTask):
-            self.task.counters = dict.fromkeys(self.task.counter_names, 0.0) | dict(
-                zip(self.task.goal_names, goal, strict=True)
-            )
+            self.task.counters = {**dict.fromkeys(self.task.counter_names, 0.0), **goal}
             self.task.begin_rows(self._rows, self.task.constants, self.task.counters)
         else:
             self.task.begin(self.component, self._see())
+        self._settle_counters()
+
+    def _settle_counters(self) -> None:
+        """Keep the task's counters as numbers: those of rows may be views of the component's memory."""
+        self.task.counters = {name: float(value) for name, value in self.task.counters.items()}
 
     def _see(self) -> dict[str, Any]:
         """Return the task's outputs, fresh; none where nothing needs them."""
@@ -312,7 +304,6 @@ class ComponentEnv(gymnasium.Env[Observation, npt.NDArray[np.float32]]):
         return {name: element.of(self.component.get(element.name)) for name, element in self._elements}
 
     def _observation(self, seen: Mapping[str, Any]) -> Observation:
-
         def read(name: str) -> FloatArray:
             value = seen[name] if name in seen else self.component.get(name)
             return np.asarray(value, dtype=np.float64)[None]
@@ -329,13 +320,11 @@ class ComponentEnv(gymnasium.Env[Observation, npt.NDArray[np.float32]]):
 def validate_actions(actions: npt.ArrayLike, shape: tuple[int, ...], at: str) -> FloatArray:
     """Return actions as finite numbers of a shape; `ParameterError` for anything else."""
     try:
-        given = np.asarray(actions)
-    except ValueError as error:  # rows of unlike length
-        raise ParameterError(f"got {one_line(actions)}", expected=f"shape {shape}", at=at) from error
-    if given.shape != shape or given.dtype.kind not in "fiu":
-        came = f"got {given.dtype} of shape {given.shape}"
-        raise ParameterError(came, expected=f"numbers from -1 to 1 of shape {shape}", at=at)
-    numbers = given.astype(np.float64)
+        numbers = np.asarray(actions, dtype=np.float64)
+    except (TypeError, ValueError):  # words, or rows of unlike length
+        numbers = np.zeros(0)
+    if numbers.shape != shape:
+        raise ParameterError(f"got {one_line(actions)}", expected=f"numbers from -1 to 1 of shape {shape}", at=at)
     if not all(map(math.isfinite, numbers.ravel().tolist())):
         place = np.argwhere(~np.isfinite(numbers))[0].tolist()
         raise ParameterError(f"got {numbers[tuple(place)]}", expected="a number from -1 to 1", at=(at, *place))

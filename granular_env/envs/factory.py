@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import inspect
 from collections.abc import Callable, Mapping
-from functools import cache, wraps
+from functools import wraps
 from typing import Any, ParamSpec, TypedDict, TypeVar, get_args, get_type_hints
 
 from ..components.errors import ParameterError, nearest
@@ -45,24 +45,18 @@ def environment_factory(make: Callable[Given, Env]) -> Callable[Given, Env]:
 
 
 def refuse_unknown(make: Callable[..., Any], given: Mapping[str, Any]) -> None:
-    """Raise `ParameterError` for an argument that a function does not take."""
-    known = known_arguments(make)
-    if known is not None and (unknown := [name for name in given if name not in known]):
-        raise ParameterError("unknown", source=make.__name__, hint=nearest(unknown[0], known), at=unknown[0])
-
-
-@cache
-def known_arguments(make: Callable[..., Any]) -> tuple[str, ...] | None:
-    """Return the names that a function takes, those of its `Unpack`-ed options included; None where it takes any."""
-    names: list[str] = []
+    """Raise `ParameterError` for an argument that a function does not take, if its options are declared."""
+    known: list[str] = []
     for name, parameter in inspect.signature(make).parameters.items():
         if parameter.kind is not parameter.VAR_KEYWORD:
-            names.append(name)
-        elif parameter.annotation is not parameter.empty and (options := get_args(get_type_hints(make)[name])):
-            names += get_type_hints(options[0])
+            known.append(name)
+        elif parameter.annotation is parameter.empty:
+            return
         else:
-            return None
-    return tuple(names)
+            known += get_type_hints(get_args(get_type_hints(make)[name])[0])
+    for name in given:
+        if name not in known:
+            raise ParameterError("unknown", source=make.__name__, hint=nearest(name, known), at=name)
 
 
 def refuse_early(deadline: int | None, least: int, duration: float, reason: str, at: str = "deadline") -> None:

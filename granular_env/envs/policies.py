@@ -44,7 +44,7 @@ class OpenLoop:
         return self.drive[self.step - 1].copy() if self.step <= len(self.drive) else np.zeros(self.drive.shape[1])
 
 
-class Constant:
+class Constant(OpenLoop):
     """The same action at every step.
 
     Args:
@@ -52,14 +52,11 @@ class Constant:
     """
 
     def __init__(self, action: npt.ArrayLike = 0.0) -> None:
-        self.action: FloatArray = np.atleast_1d(np.array(action, dtype=np.float64))
-
-    def reset(self) -> None:
-        """Do nothing: there is no memory."""
+        super().__init__(np.atleast_2d(action))
 
     def __call__(self, observation: Any, info: Mapping[str, Any]) -> FloatArray:
         """Return the action."""
-        return self.action.copy()
+        return self.drive[0].copy()
 
 
 def play(

@@ -7,11 +7,9 @@ above. A component without either shows a graph of its observed outputs.
 
 from __future__ import annotations
 
-from functools import cache
-
 import numpy as np
 import numpy.typing as npt
-from PIL import Image, ImageDraw, ImageFont
+from PIL import Image, ImageDraw
 
 from granular_env.colours import diverging
 from granular_env.viewing.visible_drawables import visible_points
@@ -40,18 +38,23 @@ def draw(component: Component, task: Task, wanted: FloatArray | None = None) -> 
     """
     image = Image.new("RGB", (WIDTH, HEIGHT), _PAPER)
     pen = ImageDraw.Draw(image)
-    pen.text((_MARGIN, 24), _caption(component, task), _INK, _font(), anchor="lm")
+    pen.text((_MARGIN, 24), _caption(component, task), _INK, anchor="lm", font_size=_LETTERS)
     drawables = component.drawables()
     points, cells = main_points(visible_points(drawables)), [one for one in drawables if isinstance(one, Cells)]
-    if cells or (points is not None and component.get(points.displacement).ndim == 2):
-        _draw_plane(pen, component, task, [] if points is None else [points], cells)
-    elif points is not None:
-        _draw_row(pen, component, task, points, wanted)
-    else:
+    if points is None and not cells:
         outputs = [(parse_element(name), scale) for name, scale in task.observations.items()]
         values = np.concatenate([np.ravel(one.of(component.get(one.name))) / scale for one, scale in outputs])
         columns = _MARGIN + (np.arange(len(values)) + 0.5) * (WIDTH - 2 * _MARGIN) / len(values)
         _draw_graph(pen, columns, values, colours_of(values), _LARGE_DOT)
+        return np.array(image)
+    is_row = points is not None and not cells and component.get(points.displacement).ndim == 1
+    row = _POINTS_ROW if is_row else HEIGHT // 2 + _MARGIN // 2
+    columns = _draw_bodies(pen, component, task, [] if points is None else [points], cells, row)
+    if points is not None and is_row:
+        values = _scaled(component, task, points.colour, component.get(points.colour))
+        _draw_graph(pen, columns, values, colours_of(values), _DOT)
+        if wanted is not None:
+            _draw_graph(pen, columns, _scaled(component, task, points.colour, wanted), [_INK] * len(columns), 0.5 * _DOT)
     return np.array(image)
 
 
@@ -65,48 +68,38 @@ def _caption(component: Component, task: Task) -> str:
     return "      ".join(parts)
 
 
-def _draw_plane(pen: ImageDraw.ImageDraw, component: Component, task: Task, points: list[Points], cells: list[Cells]) -> None:
-    """Draw points and cells as seen from above, in the room below the caption."""
+def _draw_bodies(
+    pen: ImageDraw.ImageDraw, component: Component, task: Task, points: list[Points], cells: list[Cells], row: int
+) -> FloatArray:
+    """Draw points and cells as seen from above, about a row of the picture; return the columns of the points at rest."""
     corners = [one.nodes[:, :2] for one in cells]
     for one in points:
         corners += [one.reference[:, :2] - one.radius[:, None], one.reference[:, :2] + one.radius[:, None]]
     low, high = np.concatenate(corners).min(axis=0), np.concatenate(corners).max(axis=0)
-    pixels = float(((WIDTH - 2 * _MARGIN, HEIGHT - 2 * _MARGIN) / (high - low)).min())
-    middle = np.array([WIDTH / 2, HEIGHT / 2 + _MARGIN / 2])
+    extent = np.maximum(high - low, 1e-300)
+    pixels = float(((WIDTH - 2 * _MARGIN, HEIGHT - 2 * _MARGIN) / extent[: len(low)]).min())
+    columns = np.zeros(0)
 
     def places(rest: FloatArray, displacement: str) -> FloatArray:
         moved = component.get(displacement) if displacement else np.zeros_like(rest)
         shift = moved[:, :2] if moved.ndim == 2 else np.stack([moved, np.zeros_like(moved)], axis=1)
-        return middle + (rest[:, :2] + shift - 0.5 * (low + high)) * (pixels, -pixels)
+        return (WIDTH / 2, row) + (rest[:, :2] + shift - 0.5 * (low + high)) * (pixels, -pixels)
 
     for one in cells:
-        nodes, values = places(one.nodes, one.displacement), component.get(one.field) / _scale(component, task, one.field)
+        nodes, values = places(one.nodes, one.displacement), _scaled(component, task, one.field, component.get(one.field))
         whole = values if len(values) == len(one.connectivity) else values[one.connectivity].mean(axis=1)
         for corner, colour in zip(nodes[one.connectivity], colours_of(whole), strict=True):
             pen.polygon([tuple(place) for place in corner.tolist()], colour)
     for one in points:
-        values = component.get(one.colour) / _scale(component, task, one.colour) if one.colour else np.zeros(len(one.radius))
+        values = _scaled(component, task, one.colour, component.get(one.colour)) if one.colour else np.zeros(len(one.radius))
         _draw_discs(pen, places(one.reference, one.displacement), one.radius * pixels, colours_of(values))
+        columns = places(one.reference, "")[:, 0]
+    return columns
 
 
-def _draw_row(pen: ImageDraw.ImageDraw, component: Component, task: Task, particles: Points, wanted: FloatArray | None) -> None:
-    """Draw particles along a line, and a graph of the quantity that colours them."""
-    along, radius = particles.reference[:, 0], particles.radius
-    begin, end = float((along - radius).min()), float((along + radius).max())
-    pixels = (WIDTH - 2 * _MARGIN) / (end - begin)
-    scale = _scale(component, task, particles.colour)
-    values, moved = component.get(particles.colour) / scale, component.get(particles.displacement)
-    columns, colours = _MARGIN + (along - begin) * pixels, colours_of(values)
-    places = np.stack([columns + moved * pixels, np.full(len(along), _POINTS_ROW)], axis=1)
-    _draw_discs(pen, places, radius * pixels, colours)
-    _draw_graph(pen, columns, values, colours, _DOT)
-    if wanted is not None:
-        _draw_graph(pen, columns, wanted / scale, [_INK] * len(columns), 0.5 * _DOT)
-
-
-def _scale(component: Component, task: Task, name: str) -> float:
-    """Return the task's scale of an output; the largest magnitude, where it is not observed."""
-    return task.observations.get(name) or float(np.abs(component.get(name)).max()) or 1.0
+def _scaled(component: Component, task: Task, name: str, values: FloatArray) -> FloatArray:
+    """Return values in units of the task's scale of an output; of its largest magnitude, where it is not observed."""
+    return values / (task.observations.get(name) or float(np.abs(component.get(name)).max()) or 1.0)
 
 
 def _draw_graph(
@@ -132,8 +125,3 @@ def colours_of(values: FloatArray) -> list[Colour]:
     # The root lets weak motion show.
     strength = np.sign(values) * np.sqrt(np.clip(np.abs(values), 0.0, 1.0))
     return [tuple(colour) for colour in diverging(strength, 1.0, _ZERO).tolist()]
-
-
-@cache
-def _font() -> ImageFont.FreeTypeFont | ImageFont.ImageFont:
-    return ImageFont.load_default(_LETTERS)

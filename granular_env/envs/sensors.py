@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from typing import Any, NamedTuple
+from typing import Any
 
 import gymnasium
 import numpy as np
@@ -26,22 +26,6 @@ _LARGEST_CLOCK = 100
 _EVERYTHING = "all"
 
 
-class Reading(NamedTuple):
-    """A part of an observation.
-
-    Attributes:
-        name: of the output.
-        index: of the elements that are read; None for all of them.
-        place: of the readings in the observation.
-        scale: what is observed as 1.
-    """
-
-    name: str
-    index: tuple[Any, ...] | None
-    place: slice
-    scale: float
-
-
 class Sensors:
     """A plan for observations: readings, then a goal, then a clock.
 
@@ -54,7 +38,7 @@ class Sensors:
         deadline: control steps that the clock counts to; infinite for no end.
 
     Attributes:
-        readings: the parts of the observation that come from outputs.
+        readings: of the outputs: name, index of the elements or None for all, place in the observation, value observed as 1.
         size: how many numbers they are.
         goal: counter of the task -> its value that is observed as 1, for each number of the goal.
         space: the observation space.
@@ -74,11 +58,12 @@ class Sensors:
         if self.clock and math.isinf(deadline):
             hint = "give a deadline, or clock=0"
             raise ParameterError(f"got {clock}, but there is no deadline that it could tell", hint=hint, at="clock")
-        self.readings, self.size = [], 0
+        self.readings: list[tuple[str, Any, slice, float]] = []
+        self.size = 0
         for name, index, scale in _choose(observe, component, task):
             shape = component.variables[name].shape
             count = math.prod(np.empty(shape, np.bool_)[index].shape if index is not None else shape)
-            self.readings.append(Reading(name, index, slice(self.size, self.size + count), scale))
+            self.readings.append((name, index, slice(self.size, self.size + count), scale))
             self.size += count
         self.goal = dict(zip(task.goal_names, task.goal_scales, strict=True)) if isinstance(task, RowTask) else {}
         high = np.full(self.size + len(self.goal), self.limit, np.float32)

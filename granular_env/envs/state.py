@@ -14,19 +14,8 @@ ELAPSED, RUNNING, SEED, COMMANDS = range(4)
 Drawn = Mapping[str, Any]
 """Parameters of the component that were drawn for an episode, name -> number, or a distribution with its seed."""
 
-
-class EpisodeOrigin(NamedTuple):
-    """The origin of an episode, which all of its states share.
-
-    Attributes:
-        task: name of the task.
-        random: state of the environment's random numbers.
-        drawn: parameters of the component that were drawn for this episode; empty where an environment draws none.
-    """
-
-    task: str
-    random: Mapping[str, Any]
-    drawn: Drawn
+Origin = tuple[str, Mapping[str, Any], Drawn]
+"""Name of the task, state of the environment's random numbers, and what was drawn for the episode: of all its states."""
 
 
 class EnvState(NamedTuple):
@@ -42,4 +31,4 @@ class EnvState(NamedTuple):
     snapshot: Snapshot
     memory: bytes
     counters: Mapping[str, float]
-    origin: EpisodeOrigin
+    origin: Origin

@@ -114,7 +114,6 @@ class RowTask(Task):
 
     def begin_rows(self, rows: Any, constants: Any, counters: dict[str, Any]) -> None:
         """Set the counters at the start of episodes; they are 0 before, but for a goal."""
-        raise NotImplementedError(f"task {self.name!r} has no begin_rows")
 
     def judge_rows(self, rows: Any, constants: Any, counters: dict[str, Any], elapsed: Any) -> tuple[Any, Any]:
         """Return the rewards of a control step, and which episodes have reached their end; False for none."""

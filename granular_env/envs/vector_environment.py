@@ -70,7 +70,8 @@ class ComponentVectorEnv(SyncVectorEnv):
         *,
         autoreset_mode: str | AutoresetMode = AutoresetMode.NEXT_STEP,
     ) -> None:
-        super().__init__([lambda: environment, *[environment.twin] * (num_envs - 1)], autoreset_mode=autoreset_mode)
+        make_more = partial(copy.deepcopy, environment)
+        super().__init__([lambda: environment, *[make_more] * (num_envs - 1)], autoreset_mode=autoreset_mode)
         self.env_fns = ()
         self._gather()
 
@@ -80,7 +81,7 @@ class ComponentVectorEnv(SyncVectorEnv):
         self._task = cast(RowTask, copy.copy(first.task))
         self._memories = np.stack([one.memory for one in self.envs])
         self._commands = self._memories[:, COMMANDS:]
-        self._counters = np.zeros((len(self._task.counter_names), self.num_envs))
+        self._counters: dict[str, Any] = {name: np.zeros(self.num_envs) for name in self._task.counter_names}
         self._rows: Any = domain_of(first.component.name).load("rows")([one.component for one in self.envs], together=True)
         for k, one in enumerate(self.envs):
             one.memory, one.component = self._memories[k], self._rows.components[k]
@@ -99,7 +100,7 @@ class ComponentVectorEnv(SyncVectorEnv):
         chosen = range(self.num_envs) if numbers is None else list(numbers)
         for k in chosen:
             self._rows.hand_out(k)
-            self.envs[k].task.counters = dict(zip(self._task.counter_names, self._counters[:, k].tolist(), strict=True))
+            self.envs[k].task.counters = {name: column[k].item() for name, column in self._counters.items()}
         return [self.envs[k] for k in chosen]
 
     def _take_back(self, numbers: Iterable[int] | None = None) -> None:
@@ -111,7 +112,8 @@ class ComponentVectorEnv(SyncVectorEnv):
                 one.component, is_redrawn = self._rows.adopt(k, one.component), True
                 one.bind()
             self._rows.take_back(k)
-            self._counters[:, k] = [one.task.counters.get(name, 0.0) for name in self._task.counter_names]
+            for name, value in one.task.counters.items():
+                self._counters[name][k] = value
         if is_redrawn:
             self._stack()
 
@@ -178,10 +180,10 @@ class ComponentVectorEnv(SyncVectorEnv):
                 errors[k], over[k], moving[k] = {"step_error": message}, True, False
                 rewards[k] += self.envs[k].step_error_reward
             memories[:, ELAPSED] += moving
-            counters = self._named_counters()
+            counters = dict(self._counters)
             gains, done = self._task.judge_rows(self._rows, self._constants, counters, memories[:, ELAPSED])
             self._commands[moving] = commands[moving]
-            for column, name in zip(self._counters, counters, strict=True):
+            for name, column in self._counters.items():
                 np.copyto(column, counters[name], where=moving)
             rewards += np.where(moving, gains, 0.0)
             over |= moving & done
@@ -232,11 +234,8 @@ class ComponentVectorEnv(SyncVectorEnv):
     # -- details ----------------------------------------------------------------------------------------------------
 
     def _observations_now(self) -> npt.NDArray[np.float32]:
-        goals = self._counters[: self._goal_scales.shape[1]].T / self._goal_scales
+        goals = np.array([self._counters[name] for name in self._task.goal_names]).T / self._goal_scales
         return self.envs[0].sensors.observe(self._rows.read, self._memories, goals)
-
-    def _named_counters(self) -> dict[str, Any]:
-        return dict(zip(self._task.counter_names, self._counters, strict=True))
 
     def _infos(self) -> Infos:
         """Return infos as fresh arrays, and for each which environments they are of."""
@@ -246,9 +245,9 @@ class ComponentVectorEnv(SyncVectorEnv):
             value = self._rows.read(element.name)
             shown[name] = value[:, *element.index] if element.index else value
         infos = Infos()
-        for name, values in {**shown, **first.actuator.inputs(self._commands), **self._named_counters()}.items():
+        for name, values in {**shown, **first.actuator.inputs(self._commands), **self._counters}.items():
             infos[name], infos[f"_{name}"] = np.array(values), np.ones(self.num_envs, np.bool_)
-        for k, one in enumerate(self.envs) if first.draws_component else ():
+        for k, one in enumerate(self.envs) if first.drawn else ():
             infos = self._add_info(infos, info_of_draws(one.drawn), k)
         return infos
 

@@ -34,7 +34,7 @@ def value_and_grad(
     """
     steps = len(drive)
     value, slopes, actuator = 0.0, np.zeros_like(drive), env.actuator
-    sides = [int(one.element.name.startswith("right")) for one in actuator.driven]
+    sides = [int(element.name.startswith("right")) for element, *_ in actuator.driven]
     late = max(steps - actuator.delay, 0)
     for seed in seeds:
         _, info = env.reset(seed=seed)
