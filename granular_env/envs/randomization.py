@@ -83,7 +83,6 @@ def redrawn(component: Component, drawn: Drawn) -> Component:
     made = type(component)(**{**parameters, **drawn})
     if _state_shapes(made) != _state_shapes(component):
         raise ParameterError(f"drawing {', '.join(drawn)} changes the size of the component", at="randomise")
-    made.share_cautions(component.issued_cautions)
     return made
 
 

@@ -118,10 +118,7 @@ def _choose(observe: Any, component: Component, task: Task) -> Iterator[tuple[st
             raise ParameterError(f"got {one_line(places)}", expected=f'"{_EVERYTHING}": {name} is a single number', at=where)
         listed = places if isinstance(places, Iterable) else [places]
         indices = [whole_number(where, place, -shape[0], shape[0] - 1) % shape[0] for place in listed]
-        if not indices or len(set(indices)) < len(indices):
-            raise ParameterError(f"got {one_line(places)}", expected="one place or more, each once", at=where)
-        is_run = indices == list(range(indices[0], indices[0] + len(indices)))
-        yield name, (slice(indices[0], indices[-1] + 1) if is_run else indices,), scales[name]
+        yield name, (indices,), scales[name]
 
 
 @jit
