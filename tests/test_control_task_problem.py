@@ -40,8 +40,8 @@ def test_the_batch_and_the_single_environment_give_the_same_return(name, argumen
     found, steps = problem.returns(chosen, SEEDS)
     for member in range(4):
         episodes = [problem.play(OpenLoop(chosen[member]), seed) for seed in SEEDS]
-        assert found[member] == np.mean([episode.value for episode in episodes])
-        assert steps[member] == sum(len(episode.actions) for episode in episodes)
+        assert found[member] == np.mean([value for value, _ in episodes])
+        assert steps[member] == sum(len(actions) for _, actions in episodes)
 
 
 @pytest.mark.parametrize(
@@ -72,12 +72,10 @@ def test_the_objective_of_an_episode_at_rest_is_minus_its_return(name, arguments
     problem = Problem(name, arguments)
     drive = drives(problem, 1)[0]
     for seed in SEEDS:
-        start = (
-            problem.play(OpenLoop(np.zeros_like(drive)), seed).value + problem.value_and_grad(np.zeros_like(drive), [seed])[0]
-        )
+        start = problem.play(OpenLoop(np.zeros_like(drive)), seed)[0] + problem.value_and_grad(np.zeros_like(drive), [seed])[0]
         # What the wanted waves have in the chain at the start is missing then.
         value = problem.value_and_grad(drive, [seed])[0]
-        assert value - start == pytest.approx(-problem.play(OpenLoop(drive), seed).value, rel=1e-9)
+        assert value - start == pytest.approx(-problem.play(OpenLoop(drive), seed)[0], rel=1e-9)
 
 
 def test_every_environment_has_a_short_name():
@@ -106,8 +104,8 @@ def test_without_a_native_batch_gymnasiums_own_gives_the_single_returns(swing):
     found, steps = swing.returns(chosen, SEEDS)
     for member in range(3):
         episodes = [swing.play(OpenLoop(chosen[member]), seed) for seed in SEEDS]
-        assert found[member] == np.mean([episode.value for episode in episodes])
-        assert steps[member] == sum(len(episode.actions) for episode in episodes)
+        assert found[member] == np.mean([value for value, _ in episodes])
+        assert steps[member] == sum(len(actions) for _, actions in episodes)
 
 
 def test_without_gradients_a_method_that_wants_them_is_refused_by_name(swing):

@@ -9,7 +9,7 @@ import sys
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import ExitStack
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -21,20 +21,6 @@ from granular_env.envs.environment import ComponentEnv
 from granular_env.envs.factory import refuse_unknown
 from granular_env.envs.policies import OpenLoop, Policy
 from granular_env.envs.task import RowTask
-
-
-class Episode(NamedTuple):
-    """One episode of one actor.
-
-    Attributes:
-        value: the return.
-        actions: shape (control steps, entries), in units of the actions' scales.
-        duration: of a control step [s].
-    """
-
-    value: float
-    actions: FloatArray
-    duration: float
 
 
 class Problem:
@@ -49,6 +35,7 @@ class Problem:
     Attributes:
         stage: keyword arguments of the task's smooth objective, where they are not its defaults; None for those.
         steps: control steps of an episode.
+        duration: of a control step [s].
         entries: numbers in an action.
         rate: the environment's own limit of the action's change per control step, or None.
         gradient_runs: cost of an objective with its slopes, in forward runs; 0 where there are no slopes.
@@ -60,16 +47,13 @@ class Problem:
     stage: Mapping[str, Any] | None = None
 
     def __init__(self, name: str, arguments: Mapping[str, Any], folder: Path | None = None) -> None:
-        for key in {"hold", "clock"} & set(arguments):
-            raise ParameterError(
-                "it is no key of a study's task", hint="the methods ppo and sac have keys of that name", at=key
-            )
-        self.name, self._arguments = name, {"clock": 0, **arguments}
+        self.name, self._folder, self._arguments = name, folder, {"clock": 0, **arguments}
         self._make = find_environment(name, folder)
         self.env = self._make_single(**self._arguments)
         if math.isinf(self.env.deadline):
             raise ParameterError("got none", expected="a number of control steps: episodes have to end", at="deadline")
-        self.steps, self.entries = int(self.env.deadline), math.prod(self.env.action_space.shape or ())
+        self.steps, self.duration = int(self.env.deadline), self.env.duration
+        self.entries = self.env.actuator.size
         rate = self.env.actuator.rate
         self.rate = None if math.isinf(rate) else float(rate)
         is_smooth = isinstance(self.env.task, RowTask)
@@ -84,6 +68,10 @@ class Problem:
             hint = "name what returns ComponentEnv(component, task)"
             raise ParameterError(f"it makes {one_line(made)}", expected="a ComponentEnv", hint=hint, at="name")
         return env
+
+    def with_options(self, **options: Any) -> Problem:
+        """Return the same task with other options of its environment."""
+        return Problem(self.name, {**self._arguments, **options}, self._folder)
 
     @property
     def code(self) -> str:
@@ -114,29 +102,22 @@ class Problem:
         observations, _ = self._batch.reset(seed=list(seeds) * members)
         totals, steps = np.zeros(count), np.zeros(count, dtype=np.int64)
         running = np.ones(count, dtype=bool)
-        for step in range(self.steps):
+        for step in range(-(-self.steps // self.env.hold)):
             actions = np.where(running[:, None], act(step, observations), 0.0)
             observations, rewards, terminated, truncated, _ = self._batch.step(actions)
             totals[running] += rewards[running]
-            steps += running
+            steps += running * self.env.hold
             running &= ~(terminated | truncated)
             if not running.any():
                 break
         shape = (members, len(seeds))
-        return totals.reshape(shape).mean(axis=1), steps.reshape(shape).sum(axis=1)
+        return totals.reshape(shape).mean(axis=1), np.minimum(steps, self.steps).reshape(shape).sum(axis=1)
 
-    def vector(self, count: int, hold: int = 1, clock: int = 0) -> Any:
-        """Return a Gymnasium `VectorEnv`, which resets in the same step; native where the task judges rows.
-
-        Args:
-            count: of environments.
-            hold: control steps for which an action is held.
-            clock: readings of the time in the observation.
-        """
+    def vector(self, count: int) -> Any:
+        """Return that many environments as a Gymnasium `VectorEnv`, which resets in the same step."""
         from granular_env.envs import make_batch
 
-        options = {**self._arguments, "hold": hold, "clock": clock}
-        return make_batch(self._make_single, count, autoreset_mode="SameStep", **options)
+        return make_batch(self._make_single, count, autoreset_mode="SameStep", **self._arguments)
 
     # -- one at a time ----------------------------------------------------------------------------------------------------
 
@@ -144,8 +125,12 @@ class Problem:
         """Return the agents to compare with; doing nothing is always among them."""
         return {"nothing": OpenLoop(np.zeros((self.steps, self.entries))), **self.env.task.baselines()}
 
-    def play(self, actor: Policy, seed: int, log: Path | None = None) -> Episode:
-        """Play one episode in the single environment, recorded where a path is given."""
+    def play(self, actor: Policy, seed: int, log: Path | None = None) -> tuple[float, FloatArray]:
+        """Play one episode in the single environment, recorded where a path is given.
+
+        Returns:
+            The return; and the actions, shape (control steps, entries), in units of their scales.
+        """
         from granular_env.recording import record
 
         env, actions, total, over = self.env, [], 0.0, False
@@ -159,10 +144,10 @@ class Problem:
             while not over:
                 action = np.asarray(actor(observation, info), dtype=np.float64)
                 observation, reward, terminated, truncated, info = env.step(action)
-                actions.append(np.clip(action, -1.0, 1.0))
+                actions += [np.clip(action, -1.0, 1.0)] * env.hold
                 total += float(reward)
                 over = terminated or truncated
-        return Episode(total, np.array(actions), env.duration)
+        return total, np.array(actions[: self.steps])
 
     def value_and_grad(self, drive: FloatArray, seeds: Sequence[int]) -> tuple[float, FloatArray]:
         """Return the smooth objective, averaged over the episodes, and its slopes with respect to the drive, (steps, entries).

@@ -41,8 +41,8 @@ class Score(BaseModel):
     def of(cls, actor: Policy, problem: Problem, study: Study, log: Path | None = None) -> Self:
         """Play an actor in the test episodes; the first is recorded where a path is given."""
         episodes = [problem.play(actor, seed, None if place else log) for place, seed in enumerate(study.test_seeds)]
-        values, (_, actions, duration) = np.array([episode.value for episode in episodes]), episodes[0]
-        return cls(value=float(values.mean()), spread=float(values.std()), actions=actions.tolist(), duration=duration)
+        values, actions = np.array([value for value, _ in episodes]), episodes[0][1].tolist()
+        return cls(value=float(values.mean()), spread=float(values.std()), actions=actions, duration=problem.duration)
 
 
 class Trial(BaseModel):

@@ -116,7 +116,7 @@ def _run_trial(
     log.parent.mkdir(parents=True, exist_ok=True)
     trial = Trial(
         identity=identity, method=method.label, seed=seed, spent=search.spent, search_return=search.best_return,
-        curve=search.curve, score=Score.of(method.actor(search), problem, study, log),
+        curve=search.curve, score=Score.of(method.actor(search), method.problem(problem), study, log),
     )  # fmt: skip
     with replacing(path, ExperimentError) as part:
         part.write_text(trial.model_dump_json())
@@ -131,6 +131,8 @@ def prepare(study: Study, problem: Problem | None = None) -> tuple[Problem, Driv
     """
     if problem is None:
         with study.locate("task"):
+            for key in {"hold", "clock"} & set(study.task.arguments):
+                raise ParameterError("it is no key of a study's task", hint="ppo and sac have keys of that name", at=key)
             path = Path(study.origin)
             problem = Problem(study.task.name, study.task.arguments, path.resolve().parent if path.is_file() else None)
     table = study.drive
@@ -146,5 +148,4 @@ def prepare(study: Study, problem: Problem | None = None) -> tuple[Problem, Driv
             whole_number("knots", method.knots or 1, 1, driven)
         with study.locate():  # the first result of every method has to fit
             whole_number("budget", study.budget, math.ceil(method.least_runs(problem) * problem.steps * study.episodes))
-    rate = min((one for one in (table.rate, problem.rate) if one is not None), default=None)
-    return problem, DriveShape(problem.steps, problem.entries, **{**table.model_dump(), "rate": rate})
+    return problem, DriveShape(problem.steps, problem.entries, **table.model_dump(), rate=problem.rate)

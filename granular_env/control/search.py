@@ -94,7 +94,7 @@ class Search:
         if self.remaining_steps < self.problem.steps:
             raise BudgetSpentError
         self.count(self.problem.steps)
-        return self.shape.fit(self.problem.play(known[name], self.seeds[0]).actions)
+        return self.shape.fit(self.problem.play(known[name], self.seeds[0])[1])
 
     def returns(self, points: FloatArray) -> FloatArray:
         """Return the returns of some drives, averaged over the episodes.

@@ -54,7 +54,6 @@ class DriveTable(Table):
     driven: int | None = Field(default=None, ge=1, description="control steps that the knots span; after them the action is 0")
     lowest: float = Field(default=-1.0, ge=-1.0, le=1.0, description="least value of a knot, in units of the action's scale")
     highest: float = Field(default=1.0, ge=-1.0, le=1.0, description="greatest value of a knot")
-    rate: float | None = Field(default=None, gt=0.0, description="largest change of the action per control step")
 
     @model_validator(mode="after")
     def _validate_order(self) -> Self:

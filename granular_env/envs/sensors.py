@@ -90,7 +90,7 @@ class Sensors:
         if self.goal:
             seen[:, self.size : self.size + len(self.goal)] = np.clip(goals, -self.limit, self.limit)
         if self.clock:
-            seen[:, -self.clock :] = clock_readings(memories[:, ELAPSED], self.deadline, self.clock)
+            _show_clocks(memories[:, ELAPSED], self.deadline, seen[:, -self.clock :])
         return seen
 
 
@@ -142,19 +142,9 @@ def _blur_rows(readings, noise, limit, seeds, elapsed):
 _blur = jit(_blur_rows) if JIT else np.errstate(over="ignore")(_blur_rows)
 
 
-def clock_readings(elapsed: FloatArray, steps: float, count: int) -> npt.NDArray[np.float32]:
-    """Return the time as an agent sees it, cos(pi k elapsed / steps) with k = 1 to `count`; shape (environments, count).
-
-    An agent that does not see how late it is cannot do the right thing before a deadline (Pardo et al. 2018): what is at
-    rest looks the same at any time.
-    """
-    out = np.empty((len(elapsed), count), np.float32)
-    _show_clocks(elapsed, steps, out)
-    return out
-
-
 @jit
 def _show_clocks(elapsed, steps, out):
+    """Write cos(pi k elapsed / steps), k = 1, 2, ...; an agent without the time is blind to a deadline (Pardo et al. 2018)."""
     # cos((k + 1) x) = 2 cos(x) cos(k x) - cos((k - 1) x): one cosine instead of many, to 1e-14.
     for row in range(out.shape[0]):
         cosine = math.cos(math.pi * (elapsed[row] / steps))

@@ -44,6 +44,10 @@ class MethodTable(Table):
         """Return the cost of its first result, in forward runs of an episode."""
         return problem.gradient_runs + 1.0 if self.needs_gradient else 1.0
 
+    def problem(self, problem: Problem) -> Problem:
+        """Return the task as the best of a search plays it."""
+        return problem
+
     @abstractmethod
     def run(self, search: Search) -> None:
         """Search until the budget is spent (`BudgetSpentError`), or nothing more is to be found."""
