@@ -80,5 +80,5 @@ class Sb3VecEnv(VecEnv):
         return [found[place] for place in self._get_indices(indices)]
 
     def env_is_wrapped(self, wrapper_class: Any, indices: Any = None) -> list[bool]:
-        """Return False for each: no environment is wrapped by itself."""
+        """Return False for each: single environments have no wrappers."""
         return [False for _ in self._get_indices(indices)]

@@ -123,7 +123,7 @@ def load_study(source: Source, overrides: Overrides = ()) -> Study:
         load_study("pulse-forming", {"budget": 5000, "task.grains": 30, "method.0.population": 8})
 
     Raises:
-        ExperimentError: file, table, key, what came and what was expected; unknown keys with the nearest right one.
+        ExperimentError: gives file, table, key, the received and the expected value; for unknown keys the nearest right one.
     """
     return load(Study, source, overrides)
 

@@ -37,16 +37,15 @@ def environment_facts(name: str, arguments: Mapping[str, Any]) -> dict[str, Any]
     """Return what there is to know of an environment as JSON values; `arguments` as for `describe_environment`."""
     env, registered = gymnasium.make(name, disable_env_checker=True, **arguments).unwrapped, environments()[name]
     assert isinstance(env, ComponentEnv)
-    make, observations = load(registered.entry_point), env.observation_space
-    limits = sorted({*observations.low.tolist(), *observations.high.tolist()})
+    make, space = load(registered.entry_point), env.sensors.space
     return {
         "name": name,
         "description": (inspect.getdoc(make) or "").partition("\n")[0],
         "component": env.component.name,
         "actions": {name: f"{scale:g} {_unit(env, name)}" for name, scale in env.task.actions.items()},
         "action_size": env.actuator.size,
-        "observation_size": env.observation_space.shape[0],
-        "observation_limits": f"{limits[0]:g} to {limits[-1]:g}",
+        "observation_size": len(space.low),
+        "observation_limits": f"{space.low.min():g} to {space.high.max():g}",
         "control_step": env.duration,
         "internal_steps": env.internal_steps,
         "deadline": None if env.deadline == np.inf else env.deadline,

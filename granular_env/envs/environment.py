@@ -54,7 +54,7 @@ class ComponentEnv(gymnasium.Env[Observation, npt.NDArray[np.float32]]):
     ## Arguments
     * `component`: any `Component`.
     * `task`: any `Task` whose inputs and outputs the component has, or a function that makes one for a component: it is called
-      for each component that is drawn. A task holds the counters of an episode: give each environment one of its own.
+      for each component that is drawn. A task holds the counters of an episode: give each environment another one.
     * `internal_steps` (3): internal steps of the component in a control step.
     * `deadline` (None): control steps of an episode; None for no end.
     * `hold` (1): control steps for which an action is held (frame skip); the reward of a step is the sum of theirs. Rates,
@@ -142,7 +142,7 @@ class ComponentEnv(gymnasium.Env[Observation, npt.NDArray[np.float32]]):
             self._rows = native([self.component])
 
     def __getstate__(self) -> dict[str, Any]:
-        """Leave out what `bind` makes; a copy lives in memory of its own."""
+        """Leave out the attributes that `bind` makes: a copy has other memory."""
         return {name: value for name, value in vars(self).items() if name not in ("_row", "_commands", "_bytes", "_rows")}
 
     def __setstate__(self, state: dict[str, Any]) -> None:
@@ -169,7 +169,7 @@ class ComponentEnv(gymnasium.Env[Observation, npt.NDArray[np.float32]]):
             numbers = task.given_goal(given.pop("goal")) if "goal" in given else task.goal(self.np_random)
             goal = dict(zip(task.goal_names, numbers, strict=True))
         number = int(self.np_random.integers(2**31))
-        # What is not valid is refused before anything is replaced.
+        # Options that are not valid are refused before anything is replaced.
         if "snapshot" in given:
             component.restore(given["snapshot"])
         else:
@@ -216,7 +216,7 @@ class ComponentEnv(gymnasium.Env[Observation, npt.NDArray[np.float32]]):
         return self._observation(seen), total, terminated, late and not terminated, self._info(seen, inputs)
 
     def render(self) -> npt.NDArray[np.uint8] | None:  # type: ignore[override]
-        """Return a picture of the present state, shape (360, 960, 3), with what is wanted of it; None without a mode."""
+        """Return a picture of the present state, shape (360, 960, 3), with the marks of the task; None without a mode."""
         from .rendering import draw
 
         if self.render_mode is None:

@@ -32,7 +32,7 @@ def draw(component: Component, task: Task, wanted: FloatArray | None = None) -> 
     """Return a picture of the present state, shape (360, 960, 3), uint8.
 
     Args:
-        component: what is drawn.
+        component: to draw.
         task: gives names and scales.
         wanted: of each particle, what its coloured quantity should be now; None where nothing is wanted.
     """

@@ -36,7 +36,7 @@ class MethodTable(Table):
         return self.name or self.type
 
     def refuse_unless_installed(self) -> None:
-        """`MissingExtraError` with the command that installs what is missing."""
+        """Raise `MissingExtraError` with the command that installs a missing package."""
         for package in self.packages:
             import_optional(package, f"method {self.label!r}")
 

@@ -110,7 +110,7 @@ class ChainRows:
     @property
     def time(self) -> FloatArray:
         """Return the time since each chain's reset, shape (chains,) [s]."""
-        return self._ticks * self.components[0].step_size
+        return np.asarray(self._ticks * self.components[0].step_size, dtype=np.float64)
 
     def read(self, name: str) -> FloatArray:
         """Return an output of every chain of a batch, with a leading axis."""
@@ -127,7 +127,7 @@ class ChainRows:
         return self.components[k]
 
     def take_back(self, k: int) -> None:
-        """Take time and inputs of chain k, which was used by itself."""
+        """Take time and inputs of chain k after others have used it."""
         chain = self.components[k]
         self._ticks[k] = chain.tick
         for side, name in self._names:
