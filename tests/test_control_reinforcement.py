@@ -92,7 +92,7 @@ def test_a_trial_counts_every_control_step_and_finds_the_same_again(method, tmp_
         assert 3000 - 4 * 5 * 12 - 2 * 60 < search.spent <= 3000
         # Alone the best policy acts as it did in the batch.
         actor = method.actor(search)
-        assert np.mean([search.problem.play(actor, seed)[0] for seed in (5, 6)]) == search.best_return
+        assert np.mean([method.problem(search.problem).play(actor, seed)[0] for seed in (5, 6)]) == search.best_return
         found.append(search.curve)
     assert found[0] == found[1]
 
