@@ -43,7 +43,7 @@ def make_batch(
     make, count = partial(environment, info=info, **arguments), whole_number("num_envs", num_envs)
     first = make()
     if isinstance(first.task, RowTask):
-        return ComponentVectorEnv(first, count, autoreset_mode=autoreset_mode)
+        return ComponentVectorEnv(first, count, autoreset_mode)
     return SyncVectorEnv([make] * count, autoreset_mode=autoreset_mode)
 
 
@@ -52,7 +52,8 @@ class ComponentVectorEnv(SyncVectorEnv):
 
     `gymnasium.make_vec("granular_env/Protection-v1", num_envs=256)` makes one. It gives what `SyncVectorEnv` of the single
     environment gives, bit for bit: observations, rewards, ends and infos. Environment i is the single one reset with seed + i.
-    `copy.deepcopy`, pickle and cloudpickle give an independent batch that continues with the same bits.
+    `copy.deepcopy`, pickle and cloudpickle give an independent batch that continues with the same bits. To record an
+    environment, restore its saved state in a single one.
 
     Args:
         environment: all are like this one, which becomes the first; its task is a `RowTask`.
@@ -63,13 +64,7 @@ class ComponentVectorEnv(SyncVectorEnv):
 
     envs: list[ComponentEnv]  # type: ignore[assignment]
 
-    def __init__(
-        self,
-        environment: ComponentEnv,
-        num_envs: int = 1,
-        *,
-        autoreset_mode: str | AutoresetMode = AutoresetMode.NEXT_STEP,
-    ) -> None:
+    def __init__(self, environment: ComponentEnv, num_envs: int, autoreset_mode: str | AutoresetMode) -> None:
         make_more = partial(copy.deepcopy, environment)
         super().__init__([lambda: environment, *[make_more] * (num_envs - 1)], autoreset_mode=autoreset_mode)
         self.env_fns = ()

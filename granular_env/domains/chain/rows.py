@@ -12,7 +12,7 @@ from granular_env.components.chain import Chain
 from granular_env.components.chain import differentiable_quantities as quantities
 from granular_env.components.chain.layout import TALLY, WORK_LEFT, WORK_RIGHT, U, V
 from granular_env.components.chain.state import chain_state
-from granular_env.components.errors import StepError
+from granular_env.components.errors import ParameterError, StepError
 from granular_env.components.support.float_arrays import FloatArray
 from granular_env.components.support.jit import jit
 
@@ -127,8 +127,10 @@ class ChainRows:
         return self.components[k]
 
     def take_back(self, k: int) -> None:
-        """Take time and inputs of chain k after others have used it."""
+        """Take time and inputs of chain k after others have used it; `ParameterError` where an input follows a profile."""
         chain = self.components[k]
+        if chain.follows_profile:
+            raise ParameterError("an input follows a profile", hint="continue in a single environment", at="state")
         self._ticks[k] = chain.tick
         for side, name in self._names:
             self._inputs[k, _SIDES[side]] = chain.peek(name)
