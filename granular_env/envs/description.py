@@ -25,7 +25,8 @@ def describe_environment(name: str, arguments: Mapping[str, Any]) -> str:
         arguments: those that differ from the defaults; spaces may depend on them.
     """
     facts = environment_facts(name, arguments)
-    rows = [(key.replace("_", " "), str(value)) for key, value in facts.items() if not isinstance(value, dict)]
+    shown = {**facts, "control_step": f"{facts['control_step']:.6g} s"}
+    rows = [(key.replace("_", " "), str(value)) for key, value in shown.items() if not isinstance(value, dict)]
     parts = [wrap_text(f"environment {name}: {facts['description']}"), "", columns(rows[2:])]
     parts += ["", "actions, for an entry of 1", columns(facts["actions"].items())]
     parts += ["", "arguments (gymnasium.make, --set)", columns(facts["arguments"].items())]
