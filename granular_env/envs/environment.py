@@ -325,7 +325,7 @@ def validate_actions(actions: npt.ArrayLike, shape: tuple[int, ...], at: str) ->
         numbers = np.zeros(0)
     if numbers.shape != shape:
         raise ParameterError(f"got {one_line(actions)}", expected=f"numbers from -1 to 1 of shape {shape}", at=at)
-    if not all(map(math.isfinite, numbers.ravel().tolist())):
-        place = np.argwhere(~np.isfinite(numbers))[0].tolist()
-        raise ParameterError(f"got {numbers[tuple(place)]}", expected="a number from -1 to 1", at=(at, *place))
+    if not math.isfinite(sum(numbers.ravel().tolist())):
+        for place in np.argwhere(~np.isfinite(numbers)).tolist():
+            raise ParameterError(f"got {numbers[tuple(place)]}", expected="a number from -1 to 1", at=(at, *place))
     return numbers

@@ -177,7 +177,7 @@ class ComponentVectorEnv(SyncVectorEnv):
             memories[:, ELAPSED] += moving
             counters = dict(self._counters)
             gains, done = self._task.judge_rows(self._rows, self._constants, counters, memories[:, ELAPSED])
-            self._commands[moving] = commands[moving]
+            np.copyto(self._commands, commands, where=moving[:, None])
             for name, column in self._counters.items():
                 np.copyto(column, counters[name], where=moving)
             rewards += np.where(moving, gains, 0.0)

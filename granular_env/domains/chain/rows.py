@@ -150,7 +150,7 @@ class ChainRows:
         """
         before, done, errors = self._inputs.copy(), moving.copy(), dict[int, str]()
         for name, values in inputs.items():
-            self._inputs[moving, _SIDES[name.partition("_")[0]]] = values[moving]
+            np.copyto(self._inputs[:, _SIDES[name.partition("_")[0]]], values, where=moving)
         first = self.components[0]
         first.entries.advance_batch(self.tables, self._inputs, self._ticks, ticks, done, self._kept, self._first_row)
         # The kernel also returns where a chain has something to warn of: then the chain itself can take the step.
