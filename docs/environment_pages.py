@@ -6,6 +6,7 @@
 import re
 import sys
 import textwrap
+from collections.abc import Iterator
 from pathlib import Path
 
 import gymnasium
@@ -123,11 +124,28 @@ def action_table(env: ComponentEnv) -> list[str]:
 def observation_table(env: ComponentEnv) -> list[str]:
     """Return the lines of the table of an observation."""
     lines = ["| index | quantity | 1 stands for | min | max |", "|---|---|---|---|---|"]
-    for first, last, quantity, unit in env.observation_rows():
+    for first, last, quantity, unit in observation_rows(env):
         place = str(first) if first == last else f"{first} to {last}"
         low, high = env.observation_space.low[first], env.observation_space.high[first]
         lines.append(f"| {place} | {quantity} | {unit} | {low:g} | {high:g} |")
     return lines
+
+
+def observation_rows(env: ComponentEnv) -> Iterator[tuple[int, int, str, str]]:
+    """Yield first and last index of each part of a full observation, what it shows, and what an entry of 1 stands for."""
+    sensors, size = env.sensors, env.observation_space.shape[0]
+    for name, index, place, scale in sensors.readings:
+        variable = env.component.variables[name]
+        where = f" of every {variable.axes[0]}" if variable.axes else ""
+        if index:
+            where = f" at {', '.join(map(str, np.ravel(np.arange(variable.shape[0])[index[0]] if len(index) == 1 else index)))}"
+        if len(variable.shape) > 1 and not index:
+            where += f", {' x '.join(map(str, variable.shape))} numbers"
+        yield place.start, place.stop - 1, f"`{name}`{where}", f"{scale:.6g} {variable.unit}".removesuffix(" 1")
+    for place, (name, scale) in enumerate(sensors.goal.items(), sensors.size):
+        yield place, place, f"`{name}` of the goal", f"{scale:.6g}"
+    for k, place in enumerate(range(size - env.clock, size), 1):
+        yield place, place, f"clock: cos({'' if k == 1 else f'{k} '}pi t / T)", "1"
 
 
 def play_of(short: str) -> tuple[int, str | OpenLoop]:
@@ -175,7 +193,7 @@ def write_picture(name: str, path: Path) -> None:
 
 def palette_strip() -> np.ndarray:
     """Return a picture that holds the colours of all others in equal parts: paper, ink, and blue to red; shape (8, n, 3)."""
-    velocities = np.array(rendering._colours(np.linspace(-1.0, 1.0, 25) ** 3), dtype=np.uint8)
+    velocities = np.array(rendering.colours_of(np.linspace(-1.0, 1.0, 25) ** 3), dtype=np.uint8)
     greys = np.linspace(0, 255, 12).astype(np.uint8)[:, None].repeat(3, axis=1)
     colours = np.concatenate([velocities, velocities // 2, greys])
     return np.broadcast_to(colours, (8, *colours.shape)).copy()

@@ -11,7 +11,7 @@ import granular_env as ge
 from granular_env.domains.chain.tasks.absorption import make_absorption
 from granular_env.domains.chain.tasks.matched_end import Dashpot, Sensors
 from granular_env.domains.chain.tasks.pulse_forming import make_pulse_forming
-from granular_env.envs import ComponentEnv, RecordEnv
+from granular_env.envs import ComponentEnv
 from granular_env.envs.policies import OpenLoop, Policy
 from granular_env.recording import open_log
 from granular_env.viewing import recorded_fields, scene_builder
@@ -35,12 +35,12 @@ _COLOURS = 128
 def recorded(name: str, env: ComponentEnv, policy: Policy, options: dict | None = None) -> dict[str, float]:
     """One episode into logs/gallery/NAME.mcap; its counters."""
     titled = {"experiment": {"name": f"gallery/{name}"}, "variables": ["displacement", "velocity"]}
-    with RecordEnv(env, LOGS / f"{name}.mcap", every=EVERY, overwrite=True, **titled) as wrapped:
-        observation, info = wrapped.reset(seed=0, options=options)
+    with ge.record(env.component, LOGS / f"{name}.mcap", every=EVERY, overwrite=True, **titled):
+        observation, info = env.reset(seed=0, options=options)
         policy.reset()
         over = False
         while not over:
-            observation, _, terminated, truncated, info = wrapped.step(policy(observation, info))
+            observation, _, terminated, truncated, info = env.step(policy(observation, info))
             over = terminated or truncated
     return {counter: float(info[counter]) for counter in env.task.counter_names}
 

@@ -6,20 +6,19 @@ Run it with `python examples/gym_loop.py`; it writes a log into the present fold
 import gymnasium as gym
 
 import granular_env as ge
-from granular_env.envs import RecordEnv
 
 PUSH, CONTROL_STEPS = 0.24, 12  # 2.4 m/s for 18 us
 
 
 def main() -> dict[str, float]:
-    env = RecordEnv(gym.make("granular_env/Piston-v1", grains=64), "episode.mcap", overwrite=True)
-    env.reset(seed=0)
+    env = gym.make("granular_env/Piston-v1", grains=64)
     total, count, over = 0.0, 0, False
     info = {}
-    while not over:
-        _, reward, terminated, truncated, info = env.step([PUSH if count < CONTROL_STEPS else 0.0])
-        total, count, over = total + float(reward), count + 1, terminated or truncated
-    env.close()
+    with ge.record(env.unwrapped.component, "episode.mcap", overwrite=True):
+        env.reset(seed=0)
+        while not over:
+            _, reward, terminated, truncated, info = env.step([PUSH if count < CONTROL_STEPS else 0.0])
+            total, count, over = total + float(reward), count + 1, terminated or truncated
     return {
         "return": total,
         "closeness to the wanted 5 m/s": info["closeness"],

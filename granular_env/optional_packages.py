@@ -12,6 +12,9 @@ _INSTALL = {
     "matplotlib": ("matplotlib", "pip install 'granular-env[view]'"),
     "pandas": ("pandas", "pip install 'granular-env[sweep]'"),
     "ray": ("ray", "pip install 'granular-env[ray]'"),
+    "cma": ("cma", "pip install 'granular-env[control]'"),
+    "torch": ("torch", "pip install 'granular-env[rl]'"),
+    "stable_baselines3": ("stable-baselines3", "pip install 'granular-env[rl]'"),
     "xarray": ("xarray", "pip install 'granular-env[data]'"),
 }
 

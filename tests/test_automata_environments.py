@@ -59,7 +59,7 @@ def test_each_episode_draws_its_strengths() -> None:
 
     first, second = strengths(1), strengths(2)
     assert (first != second).any() and (first == strengths(1)).all() and (first != strengths(None)).any()
-    assert env.draws_component
+    assert env.randomization.parameters
     env.reset(seed=1)
     state = env.save()
     env.reset(seed=2)
@@ -67,7 +67,7 @@ def test_each_episode_draws_its_strengths() -> None:
     np.testing.assert_array_equal(env.component.steps.medium.law.factors, first)
     one = make_confinement(strength_seed=3, deadline=4, internal_steps=2)
     one.reset(seed=1)
-    assert not one.draws_component and one.component.parameters.strength_seed == 3
+    assert not one.randomization.parameters and one.component.parameters.strength_seed == 3
     with pytest.raises(ParameterError, match="strength_seed"):
         one.restore(state)
 
@@ -121,13 +121,12 @@ def test_saved_states_and_copies_go_on_with_the_same_bits_also_while_it_cracks()
 
 
 def test_an_episode_is_recorded_with_the_loads_that_the_task_adds(tmp_path) -> None:
-    from granular_env.envs import RecordEnv
-
-    env = gymnasium.make(NAME, deadline=4, internal_steps=5)
-    with RecordEnv(env, tmp_path / "episode.mcap", variables=["velocity", "linked"]) as recorded:
-        recorded.reset(seed=0)
+    env = make_confinement(deadline=4, internal_steps=5)
+    env.reset(seed=0)
+    with ge.record(env.component, tmp_path / "episode.mcap", variables=["velocity", "linked"]):
+        env.reset(seed=0)  # the same specimen again
         for _ in range(4):
-            recorded.step(np.array([0.1], np.float32))
+            env.step(np.array([0.1], np.float32))
     with ge.open_log(tmp_path / "episode.mcap") as log:
         assert set(log.inputs) == {"left_traction", "right_traction", "top_velocity"}
         assert log.inputs["right_traction"][1][-1].tolist() == pytest.approx([-0.1 * SCALE, 0.0])

@@ -64,29 +64,21 @@ def test_a_clock_makes_the_deadline_an_end_that_is_not_looked_beyond():
 def test_single_environments_are_reached_by_their_indices():
     from granular_env.control.stable_baselines import Sb3VecEnv
 
-    env = Sb3VecEnv(batch(3, render_mode="rgb_array"))
+    env = Sb3VecEnv(batch(3))
     env.seed(1)
     env.reset()
     assert env.get_attr("deadline") == [60] * 3 and env.get_attr("np_random_seed", [2]) == [3]
-    states = env.env_method("save", indices=[0, 2])
-    assert len(states) == 2
     env.step(np.full((3, 1), 0.5, np.float32))
-    env.env_method("restore", states[0], indices=0)
-    assert [state.snapshot.tick for state in env.env_method("save")] == [0, 3, 3]
+    assert [state.snapshot.tick for state in env.env_method("save", indices=[0, 2])] == [3, 3]
     env.set_attr("step_error_reward", -5.0, indices=[1])
     assert env.get_attr("step_error_reward") == [-10.0, -5.0, -10.0]
-    with pytest.raises(ParameterError, match="cannot be set in a batch"):
-        env.set_attr("deadline", 3)
-    assert [image.shape for image in env.get_images()] == [(360, 960, 3)] * 3
 
 
 def test_a_batch_that_resets_otherwise_is_refused():
     from granular_env.control.stable_baselines import Sb3VecEnv
 
-    with pytest.raises(ParameterError, match="its autoreset_mode is .*, expected AutoresetMode.SAME_STEP"):
-        Sb3VecEnv(batch(mode=AutoresetMode.NEXT_STEP))
-    for wrong in (3, gymnasium.make("granular_env/Protection-v1", **SMALL)):
-        with pytest.raises(ParameterError, match="expected a VectorEnv"):
+    for wrong in (batch(mode=AutoresetMode.NEXT_STEP), gymnasium.make("granular_env/Protection-v1", **SMALL)):
+        with pytest.raises(ParameterError, match="expected AutoresetMode.SAME_STEP"):
             Sb3VecEnv(wrong)
 
 
@@ -100,7 +92,7 @@ def test_a_trial_counts_every_control_step_and_finds_the_same_again(method, tmp_
         assert 3000 - 4 * 5 * 12 - 2 * 60 < search.spent <= 3000
         # Alone the best policy acts as it did in the batch.
         actor = method.actor(search)
-        assert np.mean([search.problem.play(actor, seed).value for seed in (5, 6)]) == search.best_return
+        assert np.mean([method.problem(search.problem).play(actor, seed)[0] for seed in (5, 6)]) == search.best_return
         found.append(search.curve)
     assert found[0] == found[1]
 

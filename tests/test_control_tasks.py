@@ -386,20 +386,6 @@ def test_the_walls_impulse_is_the_momentum_that_is_missing() -> None:
     assert info["delivered_impulse"] == pytest.approx(taken, rel=1e-3)
 
 
-@pytest.mark.parametrize(
-    ("name", "given", "words"),
-    [
-        ("Piston", {"grains": 5, "chain": {"grains": 7}}, "chain.grains: got 7, and grains = 5 as an argument of the env"),
-        ("Protection", {"grains": 64, "chain": {"grains": 7}}, "chain.grains: got 7, and grains = 64"),
-        ("PulseForming", {"radius": 3e-3, "chain": {"radius": 2e-3}}, "chain.radius: got 0.002, and radius = 0.003"),
-        ("Splitting", {"columns": 8, "discs": {"columns": 9}}, "discs.columns: got 9, and columns = 8"),
-    ],
-)
-def test_a_parameter_that_is_given_twice_is_refused(name: str, given: dict, words: str) -> None:
-    with pytest.raises(ParameterError, match=words):
-        gymnasium.make(f"granular_env/{name}-v1", **given)
-
-
 # -- deadlines --------------------------------------------------------------------------------------------------------
 
 

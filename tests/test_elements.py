@@ -93,5 +93,5 @@ def test_a_task_drives_and_sees_elements() -> None:
     assert env.component.get("force").tolist() == [[-1.0, 0.0], [0.0, 0.0], [2.0, 0.0]]
     velocity = env.component.get("velocity")[2, 0]
     assert reward == info["velocity[2,0]"] == velocity > 0.0 and observation[1] == pytest.approx(velocity / 0.5)
-    with pytest.raises(ParameterError, match=r"action: got nan for force\[-1,0\]"):
+    with pytest.raises(ParameterError, match=r"action\[1\]: got nan"):
         env.step([0.0, np.nan])

@@ -36,13 +36,13 @@ def test_a_page_is_what_the_environment_says(pages: ModuleType, name: str) -> No
 
 
 @pytest.mark.parametrize("name", ENVIRONMENTS)
-def test_a_table_covers_the_observation_and_says_what_each_number_is(name: str) -> None:
+def test_a_table_covers_the_observation_and_says_what_each_number_is(pages: ModuleType, name: str) -> None:
     env = gymnasium.make(name).unwrapped
     observation, info = env.reset(seed=1)
     for action in (0.1, -0.2, 0.15):
         observation, *_, info = env.step(np.full(env.action_space.shape, action))
     covered = []
-    for first, last, quantity, unit in env.observation_rows():
+    for first, last, quantity, unit in pages.observation_rows(env):
         covered += range(first, last + 1)
         scale = float(unit.split()[0])
         name, where = quantity.split("`")[1:3] if quantity.startswith("`") else ("", quantity)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import pickle
 import subprocess
 import sys
 import warnings
@@ -15,7 +14,8 @@ import gymnasium
 import numpy as np
 import pytest
 from gymnasium.utils.env_checker import check_env
-from support.env_toys import MAKERS, SMALL, Swing, actions, transcript
+from support.env_toys import MAKERS, SMALL, Swing, actions, bits, transcript
+from support.task_check import check_task
 
 import granular_env.envs  # noqa: F401 - registers the environments
 from granular_env.components.component import Component
@@ -23,7 +23,7 @@ from granular_env.components.errors import ParameterError
 from granular_env.components.oscillator import Oscillator
 from granular_env.domains.chain.tasks import ENVIRONMENTS
 from granular_env.domains.chain.tasks.piston import make_piston
-from granular_env.envs import ComponentEnv, Task, check_task
+from granular_env.envs import ComponentEnv, Task
 
 ROOT = Path(__file__).resolve().parent.parent
 
@@ -153,10 +153,10 @@ def test_an_invalid_action_is_refused_and_nothing_moves(make: Callable[..., Comp
     env = make()
     env.reset(seed=1)
     env.step([0.5])
-    before = pickle.dumps(env.save())
+    before = bits(env.save())
     with pytest.raises(ParameterError, match="action"):
         env.step(action)
-    assert pickle.dumps(env.save()) == before
+    assert bits(env.save()) == before
 
 
 # -- episodes ---------------------------------------------------------------------------------------------------------
@@ -177,7 +177,7 @@ def test_reset_leaves_nothing_behind(make: Callable[..., ComponentEnv]) -> None:
     transcript(used, actions(50, seed=1))
     for env in (used, fresh):
         env.reset(seed=2)
-    assert pickle.dumps(used.save()) == pickle.dumps(fresh.save())
+    assert bits(used.save()) == bits(fresh.save())
     assert transcript(used, actions(60)) == transcript(fresh, actions(60))
 
 
@@ -185,11 +185,11 @@ def test_options_give_start_values() -> None:
     env = make_piston(**SMALL)
     _, info = env.reset(options={"velocity": {0: 2.0, -1: -1.0}})
     assert info["velocity"].tolist() == [2.0, *[0.0] * 6, -1.0]
-    before = pickle.dumps(env.save())
-    for options in ({"velocty": 1.0}, {"velocity": math.nan}, {"seed": 1.0}, {"velocity": [1.0]}, 3, ["velocity"]):
+    before = bits(env.save())
+    for options in ({"velocty": 1.0}, {"velocity": math.nan}, {"velocity": [1.0]}, {"snapshot": 3}):
         with pytest.raises(ParameterError):
-            env.reset(options=options)  # type: ignore[arg-type]
-        assert pickle.dumps(env.save()) == before
+            env.reset(options=options)
+        assert bits(env.save()) == before
     env.step([0.0])
 
 
@@ -231,7 +231,6 @@ def test_a_refused_step_ends_the_episode_with_the_last_good_state() -> None:
         ("actions", {"forse": 1.0}, "did you mean 'force'"),
         ("actions", {"position": 1.0}, "actions.position: got 'position', expected an input of"),
         ("actions", {"force": 0.0}, "more than 0"),
-        ("actions", {}, "none"),
     ],
 )
 def test_a_task_that_does_not_fit_is_refused(attribute: str, value: dict, words: str) -> None:
@@ -279,70 +278,14 @@ class Drawing(Steady):
         return float(np.random.default_rng().random()), False
 
 
-class Stepping(Steady):
-    def judge(self, component: Component, seen: Any, duration: float) -> tuple[float, bool]:
-        component.step(component.step_size)
-        return 0.0, False
-
-
-class ArrayCounter(Steady):
-    def begin(self, component: Component, seen: Any) -> None:
-        self.counters = {"count": np.zeros(3)}  # type: ignore[dict-item]
-
-
 def steady(task: Task) -> ComponentEnv:
     return ComponentEnv(Oscillator(step_size=0.01), task, internal_steps=5, deadline=20)
 
 
 @pytest.mark.parametrize("task", [Hidden, Leftover, Drawing])
 def test_a_task_that_remembers_something_outside_its_counters_is_found(task: type[Task]) -> None:
-    with pytest.raises(ParameterError, match=r"task 'steady': reward: got .* after action \d.*counters"):
+    with pytest.raises(AssertionError, match=r"task 'steady': reward: .* after action \d"):
         check_task(steady(task()))
-
-
-@pytest.mark.parametrize(
-    ("task", "said"),
-    [
-        (Stepping, "its judge moved the component from tick 5 to 6; read the component with get"),
-        (ArrayCounter, r"counters: got .*expected name -> number"),
-    ],
-)
-def test_a_task_that_steps_or_counts_in_arrays_is_refused_by_its_environment(task: type[Task], said: str) -> None:
-    with pytest.raises(ParameterError, match=f"task 'steady': {said}"):
-        env = steady(task())
-        env.reset(seed=0)
-        env.step([0.5])
-
-
-@pytest.mark.parametrize(
-    "name",
-    [
-        "position",
-    ],
-)
-def test_a_counter_with_a_name_that_info_has_is_refused(name: str) -> None:
-    class Clash(Steady):
-        def begin(self, component: Component, seen: Any) -> None:
-            self.counters = {name: -5.0}
-
-    with pytest.raises(ParameterError, match=f"counters: got {name}"):
-        steady(Clash()).reset(seed=0)
-
-
-@pytest.mark.parametrize(
-    ("given", "said"),
-    [
-        ((float("nan"), False), "its reward is nan"),
-        ((float("inf"), False), "its reward is inf"),
-        (0.5, "expected .reward, done"),
-    ],
-)
-def test_what_a_task_in_python_returns_is_looked_at(given: Any, said: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(Swing, "judge", lambda self, component, seen, duration: given)
-    env = ComponentEnv(Oscillator(step_size=0.01), Swing())
-    env.reset(seed=1)
-    with pytest.raises(ParameterError, match=f"'swing': .*{said}"):
-        env.step([0.0])
 
 
 @pytest.mark.parametrize("name", sorted(ENVIRONMENTS))

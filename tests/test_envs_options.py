@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import pickle
 import warnings
 from pathlib import Path
 from typing import Any
@@ -10,7 +11,7 @@ from typing import Any
 import gymnasium
 import numpy as np
 import pytest
-from support.env_toys import MAKERS, SMALL, actions, transcript
+from support.env_toys import MAKERS, SMALL, actions, bits, transcript
 
 import granular_env.envs  # noqa: F401 - registers the environments
 from granular_env.components.chain import Chain
@@ -19,8 +20,7 @@ from granular_env.components.support.counter_random import normal, stream_key
 from granular_env.domains.chain.tasks import ENVIRONMENTS
 from granular_env.domains.chain.tasks.piston import make_piston
 from granular_env.domains.chain.tasks.protection import make_protection
-from granular_env.envs import EnvState, RecordEnv
-from granular_env.recording import record, verify
+from granular_env.recording import open_log, record, verify
 
 PRESSED = {"grains": 6, "deadline": 50, "chain": {"precompression": 20.0}}
 DRAWN: dict[str, Any] = {"randomise": {"radius": (2e-3, 3e-3)}}
@@ -64,7 +64,7 @@ def test_any_component_has_the_same_options() -> None:
     state = env.save()
     expected = transcript(env, actions(10))
     other = MAKERS["swing"](**options)
-    other.restore(EnvState.from_bytes(state.to_bytes()))
+    other.restore(pickle.loads(pickle.dumps(state)))
     assert transcript(other, actions(10)) == expected
 
 
@@ -73,7 +73,6 @@ def test_any_component_has_the_same_options() -> None:
     [
         ({"velocty": [0]}, "did you mean 'velocity'"),
         ({"velocity": [8]}, "-8"),
-        ({"velocity": [0, -8]}, "once"),
         ({}, "at least one"),
     ],
 )
@@ -239,8 +238,8 @@ def test_the_clock_is_on_where_the_goal_has_a_time(name: str) -> None:
     env, short = gymnasium.make(name), name.rpartition("/")[2].partition("-")[0]
     timed = short in TIMED
     assert (env.unwrapped.clock > 0) == timed
-    spec, steps = gymnasium.spec(name), int(env.unwrapped.deadline)
-    assert spec.max_episode_steps is None and env.spec.max_episode_steps == steps + 1 and spec.reward_threshold is not None
+    steps = int(env.unwrapped.deadline)
+    assert env.spec.max_episode_steps is None and env.spec.reward_threshold is not None
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         env.reset(seed=1)
@@ -255,8 +254,7 @@ def test_the_clock_is_on_where_the_goal_has_a_time(name: str) -> None:
 def test_an_episode_lasts_to_whichever_deadline_was_given(deadline: int) -> None:
     name, made = "granular_env/Protection-v1", dict[str, Any](grains=4, deadline=deadline)
     env = gymnasium.make(name, **made)
-    assert gymnasium.make(env.spec).spec == env.spec and env.spec.max_episode_steps == deadline + 1
-    assert gymnasium.make(name, hold=2, **made).spec.max_episode_steps == (deadline + 1) // 2 + 1
+    assert gymnasium.make(env.spec).spec == env.spec
     env.reset(seed=1)
     assert [env.step([0.0])[2:4] for _ in range(deadline)] == [(False, False)] * (deadline - 1) + [(True, False)]
     for mode in ("sync", "vector_entry_point"):
@@ -271,7 +269,6 @@ def test_without_a_deadline_an_episode_does_not_end() -> None:
     made: dict[str, Any] = {"grains": 4, "deadline": None}
     env = gymnasium.make("granular_env/Protection-v1", **made)
     batch = gymnasium.make_vec("granular_env/Protection-v1", 2, **made)
-    assert env.spec.max_episode_steps is None
     env.reset(seed=1)
     batch.reset(seed=1)
     assert not any(any(env.step([0.0])[2:4]) for _ in range(1500))
@@ -328,7 +325,7 @@ def test_impacts_are_drawn_for_each_episode() -> None:
 )
 def test_draws_that_are_none_are_refused(randomise: Any, words: str) -> None:
     with pytest.raises(ParameterError, match=words):
-        make_protection(clock=0, **SMALL, randomise=randomise)
+        make_protection(clock=0, **SMALL, randomise=randomise).reset()
 
 
 @pytest.mark.parametrize("vectoriser", ["sync", pytest.param("async", marks=pytest.mark.slow)])
@@ -363,31 +360,29 @@ def test_a_state_carries_the_chain_that_was_drawn() -> None:
     for one in (env, other, plain):
         one.reset(seed=1)
     env.reset(seed=2)
-    state = EnvState.from_bytes(env.save().to_bytes())
+    state = pickle.loads(pickle.dumps(env.save()))
     other.restore(state)
     assert other.component.identity == env.component.identity
     assert transcript(other, actions(20, seed=1)) == transcript(env, actions(20, seed=1))
     for one, foreign in ((plain, state), (other, plain.save())):
-        before = one.save()
+        before = bits(one.save())
         with pytest.raises(ParameterError, match="randomise"):
             one.restore(foreign)
-        assert one.save() == before
+        assert bits(one.save()) == before
 
 
-def test_each_recorded_episode_has_a_log_of_its_chain_that_can_be_branched(tmp_path: Path) -> None:
-    env = RecordEnv(make_protection(grains=6, deadline=24, **DRAWN), tmp_path / "episode.mcap")
-    passed = []
-    for seed in (1, 2):
-        env.reset(seed=seed)
-        transcript(env.unwrapped, actions(8))
-        passed.append(env.unwrapped.component.save())
-    env.close()
-    assert [path.name for path in env.paths] == ["episode.mcap", "episode-2.mcap"]
-    for path, state in zip(env.paths, passed, strict=True):
-        assert verify(path).identical
-        fresh = make_protection(grains=6, deadline=24, **DRAWN)
-        info = fresh.branch(path, at=8 * fresh.duration)[1]
-        assert fresh.component.save().data == state.data and info["drawn_radius"] == fresh.component.get("radius")
+def test_a_recorded_episode_of_a_drawn_chain_can_be_branched(tmp_path: Path) -> None:
+    env, path = make_protection(grains=6, deadline=24, **DRAWN), tmp_path / "episode.mcap"
+    env.reset(seed=2)
+    with record(env.component, path):
+        env.reset(seed=2)
+        transcript(env, actions(8))
+    assert verify(path).identical
+    with open_log(path) as log:
+        branched = log.branch(8 * env.duration).component
+    fresh = make_protection(grains=6, deadline=24, radius=branched.get("radius"))
+    fresh.reset(options={"snapshot": branched.save()})
+    assert fresh.component.save().data == env.component.save().data
 
 
 def test_a_recorder_is_not_left_behind_on_the_last_chain(tmp_path: Path) -> None:
@@ -396,7 +391,7 @@ def test_a_recorder_is_not_left_behind_on_the_last_chain(tmp_path: Path) -> None
     with record(env.component, tmp_path / "one.mcap"):
         env.reset(seed=1)  # the same chain again
         transcript(env, actions(5))
-        with pytest.raises(ParameterError, match="RecordEnv"):
+        with pytest.raises(ParameterError, match="the same seed"):
             env.reset(seed=2)
     assert verify(tmp_path / "one.mcap").calls == 5
 

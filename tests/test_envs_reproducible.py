@@ -56,7 +56,7 @@ for name, arguments in CASES:
         rewards.append(reward)
     found[f"{what}: theory"] = said(*theory)
     found[f"{what}: rewards"] = said(*rewards)
-    found[f"{what}: episode"] = hashlib.sha256(env.save().to_bytes()).hexdigest()[:12]
+    found[f"{what}: episode"] = hashlib.sha256(env.save().snapshot.to_bytes()).hexdigest()[:12]
     if name != "Piston-v1":
         env.reset(seed=4)
         drive = np.full((40, 2), 20.0 if "force" in next(iter(task.actions)) else 0.5)

@@ -88,7 +88,7 @@ def test_a_recorded_episode_replays_and_is_not_filled_again_in_its_middle(tmp_pa
     log = open_log(path)
     np.testing.assert_array_equal(log.series("gas_pressure")[1][-1], end)
     other = make_relief(deadline=17)
-    other.branch(path, 8e-6)
+    other.reset(options={"snapshot": log.branch(8e-6).component.save()})
     other.step([1.0])
     assert other.component.get("vent_area") == pytest.approx(6e-4)
     assert other.component.time == pytest.approx(12e-6)

@@ -3,25 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
 from granular_env.components.support.float_arrays import FloatArray
-
-
-class _Places(NamedTuple):
-    """The knots that every driven step lies between.
-
-    Attributes:
-        before, after: numbers of the knots, shape (driven,).
-        part: position between them, 0 to 1.
-    """
-
-    before: npt.NDArray[np.int64]
-    after: npt.NDArray[np.int64]
-    part: FloatArray
 
 
 @dataclass(frozen=True)
@@ -114,15 +100,16 @@ class DriveShape:
             knots[k] = (knots[k] - side[k] * knots[k + 1]) / pivot[k]
         return np.clip(knots.T.reshape(-1), self.lowest, self.highest)
 
-    def _places(self) -> _Places:
+    def _places(self) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64], FloatArray]:
+        """Return the knots before and after every driven step, and its position between them, 0 to 1; shape (driven,)."""
         driven = min(self.driven or self.steps, self.steps)
         step = np.arange(driven)
         if self.between == "held" or self.knots == 1:
             before = step * self.knots // driven
-            return _Places(before, before, np.zeros(driven))
+            return (before, before, np.zeros(driven))
         along = step * (self.knots - 1) / max(driven - 1, 1)
         before = np.minimum(along.astype(np.int64), self.knots - 2)
-        return _Places(before, before + 1, along - before)
+        return (before, before + 1, along - before)
 
 
 def _limit_rate(wished: FloatArray, rate: float) -> FloatArray:
@@ -144,24 +131,3 @@ def _limit_rate_pullback(wished: FloatArray, slopes: FloatArray, rate: float) ->
         pulled[step] = np.where(free[step], carried, 0.0)
         carried = np.where(free[step], 0.0, carried)
     return pulled
-
-
-class Drive:
-    """A drive as an agent: the same actions whatever is observed.
-
-    Args:
-        actions: shape (steps, entries); after the last of them, 0.
-    """
-
-    def __init__(self, actions: FloatArray) -> None:
-        self.actions = np.asarray(actions, dtype=np.float64)
-        self._step = 0
-
-    def reset(self) -> None:
-        """Begin an episode."""
-        self._step = 0
-
-    def __call__(self, observation: Any, info: Any) -> FloatArray:
-        """Return the action of the next control step, shape (entries,)."""
-        step, self._step = self._step, self._step + 1
-        return self.actions[step] if step < len(self.actions) else np.zeros(self.actions.shape[1])

@@ -8,49 +8,19 @@ import re
 import sys
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import ExitStack
-from importlib import import_module
 from pathlib import Path
-from typing import Any, NamedTuple, Protocol
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from granular_env.components.errors import GranularError, ParameterError, nearest, one_line
+from granular_env.components.errors import ParameterError, nearest, one_line
 from granular_env.components.support.float_arrays import FloatArray
 from granular_env.domains import domain_of, environments, load
 from granular_env.envs.environment import ComponentEnv
-from granular_env.envs.factory import known_arguments
-from granular_env.envs.task import RowTask, no_objective
-
-from .drive import Drive
-
-# The arguments that a study gives every environment which takes them.
-_DEFAULTS = {"hold": 1, "clock": 0, "info": "brief"}
-
-
-class Actor(Protocol):
-    """A chooser of actions in a single environment: a drive, a baseline, a trained policy."""
-
-    def reset(self) -> None:
-        """Begin an episode."""
-
-    def __call__(self, observation: Any, info: Any) -> npt.ArrayLike:
-        """Return the action of the next control step."""
-        ...
-
-
-class Episode(NamedTuple):
-    """One episode of one actor.
-
-    Attributes:
-        value: the return.
-        actions: shape (control steps, entries), in units of the actions' scales.
-        duration: of a control step [s].
-    """
-
-    value: float
-    actions: FloatArray
-    duration: float
+from granular_env.envs.factory import refuse_unknown
+from granular_env.envs.policies import OpenLoop, Policy
+from granular_env.envs.task import RowTask
 
 
 class Problem:
@@ -65,6 +35,7 @@ class Problem:
     Attributes:
         stage: keyword arguments of the task's smooth objective, where they are not its defaults; None for those.
         steps: control steps of an episode.
+        duration: of a control step [s].
         entries: numbers in an action.
         rate: the environment's own limit of the action's change per control step, or None.
         gradient_runs: cost of an objective with its slopes, in forward runs; 0 where there are no slopes.
@@ -76,39 +47,31 @@ class Problem:
     stage: Mapping[str, Any] | None = None
 
     def __init__(self, name: str, arguments: Mapping[str, Any], folder: Path | None = None) -> None:
-        for key in {"hold", "clock"} & set(arguments):
-            raise ParameterError(
-                "it is no key of a study's task", hint="the methods ppo and sac have keys of that name", at=key
-            )
-        self.name, self._arguments = name, {"clock": 0, **arguments}
+        self.name, self._folder, self._arguments = name, folder, {"clock": 0, **arguments}
         self._make = find_environment(name, folder)
         self.env = self._make_single(**self._arguments)
         if math.isinf(self.env.deadline):
             raise ParameterError("got none", expected="a number of control steps: episodes have to end", at="deadline")
-        self.steps, self.entries = int(self.env.deadline), math.prod(self.env.action_space.shape or ())
+        self.steps, self.duration = int(self.env.deadline), self.env.duration
+        self.entries = self.env.actuator.size
         rate = self.env.actuator.rate
         self.rate = None if math.isinf(rate) else float(rate)
-        has_slopes = isinstance(self.env.task, RowTask)
-        self._gradients = domain_of(self.env.component.name).load("gradients") if has_slopes else None
+        is_smooth = isinstance(self.env.task, RowTask)
+        self._gradients: Any = domain_of(self.env.component.name).load("gradients") if is_smooth else None
         self.gradient_runs = float(self._gradients.RUNS) if self._gradients is not None else 0.0
         self._batch: Any = None
 
     def _make_single(self, **arguments: Any) -> ComponentEnv:
-        known = known_arguments(self._make)
-        given = {key: one for key, one in arguments.items() if known is None or key in known or _DEFAULTS.get(key) != one}
-        if known is not None and (unknown := [key for key in given if key not in known]):
-            raise ParameterError("unknown", hint=nearest(unknown[0], known), at=unknown[0])
-        try:
-            made = self._make(**given)
-        except GranularError:
-            raise
-        except Exception as error:  # of the user's own code
-            raise ParameterError(f"it ends with {type(error).__name__}: {error}", source=f"task {self.name}") from error
-        env = getattr(made, "unwrapped", made)
+        refuse_unknown(self._make, arguments)
+        env = getattr(made := self._make(**arguments), "unwrapped", made)
         if not isinstance(env, ComponentEnv):
             hint = "name what returns ComponentEnv(component, task)"
             raise ParameterError(f"it makes {one_line(made)}", expected="a ComponentEnv", hint=hint, at="name")
         return env
+
+    def with_options(self, **options: Any) -> Problem:
+        """Return the same task with other options of its environment."""
+        return Problem(self.name, {**self._arguments, **options}, self._folder)
 
     @property
     def code(self) -> str:
@@ -139,38 +102,35 @@ class Problem:
         observations, _ = self._batch.reset(seed=list(seeds) * members)
         totals, steps = np.zeros(count), np.zeros(count, dtype=np.int64)
         running = np.ones(count, dtype=bool)
-        for step in range(self.steps):
+        for step in range(-(-self.steps // self.env.hold)):
             actions = np.where(running[:, None], act(step, observations), 0.0)
             observations, rewards, terminated, truncated, _ = self._batch.step(actions)
             totals[running] += rewards[running]
-            steps += running
+            steps += running * self.env.hold
             running &= ~(terminated | truncated)
             if not running.any():
                 break
         shape = (members, len(seeds))
-        return totals.reshape(shape).mean(axis=1), steps.reshape(shape).sum(axis=1)
+        return totals.reshape(shape).mean(axis=1), np.minimum(steps, self.steps).reshape(shape).sum(axis=1)
 
-    def vector(self, count: int, hold: int = 1, clock: int = 0) -> Any:
-        """Return a Gymnasium `VectorEnv`, which resets in the same step; native where the task judges rows.
-
-        Args:
-            count: of environments.
-            hold: control steps for which an action is held.
-            clock: readings of the time in the observation.
-        """
+    def vector(self, count: int) -> Any:
+        """Return that many environments as a Gymnasium `VectorEnv`, which resets in the same step."""
         from granular_env.envs import make_batch
 
-        options = {**self._arguments, "hold": hold, "clock": clock}
-        return make_batch(self._make_single, count, autoreset_mode="SameStep", **options)
+        return make_batch(self._make_single, count, autoreset_mode="SameStep", **self._arguments)
 
     # -- one at a time ----------------------------------------------------------------------------------------------------
 
-    def baselines(self) -> Mapping[str, Actor]:
+    def baselines(self) -> Mapping[str, Policy]:
         """Return the agents to compare with; doing nothing is always among them."""
-        return {"nothing": Drive(np.zeros((self.steps, self.entries))), **self.env.task.baselines()}
+        return {"nothing": OpenLoop(np.zeros((self.steps, self.entries))), **self.env.task.baselines()}
 
-    def play(self, actor: Actor, seed: int, log: Path | None = None) -> Episode:
-        """Play one episode in the single environment, recorded where a path is given."""
+    def play(self, actor: Policy, seed: int, log: Path | None = None) -> tuple[float, FloatArray]:
+        """Play one episode in the single environment, recorded where a path is given.
+
+        Returns:
+            The return; and the actions, shape (control steps, entries), in units of their scales.
+        """
         from granular_env.recording import record
 
         env, actions, total, over = self.env, [], 0.0, False
@@ -184,20 +144,16 @@ class Problem:
             while not over:
                 action = np.asarray(actor(observation, info), dtype=np.float64)
                 observation, reward, terminated, truncated, info = env.step(action)
-                actions.append(np.clip(action, -1.0, 1.0))
+                actions += [np.clip(action, -1.0, 1.0)] * env.hold
                 total += float(reward)
                 over = terminated or truncated
-        return Episode(total, np.array(actions), env.duration)
+        return total, np.array(actions[: self.steps])
 
     def value_and_grad(self, drive: FloatArray, seeds: Sequence[int]) -> tuple[float, FloatArray]:
         """Return the smooth objective, averaged over the episodes, and its slopes with respect to the drive, (steps, entries).
 
-        Raises:
-            ParameterError: the task has no objective with slopes.
-            StepError: the drive breaks the physics.
+        Only where `gradient_runs` is not 0. `StepError` where the drive breaks the physics.
         """
-        if self._gradients is None:
-            raise no_objective(self.env.task)
         return self._gradients.value_and_grad(self.env, drive, seeds, self.stage)
 
 
@@ -214,24 +170,16 @@ def find_environment(name: str, folder: Path | None = None) -> Callable[..., Any
     """Return what makes the single environment of a name, importing code of the user's own where it names some.
 
     Raises:
-        ParameterError: there is none; names the module, what it has, or the nearest name.
+        ParameterError: there is none; gives the nearest name.
     """
     if (registered := task_names().get(name, name)) in environments():
         return load(environments()[registered].entry_point)
-    module, colon, function = name.partition(":")
-    if not colon:
+    if ":" not in name:
         hint = nearest(name, list(task_names()), "one of your own is 'module:name' of a function that makes its environment")
         raise ParameterError(f"got {name!r}", expected="the name of a task", hint=hint, at="name")
     if folder is not None and str(folder) not in sys.path:
         sys.path.insert(0, str(folder))
     try:
-        imported = import_module(module)
-    except Exception as error:  # whatever the module does while it is imported
-        received = f"got {name!r}: the import of {module} ends with {type(error).__name__}: {error}"
-        raise ParameterError(received, at="name") from error
-    found = getattr(imported, function, None)
-    if not callable(found):
-        known = [known for known, value in vars(imported).items() if callable(value) and not known.startswith("_")]
-        received = f"got {name!r}: the module has no function {function!r}"
-        raise ParameterError(received, hint=nearest(function, known), at="name")
-    return found
+        return load(name)
+    except (ImportError, AttributeError) as error:
+        raise ParameterError(f"got {name!r}: {error}", expected="'module:name' of a function", at="name") from error

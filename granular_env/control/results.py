@@ -13,10 +13,10 @@ import numpy as np
 from pydantic import BaseModel, ConfigDict, ValidationError
 
 from granular_env.components.errors import ExperimentError
+from granular_env.envs.policies import Policy
 from granular_env.output_files import replacing
 
-from .problem import Actor, Episode, Problem
-from .search import Search
+from .problem import Problem
 from .study import Study
 
 TABLE, FIGURE = "table.csv", "figure.png"
@@ -38,15 +38,11 @@ class Score(BaseModel):
     duration: float
 
     @classmethod
-    def of(cls, actor: Actor, problem: Problem, study: Study, log: Path | None = None) -> Self:
+    def of(cls, actor: Policy, problem: Problem, study: Study, log: Path | None = None) -> Self:
         """Play an actor in the test episodes; the first is recorded where a path is given."""
-        episodes: list[Episode] = []
-        for place, seed in enumerate(study.test_seeds):
-            episodes.append(problem.play(actor, seed, log if place == 0 else None))
-        values, first = np.array([episode.value for episode in episodes]), episodes[0]
-        return cls(
-            value=float(values.mean()), spread=float(values.std()), actions=first.actions.tolist(), duration=first.duration
-        )  # fmt: skip
+        episodes = [problem.play(actor, seed, None if place else log) for place, seed in enumerate(study.test_seeds)]
+        values, actions = np.array([value for value, _ in episodes]), episodes[0][1].tolist()
+        return cls(value=float(values.mean()), spread=float(values.std()), actions=actions, duration=problem.duration)
 
 
 class Trial(BaseModel):
@@ -57,7 +53,6 @@ class Trial(BaseModel):
         spent: control steps simulated.
         search_return: of its best, in the episodes of the search.
         curve: (control steps, best return) at each improvement.
-        is_flat: whether all slopes of its objective were 0.
         score: of its best.
     """
 
@@ -69,16 +64,7 @@ class Trial(BaseModel):
     spent: int
     search_return: float
     curve: list[tuple[int, float]]
-    is_flat: bool
     score: Score
-
-    @classmethod
-    def of(cls, search: Search, method: str, identity: str, score: Score) -> Self:
-        """Return the trial that a search has become."""
-        return cls(
-            identity=identity, method=method, seed=search.seed, spent=search.spent,
-            search_return=search.best_return, curve=search.curve, is_flat=search.is_flat, score=score,
-        )  # fmt: skip
 
     @property
     def name(self) -> str:
@@ -105,7 +91,7 @@ class StudyResult:
         trials: one for each method and seed, in the file's order; without those that failed or were interrupted.
         baselines: agents to compare with, by name.
         interrupted: whether Ctrl-C ended it; the same command continues.
-        notes: trials whose slopes are all 0, then the warnings of the runs.
+        notes: the warnings of the runs.
     """
 
     study: Study

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import dataclasses
-import hashlib
 import math
 import os
 from collections.abc import Iterable
 from pathlib import Path
 
 from granular_env.code_hash import code_hash
-from granular_env.components.errors import ExperimentError, Fault, GranularError, nearest
+from granular_env.components.errors import ExperimentError, Fault, GranularError, ParameterError, nearest
+from granular_env.components.support.validation import whole_number
 from granular_env.documents import Overrides, to_toml
 from granular_env.domains import gradient_domains
 from granular_env.optional_packages import import_optional
@@ -24,11 +24,6 @@ from .problem import Problem
 from .results import Score, StudyResult, Trial, read_trial
 from .search import BudgetSpentError, Search
 from .study import Source, Study, load_study
-
-_FLAT = (
-    "the slopes of the objective were 0 at every point, so that the search could not move: no drive that it tried reaches the "
-    "goal; give a later deadline, or another start"
-)
 
 
 def run_study(
@@ -62,7 +57,12 @@ def run_study(
     """
     study = load_study(source, overrides)
     import_optional("matplotlib", "the figure of a study")  # before hours of searching, not after
-    methods = chosen_methods(study, only)
+    labels = [method.label for method in study.method]
+    wanted = list(only) or labels
+    for name in wanted:
+        if name not in labels:
+            raise ExperimentError(f"got {name!r}, which is no method of it", hint=nearest(name, labels), at="only")
+    methods = [method for method in study.method if method.label in wanted]
     for method in methods:
         method.refuse_unless_installed()
     problem, shape = prepare(study, problem)
@@ -82,8 +82,7 @@ def run_study(
                 interrupted = True
                 break
         baselines = {name: Score.of(actor, problem, study) for name, actor in problem.baselines().items()}
-    notes = [*(f"{trial.name}: {_FLAT}" for trial in trials if trial.is_flat), *warned]
-    result = StudyResult(study, where, trials, baselines, interrupted, notes)
+    result = StudyResult(study, where, trials, baselines, interrupted, warned)
     result.write()
     if faults:
         raise ExperimentError(*faults)
@@ -96,8 +95,7 @@ def _run_trial(
     """Return a trial, from its file where that is of this study and this program."""
     name = f"{method.label}-{seed}"
     path, log = folder / "trials" / f"{name}.json", folder / "logs" / f"{name}.mcap"
-    code = hashlib.sha256(f"{code_hash()} {problem.code}".encode()).hexdigest()
-    identity = study.identity_of(method, seed, code)
+    identity = study.identity_of(method, seed, f"{code_hash()} {problem.code}")
     known = read_trial(path, identity)
     if known is not None and log.exists():
         bar.update(study.budget, f"best {known.search_return:.6g}")
@@ -116,20 +114,13 @@ def _run_trial(
     finally:
         problem.stage = None
     log.parent.mkdir(parents=True, exist_ok=True)
-    trial = Trial.of(search, method.label, identity, Score.of(method.actor(search), problem, study, log))
+    trial = Trial(
+        identity=identity, method=method.label, seed=seed, spent=search.spent, search_return=search.best_return,
+        curve=search.curve, score=Score.of(method.actor(search), method.problem(problem), study, log),
+    )  # fmt: skip
     with replacing(path, ExperimentError) as part:
         part.write_text(trial.model_dump_json())
     return trial
-
-
-def chosen_methods(study: Study, only: Iterable[str]) -> list[MethodTable]:
-    """Return the methods of those names, all where none is named; `ExperimentError` with the nearest for another name."""
-    labels, wanted = [method.label for method in study.method], list(only)
-    for name in wanted:
-        if name not in labels:
-            received = f"got {name!r}, which is no method of it"
-            raise ExperimentError(Fault(("only",), received, hint=nearest(name, labels), source=study.origin))
-    return [method for method in study.method if not wanted or method.label in wanted]
 
 
 def prepare(study: Study, problem: Problem | None = None) -> tuple[Problem, DriveShape]:
@@ -138,31 +129,23 @@ def prepare(study: Study, problem: Problem | None = None) -> tuple[Problem, Driv
     Raises:
         ExperimentError: the task is not valid, or the study does not fit it.
     """
-
-    def refuse(*place: str | int, received: str, expected: str, hint: str = "") -> ExperimentError:
-        return ExperimentError(study.locate_fault(Fault(place, received, expected, hint)))
-
     if problem is None:
         with study.locate("task"):
+            for key in {"hold", "clock"} & set(study.task.arguments):
+                raise ParameterError("it is no key of a study's task", hint="ppo and sac have keys of that name", at=key)
             path = Path(study.origin)
             problem = Problem(study.task.name, study.task.arguments, path.resolve().parent if path.is_file() else None)
     table = study.drive
-    if (driven := table.driven or problem.steps) > problem.steps:
-        expected = f"at most {problem.steps}, the control steps of an episode"
-        raise refuse("drive", "driven", received=f"got {driven}", expected=expected)
-    if table.knots > driven:
-        raise refuse("drive", "knots", received=f"got {table.knots}", expected=f"at most {driven}, the driven control steps")
+    with study.locate("drive"):
+        driven = whole_number("driven", table.driven or problem.steps, 1, problem.steps)
+        whole_number("knots", table.knots, 1, driven)
     for place, method in enumerate(study.method):
-        if method.needs_gradient and not problem.gradient_runs:
-            received = f"got {method.type!r}, but task {study.task.name!r} has no objective with a gradient"
-            hint = f"cma, random, ppo or sac; components with gradients: {gradient_domains()}"
-            raise refuse("method", place, "type", received=received, expected="a method that needs none", hint=hint)
-        if (method.knots or 1) > driven:
-            expected = f"at most {driven}, the driven control steps"
-            raise refuse("method", place, "knots", received=f"got {method.knots}", expected=expected)
-        least = math.ceil(method.least_runs(problem) * problem.steps * study.episodes)
-        if study.budget < least:
-            expected = f"at least {least}, which the first result of {method.label!r} takes"
-            raise refuse("budget", received=f"got {study.budget}", expected=expected)
-    rate = min((one for one in (table.rate, problem.rate) if one is not None), default=None)
-    return problem, DriveShape(problem.steps, problem.entries, **{**table.model_dump(), "rate": rate})
+        with study.locate("method", place):
+            if method.needs_gradient and not problem.gradient_runs:
+                received = f"got {method.type!r}, but task {study.task.name!r} has no objective with a gradient"
+                hint = f"cma, random, ppo or sac; components with gradients: {gradient_domains()}"
+                raise ParameterError(received, expected="a method that needs none", hint=hint, at="type")
+            whole_number("knots", method.knots or 1, 1, driven)
+        with study.locate():  # the first result of every method has to fit
+            whole_number("budget", study.budget, math.ceil(method.least_runs(problem) * problem.steps * study.episodes))
+    return problem, DriveShape(problem.steps, problem.entries, **table.model_dump(), rate=problem.rate)

@@ -38,7 +38,6 @@ class Search:
         best: the point, or the policy, with the best return.
         best_return: its return; -inf where nothing has one.
         curve: (control steps, best return) at each improvement.
-        is_flat: whether slopes were asked for, and all of them were 0.
     """
 
     def __init__(
@@ -55,12 +54,6 @@ class Search:
         self.spent = 0
         self.best: Any = None
         self.best_return, self.curve = -math.inf, list[tuple[int, float]]()
-        self._largest_slope: float | None = None
-
-    @property
-    def is_flat(self) -> bool:
-        """Return whether slopes were asked for, and all of them were 0."""
-        return self._largest_slope == 0.0
 
     @property
     def remaining_steps(self) -> int:
@@ -101,7 +94,7 @@ class Search:
         if self.remaining_steps < self.problem.steps:
             raise BudgetSpentError
         self.count(self.problem.steps)
-        return self.shape.fit(self.problem.play(known[name], self.seeds[0]).actions)
+        return self.shape.fit(self.problem.play(known[name], self.seeds[0])[1])
 
     def returns(self, points: FloatArray) -> FloatArray:
         """Return the returns of some drives, averaged over the episodes.
@@ -136,9 +129,7 @@ class Search:
         except StepError:
             value, adjoints = _BROKEN, np.zeros((self.shape.steps, self.shape.entries))
         slopes = self.shape.pullback(point, adjoints)
-        largest = float(np.abs(slopes).max())
-        self._refuse_unless_finite("objective", value + largest)
-        self._largest_slope = max(self._largest_slope or 0.0, largest)
+        self._refuse_unless_finite("objective", value + float(np.abs(slopes).max()))
         self.count(cost)
         return value, slopes
 

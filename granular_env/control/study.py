@@ -40,14 +40,6 @@ class TaskTable(Table):
 
     name: str = Field(description="an environment, such as 'pulse-forming', or 'module:name' of what makes your own")
 
-    @model_validator(mode="after")
-    def _check_arguments(self) -> Self:
-        try:
-            canonical_json(self.arguments)
-        except (TypeError, ValueError, RecursionError) as error:
-            raise refusal(f"not usable: {error}") from None
-        return self
-
     @property
     def arguments(self) -> dict[str, Any]:
         """Everything but the name."""
@@ -62,7 +54,6 @@ class DriveTable(Table):
     driven: int | None = Field(default=None, ge=1, description="control steps that the knots span; after them the action is 0")
     lowest: float = Field(default=-1.0, ge=-1.0, le=1.0, description="least value of a knot, in units of the action's scale")
     highest: float = Field(default=1.0, ge=-1.0, le=1.0, description="greatest value of a knot")
-    rate: float | None = Field(default=None, gt=0.0, description="largest change of the action per control step")
 
     @model_validator(mode="after")
     def _validate_order(self) -> Self:
@@ -132,7 +123,7 @@ def load_study(source: Source, overrides: Overrides = ()) -> Study:
         load_study("pulse-forming", {"budget": 5000, "task.grains": 30, "method.0.population": 8})
 
     Raises:
-        ExperimentError: file, table, key, what came and what was expected; unknown keys with the nearest right one.
+        ExperimentError: gives file, table, key, the received and the expected value; for unknown keys the nearest right one.
     """
     return load(Study, source, overrides)
 

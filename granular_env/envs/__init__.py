@@ -6,10 +6,19 @@ An environment of your own is a component, a `Task` and ``ComponentEnv(component
 from __future__ import annotations
 
 import lazy_loader
+from gymnasium.envs.registration import register, registry
 
-from .registration import register_all
+from ..domains import environments
 
 # The names of __init__.pyi.
 __getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
 
-register_all()
+for _name, _one in environments().items():
+    if _name not in registry:
+        # No time limit: the environment ends its episodes itself, at its deadline.
+        register(
+            _name,
+            entry_point=_one.entry_point,
+            vector_entry_point=f"granular_env.envs.vector_environment:{_one.entry_point.partition(':')[2]}",
+            reward_threshold=_one.reward_threshold,
+        )

@@ -1,10 +1,8 @@
 from .environment import ComponentEnv
 from .factory import Options, environment_factory
 from .policies import Constant, OpenLoop
-from .recording_wrapper import RecordEnv
 from .state import EnvState
 from .task import RowTask, Task
-from .task_check import check_task
 from .vector_environment import ComponentVectorEnv, make_batch
 
 __all__ = [
@@ -14,10 +12,8 @@ __all__ = [
     "EnvState",
     "OpenLoop",
     "Options",
-    "RecordEnv",
     "RowTask",
     "Task",
-    "check_task",
     "environment_factory",
     "make_batch",
 ]

@@ -10,6 +10,7 @@ from typing import Any
 import gymnasium
 import numpy as np
 
+from granular_env.components.variables import parse_element
 from granular_env.domains import environments, load
 from granular_env.envs.environment import ComponentEnv
 from granular_env.envs.task import RowTask
@@ -17,79 +18,50 @@ from granular_env.terminal_text import columns, wrap_text
 
 
 def describe_environment(name: str, arguments: Mapping[str, Any]) -> str:
-    """Describe an environment: what its docstring says, its spaces, and its arguments with their defaults.
+    """Describe an environment: its facts, and the sections of its docstring.
 
     Args:
         name: under which it is registered.
         arguments: those that differ from the defaults; spaces may depend on them.
     """
-    env, facts, registered = _make(name, arguments), environment_facts(name, arguments), environments()[name]
-    rows = [
-        ("component", facts["component"]),
-        ("action space", str(env.action_space)),
-        ("observation space", _box(env.observation_space)),
-        ("control step", f"{facts['control_step']:.6g} s: {facts['internal_steps']} internal steps"),
-        ("deadline", "none" if facts["deadline"] is None else f"{facts['deadline']} control steps"),
-        ("reward threshold", f"{facts['reward_threshold']:g}"),
-        ("make_vec", "native batch" if facts["native_batch"] else "no native batch: Gymnasium's SyncVectorEnv"),
-    ]
-    title, _, rest = (inspect.getdoc(load(registered.entry_point)) or "").partition("\n")
-    parts = [wrap_text(f"environment {name}: {title}"), "", columns(rows)]
-    parts += ["", "actions, for an entry of 1", columns(_actions(env))]
-    parts += ["", "arguments (gymnasium.make, --set)", columns((key, str(value)) for key, value in facts["arguments"].items())]
-    return "\n".join([*parts, "", _plain_sections(rest)]).rstrip()
+    facts = environment_facts(name, arguments)
+    shown = {**facts, "control_step": f"{facts['control_step']:.6g} s"}
+    rows = [(key.replace("_", " "), str(value)) for key, value in shown.items() if not isinstance(value, dict)]
+    parts = [wrap_text(f"environment {name}: {facts['description']}"), "", columns(rows[2:])]
+    parts += ["", "actions, for an entry of 1", columns(facts["actions"].items())]
+    parts += ["", "arguments (gymnasium.make, --set)", columns(facts["arguments"].items())]
+    sections = (inspect.getdoc(load(environments()[name].entry_point)) or "").partition("\n")[2]
+    return "\n".join([*parts, "", re.sub(r"^#+ +", "", sections.strip("\n"), flags=re.MULTILINE)]).rstrip()
 
 
 def environment_facts(name: str, arguments: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the same as JSON values, for programs."""
-    env, registered = _make(name, arguments), environments()[name]
+    """Return what there is to know of an environment as JSON values; `arguments` as for `describe_environment`."""
+    env, registered = gymnasium.make(name, disable_env_checker=True, **arguments).unwrapped, environments()[name]
+    assert isinstance(env, ComponentEnv)
+    make, space = load(registered.entry_point), env.sensors.space
     return {
         "name": name,
-        "description": (inspect.getdoc(load(registered.entry_point)) or "").partition("\n")[0],
+        "description": (inspect.getdoc(make) or "").partition("\n")[0],
         "component": env.component.name,
-        "actions": {entry: scale for entry, scale in _actions(env)},
-        "action_size": env.action_space.shape[0],
-        "observation_size": env.observation_space.shape[0],
+        "actions": {name: f"{scale:g} {_unit(env, name)}" for name, scale in env.task.actions.items()},
+        "action_size": env.actuator.size,
+        "observation_size": len(space.low),
+        "observation_limits": f"{space.low.min():g} to {space.high.max():g}",
         "control_step": env.duration,
         "internal_steps": env.internal_steps,
-        "deadline": None if env.deadline == np.inf else int(env.deadline),
+        "deadline": None if env.deadline == np.inf else env.deadline,
         "reward_threshold": registered.reward_threshold,
         "native_batch": isinstance(env.task, RowTask),
-        "arguments": _arguments(load(registered.entry_point)),
+        "arguments": _arguments(make),
     }
 
 
-def _make(name: str, arguments: Mapping[str, Any]) -> Any:
-    env = gymnasium.make(name, disable_env_checker=True, **arguments).unwrapped
-    assert isinstance(env, ComponentEnv)
-    return env
-
-
-def _actions(env: ComponentEnv) -> list[tuple[str, str]]:
-    """Return each driven input, with its value at an entry of 1."""
-    rows = []
-    for one in env.actuator.driven:
-        entries = one.part.stop - one.part.start
-        size = "" if entries == 1 else f" each, {entries} entries"
-        rows.append((str(one.element), f"{one.scale:g} {env.component.variables[one.element.name].unit}{size}"))
-    return rows
+def _unit(env: ComponentEnv, name: str) -> str:
+    return env.component.variables[parse_element(name).name].unit
 
 
 def _arguments(make: Any) -> dict[str, str]:
     """Return the arguments of a factory by name, with their defaults as Python writes them."""
     parameters = inspect.signature(make).parameters.values()
     named = {one.name: repr(one.default) for one in parameters if one.kind is not one.VAR_KEYWORD}
-    options = any(one.kind is one.VAR_KEYWORD for one in parameters)
-    return named | ({"...": "options of the environment, see Arguments below"} if options else {})
-
-
-def _box(space: gymnasium.spaces.Space[Any]) -> str:
-    assert isinstance(space, gymnasium.spaces.Box)
-    low, high = (np.unique(bound) for bound in (space.low, space.high))
-    limits = f"{low[0]:g}, {high[0]:g}" if len(low) == len(high) == 1 else f"from {low[0]:g} to {high[-1]:g}"
-    return f"Box({limits}, {space.shape}, {space.dtype})"
-
-
-def _plain_sections(docstring: str) -> str:
-    """Return the rest of a docstring without the Markdown of its headings."""
-    return re.sub(r"^#+ +", "", docstring.strip("\n"), flags=re.MULTILINE)
+    return {**named, "...": "options of the environment, see Arguments below"}

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import inspect
-from collections.abc import Callable, Iterable, Mapping
-from functools import cache, partial, wraps
-from typing import Any, ParamSpec, TypedDict, TypeVar, get_args, get_origin, get_type_hints
+from collections.abc import Callable, Mapping
+from functools import wraps
+from typing import Any, ParamSpec, TypedDict, TypeVar, get_args, get_type_hints
 
-from ..components.errors import ParameterError, nearest, one_line
+from ..components.errors import ParameterError, nearest
 from .environment import ComponentEnv
 
 Given = ParamSpec("Given")
@@ -32,36 +32,31 @@ class Options(TypedDict, total=False):
 
 
 def environment_factory(make: Callable[Given, Env]) -> Callable[Given, Env]:
-    """Decorate a function that returns the environment of one task.
-
-    Unknown arguments are refused with the nearest name, and so are parameters of the component that are given twice: as an
-    argument, and in the further ones, a mapping whose name is that of the component. Gymnasium finds the render modes as it
-    does on a class.
-    """
+    """Decorate a function that returns the environment of one task: unknown arguments are refused with the nearest name."""
 
     @wraps(make)
     def make_checked(*arguments: Given.args, **keywords: Given.kwargs) -> Env:
-        known = known_arguments(make) or ()
-        if unknown := [name for name in keywords if name not in known]:
-            raise ParameterError("unknown", source=make.__name__, hint=nearest(unknown[0], known), at=unknown[0])
-        env = make(*arguments, **keywords)
-        _refuse_given_twice(env.component.name, {**dict(zip(known, arguments, strict=False)), **keywords})
-        return env
+        refuse_unknown(make, keywords)
+        return make(*arguments, **keywords)
 
+    # Gymnasium looks for the render modes here, as on a class.
     make_checked.metadata = ComponentEnv.metadata  # type: ignore[attr-defined]
     return make_checked
 
 
-def further_parameters(name: str, given: Any) -> dict[str, Any]:
-    """Return the parameters of a component that a factory takes as one argument; none where it is None.
-
-    Raises:
-        ParameterError: it is no mapping, name -> value.
-    """
-    if not isinstance(given, Mapping | None):
-        expected = "further parameters of the component, name -> value"
-        raise ParameterError(f"got {one_line(given)}", expected=expected, at=name)
-    return {str(key): value for key, value in (given or {}).items()}
+def refuse_unknown(make: Callable[..., Any], given: Mapping[str, Any]) -> None:
+    """Raise `ParameterError` for an argument that a function does not take, if its options are declared."""
+    known: list[str] = []
+    for name, parameter in inspect.signature(make).parameters.items():
+        if parameter.kind is not parameter.VAR_KEYWORD:
+            known.append(name)
+        elif parameter.annotation is parameter.empty:
+            return
+        else:
+            known += get_type_hints(get_args(get_type_hints(make)[name])[0])
+    for name in given:
+        if name not in known:
+            raise ParameterError("unknown", source=make.__name__, hint=nearest(name, known), at=name)
 
 
 def refuse_early(deadline: int | None, least: int, duration: float, reason: str, at: str = "deadline") -> None:
@@ -81,40 +76,3 @@ def refuse_early(deadline: int | None, least: int, duration: float, reason: str,
         raise ParameterError(
             f"got {deadline} control steps of {duration:g} s", expected=f"{least} or more, because {reason}", at=at
         )
-
-
-@cache
-def known_arguments(make: Callable[..., Any]) -> tuple[str, ...] | None:
-    """Return the names that a class or a function takes, those of its `Unpack`-ed options included; None where it takes any."""
-    while isinstance(make, partial):
-        make = make.func
-    function = make.__init__ if isinstance(make, type) else make
-    names: list[str] = []
-    for parameter in list(inspect.signature(function).parameters.values())[isinstance(make, type) :]:
-        if parameter.kind is inspect.Parameter.VAR_KEYWORD:
-            options = _options(function, parameter.name)
-            if options is None:
-                return None
-            names += options
-        elif parameter.kind is not inspect.Parameter.VAR_POSITIONAL:
-            names.append(parameter.name)
-    return tuple(names)
-
-
-def _options(function: Callable[..., Any], name: str) -> Iterable[str] | None:
-    """Return the keys of the TypedDict in `**name: Unpack[...]`; None where there is none."""
-    try:
-        hint = get_type_hints(function)[name]
-    except (NameError, KeyError, TypeError):
-        return None
-    inside = get_args(hint)
-    return get_type_hints(inside[0]) if get_origin(hint) is not None and len(inside) == 1 else None
-
-
-def _refuse_given_twice(component: str, given: Mapping[str, Any]) -> None:
-    """Raise `ParameterError` where a parameter of the component is among its further ones and an argument too."""
-    further = given.get(component)
-    for name, value in further.items() if isinstance(further, Mapping) else ():
-        if given.get(name) is not None:
-            came = f"got {one_line(value)}, and {name} = {one_line(given[name])} as an argument of the environment"
-            raise ParameterError(came, expected="it once", at=(component, str(name)))

@@ -8,13 +8,11 @@ from typing import Any, Protocol
 import numpy as np
 import numpy.typing as npt
 
-from granular_env.components.support.float_arrays import FloatArray
-
-from ..components.errors import ParameterError, one_line
+from ..components.support.float_arrays import FloatArray
 
 
 class Policy(Protocol):
-    """A chooser of actions: a callable with a memory that `reset` clears."""
+    """A chooser of actions: a drive, a baseline, a trained agent."""
 
     def reset(self) -> None:
         """Begin an episode."""
@@ -22,24 +20,6 @@ class Policy(Protocol):
     def __call__(self, observation: npt.NDArray[np.float32], info: Mapping[str, Any]) -> npt.ArrayLike:
         """Return the next action."""
         ...
-
-
-class Constant:
-    """The same action at every step.
-
-    Args:
-        action: numbers from -1 to 1; zero is doing nothing.
-    """
-
-    def __init__(self, action: npt.ArrayLike = 0.0) -> None:
-        self.action = _actions("action", np.atleast_1d(np.asarray(action)), 1)
-
-    def reset(self) -> None:
-        """Do nothing: there is no memory."""
-
-    def __call__(self, observation: Any, info: Mapping[str, Any]) -> FloatArray:
-        """Return the action."""
-        return self.action.copy()
 
 
 class OpenLoop:
@@ -50,8 +30,8 @@ class OpenLoop:
     """
 
     def __init__(self, drive: npt.ArrayLike) -> None:
-        rows = np.asarray(drive)
-        self.drive = _actions("drive", rows[:, None] if rows.ndim == 1 else rows, 2)
+        rows = np.array(drive, dtype=np.float64)
+        self.drive: FloatArray = rows[:, None] if rows.ndim == 1 else rows
         self.step = 0
 
     def reset(self) -> None:
@@ -61,21 +41,28 @@ class OpenLoop:
     def __call__(self, observation: Any, info: Mapping[str, Any]) -> FloatArray:
         """Return the next row."""
         self.step += 1
-        if self.step > len(self.drive):
-            return np.zeros(self.drive.shape[1])
-        return self.drive[self.step - 1].copy()
+        return self.drive[self.step - 1].copy() if self.step <= len(self.drive) else np.zeros(self.drive.shape[1])
 
 
-def _actions(name: str, given: npt.NDArray[Any], dimensions: int) -> FloatArray:
-    if given.ndim != dimensions or given.dtype.kind not in "fiu" or not np.all(np.isfinite(given)):
-        raise ParameterError(f"got {one_line(given)}", expected="finite numbers from -1 to 1", at=name)
-    return np.ascontiguousarray(given, dtype=np.float64)
+class Constant(OpenLoop):
+    """The same action at every step.
+
+    Args:
+        action: numbers from -1 to 1; zero is doing nothing.
+    """
+
+    def __init__(self, action: npt.ArrayLike = 0.0) -> None:
+        super().__init__(np.atleast_2d(action))
+
+    def __call__(self, observation: Any, info: Mapping[str, Any]) -> FloatArray:
+        """Return the action."""
+        return self.drive[0].copy()
 
 
 def play(
     env: Any, policy: Policy, *, seed: int | None = None, options: dict[str, Any] | None = None
 ) -> tuple[float, Mapping[str, Any]]:
-    """One episode, from its reset to its end; the return, and the last ``info``.
+    """Play one episode, from its reset to its end; return its return, and the last ``info``.
 
     Args:
         env: a Gymnasium environment.

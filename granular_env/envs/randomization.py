@@ -21,8 +21,6 @@ from ..components.support.validation import finite_number
 from ..components.variables import check_index, parse_index
 from .state import Drawn
 
-Range = tuple[float, float]
-
 
 class Randomization:
     """The draws of an environment at a reset.
@@ -33,30 +31,28 @@ class Randomization:
 
     Attributes:
         parameters: name -> (low, high), or a distribution without a seed.
-        starts: (state variable, index, low, high) of each start value.
+        starts: (state variable, index, (low, high)) of each start value.
 
     Raises:
         ParameterError: a name, a range or an index is not valid.
     """
 
     def __init__(self, randomise: Mapping[str, Any] | None, component: Component) -> None:
-        if not isinstance(randomise, Mapping | None):
-            raise ParameterError(f"got {one_line(randomise)}", expected="name -> (low, high)", at="randomise")
-        fields, states = type(component).Parameters.model_fields, _state_shapes(component)
+        fields, shapes = type(component).Parameters.model_fields, _state_shapes(component)
         self.parameters: dict[str, Any] = {}
-        self.starts: list[tuple[str, tuple[int, ...], float, float]] = []
+        self.starts: list[tuple[str, tuple[int, ...], tuple[float, float]]] = []
         self._whole = {name for name in fields if fields[name].annotation is int}
         # In the order of the names: a draw must not depend on how the mapping was written.
-        for name, bounds in sorted((randomise or {}).items(), key=lambda item: str(item[0])):
-            if name in states:
-                self.starts += _start_ranges(name, bounds, states[name])
-            elif name not in fields or "float" not in str(fields[name].annotation) and name not in self._whole:
-                known = [*fields, *states]
-                raise ParameterError(
-                    f"{one_line(name)} is nothing that can be drawn", hint=nearest(str(name), known), at="randomise"
-                )
+        for name, bounds in sorted((randomise or {}).items()):
+            if name in shapes:
+                shape = shapes[name]
+                ranges = bounds if isinstance(bounds, Mapping) else {(0,) * len(shape) or None: bounds}
+                self.starts += [(name, _index(name, place, shape), _range(name, pair)) for place, pair in ranges.items()]
+            elif name in self._whole or (name in fields and "float" in str(fields[name].annotation)):
+                self.parameters[name] = dict(bounds) if isinstance(bounds, Mapping) else _range(name, bounds)
             else:
-                self.parameters[name] = dict(bounds) if isinstance(bounds, Mapping) else _range(f"randomise.{name}", bounds)
+                hint = nearest(name, [*fields, *shapes])
+                raise ParameterError(f"{one_line(name)} is nothing that can be drawn", hint=hint, at="randomise")
 
     def draw(self, random: Generator) -> Drawn:
         """Draw the parameters of an episode."""
@@ -68,19 +64,10 @@ class Randomization:
         low, high = bounds
         return int(random.integers(low, high + 1)) if name in self._whole else low + (high - low) * float(random.random())
 
-    def ends(self) -> list[Drawn]:
-        """Return the parameters at the lower and at the upper ends of their ranges; none where nothing is drawn."""
-        if not self.parameters:
-            return []
-        return [
-            {name: {**one, "seed": 0} if isinstance(one, dict) else one[end] for name, one in self.parameters.items()}
-            for end in (0, 1)
-        ]
-
     def add_starts(self, start: Mapping[str, Any], random: Generator) -> dict[str, Any]:
         """Return a task's start values with those drawn, which count more."""
         found = dict(start)
-        for name, index, low, high in self.starts:
+        for name, index, (low, high) in self.starts:
             value = low + (high - low) * float(random.random())
             given = found.get(name, {})
             place = index[0] if len(index) == 1 else index
@@ -101,35 +88,26 @@ def redrawn(component: Component, drawn: Drawn) -> Component:
 
 def info_of_draws(drawn: Drawn) -> dict[str, float]:
     """Return what ``info`` shows of drawn parameters: "drawn_radius" and so on; of a distribution its seed."""
-    return {
-        f"drawn_{name}{'_seed' if isinstance(value, Mapping) else ''}": float(
-            value["seed"] if isinstance(value, Mapping) else value
-        )
-        for name, value in drawn.items()
-    }
+    seeds = {f"drawn_{name}_seed": float(one["seed"]) for name, one in drawn.items() if isinstance(one, Mapping)}
+    return seeds | {f"drawn_{name}": float(one) for name, one in drawn.items() if not isinstance(one, Mapping)}
 
 
 def _state_shapes(component: Component) -> dict[str, tuple[int, ...]]:
     return {variable.name: variable.shape for variable in component.variables.values() if variable.state}
 
 
-def _start_ranges(name: str, bounds: Any, shape: tuple[int, ...]) -> list[tuple[str, tuple[int, ...], float, float]]:
-    ranges: Mapping[Any, Any] = bounds if isinstance(bounds, Mapping) else {(0,) * len(shape): bounds}
-    starts = []
-    for given, pair in ranges.items():
-        index = parse_index(given) if shape and given != () else ()
-        check_index(("randomise", name), index, shape)
-        index = tuple(number % size for number, size in zip(index, shape, strict=True))
-        starts.append((name, index, *_range(f"randomise.{name}", pair)))
-    if len({index for _, index, _, _ in starts}) < len(starts):
-        raise ParameterError(f"got {one_line(bounds)}", expected="each element once", at=f"randomise.{name}")
-    return starts
+def _index(name: str, given: Any, shape: tuple[int, ...]) -> tuple[int, ...]:
+    """Return an index of a state variable, counted from the start; empty for a single number."""
+    index = () if given is None else parse_index(given)
+    check_index(("randomise", name), index, shape)
+    return tuple(number % size for number, size in zip(index, shape, strict=True))
 
 
-def _range(name: str, bounds: Any) -> Range:
+def _range(name: str, bounds: Any) -> tuple[float, float]:
+    at = f"randomise.{name}"
     if not isinstance(bounds, (tuple, list)) or len(bounds) != 2:
-        raise ParameterError(f"got {one_line(bounds)}", expected="(low, high)", at=name)
-    low, high = finite_number(f"{name}[0]", bounds[0]), finite_number(f"{name}[1]", bounds[1])
+        raise ParameterError(f"got {one_line(bounds)}", expected="(low, high)", at=at)
+    low, high = finite_number(f"{at}[0]", bounds[0]), finite_number(f"{at}[1]", bounds[1])
     if low > high:
-        raise ParameterError(f"got ({low:g}, {high:g})", expected="low <= high", at=name)
+        raise ParameterError(f"got ({low:g}, {high:g})", expected="low <= high", at=at)
     return low, high

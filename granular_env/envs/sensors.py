@@ -6,8 +6,8 @@ Arrays have a leading axis: one row for each environment; a single environment h
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from typing import Any, NamedTuple
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from typing import Any
 
 import gymnasium
 import numpy as np
@@ -19,35 +19,11 @@ from ..components.support.counter_random import normal, stream_key
 from ..components.support.float_arrays import FloatArray
 from ..components.support.jit import JIT, jit
 from ..components.support.validation import finite_number, whole_number
+from .state import ELAPSED, SEED
 from .task import RowTask, Task, element_scales
 
 _LARGEST_CLOCK = 100
 _EVERYTHING = "all"
-
-
-class Reading(NamedTuple):
-    """A part of an observation.
-
-    Attributes:
-        name: of the output.
-        elements: index of those that are read, behind the leading axis; None for all of them.
-        place: of the readings in the observation.
-        scale: what is observed as 1.
-    """
-
-    name: str
-    elements: tuple[Any, ...] | None
-    place: slice
-    scale: float
-
-
-class ObservationRow(NamedTuple):
-    """A part of an observation in words: its first and last index, what it shows, and what an entry of 1 stands for."""
-
-    first: int
-    last: int
-    quantity: str
-    unit: str
 
 
 class Sensors:
@@ -62,25 +38,19 @@ class Sensors:
         deadline: control steps that the clock counts to; infinite for no end.
 
     Attributes:
-        readings: the parts of the observation that come from outputs.
+        readings: of the outputs: name, index of the elements or None for all, place in the observation, value observed as 1.
         size: how many numbers they are.
-        goal_scales: of the goal.
+        goal: counter of the task -> its value that is observed as 1, for each number of the goal.
         space: the observation space.
 
     Raises:
-        ParameterError: an output or a place is not there or is named twice, an output has no scale, noise is below 0, or the
-            clock has no deadline.
+        ParameterError: an output or a place is not there, an output has no scale, noise is below 0, or the clock has no
+            deadline.
     """
 
     def __init__(
-        self,
-        task: Task,
-        component: Component,
-        observe: Any = "full",
-        noise: float = 0.0,
-        clock: int = 0,
-        deadline: float = math.inf,
-    ) -> None:
+        self, task: Task, component: Component, observe: Any, noise: float, clock: int, deadline: float
+    ) -> None:  # fmt: skip
         self.limit, self.noise = task.observation_limit, finite_number("noise", noise)
         if self.noise < 0.0:
             raise ParameterError(f"got {self.noise:g}", expected="0 or more, in units of the observation's scales", at="noise")
@@ -88,91 +58,55 @@ class Sensors:
         if self.clock and math.isinf(deadline):
             hint = "give a deadline, or clock=0"
             raise ParameterError(f"got {clock}, but there is no deadline that it could tell", hint=hint, at="clock")
-        elements = element_scales("observations", task.observations, component, "output")
-        if isinstance(observe, str) and observe == "full":
-            chosen: Iterable[tuple[str, Any, float]] = [(one.name, one.index or None, scale) for one, scale in elements]
-        else:
-            chosen = list(_choose(observe, component, _scales(task, component)))
-        self.readings, self.size = [], 0
-        for name, index, scale in chosen:
+        self.readings: list[tuple[str, Any, slice, float]] = []
+        self.size = 0
+        for name, index, scale in _choose(observe, component, task):
             shape = component.variables[name].shape
             count = math.prod(np.empty(shape, np.bool_)[index].shape if index is not None else shape)
-            self.readings.append(Reading(name, index, slice(self.size, self.size + count), scale))
+            self.readings.append((name, index, slice(self.size, self.size + count), scale))
             self.size += count
-        self.goal_scales = np.array(task.goal_scales if isinstance(task, RowTask) else (), dtype=np.float64)
-        self.goal_names = task.counter_names[: len(self.goal_scales)] if isinstance(task, RowTask) else ()
-        high = np.full(self.size + len(self.goal_scales), self.limit, np.float32)
+        self.goal = dict(zip(task.goal_names, task.goal_scales, strict=True)) if isinstance(task, RowTask) else {}
+        high = np.full(self.size + len(self.goal), self.limit, np.float32)
         high = np.append(high, np.ones(self.clock, np.float32))
         self.space = gymnasium.spaces.Box(-high, high, dtype=np.float32)
 
-    def observe(
-        self,
-        read: Callable[[str], Any],
-        seeds: npt.NDArray[np.int64],
-        elapsed: npt.NDArray[np.int64],
-        goals: FloatArray,
-        goal_scales: FloatArray,
-    ) -> npt.NDArray[np.float32]:
+    def observe(self, read: Callable[[str], Any], memories: FloatArray, goals: npt.ArrayLike) -> npt.NDArray[np.float32]:
         """Return observations, one row for each environment.
 
         Args:
             read: gives an output by name, with a leading axis.
-            seeds: of each episode's noise.
-            elapsed: control steps done in each episode.
-            goals: of each episode, shape (environments, goal).
-            goal_scales: what is observed as 1, in the same shape; a component that is drawn has its own.
+            memories: of the environments, see `EnvState`.
+            goals: in units of their scales, shape (environments, goal), or (goal,) for one environment.
         """
-        count = len(seeds)
-        seen = np.empty((count, *self.space.shape), np.float32)
+        seen = np.empty((len(memories), self.size + len(self.goal) + self.clock), np.float32)
         limit = math.inf if self.noise else self.limit  # noise comes before the clipping
         for name, index, place, scale in self.readings:
             value = read(name)
             chosen = value if index is None else value[:, *index]
-            _scale(chosen if chosen.ndim == 2 else chosen.reshape(count, -1), 1.0 / scale, limit, seen[:, place])
+            _scale(chosen if chosen.ndim == 2 else chosen.reshape(len(seen), -1), 1.0 / scale, limit, seen[:, place])
         if self.noise:
+            seeds, elapsed = memories[:, SEED].astype(np.int64), memories[:, ELAPSED].astype(np.int64)
             _blur(seen[:, : self.size], self.noise, self.limit, seeds, elapsed)
-        if goals.shape[1]:
-            seen[:, self.size : self.size + goals.shape[1]] = np.clip(goals / goal_scales, -self.limit, self.limit)
+        if self.goal:
+            seen[:, self.size : self.size + len(self.goal)] = np.clip(goals, -self.limit, self.limit)
         if self.clock:
-            seen[:, -self.clock :] = clock_readings(elapsed, int(self.deadline), self.clock)
+            _show_clocks(memories[:, ELAPSED], self.deadline, seen[:, -self.clock :])
         return seen
 
-    def rows(self, component: Component) -> Iterator[ObservationRow]:
-        """Yield the parts of an observation in words, in order."""
-        for name, index, place, scale in self.readings:
-            variable = component.variables[name]
-            axes = f" of every {variable.axes[0]}" if variable.axes else ""
-            where = axes if index is None else f" at {', '.join(map(str, _places(index, variable.shape)))}"
-            shape = f", {' x '.join(map(str, variable.shape))} numbers" if len(variable.shape) > 1 and index is None else ""
-            yield ObservationRow(
-                place.start, place.stop - 1, f"`{name}`{where}{shape}", f"{scale:.6g} {variable.unit}".removesuffix(" 1")
-            )
-        for place, (name, scale) in enumerate(zip(self.goal_names, self.goal_scales.tolist(), strict=True), self.size):
-            yield ObservationRow(place, place, f"`{name}` of the goal", f"{scale:.6g}")
-        for k in range(1, self.clock + 1):
-            place = self.size + len(self.goal_scales) + k - 1
-            yield ObservationRow(place, place, f"clock: cos({'' if k == 1 else f'{k} '}pi t / T)", "1")
 
-
-def _places(index: Sequence[Any], shape: tuple[int, ...]) -> npt.NDArray[np.int64]:
-    """Return the places along the first axis that an index reads, or the index itself where it has several axes."""
-    return np.ravel(index) if len(index) > 1 else np.atleast_1d(np.arange(*shape[:1])[index[0]])
-
-
-def _scales(task: Task, component: Component) -> Mapping[str, float]:
-    """Return the scale of every output that has one: its own in the task, or that of its unit."""
-    own = {element.name: scale for element, scale in element_scales("observations", task.observations, component, "output")}
-    units = {component.variables[name].unit: scale for name, scale in own.items()} | dict(task.unit_scales)
+def _choose(observe: Any, component: Component, task: Task) -> Iterator[tuple[str, Any, float]]:
+    """Yield name, index and scale of the outputs that are observed."""
+    own = element_scales("observations", task.observations, component, "output")
+    if isinstance(observe, str) and observe == "full":
+        yield from ((element.name, element.index or None, scale) for element, scale in own)
+        return
+    if not isinstance(observe, Mapping) or not observe:
+        raise ParameterError(f"got {one_line(observe)}", expected='"full", or output -> places, at least one', at="observe")
+    # Another output has the scale of its unit.
+    units = {component.variables[element.name].unit: scale for element, scale in own} | dict(task.unit_scales)
     outputs = [variable for variable in component.variables.values() if variable.causality == "output"]
-    return {one.name: units[one.unit] for one in outputs if one.unit in units} | own
-
-
-def _choose(observe: Any, component: Component, scales: Mapping[str, float]) -> Iterator[tuple[str, Any, float]]:
-    """Yield name, index and scale of the outputs that `observe` names."""
-    if not isinstance(observe, Mapping):
-        raise ParameterError(f"got {one_line(observe)}", expected='"full", or output -> places', at="observe")
-    if not observe:
-        raise ParameterError("got none", expected=f"at least one output: {', '.join(scales)}", at="observe")
+    scales = {one.name: units[one.unit] for one in outputs if one.unit in units}
+    scales |= {element.name: scale for element, scale in own}
     for name, places in observe.items():
         if name not in scales:
             raise ParameterError(f"no output {one_line(name)} with a scale", hint=nearest(str(name), scales), at="observe")
@@ -180,14 +114,11 @@ def _choose(observe: Any, component: Component, scales: Mapping[str, float]) -> 
             yield name, None, scales[name]
             continue
         shape, where = component.variables[name].shape, f"observe.{name}"
-        listed = list(places) if isinstance(places, (Iterable)) and not isinstance(places, str) else [places]
         if not shape:
             raise ParameterError(f"got {one_line(places)}", expected=f'"{_EVERYTHING}": {name} is a single number', at=where)
+        listed = places if isinstance(places, Iterable) else [places]
         indices = [whole_number(where, place, -shape[0], shape[0] - 1) % shape[0] for place in listed]
-        if len(set(indices)) < len(indices) or not indices:
-            raise ParameterError(f"got {one_line(places)}", expected="one place or more, each once", at=where)
-        is_run = indices == list(range(indices[0], indices[0] + len(indices)))
-        yield name, (slice(indices[0], indices[-1] + 1) if is_run else indices,), scales[name]
+        yield name, (indices,), scales[name]
 
 
 @jit
@@ -213,6 +144,7 @@ _blur = jit(_blur_rows) if JIT else np.errstate(over="ignore")(_blur_rows)
 
 @jit
 def _show_clocks(elapsed, steps, out):
+    """Write cos(pi k elapsed / steps), k = 1, 2, ...; an agent without the time is blind to a deadline (Pardo et al. 2018)."""
     # cos((k + 1) x) = 2 cos(x) cos(k x) - cos((k - 1) x): one cosine instead of many, to 1e-14.
     for row in range(out.shape[0]):
         cosine = math.cos(math.pi * (elapsed[row] / steps))
@@ -220,14 +152,3 @@ def _show_clocks(elapsed, steps, out):
         for k in range(out.shape[1]):
             out[row, k] = now
             before, now = now, 2.0 * cosine * now - before
-
-
-def clock_readings(elapsed: npt.NDArray[np.int64], steps: int, count: int) -> npt.NDArray[np.float32]:
-    """Return the time as an agent sees it, cos(pi k elapsed / steps) with k = 1 to `count`; shape (environments, count).
-
-    An agent that does not see how late it is cannot do the right thing before a deadline (Pardo et al. 2018): what is at
-    rest looks the same at any time.
-    """
-    out = np.empty((len(elapsed), count), np.float32)
-    _show_clocks(elapsed, steps, out)
-    return out

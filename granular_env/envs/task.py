@@ -5,8 +5,6 @@ A task knows a component by its contract, and knows nothing of Gymnasium. Tasks 
 
 from __future__ import annotations
 
-import math
-from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from types import MappingProxyType
 from typing import Any, ClassVar
@@ -16,7 +14,7 @@ import numpy.typing as npt
 from numpy.random import Generator
 
 from ..components.component import Component
-from ..components.errors import ParameterError, one_line
+from ..components.errors import ParameterError
 from ..components.support.float_arrays import FloatArray
 from ..components.support.validation import positive_number
 from ..components.variables import Element, parse_element
@@ -27,7 +25,7 @@ Seen = Mapping[str, npt.NDArray[np.float64]]
 """The observed outputs, unscaled, name -> value."""
 
 
-class Task(ABC):
+class Task:
     """Base of every task.
 
     Attributes:
@@ -40,8 +38,7 @@ class Task(ABC):
         observation_limit: observations are clipped to +- this.
         lowest_action: actions are clipped to this and 1; the action space reaches from -1 to 1 all the same.
         counters: what the task remembers of the episode, name -> number; empty before `begin`. The environment saves and
-            restores them, and shows them in ``info``. Anything else that a task remembers is lost by `restore`; `check_task`
-            finds it.
+            restores them, and shows them in ``info``. Anything else that a task remembers is lost by `restore`.
         hold: control steps for which an action is held; set by the environment.
     """
 
@@ -62,13 +59,12 @@ class Task(ABC):
         """Return the inputs of a control step, from those that the action drives; the default is these."""
         return driven
 
-    @abstractmethod
     def begin(self, component: Component, seen: Seen) -> None:
-        """Set the counters at the start of an episode."""
+        """Set the counters at the start of an episode; there are none before."""
 
-    @abstractmethod
     def judge(self, component: Component, seen: Seen, duration: float) -> tuple[float, bool]:
         """Return the reward of a control step that lasted `duration` [s], and whether the episode has reached its end."""
+        raise NotImplementedError(f"task {self.name!r} has no judge")
 
     def objective(self, component: Any, steps: int) -> Any:
         """Return the smooth counterpart of minus the return over `steps` control steps, for gradients.
@@ -79,7 +75,10 @@ class Task(ABC):
         Raises:
             ParameterError: this task has none.
         """
-        raise no_objective(self)
+        raise ParameterError(
+            f"task {self.name!r} has no objective with a gradient",
+            hint=f"use a method that needs none; components with gradients: {gradient_domains()}",
+        )
 
     def wanted(self, elapsed: int) -> FloatArray | None:
         """Return the wanted value of each particle's coloured quantity after `elapsed` control steps, for pictures, or None."""
@@ -93,9 +92,9 @@ class Task(ABC):
 class RowTask(Task):
     """Base of tasks that judge many episodes at once: a native batch runs them, with the bits of single environments.
 
-    Each argument of `begin_rows` and `judge_rows` has one row for each episode: `rows` are the components, as their domain's
-    native batch shows them (`Domain.rows`); `constants` are the task's, each field with a leading
-    axis; `counters` are arrays of shape (episodes,), by name, to be written in place; `elapsed` are control steps done.
+    The arguments of `begin_rows` and `judge_rows` are those of one episode, or have one row for each of many: `rows` are the
+    components, as their domain's native batch shows them (`Domain.rows`); `constants` are the task's; `counters` are numbers
+    by name, to be replaced by new ones; `elapsed` are control steps done. Expressions of numpy serve both.
 
     Attributes:
         counter_names: what the counters hold, in order; each is shown in ``info``.
@@ -108,15 +107,17 @@ class RowTask(Task):
     constants: Any = None
     goal_scales: tuple[float, ...] = ()
 
-    @abstractmethod
-    def begin_rows(self, rows: Any, constants: Any, counters: Mapping[str, FloatArray]) -> None:
+    @property
+    def goal_names(self) -> tuple[str, ...]:
+        """Return the counters that hold the goal."""
+        return self.counter_names[: len(self.goal_scales)]
+
+    def begin_rows(self, rows: Any, constants: Any, counters: dict[str, Any]) -> None:
         """Set the counters at the start of episodes; they are 0 before, but for a goal."""
 
-    @abstractmethod
-    def judge_rows(
-        self, rows: Any, constants: Any, counters: Mapping[str, FloatArray], elapsed: npt.NDArray[np.int64]
-    ) -> tuple[FloatArray, Any]:
-        """Return the rewards of a control step, and which episodes have reached their end: an array, or False for none."""
+    def judge_rows(self, rows: Any, constants: Any, counters: dict[str, Any], elapsed: Any) -> tuple[Any, Any]:
+        """Return the rewards of a control step, and which episodes have reached their end; False for none."""
+        raise NotImplementedError(f"task {self.name!r} has no judge_rows")
 
     def goal(self, random: Generator) -> FloatArray:
         """Return the goal of an episode, as many numbers as `goal_scales`; drawn after `start`."""
@@ -130,27 +131,17 @@ class RowTask(Task):
         """
         raise ParameterError(f"task {self.name!r} draws no goal, and takes none", at="options.goal")
 
-    def begin(self, component: Component, seen: Seen) -> None:
-        """Do nothing: environments call `begin_rows`."""
-
-    def judge(self, component: Component, seen: Seen, duration: float) -> tuple[float, bool]:
-        """Refuse: environments call `judge_rows`."""
-        raise ParameterError(f"task {self.name!r} judges rows", hint="call judge_rows", at="judge")
-
 
 def stack_constants(constants: list[Any]) -> Any:
     """Return constants of several tasks as one tuple, each field with a leading axis; shorter arrays are padded with 0."""
     if constants[0] is None:
         return None
-    columns = [
-        [np.atleast_1d(np.asarray(value, dtype=np.float64)) for value in column] for column in zip(*constants, strict=True)
-    ]
-    widths = [max(map(len, column)) for column in columns]
-    padded = [
-        np.array([np.pad(row, (0, width - len(row))) for row in column]) for column, width in zip(columns, widths, strict=True)
-    ]
-    scalars = [np.ndim(value) == 0 for value in constants[0]]
-    return type(constants[0])(*(one[:, 0].copy() if flat else one for one, flat in zip(padded, scalars, strict=True)))
+    stacked = []
+    for column in zip(*constants, strict=True):
+        width = max(np.size(value) for value in column)
+        padded = np.array([np.pad(np.ravel(value), (0, width - np.size(value))) for value in column], dtype=np.float64)
+        stacked.append(padded if np.ndim(column[0]) else padded[:, 0].copy())
+    return type(constants[0])(*stacked)
 
 
 def element_scales(what: str, scales: Mapping[str, float], component: Component, causality: str) -> list[tuple[Element, float]]:
@@ -163,52 +154,4 @@ def element_scales(what: str, scales: Mapping[str, float], component: Component,
         except ParameterError as error:
             raise error.within(what, str(name)) from None
         checked.append((element, positive_number((what, name), scale)))
-    if not checked:
-        raise ParameterError("the task names none", expected=f"at least one {causality}", at=what)
     return checked
-
-
-def no_objective(task: Task) -> ParameterError:
-    """Return the error for a task without gradients."""
-    return ParameterError(
-        f"task {task.name!r} has no objective with a gradient",
-        hint=f"use a method that needs none; components with gradients: {gradient_domains()}",
-    )
-
-
-def judgement(task: Task, component: Component, seen: Seen, duration: float) -> tuple[float, bool]:
-    """Return the reward of a control step, and whether the task has ended.
-
-    Raises:
-        ParameterError: `judge` did not return (reward, done), the reward is not finite, or it stepped the component.
-    """
-    tick = component.tick
-    given = task.judge(component, seen, duration)
-    try:
-        reward, done = given
-        number = float(reward)
-    except (TypeError, ValueError):
-        raise ParameterError(f"task {task.name!r}: judge gave {one_line(given)}", expected="(reward, done)") from None
-    refuse_infinite(task, number)
-    if component.tick != tick:
-        raise ParameterError(
-            f"task {task.name!r}: its judge moved the component from tick {tick} to {component.tick}",
-            hint="read the component with get(); ComponentEnv steps it",
-        )
-    return number, bool(done)
-
-
-def refuse_infinite(task: Task, reward: float) -> None:
-    """Raise `ParameterError` for a reward that is not a finite number."""
-    if not math.isfinite(reward):
-        raise ParameterError(f"task {task.name!r}: its reward is {reward}", hint="mend its judge")
-
-
-def refuse_incomplete(task: Any) -> None:
-    """Raise `ParameterError` for what is no task, or lacks an attribute that every task has."""
-    if not isinstance(task, Task):
-        raise ParameterError(f"got {one_line(task)}", expected="an object of a class made from Task", at="task")
-    for name, example in (("name", '"swing"'), ("actions", '{"left_force": 100.0}'), ("observations", '{"velocity": 1.0}')):
-        if not isinstance(getattr(task, name, None), str if name == "name" else Mapping):
-            came = f"{type(task).__name__} has {one_line(getattr(task, name, None))}"
-            raise ParameterError(came, expected=f"such as {name} = {example}", at=f"task.{name}")

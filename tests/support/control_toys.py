@@ -8,8 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from granular_env.control.drive import Drive
-from granular_env.control.problem import Episode
+from granular_env.envs import OpenLoop
 
 TARGET = 0.5
 
@@ -23,7 +22,7 @@ class Bowl:
     """
 
     stage: Mapping[str, object] | None = None
-    steps, entries, rate, gradient_runs, code = 20, 1, None, 4.0, ""
+    steps, duration, entries, rate, gradient_runs, code = 20, 1e-6, 1, None, 4.0, ""
 
     def __init__(self, broken_at: int | None = None, pause: float = 0.0) -> None:
         self.asked, self.broken_at, self.pause = 0, broken_at, pause
@@ -40,15 +39,15 @@ class Bowl:
     def value_and_grad(self, drive: np.ndarray, seeds: Sequence[int]) -> tuple[float, np.ndarray]:
         return -self._value(drive), 2.0 * (drive - self.target) / self.steps
 
-    def baselines(self) -> Mapping[str, Drive]:
-        return {"nothing": Drive(np.zeros((self.steps, 1))), "theory": Drive(np.full((self.steps, 1), 0.5 * TARGET))}
+    def baselines(self) -> Mapping[str, OpenLoop]:
+        return {"nothing": OpenLoop(np.zeros((self.steps, 1))), "theory": OpenLoop(np.full((self.steps, 1), 0.5 * TARGET))}
 
-    def play(self, actor, seed: int, log: Path | None = None) -> Episode:
+    def play(self, actor, seed: int, log: Path | None = None) -> tuple[float, np.ndarray]:
         actor.reset()
         actions = np.stack([np.ravel(actor(np.zeros(1), {})) for step in range(self.steps)])
         if log is not None:
             log.write_text("a log")
-        return Episode(-float(np.mean((actions - self.target) ** 2)), actions, 1e-6)
+        return -float(np.mean((actions - self.target) ** 2)), actions
 
 
 def bowl_study(*methods: Mapping, **changes) -> dict:

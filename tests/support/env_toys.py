@@ -10,7 +10,7 @@ from granular_env.components.component import Component
 from granular_env.components.oscillator import Oscillator
 from granular_env.domains.chain.tasks.piston import make_piston
 from granular_env.domains.chain.tasks.protection import make_protection
-from granular_env.envs import ComponentEnv, Task
+from granular_env.envs import ComponentEnv, EnvState, Task
 
 SMALL = {"grains": 8, "deadline": 200}
 
@@ -60,3 +60,8 @@ def transcript(env: ComponentEnv, chosen: np.ndarray) -> list[bytes]:
         if terminated or truncated:
             break
     return told
+
+
+def bits(state: EnvState) -> tuple:
+    """The parts of a state, to compare."""
+    return state.snapshot.to_bytes(), state.memory, dict(state.counters), state.origin

@@ -15,7 +15,6 @@ class Evolution(MethodTable):
     """CMA-ES over the knots of the drive; each population is simulated as one batch."""
 
     packages: ClassVar[tuple[str, ...]] = ("cma",)
-    extra: ClassVar[str] = "control"
 
     type: Literal["cma"] = "cma"
     population: int = Field(default=16, ge=4, le=100_000, description="drives of a generation")

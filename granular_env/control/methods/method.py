@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 from abc import abstractmethod
-from importlib import import_module
 from typing import Any, ClassVar
 
 from pydantic import Field
 
-from granular_env.components.errors import MissingExtraError
 from granular_env.documents import Table
+from granular_env.envs.policies import OpenLoop, Policy
+from granular_env.optional_packages import import_optional
 
-from ..drive import Drive
-from ..problem import Actor, Problem
+from ..problem import Problem
 from ..search import Search
 
 
@@ -20,13 +19,11 @@ class MethodTable(Table):
     """Base of every method: a `[[method]]` table of the study file.
 
     Attributes:
-        packages: modules that it needs besides the package's own.
-        extra: the extra that installs them.
+        packages: optional modules that it needs.
         needs_gradient: whether it needs an objective with slopes.
     """
 
     packages: ClassVar[tuple[str, ...]] = ()
-    extra: ClassVar[str] = ""
     needs_gradient: ClassVar[bool] = False
 
     type: Any = Field(description="which method")
@@ -39,24 +36,22 @@ class MethodTable(Table):
         return self.name or self.type
 
     def refuse_unless_installed(self) -> None:
-        """`MissingExtraError` with the command that installs what is missing."""
+        """Raise `MissingExtraError` with the command that installs a missing package."""
         for package in self.packages:
-            try:
-                import_module(package)
-            except ImportError as error:
-                raise MissingExtraError(
-                    f"method {self.label!r} needs the package {package}, which cannot be imported ({error})",
-                    hint=f"run: pip install 'granular-env[{self.extra}]'",
-                ) from error
+            import_optional(package, f"method {self.label!r}")
 
     def least_runs(self, problem: Problem) -> float:
         """Return the cost of its first result, in forward runs of an episode."""
         return problem.gradient_runs + 1.0 if self.needs_gradient else 1.0
 
+    def problem(self, problem: Problem) -> Problem:
+        """Return the task as the best of a search plays it."""
+        return problem
+
     @abstractmethod
     def run(self, search: Search) -> None:
         """Search until the budget is spent (`BudgetSpentError`), or nothing more is to be found."""
 
-    def actor(self, search: Search) -> Actor:
+    def actor(self, search: Search) -> Policy:
         """Return an agent that plays the best of a search in a single environment."""
-        return Drive(search.shape.actions(search.best[None])[0])
+        return OpenLoop(search.shape.actions(search.best[None])[0])

@@ -12,9 +12,9 @@ import numpy as np
 import numpy.typing as npt
 from pydantic import Field
 
-from granular_env.envs.sensors import clock_readings
+from granular_env.envs.policies import Policy
 
-from ..problem import Actor
+from ..problem import Problem
 from ..search import BudgetSpentError, Search
 from .method import MethodTable
 
@@ -26,7 +26,6 @@ class Reinforcement(MethodTable):
     """
 
     packages: ClassVar[tuple[str, ...]] = ("torch", "stable_baselines3")
-    extra: ClassVar[str] = "rl"
 
     environments: int = Field(default=16, ge=1, le=10_000, description="environments in the batch")
     hold: int = Field(default=1, ge=1, description="control steps for which an action is held")
@@ -45,31 +44,32 @@ class Reinforcement(MethodTable):
         """Train round after round until the budget is spent."""
         from ..stable_baselines import Sb3VecEnv
 
-        decisions, rounds = self.rollout * self.environments, 0
+        decisions, rounds, problem = self.rollout * self.environments, 0, self.problem(search.problem)
         with one_thread():
-            model = self.algorithm(Sb3VecEnv(search.problem.vector(self.environments, self.hold, self.clock)), search.seed)
+            model = self.algorithm(Sb3VecEnv(problem.vector(self.environments)), search.seed)
             while True:
                 is_last = search.remaining_steps < decisions * self.hold
                 if is_last or rounds % self.evaluate_every == 0:
-                    self._evaluate(model.policy, search)
+                    self._evaluate(model.policy, problem, search)
                 if is_last:
                     raise BudgetSpentError
                 model.learn(decisions, reset_num_timesteps=False, log_interval=None)
                 search.count(decisions * self.hold)  # an action that the end of an episode cuts short counts in full
                 rounds += 1
 
-    def _evaluate(self, policy: Any, search: Search) -> None:
-        if search.remaining_steps < search.problem.steps * len(search.seeds):
+    def _evaluate(self, policy: Any, problem: Problem, search: Search) -> None:
+        if search.remaining_steps < problem.steps * len(search.seeds):
             return
-        value, steps = search.problem.policy_return(self._held(policy, search), search.seeds)
+        value, steps = problem.policy_return(TrainedPolicy(policy), search.seeds)
         search.note_return(copy.deepcopy(policy) if value > search.best_return else None, value, steps)
 
-    def actor(self, search: Search) -> Actor:
-        """Return the best policy as an agent."""
-        return self._held(search.best, search)
+    def problem(self, problem: Problem) -> Problem:
+        """Return the task with actions that are held, and a clock."""
+        return problem.with_options(hold=self.hold, clock=self.clock)
 
-    def _held(self, policy: Any, search: Search) -> HeldPolicy:
-        return HeldPolicy(policy, self.hold, self.clock, search.problem.steps)
+    def actor(self, search: Search) -> Policy:
+        """Return the best policy as an agent."""
+        return TrainedPolicy(search.best)
 
 
 class PPO(Reinforcement):
@@ -117,32 +117,24 @@ class SAC(Reinforcement):
         )  # fmt: skip
 
 
-class HeldPolicy:
-    """A trained policy without its noise, which holds each action for some control steps.
+class TrainedPolicy:
+    """A trained policy without its noise.
 
     It acts in a batch, on observations of shape (environments, size), and in a single environment.
     """
 
-    def __init__(self, policy: Any, hold: int, clock: int, steps: int) -> None:
-        self._policy, self._hold, self._clock, self._steps = policy, hold, clock, steps
-        self.reset()
+    def __init__(self, policy: Any) -> None:
+        self._policy = policy
 
     def reset(self) -> None:
-        """Begin an episode."""
-        self._step, self._decided = 0, np.empty(0)
+        """Do nothing: there is no memory."""
 
     def __call__(self, observation: npt.NDArray[Any], info: Any = None) -> npt.NDArray[Any]:
-        """Return the actions of the next control step."""
-        if self._step % self._hold == 0:
-            seen = np.atleast_2d(observation)
-            if self._clock:
-                times = clock_readings(np.array([self._step]), self._steps, self._clock)
-                seen = np.hstack([seen, np.broadcast_to(times, (len(seen), self._clock))])
-            with one_thread():
-                # One at a time: in a batch the sums of a network have other last bits.
-                self._decided = np.array([self._policy.predict(one, deterministic=True)[0] for one in seen])
-        self._step += 1
-        return self._decided if np.ndim(observation) > 1 else self._decided[0]
+        """Return the next actions."""
+        with one_thread():
+            # One at a time: in a batch the sums of a network have other last bits.
+            actions = [self._policy.predict(one, deterministic=True)[0] for one in np.atleast_2d(observation)]
+        return np.array(actions) if np.ndim(observation) > 1 else actions[0]
 
 
 @contextmanager

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -12,7 +12,7 @@ from granular_env.components.chain import Chain
 from granular_env.components.chain import differentiable_quantities as quantities
 from granular_env.components.chain.layout import TALLY, WORK_LEFT, WORK_RIGHT, U, V
 from granular_env.components.chain.state import chain_state
-from granular_env.components.errors import StepError
+from granular_env.components.errors import ParameterError, StepError
 from granular_env.components.support.float_arrays import FloatArray
 from granular_env.components.support.jit import jit
 
@@ -30,11 +30,13 @@ def _contact_forces(law, tables, first, out):
 @jit
 def _energies_between(law, tables, first, last, out):
     for k in range(len(out)):
-        out[k] = quantities.energy_between(chain_state(law, tables[k]), first, last)
+        out[k, 0] = quantities.energy_between(chain_state(law, tables[k]), first, last)
 
 
 class ChainRows:
     """Chains as rows of arrays, for tasks that judge rows and for native batches.
+
+    One chain alone has no axis of chains: an output has its own shape, and a number is a number.
 
     Args:
         chains: of equal size, law and integrator.
@@ -52,7 +54,8 @@ class ChainRows:
         self.tables: FloatArray = np.zeros((count, *first.table.shape)) if together else first.table[None]
         self.components: list[Chain] = [*chains]
         self.grains = first.parameters.grains
-        self.displacement, self.velocity = (self.tables[:, row, 1 : self.grains + 1] for row in (U, V))
+        self._chosen: Any = slice(None) if together else 0
+        self.displacement, self.velocity = (self.tables[self._chosen, row, 1 : self.grains + 1] for row in (U, V))
         self.displacement.flags.writeable = self.velocity.flags.writeable = False
         self._names = [
             (side, f"{side}_{name}") for side in _SIDES for name in ("force", "velocity") if f"{side}_{name}" in first.variables
@@ -62,7 +65,8 @@ class ChainRows:
         if together:
             rows = first.state_rows
             for k, chain in enumerate(chains):
-                self.adopt(k, chain).restore(chain.save())
+                self.adopt(k, chain)
+                self.take_back(k)
             self._kept, self._first_row = np.zeros((rows.stop - rows.start, self.tables.shape[2])), rows.start
 
     # -- what tasks read ----------------------------------------------------------------------------------------------
@@ -70,34 +74,36 @@ class ChainRows:
     @property
     def input_work(self) -> FloatArray:
         """Return the work done by inputs and boundaries since the reset, shape (chains,) [J]."""
-        behind = self.grains + 2
-        tallied = self.tables[:, TALLY, WORK_LEFT] + self.tables[:, TALLY, WORK_RIGHT]
-        return tallied + self.tables[:, V, behind] + self.tables[:, V, behind + 1]
+        tables, k, behind = self.tables, self._chosen, self.grains + 2
+        return tables[k, TALLY, WORK_LEFT] + tables[k, TALLY, WORK_RIGHT] + tables[k, V, behind] + tables[k, V, behind + 1]
 
     @property
     def contact_force(self) -> FloatArray:
         """Return the compressive force in each contact, shape (chains, grains + 1) [N]."""
-        return self._contact_forces(0, self.grains + 1)
+        return self.call(_contact_forces, self.grains + 1, 0)
 
     @property
     def right_wall_force(self) -> FloatArray:
         """Return the force of the right wall on the chain, shape (chains,), positive to the right [N]."""
-        return 0.0 - self._contact_forces(self.grains, 1)[:, 0]
-
-    def _contact_forces(self, first: int, count: int) -> FloatArray:
-        forces = np.empty((len(self.tables), count))
-        self.call(_contact_forces, first, forces)
-        return forces
+        if not self._together:
+            return self.components[0].get("right_wall_force")
+        return 0.0 - self.call(_contact_forces, 1, self.grains)[:, 0]
 
     def energy_from(self, grain: int) -> FloatArray:
         """Return the energy above that at rest of the grains from `grain` on and of their contacts, shape (chains,) [J]."""
-        energies = np.empty(len(self.tables))
-        self.call(_energies_between, grain + 1, self.grains, energies)
-        return energies
+        return self.call(_energies_between, 1, grain + 1, self.grains)[..., 0]
 
-    def call(self, kernel: Callable[..., Any], *arguments: Any) -> Any:
-        """Call a jitted function with a law, the tables and further arguments; ``chain_state(law, tables[k])`` is chain k."""
-        return kernel(self._law, self.tables, *arguments)
+    def call(self, kernel: Callable[..., Any], size: int, *arguments: Any) -> FloatArray:
+        """Return what a jitted function writes, shape (chains, size).
+
+        It is called with a law, the tables, the arguments, and the array to write: ``chain_state(law, tables[k])`` is chain k.
+        Integers among the arguments are the same for all chains, anything else has one row for each.
+        """
+        if not self._together:
+            arguments = tuple(one if isinstance(one, int) else np.asarray(one, dtype=np.float64)[None] for one in arguments)
+        found = np.empty((len(self.tables), size))
+        kernel(self._law, self.tables, *arguments, found)
+        return found[self._chosen]
 
     # -- what batches do ----------------------------------------------------------------------------------------------
 
@@ -107,61 +113,54 @@ class ChainRows:
         return np.asarray(self._ticks * self.components[0].step_size, dtype=np.float64)
 
     def read(self, name: str) -> FloatArray:
-        """Return an output of every chain, with a leading axis."""
+        """Return an output of every chain of a batch, with a leading axis."""
         if name in ("displacement", "velocity", "contact_force", "right_wall_force", "input_work"):
             return getattr(self, name)
-        for k in range(len(self.components)) if self._together else ():
-            self.synchronise(k)
+        for k in range(len(self.components)):
+            self.hand_out(k)
         return np.array([chain.get(name) for chain in self.components], dtype=np.float64)
 
     def adopt(self, k: int, chain: Chain) -> Chain:
-        """Return chain k replaced by one like the one given, in the memory of the batch."""
+        """Return chain k replaced by a copy of the one given, in the memory of the batch."""
         self.components[k] = chain.clone(self.tables[k])
+        self.components[k].restore(chain.save())
         return self.components[k]
 
-    def refresh(self, chosen: Collection[int]) -> None:
-        """Take time and inputs of the chosen chains, which were used by themselves."""
-        for k in chosen:
-            chain = self.components[k]
-            self._ticks[k] = chain.tick
-            for side, name in self._names:
-                self._inputs[k, _SIDES[side]] = chain.peek(name)
-
-    def synchronise(self, k: int) -> None:
-        """Give chain k its time and the inputs that are held."""
+    def take_back(self, k: int) -> None:
+        """Take time and inputs of chain k after others have used it; `ParameterError` where an input follows a profile."""
         chain = self.components[k]
-        if not chain.follows_profile:
-            held = {name: float(self._inputs[k, _SIDES[side]]) for side, name in self._names}
-            chain.adopt(int(self._ticks[k]), held)
+        if chain.follows_profile:
+            raise ParameterError("an input follows a profile", hint="continue in a single environment", at="state")
+        self._ticks[k] = chain.tick
+        for side, name in self._names:
+            self._inputs[k, _SIDES[side]] = chain.peek(name)
 
-    def advance(
-        self, inputs: Mapping[str, FloatArray], ticks: int, moving: npt.NDArray[np.bool_], lent: Collection[int]
-    ) -> dict[int, str]:
+    def hand_out(self, k: int) -> None:
+        """Give chain k its time and the inputs that are held."""
+        held = {name: float(self._inputs[k, _SIDES[side]]) for side, name in self._names}
+        self.components[k].adopt(int(self._ticks[k]), held)
+
+    def advance(self, inputs: Mapping[str, FloatArray], ticks: int, moving: npt.NDArray[np.bool_]) -> dict[int, str]:
         """Advance the chains that move; return the messages of those that refuse, which stay where they were.
 
         Args:
             inputs: name -> value for each chain.
             ticks: to advance.
             moving: which chains move.
-            lent: chains that others may observe, or whose inputs may follow a profile: those that are step by themselves.
         """
-        before, together, errors = self._inputs.copy(), moving.copy(), dict[int, str]()
-        alone = [k for k in lent if self.components[k].is_observed or self.components[k].follows_profile]
-        together[alone] = False
+        before, done, errors = self._inputs.copy(), moving.copy(), dict[int, str]()
         for name, values in inputs.items():
-            self._inputs[:, _SIDES[name.partition("_")[0]]] = values
-        self._inputs[~moving] = before[~moving]
-        wanted = together.copy()
+            np.copyto(self._inputs[:, _SIDES[name.partition("_")[0]]], values, where=moving)
         first = self.components[0]
-        first.entries.advance_batch(self.tables, self._inputs, self._ticks, ticks, together, self._kept, self._first_row)
+        first.entries.advance_batch(self.tables, self._inputs, self._ticks, ticks, done, self._kept, self._first_row)
         # The kernel also returns where a chain has something to warn of: then the chain itself can take the step.
-        for k in [*np.flatnonzero(wanted & ~together).tolist(), *(k for k in alone if moving[k])]:
+        for k in np.flatnonzero(moving & ~done).tolist():
             self._inputs[k] = before[k]
-            self.synchronise(k)
+            self.hand_out(k)
             chain = self.components[k]
             try:
                 chain.step(ticks * chain.step_size, **{name: float(values[k]) for name, values in inputs.items()})
             except StepError as error:
                 errors[k] = str(error)
-            self.refresh([k])
+            self.take_back(k)
         return errors

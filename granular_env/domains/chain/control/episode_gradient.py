@@ -34,7 +34,7 @@ def value_and_grad(
     """
     steps = len(drive)
     value, slopes, actuator = 0.0, np.zeros_like(drive), env.actuator
-    sides = [int(name.startswith("right")) for name in actuator.entries]
+    sides = [int(element.name.startswith("right")) for element, *_ in actuator.driven]
     late = max(steps - actuator.delay, 0)
     for seed in seeds:
         _, info = env.reset(seed=seed)

@@ -62,24 +62,22 @@ class AbsorptionTask(DrivenEndTask):
         speed = float(random.uniform(*self.impact))
         return {"velocity": dict.fromkeys(range(count), speed)}
 
-    def begin_rows(self, rows: ChainRows, constants: None, counters: Mapping[str, FloatArray]) -> None:
+    def begin_rows(self, rows: ChainRows, constants: None, counters: dict[str, Any]) -> None:
         """Note the energy that comes in."""
-        counters["incoming_energy"][:] = counters["energy"][:] = rows.energy_from(0)
-        counters["returned"][:] = counters["incoming_energy"] > 0.0
+        energy = rows.energy_from(0)
+        counters.update(incoming_energy=energy, energy=energy, returned=1.0 * (energy > 0.0))
 
-    def judge_rows(
-        self, rows: ChainRows, constants: None, counters: Mapping[str, FloatArray], elapsed: Any
-    ) -> tuple[FloatArray, bool]:
+    def judge_rows(self, rows: ChainRows, constants: None, counters: dict[str, Any], elapsed: Any) -> tuple[FloatArray, bool]:
         """Return what is returned before less what is returned now."""
-        before, incoming = counters["returned"].copy(), counters["incoming_energy"]
-        counters["energy"][:] = rows.energy_from(0)
+        before, incoming, energy = counters["returned"], counters["incoming_energy"], rows.energy_from(0)
         # Without an incoming wave, the energy that the end itself puts in counts in joules.
-        counters["returned"][:] = counters["energy"] / np.where(incoming > 0.0, incoming, 1.0)
-        return before - counters["returned"], False
+        returned = energy / np.where(incoming > 0.0, incoming, 1.0)
+        counters.update(energy=energy, returned=returned)
+        return before - returned, False
 
     def objective(self, component: Chain, steps: int) -> Objective:
         """Return the energy of the grains at the end over that which is in the chain now (1 J where there is none)."""
-        incoming = float(ChainRows([component]).energy_from(0)[0])
+        incoming = float(ChainRows([component]).energy_from(0))
         text = "energy left in the chain at the end over that at the start"
         return Objective(_note, sum_value, _pullback, np.array([incoming if incoming > 0.0 else 1.0]), description=text)
 

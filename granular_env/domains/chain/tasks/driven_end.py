@@ -17,7 +17,7 @@ from granular_env.components.chain.laws.law import lacks
 from granular_env.components.errors import ParameterError, StepError, caution, nearest, one_line
 from granular_env.components.support.jit import jit
 from granular_env.components.support.validation import positive_number, whole_number
-from granular_env.envs.factory import Options, further_parameters, refuse_early
+from granular_env.envs.factory import Options, refuse_early
 from granular_env.envs.policies import Constant, OpenLoop, Policy
 from granular_env.envs.task import RowTask
 
@@ -162,7 +162,7 @@ def driven_end(
 
 def make_chain(parameters: Mapping[str, Any], further: Any) -> Chain:
     """Return a chain of parameters that are not None, and of further ones, which count more."""
-    return Chain(**{name: one for name, one in parameters.items() if one is not None} | further_parameters("chain", further))
+    return Chain(**{name: one for name, one in parameters.items() if one is not None} | dict(further or {}))
 
 
 def _is_usual(make: Callable[..., Any], given: Mapping[str, Any]) -> bool:

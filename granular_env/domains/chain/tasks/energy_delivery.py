@@ -80,17 +80,15 @@ class EnergyDeliveryTask(DrivenEndTask):
         self._grain, self._first = hertz_chain(self.name, chain), self.grains - region
         self.constants = Wanted(positive_number("energy", energy), finite_number("work_price", price))
 
-    def begin_rows(self, rows: ChainRows, constants: Wanted, counters: Mapping[str, FloatArray]) -> None:
+    def begin_rows(self, rows: ChainRows, constants: Wanted, counters: dict[str, Any]) -> None:
         """Note what is delivered, and the work done, at the start."""
-        delivered = counters["delivered_energy"][:] = rows.energy_from(self._first)
+        delivered = rows.energy_from(self._first)
         off = delivered / constants.energy - 1.0
-        counters["work"][:], counters["closeness"][:] = rows.input_work, 1.0 - off * off
+        counters.update(delivered_energy=delivered, work=rows.input_work, closeness=1.0 - off * off)
 
-    def judge_rows(
-        self, rows: ChainRows, constants: Wanted, counters: Mapping[str, FloatArray], elapsed: Any
-    ) -> tuple[FloatArray, bool]:
+    def judge_rows(self, rows: ChainRows, constants: Wanted, counters: dict[str, Any], elapsed: Any) -> tuple[FloatArray, bool]:
         """Return the gain in closeness, less the price of this step's work."""
-        closeness, work = counters["closeness"].copy(), counters["work"].copy()
+        closeness, work = counters["closeness"], counters["work"]
         self.begin_rows(rows, constants, counters)
         return counters["closeness"] - closeness - constants.price * (counters["work"] - work) / constants.energy, False
 
@@ -180,5 +178,5 @@ def make_energy_delivery(
     region = whole_number("region", region, 1, chain.parameters.grains)
     env = ComponentEnv(chain, partial(EnergyDeliveryTask, end=end, energy=energy, region=region, price=work_price), **rest)
     first = chain.parameters.grains - region
-    refuse_too_early(chain, end, energy, "J", lambda driven: float(ChainRows([driven]).energy_from(first)[0]))
+    refuse_too_early(chain, end, energy, "J", lambda driven: float(ChainRows([driven]).energy_from(first)))
     return env

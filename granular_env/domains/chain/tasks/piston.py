@@ -51,22 +51,21 @@ class PistonTask(RowTask):
         energy = 0.5 * float(chain.geometry.mass[-1]) * target**2
         self.constants = Shot(target, price, energy, _FREE_FLIGHT * float(chain.geometry.radius[-1]))
 
-    def begin_rows(self, rows: ChainRows, constants: Shot, counters: Mapping[str, FloatArray]) -> None:
+    def begin_rows(self, rows: ChainRows, constants: Shot, counters: dict[str, Any]) -> None:
         """Start with the motion of the last grain; work done before, in a log that continues, is not charged."""
-        counters["closeness"][:] = _closeness(rows, constants)
-        counters["work"][:] = rows.input_work
+        counters.update(closeness=_closeness(rows, constants), work=rows.input_work)
 
-    def judge_rows(self, rows: ChainRows, constants: Shot, counters: Mapping[str, FloatArray], elapsed: Any) -> tuple[Any, Any]:
+    def judge_rows(self, rows: ChainRows, constants: Shot, counters: dict[str, Any], elapsed: Any) -> tuple[Any, Any]:
         """Return the gain in closeness, less the price of this step's work; the end is the last grain's free flight."""
         closeness, work = _closeness(rows, constants), rows.input_work
         cost = constants.price * (work - counters["work"]) / constants.energy
         rewards = closeness - counters["closeness"] - cost
-        counters["closeness"][:], counters["work"][:] = closeness, work
-        return rewards, rows.displacement[:, -1] - rows.displacement[:, -2] > constants.clearance
+        counters.update(closeness=closeness, work=work)
+        return rewards, rows.displacement[..., -1] - rows.displacement[..., -2] > constants.clearance
 
 
 def _closeness(rows: ChainRows, constants: Shot) -> FloatArray:
-    return 1.0 - np.minimum(np.abs(rows.velocity[:, -1] / constants.target - 1.0), 1.0)
+    return 1.0 - np.minimum(np.abs(rows.velocity[..., -1] / constants.target - 1.0), 1.0)
 
 
 @environment_factory

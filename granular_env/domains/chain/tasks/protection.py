@@ -118,12 +118,12 @@ class ProtectionTask(DrivenEndTask):
         self.unit_scales = {"N": end.actions.get("left_force", self.unit_scales["N"])}
         self.constants = Delivery(positive_number("impulse", impulse), positive_number("peak_scale", peak_scale), end.duration)
 
-    def begin_rows(self, rows: ChainRows, constants: Delivery, counters: Mapping[str, FloatArray]) -> None:
+    def begin_rows(self, rows: ChainRows, constants: Delivery, counters: dict[str, Any]) -> None:
         """Start with the wall's force at rest."""
-        counters["wall_force"][:] = counters["peak_wall_force"][:] = -rows.right_wall_force
+        counters["wall_force"] = counters["peak_wall_force"] = -rows.right_wall_force
 
     def judge_rows(
-        self, rows: ChainRows, constants: Delivery, counters: Mapping[str, FloatArray], elapsed: Any
+        self, rows: ChainRows, constants: Delivery, counters: dict[str, Any], elapsed: Any
     ) -> tuple[FloatArray, Any]:
         """Return the gain in the delivered part, less the rise of the peak; the end is the whole impulse."""
         before, force = counters["delivered_impulse"], -rows.right_wall_force
@@ -131,7 +131,7 @@ class ProtectionTask(DrivenEndTask):
         peak = np.maximum(counters["peak_wall_force"], force)
         gain = np.minimum(delivered / constants.impulse, 1.0) - np.minimum(before / constants.impulse, 1.0)
         rewards = gain - (peak - counters["peak_wall_force"]) / constants.peak_scale
-        before[:], counters["wall_force"][:], counters["peak_wall_force"][:] = delivered, force, peak
+        counters.update(delivered_impulse=delivered, wall_force=force, peak_wall_force=peak)
         return rewards, delivered >= constants.impulse
 
     def objective(self, component: Chain, steps: int, *, sharpness: tuple[int, float] = (5, 0.01)) -> Objective:

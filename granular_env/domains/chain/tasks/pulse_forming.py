@@ -7,7 +7,6 @@ from functools import partial
 from typing import Any, NamedTuple, Unpack
 
 import numpy as np
-import numpy.typing as npt
 
 from granular_env.components.chain import Chain
 from granular_env.components.chain.objective import Objective
@@ -59,26 +58,22 @@ class WaveTask(DrivenEndTask):
 
     constants: Waves
 
-    def goals(self, constants: Any, counters: Mapping[str, FloatArray]) -> tuple[FloatArray, FloatArray]:
+    def goals(self, constants: Any, counters: dict[str, Any]) -> tuple[FloatArray, FloatArray]:
         """Return the goals, shape (episodes, 3 waves), and the energies of their waves."""
         return constants.goal, constants.unit
 
-    def _follow(self, rows: ChainRows, constants: Any, counters: Mapping[str, FloatArray], left: FloatArray) -> None:
+    def _follow(self, rows: ChainRows, constants: Any, counters: dict[str, Any], left: FloatArray) -> None:
         goals, energies = self.goals(constants, counters)
-        found = np.empty((len(left), COLUMNS))
-        rows.call(follow, constants.shapes, goals, left, constants.window, energies, found)
-        for name, values in zip(("distance", "energy_outside", "amplitude_error"), found.T, strict=True):
-            counters[name][:] = values
+        found = rows.call(follow, 3, constants.shapes, goals, left, constants.window, energies)
+        counters.update(zip(("distance", "energy_outside", "amplitude_error"), found.T, strict=True))
 
-    def begin_rows(self, rows: ChainRows, constants: Any, counters: Mapping[str, FloatArray]) -> None:
+    def begin_rows(self, rows: ChainRows, constants: Any, counters: dict[str, Any]) -> None:
         """Note the distance from the waves that are on their way."""
         self._follow(rows, constants, counters, constants.horizon)
 
-    def judge_rows(
-        self, rows: ChainRows, constants: Any, counters: Mapping[str, FloatArray], elapsed: npt.NDArray[np.int64]
-    ) -> tuple[FloatArray, bool]:
+    def judge_rows(self, rows: ChainRows, constants: Any, counters: dict[str, Any], elapsed: Any) -> tuple[FloatArray, bool]:
         """Return the distance before less the distance now."""
-        before = counters["distance"].copy()
+        before = counters["distance"]
         self._follow(rows, constants, counters, constants.horizon - elapsed * constants.duration)
         return before - counters["distance"], False
 

@@ -77,16 +77,15 @@ class SolitonTrainTask(WaveTask):
         slowest = self._rows(np.array([[amplitude[0], front[1]]]))
         refuse_early_waves(shapes, slowest.reshape(-1, COLUMNS), end.duration, end.steps)
 
-    def goals(self, constants: Any, counters: Mapping[str, FloatArray]) -> tuple[FloatArray, FloatArray]:
+    def goals(self, constants: Any, counters: dict[str, Any]) -> tuple[FloatArray, FloatArray]:
         """Return the goals of the episodes, and the energies of their waves; of one wave of 1 m/s where none is wanted."""
-        goals = np.stack([counters[name] for name in self.counter_names[: COLUMNS * self.waves]], axis=1)
-        squares = np.sum(goals[:, AMPLITUDE::COLUMNS] ** 2, axis=1)
+        goals = np.stack([counters[name] for name in self.counter_names[: COLUMNS * self.waves]], axis=-1)
+        squares = np.sum(goals[..., AMPLITUDE::COLUMNS] ** 2, axis=-1)
         return goals, constants.unit * np.where(squares > 0.0, squares, 1.0)
 
     def present_goal(self) -> FloatArray:
         """Return the rows (amplitude, place, speed) of the present goal, shape (waves, 3)."""
-        numbers = [float(self.counters[name][0]) for name in self.counter_names[: COLUMNS * self.waves]]
-        return np.array(numbers).reshape(-1, COLUMNS)
+        return np.array([self.counters[name] for name in self.goal_names]).reshape(-1, COLUMNS)
 
     def goal(self, random: Generator) -> FloatArray:
         """Return one to `waves` waves, foremost first: heights, the foremost one's place and distances are drawn evenly."""

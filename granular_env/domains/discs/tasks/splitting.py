@@ -13,7 +13,7 @@ from granular_env.components.discs import Discs
 from granular_env.components.errors import ParameterError, one_line
 from granular_env.components.support.validation import finite_number, positive_number, whole_number
 from granular_env.envs.environment import ComponentEnv
-from granular_env.envs.factory import Options, environment_factory, further_parameters, refuse_early
+from granular_env.envs.factory import Options, environment_factory, refuse_early
 from granular_env.envs.policies import Constant, OpenLoop, Policy
 from granular_env.envs.task import Seen, Task
 
@@ -121,7 +121,7 @@ def make_splitting(
     * v1: first version.
     """
     parameters = {"rows": 1, "columns": columns, "breaking_strain": breaking_strain, "step_size": step_size}
-    component = Discs(**{**parameters, **further_parameters("discs", discs)})
+    component = Discs(**{**parameters, **(discs or {})})
     if component.parameters.rows != 1:
         raise ParameterError(f"got {component.parameters.rows}", expected="1, a single row to split", at=("discs", "rows"))
     links = len(component.get("linked"))
