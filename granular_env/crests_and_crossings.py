@@ -9,9 +9,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from granular_env.components.errors import ParameterError
 from granular_env.components.support.float_arrays import FloatArray
-
-from .components.errors import ParameterError, one_line
+from granular_env.components.support.validation import positive_number
 
 # A polynomial through so many samples says what lies between them.
 SAMPLES = 7
@@ -73,7 +73,9 @@ def ridges(values: FloatArray, above: float, separation: float) -> list[tuple[in
     """Each maximum as samples: the minimum before it (or the last value at or below 0), itself, the minimum after it."""
     from scipy.signal import find_peaks
 
-    above, separation = positive("above", above, "in the unit of the curve"), fraction("separation", separation)
+    above = positive_number("above", above)
+    if not 0.0 < separation <= 1.0:
+        raise ParameterError(f"got {separation!r}", expected="more than 0 and at most 1", at="separation")
     peaks, _ = find_peaks(values, prominence=(1.0 - separation) * np.maximum(values, 0.0))
     walls = [0, *peaks.tolist(), len(values) - 1]
     return [
@@ -169,19 +171,3 @@ def _duration(times: FloatArray, values: FloatArray, begin: int, peak: int, end:
         return float("nan")
     before, after = begin + int(np.flatnonzero(rise)[-1]), peak + int(np.argmax(fall)) - 1
     return crossing(times, values, after, half) - crossing(times, values, before, half)
-
-
-def positive(name: str, value: Any, unit: str) -> float:
-    """Return a value that is a finite number above 0, or raise."""
-    number = value if isinstance(value, (int, float, np.number)) and not isinstance(value, bool) else math.nan
-    if not (0.0 < number < math.inf):
-        raise ParameterError(f"got {one_line(value)}", expected=f"more than 0 {unit}".rstrip(), at=name)
-    return float(number)
-
-
-def fraction(name: str, value: Any) -> float:
-    """Return a value that is above 0 and at most 1, or raise."""
-    number = positive(name, value, "and at most 1")
-    if number > 1.0:
-        raise ParameterError(f"got {number:g}", expected="more than 0 and at most 1", at=name)
-    return number

@@ -5,18 +5,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
 
-from granular_env.components.drawables import Points
-from granular_env.components.support.float_arrays import FloatArray
 from granular_env.domains import domain_of
 
 if TYPE_CHECKING:
-    from .scene_data import Motion
+    from .scene_data import Motion, SceneData
     from .scene_scales import Scales
 
 
@@ -32,19 +29,6 @@ class Views:
 
     def __init__(self, motion: Motion, scales: Scales, begin: float = 0.0, end: float | None = None) -> None:
         """Lay the views out."""
-
-    @staticmethod
-    def contacts(
-        points: Points, displacement: FloatArray | None, read: Callable[[str], FloatArray | None]
-    ) -> tuple[FloatArray | None, str, str]:
-        """Return what is known of the contacts between the points, (frames, contacts), with name and unit; None for nothing.
-
-        Args:
-            points: what is drawn.
-            displacement: shape (frames, n, 3) [m]; None where it is not known.
-            read: gives an output in these frames by its name; None where it is not known.
-        """
-        return None, "", ""
 
     def reach(self, scales: Scales) -> tuple[float, float]:
         """Return lowest and highest z that the whole scene's camera has to see [m]."""
@@ -93,11 +77,10 @@ class Views:
         return []
 
 
-def make_views(component: str, motion: Motion, scales: Scales, begin: float = 0.0, end: float | None = None) -> Views:
-    """Return the views of a component's domain for one scene; the arguments are those of `Views`."""
-    return views_class(component)(motion, scales, begin, end)
-
-
-def views_class(component: str) -> type[Views]:
-    """Return what makes the views of a component's domain."""
-    return domain_of(component).load("views") or Views
+def make_views(
+    component: str, scene_data: SceneData, scales: Scales | None, begin: float = 0.0, end: float | None = None
+) -> Views | None:
+    """Return the views of a component's domain for one scene, None without particles; the arguments are those of `Views`."""
+    if scene_data.motion is None or scales is None:
+        return None
+    return (domain_of(component).load("views") or Views)(scene_data.motion, scales, begin, end)

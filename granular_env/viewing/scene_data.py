@@ -122,6 +122,17 @@ class MeshFrames:
         """True where they are the surface of a body in space."""
         return is_solid(self.nodes)
 
+    @property
+    def is_of_cells(self) -> bool:
+        """True where the field has a value for each cell; otherwise it has one for each node."""
+        return self.field is not None and self.field.shape[1] == len(self.connectivity) != len(self.nodes)
+
+
+def drawn_places(shape: Motion | MeshFrames, factor: float, frames: int | slice = slice(None)) -> FloatArray:
+    """Return where points or nodes are drawn with displacements stretched by a factor, shape (..., n, 3) [m]."""
+    rest = shape.reference if isinstance(shape, Motion) else shape.nodes
+    return rest + factor * shape.displacement[frames]
+
 
 @dataclass(frozen=True)
 class ProfileFrames:
@@ -200,9 +211,14 @@ class SceneData:
         return viewpoint(self.focus_normal)
 
     @property
-    def can_move(self) -> bool:
-        """False where everything drawn is fixed for good."""
-        return any(isinstance(shape, Motion) or not shape.is_fixed for shape in self.shapes)
+    def movable(self) -> list[Motion | MeshFrames]:
+        """All that is drawn in space, without what is fixed for good."""
+        return [shape for shape in self.shapes if isinstance(shape, Motion) or not shape.is_fixed]
+
+    @property
+    def unmoved(self) -> list[str]:
+        """The names of what is drawn as it was at the start, since its displacements were not recorded."""
+        return [shape.name for shape in self.movable if not shape.located]
 
     def coloured(self) -> Iterator[tuple[Variable, FloatArray]]:
         """Yield each output that colours something, and its values in all frames."""

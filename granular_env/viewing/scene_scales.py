@@ -18,7 +18,7 @@ from granular_env.components.support.float_arrays import FloatArray
 from granular_env.components.variables import Variable
 from granular_env.recording.preview.displacement_scale import common_exaggeration
 
-from .scene_data import MeshFrames, SceneData
+from .scene_data import Motion, SceneData, drawn_places
 from .unit_labels import label_with_unit
 
 # In a plane a few values that are so many times larger than nearly all others get the fullest colour along with these: the
@@ -107,19 +107,10 @@ class Scales:
         return self.colours[0].limit if self.colours else 1.0
 
     @property
-    def length(self) -> float:
-        """Largest extent [m]."""
-        return max(high - low for low, high in zip(self.low, self.high, strict=True))
-
-    @property
     def magnification(self) -> float:
         """Factor of the whole scene, a power of 10: rerun draws nothing nearer than 0.1 to a camera, in single precision."""
-        return 1.0 if self.length >= _LEAST_LENGTH else 10.0 ** math.ceil(math.log10(_LEAST_LENGTH / self.length))
-
-    @property
-    def particles_entity(self) -> str:
-        """Path of the first particles; it says the factor, where that is settled."""
-        return f"scene/particles_displacement_x{self.exaggeration:g}" if self.settled else "scene/particles"
+        length = max(high - low for low, high in zip(self.low, self.high, strict=True))
+        return 1.0 if length >= _LEAST_LENGTH else 10.0 ** math.ceil(math.log10(_LEAST_LENGTH / length))
 
     @property
     def stretch(self) -> str:
@@ -146,8 +137,7 @@ def scales_of(scene_data: SceneData, exaggerate: float | None = None) -> Scales 
     )
     corners = []
     for shape in scene_data.shapes:
-        rest, radius = (shape.nodes, 0.0) if isinstance(shape, MeshFrames) else (shape.reference, shape.radius[:, None])
-        drawn = rest + factor * shape.displacement
+        drawn, radius = drawn_places(shape, factor), shape.radius[:, None] if isinstance(shape, Motion) else 0.0
         corners += [(drawn - radius).min(axis=(0, 1)), (drawn + radius).max(axis=(0, 1))]
     low, high = np.min(corners, axis=0), np.max(corners, axis=0)
     colours = colour_scales(scene_data.coloured(), scene_data.is_plane)

@@ -10,8 +10,8 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-
-from granular_env.optional_packages import import_optional
+import rerun as rr
+import rerun.blueprint as rrb
 
 # Distance in widths: the ends are seen at 18 degrees. Further away, rerun's single precision frays the spheres.
 _DISTANCE = 1.5
@@ -59,7 +59,6 @@ class Camera:
 
     def send(self, recording: Any) -> None:
         """Put the camera into the scene."""
-        rr = import_optional("rerun", "the viewer")
         width, height = self._image
         place = rr.Transform3D(translation=self.place, mat3x3=_ABOVE if self.is_above else _SIDE)
         lens = rr.Pinhole(
@@ -69,7 +68,6 @@ class Camera:
 
     def view(self, name: str, contents: list[str]) -> Any:
         """Return a pane that shows entities through this camera."""
-        rrb = import_optional("rerun.blueprint", "the viewer")
         across, down = self._image
         return rrb.Spatial2DView(
             origin=self.path,

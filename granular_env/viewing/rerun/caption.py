@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from typing import TYPE_CHECKING
 
 from ..cracks import MOST_LINES
@@ -24,35 +24,46 @@ def plain(text: str) -> str:
 
 def caption(scene_data: SceneData, scales: Scales | None, views: Views | None) -> str:
     """Return a markdown text that lets a stranger read the scene."""
-    lines = [f"# {plain(scene_data.title)}", ""]
+    words = [f"# {plain(scene_data.title)}"]
     if scene_data.conclusions:
-        lines += ["**At the end of the run**", "", *(f"- {plain(one)}" for one in scene_data.conclusions), ""]
-    motion = scene_data.motion
+        words += ["**At the end of the run**", _bullets(scene_data.conclusions)]
     if scales is not None:
-        lines += [words for shape in scene_data.shapes for words in (_shape_words(shape), "")]
-        lines += [f"**{plain(scene_data.remark)}**", ""] if scene_data.remark else []
-        lines += [words for scale in scales.colours for words in (_colour_words(scale), "")]
-        lines += [f"{_stretch_words(scene_data, scales)} {_viewpoint_sentence(scene_data)}".strip(), ""]
-        lines += [words for one in scene_data.motions for text in _detail_words(one) for words in (text, "")]
-        if motion is not None and views is not None:
-            for words in views.words(motion, scales):
-                lines += [words, ""]
-        lines += _frame_lines(scene_data.shapes[0])
+        words += _scene_words(scene_data, scales)
+        if scene_data.motion is not None and views is not None:
+            words += views.words(scene_data.motion, scales)
     elif not scene_data.notes and not scene_data.profiles:
-        lines += ["This component has no particles; its outputs and its balances are plotted.", ""]
+        words.append("This component has no particles; its outputs and its balances are plotted.")
     if scene_data.profiles:
         names = ", ".join(plain(one.variable.name.replace("_", " ")) for one in scene_data.profiles)
-        lines += [f"**Curves along x:** {names}, at the instant of the cursor; a line marks 0.", ""]
+        words.append(f"**Curves along x:** {names}, at the instant of the cursor; a line marks 0.")
     if any(scene_data.group(balance.entries) for balance in scene_data.balances):
-        words = "Balances since the reset. A residual is what a balance cannot account for: the error of the numerics."
-        lines += [f"**Plots.** {words}", ""]
+        words.append("**Plots.** Balances since the reset. Their residuals are the errors of the numerics.")
     # Of a single sample, nobody knows yet.
     inputs = scene_data.inputs.values()
     if inputs and not any(curve.values.any() or len(curve.values) < 2 for curve in inputs):
-        lines += ["No input acts in this run.", ""]
-    lines += [f"- {plain(note)}" for note in scene_data.notes]
-    lines += ["", "Time is simulated time; drag the cursor below, or press space to play."]
-    return "\n".join(lines)
+        words.append("No input acts in this run.")
+    words.append(_bullets(scene_data.notes))
+    words.append("Time is simulated time; drag the cursor below, or press space to play.")
+    return "\n\n".join(filter(None, words))
+
+
+def _bullets(sentences: Iterable[str]) -> str:
+    return "\n".join(f"- {plain(one)}" for one in sentences)
+
+
+def _scene_words(scene_data: SceneData, scales: Scales) -> Iterator[str]:
+    """Yield what is drawn in space: shapes, colours, factors, frames."""
+    yield from map(_shape_words, scene_data.shapes)
+    if scene_data.remark:
+        yield f"**{plain(scene_data.remark)}**"
+    yield from map(_colour_words, scales.colours)
+    yield _stretch_words(scene_data, scales)
+    if scene_data.is_solid:
+        yield f"The first view looks {viewpoint_words(scene_data.viewpoint)}."
+    for motion in scene_data.motions:
+        yield from _detail_words(motion)
+    if len(times := scene_data.shapes[0].times) > 1:
+        yield f"{len(times)} frames from {times[0] * 1e6:.6g} to {times[-1] * 1e6:.6g} \u00b5s."
 
 
 def _shape_words(shape: Motion | MeshFrames) -> str:
@@ -77,10 +88,6 @@ def _stretch_words(scene_data: SceneData, scales: Scales) -> str:
     return words + ("" if scales.settled else " Factor and limits are adjusted while the run goes on.")
 
 
-def _viewpoint_sentence(scene_data: SceneData) -> str:
-    return f"The first view looks {viewpoint_words(scene_data.viewpoint)}." if scene_data.is_solid else ""
-
-
 def _colour_words(scale: ColourScale) -> str:
     unit = "" if scale.unit == "1" else f" {plain(scale.unit)}"
     below = f"-{scale.limit:g}{unit} (blue) through " if scale.has_sign else ""
@@ -98,10 +105,3 @@ def _detail_words(motion: Motion) -> Iterator[str]:
             yield f"**Cracks:** of {len(links.pairs)} {plain(links.name)} those that hold are not drawn; {words}."
         else:
             yield f"**Lines: {len(links.pairs)} {plain(links.name)}**; {words}."
-
-
-def _frame_lines(motion: Motion | MeshFrames) -> list[str]:
-    if len(motion.times) < 2:
-        return []
-    first, last = motion.times[0] * 1e6, motion.times[-1] * 1e6
-    return [f"{len(motion.times)} frames from {first:.6g} to {last:.6g} \u00b5s.", ""]
