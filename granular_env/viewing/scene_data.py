@@ -218,7 +218,7 @@ class SceneData:
     @property
     def unmoved(self) -> list[str]:
         """The names of what is drawn as it was at the start, since its displacements were not recorded."""
-        return [shape.name for shape in self.movable if not shape.located]
+        return [shape.name.replace("_", " ") for shape in self.movable if not shape.located]
 
     def coloured(self) -> Iterator[tuple[Variable, FloatArray]]:
         """Yield each output that colours something, and its values in all frames."""

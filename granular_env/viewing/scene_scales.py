@@ -79,11 +79,6 @@ def _scale(group: Sequence[tuple[Variable, FloatArray]], is_plane: bool) -> Colo
     return ColourScale(names, unit, limit, bool(values.min(initial=0.0) < 0.0), is_exceeded)
 
 
-def scale_of(scales: Iterable[ColourScale], name: str) -> ColourScale | None:
-    """Return the scale of an output; None where it has no colours."""
-    return next((scale for scale in scales if name in scale.names), None)
-
-
 @dataclass(frozen=True)
 class Scales:
     """Scales from numbers to lengths and colours in one scene.
@@ -121,7 +116,7 @@ class Scales:
 
     def colours_of(self, variable: Variable, values: FloatArray | None, count: int) -> npt.NDArray[np.uint8]:
         """Return the colours of an output's values, or of so many things of which it is not known; shape (..., 3)."""
-        scale = scale_of(self.colours, variable.name)
+        scale = next((one for one in self.colours if variable.name in one.names), None)
         if values is None or scale is None:
             return np.broadcast_to(np.array(REST_COLOUR, np.uint8), (count, 3)).copy()
         return diverging(values, scale.limit)

@@ -21,18 +21,15 @@ def is_hidden(drawable: Drawable, others: Sequence[Drawable]) -> bool:
     cells = [one for one in others if isinstance(one, Cells)]
     match drawable:
         case Points():
-            return any(_covers(one, drawable) or _has_nodes(one, drawable) for one in cells)
+            own = [one for one in cells if one.displacement == drawable.displacement]
+            are_nodes = any(np.array_equal(one.nodes, drawable.reference) for one in own)
+            return are_nodes or any(_covers(one, drawable) for one in cells)
         case Links():
             return any(isinstance(one, Points) and one.name == drawable.points and is_hidden(one, others) for one in others)
         case Cells():
             return not is_solid(drawable.nodes) and any(is_solid(one.nodes) for one in cells)
         case _:
             return False
-
-
-def _has_nodes(cells: Cells, points: Points) -> bool:
-    """Return whether points are the nodes of cells."""
-    return cells.displacement == points.displacement and np.array_equal(cells.nodes, points.reference)
 
 
 def _covers(surface: Cells, points: Points) -> bool:
@@ -49,6 +46,11 @@ def _covers(surface: Cells, points: Points) -> bool:
 def is_solid(places: FloatArray) -> bool:
     """Return whether places, shape (n, d), fill three dimensions."""
     return places.ndim == 2 and places.shape[1] == 3 and bool(np.ptp(places, axis=0).all())
+
+
+def area_vectors(corners: FloatArray) -> FloatArray:
+    """Return outward vectors as long as twice the area of each cell, shape (m, 3), from its corners, shape (m, k, 3)."""
+    return np.cross(corners[:, 2] - corners[:, 0], corners[:, -1] - corners[:, 1])
 
 
 def colour_name(drawable: Drawable) -> str:

@@ -18,10 +18,11 @@ from granular_env.components.support.float_arrays import FloatArray
 from granular_env.components.support.round_numbers import round_down_to_125
 
 from ..cracks import MOST_LINES, crack_lines
+from ..picture_words import picture_words
 from ..scene_builder import shapes_at
 from ..scene_data import LinkFrames, MeshFrames, Motion, SceneData, drawn_places
 from ..scene_scales import Scales, scales_of
-from ..viewpoint import viewpoint_words
+from ..visible_drawables import area_vectors
 from .colour_bar import add_bar
 from .drawing import new_figure, time_unit, with_style
 
@@ -232,7 +233,7 @@ def _lit(colours: FloatArray, corners: FloatArray) -> FloatArray:
         colours: of the cells, shape (m, 3).
         corners: of each, as seen, shape (m, k, 3).
     """
-    normal = np.cross(corners[:, 2] - corners[:, 0], corners[:, -1] - corners[:, 1])
+    normal = area_vectors(corners)
     length = np.maximum(np.sqrt((normal * normal).sum(axis=1)), 1e-300)
     towards = (normal[:, 2] / length)[:, None]
     return np.where(towards > 0.0, colours * (1.0 - _SHADE * (1.0 - np.abs(towards))), _INSIDE)
@@ -255,32 +256,16 @@ def _add_lines(axes: Axes, lines: FloatArray, colour: str, width: float) -> None
 
 def stretch_words(plane: Plane) -> str:
     """Return how displacements are drawn, in sentences; "" where they are true to scale."""
-    still = [one.name.replace("_", " ") for one in plane.scene.shapes if not (one.located or _is_fixed(one))]
     sentences = [] if plane.scales.exaggeration == 1.0 else [f"Displacements drawn {plane.scales.exaggeration:g} x larger."]
-    if still:
+    if still := plane.scene.unmoved:
         sentences.append(f"Drawn at the places of the start, as no displacements were recorded: {', '.join(still)}.")
     return " ".join(sentences)
 
 
-def _is_fixed(shape: Motion | MeshFrames) -> bool:
-    return isinstance(shape, MeshFrames) and shape.is_fixed
-
-
 def words(plane: Plane) -> str:
     """Return what the pictures show, in sentences."""
-    scene = plane.scene
-    links = [one for motion in scene.motions for one in motion.links]
-    names = ", ".join(one.name.replace("_", " ") for one in (*scene.shapes, *links))
-    seen = "x to the right, y up"
-    if scene.is_solid:
-        seen = f"{viewpoint_words(scene.viewpoint)}; dark is the inside"
-    sentences = [f"{names.capitalize()} at chosen instants, {seen}.", stretch_words(plane)]
-    if any(motion.rotation is not None for motion in scene.motions):
-        sentences.append("A spoke shows how each is turned.")
-    if any(mesh.whole is not None for mesh in scene.meshes):
-        sentences.append("Cells that a crack crosses are left out.")
-    if links:
-        sentences.append("A broken link is a short black line across, while its two ends are near.")
-    if any(len(one.pairs) > MOST_LINES for one in links):
-        sentences.append("Links that hold are not drawn: they would hide the colours.")
+    links = [one for motion in plane.scene.motions for one in motion.links]
+    names = ", ".join(one.name.replace("_", " ") for one in (*plane.scene.shapes, *links))
+    axes = "" if plane.scene.is_solid else ", x to the right, y up"
+    sentences = [f"{names.capitalize()} at chosen instants{axes}.", stretch_words(plane), *picture_words(plane.scene)]
     return " ".join(filter(None, sentences))

@@ -63,7 +63,7 @@ def draw_report(log: Any, choice: Choice, progress: Callable[[float], None]) -> 
     Args:
         log: an open log.
         choice: what to show.
-        progress: told the part that is done, 0 to 1.
+        progress: told the part of the work that is done.
 
     Raises:
         ParameterError: as in `Choice.check`, or an instant or a place that the log does not have.
@@ -84,7 +84,6 @@ def draw_report(log: Any, choice: Choice, progress: Callable[[float], None]) -> 
         span = log.start_tick * log.step_size, log.start_tick * log.step_size + log.duration
         figure = run_figures.event_counts([(event.tick * log.step_size, event.kind) for event in happened], span)
         drawn["events"] = Shown("Events", figure, "Number of events in each hundredth of the run, by their kind.")
-    progress(1.0)
     return scene_data, drawn
 
 

@@ -21,8 +21,6 @@ from . import tables
 from .figures import Choice, Shown, draw_report
 
 _FILM_WORDS = "The run as a film: choose an instant on the time axis below (the arrow keys go through them), or play."
-# The part of the work that reads the log and draws its figures.
-_READ = 0.6
 
 
 def report(
@@ -62,7 +60,7 @@ def report(
     require_writable(target)
     choice = Choice(variables, times, indices)
     with progress_bar(f"report in {target.parent.name}", show=progress) as bar:
-        scene_data, drawn = draw_report(log, choice, lambda part: bar.update(_READ * part))
+        scene_data, drawn = draw_report(log, choice, bar.update)
         sections = _sections(log, scene_data, drawn)
         if choice.variables is None and choice.times is None and (film := film_of(log, scene_data)) is not None:
             words = " ".join(one for one in (_FILM_WORDS, film.stretch, scene_data.remark) if one)

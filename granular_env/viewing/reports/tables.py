@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import shlex
 from collections import Counter
 from collections.abc import Iterator, Mapping
@@ -15,7 +14,6 @@ from markupsafe import Markup
 from granular_env.components.errors import GranularError
 from granular_env.components.support.parameter_fields import left_out, unit_of
 from granular_env.documents import to_toml
-from granular_env.output_files import readable_bytes
 from granular_env.recording.event_places import event_table, listed_events
 
 from ..html_page import parts
@@ -25,7 +23,6 @@ from ..unit_labels import typeset
 _LONGEST_LIST = 8
 _MOST_EVENTS = 200
 _MOST_INCIDENTS, _LONGEST_MESSAGE = 20, 1000
-_LONGEST_TEXT = 20_000
 
 
 def balances(scene_data: SceneData) -> Markup:
@@ -146,8 +143,6 @@ def experiment(log: Any) -> Markup:
         return Markup()
     text = to_toml(content)
     words = "The experiment as it was run, as a file for the command granular-env run; data files that it names are not here."
-    if len(text) > _LONGEST_TEXT:
-        text = f"{text[:_LONGEST_TEXT]}\n# ... cut off: the log holds all of it"
     return parts.paragraph(words) + parts.preformatted(text)
 
 
@@ -158,7 +153,6 @@ def environment(log: Any) -> Markup:
     rows += [[name.replace("_", " "), _short(value)] for name, value in metadata["machine"].items()]
     rows.append(["bits depend on the platform", "yes" if metadata.get("platform_bound") else "no"])
     rows.append(["identity of component and parameters", metadata.get("identity", "")])
-    rows.append(["size of the log", readable_bytes(os.path.getsize(log.path))])
     return parts.table(["fact", "value"], rows)
 
 

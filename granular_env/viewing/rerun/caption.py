@@ -5,10 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from typing import TYPE_CHECKING
 
-from ..cracks import MOST_LINES
+from ..picture_words import picture_words
 from ..scene_data import MeshFrames, Motion, SceneData
 from ..scene_scales import ColourScale
-from ..viewpoint import viewpoint_words
 
 if TYPE_CHECKING:
     from ..domain_views import Views
@@ -58,23 +57,18 @@ def _scene_words(scene_data: SceneData, scales: Scales) -> Iterator[str]:
         yield f"**{plain(scene_data.remark)}**"
     yield from map(_colour_words, scales.colours)
     yield _stretch_words(scene_data, scales)
-    if scene_data.is_solid:
-        yield f"The first view looks {viewpoint_words(scene_data.viewpoint)}."
-    for motion in scene_data.motions:
-        yield from _detail_words(motion)
+    yield " ".join(picture_words(scene_data))
     if len(times := scene_data.shapes[0].times) > 1:
         yield f"{len(times)} frames from {times[0] * 1e6:.6g} to {times[-1] * 1e6:.6g} \u00b5s."
 
 
 def _shape_words(shape: Motion | MeshFrames) -> str:
     if isinstance(shape, MeshFrames):
-        words = f"**{plain(shape.name.capitalize())}: {len(shape.connectivity)} cells** between {len(shape.nodes)} nodes."
-        if shape.whole is not None and not shape.whole.all():
-            words += " **Gaps are cracks:** cells that one crosses are left out."
-        return words + (" Dark is the inside." if shape.is_solid else "")
+        return f"**{plain(shape.name.capitalize())}: {len(shape.connectivity)} cells** between {len(shape.nodes)} nodes."
     least, largest = f"{shape.radius.min() * 1e3:.4g}", f"{shape.radius.max() * 1e3:.4g}"
     radii = least if least == largest else f"{least} to {largest}"
-    return f"**{shape.total} {plain(shape.name)}**, radius {radii} mm (true to scale)."
+    links = "".join(f" {len(one.pairs)} {plain(one.name)} join them." for one in shape.links)
+    return f"**{shape.total} {plain(shape.name)}**, radius {radii} mm (true to scale).{links}"
 
 
 def _stretch_words(scene_data: SceneData, scales: Scales) -> str:
@@ -94,14 +88,3 @@ def _colour_words(scale: ColourScale) -> str:
     beyond = " and more" if scale.is_exceeded else ""
     names = " and ".join(plain(name) for name in scale.names)
     return f"**Colour: {names}**, from {below}0 (white) to +{scale.limit:g}{unit} (red){beyond}."
-
-
-def _detail_words(motion: Motion) -> Iterator[str]:
-    if motion.rotation is not None and motion.is_plane:
-        yield "**Spokes** show how they are turned (true to scale)."
-    for links in motion.links:
-        words = f"a broken one ({plain(links.state_name)} is 0) is a short violet line across, while its two ends are near"
-        if len(links.pairs) > MOST_LINES:
-            yield f"**Cracks:** of {len(links.pairs)} {plain(links.name)} those that hold are not drawn; {words}."
-        else:
-            yield f"**Lines: {len(links.pairs)} {plain(links.name)}**; {words}."

@@ -13,7 +13,6 @@ caption                 what is seen, in words: units, factors, limits
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import Any
 
 import matplotlib
@@ -29,7 +28,7 @@ from ..figures.colour_bar import draw_bars
 from ..figures.drawing import DARK, canvas
 from ..plot_groups import Plot, plots
 from ..scene_data import Motion, SceneData, drawn_places
-from ..scene_scales import ColourScale, Scales
+from ..scene_scales import Scales
 from .camera import Camera
 from .caption import caption
 from .profiles import send_profile
@@ -72,7 +71,10 @@ def send_static(recording: Any, scene_data: SceneData, scales: Scales | None, vi
     text = rr.TextDocument(caption(scene_data, scales, views), media_type=rr.MediaType.MARKDOWN)
     recording.log("caption", text, static=True)
     if scales is not None:
-        _send_legend(recording, scales.colours)
+        if scales.colours:
+            with matplotlib.rc_context(DARK):
+                pixels = canvas(draw_bars(scales.colours, _BAR_WIDTH, _BAR_HEIGHT), _DOTS_PER_INCH).buffer_rgba()
+            recording.log(LEGEND, rr.Image(np.asarray(pixels)[..., :3]), static=True)
         if scales.magnification != 1.0:
             recording.log("scene", rr.Transform3D(scale=scales.magnification), static=True)
         for motion in scene_data.motions:
@@ -91,14 +93,6 @@ def send_static(recording: Any, scene_data: SceneData, scales: Scales | None, vi
                 names=name, colors=colour, widths=2.0, aggregation_policy=rr.components.AggregationPolicy.Off
             )
             recording.log(path, lines, static=True)
-
-
-def _send_legend(recording: Any, scales: Sequence[ColourScale]) -> None:
-    """Send the picture of all scales, in the place of one that was sent before."""
-    if scales:
-        with matplotlib.rc_context(DARK):
-            pixels = canvas(draw_bars(scales, _BAR_WIDTH, _BAR_HEIGHT), _DOTS_PER_INCH).buffer_rgba()
-        recording.log(LEGEND, rr.Image(np.asarray(pixels)[..., :3]), static=True)
 
 
 def send_frames(recording: Any, scene_data: SceneData, scales: Scales, views: Views | None) -> None:

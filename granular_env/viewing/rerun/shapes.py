@@ -13,6 +13,7 @@ from granular_env.components.support.float_arrays import FloatArray
 
 from ..cracks import MOST_LINES, crack_lines
 from ..scene_data import MeshFrames, Motion
+from ..visible_drawables import area_vectors
 
 # Radius of a line as a part of the smallest particle's; how far in front of the centres, in the largest one's: a line lies on
 # the ray from the camera through its place, so that it is seen at it, however far from the middle of the picture.
@@ -208,8 +209,7 @@ def _inside_entity(mesh: MeshFrames) -> str:
 
 def _normals(mesh: MeshFrames) -> npt.NDArray[np.float32]:
     """Return the outward normals of the nodes before anything moved, shape (n, 3)."""
-    corners = mesh.nodes[mesh.connectivity]
-    across = np.cross(corners[:, 2] - corners[:, 0], corners[:, -1] - corners[:, 1])
+    across = area_vectors(mesh.nodes[mesh.connectivity])
     sums = np.zeros_like(mesh.nodes)
     for place in range(mesh.connectivity.shape[1]):
         np.add.at(sums, mesh.connectivity[:, place], across)
