@@ -46,7 +46,7 @@ def crests(times: Any, values: Any, above: float, separation: float = 1.0) -> li
         times: shape (T,), increasing.
         values: shape (T,).
         above: height that a crest exceeds, in the unit of the values, more than 0.
-        separation: a crest is one of its own where the curve falls below this part of its height on both sides before it
+        separation: a crest is separate where the curve falls below this part of its height on both sides before it
             rises any higher; 1 counts every maximum.
 
     Raises:
@@ -70,7 +70,7 @@ def crests(times: Any, values: Any, above: float, separation: float = 1.0) -> li
 
 
 def ridges(values: FloatArray, above: float, separation: float) -> list[tuple[int, int, int]]:
-    """Each maximum as samples: the minimum before it (or the last value at or below 0), itself, the minimum after it."""
+    """Return the samples of each maximum: the minimum before it (or the last value at or below 0), top, the minimum after."""
     from scipy.signal import find_peaks
 
     above = positive_number("above", above)

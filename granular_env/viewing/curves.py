@@ -49,7 +49,7 @@ class Curve:
 def pick_with_extremes(values: FloatArray, most: int = MAXIMUM_CURVE_POINTS) -> npt.NDArray[np.int64]:
     """Return indices of at most `most` samples: of each stretch its first, its last, its least and its largest.
 
-    So no peak is lost, and where samples lie closer than can be drawn, what is drawn is the band that they fill.
+    No peak is lost, and samples that lie too close to be drawn fill a band.
     """
     if len(values) <= most:
         return np.arange(len(values))

@@ -1,4 +1,4 @@
-"""The views that a domain may add to a scene beside the generic parts, and the base that adds nothing.
+"""The views that a domain may add to a scene, and the base class that adds nothing.
 
 `domains.Domain.views` names a subclass of `Views`; one instance of it serves one scene.
 """
@@ -21,10 +21,10 @@ class Views:
     """The views of a domain that has none of its own.
 
     Args:
-        motion: what is shown: a whole run, or the first frame of one that goes on.
+        motion: a whole run, or the first frame of a live one.
         scales: of the generic scene.
-        begin: of a run that goes on, the instant at which it begins [s].
-        end: of such a run, the instant at which it will end [s]; None where nobody knows.
+        begin: start of a live run [s].
+        end: end of a live run [s]; None if it is not known.
     """
 
     def __init__(self, motion: Motion, scales: Scales, begin: float = 0.0, end: float | None = None) -> None:
@@ -35,11 +35,11 @@ class Views:
         return scales.low[2], scales.high[2]
 
     def grow(self, motion: Motion) -> bool:
-        """Take one more frame of a run that goes on; return whether what `send_static` sends has changed with it."""
+        """Take one more frame of a live run; return whether `send_static` has to be called again."""
         return False
 
     def send_static(self, recording: Any, motion: Motion, scales: Scales) -> None:
-        """Send what never changes: cameras, guides."""
+        """Send cameras and guides, which never change."""
 
     def send_frames(
         self,
@@ -62,14 +62,14 @@ class Views:
         """
 
     def send_pictures(self, recording: Any, motion: Motion, scales: Scales) -> None:
-        """Send what takes long to draw: once for a whole run, now and then for one that goes on."""
+        """Send pictures that take long to draw: once for a whole run, now and then for a live one."""
 
     def rows(self, motion: Motion, scales: Scales) -> list[tuple[Any, float]]:
         """Return panes as wide as the viewer, below the whole scene, each with its share of the height."""
         return []
 
     def panes(self, motion: Motion, scales: Scales) -> list[Any]:
-        """Return panes beside the plots."""
+        """Return panes next to the plots."""
         return []
 
     def words(self, motion: Motion, scales: Scales) -> list[str]:

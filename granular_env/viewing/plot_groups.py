@@ -21,7 +21,7 @@ class Plot:
 
 
 def plots(scene_data: SceneData) -> list[Plot]:
-    """Return all plots of scene data, the most telling ones first; what stays zero comes last."""
+    """Return all plots of scene data, energy first, zero curves last."""
     balances, known = list[Plot](), set[str]()
     for balance in scene_data.balances:
         words = balance.quantity.replace("_", " ").capitalize()
@@ -50,7 +50,7 @@ def _by_unit(title: str, curves: Iterable[Curve]) -> list[Plot]:
 
 
 def _moving(scene_data: SceneData, names: Iterable[str]) -> tuple[Curve, ...]:
-    """Return the curves of a balance that say anything; of a single sample, nobody knows yet."""
+    """Return the curves of a balance that are not zero all the time, and those of a single sample, of a live run."""
     found = (scene_data.curves[name] for name in names if name in scene_data.curves)
     return tuple(one for one in found if len(one.values) < 2 or np.any(one.values != 0.0))
 

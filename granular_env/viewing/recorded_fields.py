@@ -21,13 +21,13 @@ from .scene_data import MAXIMUM_POINTS, MAXIMUM_SHOWN_PARTICLES, Motion
 from .unit_labels import label_with_unit
 from .visible_drawables import colour_name, colouring_outputs, is_hidden, with_colour
 
-# Up to so many numbers a whole series is read at once; beyond, frame by frame.
+# Longer series are read frame by frame.
 _READ_AT_ONCE = 50_000_000
 _AXES = "xyz"
 
 
 def validity_of(log: Any) -> tuple[float, str]:
-    """Return until when the results of a run are valid [s], and a sentence on it; infinity and "" where nothing ends that."""
+    """Return the time from which results are not valid [s], and a sentence on it; infinity and "" if they are valid."""
     details = log.event_details
     for event in (*(log.earlier_events() or ()), *log.events()):
         if event.kind in details and details[event.kind].ends_validity:
@@ -42,9 +42,9 @@ def recorded_outputs(log: Any) -> dict[str, Variable]:
 
 
 def coloured_drawables(log: Any, colour: str | None) -> tuple[Drawable, ...]:
-    """Return what a log draws, coloured by an output; None for that which the component names.
+    """Return the drawables of a log, coloured by an output; None for the output that the component names.
 
-    Points and cells whose output was not recorded take the first output that was and that can colour them.
+    Points and cells whose output was not recorded take the first recorded output that can colour them.
 
     Raises:
         ParameterError: nothing can be coloured by that output.
@@ -96,7 +96,7 @@ def cuts_of(log: Any, name: str, picked: npt.NDArray[np.int64]) -> npt.NDArray[n
     """Return which of the frames picked are the first of a later segment."""
     ticks, lengths = np.asarray(log.ticks(name)), [segment.end - segment.start for segment in log.segments]
     bounds = log.start_tick + np.cumsum(lengths[:-1], dtype=np.int64)
-    # Where two segments meet, a frame of each may lie on the same tick; the later one begins the segment.
+    # Two segments may have a frame at the same tick; the later one begins the segment.
     after = np.searchsorted(ticks, bounds, side="right")
     firsts = np.where(np.isin(bounds, ticks), after - 1, after)
     cuts = np.unique(np.searchsorted(picked, firsts))
@@ -130,12 +130,12 @@ class Field:
         variable: name, unit and meaning.
         times: shape (frames,) [s].
         values: shape (frames, n), in the variable's unit.
-        place: what there is one value for, by the variable's `axes`: "grain", "contact", ...; "element" where they do not say.
+        place: the axis of the variable, such as "grain" or "contact"; "element" if it has none.
         axis: the label of the axis along them.
         every: each `every`-th is shown; 1 shows all.
-        total: how many there are.
+        total: the number of places.
         cuts: indices of the first frames of later segments.
-        coordinate: where those shown lie, evenly spaced, shape (n,) [m]; None where their numbers say where they are.
+        coordinate: evenly spaced places, shape (n,) [m]; None where the places are only numbered.
     """
 
     variable: Variable
@@ -150,7 +150,7 @@ class Field:
 
     @property
     def across(self) -> FloatArray | npt.NDArray[np.int64]:
-        """The numbers along the axis of places: their coordinates, or where there are none their numbers."""
+        """The coordinates of the places, or their numbers."""
         return np.arange(self.values.shape[1]) * self.every if self.coordinate is None else self.coordinate
 
     @property
@@ -160,14 +160,14 @@ class Field:
 
     @property
     def ends(self) -> tuple[float, float]:
-        """The ends of that axis: where the first place begins, and where the last one ends."""
+        """The beginning of the first place and the end of the last one."""
         across = self.across
         half = 0.5 * (float(across[1] - across[0]) if len(across) > 1 else float(self.every))
         return float(across[0]) - half, float(across[-1]) + half
 
 
 def as_field(shown: Motion | Field) -> Field:
-    """Return a field as it is, and of a motion the quantity that colours it; `ParameterError` where that was not recorded."""
+    """Return a field unchanged, and the colour of a motion as a field; `ParameterError` if it was not recorded."""
     if isinstance(shown, Field):
         return shown
     if shown.colour is None:
@@ -187,7 +187,7 @@ def array_names(log: Any) -> list[str]:
 def load_fields(log: Any, name: str, frames: int) -> list[Field]:
     """Read a recorded array, or an array input, of a log: one field, or of vectors one for each component.
 
-    At most so many frames and 20 000 places are read; of an input, those instants alone.
+    At most `frames` frames and 20 000 places are read.
     """
     is_input = name in log.input_variables
     variable: Variable = log.input_variables[name] if is_input else log.variables[name]
@@ -238,13 +238,13 @@ def _is_row(reference: FloatArray) -> bool:
 
 
 def _axis(variable: Variable, surplus: int | None, every: int, point: str = "") -> tuple[str, str]:
-    """Return what the values belong to, and the label of the axis along them.
+    """Return the name of one place, and the label of the axis along the places.
 
     Args:
-        variable: the quantity; its `axes` say what its values belong to.
-        surplus: how many more values than points there are; None where the points are not in a row.
+        variable: the quantity.
+        surplus: number of values minus number of points; None where the points are not in a row.
         every: each `every`-th is shown.
-        point: what one point is called.
+        point: name of one point.
     """
     place = variable.axes[0].replace("_", " ") if variable.axes else "element"
     notes = {0: "0 is the left end", 1: f"i is left of {point} i", -1: f"i is right of {point} i"}

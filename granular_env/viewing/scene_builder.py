@@ -71,7 +71,7 @@ class Source(NamedTuple):
         variables: by name.
         drawables: what is drawn.
         has: whether an output can be read.
-        frames: returns the frames of an output, so few that a given count of numbers of each is a bounded amount.
+        frames: returns the frames of an output; `size` numbers are read of each, so that more of them give fewer frames.
     """
 
     component: str
@@ -113,9 +113,9 @@ def from_log(
 
     Args:
         log: an open log.
-        frames: how many there are at most.
-        progress: told the part that is done, 0 to 1.
-        colour: a recorded output that colours what it can; default: what the component names.
+        frames: the most frames.
+        progress: called with the part that is done, 0 to 1.
+        colour: a recorded output that colours the shapes; default: the output that the component names.
     """
     progress = progress or (lambda part: None)
     source = _log_source(
@@ -146,7 +146,7 @@ def from_log(
 
 
 def shapes_at(log: Any, times: Sequence[float], colour: str | None = None) -> SceneData:
-    """Return what is drawn of a log in space, in the frames nearest to some instants [s].
+    """Return the shapes of a log, in the frames nearest to some instants [s].
 
     Raises:
         ParameterError: an instant outside the recorded span, or nothing can be coloured by the output `colour`.
@@ -157,7 +157,7 @@ def shapes_at(log: Any, times: Sequence[float], colour: str | None = None) -> Sc
 
 
 def from_component(component: Component, title: str | None = None, earlier: int = 0) -> SceneData:
-    """Return one frame: the present state of a component, after so many earlier ticks, such as those before its last reset."""
+    """Return one frame: the present state of a component; `earlier` ticks passed before its last reset."""
     tick, time = component.tick + earlier, component.time + earlier * component.step_size
     now, ticks = np.array([time]), np.array([tick], dtype=np.int64)
 
@@ -183,7 +183,7 @@ def from_component(component: Component, title: str | None = None, earlier: int 
 
 
 def remark_of(component: Any, parameters: Any) -> str:
-    """Return what the domain of a component says beside pictures of it; "" where it says nothing."""
+    """Return the remark of a component's domain on its pictures; "" for none."""
     remark = domain_of(str(component)).load("remark")
     return "" if remark is None or not isinstance(parameters, Mapping) else str(remark(parameters))
 
@@ -206,18 +206,18 @@ def _balances_to_show(balances: Iterable[BalanceNames], variables: Mapping[str, 
     return tuple(replace(one, stored=split(one.stored), lost=split(one.lost), supplied=split(one.supplied)) for one in balances)
 
 
-# -- what is drawn in space -------------------------------------------------------------------------------------------------
+# -- shapes --------------------------------------------------------------------------------------------------------------
 
 
 def _shapes(source: Source) -> tuple[tuple[Motion, ...], tuple[MeshFrames, ...]]:
-    """Return the particles and the cells that are drawn, as far as anything of them can be read."""
+    """Return the particles and the cells of which an output can be read."""
     motions = (_motion(source, points) for points in visible_points(source.drawables))
     meshes = (_mesh(source, cells) for cells in visible_cells(source.drawables))
     return tuple(filter(None, motions)), tuple(filter(None, meshes))
 
 
 def _motion(source: Source, points: Points) -> Motion | None:
-    # Without displacements, the output that colours the particles still says when and what.
+    # Without displacements, the output that colours the particles gives the instants.
     clock = next((name for name in (points.displacement, points.colour) if source.has(name)), None)
     if clock is None:
         return None
@@ -247,13 +247,13 @@ def _motion(source: Source, points: Points) -> Motion | None:
 
 
 def _link_frames(points: Points, links: Links, state: FloatArray) -> LinkFrames:
-    """Return links that are drawn: not those from one side of a periodic body to the other."""
+    """Return the frames of links, without those from one side of a periodic body to the other."""
     inside = points.stays_inside(links.pairs)
     return LinkFrames(links.name, links.pairs[inside], state[:, inside], links.state)
 
 
 def _links_to_show(source: Source, points: Points) -> list[Links]:
-    """Return the links between these points, so few that they can be drawn, whose state is known."""
+    """Return the links between these points whose state is known, unless there are too many to draw."""
     links = (one for one in source.drawables if isinstance(one, Links) and one.points == points.name)
     return [one for one in links if 0 < len(one.pairs) <= MAXIMUM_SHOWN_LINKS and source.has(one.state)]
 
@@ -305,7 +305,7 @@ def _notes(log: Any, scene_data: SceneData) -> Iterator[str]:
         yield f"Drawn at the positions at the start, as no displacements were recorded: {', '.join(scene_data.unmoved)}."
     if motion is not None and motion.every > 1:
         yield f"Only each {motion.every}th of {motion.total} particles is shown, without links."
-    # Where nothing can happen, no link breaks.
+    # Without events, no link breaks.
     for one in log.drawables if motion is not None and log.event_kinds else ():
         if isinstance(one, Links) and one.state and not is_hidden(one, log.drawables):
             if one.state not in recorded:
@@ -321,7 +321,7 @@ def _notes(log: Any, scene_data: SceneData) -> Iterator[str]:
 
 
 def _notes_on_colours(log: Any, drawn: Sequence[Drawable], scene_data: SceneData) -> Iterator[str]:
-    """Yield a sentence for each of the drawables shown whose own output was not recorded: what colours it, or what was."""
+    """Yield a sentence for each drawable whose own output was not recorded: the output that colours it, or all recorded."""
     recorded, shown = recorded_outputs(log), {one.name for one in scene_data.shapes}
     balanced = {name for balance in log.balances for name in (*balance.entries, balance.residual)}
     arrays = ", ".join(name for name, one in recorded.items() if one.shape and name not in balanced) or "none"

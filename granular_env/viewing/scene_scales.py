@@ -1,4 +1,4 @@
-"""Scales of a scene: how far displacements are stretched, what the colours mean, and the box that holds all that is drawn.
+"""Scales of a scene: the factor of the displacements, the limits of the colours, and the box around all shapes.
 
 Quantities of one unit have one scale of colours, so that parts compare.
 """
@@ -21,8 +21,8 @@ from granular_env.recording.preview.displacement_scale import common_exaggeratio
 from .scene_data import Motion, SceneData, drawn_places
 from .unit_labels import label_with_unit
 
-# In a plane a few values that are so many times larger than nearly all others get the fullest colour along with these: the
-# place where a load acts would leave a wave without colour.
+# In a plane a few values that are this many times larger than nearly all others do not set the limit: the place where a load
+# acts would leave a wave without colour.
 _OUTSTANDING, _NEARLY_ALL = 2.5, 0.995
 # Scenes that are smaller are magnified [m].
 _LEAST_LENGTH = 0.1
@@ -86,8 +86,8 @@ class Scales:
     Attributes:
         exaggeration: displacements are drawn this many times larger.
         colours: one for each quantity that colours something, that of the first particles first.
-        low, high: corners of the box that holds what is drawn, everything that moves included; x, y, z [m].
-        settled: whether factor and limits hold for the whole scene, or may change while a run goes on.
+        low, high: corners of the box around all shapes in all frames; x, y, z [m].
+        settled: whether factor and limits hold for the whole scene; those of a live run may change.
     """
 
     exaggeration: float
@@ -115,7 +115,7 @@ class Scales:
         return "true to scale" if self.exaggeration == 1.0 else f"{self.exaggeration:g} x larger"
 
     def colours_of(self, variable: Variable, values: FloatArray | None, count: int) -> npt.NDArray[np.uint8]:
-        """Return the colours of an output's values, or of so many things of which it is not known; shape (..., 3)."""
+        """Return the colours of an output's values, or `count` times grey where it is not known; shape (..., 3)."""
         scale = next((one for one in self.colours if variable.name in one.names), None)
         if values is None or scale is None:
             return np.broadcast_to(np.array(REST_COLOUR, np.uint8), (count, 3)).copy()
@@ -123,7 +123,7 @@ class Scales:
 
 
 def scales_of(scene_data: SceneData, exaggerate: float | None = None) -> Scales | None:
-    """Return scales that fit what is drawn, None where nothing is; `exaggerate` overrides the automatic factor."""
+    """Return scales that fit the shapes, None without shapes; `exaggerate` overrides the automatic factor."""
     if not scene_data.shapes:
         return None
     factor = exaggerate or common_exaggeration(

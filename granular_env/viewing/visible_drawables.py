@@ -13,10 +13,10 @@ from granular_env.components.variables import Variable
 
 
 def is_hidden(drawable: Drawable, others: Sequence[Drawable]) -> bool:
-    """Return whether a drawable is not drawn, because others show it, or it would hide them.
+    """Return whether a drawable is left out, because others show it, or it would hide them.
 
     These are points that are the nodes of cells, or lie below a surface in space, links between such points, and cells in a
-    plane beside the surface of a body.
+    plane next to the surface of a body.
     """
     cells = [one for one in others if isinstance(one, Cells)]
     match drawable:
@@ -102,9 +102,9 @@ def is_plane(reference: FloatArray, displacement: Variable | None) -> bool:
 
 
 def fills_plane(drawables: Sequence[Drawable], count: int) -> bool:
-    """Return whether some drawable has so many points, links, nodes or cells that lie side by side, not in one row along x.
+    """Return whether a drawable with that count of points, links, nodes or cells fills a plane instead of a row along x.
 
-    The numbers of such things say little about where they are.
+    Their numbers say little about their places.
     """
     points = {one.name: one.reference for one in drawables if isinstance(one, Points)}
     for one in drawables:

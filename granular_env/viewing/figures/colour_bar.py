@@ -15,9 +15,9 @@ from granular_env.colours import DIVERGING
 from ..scene_scales import ColourScale
 from .drawing import new_figure
 
-# Limits of a scale between which its numbers are written as they are; others with the prefixes of units, such as 400 M.
+# Numbers between these limits are written in full; others with the prefixes of units, such as 400 M.
 _PLAIN = 1e-3, 1e4
-# Steps of the numbers at most: more of them, as long as "-100 M", would run together in a bar as wide as half a page.
+# Most steps of the numbers: more would overlap in a bar as wide as half a page.
 _MOST_STEPS = 6
 
 
@@ -27,7 +27,7 @@ def add_bar(figure: Figure, scale: ColourScale, **where: Any) -> None:
     Args:
         figure: where to.
         scale: what the colours mean.
-        where: the axes to draw in (cax) or beside (ax), and other options of matplotlib's `Figure.colorbar`.
+        where: the axes to draw in (cax) or next to (ax), and other options of matplotlib's `Figure.colorbar`.
     """
     anchors, low = (DIVERGING, -scale.limit) if scale.has_sign else (DIVERGING[len(DIVERGING) // 2 :], 0.0)
     shades = ScalarMappable(Normalize(low, scale.limit), LinearSegmentedColormap.from_list("granular", anchors))

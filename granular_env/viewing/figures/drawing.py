@@ -33,13 +33,13 @@ Result = TypeVar("Result")
 
 _LINE_STYLES = ("-", "--", "-.", ":")
 _ROWS, _FEW_ROWS = 800, 240
-# A frame stands for instants up to so many usual times between frames: one frame may be missing, as in thinned runs, not two.
+# Reach of a frame in usual times between frames: one frame may be missing, as in thinned runs, not two.
 _REACH_OF_FRAME = 1.05
 # Half as many frames, evenly spaced, fill a diagram.
 _FEWEST_FRAMES = 40
 # Curves that change by less than this part of themselves are flat.
 _FLAT = 1e-3
-# Ground of an x-t diagram: what was not sampled.
+# Ground of an x-t diagram: instants without a frame.
 NOT_SAMPLED = "#8b9096"
 _STYLE: Any = {
     "font.size": 11.0, "axes.spines.top": False, "axes.spines.right": False, "axes.grid": True, "grid.alpha": 0.25,
@@ -91,18 +91,18 @@ def png(figure: Figure, dots_per_inch: int = 130) -> bytes:
 
 
 def svg(figure: Figure, name: str, dots_per_inch: int = 150) -> str:
-    """Return a figure as SVG to stand in an HTML page, whose style sheet (`page`) gives it the colours of the page.
+    """Return a figure as SVG for an HTML page, whose style sheet gives it the colours of the page.
 
     Args:
         figure: what to draw.
-        name: of the figure, one of its own in the page.
+        name: of the figure, unique in the page.
         dots_per_inch: of the pictures in it.
     """
     buffer = io.StringIO()
     figure.set_dpi(dots_per_inch)
     with matplotlib.rc_context({"svg.fonttype": "none", "svg.hashsalt": name}):
         FigureCanvasSVG(figure).print_svg(buffer, metadata={"Date": None, "Creator": None})
-    # All that belongs to a file of its own is left out, and the page's style sheet gives the colours.
+    # The header of the file is left out, and the page's style sheet gives the colours.
     drawn = buffer.getvalue()
     drawn = drawn[drawn.index("<svg") :]
     drawn = re.sub(r"<metadata>.*?</metadata>|<style[^>]*>.*?</style>|<!--.*?-->|<!DOCTYPE[^>]*>", "", drawn, flags=re.DOTALL)
@@ -162,10 +162,10 @@ def _evenly_timed(times: FloatArray, values: FloatArray, first: float, last: flo
 
 
 def nearest_frames(times: FloatArray, instants: FloatArray) -> npt.NDArray[np.int64]:
-    """Return the index of the frame nearest to each instant, -1 where it is too far away to stand for it.
+    """Return the index of the frame nearest to each instant, -1 where it is too far away.
 
-    A frame stands for the instants around it, up to the usual time between frames and never for more than a 20th of all
-    instants: a few frames of a long run are stripes, and not a run that stands still in between.
+    A frame covers the instants around it, up to the usual time between frames and at most a 20th of all instants: a few
+    frames of a long run are stripes, not a run at rest in between.
 
     Args:
         times: of the frames, ascending, shape (frames,) [s].
@@ -202,7 +202,7 @@ def mark_end_of_validity(axes: Axes, time: float) -> None:
 
 
 def _show_zero_of_flat_curves(axes: Axes, curves: Sequence[Curve]) -> None:
-    """Let the axis of what hardly changes begin at zero: a range of its own would magnify nothing."""
+    """Let the axis of curves that hardly change begin at zero: a narrow range would magnify rounding."""
     values = np.concatenate([curve.values for curve in curves])
     values = values[np.isfinite(values)]
     if not values.size or float(np.ptp(values)) > _FLAT * float(np.abs(values).max()):
@@ -218,12 +218,12 @@ def insert_gaps(times: FloatArray, values: FloatArray, cuts: npt.NDArray[np.int6
 
 
 def line(place: int) -> dict[str, Any]:
-    """Colour and dashes of the n-th line: no two lines are told apart by colour alone."""
+    """Return colour and dashes of the n-th line: lines differ by more than their colour."""
     return {"color": PALETTE[place % len(PALETTE)], "linestyle": _LINE_STYLES[place % len(_LINE_STYLES)]}
 
 
 def legend(axes: Axes) -> None:
-    """Add a legend beside the axes, where it hides nothing."""
+    """Add a legend to the right of the axes."""
     axes.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), borderaxespad=0.2)
 
 

@@ -23,11 +23,11 @@ from .colour_bar import draw_bars
 from .drawing import canvas, new_figure, svg, time_unit, with_style
 from .plane import Plane, draw_instant, events_in_sight, instant_words, load_plane, stretch_words
 
-# Frames, and things drawn in all of them together: fewer frames of many things, and none where few would be left.
+# Frames, and shapes in all of them together: fewer frames of many shapes, and no film where few would be left.
 _MOST_FRAMES, _FEWEST_FRAMES, _MOST_DRAWN = 25, 5, 200_000
 # The largest picture [inch] and its fineness.
 _LARGEST, _DOTS_PER_INCH = (7.2, 6.4), 110
-# A picture of more bytes gets a palette: a third of the size, and where so much is drawn its steps are not seen.
+# Larger pictures get a palette, which makes them a third of the size; its steps are not visible in them.
 _MOST_BYTES, _COLOURS = 40_000, 64
 
 
@@ -125,7 +125,7 @@ def _events(log: Any, instants: FloatArray) -> tuple[tuple[float, ...], str]:
         return (), ""
     times = _times(log, found)
     counts = np.bincount(np.searchsorted(instants[1:-1], times), minlength=len(instants) - 1)
-    # A single event beside thousands is still seen.
+    # A single event next to thousands is still visible.
     heights = np.where(counts > 0, np.maximum(counts / counts.max(), 0.08), 0.0)
     scale, unit = time_unit(float(instants[-1]))
     before = f"; before this log begins {_count_words(earlier)}" if earlier else ""

@@ -26,20 +26,19 @@ from ..visible_drawables import area_vectors
 from .colour_bar import add_bar
 from .drawing import new_figure, time_unit, with_style
 
-# Beyond so many things a picture holds pixels, not shapes: a page with a path for each of them would be slow.
+# Pictures of more shapes hold pixels instead of paths: a page with a path for each shape would be slow.
 _MOST_SHAPES = 400
 _WIDTH, _TWO_ABREAST, _LARGEST_HEIGHT = 8.0, 2.5, 4.5  # inch, width over height, inch
-# The bar that says how large things are, of the width of the picture, at most.
+# The scale bar is at most this part of the width of the picture.
 _LENGTH_PART, _LENGTH_HEIGHT = 0.3, 0.4  # and its room, inch
-# The edges are grey on any page, and narrower than a twelfth of a thing; links and cracks are seen on white, on red and on the
-# pages' grounds.
+# Grey edges, and links and cracks that are visible on white, on red and on light and dark pages.
 _EDGE, _LINK, _CRACK, _SPOKE = "#737373", "#218a52", "#101214", "#808080"
 _WIDEST_EDGE, _EDGE_PART, _LEAST_EDGED = 0.6, 1.0 / 16.0, 3.0  # point, of a thing, point
-# Cells touch, so that lines between small ones would be most of what is seen [point].
+# Cells touch: between smaller ones the lines would hide the colours [point].
 _LEAST_EDGED_CELL = 8.0
-# What turns away from the light, which comes from the eye, is so much darker.
+# Light comes from the eye; cells that face away from it are darker by this part.
 _SHADE, _INSIDE = 0.35, np.array([0.23, 0.24, 0.26])
-# An event that is so near to the start or the end, in lengths of the run, has no picture of its own.
+# Events nearer to the start or the end, in lengths of the run, have no extra picture.
 _MARGIN = 0.05
 
 
@@ -70,7 +69,7 @@ class Plane:
 
     @cached_property
     def box(self) -> tuple[FloatArray, FloatArray]:
-        """The corners of what is drawn in any of the frames [m]."""
+        """The corners of the box around all shapes in all frames [m]."""
         corners = []
         for shape in self.scene.shapes:
             reach = shape.radius[:, None] if isinstance(shape, Motion) else 0.0
@@ -117,7 +116,7 @@ def _instants(log: Any, clock: FloatArray) -> list[float]:
     third, events = start + (end - start) / 3.0, events_in_sight(log)
     first = events[0].tick * log.step_size if events else third
     if not _MARGIN <= (first - start) / max(end - start, 1e-300) <= 1.0 - _MARGIN:
-        first = third  # too near to the start or to the end for a picture of its own
+        first = third  # too near to the start or to the end
     return [start, first, 0.5 * (first + end), end]
 
 
@@ -179,7 +178,7 @@ def draw_instant(axes: Axes, plane: Plane, frame: int) -> None:
 
 
 def _edge_width(axes: Axes, plane: Plane, size: float, least: float = _LEAST_EDGED) -> float:
-    """Return how wide the edge of a thing of some size [m] is [point]; 0 below `least`, where it would hide the colours."""
+    """Return the width of the edges of shapes of a size [m] in points; 0 below `least`, where edges would hide the colours."""
     low, high = plane.box
     place, figure = axes.get_position(), axes.get_figure(root=True)
     assert figure is not None

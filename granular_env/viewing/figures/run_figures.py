@@ -1,8 +1,7 @@
 """Figures of a run: x-t diagrams, profiles, histories, balances, inputs.
 
-Every function returns a matplotlib Figure made without pyplot, so nothing global changes and no window opens. Colours are those
-of the viewer and can be told apart by the colour-blind. `drawing.png` turns a figure into a file's bytes, `drawing.svg` into a
-part of a page.
+Every function returns a matplotlib Figure made without pyplot: nothing global changes, no window opens. `drawing.png` turns a
+figure into the bytes of a file, `drawing.svg` into a part of a page.
 """
 
 from __future__ import annotations
@@ -36,7 +35,7 @@ from .drawing import (
     with_style,
 )
 
-# Frames that figures use: more than a viewer, they are only drawn once.
+# Frames in figures: more than in a viewer, because a figure is drawn once.
 FRAMES = 2000
 # Kinds of figures of arrays, and their heights [inch]; of profiles that of one instant.
 _HEIGHTS = {"space-time": 5.2, "profiles": 1.8, "histories": 4.2}
@@ -162,7 +161,7 @@ def curves(chosen: Sequence[Curve], valid_until: float = np.inf) -> Figure:
 
 @with_style
 def event_counts(events: Sequence[tuple[float, str]], span: tuple[float, float]) -> Figure:
-    """Draw how many events there were when.
+    """Draw the number of events in each part of the run.
 
     Args:
         events: the instant [s] and the kind of each.
@@ -201,8 +200,8 @@ def plot(
 
     Args:
         log: an open log.
-        variable: a recorded output, or an input. Of a scalar, or an input of a few numbers, the course in time is drawn,
-            whatever the kind; of vectors at many places each component, one above the other.
+        variable: a recorded output, or an input. Scalars and inputs of a few numbers are drawn as curves in time, whatever
+            the kind; the components of vectors are drawn one above the other.
         kind: of an array: "space-time", "profiles" (at `times`) or "histories" (of `indices`).
         times: instants of the profiles [s]; default: four, evenly spaced.
         indices: of which elements; default: up to five that changed.

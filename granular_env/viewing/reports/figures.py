@@ -24,7 +24,7 @@ from ..visible_drawables import colouring_outputs, fills_plane, is_solid
 
 @dataclass(frozen=True)
 class Shown:
-    """A figure, the heading that it stands under, and what it shows in words."""
+    """A figure, its heading and its caption."""
 
     heading: str
     figure: Figure
@@ -33,7 +33,7 @@ class Shown:
 
 @dataclass(frozen=True)
 class Choice:
-    """A wish for what a report shows: names of variables, instants [s], places; None for what suits the log."""
+    """The choice of a user: names of variables, instants [s], places; None for the default."""
 
     variables: Sequence[str] | None = None
     times: Sequence[float] | None = None
@@ -63,7 +63,7 @@ def draw_report(log: Any, choice: Choice, progress: Callable[[float], None]) -> 
     Args:
         log: an open log.
         choice: what to show.
-        progress: told the part of the work that is done.
+        progress: called with the part of the work that is done.
 
     Raises:
         ParameterError: as in `Choice.check`, or an instant or a place that the log does not have.
@@ -88,7 +88,7 @@ def draw_report(log: Any, choice: Choice, progress: Callable[[float], None]) -> 
 
 
 def _pictures(log: Any, scene_data: SceneData, choice: Choice) -> dict[str, Shown]:
-    """Return pictures of what lies in a plane or in space; of a surface one for each output that can colour it."""
+    """Return pictures of a plane or a body in space; of a surface one for each output that can colour it."""
     if (shown := plane.load_plane(log, scene_data, choice.times)) is None:
         return {}
     heading = "In space" if scene_data.is_solid else "In the plane"
@@ -122,10 +122,10 @@ def _main(scene_data: SceneData) -> str:
 
 
 def _array_figures(log: Any, scene_data: SceneData, name: str, choice: Choice) -> dict[str, Shown]:
-    """Return the figures of one array: its x-t diagram, profiles if they are asked for or tell most, and its histories.
+    """Return the figures of one array: its x-t diagram, profiles of the main array or where asked for, histories.
 
-    Vectors have histories alone, and so do, unless they are asked for, values of things that lie side by side in a plane:
-    their numbers do not say where they are.
+    Vectors have histories alone. So have values of things that fill a plane, unless they are asked for: their numbers do not
+    give their places.
     """
     fields = load_fields(log, name, run_figures.FRAMES)
     field, is_vector = fields[0], len(log.variables[name].shape) > 1
@@ -153,7 +153,7 @@ def _array_figures(log: Any, scene_data: SceneData, name: str, choice: Choice) -
 
 
 def _things(log: Any, field: Field) -> str:
-    """Return the plural of what an array has values of, such as "grains"."""
+    """Return the plural of the places of an array, such as "grains"."""
     drawn = (one for one in log.drawables if isinstance(one, Points | Links) and element_count(one) == field.total)
     return next((one.name.replace("_", " ") for one in drawn), f"{field.place}s")
 
@@ -192,7 +192,7 @@ def _inputs(log: Any, scene_data: SceneData) -> dict[str, Shown]:
 
 
 def _input_words(acted: InputCurves) -> str:
-    """Return what an array input is, what the numbers of its elements count, and which of them are seen."""
+    """Return the description of an array input, the axes of its elements, and which of them are drawn."""
     variable = acted.variable
     words = f"{_title(variable.name)} in time: {variable.description}."
     if variable.axes:

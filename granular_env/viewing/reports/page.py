@@ -93,7 +93,7 @@ def _sections(log: Any, scene_data: SceneData, drawn: Mapping[str, Shown]) -> li
 
 
 def _lead(log: Any, scene_data: SceneData) -> Markup:
-    """Return what the experiment is, how long the run was, and what its reader should know first."""
+    """Return what the experiment is, how long the run was, and notes."""
     metadata = log.metadata
     experiment = metadata.get("experiment") if isinstance(metadata.get("experiment"), dict) else {}
     scale, unit = drawing.time_unit(log.duration)

@@ -48,7 +48,7 @@ def balances(scene_data: SceneData) -> Markup:
 
 
 def incident_sentences(log: Any) -> list[str]:
-    """Return a sentence for each incident besides the steps, and one for the segments if they are several."""
+    """Return a sentence for each incident that is no step, and one for the segments if they are several."""
     sentences = [text for incident in log.incidents if (text := _incident_sentence(incident))][:_MOST_INCIDENTS]
     if (count := len(log.segments)) > 1:
         why = "the component was reset, restored or put back in between"

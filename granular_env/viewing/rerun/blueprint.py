@@ -16,15 +16,15 @@ from .scene import LEGEND, TIMELINE, plot_paths, whole_camera
 
 # A run is played back in about this wall time [s].
 _PLAYBACK_SECONDS = 10.0
-# With or without particles: more than so many plots are too small to be read; the others can be added in the viewer.
+# Plots with and without particles: more would be too small to be read; users can add the others in the viewer.
 _SHOWN_PLOTS, _SHOWN_PLOTS_ALONE = 3, 4
-# Of fields along a line.
+# Panes of fields along a line.
 _SHOWN_PROFILES = 4
 
 # Distance of the eye from a body in space, in diagonals of its box: all of it is within the 55 degrees that rerun's eye sees.
 _EYE_DISTANCE = 1.1
 
-# A plane less wide than so many heights stands beside the plots, not above them.
+# A narrower plane, in heights, is shown next to the plots, not above them.
 _WIDE = 2.0
 
 
@@ -98,7 +98,7 @@ def _plot(plot: Plot) -> Any:
 def _whole(scene_data: SceneData, scales: Scales, views: Views | None) -> Any:
     """Return the whole scene, from the side or from above, and in a second tab as a space to turn around in.
 
-    Of a body in space, the second one is shown first.
+    The second tab is active for a body in space.
     """
     located = any(shape.located for shape in scene_data.shapes)
     drawn = f"; displacements drawn {scales.stretch}" if located else "; positions at the start"

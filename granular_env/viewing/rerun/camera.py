@@ -1,6 +1,6 @@
 """Cameras that look at a scene from so far away that spheres stay round.
 
-Rerun's own 3D camera opens 55 degrees, so a pane that is many times wider than high would stretch what stands at its ends. A
+Rerun's own 3D camera opens 55 degrees, so a pane that is many times wider than high would stretch the shapes at its ends. A
 pinhole far away is nearly a parallel projection, shows the same entities, and always fits its pane.
 """
 
@@ -20,7 +20,7 @@ _PIXELS = 2000.0
 _NEAREST = 0.15
 
 
-# Where the camera's right, down and forward point to, as columns: along +y with z up (a row is seen from the side), or along -z
+# The camera's directions right, down and forward, as columns: along +y with z up (a row is seen from the side), or along -z
 # with y up (a plane is seen from above).
 _SIDE = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]])
 _ABOVE = np.array([[1.0, 0.0, 0.0], [0.0, -1.0, 0.0], [0.0, 0.0, -1.0]])

@@ -1,4 +1,4 @@
-"""The words beside a scene: what is seen, in which units, stretched and coloured how."""
+"""The caption of a scene: shapes, units, factors, colours, notes."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def caption(scene_data: SceneData, scales: Scales | None, views: Views | None) -
         words.append(f"**Curves along x:** {names}, at the instant of the cursor; a line marks 0.")
     if any(scene_data.group(balance.entries) for balance in scene_data.balances):
         words.append("**Plots.** Balances since the reset. Their residuals are the errors of the numerics.")
-    # Of a single sample, nobody knows yet.
+    # A single sample, of a live run, does not say so.
     inputs = scene_data.inputs.values()
     if inputs and not any(curve.values.any() or len(curve.values) < 2 for curve in inputs):
         words.append("No input acts in this run.")
@@ -51,7 +51,7 @@ def _bullets(sentences: Iterable[str]) -> str:
 
 
 def _scene_words(scene_data: SceneData, scales: Scales) -> Iterator[str]:
-    """Yield what is drawn in space: shapes, colours, factors, frames."""
+    """Yield sentences on shapes, colours, factors and frames."""
     yield from map(_shape_words, scene_data.shapes)
     if scene_data.remark:
         yield f"**{plain(scene_data.remark)}**"
@@ -79,7 +79,7 @@ def _stretch_words(scene_data: SceneData, scales: Scales) -> str:
     words = f"**Displacements are drawn {scales.exaggeration:g} x larger than they are.**"
     if scene_data.motions:
         words += " The overlaps you see are stretched by the same factor."
-    return words + ("" if scales.settled else " Factor and limits are adjusted while the run goes on.")
+    return words + ("" if scales.settled else " Factor and limits are adjusted during the run.")
 
 
 def _colour_words(scale: ColourScale) -> str:

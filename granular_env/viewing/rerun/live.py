@@ -1,4 +1,4 @@
-"""A viewer that looks at a run while it goes on: an observer, which never changes what it observes."""
+"""A viewer of a running component: an observer, which never changes the component."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ _GROWTH = 4.0
 # Wall time between two pictures that take long to draw [s].
 _PICTURE_SECONDS = 0.25
 _NEVER = 1 << 62
-# Room beside the particles at rest, at low and high x, in their extent.
+# Room left and right of the particles at rest, in parts of their extent.
 _ROOM = (0.1, 0.3)
 # Older frames are dropped by the viewer beyond this.
 _MEMORY = ("--memory-limit", "2GB", "--server-memory-limit", "512MB")
@@ -90,8 +90,8 @@ class LiveViewer:
             chain.step(5e-4, left_velocity=5.0)
 
     Twenty frames per second of wall time are sent, however fast the run is. Most runs are over within one of them: with
-    `duration` and `pace` the run is held back, so that it can be watched. Where the component is reset or restored, time goes
-    on: the histories are laid end to end, as in a log.
+    `duration` and `pace` the run is held back, so that it can be watched. After a reset or a restore the
+    viewer's time continues: the histories are laid end to end, as in a log.
 
     Attributes:
         next_tick: the tick at which it wants to look next.
@@ -169,7 +169,7 @@ class LiveViewer:
     # -- the observer -----------------------------------------------------------------------------------------------
 
     def on_reset(self, component: Component) -> None:
-        """Start a new history; the viewer's time goes on."""
+        """Start a new history; the viewer's time continues."""
         self._elapsed += self._last_tick - component.tick
         self._last_tick = component.tick
         self._pacing.restart(self._elapsed + component.tick)
@@ -235,7 +235,7 @@ class LiveViewer:
             self._send_frame(component, anew)
         except Exception as error:
             self._working = False
-            warnings.warn(f"the live viewer stopped: {error}; the run goes on", GranularWarning, stacklevel=2)
+            warnings.warn(f"the live viewer stopped: {error}; the run continues", GranularWarning, stacklevel=2)
 
     def _send_frame(self, component: Component, anew: bool) -> None:
         scene_data = from_component(component, self._title, self._elapsed)
@@ -264,7 +264,7 @@ class LiveViewer:
 
 
 def _first_scales(scene_data: SceneData, exaggerate: float | None) -> Scales | None:
-    """Return scales with room for what may come: the shapes at rest, and beside them where they may go."""
+    """Return scales with room around the shapes at rest for their motion."""
     first = scales_of(scene_data, exaggerate)
     if first is None:
         return None

@@ -147,7 +147,7 @@ def _rerun_program() -> str:
 
 
 def _free_port() -> int:
-    """Return a TCP port of 127.0.0.1 on which nobody listens now."""
+    """Return a free TCP port of 127.0.0.1."""
     with socket.socket() as probe:
         probe.bind((LOCALHOST, 0))
         return probe.getsockname()[1]

@@ -68,5 +68,5 @@ def _limits(values: FloatArray) -> tuple[float, float]:
 
 
 def _heights(values: FloatArray, low: float, high: float) -> FloatArray:
-    """Return where values stand in the frame, downwards from its top."""
+    """Return the places of values in the frame, downwards from its top."""
     return _HEIGHT * (high - values) / (high - low)

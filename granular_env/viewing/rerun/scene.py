@@ -37,7 +37,7 @@ from .shapes import entity, send_links, send_mesh, send_spokes, send_triangles
 APPLICATION = "granular-env"
 LEGEND = "legend"
 TIMELINE, TICKS = "time", "tick"
-# Of one bar with its numbers [inch], and its pixels.
+# Size of one bar with its numbers [inch], and its resolution.
 _BAR_WIDTH, _BAR_HEIGHT = 5.0, 0.8
 _DOTS_PER_INCH = 150
 

@@ -42,9 +42,9 @@ def save_rrd(
 
     Args:
         log: an open log.
-        path: of the .rrd file; a file that stands there is replaced.
-        exaggerate: draw displacements so many times larger; by default chosen so that the wave is seen and no particles
-            pass one another. The factor is stated in the scene.
+        path: of the .rrd file; an existing file is replaced.
+        exaggerate: factor of the displacements; by default the wave is visible and no particles pass one another. The scene
+            states the factor.
         progress: show a bar, or call this with the part that is done.
         colour: a recorded output that colours what is drawn, instead of the component's choice.
 
@@ -81,7 +81,7 @@ def scene_bytes(
     # Through memory: where the disk becomes full, rerun's own writer drops the rest, or hangs, and raises nothing.
     kept = recording.memory_recording()
     try:
-        # Active: what a server hands on to the web viewer shows a layout that is a mere default to nobody.
+        # Active: the web viewer does not show the default layout of a server.
         recording.send_blueprint(blueprint(scene_data, scales, views, log.duration), make_active=True)
         recording.send_recording_name(scene_data.title)
         send(recording, scene_data, scales, views)
