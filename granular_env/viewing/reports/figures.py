@@ -132,7 +132,7 @@ def _array_figures(log: Any, scene_data: SceneData, name: str, choice: Choice) -
     is_main, is_asked = name == _main(scene_data), choice.times is not None or choice.variables is not None
     title, drawn = _title(name), {}
     stem = "" if is_main else f"{name}-"
-    across = f"of every {field.place}" if field.coordinate is None else "along x"
+    across = _across(field)
     if not is_vector and (is_asked or field.coordinate is not None or not fills_plane(log.drawables, field.total)):
         words = (
             f"{title} {across} (across) at every instant (up): red is positive, blue negative, nearly white 0. "
@@ -150,6 +150,10 @@ def _array_figures(log: Any, scene_data: SceneData, name: str, choice: Choice) -
     words = f"{title} of chosen {things} in time. By default they are evenly spaced among those that changed."
     drawn[f"{stem}histories"] = Shown(heading, figure, words)
     return drawn
+
+
+def _across(field: Field) -> str:
+    return f"of every {field.place}" if field.coordinate is None else "along x"
 
 
 def _things(log: Any, field: Field) -> str:
@@ -186,7 +190,7 @@ def _inputs(log: Any, scene_data: SceneData) -> dict[str, Shown]:
         drawn[f"inputs-{name}"] = Shown("Inputs", run_figures.curves(moving), _input_words(acted))
         if acted.is_summary and not fills_plane(log.drawables, acted.variable.shape[0]):
             fields = [one for one in load_fields(log, name, run_figures.FRAMES) if one.values.any()]
-            words = f"{_title(name)} of every {fields[0].place} (across) at every instant (up)."
+            words = f"{_title(name)} {_across(fields[0])} (across) at every instant (up)."
             drawn[f"inputs-{name}-space-time"] = Shown("Inputs", run_figures.draw_fields(fields, "space-time"), words)
     return drawn
 
