@@ -73,9 +73,9 @@ def ridges(values: FloatArray, above: float, separation: float) -> list[tuple[in
     """Return the samples of each maximum: the minimum before it (or the last value at or below 0), top, the minimum after."""
     from scipy.signal import find_peaks
 
-    above = positive_number("above", above)
-    if not 0.0 < separation <= 1.0:
-        raise ParameterError(f"got {separation!r}", expected="more than 0 and at most 1", at="separation")
+    above, separation = positive_number("above", above), positive_number("separation", separation)
+    if separation > 1.0:
+        raise ParameterError(f"got {separation:g}", expected="more than 0 and at most 1", at="separation")
     peaks, _ = find_peaks(values, prominence=(1.0 - separation) * np.maximum(values, 0.0))
     walls = [0, *peaks.tolist(), len(values) - 1]
     return [
