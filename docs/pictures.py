@@ -14,9 +14,10 @@ import numpy as np
 from matplotlib.figure import Figure
 
 import granular_env as ge
+from granular_env.colours import DIVERGING
 from granular_env.components.chain import theory
-from granular_env.viewing import scene_builder
-from granular_env.viewing.figures import drawing, run_figures
+from granular_env.viewing.figures import drawing
+from granular_env.viewing.recorded_fields import load_fields
 
 DOCS = Path(__file__).parent
 IMAGES = DOCS / "images"
@@ -27,13 +28,20 @@ _STYLE = {
 _COLOURS = 48
 
 
+@drawing.with_style
 def piston() -> None:
     """Draw the x-t diagram of the shipped piston experiment, with the profile at its end (the paper's figure 6)."""
     with tempfile.TemporaryDirectory() as folder:
         result = ge.run("nesterenko-1983/3.4-piston", log=Path(folder) / "piston.mcap")
-        motion = scene_builder.from_log(ge.open_log(result.log)).motion
-        picture = run_figures.headline(motion, "A piston at 5 m/s drives a shock front into 200 steel grains")
-        appearance.save(picture, IMAGES / "piston.png")
+        [field] = load_fields(ge.open_log(result.log), "velocity", 400)
+    figure = drawing.new_figure(8.6, 6.4)
+    above, below = figure.subplots(2, 1, sharex=True, height_ratios=[2, 5])
+    drawing.draw_space_time(figure, below, field, None)
+    above.fill_between(field.across, field.values[-1], color=DIVERGING[-1], alpha=0.2, linewidth=0.0)
+    above.plot(field.across, field.values[-1], color=DIVERGING[-1], linewidth=1.2)
+    above.set(ylabel=field.label, title="A piston at 5 m/s drives a shock front into 200 steel grains")
+    above.text(0.01, 0.95, f"at {1e6 * field.times[-1]:.4g} \u00b5s", transform=above.transAxes, va="top")
+    appearance.save(figure, IMAGES / "piston.png")
 
 
 @drawing.with_style

@@ -14,6 +14,7 @@ from granular_env.components.shell.theory import breathing_frequency, lame_displ
 from granular_env.viewing.figures import drawing
 from granular_env.viewing.figures.colour_bar import add_bar
 from granular_env.viewing.figures.plane import draw_instant, load_plane
+from granular_env.viewing.scene_builder import from_log
 
 IMAGES = Path(__file__).parent / "images"
 DARK_RED, BLUE = "#c1121f", "#274c77"
@@ -141,14 +142,14 @@ def torn_tube() -> None:
         with ge.record(tube, path, every=1e-6, variables=["surface_displacement", "surface_stress", "surface_cells"]):
             tube.step(3e-5, pressure=5e6)
         with ge.open_log(path) as log:
-            shown = load_plane(log, None, [0.0, 8e-6, 2.8e-5])
+            shown = load_plane(log, from_log(log), [0.0, 8e-6, 2.8e-5])
     assert shown is not None
     figure = drawing.new_figure(11.0, 4.4)
     panels = figure.subplots(1, 3)
     for frame, (axes, time) in enumerate(zip(panels, shown.times, strict=True)):
         draw_instant(axes, shown, frame)
         axes.set_title(f"{1e6 * time:.0f} µs", fontsize=11)
-    for scale in shown.scales:
+    for scale in shown.scales.colours:
         add_bar(figure, scale, ax=panels, shrink=0.5, aspect=40, pad=0.02)
     for marks in figure.findobj(QuadMesh):
         # The bar keeps its colours on dark pages, as the tube does.

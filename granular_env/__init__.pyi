@@ -17,8 +17,8 @@ from .components.profiles import Profile
 from .components.snapshot import Snapshot
 from .components.variables import Variable
 from .control.runner import run_study
+from .log_runs import resume
 from .recording import open_log, record, recover, verify
-from .resumption import resume
 from .run_loop import run
 from .sweep import open_sweep, run_sweep
 

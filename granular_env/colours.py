@@ -1,4 +1,4 @@
-"""Colours of logs, viewer, figures and environments: one diverging map, and lines that the colour-blind can tell apart."""
+"""Colours of logs, viewer, figures and environments: one diverging map, and lines that the colour-blind can distinguish."""
 
 from __future__ import annotations
 

@@ -9,9 +9,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from granular_env.components.errors import ParameterError
 from granular_env.components.support.float_arrays import FloatArray
-
-from .components.errors import ParameterError, one_line
+from granular_env.components.support.validation import positive_number
 
 # A polynomial through so many samples says what lies between them.
 SAMPLES = 7
@@ -46,7 +46,7 @@ def crests(times: Any, values: Any, above: float, separation: float = 1.0) -> li
         times: shape (T,), increasing.
         values: shape (T,).
         above: height that a crest exceeds, in the unit of the values, more than 0.
-        separation: a crest is one of its own where the curve falls below this part of its height on both sides before it
+        separation: a crest is separate where the curve falls below this part of its height on both sides before it
             rises any higher; 1 counts every maximum.
 
     Raises:
@@ -70,10 +70,12 @@ def crests(times: Any, values: Any, above: float, separation: float = 1.0) -> li
 
 
 def ridges(values: FloatArray, above: float, separation: float) -> list[tuple[int, int, int]]:
-    """Each maximum as samples: the minimum before it (or the last value at or below 0), itself, the minimum after it."""
+    """Return the samples of each maximum: the minimum before it (or the last value at or below 0), top, the minimum after."""
     from scipy.signal import find_peaks
 
-    above, separation = positive("above", above, "in the unit of the curve"), fraction("separation", separation)
+    above, separation = positive_number("above", above), positive_number("separation", separation)
+    if separation > 1.0:
+        raise ParameterError(f"got {separation:g}", expected="more than 0 and at most 1", at="separation")
     peaks, _ = find_peaks(values, prominence=(1.0 - separation) * np.maximum(values, 0.0))
     walls = [0, *peaks.tolist(), len(values) - 1]
     return [
@@ -169,19 +171,3 @@ def _duration(times: FloatArray, values: FloatArray, begin: int, peak: int, end:
         return float("nan")
     before, after = begin + int(np.flatnonzero(rise)[-1]), peak + int(np.argmax(fall)) - 1
     return crossing(times, values, after, half) - crossing(times, values, before, half)
-
-
-def positive(name: str, value: Any, unit: str) -> float:
-    """Return a value that is a finite number above 0, or raise."""
-    number = value if isinstance(value, (int, float, np.number)) and not isinstance(value, bool) else math.nan
-    if not (0.0 < number < math.inf):
-        raise ParameterError(f"got {one_line(value)}", expected=f"more than 0 {unit}".rstrip(), at=name)
-    return float(number)
-
-
-def fraction(name: str, value: Any) -> float:
-    """Return a value that is above 0 and at most 1, or raise."""
-    number = positive(name, value, "and at most 1")
-    if number > 1.0:
-        raise ParameterError(f"got {number:g}", expected="more than 0 and at most 1", at=name)
-    return number

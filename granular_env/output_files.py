@@ -40,7 +40,8 @@ def replacing(path: str | os.PathLike[str], kind: type[GranularError] = Granular
         part = target.with_name(f".{secrets.token_hex(8)}.part")
         part.touch(exist_ok=False)
         yield part
-        _sync(part)
+        with open(part, "rb") as file:
+            os.fsync(file.fileno())  # otherwise a power cut could leave the renamed file empty
         os.replace(part, target)
     except OSError as error:
         raise _unwritable(path, error, kind) from error
@@ -48,12 +49,6 @@ def replacing(path: str | os.PathLike[str], kind: type[GranularError] = Granular
         if part is not None:
             with suppress(OSError):
                 part.unlink(missing_ok=True)
-
-
-def _sync(path: Path) -> None:
-    """Wait until a file is on the disk: otherwise a power cut could leave the renamed file empty."""
-    with open(path, "rb") as file:
-        os.fsync(file.fileno())
 
 
 def advice_for(error: BaseException) -> str:
@@ -97,7 +92,7 @@ def resolve_file(path: str | os.PathLike[str]) -> Path:
 
 
 def require_writable(path: str | os.PathLike[str], kind: type[GranularError] = GranularError) -> Path:
-    """Return the target of a path, links followed, if a file can be written there; nothing is created.
+    """Return the target of a path, links followed, if its folder can be written to or made; nothing is created.
 
     Long computations call this first, so that a wrong path is reported before the work.
 
@@ -107,32 +102,15 @@ def require_writable(path: str | os.PathLike[str], kind: type[GranularError] = G
 
     Raises:
         ParameterError: there is something that is no regular file, or the name holds a zero byte.
-        GranularError: of that `kind`; no file can have this name, or its folder is not to be written to.
+        GranularError: of that `kind`; the folder is not to be written to.
     """
     target = resolve_file(path)
-    try:
-        folder, missing = target.parent, [target.name]
-        while not _stands(folder):
-            folder, missing = folder.parent, [*missing, folder.name]
-        if not folder.is_dir():
-            raise NotADirectoryError(errno.ENOTDIR, os.strerror(errno.ENOTDIR))
-        longest = os.pathconf(folder, "PC_NAME_MAX") if hasattr(os, "pathconf") else 255
-        if any(len(os.fsencode(name)) > longest for name in missing):
-            raise OSError(errno.ENAMETOOLONG, os.strerror(errno.ENAMETOOLONG))
-        if not os.access(folder, os.W_OK | os.X_OK):
-            raise PermissionError(errno.EACCES, os.strerror(errno.EACCES))
-    except OSError as error:
-        raise _unwritable(path, error, kind) from error
+    folder = next(folder for folder in target.parents if os.path.exists(folder))
+    if not folder.is_dir():
+        raise _unwritable(path, NotADirectoryError(errno.ENOTDIR, os.strerror(errno.ENOTDIR)), kind)
+    if not os.access(folder, os.W_OK | os.X_OK):
+        raise _unwritable(path, PermissionError(errno.EACCES, os.strerror(errno.EACCES)), kind)
     return target
-
-
-def _stands(folder: Path) -> bool:
-    """Return whether a folder exists; raise other errors than its absence."""
-    try:
-        folder.stat()
-    except FileNotFoundError:
-        return folder == folder.parent
-    return True
 
 
 def _unwritable(path: str | os.PathLike[str], error: OSError, kind: type[GranularError]) -> GranularError:

@@ -26,8 +26,8 @@ Progress = bool | Callable[[float], None]
 class Bar:
     """One bar, with figures behind it: short texts, the most important first."""
 
-    def __init__(self, done: float, show: Callable[[float, tuple[str, ...]], None] | None, refresh: float = 0.0) -> None:
-        self._done, self._show, self._refresh, self._next = done, show, refresh, 0.0
+    def __init__(self, show: Callable[[float, tuple[str, ...]], None] | None, refresh: float = 0.0) -> None:
+        self._show, self._refresh, self._next = show, refresh, 0.0
 
     def is_due(self) -> bool:
         """Return whether an update would be seen now; ask before figures that take time to compute."""
@@ -35,13 +35,9 @@ class Bar:
 
     def update(self, done: float, *figures: str) -> None:
         """Show how much is done, in units of the bar's total."""
-        self._done, self._next = done, perf_counter() + self._refresh
+        self._next = perf_counter() + self._refresh
         if self._show is not None:
             self._show(done, figures)
-
-    def advance(self, more: float, *figures: str) -> None:
-        """Show that this much more is done."""
-        self.update(self._done + more, *figures)
 
 
 @contextmanager
@@ -92,15 +88,15 @@ class ProgressBars:
         if self._call is not None:
             place = len(self._shares)
             self._shares.append(done)
-            return Bar(done, lambda done, figures: self._report(place, done))
+            return Bar(lambda done, figures: self._report(place, done))
         if self._drawn is None:
-            return Bar(done, None)
+            return Bar(None)
         task = self._drawn.add_task(printable(title), total=total, completed=done, figures="")
 
         def draw(done: float, figures: tuple[str, ...]) -> None:
             self._drawn.update(task, completed=done, **({"figures": "  ".join(filter(None, figures))} if figures else {}))
 
-        return Bar(done, draw, _REFRESH_SECONDS)
+        return Bar(draw, _REFRESH_SECONDS)
 
     def _report(self, place: int, done: float) -> None:
         self._shares[place] = done

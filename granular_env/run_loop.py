@@ -19,11 +19,9 @@ from granular_env.components.errors import (
     ExperimentError,
     GranularError,
     GranularWarning,
-    LogError,
     ParameterError,
     StepError,
     caution,
-    one_line,
 )
 from granular_env.components.inputs import Held
 from granular_env.components.profiles import Profile
@@ -37,7 +35,7 @@ from granular_env.experiments.stop_rules import StopWatch
 from granular_env.progress import Progress, progress_bar
 
 if TYPE_CHECKING:
-    from granular_env.recording.branch import Branch
+    from granular_env.recording.recorder import Recorder
 
 # Wall time of a piece of a run [s], so that Ctrl-C, the progress bar and the recorder get their turn. Each piece copies the
 # state once: large states have longer pieces, so that the copy takes at most 5 % of a piece at this rate [bytes/s].
@@ -49,6 +47,8 @@ _GROWTH = 64
 _LIVE_SECONDS = 10.0
 # Copies of the state that a recorder holds at a time: snapshots that wait to be written, and their bytes on the way.
 _COPIES_RECORDED = 6
+# Less energy than this is the rounding of a state at rest [J].
+_LEAST_ENERGY = 1e-24
 
 Inputs = Mapping[str, Held | Profile]
 
@@ -126,10 +126,16 @@ def run(
     with memory_errors(loaded.origin, ExperimentError), collect_warnings() as issued, ExitStack() as stack:
         ready = prepare(loaded)
         if live:
-            _show_live(stack, ready.component, loaded.name, ready.ticks * ready.component.step_size, seconds)
+            from granular_env.viewing import LiveViewer
+
+            duration = ready.ticks * ready.component.step_size
+            stack.enter_context(LiveViewer(ready.component, title=loaded.name, duration=duration, pace=seconds))
         if log is not None:
+            from granular_env.recording import record
+
             _report_size(ready, Path(log).parent, progress is True)
-            _record(stack, ready.component, log, overwrite, loaded.to_dict(), **loaded.record.model_dump())
+            options = {"overwrite": overwrite, "experiment": loaded.to_dict(), **loaded.record.model_dump()}
+            start_recording(stack, ready.component, lambda: record(ready.component, log, **options))
         return advance(
             ready.component,
             ready.ticks,
@@ -142,85 +148,6 @@ def run(
             issued=issued,
             closing=stack,
         )
-
-
-def replay(
-    log: str | os.PathLike[str],
-    *,
-    progress: Progress = False,
-    allow_large: bool = False,
-    components: Mapping[str, type[Component]] | None = None,
-) -> RunResult:
-    """Run a log's program again, from its start to its end, without comparing (`verify` does that); arguments as there.
-
-    Raises:
-        LogError: it is no log, or it cannot be re-run.
-    """
-    from granular_env.recording import open_log
-    from granular_env.recording.rerun import check_work
-
-    where = f"log {str(log)!r}"
-    with (
-        memory_errors(where, LogError),
-        collect_warnings() as issued,
-        open_log(log, allow_large=allow_large, components=components) as opened,
-    ):
-        component, results = opened.component(), []
-        check_work(opened.end_tick - opened.start_tick, component, opened.records.limits)
-        for segment in opened.segments:
-            start = opened.snapshot(segment, segment.start)
-            component.restore(start)
-            changes = dict(opened.steps_of(segment).changes(start.inputs))
-            results.append(
-                advance(component, segment.end, {}, changes=changes, title=str(log), progress=progress, issued=issued)
-            )
-            if results[-1].interrupted:
-                break
-        if not results:
-            raise LogError("it holds none", at="steps", source=f"log {str(log)!r}")
-        total, seconds = sum(one.ticks for one in results), sum(one.seconds for one in results)
-        return dataclasses.replace(results[-1], ticks=total, seconds=seconds, start=opened.start_tick)
-
-
-def run_branch(
-    branch: Branch,
-    log: str | os.PathLike[str],
-    inputs: Inputs,
-    until: float | None = None,
-    *,
-    progress: Progress = False,
-    overwrite: bool = False,
-) -> RunResult:
-    """Continue from a branch and record it; the bits are those of `Branch.run`.
-
-    Args:
-        branch: a fresh one.
-        log: path of the new log.
-        inputs: hold from here on instead of the log's own.
-        until: time at which to stop, on the component's clock [s]; default where the log's segment ends.
-        progress: show a bar, or call this with the part that is done.
-        overwrite: whether an existing file may be replaced.
-
-    Raises:
-        ParameterError: an argument is not valid; nothing has been written.
-        StepError: the physics would break down; the log until then is complete, a note of the error names it.
-        LogError: the log cannot be written.
-    """
-    where, end = f"log {os.fspath(log)!r}", branch.end(until)
-    with memory_errors(where, LogError), collect_warnings() as issued, ExitStack() as stack:
-        stack.enter_context(branch.recording(log, inputs, overwrite=overwrite))
-        result = advance(
-            branch.component,
-            end,
-            {},
-            changes=branch.changes(inputs),
-            title=Path(log).name,
-            progress=progress,
-            log=Path(log),
-            issued=issued,
-            closing=stack,
-        )
-        return dataclasses.replace(result, start=branch.tick)
 
 
 def advance(
@@ -256,11 +183,7 @@ def advance(
     stopped_by, interrupted = None, False
     with ExitStack() as stack:
         show = _progress_display(stack, title, component, end, progress) if progress is not False else None
-        for observer in observers if isinstance(observers, Iterable) else [observers]:
-            if not hasattr(observer, "on_step"):
-                raise ParameterError(
-                    f"got {one_line(observer)}", expected="observers, such as measurement.Watch(1e-6)", at="observers"
-                )
+        for observer in observers:
             component.observe(observer)
             stack.callback(component.ignore, observer)
         interrupt = stack.enter_context(Interrupt())
@@ -388,25 +311,21 @@ def collect_warnings() -> Iterator[list[str]]:
         warnings.warn_explicit(one.message, one.category, one.filename, one.lineno)
 
 
-def _record(
-    stack: ExitStack, component: Component, path: str | os.PathLike[str], overwrite: bool, experiment: Any, **options: Any
-) -> None:
-    """Record a component until the stack closes."""
-    from granular_env.recording import record
+def start_recording(stack: ExitStack, component: Component, recorder: Callable[[], Recorder]) -> None:
+    """Record a component until the stack closes, with the recorder that a function makes.
+
+    Raises:
+        ExperimentError: recording takes more memory than there is.
+    """
     from granular_env.recording.recorder import note_log_on_error
 
-    refuse_unrecordable(component)
+    refuse_beyond(_COPIES_RECORDED * component.state_bytes, f"recording component {component.name!r}", ExperimentError)
     try:
-        recorder = record(component, path, overwrite=overwrite, experiment=experiment, **options)
+        made = recorder()
     except ParameterError as error:
         raise error.renamed("path", "log") from None
-    stack.enter_context(note_log_on_error(recorder))
-    stack.enter_context(recorder)
-
-
-def refuse_unrecordable(component: Component) -> None:
-    """Raise `ExperimentError` where recording a component takes more memory than there is."""
-    refuse_beyond(_COPIES_RECORDED * component.state_bytes, f"recording component {component.name!r}", ExperimentError)
+    stack.enter_context(note_log_on_error(made))
+    stack.enter_context(made)
 
 
 def _live_seconds(live: bool, pace: float | None) -> float | None:
@@ -437,12 +356,6 @@ def _report_size(ready: Prepared, folder: Path, at_once: bool) -> None:
         caution(note)
 
 
-def _show_live(stack: ExitStack, component: Component, title: str, duration: float, pace: float | None) -> None:
-    from granular_env.viewing import LiveViewer
-
-    stack.enter_context(LiveViewer(component, title=title, duration=duration, pace=pace))
-
-
 def _progress_display(
     stack: ExitStack, title: str, component: Component, end: int, progress: Progress
 ) -> Callable[[Component], None]:
@@ -453,28 +366,17 @@ def _progress_display(
     def show(component: Component) -> None:
         if bar.is_due():
             speed = (component.tick - first) / max(perf_counter() - begun, 1e-9)
-            share = _energy_residual(component)[1]
-            residual = f"residual {share:+.1e}" if share is not None else ""
-            bar.update(component.tick, f"t = {component.time:.4g} s", f"{speed:,.0f} ticks/s", residual)
+            bar.update(component.tick, f"t = {component.time:.4g} s", f"{speed:,.0f} ticks/s", energy_residual(component))
 
     return show
 
 
-# Less energy than this is the rounding of a state at rest [J].
-_LEAST_ENERGY = 1e-24
-
-
 def energy_residual(component: Component) -> str:
-    """Return in words the residual of the energy, absolute and over the energy of the system."""
-    residual, share = _energy_residual(component)
-    return f"energy residual {residual:+.2e} J" + (f" ({share:+.1e})" if share is not None else "")
-
-
-def _energy_residual(component: Component) -> tuple[float, float | None]:
-    """Return the residual [J], and its ratio to the energy of the system; None if that is zero."""
+    """Return in words the residual of the energy, absolute and over the energy of the system if there is any."""
     energy = next((balance for balance in component.balances() if balance.quantity == "energy"), None)
     if energy is None:
-        return 0.0, None
-    scale = max(sum(map(float, energy.stored.values())), *(abs(float(amount)) for amount in energy.supplied.values()), 0.0)
+        return ""
     residual = float(energy.residual)
-    return residual, residual / scale if scale > _LEAST_ENERGY else None
+    scale = max(sum(map(float, energy.stored.values())), *(abs(float(amount)) for amount in energy.supplied.values()), 0.0)
+    share = f" ({residual / scale:+.1e})" if scale > _LEAST_ENERGY else ""
+    return f"energy residual {residual:+.2e} J{share}"

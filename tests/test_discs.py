@@ -10,17 +10,20 @@ import numpy as np
 import pytest
 
 import granular_env as ge
+from granular_env.colours import diverging
 from granular_env.components.discs import Discs
-from granular_env.components.drawables import Cells
+from granular_env.components.drawables import spatial
 from granular_env.components.errors import ParameterError, StepError
 from granular_env.components.profiles import Profile
+from granular_env.components.variables import Variable
 from granular_env.control.runner import run_study
 from granular_env.envs import OpenLoop
 from granular_env.envs.policies import Policy
 from granular_env.recording import verify
 from granular_env.sweep import run_sweep
 from granular_env.viewing.figures import plane
-from granular_env.viewing.scene_scales import ColourScale
+from granular_env.viewing.scene_data import MeshFrames, SceneData
+from granular_env.viewing.scene_scales import ColourScale, Scales
 
 THROWN = {"rows": 3, "columns": 4, "clearance": 0.03}
 
@@ -158,14 +161,27 @@ def test_a_plane_has_cells_in_the_colours_of_their_field_or_of_its_mean_over_the
     nodes = np.array([[0.0, 0.0], [1.0, 0.0], [2.0, 0.0], [0.0, 1.0], [1.0, 1.0], [2.0, 1.0]])
     corners = np.array([[0, 1, 4, 3], [1, 2, 5, 4]])
     for field in (np.array([[-3.0, 5.0]]), np.array([[-3.0, -3.0, 13.0, -3.0, -3.0, 13.0]])):
-        cells = Cells("grid", nodes, corners, "stress", "displacement")
-        values = {"stress": field, "displacement": np.full((1, 6, 2), 0.01)}
-        shown = plane.Plane((cells,), np.zeros(1), values, 10.0, (ColourScale(("stress",), "Pa", 13.0, True),))
+        stress, moved = Variable("stress", "output", "Pa", (), ""), np.full((1, 6, 3), 0.01)
+        mesh = MeshFrames(
+            "grid",
+            np.zeros(1),
+            np.zeros(1, np.int64),
+            spatial(nodes),
+            corners,
+            moved,
+            field,
+            stress,
+            located=True,
+            is_plane=True,
+        )
+        scales = Scales(10.0, (ColourScale(("stress",), "Pa", 13.0, True),), (0.0, 0.0, 0.0), (2.0, 1.0, 0.0))
+        shown = plane.Plane(SceneData("a grid", meshes=(mesh,)), scales)
         axes, bar = plane.draw_plane(shown).axes
         (drawn,) = axes.collections
-        assert drawn.get_array().tolist() == [-3.0, 5.0] and bar.get_xlabel() == "stress [Pa]"
+        np.testing.assert_allclose(drawn.get_facecolor()[:, :3], diverging(np.array([-3.0, 5.0]), 13.0) / 255.0)
+        assert bar.get_xlabel() == "stress [Pa]"
         np.testing.assert_allclose(drawn.get_paths()[1].vertices[:4], nodes[corners[1]] + 0.1)
-        assert plane.words(shown) == "Grid at chosen instants, x to the right, y up; displacements drawn 10 x larger."
+        assert plane.words(shown) == "Grid at chosen instants, x to the right, y up. Displacements drawn 10 x larger."
 
 
 def played(env: gymnasium.Env, policy: Policy) -> tuple[float, dict]:

@@ -14,10 +14,10 @@ import granular_env as ge
 from granular_env.components.errors import Fault, GranularError, ParameterError, location_text, one_line, to_location
 from granular_env.experiments import load_experiment
 from granular_env.experiments.preparation import branch_inputs, prepare
+from granular_env.log_runs import run_branch
 from granular_env.recording import open_log
 from granular_env.recording.container import Limits
 from granular_env.recording.rerun import advance, build, restore
-from granular_env.run_loop import run_branch
 
 NAN = float("nan")
 ROW = "discs/broken-row"

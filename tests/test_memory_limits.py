@@ -10,9 +10,10 @@ from granular_env.cli import main
 from granular_env.components import catalogue
 from granular_env.components.errors import ExperimentError, LogError, ParameterError
 from granular_env.components.support import memory_limits
+from granular_env.log_runs import replay
 from granular_env.recording.container import Limits
 from granular_env.recording.log import check_size
-from granular_env.run_loop import replay, run
+from granular_env.run_loop import run
 
 CHAIN = {
     "name": "long",

@@ -19,10 +19,10 @@ from granular_env import run_loop
 from granular_env.cli import main
 from granular_env.components.errors import GranularError, LogError, ParameterError
 from granular_env.experiments import load_experiment
+from granular_env.log_runs import resume
 from granular_env.recording import Log, open_log, recorder, recover, schedule, verify
 from granular_env.recording.continuation import continuation_of
 from granular_env.recording.records import Record
-from granular_env.resumption import resume
 from granular_env.run_loop import RunResult, run
 
 # Each breaks, flows or is driven by a profile; snapshots lie so close that several are passed.

@@ -1,17 +1,20 @@
 """Figures and reports: complete, self-contained, and harmless whatever a log says."""
 
 import re
+import subprocess
+import sys
 
 import numpy as np
 import pytest
 
 from granular_env import colours
 from granular_env.components.catalogue import make
-from granular_env.components.errors import MissingExtraError, ParameterError, StepError
+from granular_env.components.errors import ParameterError, StepError
 from granular_env.recording import open_log, record
 from granular_env.recording.preview.displacement_scale import choose_exaggeration
 from granular_env.viewing import report
 from granular_env.viewing.figures import drawing, run_figures
+from granular_env.viewing.recorded_fields import as_field
 from granular_env.viewing.scene_builder import from_component, from_log
 
 HOSTILE = "<script>alert(1)</script><img src=https://example.org/x.png onerror=\"x\"> & 'more'"
@@ -86,9 +89,8 @@ def test_figures_are_pictures_and_leave_matplotlib_alone(chain_log):
     before = dict(matplotlib.rcParams)
     scene_data = from_log(chain_log)
     for figure in (
-        run_figures.headline(scene_data.motion, "a title"),
         run_figures.balance(scene_data),
-        run_figures.space_time(scene_data.motion),
+        run_figures.draw_fields([as_field(scene_data.motion)], "space-time"),
     ):
         assert drawing.png(figure).startswith(PNG)
     assert dict(matplotlib.rcParams) == before
@@ -96,9 +98,11 @@ def test_figures_are_pictures_and_leave_matplotlib_alone(chain_log):
 
 def test_axes_say_what_and_in_which_unit(chain_log):
     motion = from_log(chain_log).motion
-    above, below = run_figures.headline(motion).axes[:2]
-    assert above.get_ylabel() == "velocity [m/s]" and below.get_ylabel() == "time [\u00b5s]"
-    np.testing.assert_array_equal(above.lines[0].get_ydata(), motion.colour[-1])
+    diagram = run_figures.draw_fields([as_field(motion)], "space-time").axes[0]
+    assert diagram.get_xlabel() == "grain (0 is the left end)" and diagram.get_ylabel() == "time [\u00b5s]"
+    profile = run_figures.draw_fields([as_field(motion)], "profiles", times=[motion.times[-1].item()])
+    assert profile.axes[0].get_title(loc="left") == "t = 100 \u00b5s"
+    np.testing.assert_array_equal(profile.axes[0].lines[0].get_ydata(), motion.colour[-1])
 
 
 @pytest.mark.parametrize(("chosen", "word"), [({"times": [1.0]}, "times: got 1 s"), ({"indices": [20]}, "indices: got 20")])
@@ -175,7 +179,7 @@ def test_failures_and_segments_stand_at_the_top_and_break_the_lines(tmp_path):
         for drawn in (scene_data.motion, scene_data.curves["kinetic_energy"]):
             assert [drawn.ticks[cut] for cut in drawn.cuts] == [log.segments[0].end]
         html = report(log, tmp_path).read_text()
-    line = run_figures.histories(scene_data.motion, indices=[0]).axes[0].lines[0]
+    line = run_figures.draw_fields([as_field(scene_data.motion)], "histories", indices=[0]).axes[0].lines[0]
     assert np.flatnonzero(np.isnan(line.get_ydata())).tolist() == scene_data.motion.cuts.tolist()
     energies = run_figures.balance(scene_data).axes[0].lines[0]
     assert np.isnan(energies.get_ydata()).sum() == 1
@@ -183,7 +187,17 @@ def test_failures_and_segments_stand_at_the_top_and_break_the_lines(tmp_path):
     assert "A step failed: StepError: " in top and "The log has 2 segments" in top
 
 
-def test_missing_matplotlib_says_what_to_install(oscillator_log, tmp_path, monkeypatch):
-    monkeypatch.setitem(__import__("sys").modules, "matplotlib", None)
-    with pytest.raises(MissingExtraError, match="pip install"):
-        report(oscillator_log, tmp_path)
+WITHOUT_MATPLOTLIB = """
+import sys
+sys.modules["matplotlib"] = None
+import granular_env as ge
+try:
+    ge.viewing.report
+except ge.GranularError as error:
+    print(type(error).__name__, error)
+"""
+
+
+def test_missing_matplotlib_says_what_to_install():
+    told = subprocess.run([sys.executable, "-c", WITHOUT_MATPLOTLIB], capture_output=True, text=True, check=True).stdout
+    assert told.startswith("MissingExtraError") and "pip install" in told

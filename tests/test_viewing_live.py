@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from support.rerun_tools import columns
 
 from granular_env.cli import main
 from granular_env.colours import rgb
@@ -20,19 +21,6 @@ from granular_env.viewing.scene_builder import from_component
 from granular_env.viewing.scene_scales import enlarge_scales, scales_of
 
 pytest.importorskip("rerun", reason="the extra `view` is not installed")
-
-
-def columns(path):
-    """Entity -> component -> values of each row of an .rrd file."""
-    from rerun.chunk import RrdReader
-
-    found = {}
-    for chunk in RrdReader(path).stream().to_chunks():
-        batch = chunk.to_record_batch()
-        entity = found.setdefault(str(chunk.entity_path).strip("/"), {})
-        for name in batch.schema.names:
-            entity.setdefault(name.rpartition(":")[2], []).extend(batch.column(name).to_pylist())
-    return found
 
 
 class Clock:
@@ -103,8 +91,8 @@ def test_a_live_viewer_changes_no_bit_and_sends_frames(tmp_path):
         for chain in (plain, seen):
             chain.step(1e-4, left_velocity=5.0)
     assert plain.save().to_bytes() == seen.save().to_bytes()
-    found = columns(tmp_path / "live.rrd")
-    drawn = [row for row in found["scene/particles"]["positions"] if row is not None]
+    found, _ = columns(tmp_path / "live.rrd")
+    drawn = [row for row in found["scene/particles_grains"]["positions"] if row is not None]
     assert live.frames == len(drawn) >= 2 and {len(row) for row in drawn} == {60}
     assert "caption" in found and "inputs/left_velocity" in found
 
@@ -150,7 +138,7 @@ def test_live_histories_are_laid_end_to_end(tmp_path):
         oscillator.step(1.0)
         oscillator.reset(position=1.0)
         oscillator.step(0.5)
-    assert max(columns(tmp_path / "live.rrd")["outputs/position"]["tick"]) == 150
+    assert max(columns(tmp_path / "live.rrd")[0]["outputs/position"]["tick"]) == 150
 
 
 def test_live_scales_only_grow_to_hold_what_comes():

@@ -52,7 +52,7 @@ def served(path):
     with open_log(path) as log:
         data = viewer.scene_bytes(log)
     with RerunProcess(data=data, web=True) as process:
-        process.wait_until_it_listens(process.web_port)
+        process.wait_until_it_listens()
         yield process
 
 

@@ -1,6 +1,7 @@
 """Rerun scenes: what arrives in the file, live viewers that change nothing, servers on 127.0.0.1 only."""
 
 import dataclasses
+import subprocess
 import sys
 
 import numpy as np
@@ -8,7 +9,7 @@ import pytest
 from support.rerun_tools import columns
 
 from granular_env.components.catalogue import make
-from granular_env.components.errors import GranularError, MissingExtraError, ParameterError
+from granular_env.components.errors import GranularError, ParameterError
 from granular_env.recording import open_log, record
 from granular_env.viewing import save_rrd, screenshot, view
 from granular_env.viewing.rerun.blueprint import blueprint
@@ -35,14 +36,14 @@ def test_a_saved_scene_holds_grains_of_true_size_stretched_by_the_stated_factor(
     scene_data = from_log(chain_log)
     motion, factor = scene_data.motion, scales_of(scene_data).exaggeration
     found, timelines = columns(path)
-    grains = found[f"scene/particles_displacement_x{factor:g}"]
+    grains = found["scene/particles_grains"]
     radii = next(row for row in grains["radii"] if row is not None)
     np.testing.assert_array_equal(np.float32(radii), np.float32(motion.radius))
     drawn = np.array([row for row in grains["positions"] if row is not None])
     assert drawn.shape == (len(motion.times), 60, 3)
     # Single precision of positions up to 0.4 m.
     np.testing.assert_allclose(drawn, motion.reference + factor * motion.displacement, atol=1e-7)
-    assert {"time", "tick"} <= timelines[f"scene/particles_displacement_x{factor:g}"]
+    assert {"time", "tick"} <= timelines["scene/particles_grains"]
     assert len(RrdReader(path).blueprints()) == 1
 
 
@@ -84,7 +85,7 @@ def test_fields_along_a_line_are_curves_in_panes_of_their_own(tmp_path):
 
 def test_a_given_exaggeration_is_taken_and_a_wrong_one_refused(chain_log, tmp_path):
     found, _ = columns(save_rrd(chain_log, tmp_path / "scene.rrd", exaggerate=7.0))
-    assert "scene/particles_displacement_x7" in found
+    assert "drawn 7 x larger" in next(row for row in found["caption"]["text"] if row is not None)[0]
     with pytest.raises(ParameterError, match="exaggerate"):
         save_rrd(chain_log, tmp_path / "other.rrd", exaggerate=-1.0)
     assert not list(tmp_path.glob("*other*"))
@@ -118,13 +119,22 @@ def test_no_peak_of_an_input_of_many_steps_is_lost(tmp_path):
         assert {0.0, 1.0} <= set(part)
 
 
-@pytest.mark.parametrize(
-    "call", [lambda log, path: save_rrd(log, path), lambda log, path: view(log), lambda log, path: screenshot(log, path)]
-)
-def test_missing_rerun_says_what_to_install(chain_log, tmp_path, monkeypatch, call):
-    monkeypatch.setitem(sys.modules, "rerun", None)
-    with pytest.raises(MissingExtraError, match=r"rerun-sdk.*pip install"):
-        call(chain_log, tmp_path / "file")
+WITHOUT_RERUN = """
+import sys
+sys.modules["rerun"] = None
+import granular_env as ge
+try:
+    getattr(ge.viewing, sys.argv[1])
+except ge.GranularError as error:
+    print(type(error).__name__, error)
+"""
+
+
+@pytest.mark.parametrize("function", ["save_rrd", "view", "screenshot", "LiveViewer"])
+def test_missing_rerun_says_what_to_install(function):
+    command = [sys.executable, "-c", WITHOUT_RERUN, function]
+    told = subprocess.run(command, capture_output=True, text=True, check=True).stdout
+    assert told.startswith("MissingExtraError") and "rerun-sdk" in told and "pip install" in told
 
 
 def test_without_a_screen_the_other_ways_are_named(chain_log, monkeypatch):

@@ -121,7 +121,8 @@ def notched_log(tmp_path_factory: pytest.TempPathFactory) -> Any:
 
 
 def test_viewer_and_pictures_look_at_a_crack_behind_a_tube(notched_log: Any) -> None:
-    scene_data, alone = from_log(notched_log), load_plane(notched_log, None)
+    scene_data = from_log(notched_log)
+    alone = load_plane(notched_log, scene_data)
     beside = load_plane(notched_log, scene_data, colour="surface_stress")
     assert alone is not None and beside is not None
     assert scene_data.viewpoint @ outwards(2.0) > 0.6
@@ -129,7 +130,7 @@ def test_viewer_and_pictures_look_at_a_crack_behind_a_tube(notched_log: Any) -> 
         assert plane.eye[:, 2] == pytest.approx(scene_data.viewpoint)
         assert "obliquely from below, x to the left" in words(plane)
     scales = scales_of(scene_data)
-    assert "The first view looks obliquely from below, x to the left." in caption(scene_data, scales, None)
+    assert "Seen obliquely from below, x to the left" in caption(scene_data, scales, None)
     # Before anything has happened, a live view looks as usual.
     assert from_component(cracking_tube()).focus_normal is None
 

@@ -49,7 +49,7 @@ def replay(log: str, verify: bool, for_programs: bool, allow_large: bool, compon
     """Run a log again."""
     if verify:
         return _verify(log, for_programs, allow_large, components)
-    from granular_env.run_loop import replay
+    from granular_env.log_runs import replay
 
     with silence_own_warnings():
         result = replay(log, progress=not for_programs, allow_large=allow_large, components=components)
@@ -92,8 +92,8 @@ def branch(
 ) -> int:
     """Go on from any instant of a log, with other inputs or the same."""
     from granular_env.experiments.preparation import branch_inputs
+    from granular_env.log_runs import run_branch
     from granular_env.recording import open_log
-    from granular_env.run_loop import run_branch
 
     with ExitStack() as stack:
         parent = stack.enter_context(open_log(log, allow_large=allow_large, components=components))

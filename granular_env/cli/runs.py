@@ -150,7 +150,7 @@ def _resume(
     quiet: bool,
     for_programs: bool,
 ) -> int:
-    from granular_env.resumption import resume
+    from granular_env.log_runs import resume
 
     if overrides and experiment is None:
         raise click.UsageError("--set goes with an EXPERIMENT; --resume alone takes the experiment of the log as it is.")

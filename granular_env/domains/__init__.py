@@ -40,6 +40,8 @@ class Domain:
         columns: a module with what a sweep can take of such a history: `MEASUREMENTS` (measurement -> what is taken of it ->
             taken(history, which, arguments)), `UNITS` of what is taken, and `function`, which gives a measurement by name.
         views: a subclass of `viewing.domain_views.Views`: what a scene shows beside the generic parts.
+        contacts: contacts(points, displacement, read), what the views know of the contacts between points, see
+            `chain.viewing.contact_quantity`.
         remark: remark(parameters), what pictures of such a component have to say beside what they show; "" for nothing.
     """
 
@@ -49,6 +51,7 @@ class Domain:
     watch: str | None = None
     columns: str | None = None
     views: str | None = None
+    contacts: str | None = None
     remark: str | None = None
 
     def load(self, offer: str) -> Any:
@@ -66,6 +69,7 @@ DOMAINS: dict[str, Domain] = {
         watch="granular_env.domains.chain.measurement.observer:Watch",
         columns="granular_env.domains.chain.measurement.columns",
         views="granular_env.domains.chain.viewing.views:ChainViews",
+        contacts="granular_env.domains.chain.viewing.contact_quantity:contacts_of",
     ),
     "discs": Domain(environments="granular_env.domains.discs.tasks:ENVIRONMENTS"),
     "grid": Domain(environments="granular_env.domains.grid.tasks:ENVIRONMENTS"),

@@ -1,6 +1,6 @@
 """Links that are seen: lines where they hold, cracks where they are broken.
 
-Where points lie dense, lines between all of them would hide their colours: then the cracks alone are drawn.
+Lines between many points would hide their colours: then the cracks alone are drawn.
 """
 
 from __future__ import annotations
@@ -10,9 +10,9 @@ import numpy.typing as npt
 
 from granular_env.components.support.float_arrays import FloatArray
 
-# So many links can be drawn as lines without hiding what they join.
+# More links, drawn as lines, would hide the points.
 MOST_LINES = 400
-# A crack is so long, in distances of its two points; it is not drawn where these are further apart than so many.
+# Length of a crack, and the largest distance at which it is drawn, in distances of its two points at rest.
 _LENGTH, _FARTHEST = 0.6, 1.5
 
 
@@ -21,7 +21,7 @@ def crack_lines(
 ) -> FloatArray:
     """Return a short line across each broken link, halfway between its points, shape (cracks, 2, d) [m].
 
-    Points that have moved apart leave a gap that is seen by itself; they have no line.
+    Points that have moved apart leave a visible gap; they have no line.
 
     Args:
         places: where the points are drawn, shape (n, d) with two or three columns [m].

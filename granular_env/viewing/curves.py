@@ -1,7 +1,6 @@
 """Curves: scalars in time, thinned so that no peak is lost, and inputs as curves of the elements that act, or of the extremes.
 
-An array that was held is read once, however long it was held, and a profile is a factor in time and one array. The memory is
-that of a few curves, whatever the size of the input.
+A profile is a factor in time and one array: the memory is that of a few curves, whatever the size of the input.
 """
 
 from __future__ import annotations
@@ -23,8 +22,6 @@ from granular_env.recording.steps import Stretch
 MAXIMUM_CURVE_POINTS = 4_000
 # More different curves than this in one figure cannot be followed.
 MOST_CURVES = 6
-# Elements that share a curve are named up to so many; of more the first, and how many there are.
-_MOST_NAMED = 3
 # A vector for each of many places has an axis of up to so many components at its end.
 MOST_COMPONENTS = 3
 
@@ -52,7 +49,7 @@ class Curve:
 def pick_with_extremes(values: FloatArray, most: int = MAXIMUM_CURVE_POINTS) -> npt.NDArray[np.int64]:
     """Return indices of at most `most` samples: of each stretch its first, its last, its least and its largest.
 
-    So no peak is lost, and where samples lie closer than can be drawn, what is drawn is the band that they fill.
+    No peak is lost, and samples that lie too close to be drawn fill a band.
     """
     if len(values) <= most:
         return np.arange(len(values))
@@ -67,7 +64,7 @@ class InputCurves:
 
     Attributes:
         variable: the input.
-        curves: those of its elements that act, or of the extremes; one that stays 0 where none acts.
+        curves: those of its elements that act, or of the extremes; one where all elements are always equal.
         acting: how many elements act.
         is_summary: whether the curves are extremes over many elements.
     """
@@ -76,11 +73,6 @@ class InputCurves:
     curves: tuple[Curve, ...]
     acting: int
     is_summary: bool = False
-
-    @property
-    def acts(self) -> bool:
-        """True where any of it is ever other than 0."""
-        return any(curve.values.any() for curve in self.curves)
 
 
 def load_input(log: Any, name: str) -> InputCurves | None:
@@ -92,26 +84,17 @@ def load_input(log: Any, name: str) -> InputCurves | None:
     draw = _drawer(log, variable, held)
     if not variable.shape:
         return InputCurves(variable, (draw(name, _element(0)),), 1)
-    patterns = list(_patterns(held))
     acting = np.zeros(prod(variable.shape), dtype=bool)
-    for pattern in patterns:
-        acting |= pattern != 0.0
+    for one in held:
+        if not isinstance(one.value, CompiledProfile) or one.value.coefficients.any():
+            acting |= _row(one.value) != 0.0
     count = int(acting.sum())
-    if not count:
-        return InputCurves(variable, (draw(name, _element(0)),), 0)
-    groups = _alike(patterns, acting)
-    if groups is None:
+    if all(np.ptp(_row(one.value)) == 0.0 for one in held):
+        return InputCurves(variable, (draw(name, _element(0)),), count)
+    if count > MOST_CURVES:
         return InputCurves(variable, tuple(_extremes(variable, acting, draw)), count, is_summary=True)
-    curves = (draw(_name(variable, members), _element(members[0])) for members in groups)
+    curves = (draw(_element_name(variable, place), _element(place)) for place in np.flatnonzero(acting).tolist())
     return InputCurves(variable, tuple(curves), count)
-
-
-def load_elements(log: Any, name: str, indices: Iterable[tuple[int, ...]]) -> list[Curve]:
-    """Return the curves of some elements of an array input of a log that has steps."""
-    variable: Variable = log.input_variables[name]
-    draw = _drawer(log, variable, acting_stretches(log, name))
-    places = [int(np.ravel_multi_index(index, variable.shape)) for index in indices]
-    return [draw(_name(variable, [place]), _element(place)) for place in places]
 
 
 def acting_stretches(log: Any, name: str) -> list[Stretch]:
@@ -129,7 +112,7 @@ def present_input(variable: Variable, value: Any, time: float, tick: int) -> Ite
 
     if values.size <= MOST_CURVES:
         for place in range(values.size):
-            yield draw(_name(variable, [place]), _element(place))
+            yield draw(_element_name(variable, place), _element(place))
     else:
         yield from _extremes(variable, np.ones(values.size, dtype=bool), draw)
 
@@ -162,22 +145,16 @@ def _drawer(log: Any, variable: Variable, held: Sequence[Stretch]) -> Drawer:
     times = ticks * log.step_size
 
     def draw(name: str, choose: Callable[[FloatArray], float]) -> Curve:
-        known: dict[int, float] = {}
         values: list[float] = []
         for own, one in zip(samples, held, strict=True):
-            if isinstance(one.value, float):
-                values += [one.value] * len(own)
-                continue
-            if not isinstance(one.value, CompiledProfile):
-                if id(one.value) not in known:
-                    known[id(one.value)] = float(choose(_row(one.value)))
-                values += [known[id(one.value)]] * len(own)
-                continue
-            factors = np.array([one.value.factor(tick) for tick in own])
             row = _row(one.value)
-            # The largest of an array times a negative number is its least times that number.
-            positive, negative = float(choose(row)), -float(choose(-row))
-            values += np.where(factors < 0.0, negative * factors, positive * factors).tolist()
+            if isinstance(one.value, CompiledProfile):
+                # The largest of an array times a negative number is its least times that number.
+                positive, negative = float(choose(row)), -float(choose(-row))
+                factors = np.array([one.value.factor(tick) for tick in own])
+                values += np.where(factors < 0.0, negative * factors, positive * factors).tolist()
+            else:
+                values += [float(choose(row))] * len(own)
         course = np.array(values)
         picked = pick_with_extremes(course)
         return Curve(name, variable.unit, variable.description, times[picked], ticks[picked], course[picked])
@@ -185,36 +162,11 @@ def _drawer(log: Any, variable: Variable, held: Sequence[Stretch]) -> Drawer:
     return draw
 
 
-def _patterns(held: Iterable[Stretch]) -> Iterator[FloatArray]:
-    """Yield once each row of elements that others are multiples of over some stretch."""
-    known: set[int] = set()
-    for one in held:
-        if id(one.value) not in known:
-            known.add(id(one.value))
-            silent = isinstance(one.value, CompiledProfile) and not one.value.coefficients.any()
-            yield 0.0 * _row(one.value) if silent else _row(one.value)
-
-
 def _row(value: Held) -> FloatArray:
     """Return the elements of what was held as one row; of a profile what its factor in time is multiplied by."""
     if isinstance(value, CompiledProfile):
         return np.ones(1) if value.pattern is None else np.ravel(value.pattern)
     return np.ravel(value)
-
-
-def _alike(patterns: Sequence[FloatArray], acting: npt.NDArray[np.bool_]) -> list[npt.NDArray[np.int64]] | None:
-    """Return the elements that act, in groups that always have one value; None where there are too many groups."""
-    chosen = np.flatnonzero(acting)
-    labels, firsts = np.zeros(len(chosen), np.int64), np.zeros(1, np.int64)
-    for pattern in patterns:
-        values = pattern[chosen]
-        if np.array_equal(values, values[firsts][labels]):
-            continue
-        _, ranks = np.unique(values, return_inverse=True)
-        _, firsts, labels = np.unique(labels * len(chosen) + ranks, return_index=True, return_inverse=True)
-        if len(firsts) > MOST_CURVES:
-            return None
-    return [chosen[labels == labels[first]] for first in sorted(firsts.tolist())]
 
 
 def _extremes(variable: Variable, acting: npt.NDArray[np.bool_], draw: Drawer) -> Iterator[Curve]:
@@ -231,12 +183,8 @@ def _element(place: int) -> Callable[[FloatArray], float]:
     return lambda values: values[place]
 
 
-def _name(variable: Variable, members: Sequence[int] | npt.NDArray[np.int64]) -> str:
-    """Return what a curve is called that all these elements have."""
-    size = prod(variable.shape)
-    if len(members) == size and size != 1 or not variable.shape:
+def _element_name(variable: Variable, place: int) -> str:
+    """Return the name of an element by its place in the flat array, such as "force[3,0]"."""
+    if prod(variable.shape) == 1:
         return variable.name
-    shown = members if len(members) <= _MOST_NAMED else members[:1]
-    indices = [tuple(int(part) for part in np.unravel_index(int(place), variable.shape)) for place in shown]
-    more = f" and {len(members) - len(shown)} more" if len(members) > len(shown) else ""
-    return f"{', '.join(str(Element(variable.name, index)) for index in indices)}{more}"
+    return str(Element(variable.name, tuple(int(index) for index in np.unravel_index(place, variable.shape))))

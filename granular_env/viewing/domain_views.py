@@ -1,22 +1,19 @@
-"""The views that a domain may add to a scene beside the generic parts, and the base that adds nothing.
+"""The views that a domain may add to a scene, and the base class that adds nothing.
 
 `domains.Domain.views` names a subclass of `Views`; one instance of it serves one scene.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
 
-from granular_env.components.drawables import Points
-from granular_env.components.support.float_arrays import FloatArray
 from granular_env.domains import domain_of
 
 if TYPE_CHECKING:
-    from .scene_data import Motion
+    from .scene_data import Motion, SceneData
     from .scene_scales import Scales
 
 
@@ -24,38 +21,25 @@ class Views:
     """The views of a domain that has none of its own.
 
     Args:
-        motion: what is shown: a whole run, or the first frame of one that goes on.
+        motion: a whole run, or the first frame of a live one.
         scales: of the generic scene.
-        begin: of a run that goes on, the instant at which it begins [s].
-        end: of such a run, the instant at which it will end [s]; None where nobody knows.
+        begin: start of a live run [s].
+        end: end of a live run [s]; None if it is not known.
     """
 
     def __init__(self, motion: Motion, scales: Scales, begin: float = 0.0, end: float | None = None) -> None:
         """Lay the views out."""
-
-    @staticmethod
-    def contacts(
-        points: Points, displacement: FloatArray | None, read: Callable[[str], FloatArray | None]
-    ) -> tuple[FloatArray | None, str, str]:
-        """Return what is known of the contacts between the points, (frames, contacts), with name and unit; None for nothing.
-
-        Args:
-            points: what is drawn.
-            displacement: shape (frames, n, 3) [m]; None where it is not known.
-            read: gives an output in these frames by its name; None where it is not known.
-        """
-        return None, "", ""
 
     def reach(self, scales: Scales) -> tuple[float, float]:
         """Return lowest and highest z that the whole scene's camera has to see [m]."""
         return scales.low[2], scales.high[2]
 
     def grow(self, motion: Motion) -> bool:
-        """Take one more frame of a run that goes on; return whether what `send_static` sends has changed with it."""
+        """Take one more frame of a live run; return whether `send_static` has to be called again."""
         return False
 
     def send_static(self, recording: Any, motion: Motion, scales: Scales) -> None:
-        """Send what never changes: cameras, guides."""
+        """Send cameras and guides, which never change."""
 
     def send_frames(
         self,
@@ -78,14 +62,14 @@ class Views:
         """
 
     def send_pictures(self, recording: Any, motion: Motion, scales: Scales) -> None:
-        """Send what takes long to draw: once for a whole run, now and then for one that goes on."""
+        """Send pictures that take long to draw: once for a whole run, now and then for a live one."""
 
     def rows(self, motion: Motion, scales: Scales) -> list[tuple[Any, float]]:
         """Return panes as wide as the viewer, below the whole scene, each with its share of the height."""
         return []
 
     def panes(self, motion: Motion, scales: Scales) -> list[Any]:
-        """Return panes beside the plots."""
+        """Return panes next to the plots."""
         return []
 
     def words(self, motion: Motion, scales: Scales) -> list[str]:
@@ -93,11 +77,10 @@ class Views:
         return []
 
 
-def make_views(component: str, motion: Motion, scales: Scales, begin: float = 0.0, end: float | None = None) -> Views:
-    """Return the views of a component's domain for one scene; the arguments are those of `Views`."""
-    return views_class(component)(motion, scales, begin, end)
-
-
-def views_class(component: str) -> type[Views]:
-    """Return what makes the views of a component's domain."""
-    return domain_of(component).load("views") or Views
+def make_views(
+    component: str, scene_data: SceneData, scales: Scales | None, begin: float = 0.0, end: float | None = None
+) -> Views | None:
+    """Return the views of a component's domain for one scene, None without particles; the arguments are those of `Views`."""
+    if scene_data.motion is None or scales is None:
+        return None
+    return (domain_of(component).load("views") or Views)(scene_data.motion, scales, begin, end)

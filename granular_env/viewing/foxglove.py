@@ -86,7 +86,10 @@ def _numbers_of(log: Log) -> dict[str, list[str]]:
 def _scene(log: Log) -> dict[str, Any]:
     low, high = picture_box(log.drawables)
     middle, (width, depth, height) = (low + high) / 2, (high - low).tolist()
-    view = {**_SIDE_VIEW, "phi": _PLANE_PHI} if _is_plane(log) else _SIDE_VIEW
+    drawn = [one for one in log.drawables if isinstance(one, Points | Cells)]
+    places = [one.reference if isinstance(one, Points) else one.nodes for one in drawn]
+    is_plane = any(np.ptp(spatial(rows)[:, 1]) > 0.0 for rows in places)
+    view = {**_SIDE_VIEW, "phi": _PLANE_PHI} if is_plane else _SIDE_VIEW
     tilt = math.radians(view["phi"])
     # With x across the picture, the height of what the camera sees at that distance.
     seen = 1.1 * max(height * math.sin(tilt) + depth * math.cos(tilt), width / _ASPECT)
@@ -108,14 +111,6 @@ def _scene(log: Log) -> dict[str, Any]:
     hidden = {f"frame:{FRAME}": {"visible": False}}
     followed = {"followMode": "follow-none", "followTf": FRAME}
     return {"cameraState": camera, **followed, "scene": {}, "transforms": hidden, "layers": {}, "topics": topics}
-
-
-def _is_plane(log: Log) -> bool:
-    """Return whether points or nodes lie side by side along y."""
-    places = [
-        one.reference if isinstance(one, Points) else one.nodes for one in log.drawables if isinstance(one, Points | Cells)
-    ]
-    return any(bool(np.ptp(spatial(rows)[:, 1]) > 0.0) for rows in places)
 
 
 def _plot(topic: str, names: list[str], place: int) -> dict[str, Any]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -13,36 +13,26 @@ from .scene_data import SceneData
 
 @dataclass(frozen=True)
 class Plot:
-    """Curves of one unit under one title; `paths` says where they are in a scene."""
+    """Curves of one unit under one title; `group` is the folder of their paths in a scene."""
 
     title: str
     group: str
     curves: tuple[Curve, ...]
 
-    @property
-    def paths(self) -> tuple[str, ...]:
-        """Entity of each curve."""
-        return tuple(f"{self.group}/{curve.name}" for curve in self.curves)
-
 
 def plots(scene_data: SceneData) -> list[Plot]:
-    """All plots of scene data, the most telling ones first; what stays zero comes last."""
-    named: dict[str, tuple[str, tuple[str, ...]]] = {}
+    """Return all plots of scene data, energy first, zero curves last."""
+    balances, known = list[Plot](), set[str]()
     for balance in scene_data.balances:
         words = balance.quantity.replace("_", " ").capitalize()
-        residuals = tuple(name for name in scene_data.curves if name.startswith(balance.residual))
-        named[balance.quantity] = f"{words} [{balance.unit}]", balance.entries
-        named[balance.residual] = f"{words} residual [{balance.unit}]: the error of the numerics", residuals
-    balances = [
-        Plot(
-            title,
-            group,
-            tuple(scene_data.curves[name] for name in names if name in scene_data.curves and _moves(scene_data.curves[name])),
-        )
-        for group, (title, names) in named.items()
-    ]
-    balances = [replace(plot, title=f"{plot.title}{_reach(plot)}") for plot in balances]
-    known = {name for _, names in named.values() for name in names}
+        residuals = [name for name in scene_data.curves if name.startswith(balance.residual)]
+        known |= {*balance.entries, *residuals}
+        balances.append(Plot(f"{words} [{balance.unit}]", balance.quantity, _moving(scene_data, balance.entries)))
+        curves = _moving(scene_data, residuals)
+        # The axis of a small residual has a single label, which gives no scale.
+        largest = max((np.abs(curve.values).max() for curve in curves if len(curve.values) > 1), default=0.0)
+        title = f"{words} residual [{balance.unit}]: the error of the numerics"
+        balances.append(Plot(f"{title}; at most {largest:.2g}" if largest else title, balance.residual, curves))
     outputs = [curve for name, curve in scene_data.curves.items() if name not in known]
     found = [*balances[:2], *_by_unit("Inputs", scene_data.inputs.values()), *_by_unit("Outputs", outputs), *balances[2:]]
     return sorted((plot for plot in found if plot.curves), key=_is_quiet)
@@ -59,15 +49,10 @@ def _by_unit(title: str, curves: Iterable[Curve]) -> list[Plot]:
     return [Plot(f"{title} [{unit}]", title.lower(), tuple(curve for curve in curves if curve.unit == unit)) for unit in units]
 
 
-def _reach(plot: Plot) -> str:
-    """Return how large a residual becomes, in words: the axis of a small one has a single label, which gives no scale."""
-    values = [np.abs(curve.values).max() for curve in plot.curves if len(curve.values) > 1]
-    return f"; at most {max(values):.2g}" if plot.group.endswith("_residual") and values else ""
-
-
-def _moves(curve: Curve) -> bool:
-    """Return whether a curve of a balance says anything; of a single sample, nobody knows yet."""
-    return len(curve.values) < 2 or bool(np.any(curve.values != 0.0))
+def _moving(scene_data: SceneData, names: Iterable[str]) -> tuple[Curve, ...]:
+    """Return the curves of a balance that are not zero all the time, and those of a single sample, of a live run."""
+    found = (scene_data.curves[name] for name in names if name in scene_data.curves)
+    return tuple(one for one in found if len(one.values) < 2 or np.any(one.values != 0.0))
 
 
 def _is_quiet(plot: Plot) -> bool:

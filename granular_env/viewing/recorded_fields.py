@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Container, Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 from math import prod
 from typing import Any
@@ -18,15 +18,16 @@ from granular_env.components.variables import Variable
 from . import curves
 from .curves import acting_stretches, component_names, pick_with_extremes, values_at
 from .scene_data import MAXIMUM_POINTS, MAXIMUM_SHOWN_PARTICLES, Motion
-from .visible_drawables import colour_name, colouring_outputs, recolour, with_colour
+from .unit_labels import label_with_unit
+from .visible_drawables import colour_name, colouring_outputs, is_hidden, with_colour
 
-# Up to so many numbers a whole series is read at once; beyond, frame by frame.
+# Longer series are read frame by frame.
 _READ_AT_ONCE = 50_000_000
 _AXES = "xyz"
 
 
 def validity_of(log: Any) -> tuple[float, str]:
-    """Return until when the results of a run are valid [s], and a sentence on it; infinity and "" where nothing ends that."""
+    """Return the time from which results are not valid [s], and a sentence on it; infinity and "" if they are valid."""
     details = log.event_details
     for event in (*(log.earlier_events() or ()), *log.events()):
         if event.kind in details and details[event.kind].ends_validity:
@@ -35,33 +36,34 @@ def validity_of(log: Any) -> tuple[float, str]:
     return np.inf, ""
 
 
-def has_frames(log: Any, name: str) -> bool:
-    """Return whether a log holds frames of a variable."""
-    return name in log.variables and len(log.times(name)) > 0
-
-
 def recorded_outputs(log: Any) -> dict[str, Variable]:
     """Return the outputs of which a log has frames, by name."""
     return {name: one for name, one in log.variables.items() if one.causality == "output" and len(log.times(name))}
 
 
 def coloured_drawables(log: Any, colour: str | None) -> tuple[Drawable, ...]:
-    """Return what a log draws, coloured by an output; None for that which the component names.
+    """Return the drawables of a log, coloured by an output; None for the output that the component names.
 
-    Points and cells whose output was not recorded take the first output that was and that can colour them.
+    Points and cells whose output was not recorded take the first recorded output that can colour them.
 
     Raises:
         ParameterError: nothing can be coloured by that output.
     """
     recorded = recorded_outputs(log)
-    if colour is not None:
-        return recolour(log.drawables, recorded, colour)
+    known = colouring_outputs([one for one in log.drawables if not is_hidden(one, log.drawables)], recorded)
+    if colour is not None and colour not in known:
+        raise ParameterError(
+            f"{colour!r} was not recorded, or it is not one value for each node, cell or point of a drawable",
+            hint=f"this log can be coloured by {', '.join(known) or 'nothing'}", at="colour",
+        )  # fmt: skip
     found: list[Drawable] = []
     for one in log.drawables:
-        named = colour_name(one)
-        others = colouring_outputs([one], recorded) if named and named not in recorded else []
-        others = [name for name in others if name != getattr(one, "state", "")]
-        found.append(with_colour(one, others[0]) if others else one)
+        own, others = colour_name(one), colouring_outputs([one], recorded)
+        if colour in others:
+            one = with_colour(one, colour)
+        elif own and own not in recorded and (others := [name for name in others if name != getattr(one, "state", "")]):
+            one = with_colour(one, others[0])
+        found.append(one)
     return tuple(found)
 
 
@@ -72,6 +74,15 @@ def curve_names(variable: Variable) -> list[str]:
     if len(variable.shape) == 1 and variable.shape[0] <= len(_AXES):
         return [f"{variable.name}_{axis}" for axis in _AXES[: variable.shape[0]]]
     return []
+
+
+def frame_at(times: FloatArray, time: float) -> int:
+    """Return which frame is nearest to an instant [s]; `ParameterError` outside the recorded span."""
+    first, last = float(times[0]), float(times[-1])
+    slack = 1e-9 * max(abs(first), abs(last))
+    if not first - slack <= time <= last + slack:
+        raise ParameterError(f"got {time:g} s", expected=f"{first:g} to {last:g} s, the recorded span", at="times")
+    return int(np.argmin(np.abs(times - time)))
 
 
 def evenly_picked(available: int, wanted: int) -> npt.NDArray[np.int64]:
@@ -85,7 +96,7 @@ def cuts_of(log: Any, name: str, picked: npt.NDArray[np.int64]) -> npt.NDArray[n
     """Return which of the frames picked are the first of a later segment."""
     ticks, lengths = np.asarray(log.ticks(name)), [segment.end - segment.start for segment in log.segments]
     bounds = log.start_tick + np.cumsum(lengths[:-1], dtype=np.int64)
-    # Where two segments meet, a frame of each may lie on the same tick; the later one begins the segment.
+    # Two segments may have a frame at the same tick; the later one begins the segment.
     after = np.searchsorted(ticks, bounds, side="right")
     firsts = np.where(np.isin(bounds, ticks), after - 1, after)
     cuts = np.unique(np.searchsorted(picked, firsts))
@@ -119,12 +130,12 @@ class Field:
         variable: name, unit and meaning.
         times: shape (frames,) [s].
         values: shape (frames, n), in the variable's unit.
-        place: what there is one value for, by the variable's `axes`: "grain", "contact", ...; "element" where they do not say.
+        place: the axis of the variable, such as "grain" or "contact"; "element" if it has none.
         axis: the label of the axis along them.
         every: each `every`-th is shown; 1 shows all.
-        total: how many there are.
+        total: the number of places.
         cuts: indices of the first frames of later segments.
-        coordinate: where those shown lie, evenly spaced, shape (n,) [m]; None where their numbers say where they are.
+        coordinate: evenly spaced places, shape (n,) [m]; None where the places are only numbered.
     """
 
     variable: Variable
@@ -139,19 +150,24 @@ class Field:
 
     @property
     def across(self) -> FloatArray | npt.NDArray[np.int64]:
-        """The numbers along the axis of places: their coordinates, or where there are none their numbers."""
+        """The coordinates of the places, or their numbers."""
         return np.arange(self.values.shape[1]) * self.every if self.coordinate is None else self.coordinate
 
     @property
+    def label(self) -> str:
+        """The quantity with its unit."""
+        return label_with_unit(self.variable.name, self.variable.unit)
+
+    @property
     def ends(self) -> tuple[float, float]:
-        """The ends of that axis: where the first place begins, and where the last one ends."""
+        """The beginning of the first place and the end of the last one."""
         across = self.across
         half = 0.5 * (float(across[1] - across[0]) if len(across) > 1 else float(self.every))
         return float(across[0]) - half, float(across[-1]) + half
 
 
 def as_field(shown: Motion | Field) -> Field:
-    """Return a field as it is, and of a motion the quantity that colours it; `ParameterError` where that was not recorded."""
+    """Return a field unchanged, and the colour of a motion as a field; `ParameterError` if it was not recorded."""
     if isinstance(shown, Field):
         return shown
     if shown.colour is None:
@@ -159,133 +175,60 @@ def as_field(shown: Motion | Field) -> Field:
         raise ParameterError(
             f"{name!r} was not recorded, so it cannot be drawn", hint="add it to the recorded variables", at="variables"
         )
-    place, axis = _axis(shown.colour_variable, 0 if _is_row(shown.reference) else None)
+    place, axis = _axis(shown.colour_variable, 0 if _is_row(shown.reference) else None, shown.every)
     return Field(shown.colour_variable, shown.times, shown.colour, place, axis, shown.every, shown.total, shown.cuts)
 
 
-def field_names(log: Any) -> list[str]:
-    """Return the names of the recorded outputs that have a value for each of several places."""
-    return [
-        name
-        for name, variable in log.variables.items()
-        if variable.causality == "output" and len(variable.shape) == 1 and variable.shape[0] > 1 and len(log.times(name))
-    ]
+def array_names(log: Any) -> list[str]:
+    """Return the names of the recorded outputs that have several elements."""
+    return [name for name, one in recorded_outputs(log).items() if prod(one.shape) > 1]
 
 
-def load_field(log: Any, name: str, frames: int) -> Field:
-    """Read a recorded array of a log, at most so many frames and 20 000 places of it.
+def load_fields(log: Any, name: str, frames: int) -> list[Field]:
+    """Read a recorded array, or an array input, of a log: one field, or of vectors one for each component.
 
-    Raises:
-        ParameterError: there is no such recorded array.
+    At most `frames` frames and 20 000 places are read.
     """
-    if name not in field_names(log):
-        raise ParameterError(
-            f"{name!r} is no recorded array of this log", hint=f"it holds {_list(field_names(log))}", at="variables"
-        )
-    variable = log.variables[name]
-    total = variable.shape[0]
+    is_input = name in log.input_variables
+    variable: Variable = log.input_variables[name] if is_input else log.variables[name]
+    names = component_names(variable)
+    total = prod(variable.shape) // len(names)
     every = -(-total // MAXIMUM_SHOWN_PARTICLES)
-    count = -(-total // every)
-    picked = evenly_picked(len(log.times(name)), max(2, min(frames, MAXIMUM_POINTS // count)))
-    times, values = sample_frames(log, name, picked)
+    most = max(2, min(frames, MAXIMUM_POINTS // -(-total // every)))
+    cuts = np.zeros(0, np.int64)
+    if is_input:
+        held = acting_stretches(log, name)
+        first, last = held[0].begin + held[0].shift, held[-1].end + held[-1].shift
+        ticks = np.unique(np.linspace(first, last, most).astype(np.int64))
+        times = ticks * log.step_size
+        rows = (np.reshape(value, (total, len(names)))[::every] for value in values_at(held, ticks.tolist()))
+        values = np.stack(list(rows))
+    else:
+        picked = evenly_picked(len(log.times(name)), most)
+        times, whole = sample_frames(log, name, picked)
+        values, cuts = whole.reshape(len(times), total, len(names))[:, ::every], cuts_of(log, name, picked)
     points = main_points(log.drawables)
     surplus = total - len(points.radius) if points is not None and _is_row(points.reference) else None
-    place, axis = _axis(variable, surplus, points.name.removesuffix("s") if points is not None else "")
-    coordinate = _coordinate(log.drawables, name)
-    if coordinate is not None:
-        axis, coordinate = "x [m]", coordinate[::every]
-    return Field(variable, times, values[:, ::every], place, axis, every, total, cuts_of(log, name, picked), coordinate)
-
-
-def vector_names(log: Any) -> list[str]:
-    """Return the names of the recorded outputs that have more than one axis, such as a vector for each of several places."""
-    return [
-        name for name, one in log.variables.items() if one.causality == "output" and len(one.shape) > 1 and len(log.times(name))
-    ]
-
-
-def load_vector_fields(log: Any, name: str, frames: int) -> list[Field]:
-    """Read a recorded output of `vector_names`: one field for each component, or where those are many one of all elements."""
-    variable = log.variables[name]
-    names = component_names(variable)
-    total = prod(variable.shape) // len(names)
-    every = -(-total // MAXIMUM_SHOWN_PARTICLES)
-    picked = evenly_picked(len(log.times(name)), max(2, min(frames, MAXIMUM_POINTS // -(-total // every))))
-    times, values = sample_frames(log, name, picked)
-    shown = values.reshape(len(times), total, len(names))[:, ::every]
-    return _split(log, variable, times, shown, every, cuts_of(log, name, picked))
-
-
-def load_input_fields(log: Any, name: str, frames: int) -> list[Field]:
-    """Return an array input of a log at evenly spaced instants: one field, or of vectors one for each component.
-
-    Of many elements only some are read, as in `load_field`, and none at more instants than are drawn.
-    """
-    variable = log.input_variables[name]
-    names = component_names(variable)
-    total = prod(variable.shape) // len(names)
-    every = -(-total // MAXIMUM_SHOWN_PARTICLES)
-    held = acting_stretches(log, name)
-    first, last = held[0].begin + held[0].shift, held[-1].end + held[-1].shift
-    count = max(2, min(frames, MAXIMUM_POINTS // (-(-total // every))))
-    ticks = np.unique(np.linspace(first, last, count).astype(np.int64))
-    values = np.stack([np.reshape(value, (total, len(names)))[::every] for value in values_at(held, ticks.tolist())])
-    return _split(log, variable, ticks * log.step_size, values, every, np.zeros(0, np.int64))
-
-
-def _split(
-    log: Any,
-    variable: Variable,
-    times: FloatArray,
-    values: FloatArray,
-    every: int,
-    cuts: npt.NDArray[np.int64],
-) -> list[Field]:
-    """Return a field for each component of vectors; `values` has the shape (frames, shown, components)."""
-    total, names = prod(variable.shape) // values.shape[2], component_names(variable)
-    place, axis = _axis(variable, None)
-    coordinate = _coordinate_of_axis(log, variable)
+    place, axis = _axis(variable, surplus, every, points.name.removesuffix("s") if points is not None else "")
+    coordinate = _coordinate(log, variable)
     if coordinate is not None:
         axis, coordinate = "x [m]", coordinate[::every]
     return [
-        Field(replace(variable, name=name), times, values[:, :, column], place, axis, every, total, cuts, coordinate)
-        for column, name in enumerate(names)
+        Field(replace(variable, name=one), times, values[:, :, column], place, axis, every, total, cuts, coordinate)
+        for column, one in enumerate(names)
     ]
 
 
-def require_names(names: Sequence[str] | None, known: Sequence[str], recorded: Container[str] = ()) -> list[str]:
-    """Return the names that were asked for, all known ones where none were; `ParameterError` where one is unknown.
-
-    `recorded` are those of the log, of which not all can be drawn.
-    """
-    if names is None:
-        return list(known)
-    if isinstance(names, str) or not all(isinstance(name, str) for name in names):
-        raise ParameterError(f"got {names!r}", expected=f"a list of names, of {_list(known)}", at="variables")
-    for name in names:
-        if name not in known:
-            why = "cannot be drawn as a field or a curve" if name in recorded else "was not recorded"
-            what = "what can is" if name in recorded else "this log holds"
-            raise ParameterError(f"{name!r} {why}", hint=f"{what} {_list(known)}", at="variables")
-    return list(dict.fromkeys(names))
-
-
-def _coordinate_of_axis(log: Any, variable: Variable) -> FloatArray | None:
-    """Return the coordinate along which an output with the same axis is drawn as a curve, where that is evenly spaced [m]."""
+def _coordinate(log: Any, variable: Variable) -> FloatArray | None:
+    """Return the evenly spaced coordinate along which a variable, or one with the same first axis, is drawn as a curve [m]."""
     for one in log.drawables:
-        drawn = log.variables.get(one.field) if isinstance(one, Curve) else None
-        if drawn is not None and drawn.axes and drawn.axes == variable.axes[:1] and drawn.shape == variable.shape[:1]:
-            return _coordinate(log.drawables, drawn.name)
-    return None
-
-
-def _coordinate(drawables: Sequence[Drawable], name: str) -> FloatArray | None:
-    """Return the coordinate along which an output is drawn as a curve, where that is evenly spaced [m]."""
-    for one in drawables:
-        if isinstance(one, Curve) and one.field == name and len(one.coordinate) > 1:
-            steps = np.diff(one.coordinate)
-            if steps[0] > 0.0 and np.ptp(steps) < 1e-6 * steps[0]:
-                return one.coordinate
+        drawn = log.variables.get(one.field) if isinstance(one, Curve) and len(one.coordinate) > 1 else None
+        if drawn is None or drawn.shape != variable.shape[:1]:
+            continue
+        steps = np.diff(one.coordinate)
+        is_even = steps[0] > 0.0 and np.ptp(steps) < 1e-6 * steps[0]
+        if is_even and (drawn.name == variable.name or (drawn.axes and drawn.axes == variable.axes[:1])):
+            return one.coordinate
     return None
 
 
@@ -294,18 +237,17 @@ def _is_row(reference: FloatArray) -> bool:
     return not np.ptp(reference[:, 1:], axis=0).any()
 
 
-def _axis(variable: Variable, surplus: int | None, point: str = "") -> tuple[str, str]:
-    """Return what the values belong to, and the label of the axis along them.
+def _axis(variable: Variable, surplus: int | None, every: int, point: str = "") -> tuple[str, str]:
+    """Return the name of one place, and the label of the axis along the places.
 
     Args:
-        variable: the quantity; its `axes` say what its values belong to.
-        surplus: how many more values than points there are; None where the points are not in a row.
-        point: what one point is called.
+        variable: the quantity.
+        surplus: number of values minus number of points; None where the points are not in a row.
+        every: each `every`-th is shown.
+        point: name of one point.
     """
     place = variable.axes[0].replace("_", " ") if variable.axes else "element"
     notes = {0: "0 is the left end", 1: f"i is left of {point} i", -1: f"i is right of {point} i"}
-    return place, f"{place} ({'numbered from 0' if surplus is None else notes.get(surplus, 'numbered from 0')})"
-
-
-def _list(names: Sequence[str]) -> str:
-    return ", ".join(names) or "none"
+    numbers = notes.get(surplus, "numbered from 0") if surplus is not None else "numbered from 0"
+    label = f"{place} ({numbers})"
+    return place, label if every == 1 else f"{label}; each {every}th is shown"

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Container, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -13,20 +13,20 @@ import numpy.typing as npt
 from granular_env.components.component import Component
 from granular_env.components.drawables import Cells, Drawable, Links, Points, spatial
 from granular_env.components.drawables import Curve as DrawnCurve
+from granular_env.components.errors import ParameterError
 from granular_env.components.support.float_arrays import FloatArray
 from granular_env.components.variables import Variable
 from granular_env.domains import domain_of
 from granular_env.recording.header import BalanceNames, balance_facts, balance_names_from
 
 from .curves import MAXIMUM_CURVE_POINTS, Curve, load_input, present_input
-from .domain_views import views_class
 from .recorded_fields import (
     coloured_drawables,
     curve_names,
     curves_of,
     cuts_of,
     evenly_picked,
-    has_frames,
+    frame_at,
     recorded_outputs,
     sample_frames,
     validity_of,
@@ -63,64 +63,47 @@ class Frames(NamedTuple):
     read: Callable[[str], FloatArray]
 
 
-@dataclass(frozen=True)
-class LogSource:
-    """A log whose frames are shown, at most so many of them."""
+class Source(NamedTuple):
+    """The log or the component that is shown.
 
-    log: Any
+    Attributes:
+        component: the name of the component.
+        variables: by name.
+        drawables: what is drawn.
+        has: whether an output can be read.
+        frames: returns the frames of an output; `size` numbers are read of each, so that more of them give fewer frames.
+    """
+
+    component: str
+    variables: Mapping[str, Variable]
     drawables: Sequence[Drawable]
-    most: int
+    has: Callable[[str], bool]
+    frames: Callable[[str, int], Frames]
 
-    @property
-    def component(self) -> str:
-        """The name of the component."""
-        return str(self.log.metadata.get("component"))
 
-    @property
-    def variables(self) -> Mapping[str, Variable]:
-        """The variables of the log."""
-        return self.log.variables
+def _log_source(log: Any, colour: str | None, pick: Callable[[FloatArray, int], npt.NDArray[np.int64]]) -> Source:
+    """Return a log as a source; `pick` chooses frames by their instants [s] and the count of numbers of each."""
 
-    def has(self, name: str) -> bool:
-        """Return whether an output can be read."""
-        return has_frames(self.log, name)
-
-    def frames(self, name: str, size: int) -> Frames:
-        """Return frames of an output, so few that `size` numbers of each are a bounded amount."""
-        log = self.log
-        picked = evenly_picked(len(log.times(name)), max(2, min(self.most, MAXIMUM_POINTS // size)))
+    def frames(name: str, size: int) -> Frames:
+        picked = pick(np.asarray(log.times(name), dtype=np.float64), size)
         times, ticks = np.asarray(log.times(name), dtype=np.float64)[picked], np.asarray(log.ticks(name))[picked]
         return Frames(times, ticks, cuts_of(log, name, picked), lambda name: sample_frames(log, name, picked)[1])
 
-
-@dataclass(frozen=True)
-class PresentSource:
-    """A component of which the present state is shown."""
-
-    running: Component
-    drawables: Sequence[Drawable]
-
-    @property
-    def component(self) -> str:
-        """The name of the component."""
-        return self.running.name
-
-    @property
-    def variables(self) -> Mapping[str, Variable]:
-        """The variables of the component."""
-        return self.running.variables
-
-    def has(self, name: str) -> bool:
-        """Return whether an output can be read."""
-        return name in self.running.variables
-
-    def frames(self, name: str, size: int) -> Frames:
-        """Return the present instant."""
-        times, ticks = np.array([self.running.time]), np.array([self.running.tick], dtype=np.int64)
-        return Frames(times, ticks, np.zeros(0, np.int64), lambda name: np.asarray(self.running.get(name))[None])
+    component, recorded = str(log.metadata.get("component")), recorded_outputs(log)
+    return Source(component, log.variables, coloured_drawables(log, colour), recorded.__contains__, frames)
 
 
-Source = LogSource | PresentSource
+def _present_source(component: Component, times: FloatArray, ticks: npt.NDArray[np.int64]) -> Source:
+    """Return the present state of a component as a source of one frame."""
+    now = Frames(times, ticks, np.zeros(0, np.int64), lambda name: np.asarray(component.get(name))[None])
+    known = component.variables
+    return Source(component.name, known, component.drawables(), known.__contains__, lambda name, size: now)
+
+
+def require_log(log: Any) -> None:
+    """Raise `ParameterError` for anything but an open log."""
+    if not hasattr(log, "metadata") or not hasattr(log, "variables"):
+        raise ParameterError(f"got {type(log).__name__}", expected="an open log: open_log(path)", at="log")
 
 
 def from_log(
@@ -130,63 +113,69 @@ def from_log(
 
     Args:
         log: an open log.
-        frames: how many there are at most.
-        progress: told the part that is done, 0 to 1.
-        colour: a recorded output that colours what it can; default: what the component names.
+        frames: the most frames.
+        progress: called with the part that is done, 0 to 1.
+        colour: a recorded output that colours the shapes; default: the output that the component names.
     """
-    source = LogSource(log, coloured_drawables(log, colour), frames)
-    motions, meshes = _motions(source), _meshes(source)
-    if progress is not None:
-        progress(0.5)
-    outputs = {name: variable for name, variable in log.variables.items() if variable.causality == "output"}
-    vectors = {name for balance in log.balances for name in (*balance.entries, balance.residual)}
-    shown = [name for name in outputs if (outputs[name].shape in ((), (1,)) or name in vectors) and source.has(name)]
-    acted = [one for name in log.input_variables if (one := load_input(log, name)) is not None]
-    profiles = (
-        one for one in log.drawables if isinstance(one, DrawnCurve) and len(one.coordinate) > 1 and source.has(one.field)
+    progress = progress or (lambda part: None)
+    source = _log_source(
+        log, colour, lambda clock, size: evenly_picked(len(clock), max(2, min(frames, MAXIMUM_POINTS // size)))
     )
+    shapes = _shapes(source)
+    progress(0.5)
+    outputs = recorded_outputs(log)
+    vectors = {name for balance in log.balances for name in (*balance.entries, balance.residual)}
+    shown = [name for name, one in outputs.items() if one.shape in ((), (1,)) or name in vectors]
+    acted = [one for name in log.input_variables if (one := load_input(log, name)) is not None]
+    profiles = (one for one in log.drawables if isinstance(one, DrawnCurve) and len(one.coordinate) > 1)
     until, invalid = validity_of(log)
     scene_data = SceneData(
         title_of(log),
-        motions,
-        meshes,
+        *shapes,
         curves={curve.name: curve for name in shown for curve in curves_of(log, name)},
         inputs={curve.name: curve for one in acted for curve in one.curves},
-        notes=(
-            *_notes(log, motions, meshes),
-            *_notes_on_colours(log, source.drawables, {one.name for one in (*motions, *meshes)}),
-        ),
         balances=_balances_to_show(log.balances, log.variables),
-        profiles=tuple(_profile(source, one) for one in profiles),
-        remark=f"{remark_of(log.metadata.get('component'), log.metadata.get('parameters'))} {invalid}".strip(),
+        profiles=tuple(_profile(source, one) for one in profiles if source.has(one.field)),
+        remark=f"{remark_of(source.component, log.metadata.get('parameters'))} {invalid}".strip(),
         conclusions=tuple(log.metadata["conclusions"]),
         focus_normal=focus_normal(log, source.drawables),
         valid_until=until,
     )
-    if progress is not None:
-        progress(1.0)
-    return scene_data
+    progress(1.0)
+    return replace(scene_data, notes=(*_notes(log, scene_data), *_notes_on_colours(log, source.drawables, scene_data)))
 
 
-def from_component(component: Component, title: str | None = None) -> SceneData:
-    """Return one frame: the present state of a component."""
-    now, tick = np.array([component.time]), np.array([component.tick], dtype=np.int64)
+def shapes_at(log: Any, times: Sequence[float], colour: str | None = None) -> SceneData:
+    """Return the shapes of a log, in the frames nearest to some instants [s].
+
+    Raises:
+        ParameterError: an instant outside the recorded span, or nothing can be coloured by the output `colour`.
+    """
+    source = _log_source(log, colour, lambda clock, size: np.unique([frame_at(clock, time) for time in times]))
+    focus, until = focus_normal(log, source.drawables), validity_of(log)[0]
+    return SceneData(title_of(log), *_shapes(source), focus_normal=focus, valid_until=until)
+
+
+def from_component(component: Component, title: str | None = None, earlier: int = 0) -> SceneData:
+    """Return one frame: the present state of a component; `earlier` ticks passed before its last reset."""
+    tick, time = component.tick + earlier, component.time + earlier * component.step_size
+    now, ticks = np.array([time]), np.array([tick], dtype=np.int64)
 
     def curves(variable: Variable) -> Iterator[Curve]:
         values = np.ravel(component.get(variable.name)).astype(np.float64)
         for name, value in zip(curve_names(variable), values, strict=True):
-            yield Curve(name, variable.unit, variable.description, now, tick, np.array([value]))
+            yield Curve(name, variable.unit, variable.description, now, ticks, np.array([value]))
 
-    scalars = [v for v in component.variables.values() if v.shape in ((), (1,)) or v.name in component.balance_names]
-    given = (variable for variable in component.variables.values() if variable.causality == "input")
-    inputs = [curve for one in given for curve in present_input(one, component.get(one.name), component.time, component.tick)]
+    variables, source = component.variables.values(), _present_source(component, now, ticks)
+    outputs = [one for one in variables if one.causality == "output"]
+    scalars = [one for one in outputs if one.shape in ((), (1,)) or one.name in component.balance_names]
+    given = (one for one in variables if one.causality == "input")
+    inputs = [curve for one in given for curve in present_input(one, component.get(one.name), time, tick)]
     balances = balance_names_from([balance_facts(balance) for balance in component.balances()])
-    source = PresentSource(component, component.drawables())
     return SceneData(
         title or component.name,
-        _motions(source),
-        _meshes(source),
-        curves={curve.name: curve for variable in scalars if variable.causality == "output" for curve in curves(variable)},
+        *_shapes(source),
+        curves={curve.name: curve for variable in scalars for curve in curves(variable)},
         inputs={curve.name: curve for curve in inputs},
         balances=_balances_to_show(balances, component.variables),
         remark=remark_of(component.name, component.parameters.model_dump()),
@@ -194,7 +183,7 @@ def from_component(component: Component, title: str | None = None) -> SceneData:
 
 
 def remark_of(component: Any, parameters: Any) -> str:
-    """Return what the domain of a component says beside pictures of it; "" where it says nothing."""
+    """Return the remark of a component's domain on its pictures; "" for none."""
     remark = domain_of(str(component)).load("remark")
     return "" if remark is None or not isinstance(parameters, Mapping) else str(remark(parameters))
 
@@ -217,64 +206,56 @@ def _balances_to_show(balances: Iterable[BalanceNames], variables: Mapping[str, 
     return tuple(replace(one, stored=split(one.stored), lost=split(one.lost), supplied=split(one.supplied)) for one in balances)
 
 
-# -- what is drawn in space -------------------------------------------------------------------------------------------------
+# -- shapes --------------------------------------------------------------------------------------------------------------
 
 
-def _motions(source: Source) -> tuple[Motion, ...]:
-    """Return the particles that are drawn, as far as anything of them can be read."""
-    return tuple(motion for points in visible_points(source.drawables) if (motion := _motion(source, points)) is not None)
+def _shapes(source: Source) -> tuple[tuple[Motion, ...], tuple[MeshFrames, ...]]:
+    """Return the particles and the cells of which an output can be read."""
+    motions = (_motion(source, points) for points in visible_points(source.drawables))
+    meshes = (_mesh(source, cells) for cells in visible_cells(source.drawables))
+    return tuple(filter(None, motions)), tuple(filter(None, meshes))
 
 
 def _motion(source: Source, points: Points) -> Motion | None:
-    # Without displacements or positions, what colours the particles still says when and what.
-    moved = next((name for name in (points.displacement, "position") if source.has(name)), None)
-    clock = moved or (points.colour if source.has(points.colour) else None)
+    # Without displacements, the output that colours the particles gives the instants.
+    clock = next((name for name in (points.displacement, points.colour) if source.has(name)), None)
     if clock is None:
         return None
     particles = replace(points, reference=spatial(points.reference))
-    every = -(-len(particles.radius) // MAXIMUM_SHOWN_PARTICLES)
+    total = len(particles.radius)
+    every = -(-total // MAXIMUM_SHOWN_PARTICLES)
     shown = slice(None, None, every)
-    joined = _links_to_show(source.drawables, particles, source.has) if every == 1 else []
-    frames = source.frames(clock, max([len(particles.radius[shown]), *(len(one.pairs) for one in joined)]))
-    displacement = np.zeros((len(frames.times), len(particles.radius), 3))
-    if moved is not None:
-        values = frames.read(moved)
-        displacement = _as_vectors(values)
-        if moved != points.displacement:
-            displacement -= particles.reference if values.ndim == 3 else particles.reference * [1.0, 0.0, 0.0]
+    joined = _links_to_show(source, particles) if every == 1 else []
+    frames = source.frames(clock, max([-(-total // every), *(len(one.pairs) for one in joined)]))
 
     def read(name: str) -> FloatArray | None:
         return frames.read(name) if source.has(name) else None
 
+    moved = _as_vectors(read(points.displacement))
+    displacement = np.zeros((len(frames.times), total, 3)) if moved is None else moved
     colour = read(points.colour)
-    contacts = (None, "", "")
-    if every == 1:
-        contacts = views_class(source.component).contacts(particles, displacement if moved else None, read)
+    contacts: tuple[FloatArray | None, str, str] = None, "", ""
+    if every == 1 and (contacts_of := domain_of(source.component).load("contacts")) is not None:
+        contacts = contacts_of(particles, moved, read)
     return Motion(
         frames.times, frames.ticks, particles.reference[shown], particles.radius[shown], displacement[:, shown],
-        None if colour is None else colour[:, shown], _variable(source, points.colour), *contacts,
-        every, len(particles.radius), moved is not None, frames.cuts,
-        is_plane(particles.reference, source.variables.get(points.displacement)),
+        None if colour is None else colour[:, shown], _variable(source, points.colour), *contacts, every, total,
+        moved is not None, frames.cuts, is_plane(particles.reference, source.variables.get(points.displacement)),
         tuple(_link_frames(points, one, frames.read(one.state)) for one in joined),
         points.name, read(points.rotation) if every == 1 else None,
     )  # fmt: skip
 
 
 def _link_frames(points: Points, links: Links, state: FloatArray) -> LinkFrames:
-    """Return links that are drawn: not those from one side of a periodic body to the other."""
+    """Return the frames of links, without those from one side of a periodic body to the other."""
     inside = points.stays_inside(links.pairs)
     return LinkFrames(links.name, links.pairs[inside], state[:, inside], links.state)
 
 
-def _links_to_show(drawables: Iterable[Drawable], points: Points, is_known: Callable[[str], bool]) -> list[Links]:
-    """Return the links between these points, so few that they can be drawn, whose state is known."""
-    links = (one for one in drawables if isinstance(one, Links) and one.points == points.name and len(one.pairs))
-    return [one for one in links if len(one.pairs) <= MAXIMUM_SHOWN_LINKS and is_known(one.state)]
-
-
-def _meshes(source: Source) -> tuple[MeshFrames, ...]:
-    """Return the cells that are drawn, as far as anything of them can be read and they are not too many."""
-    return tuple(mesh for cells in visible_cells(source.drawables) if (mesh := _mesh(source, cells)) is not None)
+def _links_to_show(source: Source, points: Points) -> list[Links]:
+    """Return the links between these points whose state is known, unless there are too many to draw."""
+    links = (one for one in source.drawables if isinstance(one, Links) and one.points == points.name)
+    return [one for one in links if 0 < len(one.pairs) <= MAXIMUM_SHOWN_LINKS and source.has(one.state)]
 
 
 def _mesh(source: Source, cells: Cells) -> MeshFrames | None:
@@ -282,18 +263,19 @@ def _mesh(source: Source, cells: Cells) -> MeshFrames | None:
     count = len(cells.nodes)
     if clock is None or count > MAXIMUM_SHOWN_NODES:
         return None
-    frames, located = source.frames(clock, count), source.has(cells.displacement)
-    displacement = _as_vectors(frames.read(cells.displacement)) if located else np.zeros((len(frames.times), count, 3))
+    frames = source.frames(clock, count)
+    moved = _as_vectors(frames.read(cells.displacement)) if source.has(cells.displacement) else None
+    displacement = np.zeros((len(frames.times), count, 3)) if moved is None else moved
     nodes = spatial(cells.nodes)
     return MeshFrames(
         cells.name, frames.times, frames.ticks, nodes, cells.connectivity, displacement,
         frames.read(cells.field) if source.has(cells.field) else None, _variable(source, cells.field),
-        located, is_plane(nodes, source.variables.get(cells.displacement)), not cells.displacement,
+        moved is not None, is_plane(nodes, source.variables.get(cells.displacement)), not cells.displacement,
         frames.read(cells.state) != 0.0 if source.has(cells.state) else None,
     )  # fmt: skip
 
 
-def _profile(source: LogSource, curve: DrawnCurve) -> ProfileFrames:
+def _profile(source: Source, curve: DrawnCurve) -> ProfileFrames:
     every = -(-len(curve.coordinate) // MAXIMUM_CURVE_POINTS)
     x = curve.coordinate[::every]
     frames = source.frames(curve.field, len(x))
@@ -305,60 +287,48 @@ def _variable(source: Source, name: str) -> Variable:
     return source.variables.get(name) or Variable(name, "output", "", (), name)
 
 
-def _as_vectors(moved: FloatArray) -> FloatArray:
-    """Displacements along x, shape (frames, n), as vectors (frames, n, 3); vectors as a copy."""
-    return spatial(moved if moved.ndim == 3 else moved[..., np.newaxis])
+def _as_vectors(moved: FloatArray | None) -> FloatArray | None:
+    """Return displacements along x, shape (frames, n), or vectors as vectors (frames, n, 3); None for None."""
+    return None if moved is None else spatial(moved if moved.ndim == 3 else moved[..., np.newaxis])
 
 
 # -- notes ------------------------------------------------------------------------------------------------------------------
 
 
-def _notes(log: Any, motions: Sequence[Motion], meshes: Sequence[MeshFrames]) -> Iterable[str]:
-    motion = motions[0] if motions else None
+def _notes(log: Any, scene_data: SceneData) -> Iterator[str]:
+    motion, recorded = scene_data.motion, recorded_outputs(log)
     if not log.complete:
         yield "The log is incomplete: the run was interrupted, what was written until then is shown."
     if motion is None and visible_points(log.drawables):
-        yield "The motion of the particles was not recorded; record displacement or position to see them."
-    if motion is not None and not motion.located:
-        yield "Displacements were not recorded: the particles are drawn at their positions at the start."
-    # Where nothing can happen, no link breaks.
-    if motion is not None and log.event_kinds:
-        yield from _notes_on_links(log, motion)
+        yield "The motion of the particles was not recorded; record displacements to see them."
+    if scene_data.unmoved:
+        yield f"Drawn at the positions at the start, as no displacements were recorded: {', '.join(scene_data.unmoved)}."
     if motion is not None and motion.every > 1:
-        yield f"Only each {motion.every}th of {motion.total} particles is shown."
+        yield f"Only each {motion.every}th of {motion.total} particles is shown, without links."
+    # Without events, no link breaks.
+    for one in log.drawables if motion is not None and log.event_kinds else ():
+        if isinstance(one, Links) and one.state and not is_hidden(one, log.drawables):
+            if one.state not in recorded:
+                yield f"{one.state} was not recorded: the {one.name} are not shown. Record it as well."
+            elif len(one.pairs) > MAXIMUM_SHOWN_LINKS:
+                yield f"The {one.name} are not shown: there are {len(one.pairs)}, more than {MAXIMUM_SHOWN_LINKS}."
     for cells in visible_cells(log.drawables):
-        if not any(mesh.name == cells.name for mesh in meshes):
+        if not any(mesh.name == cells.name for mesh in scene_data.meshes):
             missing = f"neither {cells.displacement} nor {cells.field} was recorded"
             yield f"The {cells.name} is not drawn: {missing}, or it is too large."
-        if cells.state and not has_frames(log, cells.state):
+        if cells.state and cells.state not in recorded:
             yield f"{cells.state} was not recorded: cracks of the {cells.name} are not seen. Record it as well."
-    for mesh in meshes:
-        if not mesh.located and not mesh.is_fixed:
-            yield f"The {mesh.name} is drawn as it was at the start: its displacements were not recorded."
 
 
-def _notes_on_colours(log: Any, drawn: Sequence[Drawable], shown: Container[str]) -> Iterator[str]:
-    """Yield a sentence for each of the drawables shown whose own output was not recorded: what colours it, or what was."""
-    recorded = recorded_outputs(log)
+def _notes_on_colours(log: Any, drawn: Sequence[Drawable], scene_data: SceneData) -> Iterator[str]:
+    """Yield a sentence for each drawable whose own output was not recorded: the output that colours it, or all recorded."""
+    recorded, shown = recorded_outputs(log), {one.name for one in scene_data.shapes}
     balanced = {name for balance in log.balances for name in (*balance.entries, balance.residual)}
     arrays = ", ".join(name for name, one in recorded.items() if one.shape and name not in balanced) or "none"
     for own, now in zip(log.drawables, drawn, strict=True):
         missing, colour = colour_name(own), colour_name(now)
-        if not missing or missing in recorded or own.name not in shown or is_hidden(own, log.drawables):
-            continue
-        if colour in recorded:
-            yield f"{missing} was not recorded: {colour} colours the {own.name}."
-        else:
-            yield f"{missing} was not recorded: nothing colours the {own.name}. The recorded arrays are {arrays}."
-
-
-def _notes_on_links(log: Any, motion: Motion) -> Iterator[str]:
-    for one in log.drawables:
-        if not isinstance(one, Links) or not one.state or not len(one.pairs) or is_hidden(one, log.drawables):
-            continue
-        if not has_frames(log, one.state):
-            yield f"{one.state} was not recorded: the {one.name} are not shown. Record it as well."
-        elif len(one.pairs) > MAXIMUM_SHOWN_LINKS:
-            yield f"The {one.name} are not shown: there are {len(one.pairs)}, more than {MAXIMUM_SHOWN_LINKS}."
-        elif one.points == motion.name and motion.every > 1:
-            yield f"The {one.name} are not shown, since not all {motion.name} are."
+        if missing and missing not in recorded and own.name in shown and not is_hidden(own, log.drawables):
+            if colour in recorded:
+                yield f"{missing} was not recorded: {colour} colours the {own.name}."
+            else:
+                yield f"{missing} was not recorded: nothing colours the {own.name}. The recorded arrays are {arrays}."

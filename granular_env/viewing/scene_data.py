@@ -29,7 +29,7 @@ class LinkFrames:
     """Links between the particles of a `Motion`, in its frames.
 
     Attributes:
-        name: what they are.
+        name: such as "links".
         pairs: indices of the particles, shape (m, 2).
         state: 0 where a pair is not linked, shape (frames, m).
         state_name: of the output that holds it.
@@ -53,15 +53,15 @@ class Motion:
         displacement: shape (frames, n, 3) [m]; zeros where it was not recorded.
         colour: the variable that colours them, shape (frames, n); None where it was not recorded.
         colour_variable: name, unit and meaning of it.
-        contact: what the domain knows of the contacts, never negative, shape (frames, contacts); None where it knows nothing.
-        contact_name, contact_unit: what that is.
+        contact: force or overlap of the contacts from the domain, never negative, shape (frames, contacts); None if unknown.
+        contact_name, contact_unit: its name and unit.
         every: each `every`-th particle is shown; 1 shows all.
-        total: how many particles there are.
+        total: the number of particles.
         located: whether the displacements were recorded; otherwise the particles stay at their positions at the start.
         cuts: indices of the first frames of later segments.
         is_plane: whether they lie, or can move, in two dimensions; otherwise they are a row along x.
         links: between them; none where particles are left out.
-        name: what they are, such as "grains".
+        name: such as "grains".
         rotation: their angles, shape (frames, n) [rad]; None where they were not recorded.
     """
 
@@ -90,13 +90,13 @@ class MeshFrames:
     """Cells in some frames of a run.
 
     Attributes:
-        name: what they are, such as "grid".
+        name: such as "grid".
         times: shape (frames,) [s].
         ticks: shape (frames,).
         nodes: before anything moves, shape (n, 3) [m].
         connectivity: nodes of each cell in order around it, shape (m, k).
         displacement: of the nodes, shape (frames, n, 3) [m]; zeros where it was not recorded.
-        field: what colours them, shape (frames, n) or (frames, m); None where it was not recorded.
+        field: the values that colour them, shape (frames, n) or (frames, m); None where it was not recorded.
         field_variable: name, unit and meaning of it.
         located: whether the displacements were recorded.
         is_plane: whether they lie, or can move, in two dimensions.
@@ -121,6 +121,17 @@ class MeshFrames:
     def is_solid(self) -> bool:
         """True where they are the surface of a body in space."""
         return is_solid(self.nodes)
+
+    @property
+    def is_of_cells(self) -> bool:
+        """True where the field has a value for each cell; otherwise it has one for each node."""
+        return self.field is not None and self.field.shape[1] == len(self.connectivity) != len(self.nodes)
+
+
+def drawn_places(shape: Motion | MeshFrames, factor: float, frames: int | slice = slice(None)) -> FloatArray:
+    """Return where points or nodes are drawn with displacements stretched by a factor, shape (..., n, 3) [m]."""
+    rest = shape.reference if isinstance(shape, Motion) else shape.nodes
+    return rest + factor * shape.displacement[frames]
 
 
 @dataclass(frozen=True)
@@ -154,8 +165,8 @@ class SceneData:
         meshes: cells.
         inputs: by their names; of an array those of its elements that act, or of its extremes.
         profiles: fields along a line; of a log only, whose ranges are known.
-        remark: what pictures have to say beside what they show; "" for nothing.
-        conclusions: what has become of the system at the end of the run, in sentences.
+        remark: sentences of the domain on pictures of such a component; "" for none.
+        conclusions: sentences on the state at the end of the run.
         focus_normal: the outward normal of the side of a body in space to show; None for the usual view.
         valid_until: time of the first event that ends the validity of the results [s]; infinity where there is none.
     """
@@ -200,9 +211,14 @@ class SceneData:
         return viewpoint(self.focus_normal)
 
     @property
-    def can_move(self) -> bool:
-        """False where everything drawn is fixed for good."""
-        return any(isinstance(shape, Motion) or not shape.is_fixed for shape in self.shapes)
+    def movable(self) -> list[Motion | MeshFrames]:
+        """All shapes that can move."""
+        return [shape for shape in self.shapes if isinstance(shape, Motion) or not shape.is_fixed]
+
+    @property
+    def unmoved(self) -> list[str]:
+        """The names of the shapes that are drawn at their places of the start, as no displacements were recorded."""
+        return [shape.name.replace("_", " ") for shape in self.movable if not shape.located]
 
     def coloured(self) -> Iterator[tuple[Variable, FloatArray]]:
         """Yield each output that colours something, and its values in all frames."""

@@ -1,4 +1,4 @@
-"""Scales of a scene: how far displacements are stretched, what the colours mean, and the box that holds all that is drawn.
+"""Scales of a scene: the factor of the displacements, the limits of the colours, and the box around all shapes.
 
 Quantities of one unit have one scale of colours, so that parts compare.
 """
@@ -18,11 +18,11 @@ from granular_env.components.support.float_arrays import FloatArray
 from granular_env.components.variables import Variable
 from granular_env.recording.preview.displacement_scale import common_exaggeration
 
-from .scene_data import MeshFrames, SceneData
+from .scene_data import Motion, SceneData, drawn_places
 from .unit_labels import label_with_unit
 
-# In a plane a few values that are so many times larger than nearly all others get the fullest colour along with these: the
-# place where a load acts would leave a wave without colour.
+# In a plane a few values that are this many times larger than nearly all others do not set the limit: the place where a load
+# acts would leave a wave without colour.
 _OUTSTANDING, _NEARLY_ALL = 2.5, 0.995
 # Scenes that are smaller are magnified [m].
 _LEAST_LENGTH = 0.1
@@ -79,11 +79,6 @@ def _scale(group: Sequence[tuple[Variable, FloatArray]], is_plane: bool) -> Colo
     return ColourScale(names, unit, limit, bool(values.min(initial=0.0) < 0.0), is_exceeded)
 
 
-def scale_of(scales: Iterable[ColourScale], name: str) -> ColourScale | None:
-    """Return the scale of an output; None where it has no colours."""
-    return next((scale for scale in scales if name in scale.names), None)
-
-
 @dataclass(frozen=True)
 class Scales:
     """Scales from numbers to lengths and colours in one scene.
@@ -91,8 +86,8 @@ class Scales:
     Attributes:
         exaggeration: displacements are drawn this many times larger.
         colours: one for each quantity that colours something, that of the first particles first.
-        low, high: corners of the box that holds what is drawn, everything that moves included; x, y, z [m].
-        settled: whether factor and limits hold for the whole scene, or may change while a run goes on.
+        low, high: corners of the box around all shapes in all frames; x, y, z [m].
+        settled: whether factor and limits hold for the whole scene; those of a live run may change.
     """
 
     exaggeration: float
@@ -107,19 +102,10 @@ class Scales:
         return self.colours[0].limit if self.colours else 1.0
 
     @property
-    def length(self) -> float:
-        """Largest extent [m]."""
-        return max(high - low for low, high in zip(self.low, self.high, strict=True))
-
-    @property
     def magnification(self) -> float:
         """Factor of the whole scene, a power of 10: rerun draws nothing nearer than 0.1 to a camera, in single precision."""
-        return 1.0 if self.length >= _LEAST_LENGTH else 10.0 ** math.ceil(math.log10(_LEAST_LENGTH / self.length))
-
-    @property
-    def particles_entity(self) -> str:
-        """Path of the first particles; it says the factor, where that is settled."""
-        return f"scene/particles_displacement_x{self.exaggeration:g}" if self.settled else "scene/particles"
+        length = max(high - low for low, high in zip(self.low, self.high, strict=True))
+        return 1.0 if length >= _LEAST_LENGTH else 10.0 ** math.ceil(math.log10(_LEAST_LENGTH / length))
 
     @property
     def stretch(self) -> str:
@@ -129,15 +115,15 @@ class Scales:
         return "true to scale" if self.exaggeration == 1.0 else f"{self.exaggeration:g} x larger"
 
     def colours_of(self, variable: Variable, values: FloatArray | None, count: int) -> npt.NDArray[np.uint8]:
-        """Return the colours of an output's values, or of so many things of which it is not known; shape (..., 3)."""
-        scale = scale_of(self.colours, variable.name)
+        """Return the colours of an output's values, or `count` times grey where it is not known; shape (..., 3)."""
+        scale = next((one for one in self.colours if variable.name in one.names), None)
         if values is None or scale is None:
             return np.broadcast_to(np.array(REST_COLOUR, np.uint8), (count, 3)).copy()
         return diverging(values, scale.limit)
 
 
 def scales_of(scene_data: SceneData, exaggerate: float | None = None) -> Scales | None:
-    """Return scales that fit what is drawn, None where nothing is; `exaggerate` overrides the automatic factor."""
+    """Return scales that fit the shapes, None without shapes; `exaggerate` overrides the automatic factor."""
     if not scene_data.shapes:
         return None
     factor = exaggerate or common_exaggeration(
@@ -146,8 +132,7 @@ def scales_of(scene_data: SceneData, exaggerate: float | None = None) -> Scales 
     )
     corners = []
     for shape in scene_data.shapes:
-        rest, radius = (shape.nodes, 0.0) if isinstance(shape, MeshFrames) else (shape.reference, shape.radius[:, None])
-        drawn = rest + factor * shape.displacement
+        drawn, radius = drawn_places(shape, factor), shape.radius[:, None] if isinstance(shape, Motion) else 0.0
         corners += [(drawn - radius).min(axis=(0, 1)), (drawn + radius).max(axis=(0, 1))]
     low, high = np.min(corners, axis=0), np.max(corners, axis=0)
     colours = colour_scales(scene_data.coloured(), scene_data.is_plane)

@@ -11,7 +11,7 @@ from granular_env.components.drawables import Cells, Drawable
 from granular_env.components.support.float_arrays import FloatArray
 from granular_env.recording.event_places import place_of
 
-from .visible_drawables import is_solid, visible_cells
+from .visible_drawables import area_vectors, is_solid, visible_cells
 
 # The usual direction towards the eye: from the front (y < 0), from above, and a little from the left.
 USUAL = np.array([-0.25, -0.6, 0.76]) / np.sqrt(0.25**2 + 0.6**2 + 0.76**2)
@@ -51,7 +51,7 @@ def focus_normal(log: Any, drawables: Sequence[Drawable]) -> FloatArray | None:
     surfaces = [one for one in visible_cells(drawables) if is_solid(one.nodes)]
     if not surfaces:
         return None
-    areas = np.concatenate([_area_vectors(one) for one in surfaces])
+    areas = np.concatenate([area_vectors(one.nodes[one.connectivity]) for one in surfaces])
     middles = np.concatenate([one.nodes[one.connectivity].mean(axis=1) for one in surfaces])
     nearest = [int(((middles - place) ** 2).sum(axis=1).argmin()) for place in _event_places(log)]
     normals = areas[nearest] / np.maximum(np.sqrt((areas[nearest] ** 2).sum(axis=1, keepdims=True)), 1e-300)
@@ -67,9 +67,3 @@ def _event_places(log: Any) -> list[tuple[float, ...]]:
     picked = np.unique(np.linspace(0, len(events) - 1, min(len(events), _MOST_EVENTS)).astype(np.int64))
     places = (place_of(events[one].index, details[events[one].kind], log.drawables) for one in picked)
     return [place.position for place in places if place is not None and len(place.position) == 3]
-
-
-def _area_vectors(surface: Cells) -> FloatArray:
-    """Return outward vectors as long as twice the area of each cell, shape (m, 3) [m2]."""
-    corners = surface.nodes[surface.connectivity]
-    return np.cross(corners[:, 2] - corners[:, 0], corners[:, -1] - corners[:, 1])

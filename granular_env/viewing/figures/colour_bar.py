@@ -2,43 +2,47 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from collections.abc import Sequence
+from typing import Any
+
+from matplotlib.cm import ScalarMappable
+from matplotlib.colors import LinearSegmentedColormap, Normalize
+from matplotlib.figure import Figure
+from matplotlib.ticker import EngFormatter, MaxNLocator
 
 from granular_env.colours import DIVERGING
-from granular_env.optional_packages import import_optional
 
 from ..scene_scales import ColourScale
+from .drawing import new_figure
 
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
-
-# Limits of a scale between which its numbers are written as they are; others with the prefixes of units, such as 400 M.
+# Numbers between these limits are written in full; others with the prefixes of units, such as 400 M.
 _PLAIN = 1e-3, 1e4
-# Steps of the numbers at most: more of them, as long as "-100 M", would run together in a bar as wide as half a page.
+# Most steps of the numbers: more would overlap in a bar as wide as half a page.
 _MOST_STEPS = 6
 
 
 def add_bar(figure: Figure, scale: ColourScale, **where: Any) -> None:
-    """Draw the bar of a scale.
+    """Draw the bar of a scale; one without negative values has no blue half.
 
     Args:
         figure: where to.
         scale: what the colours mean.
-        where: the axes to draw in (cax) or beside (ax), and other options of matplotlib's `Figure.colorbar`.
+        where: the axes to draw in (cax) or next to (ax), and other options of matplotlib's `Figure.colorbar`.
     """
-    colors = import_optional("matplotlib.colors", "figures")
-    anchors, low = DIVERGING, -scale.limit
-    if not scale.has_sign:
-        # The blue half would say nothing.
-        anchors, low = DIVERGING[len(DIVERGING) // 2 :], 0.0
-    shades = import_optional("matplotlib.cm", "figures").ScalarMappable(
-        colors.Normalize(low, scale.limit), colors.LinearSegmentedColormap.from_list("granular", anchors)
-    )
+    anchors, low = (DIVERGING, -scale.limit) if scale.has_sign else (DIVERGING[len(DIVERGING) // 2 :], 0.0)
+    shades = ScalarMappable(Normalize(low, scale.limit), LinearSegmentedColormap.from_list("granular", anchors))
     beyond = "both" if scale.has_sign else "max"
-    extend = beyond if scale.is_exceeded else "neither"
-    ticker = import_optional("matplotlib.ticker", "figures")
     if not _PLAIN[0] <= scale.limit <= _PLAIN[1]:
-        where["format"] = ticker.EngFormatter()
-    where["ticks"] = ticker.MaxNLocator(_MOST_STEPS, steps=[1, 2, 2.5, 5, 10])
-    figure.colorbar(shades, orientation="horizontal", label=scale.label, extend=extend, **where)
+        where["format"] = EngFormatter()
+    figure.colorbar(
+        shades, orientation="horizontal", label=scale.label, extend=beyond if scale.is_exceeded else "neither",
+        ticks=MaxNLocator(_MOST_STEPS, steps=[1, 2, 2.5, 5, 10]), **where,
+    )  # fmt: skip
+
+
+def draw_bars(scales: Sequence[ColourScale], width: float, height: float) -> Figure:
+    """Draw the bars of some scales below each other, each so wide and high [inch]."""
+    figure = new_figure(width, height * len(scales))
+    for axes, scale in zip(figure.subplots(len(scales), 1, squeeze=False)[:, 0], scales, strict=True):
+        add_bar(figure, scale, cax=axes)
+    return figure

@@ -6,40 +6,42 @@ import functools
 import io
 import re
 import warnings
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
-from typing import TYPE_CHECKING, Any, ParamSpec, TypeVar
+from collections.abc import Callable, Sequence
+from typing import Any, ParamSpec, TypeVar
 
+import matplotlib
 import numpy as np
 import numpy.typing as npt
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.backends.backend_svg import FigureCanvasSVG
+from matplotlib.colors import LinearSegmentedColormap
+from matplotlib.figure import Figure, FigureBase
+from matplotlib.ticker import MaxNLocator
 
 from granular_env.colours import DIVERGING, PALETTE, symmetric_limit
 from granular_env.components.support.float_arrays import FloatArray
-from granular_env.optional_packages import import_optional
 
 from ..curves import Curve
 from ..recorded_fields import Field
-from ..unit_labels import label_with_unit
 
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
+# These warnings print the raw characters of a log's names on the terminal.
+warnings.filterwarnings("ignore", r"Glyph \d+")
 
 Arguments = ParamSpec("Arguments")
 Result = TypeVar("Result")
 
 _LINE_STYLES = ("-", "--", "-.", ":")
 _ROWS, _FEW_ROWS = 800, 240
-# A frame stands for instants up to so many usual times between frames: one frame may be missing, as in thinned runs, not two.
+# Reach of a frame in usual times between frames: one frame may be missing, as in thinned runs, not two.
 _REACH_OF_FRAME = 1.05
 # Half as many frames, evenly spaced, fill a diagram.
 _FEWEST_FRAMES = 40
 # Curves that change by less than this part of themselves are flat.
 _FLAT = 1e-3
-# Ground of an x-t diagram: what was not sampled.
+# Ground of an x-t diagram: instants without a frame.
 NOT_SAMPLED = "#8b9096"
-_STYLE = {
+_STYLE: Any = {
     "font.size": 11.0, "axes.spines.top": False, "axes.spines.right": False, "axes.grid": True, "grid.alpha": 0.25,
     "axes.titlelocation": "left", "legend.frameon": False, "lines.linewidth": 1.7,
 }  # fmt: skip
@@ -48,7 +50,7 @@ _PAGE_COLOURS = {
     "#ffffff": "none", "#000000": "currentColor", "#b0b0b0": "var(--grid)", "#737373": "var(--dim)", "#595959": "var(--dim)",
     **{colour: f"var(--c{place})" for place, colour in enumerate(PALETTE)},
 }  # fmt: skip
-DARK = {
+DARK: Any = {
     "figure.facecolor": "#0d1011", "axes.facecolor": "#0d1011", "text.color": "#e0e0e0", "axes.labelcolor": "#e0e0e0",
     "xtick.color": "#c0c0c0", "ytick.color": "#c0c0c0", "axes.edgecolor": "#707070", "font.size": 12.0,
 }  # fmt: skip
@@ -59,7 +61,7 @@ def with_style(draw: Callable[Arguments, Result]) -> Callable[Arguments, Result]
 
     @functools.wraps(draw)
     def inside(*args: Arguments.args, **kwargs: Arguments.kwargs) -> Result:
-        with import_optional("matplotlib", "figures").rc_context(_STYLE):
+        with matplotlib.rc_context(_STYLE):
             return draw(*args, **kwargs)
 
     return inside
@@ -67,58 +69,42 @@ def with_style(draw: Callable[Arguments, Result]) -> Callable[Arguments, Result]
 
 def new_figure(width: float, height: float) -> Figure:
     """Return an empty figure [inch], outside pyplot."""
-    return import_optional("matplotlib.figure", "figures").Figure(figsize=(width, height), layout="constrained")
+    return Figure(figsize=(width, height), layout="constrained")
 
 
 def canvas(figure: Figure, dots_per_inch: int) -> FigureCanvasAgg:
     """Draw the figure into pixels."""
     figure.set_dpi(dots_per_inch)
-    drawn = import_optional("matplotlib.backends.backend_agg", "figures").FigureCanvasAgg(figure)
-    with _no_glyph_warnings():
-        drawn.draw()
+    drawn = FigureCanvasAgg(figure)
+    drawn.draw()
     return drawn
-
-
-@contextmanager
-def _no_glyph_warnings() -> Iterator[None]:
-    """Suppress matplotlib's warnings of missing glyphs: they print the raw characters of a log's names on the terminal."""
-    with warnings.catch_warnings():
-        warnings.filterwarnings("ignore", r"Glyph \d+")
-        yield
 
 
 def png(figure: Figure, dots_per_inch: int = 130) -> bytes:
     """Return a figure as the bytes of a PNG file; the same figure gives the same bytes."""
     buffer = io.BytesIO()
     figure.set_dpi(dots_per_inch)
-    canvas_class = import_optional("matplotlib.backends.backend_agg", "figures").FigureCanvasAgg
-    with _no_glyph_warnings():
-        canvas_class(figure).print_png(buffer, metadata={"Software": None})
+    FigureCanvasAgg(figure).print_png(buffer, metadata={"Software": None})
     # The places are worked out; drawn once more, the figure need not do it again.
     figure.set_layout_engine("none")
     return buffer.getvalue()
 
 
 def svg(figure: Figure, name: str, dots_per_inch: int = 150) -> str:
-    """Return a figure as SVG to stand in an HTML page, whose style sheet (`page`) gives it the colours of the page.
+    """Return a figure as SVG for an HTML page, whose style sheet gives it the colours of the page.
 
     Args:
         figure: what to draw.
-        name: of the figure, one of its own in the page.
+        name: of the figure, unique in the page.
         dots_per_inch: of the pictures in it.
     """
     buffer = io.StringIO()
     figure.set_dpi(dots_per_inch)
-    with import_optional("matplotlib", "figures").rc_context({"svg.fonttype": "none", "svg.hashsalt": name}):
-        canvas_class = import_optional("matplotlib.backends.backend_svg", "figures").FigureCanvasSVG
-        with _no_glyph_warnings():
-            canvas_class(figure).print_svg(buffer, metadata={"Date": None, "Creator": None})
+    with matplotlib.rc_context({"svg.fonttype": "none", "svg.hashsalt": name}):
+        FigureCanvasSVG(figure).print_svg(buffer, metadata={"Date": None, "Creator": None})
+    # The header of the file is left out, and the page's style sheet gives the colours.
     drawn = buffer.getvalue()
-    return page_svg(drawn[drawn.index("<svg") :])
-
-
-def page_svg(drawn: str) -> str:
-    """Return an SVG of matplotlib's without what belongs to a file of its own, with colours that a style sheet gives."""
+    drawn = drawn[drawn.index("<svg") :]
     drawn = re.sub(r"<metadata>.*?</metadata>|<style[^>]*>.*?</style>|<!--.*?-->|<!DOCTYPE[^>]*>", "", drawn, flags=re.DOTALL)
     drawn = re.sub(r' (?:width|height)="[0-9.]+pt"| xmlns(?::xlink)?="[^"]*"| version="[^"]*"', "", drawn)
     # Hundredths of a point are finer than any screen.
@@ -126,13 +112,13 @@ def page_svg(drawn: str) -> str:
     used = set(re.findall(r'(?:url\(#|href="#)([^)"]+)', drawn))
     drawn = re.sub(r' id="([^"]*)"', lambda found: found[0] if found[1] in used else "", drawn)
     drawn = re.sub(r"(font(?:-family)?: (?:[0-9.]+px )?)'[^;\"]*", r"\1system-ui, sans-serif", drawn)
-    for colour, name in _PAGE_COLOURS.items():
-        drawn = drawn.replace(f": {colour}", f": {name}")
+    for colour, variable in _PAGE_COLOURS.items():
+        drawn = drawn.replace(f": {colour}", f": {variable}")
     return drawn
 
 
 def draw_space_time(
-    figure: Figure, axes: Axes, shown: Field, limit: float | None, ends: tuple[float, float] | None = None
+    figure: FigureBase, axes: Axes, shown: Field, limit: float | None, ends: tuple[float, float] | None = None
 ) -> None:
     """Draw the colouring quantity of every particle (across) at every instant (up), with its colour bar.
 
@@ -145,7 +131,6 @@ def draw_space_time(
         limit: the value at the ends of the colour map; None for the largest magnitude.
         ends: first and last instant of the diagram [s]; None for those of the field.
     """
-    colors = import_optional("matplotlib.colors", "figures")
     limit = limit or symmetric_limit(shown.values)
     first, last = ends or (float(shown.times[0]), float(shown.times[-1]))
     scale, unit = time_unit(last)
@@ -154,14 +139,14 @@ def draw_space_time(
     image = axes.imshow(
         _evenly_timed(shown.times, shown.values, first, last),
         origin="lower", aspect="auto", interpolation="nearest", vmin=-limit, vmax=limit,
-        cmap=colors.LinearSegmentedColormap.from_list("granular", DIVERGING),
+        cmap=LinearSegmentedColormap.from_list("granular", DIVERGING),
         extent=(*shown.ends, start, end if end > start else start + 1.0),
     )  # fmt: skip
     axes.grid(False)
     if shown.coordinate is None:
-        axes.xaxis.set_major_locator(import_optional("matplotlib.ticker", "figures").MaxNLocator(integer=True))
-    axes.set(xlabel=place_axis(shown), ylabel=f"time [{unit}]")
-    bar = figure.colorbar(image, ax=axes, label=quantity(shown), pad=0.02)
+        axes.xaxis.set_major_locator(MaxNLocator(integer=True))
+    axes.set(xlabel=shown.axis, ylabel=f"time [{unit}]")
+    bar = figure.colorbar(image, ax=axes, label=shown.label, pad=0.02)
     if shown.values.size and float(np.nanmin(shown.values, initial=0.0)) >= 0.0 and ends is None:
         # Nothing is negative: the blue half of the bar would say nothing.
         bar.ax.set_ylim(0.0, limit)
@@ -177,10 +162,10 @@ def _evenly_timed(times: FloatArray, values: FloatArray, first: float, last: flo
 
 
 def nearest_frames(times: FloatArray, instants: FloatArray) -> npt.NDArray[np.int64]:
-    """Return the index of the frame nearest to each instant, -1 where it is too far away to stand for it.
+    """Return the index of the frame nearest to each instant, -1 where it is too far away.
 
-    A frame stands for the instants around it, up to the usual time between frames and never for more than a 20th of all
-    instants: a few frames of a long run are stripes, and not a run that stands still in between.
+    A frame covers the instants around it, up to the usual time between frames and at most a 20th of all instants: a few
+    frames of a long run are stripes, not a run at rest in between.
 
     Args:
         times: of the frames, ascending, shape (frames,) [s].
@@ -217,7 +202,7 @@ def mark_end_of_validity(axes: Axes, time: float) -> None:
 
 
 def _show_zero_of_flat_curves(axes: Axes, curves: Sequence[Curve]) -> None:
-    """Let the axis of what hardly changes begin at zero: a range of its own would magnify nothing."""
+    """Let the axis of curves that hardly change begin at zero: a narrow range would magnify rounding."""
     values = np.concatenate([curve.values for curve in curves])
     values = values[np.isfinite(values)]
     if not values.size or float(np.ptp(values)) > _FLAT * float(np.abs(values).max()):
@@ -233,12 +218,12 @@ def insert_gaps(times: FloatArray, values: FloatArray, cuts: npt.NDArray[np.int6
 
 
 def line(place: int) -> dict[str, Any]:
-    """Colour and dashes of the n-th line: no two lines are told apart by colour alone."""
+    """Return colour and dashes of the n-th line: lines differ by more than their colour."""
     return {"color": PALETTE[place % len(PALETTE)], "linestyle": _LINE_STYLES[place % len(_LINE_STYLES)]}
 
 
 def legend(axes: Axes) -> None:
-    """Add a legend beside the axes, where it hides nothing."""
+    """Add a legend to the right of the axes."""
     axes.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), borderaxespad=0.2)
 
 
@@ -247,25 +232,10 @@ def markers(shown: Field) -> dict[str, Any]:
     return {"marker": "o", "markersize": 3} if shown.values.shape[1] <= 60 else {}
 
 
-def quantity(shown: Field) -> str:
-    """Label of the quantity."""
-    return label_with_unit(shown.variable.name, shown.variable.unit)
-
-
-def place_axis(shown: Field) -> str:
-    """Label of the axis along the places."""
-    return shown.axis if shown.every == 1 else f"{shown.axis}; each {shown.every}th is shown"
-
-
 def name_of_place(shown: Field, column: int) -> str:
     """Return what a place is called in a legend: its number, and where it lies if that is not the same."""
     name = f"{shown.place} {column * shown.every}"
     return name if shown.coordinate is None else f"{name}, x = {shown.coordinate[column]:.4g} m"
-
-
-def span(shown: Field) -> float:
-    """Return the last instant [s]."""
-    return float(shown.times[-1])
 
 
 def time_unit(duration: float) -> tuple[float, str]:

@@ -8,35 +8,27 @@ from __future__ import annotations
 
 import base64
 import io
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from PIL import Image
 
 from granular_env.components.support.float_arrays import FloatArray
-from granular_env.optional_packages import import_optional
 
 from ..recorded_fields import evenly_picked
 from ..scene_data import SceneData
-from .colour_bar import add_bar
+from .colour_bar import draw_bars
 from .drawing import canvas, new_figure, svg, time_unit, with_style
-from .plane import Plane, draw_instant, events_in_sight, load_plane, stretch_words
+from .plane import Plane, draw_instant, events_in_sight, instant_words, load_plane, stretch_words
 
-# Frames, and things drawn in all of them together: fewer frames of many things, and none where few would be left.
+# Frames, and shapes in all of them together: fewer frames of many shapes, and no film where few would be left.
 _MOST_FRAMES, _FEWEST_FRAMES, _MOST_DRAWN = 25, 5, 200_000
 # The largest picture [inch] and its fineness.
 _LARGEST, _DOTS_PER_INCH = (7.2, 6.4), 110
-# A picture of more bytes gets a palette: a third of the size, and where so much is drawn its steps are not seen.
+# Larger pictures get a palette, which makes them a third of the size; its steps are not visible in them.
 _MOST_BYTES, _COLOURS = 40_000, 64
-
-
-@dataclass(frozen=True)
-class Instant:
-    """One picture of a film: its time in words, and its address (data:)."""
-
-    words: str
-    address: str
 
 
 @dataclass(frozen=True)
@@ -44,7 +36,7 @@ class Film:
     """A film.
 
     Attributes:
-        instants: its pictures, in the order of time.
+        instants: time in words and picture as an address (data:) of each, in the order of time.
         ratio: width over height of each.
         events: height of a bar for each picture but the first, 0 to 1: what happened since the one before; empty where nothing
             happened.
@@ -53,7 +45,7 @@ class Film:
         stretch: how displacements are drawn, in words; empty where they are true to scale.
     """
 
-    instants: tuple[Instant, ...]
+    instants: tuple[tuple[str, str], ...]
     ratio: float
     events: tuple[float, ...]
     words: str
@@ -61,34 +53,23 @@ class Film:
     stretch: str = ""
 
 
-def film_of(log: Any, scene_data: SceneData, progress: Callable[[float], None]) -> Film | None:
-    """Draw the film of a log; None where nothing lies or moves in a plane, nothing moves at all, or too much would be drawn.
-
-    Args:
-        log: an open log.
-        scene_data: what it holds.
-        progress: told the part that is done.
-    """
+def film_of(log: Any, scene_data: SceneData) -> Film | None:
+    """Draw the film of a log; None where nothing lies or moves in a plane, nothing moves at all, or too much would be drawn."""
     clocks = [shape.times for shape in scene_data.shapes if len(shape.times) > 1]
     if not scene_data.is_plane or not clocks:
         return None
     count = sum(len(one.radius) for one in scene_data.motions) + sum(len(one.connectivity) for one in scene_data.meshes)
     frames = min(_MOST_FRAMES, _MOST_DRAWN // count)
-    if frames < _FEWEST_FRAMES:
+    plane = None if frames < _FEWEST_FRAMES else load_plane(log, scene_data, _instants(log, clocks[0], frames))
+    if plane is None:
         return None
-    plane = load_plane(log, scene_data, _instants(log, clocks[0], frames))
-    if plane is None or len(plane.times) < 2:
-        return None
-    scale, unit = time_unit(float(plane.times[-1]))
     instants = []
-    for frame, time in enumerate(plane.times):
+    for frame in range(len(plane.times)):
         picture = base64.b64encode(_picture(plane, frame)).decode()
-        valid = "" if time < plane.valid_until else ", not valid"
-        instants.append(Instant(f"{time * scale:.4g} {unit}{valid}", f"data:image/png;base64,{picture}"))
-        progress((frame + 1) / len(plane.times))
+        instants.append((instant_words(plane, frame), f"data:image/png;base64,{picture}"))
     events, words = _events(log, plane.times)
     width, height = _size(plane)
-    bars = _bars(plane) if plane.scales else ""
+    bars = _bars(plane) if plane.scales.colours else ""
     return Film(tuple(instants), width / height, events, words, bars, stretch_words(plane))
 
 
@@ -119,16 +100,14 @@ def _picture(plane: Plane, frame: int) -> bytes:
     axes = figure.add_axes((0.0, 0.0, 1.0, 1.0))
     axes.patch.set_alpha(0.0)
     draw_instant(axes, plane, frame)
-    pixels = np.asarray(canvas(figure, _DOTS_PER_INCH).buffer_rgba())
-    image = import_optional("PIL.Image", "figures")
-    picture = image.fromarray(pixels)
+    picture = Image.fromarray(np.asarray(canvas(figure, _DOTS_PER_INCH).buffer_rgba()))
     data = _png(picture)
     if len(data) > _MOST_BYTES:
-        data = _png(picture.quantize(_COLOURS, method=image.Quantize.FASTOCTREE, dither=image.Dither.NONE))
+        data = _png(picture.quantize(_COLOURS, method=Image.Quantize.FASTOCTREE, dither=Image.Dither.NONE))
     return data
 
 
-def _png(picture: Any) -> bytes:
+def _png(picture: Image.Image) -> bytes:
     buffer = io.BytesIO()
     picture.save(buffer, "PNG")
     return buffer.getvalue()
@@ -136,11 +115,7 @@ def _png(picture: Any) -> bytes:
 
 @with_style
 def _bars(plane: Plane) -> str:
-    figure = new_figure(_LARGEST[0], 0.7 * len(plane.scales))
-    panels = figure.subplots(len(plane.scales), 1, squeeze=False)[:, 0]
-    for axes, scale in zip(panels, plane.scales, strict=True):
-        add_bar(figure, scale, cax=axes)
-    return svg(figure, "film-bars")
+    return svg(draw_bars(plane.scales.colours, _LARGEST[0], 0.7), "film-bars")
 
 
 def _events(log: Any, instants: FloatArray) -> tuple[tuple[float, ...], str]:
@@ -150,7 +125,7 @@ def _events(log: Any, instants: FloatArray) -> tuple[tuple[float, ...], str]:
         return (), ""
     times = _times(log, found)
     counts = np.bincount(np.searchsorted(instants[1:-1], times), minlength=len(instants) - 1)
-    # A single event beside thousands is still seen.
+    # A single event next to thousands is still visible.
     heights = np.where(counts > 0, np.maximum(counts / counts.max(), 0.08), 0.0)
     scale, unit = time_unit(float(instants[-1]))
     before = f"; before this log begins {_count_words(earlier)}" if earlier else ""

@@ -1,36 +1,25 @@
-"""Figures of a run: x-t diagram, profiles, histories, balances, inputs.
+"""Figures of a run: x-t diagrams, profiles, histories, balances, inputs.
 
-Every function takes a `Field`, or a `Motion` for the quantity that colours it, or curves, and returns a matplotlib Figure made
-without pyplot, so nothing global changes and no window opens. Colours are those of the viewer and can be told apart by the
-colour-blind. `drawing.png` turns a figure into a file's bytes, `drawing.svg` into a part of a page.
+Every function returns a matplotlib Figure made without pyplot: nothing global changes, no window opens. `drawing.png` turns a
+figure into the bytes of a file, `drawing.svg` into a part of a page.
 """
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable, Sequence
-from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from collections.abc import Sequence
+from math import prod
+from typing import Any
 
 import numpy as np
+from matplotlib.figure import Figure, FigureBase
+from matplotlib.ticker import MaxNLocator
 
-from granular_env.colours import DIVERGING, PALETTE
+from granular_env.colours import PALETTE
 from granular_env.components.errors import ParameterError
-from granular_env.components.support.float_arrays import FloatArray
-from granular_env.optional_packages import import_optional
 
-from ..curves import MOST_CURVES, Curve, load_elements, load_input
-from ..recorded_fields import (
-    Field,
-    as_field,
-    curves_of,
-    field_names,
-    load_field,
-    load_input_fields,
-    load_vector_fields,
-    vector_names,
-)
-from ..scene_data import Motion, SceneData
+from ..curves import MOST_CURVES, Curve, load_input
+from ..recorded_fields import Field, array_names, curves_of, frame_at, load_fields, recorded_outputs
+from ..scene_data import SceneData
 from ..unit_labels import label_with_unit
 from .drawing import (
     draw_curves,
@@ -42,23 +31,15 @@ from .drawing import (
     markers,
     name_of_place,
     new_figure,
-    place_axis,
-    quantity,
-    span,
     time_unit,
     with_style,
 )
 
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
-
-# Frames that figures use: more than a viewer, they are only drawn once.
+# Frames in figures: more than in a viewer, because a figure is drawn once.
 FRAMES = 2000
-_KINDS = ("space-time", "profiles", "histories")
-# Where a legend stands beside a second axis, from the axes [inch]. In widths of the axes, which the layout makes narrower for
-# the legend, it would end outside of the figure.
-_BEYOND_AXIS = 0.95
+# Kinds of figures of arrays, and their heights [inch]; of profiles that of one instant.
+_HEIGHTS = {"space-time": 5.2, "profiles": 1.8, "histories": 4.2}
+_PROFILES = 4
 # Parts of a run in which events are counted.
 EVENT_BINS = 100
 # The wave has reached a particle that changed by this part of the largest change.
@@ -66,89 +47,83 @@ _REACHED = 0.05
 
 
 @with_style
-def space_time(motion: Motion | Field, title: str = "", limit: float | None = None, into: Figure | None = None) -> Figure:
-    """Draw the x-t diagram; `limit`: the value at the ends of the colour map (default: the largest magnitude)."""
-    shown = as_field(motion)
-    figure = into or new_figure(8.0, 5.2)
-    axes = figure.subplots()
-    draw_space_time(figure, axes, shown, limit)
-    axes.set_title(title)
-    return figure
+def draw_fields(
+    fields: Sequence[Field],
+    kind: str,
+    times: Sequence[float] | None = None,
+    indices: Sequence[int] | None = None,
+    valid_until: float = np.inf,
+) -> Figure:
+    """Draw one field, or several such as the components of vectors, one above the other.
 
-
-@with_style
-def stack(fields: Sequence[Field], draw: Callable[[Field, Figure], object], height: float = 4.0) -> Figure:
-    """Draw one figure for each field, such as the components of vectors, one above the other, each so high [inch]."""
-    figure = new_figure(8.0, height * len(fields))
-    for part, shown in zip(figure.subfigures(len(fields), 1, squeeze=False).flat, fields, strict=True):
-        draw(shown, part)
-    return figure
-
-
-@with_style
-def headline(motion: Motion | Field, title: str = "") -> Figure:
-    """Draw the x-t diagram, with the profile at the last instant above it."""
-    shown = as_field(motion)
-    figure = new_figure(8.6, 6.4)
-    above, below = figure.subplots(2, 1, sharex=True, height_ratios=[2, 5])
-    draw_space_time(figure, below, shown, None)
-    values, scale_unit = shown.values[-1], time_unit(span(shown))
-    above.fill_between(shown.across, values, color=DIVERGING[-1], alpha=0.2, linewidth=0.0)
-    above.plot(shown.across, values, color=DIVERGING[-1], linewidth=1.2, **markers(shown))
-    above.set_ylabel(quantity(shown))
-    above.text(0.01, 0.95, f"at {span(shown) * scale_unit[0]:.4g} {scale_unit[1]}", transform=above.transAxes, va="top")
-    above.set_title(title)
-    return figure
-
-
-@with_style
-def profiles(motion: Motion | Field, times: Sequence[float] | None = None, into: Figure | None = None) -> Figure:
-    """Draw the quantity along the places at some instants [s] (default: four, evenly spaced).
+    Args:
+        fields: what to draw.
+        kind: "space-time" (the x-t diagram), "profiles" (along the places, at some instants) or "histories" (of some places).
+        times: instants of the profiles [s]; default: four, evenly spaced.
+        indices: places of the histories; default: up to five, evenly spaced among those that the wave reached.
+        valid_until: as of `SceneData`; histories mark it.
 
     Raises:
-        ParameterError: an instant outside the recorded span.
+        ParameterError: an instant outside the recorded span, or no such place.
     """
-    shown = as_field(motion)
-    scale, unit = time_unit(span(shown))
-    chosen = default_times(shown) if times is None else list(times)
-    figure = into or new_figure(8.0, 0.8 + 1.6 * len(chosen))
+    count = (_PROFILES if times is None else len(times)) if kind == "profiles" else 1
+    figure = new_figure(8.0, len(fields) * count * _HEIGHTS[kind])
+    for part, shown in zip(figure.subfigures(len(fields), 1, squeeze=False).flat, fields, strict=True):
+        if kind == "space-time":
+            draw_space_time(part, part.subplots(), shown, None)
+        elif kind == "profiles":
+            _draw_profiles(part, shown, times)
+        else:
+            _draw_histories(part, shown, indices, valid_until)
+    return figure
+
+
+def _draw_profiles(figure: FigureBase, shown: Field, times: Sequence[float] | None) -> None:
+    first, last = float(shown.times[0]), float(shown.times[-1])
+    scale, unit = time_unit(last)
+    chosen = np.linspace(first, last, _PROFILES + 1)[1:].tolist() if times is None else list(times)
     panels = np.atleast_1d(figure.subplots(len(chosen), 1, sharex=True, sharey=True))
     for panel, time in zip(panels, chosen, strict=True):
         frame = frame_at(shown.times, time)
         panel.plot(shown.across, shown.values[frame], color=PALETTE[0], **markers(shown))
         panel.set_title(f"t = {shown.times[frame] * scale:.4g} {unit}", fontsize=11)
         panel.margins(x=0.01)
-    figure.supylabel(quantity(shown), fontsize=11)
-    panels[-1].set_xlabel(place_axis(shown))
-    return figure
+    figure.supylabel(shown.label, fontsize=11)
+    panels[-1].set_xlabel(shown.axis)
 
 
-@with_style
-def histories(
-    motion: Motion | Field,
-    indices: Sequence[int] | None = None,
-    into: Figure | None = None,
-    valid_until: float = np.inf,
-) -> Figure:
-    """Draw the quantity of some places in time (default: up to five that the wave reached).
-
-    Raises:
-        ParameterError: no such place.
-    """
-    shown = as_field(motion)
-    scale, unit = time_unit(span(shown))
-    chosen = default_indices(shown) if indices is None else list(indices)
-    columns = [column_of(shown, index) for index in chosen]
-    figure = into or new_figure(8.0, 4.2)
+def _draw_histories(figure: FigureBase, shown: Field, indices: Sequence[int] | None, valid_until: float) -> None:
+    scale, unit = time_unit(float(shown.times[-1]))
     axes = figure.subplots()
-    for place, column in enumerate(columns):
+    for place, index in enumerate(_default_indices(shown) if indices is None else indices):
+        column = _column_of(shown, index)
         times, values = insert_gaps(shown.times * scale, shown.values[:, column], shown.cuts)
         axes.plot(times, values, label=name_of_place(shown, column), **line(place))
-    axes.set(xlabel=f"time [{unit}]", ylabel=quantity(shown))
+    axes.set(xlabel=f"time [{unit}]", ylabel=shown.label)
     axes.margins(x=0.0)
     mark_end_of_validity(axes, valid_until * scale)
     legend(axes)
-    return figure
+
+
+def _default_indices(shown: Field) -> list[int]:
+    """Return up to five places, evenly spaced among those that the wave reached (all of them, where nothing changed)."""
+    with np.errstate(invalid="ignore", over="ignore"):
+        change = np.abs(shown.values - shown.values[0]).max(axis=0)
+    largest = np.max(change, initial=0.0, where=np.isfinite(change))
+    # Changes that are not finite count too.
+    reached = np.flatnonzero(~(change <= _REACHED * largest))
+    reached = reached if len(reached) else np.arange(len(change))
+    columns = reached[np.unique(np.rint(np.linspace(0, len(reached) - 1, 5)).astype(int))]
+    return (columns * shown.every).tolist()
+
+
+def _column_of(shown: Field, index: int) -> int:
+    """Return the column of a place (negative numbers count from the end); `ParameterError` where there is none."""
+    if not isinstance(index, int) or not -shown.total <= index < shown.total:
+        raise ParameterError(
+            f"got {index!r}", expected=f"a whole number from {-shown.total} to {shown.total - 1}", at="indices"
+        )
+    return (index % shown.total) // shown.every
 
 
 @with_style
@@ -157,11 +132,7 @@ def balance(scene_data: SceneData, quantity: str = "energy") -> Figure | None:
     names = next((balance for balance in scene_data.balances if balance.quantity == quantity), None)
     if names is None or not (amounts := scene_data.group(names.entries)):
         return None
-    residuals = [
-        # The axis says that they are residuals: of a vector the legend names the direction alone.
-        replace(curve, name=curve.name.removeprefix(f"{names.residual}_"))
-        for curve in scene_data.group(name for name in scene_data.curves if name.startswith(names.residual))
-    ]
+    residuals = scene_data.group(name for name in scene_data.curves if name.startswith(names.residual))
     words = quantity.replace("_", " ")
     figure = new_figure(8.0, 5.6 if residuals else 4.0)
     ratios = [3, 1] if residuals else [1]
@@ -170,14 +141,6 @@ def balance(scene_data: SceneData, quantity: str = "energy") -> Figure | None:
     if residuals:
         panels[0].set_xlabel("")
         draw_curves(panels[1], residuals, label_with_unit("residual", names.unit))
-        largest = max(float(np.nanmax(np.abs(curve.values))) for curve in amounts)
-        relative = panels[1].secondary_yaxis("right", functions=(lambda amount: amount / largest, lambda part: part * largest))
-        relative.set_ylabel(f"of the largest\n{words}")
-        relative.ticklabel_format(axis="y", scilimits=(-2, 3), useMathText=True)
-        if (names_of_residuals := panels[1].get_legend()) is not None:
-            transforms = import_optional("matplotlib.transforms", "figures")
-            beyond = transforms.ScaledTranslation(_BEYOND_AXIS, 0.0, figure.dpi_scale_trans)
-            names_of_residuals.set_bbox_to_anchor((1.0, 1.0), panels[1].transAxes + beyond)
     return figure
 
 
@@ -198,7 +161,7 @@ def curves(chosen: Sequence[Curve], valid_until: float = np.inf) -> Figure:
 
 @with_style
 def event_counts(events: Sequence[tuple[float, str]], span: tuple[float, float]) -> Figure:
-    """Draw how many events there were when.
+    """Draw the number of events in each part of the run.
 
     Args:
         events: the instant [s] and the kind of each.
@@ -217,7 +180,7 @@ def event_counts(events: Sequence[tuple[float, str]], span: tuple[float, float])
         )  # fmt: skip
         below += counts
     axes.set(xlabel=f"time [{unit}]", ylabel="events", xlim=(scale * edges[0], scale * edges[-1]))
-    axes.yaxis.set_major_locator(import_optional("matplotlib.ticker", "figures").MaxNLocator(integer=True))
+    axes.yaxis.set_major_locator(MaxNLocator(integer=True))
     legend(axes)
     return figure
 
@@ -237,8 +200,8 @@ def plot(
 
     Args:
         log: an open log.
-        variable: a recorded output, or an input. Of a scalar, or an input of a few numbers, the course in time is drawn,
-            whatever the kind; of vectors at many places each component, one above the other.
+        variable: a recorded output, or an input. Scalars and inputs of a few numbers are drawn as curves in time, whatever
+            the kind; the components of vectors are drawn one above the other.
         kind: of an array: "space-time", "profiles" (at `times`) or "histories" (of `indices`).
         times: instants of the profiles [s]; default: four, evenly spaced.
         indices: of which elements; default: up to five that changed.
@@ -250,73 +213,16 @@ def plot(
         MissingExtraError: matplotlib is not installed.
         ParameterError: the log does not hold this variable, an instant or an index, or there is no such kind.
     """
-    if kind not in _KINDS:
-        raise ParameterError(f"got {kind!r}", expected=f"one of {', '.join(_KINDS)}", at="kind")
-    if variable in field_names(log):
-        return _figure([load_field(log, variable, FRAMES)], kind, times, indices)
-    if variable in vector_names(log):
-        return _figure(load_vector_fields(log, variable, FRAMES), kind, times, indices)
-    scalars = [name for name, one in log.variables.items() if one.shape == () and len(log.times(name))]
-    if variable in scalars:
+    if kind not in _HEIGHTS:
+        raise ParameterError(f"got {kind!r}", expected=f"one of {', '.join(_HEIGHTS)}", at="kind")
+    if variable in array_names(log):
+        return draw_fields(load_fields(log, variable, FRAMES), kind, times, indices)
+    if variable in (recorded := recorded_outputs(log)):
         return curves(list(curves_of(log, variable)))
-    acted = load_input(log, variable) if variable in log.input_variables else None
-    if acted is not None:
-        shape = acted.variable.shape
-        if math.prod(shape) > MOST_CURVES:
-            fields = load_input_fields(log, variable, FRAMES)
-            return _figure([one for one in fields if one.values.any()] or fields[:1], kind, times, indices)
-        return curves(load_elements(log, variable, np.ndindex(shape)) if shape else acted.curves)
-    known = ", ".join([*field_names(log), *vector_names(log), *scalars, *log.input_variables])
+    if variable in log.input_variables and (acted := load_input(log, variable)) is not None:
+        if prod(acted.variable.shape) <= MOST_CURVES:
+            return curves(acted.curves)
+        fields = load_fields(log, variable, FRAMES)
+        return draw_fields([one for one in fields if one.values.any()] or fields[:1], kind, times, indices)
+    known = ", ".join([*recorded, *log.input_variables])
     raise ParameterError(f"{variable!r} was not recorded", hint=f"this log holds {known}", at="variable")
-
-
-def _figure(fields: Sequence[Field], kind: str, times: Sequence[float] | None, indices: Sequence[int] | None) -> Figure:
-    """Return a figure of one field, or of several one above the other."""
-    draw = {
-        "space-time": space_time,
-        "profiles": lambda field, into=None: profiles(field, times, into),
-        "histories": lambda field, into=None: histories(field, indices, into),
-    }[kind]
-    return draw(fields[0]) if len(fields) == 1 else stack(fields, lambda field, into: draw(field, into=into))
-
-
-# -- choices --------------------------------------------------------------------------------------------------------------
-
-
-def default_times(motion: Motion | Field) -> list[float]:
-    """Four instants, evenly spaced, the last one the end [s]."""
-    first, last = float(motion.times[0]), float(motion.times[-1])
-    return [first + (last - first) * part for part in (0.25, 0.5, 0.75, 1.0)]
-
-
-def default_indices(motion: Motion | Field) -> list[int]:
-    """Up to five places, evenly spaced among those that the wave reached (all of them, where nothing changed)."""
-    shown = as_field(motion)
-    with np.errstate(invalid="ignore", over="ignore"):
-        change = np.abs(shown.values - shown.values[0]).max(axis=0)
-    largest = np.max(change, initial=0.0, where=np.isfinite(change))
-    # What is not finite has changed too.
-    reached = np.flatnonzero(~(change <= _REACHED * largest))
-    if not len(reached):
-        reached = np.arange(len(change))
-    columns = reached[np.unique(np.rint(np.linspace(0, len(reached) - 1, 5)).astype(int))]
-    return (columns * shown.every).tolist()
-
-
-def frame_at(times: FloatArray, time: float) -> int:
-    """Return which frame is nearest to an instant [s]; `ParameterError` outside the recorded span."""
-    first, last = float(times[0]), float(times[-1])
-    slack = 1e-9 * max(abs(first), abs(last))
-    if isinstance(time, bool) or not isinstance(time, (int, float)) or not first - slack <= time <= last + slack:
-        got = f"{time:g} s" if isinstance(time, (int, float)) else repr(time)
-        raise ParameterError(f"got {got}", expected=f"{first:g} to {last:g} s, the recorded span", at="times")
-    return int(np.argmin(np.abs(times - time)))
-
-
-def column_of(shown: Motion | Field, index: int) -> int:
-    """Return the column of a place (negative numbers count from the end); `ParameterError` where there is none."""
-    if not isinstance(index, int) or not -shown.total <= index < shown.total:
-        raise ParameterError(
-            f"got {index!r}", expected=f"a whole number from {-shown.total} to {shown.total - 1}", at="indices"
-        )
-    return (index % shown.total) // shown.every

@@ -1,1 +1,6 @@
-"""Scenes in rerun: what is sent of a log or of a live component, rerun's program, and its viewers."""
+"""Scenes for rerun and its viewers."""
+
+from granular_env.optional_packages import import_optional
+
+# Its error names the package to install; the modules of this folder import rerun as usual.
+import_optional("rerun", "the viewer")

@@ -5,27 +5,26 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-
-from granular_env.optional_packages import import_optional
+import rerun.blueprint as rrb
 
 from ..domain_views import Views
 from ..plot_groups import Plot, select_plots
 from ..scene_data import SceneData
 from ..scene_scales import Scales
 from .profiles import profile_pane
-from .scene import LEGEND, TIMELINE, whole_camera
+from .scene import LEGEND, TIMELINE, plot_paths, whole_camera
 
 # A run is played back in about this wall time [s].
 _PLAYBACK_SECONDS = 10.0
-# With or without particles: more than so many plots are too small to be read; the others can be added in the viewer.
+# Plots with and without particles: more would be too small to be read; users can add the others in the viewer.
 _SHOWN_PLOTS, _SHOWN_PLOTS_ALONE = 3, 4
-# Of fields along a line.
+# Panes of fields along a line.
 _SHOWN_PROFILES = 4
 
 # Distance of the eye from a body in space, in diagonals of its box: all of it is within the 55 degrees that rerun's eye sees.
 _EYE_DISTANCE = 1.1
 
-# A plane less wide than so many heights stands beside the plots, not above them.
+# A narrower plane, in heights, is shown next to the plots, not above them.
 _WIDE = 2.0
 
 
@@ -38,40 +37,40 @@ def blueprint(scene_data: SceneData, scales: Scales | None, views: Views | None,
         views: of the component's domain; None where there are no particles.
         duration: of the run [s], which sets the playback speed; None for a run that is still going on.
     """
-    rrb = import_optional("rerun.blueprint", "the viewer")
     shown: list[Any] = [rrb.TextDocumentView(origin="caption", name="What you see")]
     scalars = select_plots(scene_data, _SHOWN_PLOTS_ALONE if scales is None else _SHOWN_PLOTS)
     if scalars:
-        shown.insert(0, rrb.Vertical(*(_plot(rrb, plot) for plot in scalars)))
+        shown.insert(0, rrb.Vertical(*(_plot(plot) for plot in scalars)))
     motion = scene_data.motion
     rows: list[tuple[Any, float]] = []
     if scales is not None:
-        rows = [(_whole(rrb, scene_data, scales, views), 3.6)]
+        rows = [(_whole(scene_data, scales, views), 3.6)]
         if scales.colours and scene_data.is_plane:
-            rows.append((_legend(rrb), 0.45 + 0.75 * len(scales.colours)))
+            legend = rrb.Spatial2DView(origin=LEGEND, name="Colours", background=[13, 16, 17])
+            rows.append((legend, 0.45 + 0.75 * len(scales.colours)))
         if motion is not None and views is not None:
             shown = [*views.panes(motion, scales), *shown]
             rows += views.rows(motion, scales)
-    if profiles := [profile_pane(rrb, profile) for profile in scene_data.profiles[:_SHOWN_PROFILES]]:
+    if profiles := [profile_pane(profile) for profile in scene_data.profiles[:_SHOWN_PROFILES]]:
         # A grid of one pane would leave half of the width empty.
         rows.append((profiles[0] if len(profiles) == 1 else rrb.Grid(*profiles, grid_columns=2), 4.5))
     if scales is not None and _is_tall(scene_data, scales):
         # Beside each other: a picture as high as it is wide has little room above the plots.
         beside = rrb.Vertical(*reversed(shown), row_shares=[3.0, 6.0][-len(shown) :])
-        content = rrb.Horizontal(_stack(rrb, rows, 10.0), beside, column_shares=[5.0, 4.0])
+        content = rrb.Horizontal(_stack(rows, 10.0), beside, column_shares=[5.0, 4.0])
     else:
         rows.append((rrb.Horizontal(*shown, column_shares=[4.0, 4.0, 3.0][-len(shown) :]), 6.0))
-        content = _stack(rrb, rows)
+        content = _stack(rows)
     return rrb.Blueprint(
         content,
-        _time_panel(rrb, duration),
+        _time_panel(duration),
         rrb.BlueprintPanel(state="hidden"),
         rrb.SelectionPanel(state="hidden"),
         auto_views=False,
     )
 
 
-def _stack(rrb: Any, rows: list[tuple[Any, float]], first: float | None = None) -> Any:
+def _stack(rows: list[tuple[Any, float]], first: float | None = None) -> Any:
     """Return panes one above the other, each with its share of the height; `first`: that of the first one instead."""
     shares = [share for _, share in rows]
     return rrb.Vertical(*(row for row, _ in rows), row_shares=[first or shares[0], *shares[1:]])
@@ -82,45 +81,41 @@ def _is_tall(scene_data: SceneData, scales: Scales) -> bool:
     return scene_data.is_solid or (scene_data.is_plane and width < _WIDE * height)
 
 
-def _legend(rrb: Any) -> Any:
-    return rrb.Spatial2DView(origin=LEGEND, name="Colours", background=[13, 16, 17])
-
-
-def _time_panel(rrb: Any, duration: float | None) -> Any:
+def _time_panel(duration: float | None) -> Any:
     if duration is None:
         return rrb.TimePanel(state="collapsed", timeline=TIMELINE, play_state="following")
     speed = duration / _PLAYBACK_SECONDS if duration > 0.0 else 1.0
     return rrb.TimePanel(state="collapsed", timeline=TIMELINE, playback_speed=speed, play_state="playing", loop_mode="all")
 
 
-def _plot(rrb: Any, plot: Plot) -> Any:
+def _plot(plot: Plot) -> Any:
     several = len(plot.curves) > 1
     legend = rrb.PlotLegend("LeftTop", visible=several)
     title = plot.title if several or ":" in plot.title else f"{plot.title}: {next(iter(plot.curves)).name.replace('_', ' ')}"
-    return rrb.TimeSeriesView(contents=list(plot.paths), name=title, plot_legend=legend)
+    return rrb.TimeSeriesView(contents=plot_paths(plot), name=title, plot_legend=legend)
 
 
-def _whole(rrb: Any, scene_data: SceneData, scales: Scales, views: Views | None) -> Any:
+def _whole(scene_data: SceneData, scales: Scales, views: Views | None) -> Any:
     """Return the whole scene, from the side or from above, and in a second tab as a space to turn around in.
 
-    Of a body in space, the second one is shown first.
+    The second tab is active for a body in space.
     """
     located = any(shape.located for shape in scene_data.shapes)
     drawn = f"; displacements drawn {scales.stretch}" if located else "; positions at the start"
-    drawn = drawn if scene_data.can_move else ""
+    drawn = drawn if scene_data.movable else ""
     sizes = ", particles to scale" if scene_data.motions else ""
     name = f"{'From above' if scene_data.is_plane else 'From the side'}{drawn}{sizes}"
     in_space = f"In space{drawn}{sizes}" if scene_data.is_solid else "The same in 3D"
     return rrb.Tabs(
         whole_camera(scene_data, scales, views).view(name, ["scene/**"]),
         rrb.Spatial3DView(
-            origin="/", contents=["scene/**"], name=in_space, line_grid=False, eye_controls=_oblique(rrb, scene_data, scales)
+            origin="/", contents=["scene/**"], name=in_space, line_grid=False, eye_controls=_oblique(scene_data, scales)
         ),
         active_tab=int(scene_data.is_solid),
     )
 
 
-def _oblique(rrb: Any, scene_data: SceneData, scales: Scales) -> Any:
+def _oblique(scene_data: SceneData, scales: Scales) -> Any:
     """Return an eye that sees everything obliquely: a row or a plane from near, a body in space as a whole."""
     low, high = scales.magnification * np.array(scales.low), scales.magnification * np.array(scales.high)
     middle = 0.5 * (low + high)

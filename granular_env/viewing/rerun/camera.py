@@ -1,6 +1,6 @@
 """Cameras that look at a scene from so far away that spheres stay round.
 
-Rerun's own 3D camera opens 55 degrees, so a pane that is many times wider than high would stretch what stands at its ends. A
+Rerun's own 3D camera opens 55 degrees, so a pane that is many times wider than high would stretch the shapes at its ends. A
 pinhole far away is nearly a parallel projection, shows the same entities, and always fits its pane.
 """
 
@@ -10,8 +10,8 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-
-from granular_env.optional_packages import import_optional
+import rerun as rr
+import rerun.blueprint as rrb
 
 # Distance in widths: the ends are seen at 18 degrees. Further away, rerun's single precision frays the spheres.
 _DISTANCE = 1.5
@@ -20,7 +20,7 @@ _PIXELS = 2000.0
 _NEAREST = 0.15
 
 
-# Where the camera's right, down and forward point to, as columns: along +y with z up (a row is seen from the side), or along -z
+# The camera's directions right, down and forward, as columns: along +y with z up (a row is seen from the side), or along -z
 # with y up (a plane is seen from above).
 _SIDE = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]])
 _ABOVE = np.array([[1.0, 0.0, 0.0], [0.0, -1.0, 0.0], [0.0, 0.0, -1.0]])
@@ -59,7 +59,6 @@ class Camera:
 
     def send(self, recording: Any) -> None:
         """Put the camera into the scene."""
-        rr = import_optional("rerun", "the viewer")
         width, height = self._image
         place = rr.Transform3D(translation=self.place, mat3x3=_ABOVE if self.is_above else _SIDE)
         lens = rr.Pinhole(
@@ -69,7 +68,6 @@ class Camera:
 
     def view(self, name: str, contents: list[str]) -> Any:
         """Return a pane that shows entities through this camera."""
-        rrb = import_optional("rerun.blueprint", "the viewer")
         across, down = self._image
         return rrb.Spatial2DView(
             origin=self.path,

@@ -1,14 +1,13 @@
-"""The words beside a scene: what is seen, in which units, stretched and coloured how."""
+"""The caption of a scene: shapes, units, factors, colours, notes."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from typing import TYPE_CHECKING
 
-from ..cracks import MOST_LINES
+from ..picture_words import picture_words
 from ..scene_data import MeshFrames, Motion, SceneData
 from ..scene_scales import ColourScale
-from ..viewpoint import viewpoint_words
 
 if TYPE_CHECKING:
     from ..domain_views import Views
@@ -24,46 +23,52 @@ def plain(text: str) -> str:
 
 def caption(scene_data: SceneData, scales: Scales | None, views: Views | None) -> str:
     """Return a markdown text that lets a stranger read the scene."""
-    lines = [f"# {plain(scene_data.title)}", ""]
+    words = [f"# {plain(scene_data.title)}"]
     if scene_data.conclusions:
-        lines += ["**At the end of the run**", "", *(f"- {plain(one)}" for one in scene_data.conclusions), ""]
-    motion = scene_data.motion
+        words += ["**At the end of the run**", _bullets(scene_data.conclusions)]
     if scales is not None:
-        lines += [words for shape in scene_data.shapes for words in (_shape_words(shape), "")]
-        lines += [f"**{plain(scene_data.remark)}**", ""] if scene_data.remark else []
-        lines += [words for scale in scales.colours for words in (_colour_words(scale), "")]
-        lines += [f"{_stretch_words(scene_data, scales)} {_viewpoint_sentence(scene_data)}".strip(), ""]
-        lines += [words for one in scene_data.motions for text in _detail_words(one) for words in (text, "")]
-        if motion is not None and views is not None:
-            for words in views.words(motion, scales):
-                lines += [words, ""]
-        lines += _frame_lines(scene_data.shapes[0])
+        words += _scene_words(scene_data, scales)
+        if scene_data.motion is not None and views is not None:
+            words += views.words(scene_data.motion, scales)
     elif not scene_data.notes and not scene_data.profiles:
-        lines += ["This component has no particles; its outputs and its balances are plotted.", ""]
+        words.append("This component has no particles; its outputs and its balances are plotted.")
     if scene_data.profiles:
         names = ", ".join(plain(one.variable.name.replace("_", " ")) for one in scene_data.profiles)
-        lines += [f"**Curves along x:** {names}, at the instant of the cursor; a line marks 0.", ""]
+        words.append(f"**Curves along x:** {names}, at the instant of the cursor; a line marks 0.")
     if any(scene_data.group(balance.entries) for balance in scene_data.balances):
-        words = "Balances since the reset. A residual is what a balance cannot account for: the error of the numerics."
-        lines += [f"**Plots.** {words}", ""]
-    # Of a single sample, nobody knows yet.
+        words.append("**Plots.** Balances since the reset. Their residuals are the errors of the numerics.")
+    # A single sample, of a live run, does not say so.
     inputs = scene_data.inputs.values()
     if inputs and not any(curve.values.any() or len(curve.values) < 2 for curve in inputs):
-        lines += ["No input acts in this run.", ""]
-    lines += [f"- {plain(note)}" for note in scene_data.notes]
-    lines += ["", "Time is simulated time; drag the cursor below, or press space to play."]
-    return "\n".join(lines)
+        words.append("No input acts in this run.")
+    words.append(_bullets(scene_data.notes))
+    words.append("Time is simulated time; drag the cursor below, or press space to play.")
+    return "\n\n".join(filter(None, words))
+
+
+def _bullets(sentences: Iterable[str]) -> str:
+    return "\n".join(f"- {plain(one)}" for one in sentences)
+
+
+def _scene_words(scene_data: SceneData, scales: Scales) -> Iterator[str]:
+    """Yield sentences on shapes, colours, factors and frames."""
+    yield from map(_shape_words, scene_data.shapes)
+    if scene_data.remark:
+        yield f"**{plain(scene_data.remark)}**"
+    yield from map(_colour_words, scales.colours)
+    yield _stretch_words(scene_data, scales)
+    yield " ".join(picture_words(scene_data))
+    if len(times := scene_data.shapes[0].times) > 1:
+        yield f"{len(times)} frames from {times[0] * 1e6:.6g} to {times[-1] * 1e6:.6g} \u00b5s."
 
 
 def _shape_words(shape: Motion | MeshFrames) -> str:
     if isinstance(shape, MeshFrames):
-        words = f"**{plain(shape.name.capitalize())}: {len(shape.connectivity)} cells** between {len(shape.nodes)} nodes."
-        if shape.whole is not None and not shape.whole.all():
-            words += " **Gaps are cracks:** cells that one crosses are left out."
-        return words + (" Dark is the inside." if shape.is_solid else "")
+        return f"**{plain(shape.name.capitalize())}: {len(shape.connectivity)} cells** between {len(shape.nodes)} nodes."
     least, largest = f"{shape.radius.min() * 1e3:.4g}", f"{shape.radius.max() * 1e3:.4g}"
     radii = least if least == largest else f"{least} to {largest}"
-    return f"**{shape.total} {plain(shape.name)}**, radius {radii} mm (true to scale)."
+    links = "".join(f" {len(one.pairs)} {plain(one.name)} join them." for one in shape.links)
+    return f"**{shape.total} {plain(shape.name)}**, radius {radii} mm (true to scale).{links}"
 
 
 def _stretch_words(scene_data: SceneData, scales: Scales) -> str:
@@ -74,11 +79,7 @@ def _stretch_words(scene_data: SceneData, scales: Scales) -> str:
     words = f"**Displacements are drawn {scales.exaggeration:g} x larger than they are.**"
     if scene_data.motions:
         words += " The overlaps you see are stretched by the same factor."
-    return words + ("" if scales.settled else " Factor and limits are adjusted while the run goes on.")
-
-
-def _viewpoint_sentence(scene_data: SceneData) -> str:
-    return f"The first view looks {viewpoint_words(scene_data.viewpoint)}." if scene_data.is_solid else ""
+    return words + ("" if scales.settled else " Factor and limits are adjusted during the run.")
 
 
 def _colour_words(scale: ColourScale) -> str:
@@ -87,21 +88,3 @@ def _colour_words(scale: ColourScale) -> str:
     beyond = " and more" if scale.is_exceeded else ""
     names = " and ".join(plain(name) for name in scale.names)
     return f"**Colour: {names}**, from {below}0 (white) to +{scale.limit:g}{unit} (red){beyond}."
-
-
-def _detail_words(motion: Motion) -> Iterator[str]:
-    if motion.rotation is not None and motion.is_plane:
-        yield "**Spokes** show how they are turned (true to scale)."
-    for links in motion.links:
-        words = f"a broken one ({plain(links.state_name)} is 0) is a short violet line across, while its two ends are near"
-        if len(links.pairs) > MOST_LINES:
-            yield f"**Cracks:** of {len(links.pairs)} {plain(links.name)} those that hold are not drawn; {words}."
-        else:
-            yield f"**Lines: {len(links.pairs)} {plain(links.name)}**; {words}."
-
-
-def _frame_lines(motion: Motion | MeshFrames) -> list[str]:
-    if len(motion.times) < 2:
-        return []
-    first, last = motion.times[0] * 1e6, motion.times[-1] * 1e6
-    return [f"{len(motion.times)} frames from {first:.6g} to {last:.6g} \u00b5s.", ""]

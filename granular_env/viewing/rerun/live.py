@@ -1,4 +1,4 @@
-"""A viewer that looks at a run while it goes on: an observer, which never changes what it observes."""
+"""A viewer of a running component: an observer, which never changes the component."""
 
 from __future__ import annotations
 
@@ -9,14 +9,16 @@ import os
 import warnings
 from collections.abc import Mapping
 from time import perf_counter, sleep
-from typing import Any, Self
+from typing import Self
+
+import rerun as rr
 
 from granular_env.components.component import Component
-from granular_env.components.errors import GranularError, GranularWarning, ParameterError, one_line
+from granular_env.components.errors import GranularWarning, ParameterError
 from granular_env.components.inputs import Held
-from granular_env.optional_packages import import_optional
+from granular_env.components.support.validation import positive_number
 
-from ..domain_views import Views, make_views
+from ..domain_views import make_views
 from ..scene_builder import from_component
 from ..scene_data import Motion, SceneData
 from ..scene_scales import Scales, enlarge_scales, scales_of
@@ -31,7 +33,7 @@ _GROWTH = 4.0
 # Wall time between two pictures that take long to draw [s].
 _PICTURE_SECONDS = 0.25
 _NEVER = 1 << 62
-# Room beside the particles at rest, at low and high x, in their extent.
+# Room left and right of the particles at rest, in parts of their extent.
 _ROOM = (0.1, 0.3)
 # Older frames are dropped by the viewer beyond this.
 _MEMORY = ("--memory-limit", "2GB", "--server-memory-limit", "512MB")
@@ -40,13 +42,11 @@ _MEMORY = ("--memory-limit", "2GB", "--server-memory-limit", "512MB")
 class Pace:
     """The ticks at which frames are sent, about one in `FRAME_SECONDS`, and the wait of a run that is ahead of its pace.
 
-    A run with a pace has its frames at even distances in simulated time, unless it is too slow for that pace.
-
     Args:
-        ticks_per_second: the most ticks in a second of wall time; None for as many as the run can do.
+        ticks_per_second: the most ticks in a second of wall time; infinity for as many as the run can do.
     """
 
-    def __init__(self, ticks_per_second: float | None = None) -> None:
+    def __init__(self, ticks_per_second: float = math.inf) -> None:
         """Begin at tick 0."""
         self._pace, self._stride, self._sending = ticks_per_second, 1.0, 0.0
         self.restart(0)
@@ -62,14 +62,13 @@ class Pace:
         self._arrived = perf_counter()
         if tick > self._left_tick:
             self._rate = (tick - self._left_tick) / max(self._arrived - self._left, 1e-9)
-        if self._pace is not None:
-            ahead = self._first + (tick - self._first_tick) / self._pace - self._arrived
-            if ahead > 0.0:
-                sleep(ahead)
-                self._arrived = perf_counter()
-            elif ahead < -FRAME_SECONDS:
-                # Lost time is not caught up: the frames in between would be missing.
-                self._first -= ahead
+        ahead = self._first + (tick - self._first_tick) / self._pace - self._arrived
+        if ahead > 0.0:
+            sleep(ahead)
+            self._arrived = perf_counter()
+        else:
+            # Lost time is not caught up: the frames in between would be missing.
+            self._first -= ahead
 
     def leave(self, tick: int) -> int:
         """Return the tick of the next frame, after this one was sent."""
@@ -78,14 +77,10 @@ class Pace:
         last, self._sending = self._sending, self._left - self._arrived
         sending = min(last, self._sending)
         interval = max(FRAME_SECONDS, 2.0 * sending)
-        upcoming = self._rate * (interval - sending)
-        if self._pace is None:
-            # The rate of the first ticks says little.
-            self._stride = max(1.0, min(upcoming, _GROWTH * self._stride))
-            return tick + int(self._stride)
-        spacing = max(1.0, self._pace * FRAME_SECONDS)
-        number = round((tick - self._first_tick) / spacing) + round(interval / FRAME_SECONDS)
-        return max(tick + 1, int(min(tick + upcoming, self._first_tick + round(number * spacing))))
+        # The rate of the first ticks says little.
+        most = _GROWTH * self._stride if math.isinf(self._pace) else self._pace * interval
+        self._stride = max(1.0, min(self._rate * (interval - sending), most))
+        return tick + int(self._stride)
 
 
 class LiveViewer:
@@ -95,8 +90,8 @@ class LiveViewer:
             chain.step(5e-4, left_velocity=5.0)
 
     Twenty frames per second of wall time are sent, however fast the run is. Most runs are over within one of them: with
-    `duration` and `pace` the run is held back, so that it can be watched. Where the component is reset or restored, time goes
-    on: the histories are laid end to end, as in a log.
+    `duration` and `pace` the run is held back, so that it can be watched. After a reset or a restore the
+    viewer's time continues: the histories are laid end to end, as in a log.
 
     Attributes:
         next_tick: the tick at which it wants to look next.
@@ -131,55 +126,49 @@ class LiveViewer:
                 no duration.
             GranularError: there is no screen, or the viewer cannot be started.
         """
-        if not isinstance(component, Component):
-            raise ParameterError(f"got {one_line(component)}", expected="a component", at="component")
         self.next_tick, self.frames = 0, 0
         self._component, self._title, self._exaggerate = component, title, exaggerate
-        self._pacing = Pace(_ticks_per_second(component, duration, pace))
+        self._pacing = Pace()
+        if pace is not None:
+            if duration is None:
+                raise ParameterError("missing", expected="the simulated time [s] that `pace` seconds show", at="duration")
+            self._pacing = Pace(positive_number("duration", duration) / component.step_size / positive_number("pace", pace))
         self._elapsed, self._last_tick, self._sent_tick, self._working = 0, 0, -1, True
         self._drawn_at = -math.inf
-        self._scales: Scales | None = None
-        self._views: Views | None = None
         self._process: RerunProcess | None = None
         self._is_served = web and save is None
-        rr = import_optional("rerun", "the live viewer")
         self._recording = rr.RecordingStream(APPLICATION)
         scene_data = from_component(component, title)
         self._scales = _first_scales(scene_data, exaggerate)
-        if scene_data.motion is not None and self._scales is not None:
-            end = None if duration is None else component.time + duration
-            self._views = make_views(component.name, scene_data.motion, self._scales, component.time, end)
-        self._connect(blueprint(scene_data, self._scales, self._views, None), web, save)
+        end = None if duration is None else component.time + duration
+        self._views = make_views(component.name, scene_data, self._scales, component.time, end)
+        layout = blueprint(scene_data, self._scales, self._views, None)
+        if save is None:
+            self._recording.connect_grpc(self._start(web), default_blueprint=layout)
+        else:
+            self._recording.save(output_path(save, ".rrd"), default_blueprint=layout)
         component.observe(self)
 
-    def _connect(self, layout: Any, web: bool, save: str | os.PathLike[str] | None) -> None:
-        if save is not None:
-            try:
-                self._recording.save(output_path(save, ".rrd"), default_blueprint=layout)
-            except (OSError, RuntimeError) as error:
-                raise GranularError(
-                    f"cannot be written: {error}", hint="choose another file", at="save", source=f"{str(save)!r}"
-                ) from error
-            return
+    def _start(self, web: bool) -> str:
+        """Start a viewer and return the address that it takes data from."""
         if not web:
             require_screen("use the web viewer, web=True (--web), or write a rerun file, save='FILE.rrd' (--save FILE.rrd)")
         # A window is its user's to close, also after this program has ended.
         process = RerunProcess(*(() if web else ("--expect-data-soon",)), *_MEMORY, web=web, outlives=not web)
         try:
             process.wait_until_it_listens()
-            if web:
-                process.wait_until_it_listens(process.web_port)
-                print(f"rerun's web viewer: {process.page}", flush=True)
         except BaseException:
             process.stop()
             raise
+        if web:
+            print(f"rerun's web viewer: {process.page}", flush=True)
         self._process = process
-        self._recording.connect_grpc(process.url, default_blueprint=layout)
+        return process.url
 
     # -- the observer -----------------------------------------------------------------------------------------------
 
     def on_reset(self, component: Component) -> None:
-        """Start a new history; the viewer's time goes on."""
+        """Start a new history; the viewer's time continues."""
         self._elapsed += self._last_tick - component.tick
         self._last_tick = component.tick
         self._pacing.restart(self._elapsed + component.tick)
@@ -245,10 +234,10 @@ class LiveViewer:
             self._send_frame(component, anew)
         except Exception as error:
             self._working = False
-            warnings.warn(f"the live viewer stopped: {error}; the run goes on", GranularWarning, stacklevel=2)
+            warnings.warn(f"the live viewer stopped: {error}; the run continues", GranularWarning, stacklevel=2)
 
     def _send_frame(self, component: Component, anew: bool) -> None:
-        scene_data = self._shift(from_component(component, self._title))
+        scene_data = from_component(component, self._title, self._elapsed)
         if self._scales is not None:
             scales = enlarge_scales(self._scales, scene_data, self._exaggerate)
             anew = anew or scales != self._scales
@@ -272,38 +261,9 @@ class LiveViewer:
             self._views.send_pictures(self._recording, motion, self._scales)
             self._drawn_at = perf_counter()
 
-    def _shift(self, scene_data: SceneData) -> SceneData:
-        """Return the scene_data in the viewer's time."""
-        if not self._elapsed:
-            return scene_data
-        ticks, seconds = self._elapsed, self._elapsed * self._component.step_size
-
-        def later(part: Any) -> Any:
-            return dataclasses.replace(part, ticks=part.ticks + ticks, times=part.times + seconds)
-
-        return dataclasses.replace(
-            scene_data,
-            motions=tuple(later(motion) for motion in scene_data.motions),
-            meshes=tuple(later(mesh) for mesh in scene_data.meshes),
-            curves={name: later(curve) for name, curve in scene_data.curves.items()},
-            inputs={name: later(curve) for name, curve in scene_data.inputs.items()},
-        )
-
-
-def _ticks_per_second(component: Component, duration: float | None, pace: float | None) -> float | None:
-    """Return the most ticks in a second of wall time, None for no limit; check both numbers."""
-    for name, value in (("duration", duration), ("pace", pace)):
-        if value is not None and not (isinstance(value, (int, float)) and 0.0 < value < math.inf):
-            raise ParameterError(f"got {value!r}", expected="a positive number of seconds", at=name)
-    if pace is None:
-        return None
-    if duration is None:
-        raise ParameterError("missing", expected="the simulated time [s] that `pace` seconds show", at="duration")
-    return duration / component.step_size / pace
-
 
 def _first_scales(scene_data: SceneData, exaggerate: float | None) -> Scales | None:
-    """Return scales with room for what may come: the shapes at rest, and beside them where they may go."""
+    """Return scales with room around the shapes at rest for their motion."""
     first = scales_of(scene_data, exaggerate)
     if first is None:
         return None

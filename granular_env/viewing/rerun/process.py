@@ -13,10 +13,11 @@ import subprocess
 import sys
 import tempfile
 import time
-from importlib.util import find_spec
 from pathlib import Path
 from typing import IO, Self
 from urllib.parse import quote
+
+import rerun_cli
 
 from granular_env.components.errors import GranularError
 
@@ -49,7 +50,9 @@ class RerunProcess:
         web_port: where it serves its page, if it does.
     """
 
-    def __init__(self, *arguments: str, data: bytes | None = None, web: bool = False, outlives: bool = False) -> None:
+    def __init__(
+        self, *arguments: str, data: bytes | None = None, web: bool = False, outlives: bool = False, advice: str = ""
+    ) -> None:
         """Start rerun.
 
         Args:
@@ -57,11 +60,9 @@ class RerunProcess:
             data: content of an .rrd file to show.
             web: serve the web viewer instead of opening a window.
             outlives: keep the window open when this process ends.
-
-        Raises:
-            GranularError: there is no program `rerun`.
+            advice: what to do where it does not start.
         """
-        self.port, self.web_port = _free_port(), _free_port()
+        self.port, self.web_port, self._is_web, self._advice = _free_port(), _free_port(), web, advice
         self._messages: IO[bytes] = tempfile.TemporaryFile()
         command = [_rerun_program(), *arguments, "--port", str(self.port), "--bind", LOCALHOST]
         command += ["--serve-web", "--web-viewer-port", str(self.web_port)] if web else []
@@ -87,26 +88,27 @@ class RerunProcess:
         """The address of the web viewer; rerun's light theme would frame the dark pictures."""
         return f"http://{LOCALHOST}:{self.web_port}/?url={quote(self.url, safe='')}&theme=dark"
 
-    def messages(self) -> str:
-        """Return the first words that rerun printed, without its stack of calls."""
-        self._messages.seek(0)
-        printed = self._messages.read(1 << 16).decode(errors="replace").partition("stack backtrace:")[0]
-        return " ".join(printed.split())[:_LONGEST_MESSAGE] or "nothing"
-
-    def wait_until_it_listens(self, port: int | None = None, advice: str = "") -> None:
-        """Wait for a port (default: that of the data); raise `GranularError` where rerun ends before, or takes too long."""
+    def wait_until_it_listens(self) -> None:
+        """Wait for its ports; raise `GranularError` where it ends before, or takes too long."""
         deadline = time.monotonic() + START_SECONDS
-        while time.monotonic() < deadline:
-            self.require_alive(advice)
-            with contextlib.suppress(OSError), socket.create_connection((LOCALHOST, port or self.port), timeout=1.0):
-                return
-            time.sleep(_POLL_SECONDS)
-        raise GranularError(_with_advice(f"rerun's viewer did not start in {START_SECONDS:g} s", advice), hint=self._words())
+        for port in (self.port, self.web_port) if self._is_web else (self.port,):
+            while not _listens(port):
+                self.require_alive()
+                if time.monotonic() > deadline:
+                    raise self.failure(f"did not start in {START_SECONDS:g} s")
+                time.sleep(_POLL_SECONDS)
 
-    def require_alive(self, advice: str = "") -> None:
+    def require_alive(self) -> None:
         """Raise `GranularError` with rerun's message if it has ended."""
         if (status := self.process.poll()) is not None:
-            raise GranularError(_with_advice(f"rerun's viewer ended with status {status}", advice), hint=self._words())
+            raise self.failure(f"ended with status {status}")
+
+    def failure(self, what: str) -> GranularError:
+        """Return the error of a viewer that failed, with the first words that rerun printed, without its stack of calls."""
+        self._messages.seek(0)
+        printed = self._messages.read(1 << 16).decode(errors="replace").partition("stack backtrace:")[0]
+        said = f"it said: {' '.join(printed.split())[:_LONGEST_MESSAGE] or 'nothing'}"
+        return GranularError(f"rerun's viewer {what}", hint=f"{self._advice}; {said}" if self._advice else said)
 
     def wait(self) -> None:
         """Wait until it ends; raise `GranularError` where it ends with an error."""
@@ -129,9 +131,6 @@ class RerunProcess:
     def __exit__(self, *exception: object) -> None:
         self.stop()
 
-    def _words(self) -> str:
-        return f"it said: {self.messages()}"
-
 
 def require_screen(advice: str) -> None:
     """Raise `GranularError` with this advice where no window can open."""
@@ -142,20 +141,19 @@ def require_screen(advice: str) -> None:
 
 def _rerun_program() -> str:
     """Return the path of the program that the package rerun-sdk brings."""
-    package = find_spec("rerun_cli")
-    folder = Path(package.origin).parent if package is not None and package.origin is not None else Path()
-    for name in ("Rerun.app/Contents/MacOS/Rerun", "rerun", "rerun.exe"):
-        if package is not None and (folder / name).is_file():
-            return str(folder / name)
-    raise GranularError("the program `rerun` is missing", hint="run: pip install --force-reinstall rerun-sdk")
+    folder = Path(rerun_cli.__file__).parent
+    names = ("Rerun.app/Contents/MacOS/Rerun", "rerun", "rerun.exe")
+    return next((str(folder / name) for name in names if (folder / name).is_file()), "rerun")
 
 
 def _free_port() -> int:
-    """Return a TCP port of 127.0.0.1 on which nobody listens now."""
+    """Return a free TCP port of 127.0.0.1."""
     with socket.socket() as probe:
         probe.bind((LOCALHOST, 0))
         return probe.getsockname()[1]
 
 
-def _with_advice(words: str, advice: str) -> str:
-    return f"{words}; {advice}" if advice else words
+def _listens(port: int) -> bool:
+    with contextlib.suppress(OSError), socket.create_connection((LOCALHOST, port), timeout=1.0):
+        return True
+    return False

@@ -5,10 +5,11 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
+import rerun as rr
+import rerun.blueprint as rrb
 
 from granular_env.colours import PALETTE, rgb
 from granular_env.components.support.float_arrays import FloatArray
-from granular_env.optional_packages import import_optional
 
 from ..scene_data import ProfileFrames
 from ..unit_labels import label_with_unit
@@ -26,7 +27,7 @@ def profile_entity(profile: ProfileFrames) -> str:
     return entity("profiles/", profile.name)
 
 
-def profile_pane(rrb: Any, profile: ProfileFrames) -> Any:
+def profile_pane(profile: ProfileFrames) -> Any:
     """Return the pane of a profile."""
     bounds = rrb.VisualBounds2D(x_range=[-_ROOM, _WIDTH + _ROOM], y_range=[-_ROOM, _HEIGHT + _ROOM])
     quantity, values, x = label_with_unit(profile.variable.name, profile.variable.unit), profile.values, profile.coordinate
@@ -42,7 +43,6 @@ def send_profile(recording: Any, profile: ProfileFrames, when: list[Any]) -> Non
         profile: the curves.
         when: rerun's time columns.
     """
-    rr = import_optional("rerun", "the viewer")
     low, high = _limits(profile.values)
     path = profile_entity(profile)
     corners = np.array([[0.0, 0.0], [_WIDTH, 0.0], [_WIDTH, _HEIGHT], [0.0, _HEIGHT], [0.0, 0.0]])
@@ -68,5 +68,5 @@ def _limits(values: FloatArray) -> tuple[float, float]:
 
 
 def _heights(values: FloatArray, low: float, high: float) -> FloatArray:
-    """Return where values stand in the frame, downwards from its top."""
+    """Return the places of values in the frame, downwards from its top."""
     return _HEIGHT * (high - values) / (high - low)

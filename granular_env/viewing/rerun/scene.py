@@ -13,22 +13,22 @@ caption                 what is seen, in words: units, factors, limits
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import Any
 
+import matplotlib
 import numpy as np
 import numpy.typing as npt
+import rerun as rr
 
 from granular_env.colours import PALETTE, rgb
 from granular_env.components.support.float_arrays import FloatArray
-from granular_env.optional_packages import import_optional
 
 from ..domain_views import Views
-from ..figures.colour_bar import add_bar
-from ..figures.drawing import DARK, canvas, new_figure
-from ..plot_groups import plots
-from ..scene_data import Motion, SceneData
-from ..scene_scales import ColourScale, Scales
+from ..figures.colour_bar import draw_bars
+from ..figures.drawing import DARK, canvas
+from ..plot_groups import Plot, plots
+from ..scene_data import Motion, SceneData, drawn_places
+from ..scene_scales import Scales
 from .camera import Camera
 from .caption import caption
 from .profiles import send_profile
@@ -37,7 +37,7 @@ from .shapes import entity, send_links, send_mesh, send_spokes, send_triangles
 APPLICATION = "granular-env"
 LEGEND = "legend"
 TIMELINE, TICKS = "time", "tick"
-# Of one bar with its numbers [inch], and its pixels.
+# Size of one bar with its numbers [inch], and its resolution.
 _BAR_WIDTH, _BAR_HEIGHT = 5.0, 0.8
 _DOTS_PER_INCH = 150
 
@@ -68,23 +68,25 @@ def send(recording: Any, scene_data: SceneData, scales: Scales | None, views: Vi
 
 def send_static(recording: Any, scene_data: SceneData, scales: Scales | None, views: Views | None) -> None:
     """Send the caption, the legend, what of the shapes does not change, cameras and the names of the curves."""
-    rr = import_optional("rerun", "the viewer")
     text = rr.TextDocument(caption(scene_data, scales, views), media_type=rr.MediaType.MARKDOWN)
     recording.log("caption", text, static=True)
     if scales is not None:
-        _send_legend(recording, scales.colours)
+        if scales.colours:
+            with matplotlib.rc_context(DARK):
+                pixels = canvas(draw_bars(scales.colours, _BAR_WIDTH, _BAR_HEIGHT), _DOTS_PER_INCH).buffer_rgba()
+            recording.log(LEGEND, rr.Image(np.asarray(pixels)[..., :3]), static=True)
         if scales.magnification != 1.0:
             recording.log("scene", rr.Transform3D(scale=scales.magnification), static=True)
         for motion in scene_data.motions:
             radii = rr.Points3D.from_fields(radii=motion.radius.astype(np.float32))
-            recording.log(_particles_entity(scene_data, motion, scales), radii, static=True)
+            recording.log(particles_path(motion), radii, static=True)
         for mesh in scene_data.meshes:
             send_triangles(recording, mesh)
         whole_camera(scene_data, scales, views).send(recording)
         if scene_data.motion is not None and views is not None:
             views.send_static(recording, scene_data.motion, scales)
     for plot in plots(scene_data):
-        for place, (path, curve) in enumerate(zip(plot.paths, plot.curves, strict=True)):
+        for place, (path, curve) in enumerate(zip(plot_paths(plot), plot.curves, strict=True)):
             name, colour = f"{curve.name.replace('_', ' ')} [{curve.unit}]", rgb(PALETTE[place % len(PALETTE)])
             # Rerun's default draws the mean of the points that fall on one pixel: stairs would become ramps of other heights.
             lines = rr.SeriesLines(
@@ -93,58 +95,45 @@ def send_static(recording: Any, scene_data: SceneData, scales: Scales | None, vi
             recording.log(path, lines, static=True)
 
 
-def _send_legend(recording: Any, scales: Sequence[ColourScale]) -> None:
-    """Send the picture of all scales, in the place of one that was sent before."""
-    if not scales:
-        return
-    rr = import_optional("rerun", "the viewer")
-    with import_optional("matplotlib", "figures").rc_context(DARK):
-        figure = new_figure(_BAR_WIDTH, _BAR_HEIGHT * len(scales))
-        panels = figure.subplots(len(scales), 1, squeeze=False)[:, 0]
-        for axes, scale in zip(panels, scales, strict=True):
-            add_bar(figure, scale, cax=axes)
-        pixels = canvas(figure, _DOTS_PER_INCH).buffer_rgba()
-    recording.log(LEGEND, rr.Image(np.asarray(pixels)[..., :3]), static=True)
-
-
-def _particles_entity(scene_data: SceneData, motion: Motion, scales: Scales) -> str:
-    return scales.particles_entity if motion is scene_data.motion else entity("scene/particles_", motion.name)
-
-
 def send_frames(recording: Any, scene_data: SceneData, scales: Scales, views: Views | None) -> None:
     """Send some frames of everything that moves, each in one message, and what the domain shows of the first particles."""
     for mesh in scene_data.meshes:
-        drawn = (mesh.nodes + scales.exaggeration * mesh.displacement).astype(np.float32)
+        drawn = drawn_places(mesh, scales.exaggeration).astype(np.float32)
         count = len(mesh.nodes) if mesh.field is None else mesh.field.shape[1]
         colours = scales.colours_of(mesh.field_variable, mesh.field, len(drawn) * count).reshape(len(drawn), count, 3)
         send_mesh(recording, mesh, drawn, colours, time_columns(mesh.times, mesh.ticks))
     eye = np.array(whole_camera(scene_data, scales, views).place) / scales.magnification
     for motion in scene_data.motions:
-        _send_particles(recording, scene_data, motion, scales, views if motion is scene_data.motion else None, eye)
+        _send_particles(recording, motion, scales, views if motion is scene_data.motion else None, eye)
 
 
-def _send_particles(
-    recording: Any, scene_data: SceneData, motion: Motion, scales: Scales, views: Views | None, eye: FloatArray
-) -> None:
-    rr = import_optional("rerun", "the viewer")
+def _send_particles(recording: Any, motion: Motion, scales: Scales, views: Views | None, eye: FloatArray) -> None:
     frames, count = motion.displacement.shape[:2]
-    drawn = (motion.reference + scales.exaggeration * motion.displacement).astype(np.float32)
+    drawn = drawn_places(motion, scales.exaggeration).astype(np.float32)
     when = time_columns(motion.times, motion.ticks)
     colours = scales.colours_of(motion.colour_variable, motion.colour, frames * count).reshape(frames, count, 3)
     particles = rr.Points3D.columns(positions=drawn.reshape(-1, 3), colors=colours.reshape(-1, 3))
-    entity = _particles_entity(scene_data, motion, scales)
-    recording.send_columns(entity, when, particles.partition(np.full(frames, count)))
+    recording.send_columns(particles_path(motion), when, particles.partition(np.full(frames, count)))
     send_links(recording, motion, drawn, eye, when)
     send_spokes(recording, motion, drawn, eye, when)
     if views is not None:
         views.send_frames(recording, motion, scales, drawn, colours, when)
 
 
+def particles_path(motion: Motion) -> str:
+    """Return the path of particles."""
+    return entity("scene/particles_", motion.name)
+
+
+def plot_paths(plot: Plot) -> list[str]:
+    """Return the path of each curve of a plot."""
+    return [entity(f"{plot.group}/", curve.name) for curve in plot.curves]
+
+
 def send_curves(recording: Any, scene_data: SceneData) -> None:
     """Send the scalar plots."""
-    rr = import_optional("rerun", "the viewer")
     for plot in plots(scene_data):
-        for path, curve in zip(plot.paths, plot.curves, strict=True):
+        for path, curve in zip(plot_paths(plot), plot.curves, strict=True):
             # The sides of a jump are put 1 ns and one tick apart: rerun would draw the mean of what falls on one instant.
             before_jump = np.append(np.diff(curve.times) <= 0.0, False).astype(np.int64)
             when = time_columns(curve.times, curve.ticks - before_jump, before_jump)
@@ -153,6 +142,5 @@ def send_curves(recording: Any, scene_data: SceneData) -> None:
 
 def time_columns(times: FloatArray, ticks: npt.NDArray[np.int64], earlier: npt.NDArray[np.int64] | int = 0) -> list[Any]:
     """Return both timelines; times in whole nanoseconds, as rerun keeps them, `earlier` of them earlier."""
-    rr = import_optional("rerun", "the viewer")
     nanoseconds = np.rint(times * 1e9).astype(np.int64) - earlier
     return [rr.TimeColumn(TIMELINE, duration=nanoseconds.astype("timedelta64[ns]")), rr.TimeColumn(TICKS, sequence=ticks)]

@@ -6,13 +6,14 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
+import rerun as rr
 
 from granular_env.colours import sequential
 from granular_env.components.support.float_arrays import FloatArray
-from granular_env.optional_packages import import_optional
 
 from ..cracks import MOST_LINES, crack_lines
-from ..scene_data import LinkFrames, MeshFrames, Motion
+from ..scene_data import MeshFrames, Motion
+from ..visible_drawables import area_vectors
 
 # Radius of a line as a part of the smallest particle's; how far in front of the centres, in the largest one's: a line lies on
 # the ray from the camera through its place, so that it is seen at it, however far from the middle of the picture.
@@ -31,20 +32,10 @@ _INSIDE, _LINING = (45, 48, 52, 255), 2e-3
 
 def entity(place: str, name: str) -> str:
     """Return the path of a name, which may hold spaces and slashes, below a place such as "scene/links_"."""
-    return place + import_optional("rerun", "the viewer").escape_entity_path_part(name)
+    return place + rr.escape_entity_path_part(name)
 
 
 # -- links --------------------------------------------------------------------------------------------------------------
-
-
-def links_entity(links: LinkFrames) -> str:
-    """Return the path of the lines."""
-    return entity("scene/links_", links.name)
-
-
-def cracks_entity(links: LinkFrames) -> str:
-    """Return the path of the cracks."""
-    return entity("scene/cracks_", links.name)
 
 
 def send_links(recording: Any, motion: Motion, drawn: npt.NDArray[Any], eye: FloatArray, when: list[Any]) -> None:
@@ -65,7 +56,7 @@ def send_links(recording: Any, motion: Motion, drawn: npt.NDArray[Any], eye: Flo
             crack_lines(places, motion.reference, links.pairs, state, tuple(towards.tolist()))
             for places, state in zip(front, links.state, strict=True)
         ]
-        _send_lines(recording, cracks_entity(links), cracks, _CRACK, _CRACK_THICKNESS * smallest, when)
+        _send_lines(recording, entity("scene/cracks_", links.name), cracks, _CRACK, _CRACK_THICKNESS * smallest, when)
         if len(links.pairs) > MOST_LINES:
             continue
         frame, link = np.nonzero(links.state)
@@ -73,7 +64,7 @@ def send_links(recording: Any, motion: Motion, drawn: npt.NDArray[Any], eye: Flo
         held = front[frame[:, None], links.pairs[link]]
         counts = np.count_nonzero(links.state, axis=1)
         colours = sequential(links.state[frame, link], limit)
-        _send_strips(recording, links_entity(links), held, counts, colours, _THICKNESS * smallest, when)
+        _send_strips(recording, entity("scene/links_", links.name), held, counts, colours, _THICKNESS * smallest, when)
 
 
 def send_spokes(recording: Any, motion: Motion, drawn: npt.NDArray[Any], eye: FloatArray, when: list[Any]) -> None:
@@ -119,7 +110,6 @@ def _send_strips(
     radius: float,
     when: list[Any],
 ) -> None:
-    rr = import_optional("rerun", "the viewer")
     lines = rr.LineStrips3D.columns(
         strips=strips.astype(np.float32), colors=colours, radii=np.full(len(strips), radius, np.float32)
     )
@@ -157,13 +147,12 @@ def edges_of(connectivity: npt.NDArray[np.int64], nodes: npt.NDArray[np.float64]
 
 def send_triangles(recording: Any, mesh: MeshFrames) -> None:
     """Send what does not change: which nodes make which triangle, unless cells break."""
-    rr = import_optional("rerun", "the viewer")
     if mesh.whole is None:
         triangles = rr.Mesh3D.from_fields(triangle_indices=triangles_of(_drawn_corners(mesh)).astype(np.uint32))
         recording.log(cells_entity(mesh), triangles, static=True)
     if mesh.is_solid:
         normals = _normals(mesh)
-        shading = rr.Mesh3D.from_fields(vertex_normals=normals[mesh.connectivity.ravel()] if _is_of_cells(mesh) else normals)
+        shading = rr.Mesh3D.from_fields(vertex_normals=normals[mesh.connectivity.ravel()] if mesh.is_of_cells else normals)
         recording.log(cells_entity(mesh), shading, static=True)
         inside = rr.Mesh3D.from_fields(albedo_factor=_INSIDE)
         recording.log(_inside_entity(mesh), inside, static=True)
@@ -181,18 +170,15 @@ def send_mesh(
         colours: of the nodes or of the cells, shape (frames, n or m, 3).
         when: rerun's time columns.
     """
-    rr = import_optional("rerun", "the viewer")
     frames = len(drawn)
     corners = drawn
-    if _is_of_cells(mesh):
+    if mesh.is_of_cells:
         corners = drawn[:, mesh.connectivity.ravel()]
         colours = np.repeat(colours, mesh.connectivity.shape[1], axis=1)
     shown = rr.Mesh3D.columns(vertex_positions=corners.reshape(-1, 3), vertex_colors=colours.reshape(-1, 3))
     recording.send_columns(cells_entity(mesh), when, shown.partition(np.full(frames, corners.shape[1])))
     if mesh.whole is not None:
-        triangles = [triangles_of(_drawn_corners(mesh)[kept]) for kept in mesh.whole]
-        shown = rr.Mesh3D.columns(triangle_indices=np.concatenate(triangles).astype(np.uint32))
-        recording.send_columns(cells_entity(mesh), when, shown.partition([len(one) for one in triangles]))
+        _send_triangles(recording, cells_entity(mesh), _drawn_corners(mesh), mesh.whole, when)
     _send_edges(recording, mesh, drawn, when)
     if mesh.is_solid:
         _send_inside(recording, mesh, drawn, when)
@@ -200,15 +186,21 @@ def send_mesh(
 
 def _send_inside(recording: Any, mesh: MeshFrames, drawn: npt.NDArray[Any], when: list[Any]) -> None:
     """Send a dark lining of a body in space, just below its surface: through gaps one sees that, not the far side's colours."""
-    rr = import_optional("rerun", "the viewer")
     lining = (drawn - _LINING * float(np.ptp(mesh.nodes, axis=0).max()) * _normals(mesh)).astype(np.float32)
     whole = np.ones((len(drawn), len(mesh.connectivity)), bool) if mesh.whole is None else mesh.whole
-    triangles = [triangles_of(mesh.connectivity[kept]) for kept in whole]
     path = _inside_entity(mesh)
     positions = rr.Mesh3D.columns(vertex_positions=lining.reshape(-1, 3))
     recording.send_columns(path, when, positions.partition(np.full(len(drawn), lining.shape[1])))
-    indices = rr.Mesh3D.columns(triangle_indices=np.concatenate(triangles).astype(np.uint32))
-    recording.send_columns(path, when, indices.partition([len(one) for one in triangles]))
+    _send_triangles(recording, path, mesh.connectivity, whole, when)
+
+
+def _send_triangles(
+    recording: Any, path: str, corners: npt.NDArray[np.int64], whole: npt.NDArray[np.bool_], when: list[Any]
+) -> None:
+    """Send the triangles of the cells that are whole, in each frame."""
+    triangles = [triangles_of(corners[kept]) for kept in whole]
+    shown = rr.Mesh3D.columns(triangle_indices=np.concatenate(triangles).astype(np.uint32))
+    recording.send_columns(path, when, shown.partition([len(one) for one in triangles]))
 
 
 def _inside_entity(mesh: MeshFrames) -> str:
@@ -217,8 +209,7 @@ def _inside_entity(mesh: MeshFrames) -> str:
 
 def _normals(mesh: MeshFrames) -> npt.NDArray[np.float32]:
     """Return the outward normals of the nodes before anything moved, shape (n, 3)."""
-    corners = mesh.nodes[mesh.connectivity]
-    across = np.cross(corners[:, 2] - corners[:, 0], corners[:, -1] - corners[:, 1])
+    across = area_vectors(mesh.nodes[mesh.connectivity])
     sums = np.zeros_like(mesh.nodes)
     for place in range(mesh.connectivity.shape[1]):
         np.add.at(sums, mesh.connectivity[:, place], across)
@@ -228,7 +219,6 @@ def _normals(mesh: MeshFrames) -> npt.NDArray[np.float32]:
 
 def _send_edges(recording: Any, mesh: MeshFrames, drawn: npt.NDArray[Any], when: list[Any]) -> None:
     """Send the edges of cells that are not broken; those of a plane in front of it."""
-    rr = import_optional("rerun", "the viewer")
     whole = np.ones((1, len(mesh.connectivity)), bool) if mesh.whole is None else mesh.whole
     edges = [edges_of(mesh.connectivity[kept], mesh.nodes) for kept in whole] * (len(drawn) if mesh.whole is None else 1)
     strips = np.concatenate([places[ends] for places, ends in zip(drawn, edges, strict=True)])
@@ -242,11 +232,6 @@ def _send_edges(recording: Any, mesh: MeshFrames, drawn: npt.NDArray[Any], when:
 
 def _drawn_corners(mesh: MeshFrames) -> npt.NDArray[np.int64]:
     """Return the corners of each cell among those that are sent: with a colour for each cell none are shared."""
-    if _is_of_cells(mesh):
+    if mesh.is_of_cells:
         return np.arange(mesh.connectivity.size).reshape(mesh.connectivity.shape)
     return mesh.connectivity
-
-
-def _is_of_cells(mesh: MeshFrames) -> bool:
-    """Return whether the field has a value for each cell; otherwise for each node."""
-    return mesh.field is not None and mesh.field.shape[1] == len(mesh.connectivity) != len(mesh.nodes)

@@ -13,15 +13,17 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from granular_env.components.errors import GranularError, ParameterError
-from granular_env.optional_packages import import_optional
+import rerun as rr
+from rerun.experimental import ViewerClient
+
+from granular_env.components.errors import ParameterError
+from granular_env.components.support.validation import finite_number, positive_number
 from granular_env.output_files import require_writable, write_files
 from granular_env.progress import Progress, progress_bar
 
 from ..domain_views import make_views
-from ..scene_builder import from_log
-from ..scene_data import SceneData
-from ..scene_scales import Scales, scales_of
+from ..scene_builder import from_log, require_log
+from ..scene_scales import scales_of
 from .blueprint import blueprint
 from .process import NEEDED, START_SECONDS, RerunProcess, require_screen
 from .scene import APPLICATION, TIMELINE, send
@@ -40,9 +42,9 @@ def save_rrd(
 
     Args:
         log: an open log.
-        path: of the .rrd file; a file that stands there is replaced.
-        exaggerate: draw displacements so many times larger; by default chosen so that the wave is seen and no particles
-            pass one another. The factor is stated in the scene.
+        path: of the .rrd file; an existing file is replaced.
+        exaggerate: factor of the displacements; by default the wave is visible and no particles pass one another. The scene
+            states the factor.
         progress: show a bar, or call this with the part that is done.
         colour: a recorded output that colours what is drawn, instead of the component's choice.
 
@@ -55,7 +57,6 @@ def save_rrd(
             .rrd.
         GranularError: the file cannot be written.
     """
-    import_optional("rerun", "saving a rerun file")
     target = output_path(path, ".rrd")
     with progress_bar(f"scene of {target.name}", show=progress) as bar:
         write_files({target: scene_bytes(log, exaggerate, bar.update, colour)})
@@ -69,30 +70,23 @@ def scene_bytes(
     colour: str | None = None,
 ) -> bytes:
     """Return the content of the file that `save_rrd` writes; errors as there."""
-    _require_log(log)
-    rr = import_optional("rerun", "the viewer")
+    require_log(log)
+    if exaggerate is not None:
+        positive_number("exaggerate", exaggerate)
     tell = progress or (lambda part: None)
     scene_data = from_log(log, progress=lambda part: tell(0.7 * part), colour=colour)
-    scales = _scales(scene_data, exaggerate)
-    views = None
-    if scene_data.motion is not None and scales is not None:
-        views = make_views(str(log.metadata.get("component")), scene_data.motion, scales)
-    # A file's name may hold bytes that are no text; rerun takes text only.
-    name = Path(str(log.path)).name.encode("utf-8", "replace").decode()
-    recording = rr.RecordingStream(APPLICATION, recording_id=f"{scene_data.title} ({name})")
+    scales = scales_of(scene_data, exaggerate)
+    views = make_views(str(log.metadata.get("component")), scene_data, scales)
+    recording = rr.RecordingStream(APPLICATION, recording_id=f"{scene_data.title} ({log.metadata.get('created')})")
     # Through memory: where the disk becomes full, rerun's own writer drops the rest, or hangs, and raises nothing.
     kept = recording.memory_recording()
     try:
-        # Active: what a server hands on to the web viewer shows a layout that is a mere default to nobody.
+        # Active: the web viewer does not show the default layout of a server.
         recording.send_blueprint(blueprint(scene_data, scales, views, log.duration), make_active=True)
         recording.send_recording_name(scene_data.title)
         send(recording, scene_data, scales, views)
         tell(1.0)
         return kept.drain_as_bytes()
-    except RuntimeError as error:
-        raise GranularError(
-            f"rerun cannot take the scene: {error}", hint="its package may be of another version", source=f"log {name!r}"
-        ) from error
     finally:
         recording.disconnect()
 
@@ -109,14 +103,13 @@ def view(log: Any, web: bool = False, exaggerate: float | None = None, colour: s
     Raises:
         MissingExtraError, GranularError: rerun is not installed, or cannot start (no screen).
     """
-    import_optional("rerun", "the viewer")
     if not web:
         file, picture = "save_rrd (--save FILE.rrd)", "screenshot (--screenshot FILE.png)"
         require_screen(f"use the web viewer, web=True (--web), a rerun file, {file}, or a picture, {picture}")
     data = scene_bytes(log, exaggerate, colour=colour)
     with contextlib.suppress(KeyboardInterrupt), RerunProcess(data=data, web=web) as viewer:
         if web:
-            viewer.wait_until_it_listens(viewer.web_port)
+            viewer.wait_until_it_listens()
             print(f"rerun's web viewer: {viewer.page}  (Ctrl-C ends it)", flush=True)
         viewer.wait()
 
@@ -144,13 +137,11 @@ def screenshot(
         MissingExtraError: rerun is not installed.
         GranularError: the viewer cannot start; the message names the system packages it needs.
     """
-    import_optional("rerun", "a screenshot")
     target = output_path(png, ".png")
-    width, height = _window(size)
-    _require_log(log)
+    require_log(log)
     instant = _instant(log, at)
     data = scene_bytes(log, exaggerate, colour=colour)
-    with RerunProcess("--headless", "--window-size", f"{width}x{height}", data=data) as viewer:
+    with RerunProcess("--headless", "--window-size", f"{size[0]}x{size[1]}", data=data, advice=NEEDED) as viewer:
         picture = _take(viewer, instant)
     write_files({target: picture})
     return target
@@ -158,9 +149,8 @@ def screenshot(
 
 def _take(viewer: RerunProcess, instant: float) -> bytes:
     """Return the PNG of a viewer without a window at an instant [s]."""
-    client_class = import_optional("rerun.experimental", "a screenshot").ViewerClient
-    viewer.wait_until_it_listens(advice=NEEDED)
-    client = _while_it_lives(viewer, lambda: client_class.connect(viewer.url))
+    viewer.wait_until_it_listens()
+    client = _while_it_lives(viewer, lambda: ViewerClient.connect(viewer.url))
     # Until the recording is loaded there is no such time.
     _while_it_lives(viewer, lambda: client.set_time(TIMELINE, duration=instant, play_state="paused"))
     # Textures arrive some frames later, the viewer's own notices leave after seconds, and rerun has no signal for either.
@@ -175,62 +165,27 @@ def _while_it_lives(viewer: RerunProcess, ask: Callable[[], Any]) -> Any:
         try:
             return ask()
         except Exception as error:  # rerun raises several kinds
-            viewer.require_alive(NEEDED)
+            viewer.require_alive()
             if time.monotonic() > deadline:
-                raise GranularError(
-                    f"rerun's viewer gave no picture: {error}", hint=f"{NEEDED}; it said: {viewer.messages()}"
-                ) from error
+                raise viewer.failure(f"gave no picture: {error}") from error
             time.sleep(0.2)
 
 
-# -- arguments ------------------------------------------------------------------------------------------------------------
-
-
-def _require_log(log: Any) -> None:
-    """Raise `ParameterError` where something else than an open log was given."""
-    if not hasattr(log, "metadata") or not hasattr(log, "variables"):
-        raise ParameterError(f"got {type(log).__name__}", expected="an open log: open_log(path)", at="log")
-
-
-def output_path(path: Any, suffix: str) -> Path:
+def output_path(path: str | os.PathLike[str], suffix: str) -> Path:
     """Return the path of a file to write; refuse one that cannot be written or whose name does not end in the suffix."""
-    if not isinstance(path, str | os.PathLike):
-        raise ParameterError(f"got {path!r}", expected="the path of a file", at="path")
     require_writable(path)
     if Path(path).suffix.lower() != suffix:
         raise ParameterError(f"got {os.fspath(path)!r}", expected=f"the name of a file that ends in {suffix}", at="path")
     return Path(path)
 
 
-def _number(name: str, value: Any) -> float:
-    if isinstance(value, bool) or not isinstance(value, (int, float)):
-        raise ParameterError(f"got {value!r}", expected="a number", at=name)
-    return float(value)
-
-
 def _instant(log: Any, at: float | None) -> float:
     """Return the instant to show [s]: where none is given the end, with all that has broken, or two thirds of the run."""
     start = log.start_tick * log.step_size
     shown = log.duration if log.events() else 2.0 / 3.0 * log.duration
-    instant = start + shown if at is None else _number("at", at)
+    instant = start + shown if at is None else finite_number("at", at, "seconds")
     # The end as people write it may be a rounding error later.
     slack = 1e-9 * max(abs(start), log.duration)
     if not start - slack <= instant <= start + log.duration + slack:
         raise ParameterError(f"got {instant:g} s", expected=f"{start:g} to {start + log.duration:g} s", at="at")
     return instant
-
-
-def _window(size: Any) -> tuple[int, int]:
-    if (
-        not isinstance(size, tuple | list)
-        or len(size) != 2
-        or not all(type(side) is int and 100 <= side <= 8192 for side in size)
-    ):
-        raise ParameterError(f"got {size!r}", expected="a width and a height, whole numbers from 100 to 8192", at="size")
-    return size[0], size[1]
-
-
-def _scales(scene_data: SceneData, exaggerate: float | None) -> Scales | None:
-    if exaggerate is not None and not 0.0 < _number("exaggerate", exaggerate) < float("inf"):
-        raise ParameterError(f"got {exaggerate!r}", expected="a positive number", at="exaggerate")
-    return scales_of(scene_data, exaggerate)

@@ -8,7 +8,8 @@ import numpy as np
 
 from granular_env.components.errors import ParameterError
 from granular_env.components.support.float_arrays import FloatArray
-from granular_env.crests_and_crossings import crests, crossing, positive
+from granular_env.components.support.validation import positive_number
+from granular_env.crests_and_crossings import crests, crossing
 
 from .chain_history import Direction, History, sign
 
@@ -26,7 +27,7 @@ def arrivals(history: History, above: float, direction: Direction = "right") -> 
     Raises:
         ParameterError: a threshold that is not positive, another direction.
     """
-    above, velocity = positive("above", above, "m/s"), sign(direction) * history.velocity
+    above, velocity = positive_number("above", above), sign(direction) * history.velocity
     passed = velocity > above
     found = np.full(history.grains, np.nan)
     for grain in np.flatnonzero(passed.any(axis=0)):

@@ -12,7 +12,7 @@ from granular_env.components.errors import ParameterError
 from granular_env.components.inputs import Held
 from granular_env.components.support.float_arrays import FloatArray
 from granular_env.components.support.memory_limits import refuse_beyond
-from granular_env.crests_and_crossings import positive
+from granular_env.components.support.validation import positive_number
 
 from .chain_history import History
 from .history_sources import chain_geometry, of_chain
@@ -39,7 +39,7 @@ class Watch:
         Raises:
             ParameterError: `every` is not positive; later, when it begins to watch: no chain, or no whole number of steps.
         """
-        self._every = positive("every", every, "s")
+        self._every = positive_number("every", every)
         self._component: Component | None = None
         self._variables: tuple[str, ...] = ()
         self.next_tick = 0

@@ -17,7 +17,6 @@ from granular_env.viewing.scene_data import Motion
 from granular_env.viewing.scene_scales import Scales, roomy_limit
 
 from .closeup import WINDOW, closeup_camera, has_closeup, send_closeup
-from .contact_quantity import contacts_of
 from .profile_and_bars import WORDS, row_of, send_bars, send_guides, send_profile
 from .space_time_diagram import GrowingPicture, Picture, space_time_picture
 
@@ -32,8 +31,6 @@ class ChainViews(Views):
         if self._growing is not None and motion.colour is not None:
             # The axes now, so that the first frames do not wait for it.
             self._growing.prepare(motion, scales.colour_limit)
-
-    contacts = staticmethod(contacts_of)
 
     def reach(self, scales: Scales) -> tuple[float, float]:
         """Return where the words of the zero lines end, below and above [m]."""

@@ -1,20 +1,104 @@
-"""An experiment whose run ended too early, run on from its log to its end."""
+"""Runs that begin from a log: its replay, a branch, and an experiment that ended too early, resumed."""
 
 from __future__ import annotations
 
+import dataclasses
 import os
 from collections.abc import Mapping
 from contextlib import ExitStack
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from granular_env.components.component import Component
-from granular_env.components.errors import GranularError, LogError, ParameterError, caution
+from granular_env.components.errors import GranularError, LogError
 from granular_env.documents import Overrides
 from granular_env.experiments.experiment import Experiment, Source, load_experiment
 from granular_env.experiments.stop_rules import StopWatch
 from granular_env.progress import Progress
 from granular_env.recording.log import Log
-from granular_env.run_loop import RunResult, advance, collect_warnings, memory_errors, refuse_unrecordable, run
+from granular_env.run_loop import Inputs, RunResult, advance, collect_warnings, memory_errors, run, start_recording
+
+if TYPE_CHECKING:
+    from granular_env.recording.branch import Branch
+
+
+def replay(
+    log: str | os.PathLike[str],
+    *,
+    progress: Progress = False,
+    allow_large: bool = False,
+    components: Mapping[str, type[Component]] | None = None,
+) -> RunResult:
+    """Run a log's program again, from its start to its end, without comparing (`verify` does that); arguments as there.
+
+    Raises:
+        LogError: it is no log, or it cannot be re-run.
+    """
+    from granular_env.recording import open_log
+    from granular_env.recording.rerun import check_work
+
+    where = f"log {str(log)!r}"
+    with (
+        memory_errors(where, LogError),
+        collect_warnings() as issued,
+        open_log(log, allow_large=allow_large, components=components) as opened,
+    ):
+        component, results = opened.component(), []
+        check_work(opened.end_tick - opened.start_tick, component, opened.records.limits)
+        for segment in opened.segments:
+            start = opened.snapshot(segment, segment.start)
+            component.restore(start)
+            changes = dict(opened.steps_of(segment).changes(start.inputs))
+            results.append(
+                advance(component, segment.end, {}, changes=changes, title=str(log), progress=progress, issued=issued)
+            )
+            if results[-1].interrupted:
+                break
+        if not results:
+            raise LogError("it holds none", at="steps", source=f"log {str(log)!r}")
+        total, seconds = sum(one.ticks for one in results), sum(one.seconds for one in results)
+        return dataclasses.replace(results[-1], ticks=total, seconds=seconds, start=opened.start_tick)
+
+
+def run_branch(
+    branch: Branch,
+    log: str | os.PathLike[str],
+    inputs: Inputs,
+    until: float | None = None,
+    *,
+    progress: Progress = False,
+    overwrite: bool = False,
+) -> RunResult:
+    """Continue from a branch and record it; the bits are those of `Branch.run`.
+
+    Args:
+        branch: a fresh one.
+        log: path of the new log.
+        inputs: hold from here on instead of the log's own.
+        until: time at which to stop, on the component's clock [s]; default where the log's segment ends.
+        progress: show a bar, or call this with the part that is done.
+        overwrite: whether an existing file may be replaced.
+
+    Raises:
+        ParameterError: an argument is not valid; nothing has been written.
+        StepError: the physics would break down; the log until then is complete, a note of the error names it.
+        LogError: the log cannot be written.
+    """
+    where, end = f"log {os.fspath(log)!r}", branch.end(until)
+    with memory_errors(where, LogError), collect_warnings() as issued, ExitStack() as stack:
+        stack.enter_context(branch.recording(log, inputs, overwrite=overwrite))
+        result = advance(
+            branch.component,
+            end,
+            {},
+            changes=branch.changes(inputs),
+            title=Path(log).name,
+            progress=progress,
+            log=Path(log),
+            issued=issued,
+            closing=stack,
+        )
+        return dataclasses.replace(result, start=branch.tick)
 
 
 def resume(
@@ -55,20 +139,17 @@ def resume(
     """
     from granular_env.recording import open_log
     from granular_env.recording.continuation import continuation_of
-    from granular_env.recording.recorder import note_log_on_error
 
     wanted = None if experiment is None else load_experiment(experiment, overrides)
-    where = f"log {str(path)!r}"
+    where, (target, replace) = f"log {str(path)!r}", (path, True) if log is None else (log, overwrite)
     with memory_errors(where, LogError), collect_warnings() as issued, ExitStack() as stack:
         opened = stack.enter_context(open_log(path, allow_large=allow_large, components=components))
         program = _experiment_of(opened, where)
         if wanted is not None:
             _refuse_other(program, wanted, where)
         _refuse_ended(opened, where)
-        _tell_of_versions(opened, where)
         if not opened.calls:
             # The process was killed before its first step reached the disk.
-            target, replace = (path, True) if log is None else (log, overwrite)
             return run(wanted or program, log=target, progress=progress, overwrite=replace)
         found = continuation_of(opened)
         component, end = found.component, found.component.ticks_in(program.duration)
@@ -80,13 +161,7 @@ def resume(
                 hint = "nothing is left to resume; `granular-env recover` makes the file whole"
                 raise LogError(f"{why}, only the end of the file is missing", hint=hint, source=where)
             raise LogError(f"it is complete: {why}", hint="nothing is left to resume", source=where)
-        refuse_unrecordable(component)
-        try:
-            recorder = found.recorder(path, True) if log is None else found.recorder(log, overwrite)
-        except ParameterError as error:
-            raise error.renamed("path", "log") from None
-        stack.enter_context(note_log_on_error(recorder))
-        stack.enter_context(recorder)
+        start_recording(stack, component, lambda: found.recorder(target, replace))
         return advance(
             component,
             end,
@@ -95,7 +170,7 @@ def resume(
             stops=stops,
             title=program.name,
             progress=progress,
-            log=Path(path if log is None else log),
+            log=Path(target),
             issued=issued,
             closing=stack,
         )
@@ -137,15 +212,3 @@ def _refuse_ended(log: Log, where: str) -> None:
             hint="it would do so again; change the experiment, and run it anew",
             source=where,
         )
-
-
-def _tell_of_versions(log: Log, where: str) -> None:
-    from granular_env.recording.header import versions
-
-    recorded = log.records.header.get("versions")
-    for name, version in versions().items():
-        if isinstance(recorded, dict) and recorded.get(name) != version:
-            caution(f"{where} was begun with {name} {recorded.get(name)}, and goes on with {version}")
-
-
-__all__ = ["resume"]
