@@ -76,7 +76,6 @@ class ChainParameters(Parameters):
     velocity_scale: float = _field(
         10.0, "largest relative speed of neighbours to expect, for the suggested step", "m/s", ge=1e-9, le=1e9
     )
-    tolerance: float = _field(1e-12, "not used; recorded logs name it", "1", ge=1e-15, le=1e-3)
     overlap_limit: float = _field(0.1, "overlap, as a part of the smaller radius, at which a step is refused", "1", gt=0.0)
 
     @model_validator(mode="before")
