@@ -116,7 +116,6 @@ REFUSED = [
     (GOOD | {"integrator": "euler"}, "integrator"),
     (GOOD | {"step_size": 0.0}, "step_size"),
     (GOOD | {"velocity_scale": -1.0}, "velocity_scale"),
-    (GOOD | {"tolerance": 1.0}, "tolerance"),
     (GOOD | {"overlap_limit": 0.0}, "overlap_limit"),
     (GOOD | {"raduis": 1e-3}, "did you mean 'radius'"),
 ]

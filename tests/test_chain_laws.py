@@ -43,7 +43,7 @@ def pressed(law: object, integrator: str, step_size: float, grains: int = 30, **
     """A pressed chain in which a pulse runs, all contacts closed."""
     chain = ge.Chain(
         grains=grains, law=law, integrator=integrator, step_size=step_size,
-        **{"precompression": 200.0, "right": "plane", "tolerance": 1e-14} | parameters,
+        **{"precompression": 200.0, "right": "plane"} | parameters,
     )  # fmt: skip
     chain.reset(velocity=0.05 * np.exp(-(((np.arange(grains) - 10.0) / 3.0) ** 2)))
     chain.step(2e-5)
