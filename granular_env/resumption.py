@@ -103,7 +103,7 @@ def resume(
 
 def _experiment_of(log: Log, where: str) -> Experiment:
     """Return the experiment that a log is of."""
-    header = log.records.header
+    header = log.header
     if header.get("parent") is not None:
         raise LogError("it is a branch of another log", hint="branch off it anew: granular-env branch", source=where)
     content = header.get("experiment")
@@ -142,7 +142,7 @@ def _refuse_ended(log: Log, where: str) -> None:
 def _tell_of_versions(log: Log, where: str) -> None:
     from granular_env.recording.header import versions
 
-    recorded = log.records.header.get("versions")
+    recorded = log.header.get("versions")
     for name, version in versions().items():
         if isinstance(recorded, dict) and recorded.get(name) != version:
             caution(f"{where} was begun with {name} {recorded.get(name)}, and goes on with {version}")

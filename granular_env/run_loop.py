@@ -168,7 +168,7 @@ def replay(
         open_log(log, allow_large=allow_large, components=components) as opened,
     ):
         component, results = opened.component(), []
-        check_work(opened.end_tick - opened.start_tick, component, opened.records.limits)
+        check_work(opened.end_tick - opened.start_tick, component, opened.limits)
         for segment in opened.segments:
             start = opened.snapshot(segment, segment.start)
             component.restore(start)

@@ -45,7 +45,7 @@ def _kill(path: Path, after: float, idle_at: int = -1) -> list[tuple[int, float]
 
 def _check_killed(path: Path, told: list[tuple[int, float]]) -> None:
     log = open_log(path)
-    assert not log.complete and log.records.header["component"] == "oscillator"
+    assert not log.complete and log.header["component"] == "oscillator"
     safe = max((tick for tick, age in told if age > _LOST_SECONDS), default=0)
     assert log.end_tick >= safe, f"{safe - log.end_tick} ticks older than {_LOST_SECONDS} s were lost"
     result = verify(log)
@@ -169,7 +169,7 @@ def _everything(path: Path) -> dict[str, Any]:
     with open_log(path) as log:
         found: dict[str, Any] = {"header": (log.step_size, log.identity)}
         for name in log.variables:
-            ticks, values = log.ticks(name), log.to_numpy(name)
+            ticks, values = log.ticks(name), log.series(name)[1]
             for tick, value in zip(ticks.tolist(), values, strict=True):
                 found[f"{name} {tick}"] = value.tobytes()
         for segment in log.segments:

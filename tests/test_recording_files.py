@@ -44,7 +44,7 @@ def test_opening_reads_the_first_and_the_last_chunk(tmp_path: Path, monkeypatch:
         component.step(300 * every)
     monkeypatch.setattr(Container, "_read_chunk", counted)
     log = open_log(tmp_path / "a.mcap")
-    assert log.complete and log.records.container.chunk_count > 10 and len(chunks) == 2
+    assert log.complete and log.container.chunk_count > 10 and len(chunks) == 2
     log.get("velocity", log.duration / 2)
     assert len(chunks) <= 4, "one frame is in one chunk"
 
@@ -75,7 +75,7 @@ def test_the_size_of_a_log_is_known_before(tmp_path: Path, options: dict[str, An
     with record(component, tmp_path / "a.mcap", **options):
         component.reset(velocity={0: 1.0})
         component.step(1e-3)
-    container = open_log(tmp_path / "a.mcap").records.container
+    container = open_log(tmp_path / "a.mcap").container
     size = sum(len(entry.message.data) for _, entry in container.all_messages())
     # Spheres of grains at rest take less in a preview.
     assert 0.7 < size / estimate < 1.1 or not (options.get("every") or options.get("experiment"))
@@ -94,7 +94,7 @@ def test_the_size_of_a_log_is_known_before(tmp_path: Path, options: dict[str, An
 def test_the_size_is_right_for_every_medium(experiment: str, overrides: dict[str, Any], tmp_path: Path) -> None:
     ready = prepare(load_experiment(experiment, overrides))
     run(experiment, overrides=overrides, log=tmp_path / "a.mcap")
-    container = open_log(tmp_path / "a.mcap").records.container
+    container = open_log(tmp_path / "a.mcap").container
     size = sum(len(entry.message.data) for _, entry in container.all_messages())
     assert log_bytes(ready) == pytest.approx(size, rel=0.1)
     assert (tmp_path / "a.mcap").stat().st_size < size
@@ -229,7 +229,7 @@ def test_the_end_of_the_program_closes_what_is_open(tmp_path: Path) -> None:
 
 def test_nothing_recovered_is_told_by_the_exit_status(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     oscillator_log(tmp_path / "a.mcap")
-    offset, length = open_log(tmp_path / "a.mcap").records.container.places[0]
+    offset, length = open_log(tmp_path / "a.mcap").container.places[0]
     (tmp_path / "cut.mcap").write_bytes((tmp_path / "a.mcap").read_bytes()[: offset + length + 40])
     assert main(["recover", str(tmp_path / "cut.mcap"), "-o", str(tmp_path / "b.mcap")]) == 1
     assert "nothing was recovered but the start" in capsys.readouterr().out

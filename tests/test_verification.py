@@ -51,7 +51,7 @@ def test_a_log_that_was_not_closed_is_incomplete(tmp_path: Path, capsys: pytest.
 def test_a_log_of_which_only_the_start_is_left_was_not_compared(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     oscillator_log(tmp_path / "a.mcap")
     whole = open_log(tmp_path / "a.mcap")
-    offset, length = whole.records.container.places[0]
+    offset, length = whole.container.places[0]
     (tmp_path / "b.mcap").write_bytes((tmp_path / "a.mcap").read_bytes()[: offset + length + 40])
     result = verify(tmp_path / "b.mcap")
     assert result.outcome == "nothing was compared" and not result.identical and result.ticks == 0

@@ -79,7 +79,7 @@ class Branch:
         end = self.end(until)
         with self.recording(target, given, every=every, variables=variables, overwrite=overwrite):
             advance(self.component, sorted(self.changes(given).items(), reverse=True), end)
-        return type(self.parent)(target, self.parent.records.limits.lifted)
+        return type(self.parent)(target, self.parent.limits.lifted)
 
     def end(self, until: float | None = None) -> int:
         """Return the tick at which to stop; by default where the log's segment ends. `ParameterError` where it has passed."""
@@ -88,7 +88,7 @@ class Branch:
             raise ParameterError(f"got {until:g} s, the branch begins at {self.component.time:g} s", at="until")
         if until is None:
             # How far a log goes is its own word; how far somebody asks for is theirs.
-            check_work(end - self.component.tick, self.component, self.parent.records.limits)
+            check_work(end - self.component.tick, self.component, self.parent.limits)
         return end
 
     def changes(self, inputs: Mapping[str, Any]) -> dict[int, dict[str, Any]]:
@@ -134,12 +134,12 @@ class Branch:
         component = self.component
         names = names_to_record(component, list(self.parent.variables) if variables is None else variables)
         if every is None:
-            schedule = schedule_from(self.parent.records.header.get("options"))
+            schedule = schedule_from(self.parent.header.get("options"))
         else:
             schedule = make_schedule(component, every, None, None, None, names)
         # The parent's age counts on: frames fall where the parent's do.
-        elapsed = self.parent.records.elapsed + self.segment.elapsed + self.tick - self.segment.start
-        experiment = self.parent.records.header.get("experiment")
+        elapsed = self.parent.elapsed + self.segment.elapsed + self.tick - self.segment.start
+        experiment = self.parent.header.get("experiment")
         return begin_log(component, LogWriter(target, overwrite), names, schedule, experiment, self.facts, elapsed)
 
 
@@ -148,7 +148,7 @@ def branch_of(log: Log, at: float) -> Branch:
     segment, tick = log.locate(at)
     component = log.component()
     snapshot, steps = log.snapshot(segment, tick), log.steps_of(segment)
-    check_work(tick - snapshot.tick, component, log.records.limits)
+    check_work(tick - snapshot.tick, component, log.limits)
     restore(component, snapshot)
     changes = steps.changes(log.snapshot(segment, segment.start).inputs)
     done = [change for change in changes if snapshot.tick <= change[0] < tick]

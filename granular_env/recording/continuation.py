@@ -52,30 +52,30 @@ class Continuation:
             ParameterError: the file exists, and may not be replaced.
             LogError: it cannot be written.
         """
-        log, component, header = self.log, self.component, self.log.records.header
+        log, component, header = self.log, self.component, self.log.header
         schedule, names = schedule_from(header.get("options")), list(log.variables)
         writer = LogWriter(path, overwrite)
         if not self.kept:
-            facts = header.get("experiment"), header.get("parent"), log.records.elapsed
+            facts = header.get("experiment"), header.get("parent"), log.elapsed
             return begin_log(component, writer, names, schedule, *facts)
         try:
             copy_records(log, writer, self.kept)
             tick = component.tick
             facts = {"incident": "resumed", "versions": versions()}
             resumed = Record(INCIDENTS, 0, 0, tick, tick, 1, writer.number(INCIDENTS), facts, {})
-            writer.add(resumed, log.records.nanoseconds(tick))
+            writer.add(resumed, log.nanoseconds(tick))
             writer.flush()
             preview = preview_of(log, tick)
         except BaseException:
             writer.abandon()
             raise
         kept = Kept(log.start_tick, self.key, self._profiles())
-        return Recorder(component, writer, names, schedule, preview, log.records.elapsed, kept)
+        return Recorder(component, writer, names, schedule, preview, log.elapsed, kept)
 
     def _profiles(self) -> int:
         """Return the number of compiled profiles that stay."""
-        rows = self.log.records.index.rows[: self.kept]
-        return sum(len(self.log.records.read(row).arrays["profile_shapes"]) for row in rows[rows[:, KIND] == STEPS])
+        rows = self.log.index.rows[: self.kept]
+        return sum(len(self.log.read(row).arrays["profile_shapes"]) for row in rows[rows[:, KIND] == STEPS])
 
 
 def continuation_of(log: Log) -> Continuation:
@@ -84,22 +84,22 @@ def continuation_of(log: Log) -> Continuation:
     Raises:
         LogError: it holds several histories; it cannot be run again, or gives other bits now.
     """
-    where, segments = log.records.source, log.records.index.all_segments
+    where, segments = log.source, log.index.all_segments
     if len(segments) > 1:
         came = f"its component was reset or put back {len(segments) - 1} times on the way"
         raise LogError(came, hint="branch off it instead: granular-env branch", source=where)
     recovered = any(incident.get("incident") == "recovered" for incident in log.incidents)
-    closed = log.records.closing is not None and not recovered
-    component, steps = log.component(), np.flatnonzero(log.records.index.rows[:, KIND] == STEPS)
+    closed = log.closing is not None and not recovered
+    component, steps = log.component(), np.flatnonzero(log.index.rows[:, KIND] == STEPS)
     kept = int(steps[-1]) + 1 if len(steps) else 0
-    rows = log.records.index.rows[:kept]
+    rows = log.index.rows[:kept]
     found = Continuation(log, component, {}, kept, log.start_tick, closed)
     tick = int(rows[-1, LAST]) if kept else log.start_tick
     if kept:
         keys = rows[rows[:, KIND] == SNAPSHOTS]
-        snapshot = log.records.snapshot(keys[np.argmax(keys[:, FIRST])])
+        snapshot = log.snapshot_in(keys[np.argmax(keys[:, FIRST])])
         found.key = snapshot.tick
-        check_work(tick - snapshot.tick, component, log.records.limits)
+        check_work(tick - snapshot.tick, component, log.limits)
         try:
             Comparison(log, component, segments[0], Verification(str(log.path), log.complete)).run(snapshot, tick)
         except Difference as error:

@@ -44,7 +44,7 @@ def recover(
         except ParameterError as error:
             raise error.renamed("path", "out") from None
         try:
-            copy_records(log, writer, len(log.records.index.rows))
+            copy_records(log, writer, len(log.index.rows))
             writer.add_preview(preview_of(log).messages())
             _finish(log, writer)
         finally:
@@ -54,10 +54,10 @@ def recover(
 
 def copy_records(log: Log, writer: LogWriter, count: int) -> None:
     """Write the first records of a log as they are, but for its closing one."""
-    container = log.records.container
+    container = log.container
     messages = (entry for _, entry in container.all_messages() if kind_of(entry.topic) is not None)
     for topic, message in islice(messages, count):
-        with log.records.name_file_in_errors():
+        with log.name_file_in_errors():
             record = decode(message.data, kind_of(topic) or HEADER, container.most_text)
         if record.kind == HEADER:
             writer.add_header(record)
@@ -67,26 +67,26 @@ def copy_records(log: Log, writer: LogWriter, count: int) -> None:
 
 def preview_of(log: Log, end: int | None = None) -> Preview:
     """Return the preview of the frames of a log, up to a tick of the log's time; default: all."""
-    preview = Preview(title_of(log.records.header), log.drawables, log.variables)
+    preview = Preview(title_of(log.header), log.drawables, log.variables)
     for together in zip(*(_frames_of(log, name) for name in log.variables), strict=False):
         tick = together[0][0]
         if end is not None and tick > end:
             break
         values = {name: value for name, (_, value) in zip(log.variables, together, strict=True)}
-        preview.add(log.records.nanoseconds(tick), values)
+        preview.add(log.nanoseconds(tick), values)
     return preview
 
 
 def _frames_of(log: Log, name: str) -> Iterator[tuple[int, Any]]:
     """Yield tick of the log's time and value of each frame of a variable."""
-    for row in log.records.frame_rows(name):
-        ticks, values = log.records.frames(row, name)
-        yield from zip(log.records.log_tick(row[SEGMENT], ticks).tolist(), values, strict=True)
+    for row in log.frame_rows(name):
+        ticks, values = log.frames(row, name)
+        yield from zip(log.log_tick(row[SEGMENT], ticks).tolist(), values, strict=True)
 
 
 def _finish(log: Log, writer: LogWriter) -> None:
     """Write the incident that names the loss, and the closing record."""
-    records, closing = log.records, log.records.closing
+    records, closing = log.records, log.closing
     segment = records.index.all_segments[-1] if records.index.all_segments else None
     number, tick = (segment.number, segment.end) if segment else (0, 0)
     time, container = records.nanoseconds(log.end_tick), records.container

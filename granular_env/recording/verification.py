@@ -138,7 +138,7 @@ def verify(
     log = path if isinstance(path, Log) else open_log(path, allow_large=allow_large, components=components)
     try:
         component = log.rebuilt()
-        check_work(log.end_tick - log.start_tick, component, log.records.limits)
+        check_work(log.end_tick - log.start_tick, component, log.limits)
         _refuse_other_declaration(log, component)
         result = Verification(str(log.path), log.complete)
         for incident in log.incidents:
@@ -162,13 +162,13 @@ def verify(
 def _compare(log: Log, component: Component, result: Verification, tell: Callable[[int], None]) -> None:
     """Compare all segments until the first difference, and write the findings into the result."""
     # Also segments in which nothing happened: they hold a state, and perhaps a frame.
-    for segment in log.records.index.all_segments:
+    for segment in log.index.all_segments:
         comparison = Comparison(log, component, segment, result)
         try:
             comparison.run(log.snapshot(segment, segment.start), segment.end, tell)
         except Difference as found:
             first = comparison.agreed.get(found.variable, segment.start)
-            span = [log.records.log_tick(segment.number, tick) for tick in (first, found.tick)]
+            span = [log.log_tick(segment.number, tick) for tick in (first, found.tick)]
             result.variable, result.index = found.variable, found.index
             result.interval = (span[0] * log.step_size, span[1] * log.step_size)
             where = "" if found.index is None else f"[{found.index}]"
@@ -179,13 +179,13 @@ def _compare(log: Log, component: Component, result: Verification, tell: Callabl
             break
         result.calls += len(log.steps_of(segment))
         result.ticks += segment.end - segment.start
-    if component.identity != log.records.header.get("identity"):
+    if component.identity != log.header.get("identity"):
         result.variable = result.variable or "identity"
         result.notes.append(
             "the log's parameters do not give the identity that it claims: they were changed, or the program was"
         )
     if result.variable is not None:
-        result.notes += _foreign_facts(log.records.header)
+        result.notes += _foreign_facts(log.header)
 
 
 class Comparison:
@@ -242,7 +242,7 @@ class Comparison:
 
     def _marks(self, start: int, end: int) -> list[Iterator[tuple[Any, ...]]]:
         """Return the comparisons of each kind in the order of time: tick, the function that compares, and its arguments."""
-        index, number = self._log.records.index, self._segment.number
+        index, number = self._log.index, self._segment.number
         frames = index.select(FRAMES, None, number)
         # At the same tick the inputs come first: a difference in them is the cause of one in the state.
         marks = [
@@ -255,13 +255,13 @@ class Comparison:
 
     def _frame_marks(self, rows: np.ndarray, name: str) -> Iterator[tuple[Any, ...]]:
         for row in rows:
-            ticks, values = self._log.records.frames(row, name)
+            ticks, values = self._log.frames(row, name)
             for tick, value in zip(ticks.tolist(), values, strict=True):
                 yield tick, self._check_frame, name, value
 
     def _hash_marks(self, rows: np.ndarray, check: Callable[..., None]) -> Iterator[tuple[Any, ...]]:
         for row in rows:
-            ticks, digests = self._log.records.hash_rows(row, len(self._state) + 1 + len(self._inputs))
+            ticks, digests = self._log.hash_rows(row, len(self._state) + 1 + len(self._inputs))
             for tick, own in zip(ticks.tolist(), digests, strict=True):
                 yield tick, check, own
 
@@ -295,7 +295,7 @@ class Comparison:
         self._result.hashes += 1
 
     def _check_snapshot(self, tick: int, row: np.ndarray) -> None:
-        snapshot, mine = self._adopt(self._log.records.snapshot(row)), self._component.save()
+        snapshot, mine = self._adopt(self._log.snapshot_in(row)), self._component.save()
         reason = f"the snapshot at {tick * self._log.step_size:.12g} s does not hold what the re-run gives"
         for name, value in mine.inputs.items():
             if name not in snapshot.inputs or held_word(snapshot.inputs[name]) != held_word(value):
@@ -311,7 +311,7 @@ class Comparison:
     def _compare_events(self, start: int, end: int, mine: np.ndarray) -> None:
         """Compare the events of the re-run with those of the log."""
         log, number = self._log, self._segment.number
-        recorded = [log.records.event_rows(row) for row in log.records.index.select(EVENTS, None, number) if row[LAST] > start]
+        recorded = [log.event_rows(row) for row in log.index.select(EVENTS, None, number) if row[LAST] > start]
         rows = np.concatenate([*recorded, np.zeros((0, 5))])
         rows = rows[(rows[:, 0] > start) & (rows[:, 0] <= end)]
         count = min(len(rows), len(mine))
@@ -341,15 +341,15 @@ def _refuse_other_declaration(log: Log, component: Component) -> None:
         mine = component.variables.get(name)
         if mine is None or mine.shape != variable.shape or mine.causality != variable.causality:
             came = f"this program's {component.name!r} has no {name!r} of shape {variable.shape}"
-            raise LogError(came, at="header.variables", source=log.records.source)
+            raise LogError(came, at="header.variables", source=log.source)
     known = [v.name for v in component.variables.values() if v.causality == "input"]
     if list(log.input_variables) != known:
         expected = f"the inputs of this program's {component.name!r}: {', '.join(known) or 'none'}"
         came = f"got {', '.join(log.input_variables) or 'none'}"
-        raise LogError(came, expected=expected, at="header.inputs", source=log.records.source)
+        raise LogError(came, expected=expected, at="header.inputs", source=log.source)
     if log.step_size != component.step_size:
         expected = f"the step_size that its parameters give, {component.step_size!r} s"
-        hint, source = "parameters or header were changed", log.records.source
+        hint, source = "parameters or header were changed", log.source
         raise LogError(f"got {log.step_size!r} s", expected=expected, at="header.step_size", hint=hint, source=source)
 
 

@@ -68,7 +68,7 @@ def foxglove_layout(log: Log) -> dict[str, Any]:
 def _numbers_of(log: Log) -> dict[str, list[str]]:
     """Return the names behind the numbers of each topic of numbers, from the end of the file, where the preview lies."""
     found: dict[str, list[str]] = {}
-    container = log.records.container
+    container = log.container
     for chunk in reversed(range(container.chunk_count)):
         entries = container.messages(chunk)
         for topic, message in entries:
