@@ -8,7 +8,7 @@ from contextlib import ExitStack
 from pathlib import Path
 
 from granular_env.components.component import Component
-from granular_env.components.errors import GranularError, LogError, ParameterError, caution
+from granular_env.components.errors import GranularError, LogError, caution
 from granular_env.documents import Overrides
 from granular_env.experiments.experiment import Experiment, Source, load_experiment
 from granular_env.experiments.stop_rules import StopWatch
@@ -55,7 +55,6 @@ def resume(
     """
     from granular_env.recording import open_log
     from granular_env.recording.continuation import continuation_of
-    from granular_env.recording.recorder import note_log_on_error
 
     wanted = None if experiment is None else load_experiment(experiment, overrides)
     where = f"log {str(path)!r}"
@@ -81,12 +80,7 @@ def resume(
                 raise LogError(f"{why}, only the end of the file is missing", hint=hint, source=where)
             raise LogError(f"it is complete: {why}", hint="nothing is left to resume", source=where)
         refuse_unrecordable(component)
-        try:
-            recorder = found.recorder(path, True) if log is None else found.recorder(log, overwrite)
-        except ParameterError as error:
-            raise error.renamed("path", "log") from None
-        stack.enter_context(note_log_on_error(recorder))
-        stack.enter_context(recorder)
+        stack.enter_context(found.recorder(path, True) if log is None else found.recorder(log, overwrite))
         return advance(
             component,
             end,

@@ -5,7 +5,6 @@ from __future__ import annotations
 import dataclasses
 import os
 import signal
-import sys
 import threading
 import warnings
 from collections.abc import Callable, Iterable, Iterator, Mapping
@@ -24,7 +23,6 @@ from granular_env.components.errors import (
     Option,
     ParameterError,
     StepError,
-    caution,
     one_line,
 )
 from granular_env.components.inputs import Held
@@ -34,7 +32,7 @@ from granular_env.components.support.memory_limits import refuse_beyond
 from granular_env.components.support.validation import finite_number
 from granular_env.documents import Overrides
 from granular_env.experiments.experiment import Source, load_experiment
-from granular_env.experiments.preparation import Prepared, prepare
+from granular_env.experiments.preparation import prepare
 from granular_env.experiments.stop_rules import StopWatch
 from granular_env.progress import Progress, progress_bar
 
@@ -130,8 +128,13 @@ def run(
         if live:
             _show_live(stack, ready.component, loaded.name, ready.ticks * ready.component.step_size, seconds)
         if log is not None:
-            _report_size(ready, Path(log).parent, progress is True)
-            _record(stack, ready.component, log, overwrite, loaded.to_dict(), **loaded.record.model_dump())
+            from granular_env.experiments.cost import announce_log
+            from granular_env.recording import record
+
+            announce_log(ready, Path(log).parent, progress is True)
+            refuse_unrecordable(ready.component)
+            options = {"overwrite": overwrite, "experiment": loaded.to_dict(), **loaded.record.model_dump()}
+            stack.enter_context(record(ready.component, log, **options))
         return advance(
             ready.component,
             ready.ticks,
@@ -210,7 +213,7 @@ def run_branch(
     """
     where, end = f"log {os.fspath(log)!r}", branch.end(until)
     with memory_errors(where, LogError), collect_warnings() as issued, ExitStack() as stack:
-        stack.enter_context(branch.recording(log, inputs, overwrite=overwrite))
+        stack.enter_context(branch.recorder(log, inputs, overwrite=overwrite))
         result = advance(
             branch.component,
             end,
@@ -390,22 +393,6 @@ def collect_warnings() -> Iterator[list[str]]:
         warnings.warn_explicit(one.message, one.category, one.filename, one.lineno)
 
 
-def _record(
-    stack: ExitStack, component: Component, path: str | os.PathLike[str], overwrite: bool, experiment: Any, **options: Any
-) -> None:
-    """Record a component until the stack closes."""
-    from granular_env.recording import record
-    from granular_env.recording.recorder import note_log_on_error
-
-    refuse_unrecordable(component)
-    try:
-        recorder = record(component, path, overwrite=overwrite, experiment=experiment, **options)
-    except ParameterError as error:
-        raise error.renamed("path", "log") from None
-    stack.enter_context(note_log_on_error(recorder))
-    stack.enter_context(recorder)
-
-
 def refuse_unrecordable(component: Component) -> None:
     """Raise `ExperimentError` where recording a component takes more memory than there is."""
     refuse_beyond(_COPIES_RECORDED * component.state_bytes, f"recording component {component.name!r}", ExperimentError)
@@ -426,18 +413,6 @@ def _live_seconds(live: bool, pace: float | None) -> float | None:
     if seconds < 0.0:
         raise ParameterError(f"got {pace!r} s", expected="0 or more", at="pace")
     return seconds or None
-
-
-def _report_size(ready: Prepared, folder: Path, at_once: bool) -> None:
-    """Print the estimated size of the log on the terminal, or warn of a large one; refuse one that does not fit."""
-    from granular_env.experiments.cost import LARGE_LOG, NOTED_LOG, refuse_full_disk, size_note
-
-    refuse_full_disk(ready, folder)
-    note = size_note(ready, NOTED_LOG if at_once else LARGE_LOG)
-    if note and at_once:
-        print(f"note: {note}", file=sys.stderr)
-    elif note:
-        caution(note)
 
 
 def _show_live(stack: ExitStack, component: Component, title: str, duration: float, pace: float | None) -> None:

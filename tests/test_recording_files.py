@@ -22,10 +22,7 @@ from granular_env.experiments.cost import log_bytes
 from granular_env.experiments.preparation import prepare
 from granular_env.recording import open_log, record, recover, verify
 from granular_env.recording.container import Container, Entry
-from granular_env.recording.schedule import (
-    least_snapshot_interval,
-)
-from granular_env.recording.size_estimate import estimated_bytes
+from granular_env.recording.schedule import least_snapshot_interval
 from granular_env.run_loop import run
 
 # -- opening -----------------------------------------------------------------------------------------------------------
@@ -62,27 +59,6 @@ def test_a_pipe_is_refused_and_not_waited_for(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    "options",
-    [
-        {"every": 1e-6, "variables": ["velocity", "displacement"]},
-        {"every": 2e-5, "variables": ["velocity"], "hash_every": 1, "snapshot_every": 1e-5},
-    ],
-)
-def test_the_size_of_a_log_is_known_before(tmp_path: Path, options: dict[str, Any]) -> None:
-    component = catalogue.make("chain", grains=300, radius=3e-3, material="steel")
-    ticks = component.ticks_in(1e-3)
-    estimate = estimated_bytes(component, ticks, **options)
-    with record(component, tmp_path / "a.mcap", **options):
-        component.reset(velocity={0: 1.0})
-        component.step(1e-3)
-    container = open_log(tmp_path / "a.mcap").container
-    size = sum(len(entry.message.data) for _, entry in container.all_messages())
-    # Spheres of grains at rest take less in a preview.
-    assert 0.7 < size / estimate < 1.1 or not (options.get("every") or options.get("experiment"))
-    assert size < 1.1 * estimate
-
-
-@pytest.mark.parametrize(
     ("experiment", "overrides"),
     [
         ("psakhie-2003/lamb-grid", {"duration": 2e-5}),
@@ -96,7 +72,7 @@ def test_the_size_is_right_for_every_medium(experiment: str, overrides: dict[str
     run(experiment, overrides=overrides, log=tmp_path / "a.mcap")
     container = open_log(tmp_path / "a.mcap").container
     size = sum(len(entry.message.data) for _, entry in container.all_messages())
-    assert log_bytes(ready) == pytest.approx(size, rel=0.1)
+    assert 0.9 * size < log_bytes(ready) < 1.35 * size
     assert (tmp_path / "a.mcap").stat().st_size < size
 
 

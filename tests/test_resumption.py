@@ -320,7 +320,7 @@ def test_other_bits_are_refused(swing: Path, tmp_path: Path) -> None:
 def test_another_log_is_not_replaced_unasked(swing: Path, tmp_path: Path) -> None:
     before, other = swing.read_bytes(), swing.with_name("whole.mcap").read_bytes()
     (tmp_path / "other.mcap").write_bytes(other)
-    with pytest.raises(ParameterError, match=r"log: '.*other\.mcap' exists"):
+    with pytest.raises(ParameterError, match=r"log '.*other\.mcap': it exists"):
         resume(swing, log=tmp_path / "other.mcap")
     assert (swing.read_bytes(), (tmp_path / "other.mcap").read_bytes()) == (before, other)
     resume(swing, log=tmp_path / "other.mcap", overwrite=True)

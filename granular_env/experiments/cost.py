@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import shutil
+import sys
 from pathlib import Path
 from time import perf_counter
 
-from granular_env.components.errors import ExperimentError, StepError
+from granular_env.components.errors import ExperimentError, StepError, caution
 from granular_env.output_files import readable_bytes
-from granular_env.recording.size_estimate import estimated_bytes
+from granular_env.recording.schedule import estimated_bytes, make_schedule, names_to_record
 
 from .preparation import Prepared
 
@@ -47,32 +48,38 @@ def _seconds_per_tick(ready: Prepared) -> float:
         return 0.0
 
 
-def size_note(ready: Prepared, least: int) -> str:
-    """Return a sentence on the size of a log of `least` bytes or more, and how to make a large one smaller; else ""."""
-    size = log_bytes(ready)
-    if size < least:
-        return ""
-    note = f"the log takes up to {readable_bytes(size)} before compression, and on the disk at most two thirds of that"
-    return note if size < LARGE_LOG else f"{note}; {_LESS} for a smaller one"
-
-
 def log_bytes(ready: Prepared) -> int:
-    """Return the largest size of the log of an experiment before compression [bytes]."""
-    experiment = ready.experiment
-    facts = {"duration": experiment.duration}
-    return estimated_bytes(ready.component, ready.ticks, experiment=facts, **experiment.record.model_dump())
+    """Return about the largest size of the log of an experiment before compression [bytes]."""
+    component, record, duration = ready.component, ready.experiment.record, {"duration": ready.experiment.duration}
+    names = names_to_record(component, record.variables)
+    schedule = make_schedule(component, record.every, record.hash_every, record.snapshot_every, duration, names)
+    return estimated_bytes(component, schedule, names, ready.ticks)
 
 
-def refuse_full_disk(ready: Prepared, folder: Path) -> None:
-    """Raise `ExperimentError` if the file system of a folder, which may not exist yet, has no room for the log."""
+def announce_log(ready: Prepared, folder: Path, at_once: bool) -> None:
+    """Print the estimated size of a log in a folder, which may not exist yet, or warn of a large one.
+
+    Args:
+        ready: the experiment.
+        folder: where the log will be.
+        at_once: print it on the terminal.
+
+    Raises:
+        ExperimentError: the file system has no room for the log.
+    """
     size = log_bytes(ready)
+    note = f"the log takes up to {readable_bytes(size)} before compression, and on the disk "
     existing = next(one for one in (folder.absolute(), *folder.absolute().parents) if one.exists())
     free = shutil.disk_usage(existing).free
     if _COMPRESSED * size > free:
         raise ExperimentError(
-            f"the log takes up to {readable_bytes(size)} before compression, on the disk at least 2 % of that, and "
-            f"{readable_bytes(free)} are free in {str(existing)!r}",
+            f"{note}at least 2 % of that, and {readable_bytes(free)} are free in {str(existing)!r}",
             hint=f"choose a shorter duration, {_LESS}, or run without a log",
             at="duration",
             source=ready.experiment.origin,
         ) from OSError("no space")
+    note += f"at most two thirds of that{f'; {_LESS} for a smaller one' if size >= LARGE_LOG else ''}"
+    if at_once and size >= NOTED_LOG:
+        print(f"note: {note}", file=sys.stderr)
+    elif size >= LARGE_LOG:
+        caution(note)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from itertools import chain
 from types import NoneType
@@ -144,51 +144,47 @@ def write_batch(
         inputs: the shape of each input, by name.
         step_size: length of a tick [s].
     """
-    for kind, detail, (first, last, count), header, arrays in _contents(batch, profiles, names, inputs):
-        record = Record(kind, detail, batch.place.segment, first, last, count, writer.number(kind), header, arrays)
-        writer.add(record, nanoseconds(batch.place.age(last), step_size))
 
+    def add(kind: int, detail: int, ticks: Any, arrays: Mapping[str, Any], header: Mapping[str, Any] | None = None) -> None:
+        span = int(ticks[0]), int(ticks[-1]), len(ticks)
+        record = Record(kind, detail, batch.place.segment, *span, 0, header or {}, arrays)
+        writer.add(record, nanoseconds(batch.place.age(span[1]), step_size))
 
-_Content = tuple[int, int, tuple[int, int, int], Mapping[str, Any], Mapping[str, Any]]
+    def add_snapshots(wanted: int) -> None:
+        for tick, why, snapshot in batch.snapshots:
+            if why == wanted:
+                add(SNAPSHOTS, why, [tick], {"snapshot": np.frombuffer(snapshot.to_bytes(), np.uint8)})
 
-
-def _contents(batch: Batch, profiles: Profiles, names: list[str], inputs: Mapping[str, tuple[int, ...]]) -> Iterator[_Content]:
-    """Yield kind, detail, (first tick, last tick, count), header and arrays of each record, in the order of the file.
-
-    The steps come after the observations made in them, so a cut file is complete up to its last steps.
-    """
-    yield from _snapshots(batch, START)
+    add_snapshots(START)
     for variable in range(len(names)):
         values = [np.asarray(frame[variable], dtype=np.float64) for _, frame in batch.frames]
         together = max(1, CHUNK_BYTES // max(values[0].nbytes, 1)) if values else 1
         for begin in range(0, len(values), together):
             ticks = np.array([tick for tick, _ in batch.frames[begin : begin + together]], dtype=np.int64)
-            stacked = np.stack(values[begin : begin + together])
-            yield FRAMES, variable, (int(ticks[0]), int(ticks[-1]), len(ticks)), {}, {"ticks": ticks, "values": stacked}
+            add(FRAMES, variable, ticks, {"ticks": ticks, "values": values[begin : begin + together]})
     if batch.events:
         rows = np.concatenate(batch.events)
-        yield EVENTS, 0, (int(rows[0, 0]), int(rows[-1, 0]), len(rows)), {}, {"rows": rows}
+        add(EVENTS, 0, rows[:, 0], {"rows": rows})
     if batch.hashes:
         ticks = np.array([tick for tick, _ in batch.hashes], dtype=np.int64)
-        rows = np.stack([row for _, row in batch.hashes])
-        yield HASHES, 0, (int(ticks[0]), int(ticks[-1]), len(ticks)), {}, {"ticks": ticks, "rows": rows}
-    yield from _snapshots(batch, KEY)
+        add(HASHES, 0, ticks, {"ticks": ticks, "rows": np.stack([row for _, row in batch.hashes])})
+    add_snapshots(KEY)
     for tick, content in batch.incidents:
-        yield INCIDENTS, 0, (tick, tick, 1), content, {}
+        add(INCIDENTS, 0, [tick], {}, content)
     if batch.steps:
-        yield _steps(batch, profiles, inputs)
-    yield from _snapshots(batch, END)
+        # After the observations made in them, so that a cut file is complete up to its last steps.
+        header, arrays = _steps(batch, profiles, inputs)
+        record = Record(STEPS, 0, batch.place.segment, batch.first, batch.last, len(arrays["durations"]), 0, header, arrays)
+        writer.add(record, nanoseconds(batch.place.age(batch.last), step_size))
+    add_snapshots(END)
 
 
-def _snapshots(batch: Batch, kind: int) -> Iterator[_Content]:
-    for tick, why, snapshot in batch.snapshots:
-        if why == kind:
-            yield SNAPSHOTS, why, (tick, tick, 1), {}, {"snapshot": np.frombuffer(snapshot.to_bytes(), np.uint8)}
-
-
-def _steps(batch: Batch, profiles: Profiles, inputs: Mapping[str, tuple[int, ...]]) -> _Content:
+def _steps(
+    batch: Batch, profiles: Profiles, inputs: Mapping[str, tuple[int, ...]]
+) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
+    """Return header and arrays of the record of a batch's steps."""
     ends, sets = batch.steps[::2], batch.steps[1::2]
-    arrays: dict[str, Any] = {"durations": np.diff(np.array([batch.first, *ends], dtype=np.int64))}
+    arrays: dict[str, np.ndarray] = {"durations": np.diff(np.array([batch.first, *ends], dtype=np.int64))}
     # Each input as a whole: there may be hundreds of thousands of steps a second, and the stepping thread waits for this one.
     for name in dict.fromkeys(chain.from_iterable(sets)):
         values: list[Held | None] = [newly_held.get(name) for newly_held in sets]
@@ -206,5 +202,4 @@ def _steps(batch: Batch, profiles: Profiles, inputs: Mapping[str, tuple[int, ...
         held = np.array(values, dtype=np.float64).reshape(len(values), *inputs[name])
         arrays |= {f"{label}.steps": places, f"{label}.profiles": numbers, f"{label}.values": held}
     arrays |= profiles.new()
-    header = {"profiles_before": profiles.count - len(arrays["profile_shapes"])}
-    return STEPS, 0, (batch.first, batch.last, len(ends)), header, arrays
+    return {"profiles_before": profiles.count - len(arrays["profile_shapes"])}, arrays

@@ -16,7 +16,7 @@ from ..components.inputs import Held
 from .header import versions
 from .index import FIRST, KIND, LAST
 from .log import Log
-from .recorder import Kept, Recorder, begin_log
+from .recorder import Kept, Recorder
 from .records import INCIDENTS, SNAPSHOTS, STEPS, Record
 from .recovery import copy_records, preview_of
 from .rerun import check_work
@@ -33,7 +33,7 @@ class Continuation:
         log: as it was left.
         component: at the last tick that is kept.
         changes: inputs to set from there on, by tick.
-        kept: how many records stay, from the front; with none the run is recorded from its start.
+        kept: how many records stay, from the front; the last holds steps.
         key: tick of the last snapshot that stays.
         closed: whether the log was closed, so that nothing of it had to be left out.
     """
@@ -52,60 +52,44 @@ class Continuation:
             ParameterError: the file exists, and may not be replaced.
             LogError: it cannot be written.
         """
-        log, component, header = self.log, self.component, self.log.header
-        schedule, names = schedule_from(header.get("options")), list(log.variables)
-        writer = LogWriter(path, overwrite)
-        if not self.kept:
-            facts = header.get("experiment"), header.get("parent"), log.elapsed
-            return begin_log(component, writer, names, schedule, *facts)
+        log, component = self.log, self.component
+        writer, tick = LogWriter(path, overwrite), component.tick
         try:
             copy_records(log, writer, self.kept)
-            tick = component.tick
             facts = {"incident": "resumed", "versions": versions()}
-            resumed = Record(INCIDENTS, 0, 0, tick, tick, 1, writer.number(INCIDENTS), facts, {})
-            writer.add(resumed, log.nanoseconds(tick))
+            writer.add(Record(INCIDENTS, 0, 0, tick, tick, 1, 0, facts, {}), log.nanoseconds(tick))
             writer.flush()
             preview = preview_of(log, tick)
         except BaseException:
             writer.abandon()
             raise
-        kept = Kept(log.start_tick, self.key, self._profiles())
-        return Recorder(component, writer, names, schedule, preview, log.elapsed, kept)
-
-    def _profiles(self) -> int:
-        """Return the number of compiled profiles that stay."""
-        rows = self.log.index.rows[: self.kept]
-        return sum(len(self.log.read(row).arrays["profile_shapes"]) for row in rows[rows[:, KIND] == STEPS])
+        schedule = schedule_from(log.header.get("options"))
+        steps = log.read(log.index.rows[self.kept - 1])
+        kept = Kept(log.start_tick, self.key, steps.header["profiles_before"] + len(steps.arrays["profile_shapes"]))
+        return Recorder(component, writer, list(log.variables), schedule, preview, log.elapsed, kept)
 
 
 def continuation_of(log: Log) -> Continuation:
-    """Return a log, cut where it is certain, and its component there, run again from the last snapshot before that.
+    """Return a log that holds steps, cut after the last of these, and its component there, run again from a snapshot.
 
     Raises:
         LogError: it holds several histories; it cannot be run again, or gives other bits now.
     """
-    where, segments = log.source, log.index.all_segments
-    if len(segments) > 1:
-        came = f"its component was reset or put back {len(segments) - 1} times on the way"
-        raise LogError(came, hint="branch off it instead: granular-env branch", source=where)
+    rows, (segment, *others) = log.index.rows, log.index.all_segments
+    if others:
+        came = f"its component was reset or put back {len(others)} times on the way"
+        raise LogError(came, hint="branch off it instead: granular-env branch", source=log.source)
     recovered = any(incident.get("incident") == "recovered" for incident in log.incidents)
-    closed = log.closing is not None and not recovered
-    component, steps = log.component(), np.flatnonzero(log.index.rows[:, KIND] == STEPS)
-    kept = int(steps[-1]) + 1 if len(steps) else 0
-    rows = log.index.rows[:kept]
-    found = Continuation(log, component, {}, kept, log.start_tick, closed)
-    tick = int(rows[-1, LAST]) if kept else log.start_tick
-    if kept:
-        keys = rows[rows[:, KIND] == SNAPSHOTS]
-        snapshot = log.snapshot_in(keys[np.argmax(keys[:, FIRST])])
-        found.key = snapshot.tick
-        check_work(tick - snapshot.tick, component, log.limits)
-        try:
-            Comparison(log, component, segments[0], Verification(str(log.path), log.complete)).run(snapshot, tick)
-        except Difference as error:
-            time = f"{error.tick * log.step_size:.9g} s"
-            came = f"run again, it gives another {error.variable} at {time}: it was changed, or another version recorded it"
-            raise LogError(came, hint="run the experiment again", source=where) from error
-    held = log.snapshot(segments[0], log.start_tick).inputs
-    found.changes = {at: inputs for at, inputs in log.steps_of(segments[0]).changes(held) if at >= tick}
-    return found
+    kept = int(np.flatnonzero(rows[:, KIND] == STEPS)[-1]) + 1
+    keys, tick = rows[:kept][rows[:kept, KIND] == SNAPSHOTS], int(rows[kept - 1, LAST])
+    component, snapshot = log.component(), log.snapshot_in(keys[np.argmax(keys[:, FIRST])])
+    check_work(tick - snapshot.tick, component, log.limits)
+    try:
+        Comparison(log, component, segment, Verification(str(log.path), log.complete)).run(snapshot, tick)
+    except Difference as error:
+        time = f"{error.tick * log.step_size:.9g} s"
+        came = f"run again, it gives another {error.variable} at {time}: it was changed, or another version recorded it"
+        raise LogError(came, hint="run the experiment again", source=log.source) from error
+    held = log.snapshot(segment, log.start_tick).inputs
+    changes = {at: inputs for at, inputs in log.steps_of(segment).changes(held) if at >= tick}
+    return Continuation(log, component, changes, kept, snapshot.tick, log.closing is not None and not recovered)

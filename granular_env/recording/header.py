@@ -75,15 +75,12 @@ def variable_from(facts: Mapping[str, Any]) -> Variable:
     """Return a variable from the output of `variable_facts`; raise `LogError` for anything else."""
     try:
         shape = tuple(facts["shape"])
-        texts = [facts[key] for key in ("name", "causality", "unit", "description", "dtype")]
-        if not all(type(extent) is int and 0 <= extent < 2**40 for extent in shape) or len(shape) > 4:
-            raise damage(f"a variable has the shape {shape!r}", _VARIABLES)
-        if not all(isinstance(text, str) for text in texts) or texts[4] not in ("float64", "int64"):
-            raise damage("a variable has a name, a unit or a dtype that none has", _VARIABLES)
+        texts, axes = [facts[key] for key in ("name", "causality", "unit", "description", "dtype")], tuple(facts["axes"])
+        is_sound = len(shape) <= 4 and all(type(extent) is int and 0 <= extent < 2**40 for extent in shape)
+        is_sound &= all(isinstance(text, str) for text in (*texts, *axes)) and len(axes) in (0, len(shape))
+        if not is_sound or texts[4] not in ("float64", "int64"):
+            raise damage("a variable has a shape, a text, a dtype or axes that none has", _VARIABLES)
         name, causality, unit, description, dtype = texts
-        axes = tuple(facts["axes"])
-        if len(axes) not in (0, len(shape)) or not all(isinstance(axis, str) for axis in axes):
-            raise damage(f"the axes are {axes!r}", (*_VARIABLES, name))
         return Variable(name, causality, unit, shape, description, dtype, state=bool(facts["state"]), axes=axes)
     except (KeyError, TypeError) as error:
         raise damage(f"a variable is described wrongly: {error}", _VARIABLES) from error
@@ -106,26 +103,10 @@ def header_of(
     component: Component, recorded: Sequence[str], options: Mapping[str, Any], experiment: Any, parent: Any, elapsed: int
 ) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
     """Return the header's JSON values and arrays."""
-    facts, arrays = component_facts(component, recorded)
+    drawables, arrays = drawable_facts(component.drawables())
     header = {
         "format": FORMAT,
         "created": datetime.now(UTC).isoformat(timespec="seconds"),
-        **facts,
-        "elapsed": elapsed,
-        "options": dict(options),
-        "experiment": experiment,
-        "parent": parent,
-        "versions": versions(),
-        "machine": machine(),
-        "command": "granular-env" if "granular-env" in os.path.basename(sys.argv[0] or "") else "script",
-    }
-    return header, arrays
-
-
-def component_facts(component: Component, recorded: Sequence[str]) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
-    """Return the part of the header, and its arrays, that follow from the component."""
-    drawables, arrays = drawable_facts(component.drawables())
-    facts = {
         "component": component.name,
         "version": component.version,
         "platform_bound": component.platform_bound,
@@ -139,8 +120,15 @@ def component_facts(component: Component, recorded: Sequence[str]) -> tuple[dict
         "event_kinds": dict(component.event_kinds),
         "event_details": {kind: dataclasses.asdict(detail) for kind, detail in component.event_details.items()},
         "drawables": drawables,
+        "elapsed": elapsed,
+        "options": dict(options),
+        "experiment": experiment,
+        "parent": parent,
+        "versions": versions(),
+        "machine": machine(),
+        "command": "granular-env" if "granular-env" in os.path.basename(sys.argv[0] or "") else "script",
     }
-    return facts, arrays
+    return header, arrays
 
 
 @dataclasses.dataclass(frozen=True, slots=True)

@@ -130,7 +130,7 @@ def find_index(container: Container) -> tuple[Index, Record | None]:
         if len(rows) and rows[:, CHUNK].max() >= container.chunk_count:
             raise damage("it names a chunk that is not there", "index", path)
         return Index(path, np.vstack([rows, [*closing.row, container.chunk_count - 1]])), closing
-    rows = np.array([(*record.row, chunk) for chunk, record in all_records(container)], dtype=np.int64)
+    rows = np.array([(*record.row, chunk) for chunk, _, record in all_records(container)], dtype=np.int64)
     return Index(path, _certain_rows(rows.reshape(-1, len(COLUMNS)), closing is not None)), closing
 
 
@@ -153,8 +153,8 @@ def _closing_record(container: Container) -> Record | None:
     return None
 
 
-def all_records(container: Container) -> Iterator[tuple[int, Record]]:
-    """Yield the records of the exact content in the order of the file, each with the number of its chunk."""
+def all_records(container: Container) -> Iterator[tuple[int, int, Record]]:
+    """Yield the records of the exact content in order, each with the number of its chunk and the time of its message [ns]."""
     for chunk, (topic, message) in container.all_messages():
         if (kind := kind_of(topic)) is not None:
-            yield chunk, decode(message.data, kind, container.most_text)
+            yield chunk, message.log_time, decode(message.data, kind, container.most_text)

@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 from collections.abc import Iterator, Mapping, Sequence
 from functools import cached_property
-from pathlib import Path
 from types import MappingProxyType
 from typing import Any, Self
 
@@ -61,7 +60,7 @@ class Log(RecordReader):
     to end: times continue from segment to segment, so every moment of the run has a time.
 
     Attributes:
-        path: the file.
+        path, size: the file, and its bytes.
         complete: False where the writer was killed before it could close the file.
         identity: eight bytes, in hex, that no other log shares; a branch names its parent by it.
         variables: recorded name -> `Variable`.

@@ -28,6 +28,7 @@ class RecordReader:
         source: name of the log in messages.
         limits: on sizes in the file.
         container: the MCAP file.
+        size: its bytes.
         identity: eight bytes, in hex, that no other log shares; a branch names its parent by it.
         header, header_arrays: the content of the first record, checked only where an attribute below is made of it.
         step_size: length of a tick [s].
@@ -45,6 +46,7 @@ class RecordReader:
         self.path, self.limits = path, Limits(str(path), allow_large)
         self.source = self.limits.source
         self.container = Container(path, self.limits, scan)
+        self.size = self.container.size
         try:
             with self.name_file_in_errors():
                 self._read_header()

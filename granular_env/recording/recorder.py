@@ -9,8 +9,7 @@ from __future__ import annotations
 import atexit
 import os
 import threading
-from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Mapping, Sequence
 from time import perf_counter
 from typing import Any, NamedTuple, Self
 
@@ -117,31 +116,28 @@ class Recorder:
             # The error under way matters more than a log that could not be written.
             if kind is None:
                 raise
+        if isinstance(error, GranularError):
+            error.add_note(self._state_of_log())
 
-    @property
-    def published(self) -> bool:
-        """Return whether the log has its name: one that replaces another has it from its first step on."""
-        return self._writer.published
-
-    def note(self) -> str:
+    def _state_of_log(self) -> str:
         """Return a sentence on where the log is, and until when it holds the run."""
-        if not self.published:
+        if not self._writer.published:
             return f"log: what stood at {str(self.path)!r} is kept"
-        end = f"{self._nanoseconds(self._batches[-1].place, self._tick) * 1e-9:.9g} s"
-        if self._error is None:
-            return f"log: {str(self.path)!r} is complete until {end}"
-        return f"log: {str(self.path)!r} is incomplete; `granular-env recover` makes it whole"
+        if self._error is not None:
+            return f"log: {str(self.path)!r} is incomplete; `granular-env recover` makes it whole"
+        end = self._nanoseconds(self._batches[-1].place, self._tick) * 1e-9
+        return f"log: {str(self.path)!r} is complete until {end:.9g} s"
 
     # -- observing, in the stepping thread ------------------------------------------------------------------------------
 
     def on_reset(self, component: Component) -> None:
         """Begin a new segment; where nothing happened in the last one, begin that one again."""
         with self._lock:
-            if self._kept is not None:
-                self._go_on(component, self._kept)
-                self._kept = None
-            else:
+            kept, self._kept = self._kept, None
+            if kept is None:
                 self._begin(component)
+            else:
+                self._continue(component, kept)
 
     def on_sample(self, component: Component) -> None:
         """Take the observations due at this tick; of a step with many, hand over the part that is done.
@@ -172,11 +168,15 @@ class Recorder:
             return
         now = component.tick
         with self._lock:
-            if self._is_plain and self._tick == now - ticks and not self._samples.size:
+            follows = self._tick == now - ticks
+            if follows and self._is_plain and not self._samples.size:
                 self._batches[-1].steps.extend((now, inputs))
                 self._tick = now
-            else:
-                self._take_whole_step(component, now, ticks, inputs)
+            elif follows or self._in_parts:
+                self._take_step(now, {} if self._in_parts else inputs)
+                self._in_parts = False
+            elif self._tick != now:
+                self._begin_after_gap(component)
         if perf_counter() > self._due or self._size > _WAKE_BYTES:
             self._wait_for_writer()
             if self._error is not None:
@@ -197,14 +197,6 @@ class Recorder:
                 self._begin(component)
             else:
                 self.next_tick = self._agenda.restart(component.tick, self._batches[-1].place.age(component.tick))
-
-    def _take_whole_step(self, component: Component, now: int, ticks: int, inputs: Mapping[str, Held]) -> None:
-        """Note a step in which there was something to be seen, or the rest of one, or a step after a gap."""
-        in_parts, self._in_parts = self._in_parts, False
-        if in_parts or self._tick == now - ticks:
-            self._take_step(now, {} if in_parts else inputs)
-        elif self._tick != now:
-            self._begin_after_gap(component)
 
     def _take_step(self, now: int, inputs: Mapping[str, Held]) -> None:
         batch, samples = self._batches[-1], self._samples
@@ -247,7 +239,7 @@ class Recorder:
         self._note({"incident": "unrecorded", "message": f"what happened {between} is not in the log"})
         self._begin(component)
 
-    def _go_on(self, component: Component, kept: Kept) -> None:
+    def _continue(self, component: Component, kept: Kept) -> None:
         """Continue the segment that the log ends in."""
         tick, place = component.tick, Place(0, kept.start, self._batches[-1].place.before)
         self._batches = [Batch(place=place, first=tick)]
@@ -414,16 +406,3 @@ def begin_log(
         writer.abandon()
         raise
     return Recorder(component, writer, names, schedule, preview, elapsed)
-
-
-@contextmanager
-def note_log_on_error(recorder: Recorder) -> Iterator[None]:
-    """Add a note to an error that ends a recorded run: where the log is, and until when it is complete.
-
-    Enter it before the recorder, so that the log is closed before the note is made.
-    """
-    try:
-        yield
-    except GranularError as error:
-        error.add_note(recorder.note())
-        raise

@@ -59,9 +59,9 @@ class Record:
         segment: which unbroken history.
         first, last: the ticks that it spans.
         count: how many steps, frames or rows it holds.
-        number: place among the records of its kind.
+        number: place among the records of its kind; the writer sets it.
         header: plain JSON values; none of frames.
-        arrays: by name.
+        arrays: by name; of frames to be written the values may be a list with one array for each.
     """
 
     kind: int
@@ -94,8 +94,13 @@ def encode(record: Record) -> bytes:
     """Return a record as the bytes of a message."""
     place = [getattr(record, name) for name in _PLACE]
     if record.kind == FRAMES:
-        fields = map(np.ascontiguousarray, (np.array(place, "<i8"), record.arrays["ticks"], record.arrays["values"]))
-        return b"".join(part for number, one in enumerate(fields, 1) for part in (_field_head(number, one.nbytes), one.data))
+        # The frames of a recorder are joined here and nowhere before: each copy of large ones takes time.
+        values = record.arrays["values"]
+        parts: list[Any] = []
+        for number, field in enumerate(([np.array(place)], [record.arrays["ticks"]], values), 1):
+            arrays = [np.ascontiguousarray(one) for one in (field if isinstance(field, list) else [field])]
+            parts += [_field_head(number, sum(one.nbytes for one in arrays)), *(one.data for one in arrays)]
+        return b"".join(parts)
     parts = pack_parts({"kind": KINDS[record.kind], "place": place, "content": dict(record.header)}, record.arrays)
     return b"".join([_field_head(1, sum(map(len, parts))), *parts])
 

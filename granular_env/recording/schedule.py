@@ -4,15 +4,15 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass
 from typing import Any
-
-import numpy as np
 
 from ..components.component import Component
 from ..components.drawables import drawn_outputs
 from ..components.errors import ParameterError, nearest, one_line
 from ..components.support.round_numbers import round_down_to_125, round_up_to_125
+from ..components.support.validation import whole_number
+from .preview.film import COUNTED, MOST_FRAMES, MOST_PICTURES, MOST_PLACES
 from .records import damage
 
 # Default distance of hashes [ticks]: they cost less than a hundredth of a run of any shipped component.
@@ -27,13 +27,13 @@ _SNAPSHOT_TICKS, _SNAPSHOT_SHIFT = 4096, 4
 _SNAPSHOT_WORK, _SNAPSHOT_STEPS = 500_000_000, 1500
 # Most frames of an experiment whose duration is known.
 _FRAMES = 400
-# Without a known duration: frames between one doubling of the interval and the next; fewer where a frame is large.
-_FRAMES_A_DOUBLING, _LARGE_FRAMES_A_DOUBLING = 64, 16
-_LARGE_FRAME = 8192
 # Frames of more numbers than this cost more than the ticks between them: on a grid of a million nodes (2 cores, a state of
 # 104 MB) a tick takes 0.04 s and a frame of 72 MB 0.8 s. 500 ticks for each frame as large as the state keep it to a twentieth.
-_HUGE_FRAME, _HUGE_FRAMES_A_DOUBLING = 1_000_000, 4
-_TICKS_A_FRAME, _FEWEST_FRAMES = 500, 10
+_HUGE_FRAME, _TICKS_A_FRAME, _FEWEST_FRAMES = 1_000_000, 500, 10
+# Without a known duration: frames between one doubling of the interval and the next, for frames of more numbers than these.
+_FRAMES_A_DOUBLING = ((_HUGE_FRAME, 4), (8192, 16), (-1, 64))
+# Bytes of a small log, and of the preview: of a place in a picture, and of a number with its name.
+_LOG_BYTES, _PLACE_BYTES, _NUMBER_BYTES = 20_000, 16, 30
 
 
 @dataclass(frozen=True, slots=True)
@@ -114,7 +114,7 @@ class Agenda:
         return min(self.frame, self.hash, self.key)
 
 
-def frames_for(ticks: int, values: int, state: int) -> int:
+def frame_interval(ticks: int, values: int, state: int) -> int:
     """Return an interval of 1, 2 or 5 x 10^k ticks that gives 160 to 400 frames in a run of `ticks`.
 
     Huge frames are fewer, but at least ten: to write one takes as long as tens to hundreds of ticks.
@@ -140,13 +140,6 @@ def least_snapshot_interval(words: int, work: int) -> int:
     """
     wanted = max(_SNAPSHOT_WORK, _SNAPSHOT_STEPS * words)
     return min(_SNAPSHOT_TICKS, max(1, round(wanted / max(work, 1))))
-
-
-def doubling_for(values: int) -> int:
-    """Return frames per doubling for frames of that many numbers."""
-    if values > _HUGE_FRAME:
-        return _HUGE_FRAMES_A_DOUBLING
-    return _LARGE_FRAMES_A_DOUBLING if values > _LARGE_FRAME else _FRAMES_A_DOUBLING
 
 
 # -- the arguments of a recording, checked before any file exists --------------------------------------------------------------
@@ -184,23 +177,43 @@ def make_schedule(
     experiment: Any,
     names: list[str],
 ) -> Schedule:
-    """Return when frames, hashes and snapshots are taken."""
-    if hash_every is not None and (
-        not isinstance(hash_every, (int, np.integer)) or isinstance(hash_every, bool) or hash_every < 1
-    ):
-        raise ParameterError(f"got {hash_every!r}", expected="a whole number of ticks, at least 1", at="hash_every")
+    """Return when frames, hashes and snapshots are taken; arguments as for `record`, `names` are the recorded variables."""
+    hashes = HASH_EVERY if hash_every is None else whole_number("hash_every", hash_every)
     duration = experiment.get("duration") if isinstance(experiment, Mapping) else None
-    frame_every, values = 0, sum(math.prod(component.variables[name].shape) for name in names)
+    frame_every, values, words = 0, values_in(component, names), component.state_bytes // 8
     if every is not None:
         frame_every = component.ticks_in(every, "every")
     elif isinstance(duration, (int, float)) and duration > 0.0:
-        frame_every = frames_for(round(duration / component.step_size), values, _words(component))
-    schedule = Schedule(frame_every, doubling_for(values), int(hash_every or HASH_EVERY), 0)
+        frame_every = frame_interval(round(duration / component.step_size), values, words)
+    doubling = next(count for least, count in _FRAMES_A_DOUBLING if values > least)
     if snapshot_every is not None:
-        return replace(schedule, snapshot_every=component.ticks_in(snapshot_every, "snapshot_every"))
-    least = least_snapshot_interval(_words(component), component.work_in_tick)
-    return replace(schedule, least_snapshot_interval=least)
+        return Schedule(frame_every, doubling, hashes, component.ticks_in(snapshot_every, "snapshot_every"))
+    return Schedule(frame_every, doubling, hashes, 0, least_snapshot_interval(words, component.work_in_tick))
 
 
-def _words(component: Component) -> int:
-    return component.state_bytes // 8
+def values_in(component: Component, names: Sequence[str]) -> int:
+    """Return how many numbers a frame of some variables has."""
+    return sum(math.prod(component.variables[name].shape) for name in names)
+
+
+def estimated_bytes(component: Component, schedule: Schedule, names: Sequence[str], ticks: int) -> int:
+    """Return about how many bytes the recording of a run takes at most, before compression."""
+    frames, keys, tick = schedule.doubling * (1 + (ticks // schedule.doubling).bit_length()), 0, 0
+    if schedule.frame_every:
+        frames = ticks // schedule.frame_every + 1
+    if schedule.snapshot_every:
+        keys, tick = ticks // schedule.snapshot_every, ticks
+    while (tick := schedule.key_after(tick, tick)) <= ticks:
+        keys += 1
+    numbers = sum(component.variables[name].shape == () for name in names)
+    drawn = sum(min(len(getattr(one, COUNTED[type(one)])), MOST_PLACES) for one in component.drawables())
+    hashed = 2 + sum(variable.state or variable.causality == "input" for variable in component.variables.values())
+    # The drawables in the header take about as much as the state, of which there is a copy at the start and at the end.
+    return (
+        _LOG_BYTES
+        + (3 + keys) * component.state_bytes
+        + 8 * frames * (values_in(component, names) + len(names))
+        + 8 * (ticks // schedule.hash_every) * hashed
+        + _PLACE_BYTES * min(frames, MOST_PICTURES) * drawn
+        + _NUMBER_BYTES * min(frames, MOST_FRAMES) * numbers
+    )

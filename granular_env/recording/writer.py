@@ -7,6 +7,7 @@ import fcntl
 import os
 import secrets
 from collections.abc import Callable, Iterable
+from dataclasses import replace
 from pathlib import Path
 from typing import IO, Any
 
@@ -63,15 +64,12 @@ class LogWriter:
         self._mcap = Writer(self._file, chunk_size=2**62, compression=CompressionType.LZ4)
         self._run_guarded(lambda: self._mcap.start(PROFILE, PROFILE))
 
-    def number(self, kind: int) -> int:
-        """Return the number that the next record of a kind has to carry."""
-        return self._numbers[kind]
-
     def add(self, record: Record, nanoseconds: int) -> None:
         """Write one record; a full chunk is ended and flushed.
 
         A record that follows a later one in the file takes that one's time: readers find the messages in the order of time.
         """
+        record = replace(record, number=self._numbers[record.kind])
         data = encode(record)
         if record.kind == HEADER:
             self._variables = record.header["variables"]
@@ -141,8 +139,8 @@ class LogWriter:
         """
         try:
             index = np.array(self.rows, dtype=np.int64).reshape(-1, len(COLUMNS))
-            place = segment, tick, tick, 1, self.number(INCIDENTS)
-            self.add(Record(INCIDENTS, CLOSED, *place, {"incident": "closed", **facts}, {"index": index}), nanoseconds)
+            closed = Record(INCIDENTS, CLOSED, segment, tick, tick, 1, 0, {"incident": "closed", **facts}, {"index": index})
+            self.add(closed, nanoseconds)
             self.flush()
             self._run_guarded(self._mcap.finish)
             self._run_guarded(self._file.flush)
@@ -202,11 +200,12 @@ def as_path(path: str | os.PathLike[str]) -> Path:
 
 def _create(path: Path, overwrite: bool, is_hidden: bool) -> tuple[IO[bytes], Path | None, IO[bytes] | None]:
     """Return a fresh file, its hidden name and the older log that it replaces, all locked; see `LogWriter`."""
+    source = f"log {str(path)!r}"
     try:
         target = resolve_file(path)
         if os.path.lexists(path) and not overwrite:
             hint = ("choose another name, or pass ", Option("overwrite"))
-            raise ParameterError(Fault(("path",), f"{str(path)!r} exists", hint=hint))
+            raise ParameterError(Fault((), "it exists", hint=hint, source=source))
         target.parent.mkdir(parents=True, exist_ok=True)
         part = target.with_name(f".{secrets.token_hex(8)}.part")
         if not os.path.exists(target):
@@ -222,7 +221,7 @@ def _create(path: Path, overwrite: bool, is_hidden: bool) -> tuple[IO[bytes], Pa
         raise
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or str(error)
-        raise LogError(f"log {str(path)!r} cannot be written: {reason}", hint=advice_for(error)) from error
+        raise LogError(f"{source} cannot be written: {reason}", hint=advice_for(error)) from error
 
 
 def _check_is_log(file: IO[bytes], path: Path) -> bool:
@@ -230,7 +229,8 @@ def _check_is_log(file: IO[bytes], path: Path) -> bool:
     head = file.read(len(MCAP0_MAGIC))
     file.seek(0)
     if head and head != MCAP0_MAGIC:
-        raise ParameterError(f"{str(path)!r} is no log, and only a log is replaced", hint="choose another name", at="path")
+        came = "what stands there is no log, and only a log is replaced"
+        raise ParameterError(came, hint="choose another name", source=f"log {str(path)!r}")
     return bool(head)
 
 
@@ -241,7 +241,7 @@ def _lock(file: IO[bytes], path: Path) -> IO[bytes]:
     except BlockingIOError:
         file.close()
         hint = "choose another name, or close the recorder that writes it"
-        raise ParameterError(f"{str(path)!r} is being written by another recorder", hint=hint, at="path") from None
+        raise ParameterError("another recorder is writing it", hint=hint, source=f"log {str(path)!r}") from None
     except OSError:
         pass
     return file
