@@ -54,7 +54,7 @@ def resume(
         StepError: the physics would break down; the log is complete up to the last good state.
     """
     from granular_env.recording import open_log
-    from granular_env.recording.continuation import continuation_of
+    from granular_env.recording.recovery import continuation_of
 
     wanted = None if experiment is None else load_experiment(experiment, overrides)
     where = f"log {str(path)!r}"

@@ -71,8 +71,8 @@ def test_the_log_says_what_it_is(tmp_path: Path) -> None:
         assert log.variables["velocity"].unit == "m/s" and log.variables["velocity"].shape == (12,)
         assert np.array_equal(log.drawables[0].reference, component.drawables()[0].reference)  # type: ignore[union-attr]
         assert log.input_variables["left_force"].unit == "N"
-        times, forces = log.inputs["left_force"]
-        assert forces[-1] == 44.0 and times[-1] == pytest.approx(log.duration)
+        last = list(log.input_stretches("left_force"))[-1]
+        assert last.value == 44.0 and last.end == log.end_tick
         assert log.component().get("velocity")[0] == 1.0
 
 

@@ -20,6 +20,8 @@ import granular_env.components.catalogue as catalogue
 from granular_env.components.errors import GranularError, LogError
 from granular_env.components.snapshot import Snapshot
 from granular_env.recording import open_log, record, recover, verify
+from granular_env.recording.index import FIRST, SEGMENT
+from granular_env.recording.records import SNAPSHOTS
 
 # What a killed process may lose [s]. Counted in the time that the process has been running, which is that of the clock on
 # the wall unless a busy machine makes it wait: then it neither steps nor writes.
@@ -179,8 +181,8 @@ def _everything(path: Path) -> dict[str, Any]:
                     k: v if isinstance(v, float) else (v.ticks.tobytes(), v.coefficients.tobytes()) for k, v in sets.items()
                 }
                 found[f"step {segment.number} {place}"] = (ticks, told)
-        for segment, tick in log.snapshots:
-            found[f"snapshot {segment.number} {tick}"] = log.snapshot(segment, tick).to_bytes()
+        for row in log.rows(SNAPSHOTS):
+            found[f"snapshot {row[SEGMENT]} {row[FIRST]}"] = log.snapshot_in(row).to_bytes()
         return found
 
 

@@ -132,10 +132,10 @@ def _with_other_snapshot(why: int) -> Callable[[Record], Record]:
     return change
 
 
-def test_a_changed_start_state_is_called_that(tmp_path: Path) -> None:
+def test_a_changed_start_state_is_found_at_the_start(tmp_path: Path) -> None:
     oscillator_log(tmp_path / "a.mcap")
     rewrite(tmp_path / "a.mcap", tmp_path / "b.mcap", _with_other_snapshot(START))
-    assert "start state" in verify(tmp_path / "b.mcap").message
+    assert "position differs at 0 s (tick 0)" in verify(tmp_path / "b.mcap").message
 
 
 def test_a_changed_snapshot_is_called_that(tmp_path: Path) -> None:

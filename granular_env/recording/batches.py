@@ -39,39 +39,30 @@ class Place(NamedTuple):
 
 
 @dataclass(slots=True)
-class Samples:
-    """Observations at some ticks.
-
-    Attributes:
-        frames: (tick, one value for each recorded variable).
-        hashes: (tick, one row).
-        snapshots: (tick, START, KEY or END, snapshot).
-        size: bytes, about.
-    """
-
-    frames: list[tuple[int, list[Any]]] = field(default_factory=list)
-    hashes: list[tuple[int, np.ndarray]] = field(default_factory=list)
-    snapshots: list[tuple[int, int, Snapshot]] = field(default_factory=list)
-    size: int = 0
-
-
-@dataclass(slots=True)
-class Batch(Samples):
-    """Everything of one segment between two writes.
+class Batch:
+    """Everything of one segment between two writes, or the observations of a step under way.
 
     Attributes:
         place: of the segment.
         first: tick before the first step.
         steps: the tick after each step and the inputs that it set, in turns.
+        frames: (tick, one value for each recorded variable).
+        hashes: (tick, one row).
+        snapshots: (tick, START, KEY or END, snapshot).
         events: rows of events, shape (events, 5) each.
         incidents: (tick, content).
+        size: bytes of the observations, about.
     """
 
     place: Place = Place(-1, 0, 0)
     first: int = 0
     steps: list[Any] = field(default_factory=list)
+    frames: list[tuple[int, list[Any]]] = field(default_factory=list)
+    hashes: list[tuple[int, np.ndarray]] = field(default_factory=list)
+    snapshots: list[tuple[int, int, Snapshot]] = field(default_factory=list)
     events: list[np.ndarray] = field(default_factory=list)
     incidents: list[tuple[int, dict[str, Any]]] = field(default_factory=list)
+    size: int = 0
 
     @property
     def last(self) -> int:
@@ -83,12 +74,11 @@ class Batch(Samples):
         """Return whether it holds the start of a segment and no step."""
         return not self.steps and any(why == START for _, why, _ in self.snapshots)
 
-    def take(self, samples: Samples) -> None:
+    def take(self, samples: Batch) -> None:
         """Add the observations of a step."""
         self.frames += samples.frames
         self.hashes += samples.hashes
         self.snapshots += samples.snapshots
-        self.size += samples.size
 
     def next(self) -> Batch:
         """Return the empty batch that follows in the same segment."""
@@ -105,14 +95,13 @@ class Profiles:
 
     def number(self, profile: CompiledProfile) -> int:
         """Return a profile's number; a new one is stored with the next batch."""
-        known = self._known.pop(id(profile), None)
+        known = self._known.get(id(profile))
         if known is None:
-            known = (profile, self.count)
+            if len(self._known) >= _KNOWN_PROFILES:
+                self._known.clear()
+            known = self._known[id(profile)] = (profile, self.count)
             self.count += 1
             self._new.append(profile)
-            if len(self._known) >= _KNOWN_PROFILES:
-                self._known.pop(next(iter(self._known)))
-        self._known[id(profile)] = known
         return known[1]
 
     def new(self) -> dict[str, np.ndarray]:

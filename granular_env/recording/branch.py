@@ -75,7 +75,7 @@ class Branch:
             StepError: the physics would break down with these inputs; the log until then is complete.
         """
         given, end = dict(inputs or {}), self.end(until)
-        with self.recorder(log, given, every=every, variables=variables, overwrite=overwrite) as recorder:
+        with self.recorder(log, given, every, variables, overwrite) as recorder:
             advance(self.component, sorted(self.changes(given).items(), reverse=True), end)
         return type(self.parent)(recorder.path, self.parent.limits.lifted)
 
@@ -97,13 +97,7 @@ class Branch:
         return found
 
     def recorder(
-        self,
-        log: str | os.PathLike[str],
-        inputs: Mapping[str, Any],
-        *,
-        every: float | None = None,
-        variables: list[str] | None = None,
-        overwrite: bool = False,
+        self, log: Any, inputs: Mapping[str, Any], every: float | None = None, variables: Any = None, overwrite: bool = False
     ) -> Recorder:
         """Return a recorder of the component; arguments and errors are those of `run`."""
         component, header, target = self.component, self.parent.header, as_path(log)

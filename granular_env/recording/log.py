@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from functools import cached_property
 from types import MappingProxyType
 from typing import Any, Self
@@ -13,8 +13,7 @@ import numpy as np
 from ..components.component import Component
 from ..components.drawables import Drawable
 from ..components.errors import GranularError, LogError, ParameterError, one_line
-from ..components.events import Event, EventDetail, refuse_unknown_events
-from ..components.inputs import input_value
+from ..components.events import Event, EventDetail, decode_events, refuse_unknown_events
 from ..components.profiles import CompiledProfile
 from ..components.snapshot import Snapshot
 from ..components.support.memory_limits import refuse_beyond
@@ -147,13 +146,11 @@ class Log(RecordReader):
         Raises:
             ParameterError: there is no such kind, or the index is none.
         """
-        refuse_unknown_events(self.event_kinds, kind, index, "")
-        kinds, found = list(self.event_kinds), []
+        parts = [np.zeros((0, 5))]
         for row in self.rows(EVENTS):
-            for tick, number, place, *rest in self.event_rows(row).tolist():
-                log_tick = int(self.log_tick(row[SEGMENT], int(tick)))
-                found.append(Event(log_tick, kinds[int(number)], None if place < 0 else int(place), *rest))
-        return _select(found, kind, index)
+            parts.append(self.event_rows(row).copy())
+            parts[-1][:, 0] = self.log_tick(row[SEGMENT], parts[-1][:, 0])
+        return decode_events(np.concatenate(parts), self.event_kinds, kind, index, "")
 
     def earlier_events(self, kind: str | None = None, index: int | None = None) -> list[Event] | None:
         """Return the events before this log begins, such as before a branch; see `events`.
@@ -164,7 +161,9 @@ class Log(RecordReader):
             None where the component cannot be made here.
         """
         refuse_unknown_events(self.event_kinds, kind, index, "")
-        return None if self._earlier_events is None else _select(self._earlier_events, kind, index)
+        if self._earlier_events is None:
+            return None
+        return [event for event in self._earlier_events if kind in (None, event.kind) and index in (None, event.index)]
 
     @cached_property
     def _earlier_events(self) -> list[Event] | None:
@@ -241,24 +240,9 @@ class Log(RecordReader):
         """
         from .dataset import dataset_of
 
-        return dataset_of(self.variables, self.series, str(self.header.get("component")), self.source)
+        return dataset_of(self)
 
     # -- inputs, steps, snapshots -----------------------------------------------------------------------------------
-
-    @property
-    def inputs(self) -> dict[str, tuple[np.ndarray, np.ndarray]]:
-        """Every input's course: times [s] and values, at each change; profiles are sampled. `steps_of` has them exactly."""
-        found = {}
-        for name, variable in self.input_variables.items():
-            ticks: list[int] = []
-            values: list[Any] = []
-            for one in self.input_stretches(name):
-                own = one.sample_ticks()
-                ticks += [tick + one.shift for tick in own]
-                values += [input_value(one.value, tick) for tick in own]
-            shaped = np.array(values, dtype=np.float64).reshape(len(values), *variable.shape)
-            found[name] = (np.array(ticks, dtype=np.int64) * self.step_size, shaped)
-        return found
 
     def input_stretches(self, name: str) -> Iterator[Stretch]:
         """Yield over which ticks an input was held at what, in order; nothing is sampled, whatever the size of the input."""
@@ -270,12 +254,6 @@ class Log(RecordReader):
     def steps_of(self, segment: Segment) -> StepHistory:
         """Every call of `step` in a segment, exactly."""
         return self._steps[segment.number]
-
-    @property
-    def snapshots(self) -> list[tuple[Segment, int]]:
-        """Return where snapshots are: segment and tick; `snapshot` reads one."""
-        by_number = {segment.number: segment for segment in self.segments}
-        return [(by_number[row[SEGMENT]], int(row[FIRST])) for row in self.rows(SNAPSHOTS).tolist()]
 
     def snapshot(self, segment: Segment, tick: int) -> Snapshot:
         """Return the snapshot of a segment at that tick, or the last one before."""
@@ -360,7 +338,3 @@ def check_size(size: int, limits: Limits) -> None:
     """Refuse to read arrays of more bytes than the limit; a stranger's log declares the size."""
     limits.check("the size of what was asked for, in bytes,", size, _MOST_BYTES)
     refuse_beyond(size, f"{limits.source}: what was asked for", LogError)
-
-
-def _select(events: Sequence[Event], kind: str | None, index: int | None) -> list[Event]:
-    return [event for event in events if kind in (None, event.kind) and index in (None, event.index)]

@@ -190,17 +190,12 @@ def words(values: np.ndarray | float) -> bytes:
     return np.ascontiguousarray(values).tobytes()
 
 
-def bits(value: float) -> int:
-    """Return the 64 bits of a number, so that -0.0 differs from 0.0."""
-    return struct.unpack("<q", struct.pack("<d", value))[0]
-
-
 def held_word(value: Held) -> int:
-    """Return the bits of a number, or a digest of those of an array or a profile."""
+    """Return the bits of a number, so that -0.0 differs from 0.0, or a digest of those of an array or a profile."""
     if isinstance(value, CompiledProfile):
         pattern = b"" if value.pattern is None else value.pattern.tobytes()
         return _word(value.ticks.tobytes() + value.coefficients.tobytes() + pattern)
-    return _word(words(value)) if isinstance(value, np.ndarray) else bits(value)
+    return _word(words(value)) if isinstance(value, np.ndarray) else struct.unpack("<q", struct.pack("<d", value))[0]
 
 
 def hash_row(component: Component, state: Iterable[str], inputs: Iterable[str]) -> np.ndarray:

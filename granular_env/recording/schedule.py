@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from typing import Any
 
 from ..components.component import Component
@@ -72,10 +72,6 @@ class Schedule:
         """Return the next tick for a snapshot."""
         return tick + (self.snapshot_every or max(self.least_snapshot_interval, elapsed >> _SNAPSHOT_SHIFT))
 
-    def options(self) -> dict[str, int]:
-        """Return the entry of a log's header, which `schedule_from` reads."""
-        return asdict(self)
-
 
 def schedule_from(options: Any) -> Schedule:
     """Return the schedule that a log's header holds; `LogError` where it holds none."""
@@ -85,33 +81,6 @@ def schedule_from(options: Any) -> Schedule:
     ):  # fmt: skip
         raise damage("it does not say when frames were taken", "header.options")
     return Schedule(**options)
-
-
-class Agenda:
-    """The next ticks at which something is due.
-
-    Attributes:
-        frame, hash, key: the next tick for each.
-    """
-
-    def __init__(self, schedule: Schedule) -> None:
-        self._schedule = schedule
-        self.frame = self.hash = self.key = 0
-
-    def restart(self, tick: int, elapsed: int) -> int:
-        """Set all three after a tick and return the nearest; `elapsed` counts the ticks of the whole log."""
-        self.frame = self.hash = self.key = tick
-        return self.after(tick, elapsed)
-
-    def after(self, tick: int, elapsed: int) -> int:
-        """Advance past a tick; return the nearest tick at which something is due."""
-        if self.frame <= tick:
-            self.frame = self._schedule.frame_after(tick, elapsed)
-        if self.hash <= tick:
-            self.hash = self._schedule.hash_after(tick)
-        if self.key <= tick:
-            self.key = self._schedule.key_after(tick, elapsed)
-        return min(self.frame, self.hash, self.key)
 
 
 def frame_interval(ticks: int, values: int, state: int) -> int:

@@ -274,19 +274,15 @@ def topic_name(unit: str) -> str:
     quantity = QUANTITIES.get(unit, "value")
     if unit in _DIMENSIONLESS:
         return f"/{quantity}"
-    above, _, below = unit.partition("/")
-    factors = [_power(part, 1) for part in above.split()] + [_power(part, -1) for part in below.split()]
-    product = "\u00b7".join(factor for factor in factors if factor)
+    factors = []
+    for sign, part in zip(("", "-"), unit.split("/"), strict=False):
+        for factor in part.split():
+            symbol, _, exponent = factor.partition("^")
+            power = sign + (exponent or "1")
+            shown = f"^{power}" if "." in power else power.translate(_SUPERSCRIPTS)
+            factors += [] if symbol == "1" else [symbol if power == "1" else symbol + shown]
+    product = "\u00b7".join(factors)
     return f"/{quantity}[{product}]"
-
-
-def _power(factor: str, sign: int) -> str:
-    """Return ``s^2`` with a superscript."""
-    symbol, _, exponent = factor.partition("^")
-    exponent = ("" if sign > 0 else "-") + (exponent or "1")
-    if symbol == "1" or exponent == "1":
-        return "" if symbol == "1" else symbol
-    return symbol + (exponent.translate(_SUPERSCRIPTS) if "." not in exponent else f"^{exponent}")
 
 
 def colours_of(values: np.ndarray, largest: float) -> np.ndarray:

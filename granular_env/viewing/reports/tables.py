@@ -94,7 +94,7 @@ def events(log: Any) -> Markup:
         nothing = "Nothing happened in this log of what could: " + ", ".join(kinds) + "."
         return html_page.paragraph(f"{nothing} {told}".strip())
     shown = listed_events(found, earlier or [], _MOST_EVENTS)
-    heads, rows = event_table(shown, log.step_size, log.event_details, log.drawables)
+    heads, rows = event_table(shown, log)
     for row in rows:
         row[1] = row[1].replace("_", " ")
     more = ""
