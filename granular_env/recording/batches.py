@@ -80,10 +80,6 @@ class Batch:
         self.hashes += samples.hashes
         self.snapshots += samples.snapshots
 
-    def next(self) -> Batch:
-        """Return the empty batch that follows in the same segment."""
-        return Batch(place=self.place, first=self.last)
-
 
 class Profiles:
     """Numbers of compiled profiles, `count` of which the log has: a remembered object keeps its number."""
@@ -123,16 +119,7 @@ def write_batch(
     inputs: Mapping[str, tuple[int, ...]],
     step_size: float,
 ) -> None:
-    """Write all that a batch holds.
-
-    Args:
-        batch: of one segment.
-        writer: of the log.
-        profiles: of the log so far.
-        names: the recorded variables.
-        inputs: the shape of each input, by name.
-        step_size: length of a tick [s].
-    """
+    """Write all that a batch holds; `inputs` are the shapes of the inputs by name, `step_size` is in seconds."""
 
     def add(kind: int, detail: int, ticks: Any, arrays: Mapping[str, Any], header: Mapping[str, Any] | None = None) -> None:
         span = int(ticks[0]), int(ticks[-1]), len(ticks)

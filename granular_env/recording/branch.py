@@ -41,7 +41,7 @@ class Branch:
 
     @property
     def facts(self) -> dict[str, Any]:
-        """Return the facts on its parent in a child log; for `record(..., parent=...)`."""
+        """Return the facts on its parent in the header of a child log."""
         name = os.path.basename(str(self.parent.path))
         return {"file": name, "log": self.parent.identity, "identity": self.component.identity, "segment": self.segment.number,
                 "tick": self.tick}  # fmt: skip

@@ -27,9 +27,8 @@ from mcap.writer import MCAP0_MAGIC
 
 from ..components.errors import Fault, LogError, Option
 from ..components.support.memory_limits import refuse_beyond, whole_memory
+from .records import PROFILE
 
-# The profile in the header of the file.
-PROFILE = "granular-env"
 NOT_A_LOG = "an MCAP file but no log of granular-env, or its first record is lost"
 _RECORD = struct.Struct("<BQ")
 _FOOTER_BYTES = _RECORD.size + 20 + len(MCAP0_MAGIC)
@@ -111,6 +110,7 @@ class Container:
     Attributes:
         path: the file.
         size: its bytes.
+        most_text: limit on the bytes of JSON in one message; None where there is none.
         complete: whether it ends in a summary.
         places: offset and length of each chunk that can be read [bytes].
         damage: for an incomplete file: what stopped the scan.
@@ -138,21 +138,12 @@ class Container:
             raise LogError(f"cannot be read: {reason}", source=f"log {str(path)!r}") from error
         try:
             self.size = os.fstat(self._file.fileno()).st_size
+            self.most_text = limits.text(self.size)
             self._bounded = _BoundedFile(self._file, self.size)
             self._find_chunks(scan)
         except BaseException:
             self._file.close()
             raise
-
-    @property
-    def most_text(self) -> int | None:
-        """Limit on the bytes of JSON in one message; None where there is none."""
-        return self.limits.text(self.size)
-
-    @property
-    def chunk_count(self) -> int:
-        """Number of chunks that can be read."""
-        return len(self.places)
 
     def close(self) -> None:
         """Close the file."""
@@ -175,7 +166,7 @@ class Container:
 
     def all_messages(self) -> Iterator[tuple[int, Entry]]:
         """Yield the messages of all chunks in order, each with the number of its chunk."""
-        for chunk in range(self.chunk_count):
+        for chunk in range(len(self.places)):
             for entry in self.messages(chunk):
                 yield chunk, entry
 

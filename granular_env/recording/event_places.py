@@ -55,13 +55,7 @@ def place_of(index: int | None, detail: EventDetail | None, drawables: Sequence[
 
 
 def listed_events(found: Sequence[Event], earlier: Sequence[Event], most: int) -> Sequence[Event]:
-    """Return the events that a table shows: where there are too many, the first of those in the log, if there are any.
-
-    Args:
-        found: the events in a log.
-        earlier: those before it begins.
-        most: how many may be shown.
-    """
+    """Return the `most` events that a table shows, of those in a log and before: of too many, the first of those in the log."""
     every = [*earlier, *found]
     return every if len(every) <= most else (found or every)[:most]
 

@@ -91,14 +91,6 @@ def table_of(value: Any) -> dict[str, Any]:
     return dict(value) if isinstance(value, dict) else {}
 
 
-def event_kinds_from(header: Mapping[str, Any], path: object) -> dict[str, str]:
-    """Return kind -> description of the events in a header; `LogError` where it has none."""
-    kinds = header.get("event_kinds")
-    if not isinstance(kinds, dict) or not all(isinstance(text, str) for text in kinds.values()):
-        raise damage("it does not say what can happen", "header.event_kinds", path)
-    return dict(kinds)
-
-
 def header_of(
     component: Component, recorded: Sequence[str], options: Mapping[str, Any], experiment: Any, parent: Any, elapsed: int
 ) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
@@ -174,20 +166,12 @@ def balance_facts(balance: Balance) -> dict[str, Any]:
 
 def closing_facts(component: Component) -> dict[str, Any]:
     """Return the end of a log: the component's report, conclusions and cautions."""
-    names = ("report", "conclusions", "cautions")
-    return {name: _plain_values(getattr(component, name)()) for name in names}
-
-
-def _plain_values(value: Any) -> Any:
-    """Return a component's report as JSON holds it: numbers that are not finite become texts."""
-    if isinstance(value, dict):
-        return {str(name): _plain_values(part) for name, part in value.items()}
-    if isinstance(value, (list, tuple)):
-        return [_plain_values(part) for part in value]
-    if isinstance(value, (int, float, np.number)):
-        number = float(value)
-        return number if math.isfinite(number) else str(number)
-    return str(value)
+    report = {name: float(value) for name, value in component.report().items()}
+    return {
+        "report": {name: value if math.isfinite(value) else str(value) for name, value in report.items()},
+        "conclusions": list(component.conclusions()),
+        "cautions": list(component.cautions()),
+    }
 
 
 def plain_json(name: str, value: Any) -> Any:

@@ -127,9 +127,9 @@ def find_index(container: Container) -> tuple[Index, Record | None]:
         if rows is None or rows.dtype != np.int64 or rows.ndim != 2 or rows.shape[1] != len(COLUMNS):
             raise damage("it has the wrong form", "index", path)
         container.limits.check_records(len(rows), container.size)
-        if len(rows) and rows[:, CHUNK].max() >= container.chunk_count:
+        if len(rows) and rows[:, CHUNK].max() >= len(container.places):
             raise damage("it names a chunk that is not there", "index", path)
-        return Index(path, np.vstack([rows, [*closing.row, container.chunk_count - 1]])), closing
+        return Index(path, np.vstack([rows, [*closing.row, len(container.places) - 1]])), closing
     rows = np.array([(*record.row, chunk) for chunk, _, record in all_records(container)], dtype=np.int64)
     return Index(path, _certain_rows(rows.reshape(-1, len(COLUMNS)), closing is not None)), closing
 
@@ -146,7 +146,7 @@ def _certain_rows(rows: np.ndarray, closed: bool) -> np.ndarray:
 
 def _closing_record(container: Container) -> Record | None:
     """Return the last message, if it closes the log."""
-    for topic, message in container.messages(container.chunk_count - 1)[-1:]:
+    for topic, message in container.messages(len(container.places) - 1)[-1:]:
         if kind_of(topic) == INCIDENTS:
             record = decode(message.data, INCIDENTS, container.most_text)
             return record if record.detail == CLOSED else None

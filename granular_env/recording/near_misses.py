@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -101,18 +101,12 @@ def nearest_to_events(log: Log, index: int | None = None, kind: str | None = Non
     for found, _ in searches:
         found.instants, found.all_instants = instants, sum(one.end - one.start + 1 for one in log.segments)
         found.limited = component.has_limit(found.variable, found.index)
-        found.events = _events_at(happened, found.index, found.kinds, component.event_details)
+        # Also what happened there of other kinds, whose indices count the same.
+        details, counts = component.event_details, component.event_details[found.kinds[0]].counts
+        alike = {*found.kinds, *(kind for kind, detail in details.items() if counts and detail.counts == counts)}
+        found.events = tuple(event for event in happened if event.index == found.index and event.kind in alike)
     # A place without a limit, such as a cell that cannot yield, is always at 0.
     return [found for found, _ in searches if found.ratio > 0.0 or index is not None]
-
-
-def _events_at(
-    events: Sequence[Event], index: int, kinds: tuple[str, ...], details: Mapping[str, EventDetail]
-) -> tuple[Event, ...]:
-    """Return the events at a link, point, ...: of these kinds, and of others that count the same by their indices."""
-    counts = details[kinds[0]].counts
-    alike = {kind for kind, detail in details.items() if counts and detail.counts == counts}
-    return tuple(event for event in events if event.index == index and event.kind in alike.union(kinds))
 
 
 def _instants(log: Log, component: Component) -> Iterator[int]:

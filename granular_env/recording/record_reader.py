@@ -14,10 +14,10 @@ from ..components.errors import GranularError, LogError, ParameterError, nearest
 from ..components.snapshot import Snapshot
 from ..components.support.serialization import digest
 from ..components.variables import Variable
-from .container import NOT_A_LOG, PROFILE, Container, Limits
-from .header import event_kinds_from, variable_from
+from .container import NOT_A_LOG, Container, Limits
+from .header import variable_from
 from .index import CHUNK, DETAIL, FIRST, KIND, PLACE, SEGMENT, find_index
-from .records import FORMAT, FRAMES, HEADER, INCIDENTS, Record, damage, decode, kind_of, nanoseconds
+from .records import FORMAT, FRAMES, HEADER, INCIDENTS, PROFILE, Record, damage, decode, kind_of, nanoseconds
 
 
 class RecordReader:
@@ -59,7 +59,7 @@ class RecordReader:
         self.end_tick = self.start_tick + sum(segment.end - segment.start for segment in segments)
 
     def _read_header(self) -> None:
-        entries = self.container.messages(0) if self.container.chunk_count else []
+        entries = self.container.messages(0) if len(self.container.places) else []
         if not entries or kind_of(entries[0].topic) != HEADER:
             why = f": {self.container.damage}" if self.container.damage else ""
             raise LogError(f"{NOT_A_LOG}{why}", source=repr(str(self.path)))
@@ -98,7 +98,10 @@ class RecordReader:
     @property
     def event_kinds(self) -> dict[str, str]:
         """Kind -> description of the events that can happen."""
-        return event_kinds_from(self.header, self.path)
+        kinds = self.header.get("event_kinds")
+        if not isinstance(kinds, dict) or not all(isinstance(text, str) for text in kinds.values()):
+            raise damage("it does not say what can happen", "header.event_kinds", self.path)
+        return kinds
 
     # -- rows and times ---------------------------------------------------------------------------------------------
 

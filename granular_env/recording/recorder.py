@@ -321,7 +321,7 @@ class Recorder:
     def _write_gathered(self) -> None:
         with self._lock:
             batches, gathered = self._batches, perf_counter()
-            self._batches = [batches[-1].next()]
+            self._batches = [Batch(place=batches[-1].place, first=batches[-1].last)]
             self._backlog, self._size = self._size, 0
         for batch in batches:
             write_batch(batch, self._writer, self._profiles, self._names, self._inputs, self._component.step_size)
@@ -347,7 +347,6 @@ def record(
     hash_every: int | None = None,
     snapshot_every: float | None = None,
     experiment: Mapping[str, Any] | None = None,
-    parent: Mapping[str, Any] | None = None,
     overwrite: bool = False,
 ) -> Recorder:
     """Record everything that `component` does from now until the recorder is closed.
@@ -369,7 +368,6 @@ def record(
         snapshot_every: time between snapshots [s]. Default: each time the run has become a sixteenth longer, at least 4096
             ticks apart; fewer where a tick of a large state, or of many steps of a part, takes long.
         experiment: JSON values to keep with the log.
-        parent: which log and tick this one branched off.
         overwrite: whether an existing log may be replaced; it stays until the new one holds its first step.
 
     Raises:
@@ -382,8 +380,8 @@ def record(
     target = as_path(path)
     names = names_to_record(component, variables)
     schedule = make_schedule(component, every, hash_every, snapshot_every, experiment, names)
-    facts = plain_json("experiment", experiment), plain_json("parent", parent)
-    return begin_log(component, LogWriter(target, overwrite), names, schedule, *facts)
+    content = plain_json("experiment", experiment)
+    return begin_log(component, LogWriter(target, overwrite), names, schedule, content)
 
 
 def begin_log(
@@ -395,7 +393,7 @@ def begin_log(
     parent: Any = None,
     elapsed: int = 0,
 ) -> Recorder:
-    """Write the header of a log and return its recorder; arguments as for `record` and `Recorder`."""
+    """Write the header of a log, which may be a branch of a parent of that age, and return its recorder."""
     try:
         header, arrays = header_of(component, names, asdict(schedule), experiment, parent, elapsed)
         writer.add_header(Record(HEADER, 0, 0, 0, 0, 1, 0, header, arrays))

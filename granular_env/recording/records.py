@@ -33,7 +33,8 @@ from ..components.inputs import Held
 from ..components.profiles import CompiledProfile
 from ..components.support.serialization import digest, pack_parts, unpack
 
-FORMAT = 4
+# The profile in the header of the file, and the version of its content.
+PROFILE, FORMAT = "granular-env", 4
 KINDS = ("header", "snapshots", "steps", "frames", "hashes", "events", "incidents")
 HEADER, SNAPSHOTS, STEPS, FRAMES, HASHES, EVENTS, INCIDENTS = range(len(KINDS))
 _FRAMES_TOPIC = "granular/frames/"
@@ -136,13 +137,7 @@ def decode(data: bytes, kind: int, most_text: int | None = None) -> Record:
 
 
 def damage(received: str, at: str | Location, log: object = "") -> LogError:
-    """Return the error for a part of a log that `record` does not write like that.
-
-    Args:
-        received: the fault.
-        at: its place: "header", "index", one of the kinds of records, and the place there.
-        log: its path, where that is known.
-    """
+    """Return the error for a part of a log, at a place in it, that `record` does not write like that."""
     return LogError(received, hint=DAMAGED, at=at, source=f"log {str(log)!r}" if log else "")
 
 

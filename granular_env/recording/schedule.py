@@ -86,12 +86,8 @@ def schedule_from(options: Any) -> Schedule:
 def frame_interval(ticks: int, values: int, state: int) -> int:
     """Return an interval of 1, 2 or 5 x 10^k ticks that gives 160 to 400 frames in a run of `ticks`.
 
-    Huge frames are fewer, but at least ten: to write one takes as long as tens to hundreds of ticks.
-
-    Args:
-        ticks: of the run.
-        values: numbers of a frame.
-        state: numbers of the state.
+    Huge frames are fewer, but at least ten: to write one takes as long as tens to hundreds of ticks. `values` and `state` are
+    the numbers of a frame and of the state.
     """
     interval = round_up_to_125(max(ticks / _FRAMES, 1.0))
     if values > _HUGE_FRAME:

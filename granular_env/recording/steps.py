@@ -63,14 +63,9 @@ def steps_of(
     profiles: list[CompiledProfile],
     step_size: float,
 ) -> StepHistory:
-    """Return the steps in the records of one segment.
+    """Return the steps in the records of one segment that begins at the tick `start`; `profiles`, those of the log, grow.
 
-    Args:
-        records: of steps.
-        start: tick before the first step.
-        inputs: the shape of each input, by name.
-        profiles: those of the log so far; they grow.
-        step_size: length of a tick [s].
+    `inputs` are the shapes of the inputs by name, `step_size` is in seconds.
     """
     marks = [np.array([start], dtype=np.int64)]
     sets: dict[str, tuple[list[np.ndarray], list[Held]]] = {}

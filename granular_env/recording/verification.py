@@ -94,17 +94,9 @@ class Verification:
 
 
 class Difference(Exception):  # noqa: N818 - a finding, carried out of nested loops
-    """Something of the log that the re-run does not give.
-
-    Attributes:
-        variable: its name.
-        tick: where that was seen, a tick of the segment.
-        index: its element, where that is known.
-        reason: an explanation, where there is one.
-    """
+    """Something of the log that the re-run does not give: its name, the tick in its segment, its element, an explanation."""
 
     def __init__(self, variable: str, tick: int, index: int | None = None, reason: str = "") -> None:
-        """Keep the place of the difference."""
         super().__init__(variable)
         self.variable, self.tick, self.index, self.reason = variable, tick, index, reason
 

@@ -16,11 +16,10 @@ from mcap.writer import MCAP0_MAGIC, CompressionType, Writer
 
 from ..components.errors import Fault, LogError, Option, ParameterError
 from ..output_files import advice_for, resolve_file
-from .container import PROFILE
 from .header import METADATA_NAME, metadata_of
 from .preview.encoding import own_schema
 from .preview.film import PreviewMessage, Topic
-from .records import CLOSED, COLUMNS, FRAMES, HEADER, INCIDENTS, KINDS, Record, encode, topic_of
+from .records import CLOSED, COLUMNS, FRAMES, HEADER, INCIDENTS, KINDS, PROFILE, Record, encode, topic_of
 
 CHUNK_BYTES = 1 << 20
 # The first chunks are smaller, so that a short log whose end is lost is not lost whole [bytes]; later chunks hold an eighth of
@@ -121,11 +120,7 @@ class LogWriter:
     def finish(self, segment: int, tick: int, nanoseconds: int, facts: dict[str, Any]) -> None:
         """Write the closing record and the summary that makes the file complete, wait for the disk, and close it.
 
-        Args:
-            segment: the last one.
-            tick: of it, where the log ends.
-            nanoseconds: time of that.
-            facts: the report, conclusions and cautions of the run.
+        The log ends at a tick of a segment; `facts` are the report, conclusions and cautions of the run.
         """
         try:
             index = np.array(self.rows, dtype=np.int64).reshape(-1, len(COLUMNS))

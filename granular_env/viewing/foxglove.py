@@ -69,7 +69,7 @@ def _numbers_of(log: Log) -> dict[str, list[str]]:
     """Return the names behind the numbers of each topic of numbers, from the end of the file, where the preview lies."""
     found: dict[str, list[str]] = {}
     container = log.container
-    for chunk in reversed(range(container.chunk_count)):
+    for chunk in reversed(range(len(container.places))):
         entries = container.messages(chunk)
         for topic, message in entries:
             if topic.startswith("/") and message.data[:4] == CDR_HEAD and topic not in (ABOUT_TOPIC, *found):

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable
 
 import numpy as np
@@ -48,10 +47,10 @@ def choose_exaggeration(reference: FloatArray, radius: FloatArray, displacement:
     """
     travel = float(np.abs(displacement).max(initial=0.0))
     low, high = (reference - radius[:, None]).min(axis=0), (reference + radius[:, None]).max(axis=0)
-    limits = [_DRAWN_TRAVEL * float((high - low).max()) / travel if travel > 0.0 else 1.0]
+    factor = _DRAWN_TRAVEL * float((high - low).max()) / travel if travel > 0.0 else 1.0
     if len(radius) > 1:
-        limits.append(_overlap_limit(reference, radius, displacement))
-    return max(1.0, _round_down(min(limits)))
+        factor = min(factor, _overlap_limit(reference, radius, displacement))
+    return round_down_to_125(min(factor, _LARGEST) * (1.0 + 1e-12)) if factor > 1.0 else 1.0
 
 
 def _overlap_limit(reference: FloatArray, radius: FloatArray, displacement: FloatArray) -> float:
@@ -72,9 +71,3 @@ def _overlap_limit(reference: FloatArray, radius: FloatArray, displacement: Floa
     allowed = gap + _DRAWN_OVERLAP * np.minimum(radius[one], radius[other])
     moving = closing > 0.0
     return float((allowed[moving] / closing[moving]).min(initial=_LARGEST))
-
-
-def _round_down(factor: float) -> float:
-    if not math.isfinite(factor) or factor <= 0.0:
-        return 1.0
-    return round_down_to_125(min(factor, _LARGEST) * (1.0 + 1e-12))

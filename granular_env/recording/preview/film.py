@@ -46,7 +46,6 @@ QUANTITIES = {
     "kg": "mass", "Pa": "pressure", "K": "temperature", "s": "time",
 }  # fmt: skip
 _SUPERSCRIPTS = str.maketrans("0123456789-", "\u2070\u00b9\u00b2\u00b3\u2074\u2075\u2076\u2077\u2078\u2079\u207b")
-_DIMENSIONLESS = ("", "1")
 
 
 class Topic(NamedTuple):
@@ -72,9 +71,8 @@ class PreviewMessage(NamedTuple):
     data: bytes
 
 
-class _Picture(NamedTuple):
-    nanoseconds: int
-    drawn: dict[str, np.ndarray]
+# A picture: its time [ns], and the drawn outputs.
+_Picture = tuple[int, dict[str, np.ndarray]]
 
 
 class Preview:
@@ -104,7 +102,7 @@ class Preview:
             self._rows.append((nanoseconds, [float(values[name]) for name in self._scalars]))
         if self._count % self._picture_stride == 0:
             drawn = {name: np.array(values[name], dtype=np.float32) for name in self._drawn}
-            self._pictures.append(_Picture(nanoseconds, drawn))
+            self._pictures.append((nanoseconds, drawn))
         if len(self._rows) > MOST_FRAMES:
             self._rows, self._row_stride = self._rows[::2], 2 * self._row_stride
         if len(self._pictures) > self._most_pictures:
@@ -116,7 +114,7 @@ class Preview:
         if not self._rows:
             return []
         start = self._rows[0][0]
-        unit = _clock_unit(max(self._rows[-1][0], self._pictures[-1].nanoseconds) - start)
+        unit = _clock_unit(max(self._rows[-1][0], self._pictures[-1][0]) - start)
         text = [
             self._title, "", f"Slow clock: 1 s here = {unit / 1e9:.3g} s simulated.",
             "Simulated time: the timeline message_publish_time, and the messages' time stamps.", "",
@@ -133,8 +131,8 @@ class Preview:
             contents = encoding.encode_numbers(names, rows[:, places])
             found += [(topic, time, data) for (time, _), data in zip(self._rows, contents, strict=True)]
             text.append(f"{name}: " + ", ".join(f"[{place}] {name}" for place, name in enumerate(names)))
-        for picture in self._pictures:
-            found += [(topic, picture.nanoseconds, data) for topic, data in clouds.messages(picture)]
+        for time, drawn in self._pictures:
+            found += [(topic, time, data) for topic, data in clouds.messages(time, drawn)]
         about = Topic(ABOUT_TOPIC, encoding.TEXT_NAME, "ros2msg", encoding.TEXT.encode())
         shown = [PreviewMessage(topic, round((time - start) / unit * 1e9), time, data) for topic, time, data in found]
         shown.sort(key=lambda message: message.log_time)
@@ -156,8 +154,8 @@ class _Clouds:
     def __init__(self, drawables: Sequence[Drawable], pictures: Sequence[_Picture]) -> None:
         self._drawables = drawables
         self._points = {one.name: one for one in drawables if isinstance(one, Points)}
-        self._heights = {name: _row_height(one) for name, one in self._points.items()}
-        self._largest = {name: _largest(pictures, name) for name in drawn_outputs(drawables)}
+        self._heights = {cloud_topic(one): _height(one) for one in drawables}
+        self._largest = {"": 1.0} | {name: _largest(pictures, name) for name in drawn_outputs(drawables)}
         points, cells = [], []
         for one in drawables:
             if isinstance(one, Points) and one.displacement:
@@ -169,13 +167,13 @@ class _Clouds:
                 cells.append((spatial(one.nodes)[some], _displacements(pictures, one.displacement, some)))
         self._factor = common_exaggeration(points, cells)
 
-    def messages(self, picture: _Picture) -> Iterator[tuple[Topic, bytes]]:
+    def messages(self, nanoseconds: int, drawn: Mapping[str, np.ndarray]) -> Iterator[tuple[Topic, bytes]]:
         """Yield the messages of one picture."""
         for one in self._drawables:
-            places, colours = self._cloud(one, picture.drawn)
+            places, colours = self._cloud(one, drawn)
             some = _some(places)
             topic = Topic(cloud_topic(one), "foxglove.PointCloud", "protobuf", encoding.point_cloud_schema())
-            yield topic, encoding.encode_point_cloud(picture.nanoseconds, places[some], colours[some])
+            yield topic, encoding.encode_point_cloud(nanoseconds, places[some], colours[some])
 
     def words(self, units: Mapping[str, str]) -> list[str]:
         """Return the lines of ``/about``."""
@@ -193,8 +191,8 @@ class _Clouds:
             some, moved = _some(one.radius), drawn.get(one.displacement)
             colour = drawn[one.colour][some] if one.colour else np.zeros(len(one.radius[some]), np.float32)
             places = self._moved(one.reference[some], None if moved is None else moved[some])
-            places[:, 2] += self._heights[one.name] * colour / self._largest.get(one.colour, 1.0)
-            return places, colours_of(colour, self._largest.get(one.colour, 1.0))
+            places[:, 2] += self._heights[cloud_topic(one)] * colour / self._largest[one.colour]
+            return places, colours_of(colour, self._largest[one.colour])
         if isinstance(one, Links):
             points, state = self._points[one.points], drawn[one.state]
             places = self._moved(points.reference, drawn.get(points.displacement))
@@ -206,7 +204,7 @@ class _Clouds:
         field = drawn[one.field]
         if isinstance(one, Curve):
             places = spatial(one.coordinate)
-            places[:, 2] = _HEIGHT * float(np.ptp(one.coordinate)) * field / self._largest[one.field]
+            places[:, 2] = self._heights[cloud_topic(one)] * field / self._largest[one.field]
             return places, colours_of(field, self._largest[one.field])
         nodes = self._moved(one.nodes, drawn.get(one.displacement))
         is_of_nodes = len(field) == len(nodes)
@@ -255,15 +253,15 @@ def picture_box(drawables: Sequence[Drawable]) -> tuple[np.ndarray, np.ndarray]:
         margin = one.radius[:, None] if isinstance(one, Points) else 0.0
         lows.append((places - margin).min(axis=0))
         highs.append((places + margin).max(axis=0))
-        height = _HEIGHT * float(np.ptp(one.coordinate)) if isinstance(one, Curve) else 0.0
-        highs[-1][2] += _row_height(one) if isinstance(one, Points) else height
+        highs[-1][2] += _height(one)
     return np.min(lows, axis=0), np.max(highs, axis=0)
 
 
-def _row_height(points: Points) -> float:
-    """Return the height of the largest colouring value over points in a row along x [m]; 0 for all others."""
-    places = spatial(points.reference)
-    return 0.0 if not points.colour or np.ptp(places[:, 1:], axis=0).any() else _HEIGHT * float(np.ptp(places[:, 0]))
+def _height(one: Drawable) -> float:
+    """Return the height of the largest value over points in a row along x, or over a curve [m]; 0 for all others."""
+    if isinstance(one, Points) and one.colour and not np.ptp(one.reference[:, 1:], axis=0).any():
+        return _HEIGHT * float(np.ptp(one.reference[:, 0]))
+    return _HEIGHT * float(np.ptp(one.coordinate)) if isinstance(one, Curve) else 0.0
 
 
 def topic_name(unit: str) -> str:
@@ -272,10 +270,10 @@ def topic_name(unit: str) -> str:
     There is no slash or space in the unit: viewers would split the name there.
     """
     quantity = QUANTITIES.get(unit, "value")
-    if unit in _DIMENSIONLESS:
+    if unit in ("", "1"):
         return f"/{quantity}"
     factors = []
-    for sign, part in zip(("", "-"), unit.split("/"), strict=False):
+    for sign, part in zip(("", "-"), unit.partition("/")[::2], strict=True):
         for factor in part.split():
             symbol, _, exponent = factor.partition("^")
             power = sign + (exponent or "1")
@@ -300,13 +298,13 @@ def _palette() -> np.ndarray:
 
 def _largest(pictures: Sequence[_Picture], name: str) -> float:
     """Return the largest finite magnitude of an output in all pictures; 1 where it stays 0."""
-    values = [np.abs(picture.drawn[name]) for picture in pictures]
+    values = [np.abs(drawn[name]) for _, drawn in pictures]
     return max((float(one.max(initial=0.0, where=np.isfinite(one))) for one in values), default=0.0) or 1.0
 
 
 def _displacements(pictures: Sequence[_Picture], name: str, some: slice) -> np.ndarray:
     """Return displacements as vectors, shape (pictures, n, 3); zeros where they are not finite."""
-    found = np.stack([spatial(picture.drawn[name][some].astype(np.float64)) for picture in pictures])
+    found = np.stack([spatial(drawn[name][some].astype(np.float64)) for _, drawn in pictures])
     return np.nan_to_num(found, posinf=0.0, neginf=0.0)
 
 
