@@ -38,11 +38,11 @@ def resume(
 
     Args:
         path: the log; it holds the experiment.
-        log: the new log. By default it takes the name of the old one, once it holds a step more than what is kept.
-        experiment: what is to be resumed, to be refused if the log is of another one; default: whatever the log holds.
+        log: the new log. By default it replaces the old one, once it holds a further step.
+        experiment: refuse the log if it is of another experiment than this one.
         overrides: of `experiment`.
         progress: show a bar, or call this with the part that is done.
-        overwrite: whether a log that stands at `log` may be replaced.
+        overwrite: whether an existing log at `log` may be replaced.
         allow_large: lift the limits on sizes.
         components: classes of components that are not ours, by name.
 

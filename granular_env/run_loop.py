@@ -45,7 +45,7 @@ _PIECE_SECONDS = 0.02
 _COPY_SHARE, _COPY_RATE = 0.05, 2e9
 # Largest ratio of the lengths of a piece and the one before.
 _GROWTH = 64
-# A run that is shown live takes so long [s], where nothing else is asked for: all shipped experiments are over in less.
+# Default wall time of a run that is shown live [s]: all shipped experiments are over in less.
 _LIVE_SECONDS = 10.0
 # Copies of the state that a recorder holds at a time: snapshots that wait to be written, and their bytes on the way.
 _COPIES_RECORDED = 6
@@ -65,7 +65,7 @@ class RunResult:
         stopped_by: the stop rule that ended it, in words, or None.
         interrupted: whether Ctrl-C ended it; its log is complete up to there.
         report: figures that say how far the model's assumptions held, name with unit -> value.
-        conclusions: sentences on what has become of the component.
+        conclusions: sentences on the state of the component at the end.
         cautions: a sentence for each assumption that was left behind.
         warnings: what the run warned of.
         start: tick at which the run, or its log, begins: 0, or later for a branch.
@@ -245,7 +245,7 @@ def advance(
     """Advance a component from its present tick to another one: the loop of `run`, `replay`, `resume` and branches.
 
     Args:
-        component: what is advanced.
+        component: the one to advance.
         end: the tick to reach.
         inputs: given to the first step; they hold from then on.
         changes: further inputs, by the tick from which they hold.

@@ -20,7 +20,7 @@ class EventPlace:
     """The elements that an event concerns, and their place.
 
     Attributes:
-        elements: what it concerns, such as "automata 12 and 13" for a link.
+        elements: their names, such as "automata 12 and 13" for a link.
         position: the middle of these before anything moved [m].
     """
 
@@ -29,7 +29,7 @@ class EventPlace:
 
 
 def place_of(index: int | None, detail: EventDetail | None, drawables: Sequence[Drawable]) -> EventPlace | None:
-    """Return where events with an index take place; None where their kind does not say what it counts.
+    """Return the place of events with an index; None if their kind names no drawable.
 
     Args:
         index: of the events; None for none.

@@ -213,7 +213,7 @@ class Recorder:
         batch = Batch(place=place, first=tick, incidents=incidents)
         batch.snapshots.append((tick, START, component.save()))
         batch.hashes.append((tick, hash_row(component, self._state, self._inputs)))
-        if self._schedule.is_frame(tick, place.before):
+        if self._schedule.frame_after(tick - 1, place.before) == tick:
             self._take_frame(component, batch)
         self._batches.append(batch)
         self._size += component.state_bytes

@@ -42,7 +42,7 @@ def recover(
         overwrite: whether an existing `out` may be replaced.
 
     Returns:
-        The new log, opened; the last of ``.incidents`` says what was lost.
+        The new log, opened; the last of ``.incidents`` describes the loss.
 
     Raises:
         LogError: nothing is intact, or `out` cannot be written; nothing is left behind.

@@ -38,7 +38,7 @@ def restore(component: Component, snapshot: Snapshot) -> None:
         raise LogError.of_content(error.renamed("snapshot", "snapshots"), "snapshots") from error
 
 
-def advance(component: Component, changes: Changes, tick: int, tell: Callable[[int], None] | None = None) -> None:
+def advance(component: Component, changes: Changes, tick: int, report: Callable[[int], None] | None = None) -> None:
     """Run to a tick in as few long steps as the changes of inputs allow; `changes` is reversed, and used up.
 
     A step of n ticks gives the bits of n steps of one, so this is as exact as the original steps and faster.
@@ -51,8 +51,8 @@ def advance(component: Component, changes: Changes, tick: int, tell: Callable[[i
                 inputs = {**inputs, **changes.pop()[1]} if inputs else changes.pop()[1]
             stop = changes[-1][0] if changes and changes[-1][0] < tick else tick
             component.step((stop - now) * step_size, **inputs)
-            if tell is not None:
-                tell(component.tick)
+            if report is not None:
+                report(component.tick)
     except StepError:
         raise
     except GranularError as error:

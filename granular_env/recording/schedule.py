@@ -20,7 +20,7 @@ HASH_EVERY = 4096
 # A run that was killed continues from its last snapshot. There is one each time the run has become a sixteenth longer, at least
 # this many ticks apart.
 _SNAPSHOT_TICKS, _SNAPSHOT_SHIFT = 4096, 4
-# Where ticks are costly, 4096 of them may be a whole run: snapshots are this much work apart, or this many steps of the whole
+# If ticks are costly, 4096 of them may be a whole run: snapshots are this much work apart, or this many steps of the whole
 # state where that is more, since to write one takes as long as 5 to 16 steps of a grid (26 and 104 MB, 2 cores). Work is
 # counted in words of state advanced by a step, which take 3 to 12 ns (grids, shells), and not in seconds: the same run has to
 # have the same snapshots on any machine, and when it is resumed.
@@ -59,10 +59,6 @@ class Schedule:
         """Return the next tick for a frame; `elapsed` counts the ticks of the whole log."""
         interval = self.frame_every or 1 << max((elapsed // self.doubling).bit_length() - 1, 0)
         return (tick // interval + 1) * interval
-
-    def is_frame(self, tick: int, elapsed: int) -> bool:
-        """Return whether a segment that starts at this tick starts with a frame."""
-        return self.frame_after(tick - 1, elapsed) == tick
 
     def hash_after(self, tick: int) -> int:
         """Return the next tick for a hash."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -46,14 +47,19 @@ class StepHistory:
         found: dict[int, dict[str, Held]] = {}
         for name, (places, values) in self.sets.items():
             before: Held | None = held.get(name)
-            bits = None if before is None else (type(before), held_word(before))
+            bits = None if before is None else _comparable(before)
             for tick, value in zip(self.marks[places].tolist(), values, strict=True):
                 if value is not before:
-                    new = type(value), held_word(value)
+                    new = _comparable(value)
                     if new != bits:
                         found.setdefault(tick, {})[name] = value
                     before, bits = value, new
         return sorted(found.items())
+
+
+def _comparable(value: Held) -> Any:
+    """Return an object that is equal for equal bits: a number other than zero is one."""
+    return value if type(value) is float and value else (type(value), held_word(value))
 
 
 def steps_of(

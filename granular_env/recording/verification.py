@@ -137,12 +137,12 @@ def verify(
             for segment in log.index.all_segments:
                 comparison, before = Comparison(log, component, segment, result), result.ticks - segment.start
 
-                def tell(tick: int, before: int = before) -> None:
+                def report(tick: int, before: int = before) -> None:
                     if bar.is_due():
                         bar.update(before + tick)
 
                 try:
-                    comparison.run(log.snapshot(segment, segment.start), segment.end, tell)
+                    comparison.run(log.snapshot(segment, segment.start), segment.end, report)
                 except Difference as found:
                     _note_difference(result, log, segment, found, comparison.agreed.get(found.variable, segment.start))
                     break
@@ -187,13 +187,13 @@ class Comparison:
         self._state = [v.name for v in component.variables.values() if v.state]
         self._framed, self._balances = -1, {}
 
-    def run(self, start: Snapshot, end: int, tell: Callable[[int], None] | None = None) -> None:
+    def run(self, start: Snapshot, end: int, report: Callable[[int], None] | None = None) -> None:
         """Run from a snapshot of the segment to a tick.
 
         Args:
             start: of this segment; its identity is not compared.
             end: the tick to reach; later records are not compared.
-            tell: called after each piece with the tick.
+            report: called after each piece with the tick.
 
         Raises:
             Difference: the log holds something that the re-run does not give.
@@ -207,15 +207,15 @@ class Comparison:
         changes.reverse()
 
         for at, check, *facts in heapq.merge(*self._marks(start.tick, end), key=itemgetter(0)):
-            self._advance(changes, at, tell)
+            self._advance(changes, at, report)
             check(at, *facts)
-        self._advance(changes, end, tell)
+        self._advance(changes, end, report)
         if component.event_kinds:
             self._compare_events(start.tick, end, component.event_rows(before))
 
-    def _advance(self, changes: Changes, tick: int, tell: Callable[[int], None] | None) -> None:
+    def _advance(self, changes: Changes, tick: int, report: Callable[[int], None] | None) -> None:
         try:
-            advance(self._component, changes, tick, tell)
+            advance(self._component, changes, tick, report)
         except StepError as error:
             at = round(error.time / self._component.step_size)
             reason = f"the re-run broke down where the log went on: {error}"
@@ -251,10 +251,10 @@ class Comparison:
         if self._framed != tick:
             self._framed, self._balances = tick, component.balance_values()
             self._result.frames += 1
-        held = self._balances[name] if name in self._balances else component.get(name)
-        mine, there = (np.ascontiguousarray(one, dtype=np.float64).view(np.int64) for one in (held, value))
-        if not np.array_equal(mine, there):
-            raise Difference(name, tick, int(np.argmax(mine.ravel() != there.ravel())) if value.ndim else None)
+        mine = np.asarray(self._balances[name] if name in self._balances else component.get(name), dtype=np.float64)
+        if words(mine) != words(value):
+            differs = np.frombuffer(words(mine), np.int64) != np.frombuffer(words(value), np.int64)
+            raise Difference(name, tick, int(np.argmax(differs)) if value.ndim else None)
         self.agreed[name] = tick
 
     def _check_held(self, tick: int, row: np.ndarray) -> None:

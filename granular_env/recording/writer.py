@@ -23,14 +23,14 @@ from .records import CLOSED, COLUMNS, FRAMES, HEADER, INCIDENTS, KINDS, PROFILE,
 
 CHUNK_BYTES = 1 << 20
 # The first chunks are smaller, so that a short log whose end is lost is not lost whole [bytes]; later chunks hold an eighth of
-# what has been written.
+# all before them.
 _FIRST_CHUNK_BYTES, _CHUNK_SHARE = 1 << 16, 8
 
 
 class LogWriter:
     """Writes records to an MCAP file. One thread only; after an error nothing more is written.
 
-    Where the file replaces an older log, it is written under a hidden name until `publish` is called.
+    A file that replaces an older log is written under a hidden name until `publish` is called.
 
     Attributes:
         path: the log's name once it is published.
