@@ -131,7 +131,7 @@ def run(
             from granular_env.experiments.cost import announce_log
             from granular_env.recording import record
 
-            announce_log(ready, Path(log).parent, progress is True)
+            announce_log(ready, progress is True)
             refuse_unrecordable(ready.component)
             options = {"overwrite": overwrite, "experiment": loaded.to_dict(), **loaded.record.model_dump()}
             stack.enter_context(record(ready.component, log, **options))

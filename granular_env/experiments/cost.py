@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import shutil
 import sys
-from pathlib import Path
 from time import perf_counter
 
-from granular_env.components.errors import ExperimentError, StepError, caution
+from granular_env.components.errors import StepError, caution
 from granular_env.output_files import readable_bytes
 from granular_env.recording.schedule import estimated_bytes, make_schedule, names_to_record
 
@@ -17,8 +15,6 @@ from .preparation import Prepared
 _LONG, LARGE_LOG, NOTED_LOG = 60.0, 200_000_000, 10_000_000
 _MEASURED = 0.02  # wall time of the measured steps [s]
 _LESS = "record less often (record.every), fewer variables (record.variables) or fewer snapshots (record.snapshot_every)"
-# Least size of a log on the disk, over its size before compression; that of a large body mostly at rest takes 0.04.
-_COMPRESSED = 0.02
 _UNITS = ((86400.0, "days"), (3600.0, "h"), (60.0, "min"), (1.0, "s"))
 
 
@@ -56,29 +52,12 @@ def log_bytes(ready: Prepared) -> int:
     return estimated_bytes(component, schedule, names, ready.ticks)
 
 
-def announce_log(ready: Prepared, folder: Path, at_once: bool) -> None:
-    """Print the estimated size of a log in a folder, which may not exist yet, or warn of a large one.
-
-    Args:
-        ready: the experiment.
-        folder: where the log will be.
-        at_once: print it on the terminal.
-
-    Raises:
-        ExperimentError: the file system has no room for the log.
-    """
+def announce_log(ready: Prepared, at_once: bool) -> None:
+    """Print a note on a log of 10 MB or more, where `at_once` is set; else warn of a log of 200 MB or more."""
     size = log_bytes(ready)
-    note = f"the log takes up to {readable_bytes(size)} before compression, and on the disk "
-    existing = next(one for one in (folder.absolute(), *folder.absolute().parents) if one.exists())
-    free = shutil.disk_usage(existing).free
-    if _COMPRESSED * size > free:
-        raise ExperimentError(
-            f"{note}at least 2 % of that, and {readable_bytes(free)} are free in {str(existing)!r}",
-            hint=f"choose a shorter duration, {_LESS}, or run without a log",
-            at="duration",
-            source=ready.experiment.origin,
-        ) from OSError("no space")
-    note += f"at most two thirds of that{f'; {_LESS} for a smaller one' if size >= LARGE_LOG else ''}"
+    note = f"the log takes up to {readable_bytes(size)} before compression, and on the disk at most two thirds of that"
+    if size >= LARGE_LOG:
+        note += f"; {_LESS} for a smaller one"
     if at_once and size >= NOTED_LOG:
         print(f"note: {note}", file=sys.stderr)
     elif size >= LARGE_LOG:

@@ -124,7 +124,7 @@ class Continuation:
             ParameterError: the file exists, and may not be replaced.
             LogError: it cannot be written.
         """
-        log, component = self.log, self.component
+        log, component, schedule = self.log, self.component, schedule_from(self.log.header.get("options"))
         writer, tick = LogWriter(path, overwrite), component.tick
         try:
             copy_records(log, writer, self.kept)
@@ -135,7 +135,6 @@ class Continuation:
         except BaseException:
             writer.abandon()
             raise
-        schedule = schedule_from(log.header.get("options"))
         steps = log.read(log.index.rows[self.kept - 1])
         profiles = steps.header["profiles_before"] + len(steps.arrays["profile_shapes"])
         place = Place(0, log.start_tick, log.elapsed)
