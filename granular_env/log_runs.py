@@ -16,7 +16,7 @@ from granular_env.experiments.experiment import Experiment, Source, load_experim
 from granular_env.experiments.stop_rules import StopWatch
 from granular_env.progress import Progress
 from granular_env.recording.log import Log
-from granular_env.run_loop import Inputs, RunResult, advance, collect_warnings, memory_errors, run, start_recording
+from granular_env.run_loop import Inputs, RunResult, advance, collect_warnings, memory_errors, refuse_unrecordable, run
 
 if TYPE_CHECKING:
     from granular_env.recording.branch import Branch
@@ -44,7 +44,7 @@ def replay(
         open_log(log, allow_large=allow_large, components=components) as opened,
     ):
         component, results = opened.component(), []
-        check_work(opened.end_tick - opened.start_tick, component, opened.records.limits)
+        check_work(opened.end_tick - opened.start_tick, component, opened.limits)
         for segment in opened.segments:
             start = opened.snapshot(segment, segment.start)
             component.restore(start)
@@ -86,7 +86,7 @@ def run_branch(
     """
     where, end = f"log {os.fspath(log)!r}", branch.end(until)
     with memory_errors(where, LogError), collect_warnings() as issued, ExitStack() as stack:
-        stack.enter_context(branch.recording(log, inputs, overwrite=overwrite))
+        stack.enter_context(branch.recorder(log, inputs, overwrite=overwrite))
         result = advance(
             branch.component,
             end,
@@ -122,11 +122,11 @@ def resume(
 
     Args:
         path: the log; it holds the experiment.
-        log: the new log. By default it takes the name of the old one, once it holds a step more than what is kept.
-        experiment: what is to be resumed, to be refused if the log is of another one; default: whatever the log holds.
+        log: the new log. By default it replaces the old one, once it holds a further step.
+        experiment: refuse the log if it is of another experiment than this one.
         overrides: of `experiment`.
         progress: show a bar, or call this with the part that is done.
-        overwrite: whether a log that stands at `log` may be replaced.
+        overwrite: whether an existing log at `log` may be replaced.
         allow_large: lift the limits on sizes.
         components: classes of components that are not ours, by name.
 
@@ -138,7 +138,7 @@ def resume(
         StepError: the physics would break down; the log is complete up to the last good state.
     """
     from granular_env.recording import open_log
-    from granular_env.recording.continuation import continuation_of
+    from granular_env.recording.recovery import continuation_of
 
     wanted = None if experiment is None else load_experiment(experiment, overrides)
     where, (target, replace) = f"log {str(path)!r}", (path, True) if log is None else (log, overwrite)
@@ -161,7 +161,8 @@ def resume(
                 hint = "nothing is left to resume; `granular-env recover` makes the file whole"
                 raise LogError(f"{why}, only the end of the file is missing", hint=hint, source=where)
             raise LogError(f"it is complete: {why}", hint="nothing is left to resume", source=where)
-        start_recording(stack, component, lambda: found.recorder(target, replace))
+        refuse_unrecordable(component)
+        stack.enter_context(found.recorder(target, replace))
         return advance(
             component,
             end,
@@ -178,7 +179,7 @@ def resume(
 
 def _experiment_of(log: Log, where: str) -> Experiment:
     """Return the experiment that a log is of."""
-    header = log.records.header
+    header = log.header
     if header.get("parent") is not None:
         raise LogError("it is a branch of another log", hint="branch off it anew: granular-env branch", source=where)
     content = header.get("experiment")

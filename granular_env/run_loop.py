@@ -5,7 +5,6 @@ from __future__ import annotations
 import dataclasses
 import os
 import signal
-import sys
 import threading
 import warnings
 from collections.abc import Callable, Iterable, Iterator, Mapping
@@ -21,7 +20,6 @@ from granular_env.components.errors import (
     GranularWarning,
     ParameterError,
     StepError,
-    caution,
 )
 from granular_env.components.inputs import Held
 from granular_env.components.profiles import Profile
@@ -30,12 +28,12 @@ from granular_env.components.support.memory_limits import refuse_beyond
 from granular_env.components.support.validation import finite_number
 from granular_env.documents import Overrides
 from granular_env.experiments.experiment import Source, load_experiment
-from granular_env.experiments.preparation import Prepared, prepare
+from granular_env.experiments.preparation import prepare
 from granular_env.experiments.stop_rules import StopWatch
 from granular_env.progress import Progress, progress_bar
 
 if TYPE_CHECKING:
-    from granular_env.recording.recorder import Recorder
+    pass
 
 # Wall time of a piece of a run [s], so that Ctrl-C, the progress bar and the recorder get their turn. Each piece copies the
 # state once: large states have longer pieces, so that the copy takes at most 5 % of a piece at this rate [bytes/s].
@@ -43,7 +41,7 @@ _PIECE_SECONDS = 0.02
 _COPY_SHARE, _COPY_RATE = 0.05, 2e9
 # Largest ratio of the lengths of a piece and the one before.
 _GROWTH = 64
-# A run that is shown live takes so long [s], where nothing else is asked for: all shipped experiments are over in less.
+# Default wall time of a run that is shown live [s]: all shipped experiments are over in less.
 _LIVE_SECONDS = 10.0
 # Copies of the state that a recorder holds at a time: snapshots that wait to be written, and their bytes on the way.
 _COPIES_RECORDED = 6
@@ -65,7 +63,7 @@ class RunResult:
         stopped_by: the stop rule that ended it, in words, or None.
         interrupted: whether Ctrl-C ended it; its log is complete up to there.
         report: figures that say how far the model's assumptions held, name with unit -> value.
-        conclusions: sentences on what has become of the component.
+        conclusions: sentences on the state of the component at the end.
         cautions: a sentence for each assumption that was left behind.
         warnings: what the run warned of.
         start: tick at which the run, or its log, begins: 0, or later for a branch.
@@ -131,11 +129,13 @@ def run(
             duration = ready.ticks * ready.component.step_size
             stack.enter_context(LiveViewer(ready.component, title=loaded.name, duration=duration, pace=seconds))
         if log is not None:
+            from granular_env.experiments.cost import announce_log
             from granular_env.recording import record
 
-            _report_size(ready, Path(log).parent, progress is True)
+            announce_log(ready, progress is True)
+            refuse_unrecordable(ready.component)
             options = {"overwrite": overwrite, "experiment": loaded.to_dict(), **loaded.record.model_dump()}
-            start_recording(stack, ready.component, lambda: record(ready.component, log, **options))
+            stack.enter_context(record(ready.component, log, **options))
         return advance(
             ready.component,
             ready.ticks,
@@ -167,7 +167,7 @@ def advance(
     """Advance a component from its present tick to another one: the loop of `run`, `replay`, `resume` and branches.
 
     Args:
-        component: what is advanced.
+        component: the one to advance.
         end: the tick to reach.
         inputs: given to the first step; they hold from then on.
         changes: further inputs, by the tick from which they hold.
@@ -311,21 +311,9 @@ def collect_warnings() -> Iterator[list[str]]:
         warnings.warn_explicit(one.message, one.category, one.filename, one.lineno)
 
 
-def start_recording(stack: ExitStack, component: Component, recorder: Callable[[], Recorder]) -> None:
-    """Record a component until the stack closes, with the recorder that a function makes.
-
-    Raises:
-        ExperimentError: recording takes more memory than there is.
-    """
-    from granular_env.recording.recorder import note_log_on_error
-
+def refuse_unrecordable(component: Component) -> None:
+    """Raise `ExperimentError` where recording a component takes more memory than there is."""
     refuse_beyond(_COPIES_RECORDED * component.state_bytes, f"recording component {component.name!r}", ExperimentError)
-    try:
-        made = recorder()
-    except ParameterError as error:
-        raise error.renamed("path", "log") from None
-    stack.enter_context(note_log_on_error(made))
-    stack.enter_context(made)
 
 
 def _live_seconds(live: bool, pace: float | None) -> float | None:
@@ -342,18 +330,6 @@ def _live_seconds(live: bool, pace: float | None) -> float | None:
     if seconds < 0.0:
         raise ParameterError(f"got {pace!r} s", expected="0 or more", at="pace")
     return seconds or None
-
-
-def _report_size(ready: Prepared, folder: Path, at_once: bool) -> None:
-    """Print the estimated size of the log on the terminal, or warn of a large one; refuse one that does not fit."""
-    from granular_env.experiments.cost import LARGE_LOG, NOTED_LOG, refuse_full_disk, size_note
-
-    refuse_full_disk(ready, folder)
-    note = size_note(ready, NOTED_LOG if at_once else LARGE_LOG)
-    if note and at_once:
-        print(f"note: {note}", file=sys.stderr)
-    elif note:
-        caution(note)
 
 
 def _progress_display(

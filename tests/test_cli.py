@@ -419,7 +419,7 @@ def test_describe_tells_of_an_environment(capsys):
     [
         (
             ["run", "discs/broken-row", "--log", "x.mcap"],
-            "--log: 'x.mcap' exists; choose another name, or pass overwrite=True (--overwrite)",
+            "log 'x.mcap': it exists; choose another name, or pass overwrite=True (--overwrite)",
         ),
         (["branch", "x.mcap", "--at", "5"], "--at: got 5 s, the log goes from 0 s"),
         (["sweep", "discs-breaking", "--workers", "0"], "--workers: got 0, expected a whole number from 1 to 4096"),

@@ -113,7 +113,7 @@ def test_a_log_and_a_running_chain_give_the_same(tmp_path: Path, names: list[str
     record(tmp_path / "run.mcap", strike, variables=names)
     with ge.open_log(tmp_path / "run.mcap") as log:
         logged = measurement.history(log)
-        kinetic, potential = log.to_numpy("kinetic_energy"), log.to_numpy("potential_energy")
+        kinetic, potential = log.series("kinetic_energy")[1], log.series("potential_energy")[1]
     watch = measurement.Watch(EVERY)
     chain = paper_chain(30, integrator="pefrl")
     chain.observe(watch)

@@ -29,7 +29,7 @@ def test_frames_are_what_the_component_said(tmp_path: Path) -> None:
     log = open_log(tmp_path / "a.mcap")
     assert log.complete and log.calls == 100 and list(log.variables)[:3] == ["velocity", "input_work", "force"]
     assert set(log.variables) >= {"kinetic_energy", "momentum_residual"}, "the balances always come along"
-    found = np.column_stack([log.to_numpy(name)[:-1] for name in ("velocity", "input_work", "force")])
+    found = np.column_stack([log.series(name)[1][:-1] for name in ("velocity", "input_work", "force")])
     assert found.tobytes() == np.array(expected).tobytes()
     times, velocity = log.series("velocity")
     assert np.allclose(times, 0.02 * np.arange(51), rtol=0, atol=1e-12)
@@ -71,8 +71,8 @@ def test_the_log_says_what_it_is(tmp_path: Path) -> None:
         assert log.variables["velocity"].unit == "m/s" and log.variables["velocity"].shape == (12,)
         assert np.array_equal(log.drawables[0].reference, component.drawables()[0].reference)  # type: ignore[union-attr]
         assert log.input_variables["left_force"].unit == "N"
-        times, forces = log.inputs["left_force"]
-        assert forces[-1] == 44.0 and times[-1] == pytest.approx(log.duration)
+        last = list(log.input_stretches("left_force"))[-1]
+        assert last.value == 44.0 and last.end == log.end_tick
         assert log.component().get("velocity")[0] == 1.0
 
 
@@ -83,10 +83,10 @@ def test_xarray_shares_the_dimensions_of_what_is_counted(tmp_path: Path) -> None
     data = log.to_xarray()
     assert log.variables["velocity"].axes == ("grain",)
     product = data.velocity * data.displacement
-    assert product.dims == ("time", "grain") and product.shape == log.to_numpy("velocity").shape
+    assert product.dims == ("time", "grain") and product.shape == log.series("velocity")[1].shape
     assert (data.contact_force * data.overlap).dims == ("time", "contact")
     assert data.grain.values.tolist() == list(range(12)) and data.contact.size == log.variables["overlap"].shape[0]
-    assert np.array_equal(data.velocity.sel(grain=3), log.to_numpy("velocity")[:, 3])
+    assert np.array_equal(data.velocity.sel(grain=3), log.series("velocity")[1][:, 3])
     assert data.sizes["time"] == len(log.times("velocity")) and data.time.attrs["units"] == "s"
 
 

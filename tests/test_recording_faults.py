@@ -20,6 +20,8 @@ import granular_env.components.catalogue as catalogue
 from granular_env.components.errors import GranularError, LogError
 from granular_env.components.snapshot import Snapshot
 from granular_env.recording import open_log, record, recover, verify
+from granular_env.recording.index import FIRST, SEGMENT
+from granular_env.recording.records import SNAPSHOTS
 
 # What a killed process may lose [s]. Counted in the time that the process has been running, which is that of the clock on
 # the wall unless a busy machine makes it wait: then it neither steps nor writes.
@@ -45,7 +47,7 @@ def _kill(path: Path, after: float, idle_at: int = -1) -> list[tuple[int, float]
 
 def _check_killed(path: Path, told: list[tuple[int, float]]) -> None:
     log = open_log(path)
-    assert not log.complete and log.records.header["component"] == "oscillator"
+    assert not log.complete and log.header["component"] == "oscillator"
     safe = max((tick for tick, age in told if age > _LOST_SECONDS), default=0)
     assert log.end_tick >= safe, f"{safe - log.end_tick} ticks older than {_LOST_SECONDS} s were lost"
     result = verify(log)
@@ -169,7 +171,7 @@ def _everything(path: Path) -> dict[str, Any]:
     with open_log(path) as log:
         found: dict[str, Any] = {"header": (log.step_size, log.identity)}
         for name in log.variables:
-            ticks, values = log.ticks(name), log.to_numpy(name)
+            ticks, values = log.ticks(name), log.series(name)[1]
             for tick, value in zip(ticks.tolist(), values, strict=True):
                 found[f"{name} {tick}"] = value.tobytes()
         for segment in log.segments:
@@ -179,8 +181,8 @@ def _everything(path: Path) -> dict[str, Any]:
                     k: v if isinstance(v, float) else (v.ticks.tobytes(), v.coefficients.tobytes()) for k, v in sets.items()
                 }
                 found[f"step {segment.number} {place}"] = (ticks, told)
-        for segment, tick in log.snapshots:
-            found[f"snapshot {segment.number} {tick}"] = log.snapshot(segment, tick).to_bytes()
+        for row in log.rows(SNAPSHOTS):
+            found[f"snapshot {row[SEGMENT]} {row[FIRST]}"] = log.snapshot_in(row).to_bytes()
         return found
 
 

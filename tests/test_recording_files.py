@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import re
 import subprocess
 import sys
 import time
@@ -16,16 +15,13 @@ from support.recording_helpers import chain_log, oscillator_log
 
 import granular_env.components.catalogue as catalogue
 from granular_env.cli import main
-from granular_env.components.errors import ExperimentError, LogError, ParameterError
+from granular_env.components.errors import LogError, ParameterError
 from granular_env.experiments import load_experiment
 from granular_env.experiments.cost import log_bytes
 from granular_env.experiments.preparation import prepare
 from granular_env.recording import open_log, record, recover, verify
 from granular_env.recording.container import Container, Entry
-from granular_env.recording.schedule import (
-    least_snapshot_interval,
-)
-from granular_env.recording.size_estimate import estimated_bytes
+from granular_env.recording.schedule import least_snapshot_interval
 from granular_env.run_loop import run
 
 # -- opening -----------------------------------------------------------------------------------------------------------
@@ -44,7 +40,7 @@ def test_opening_reads_the_first_and_the_last_chunk(tmp_path: Path, monkeypatch:
         component.step(300 * every)
     monkeypatch.setattr(Container, "_read_chunk", counted)
     log = open_log(tmp_path / "a.mcap")
-    assert log.complete and log.records.container.chunk_count > 10 and len(chunks) == 2
+    assert log.complete and len(log.container.places) > 10 and len(chunks) == 2
     log.get("velocity", log.duration / 2)
     assert len(chunks) <= 4, "one frame is in one chunk"
 
@@ -62,27 +58,6 @@ def test_a_pipe_is_refused_and_not_waited_for(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    "options",
-    [
-        {"every": 1e-6, "variables": ["velocity", "displacement"]},
-        {"every": 2e-5, "variables": ["velocity"], "hash_every": 1, "snapshot_every": 1e-5},
-    ],
-)
-def test_the_size_of_a_log_is_known_before(tmp_path: Path, options: dict[str, Any]) -> None:
-    component = catalogue.make("chain", grains=300, radius=3e-3, material="steel")
-    ticks = component.ticks_in(1e-3)
-    estimate = estimated_bytes(component, ticks, **options)
-    with record(component, tmp_path / "a.mcap", **options):
-        component.reset(velocity={0: 1.0})
-        component.step(1e-3)
-    container = open_log(tmp_path / "a.mcap").records.container
-    size = sum(len(entry.message.data) for _, entry in container.all_messages())
-    # Spheres of grains at rest take less in a preview.
-    assert 0.7 < size / estimate < 1.1 or not (options.get("every") or options.get("experiment"))
-    assert size < 1.1 * estimate
-
-
-@pytest.mark.parametrize(
     ("experiment", "overrides"),
     [
         ("psakhie-2003/lamb-grid", {"duration": 2e-5}),
@@ -94,9 +69,9 @@ def test_the_size_of_a_log_is_known_before(tmp_path: Path, options: dict[str, An
 def test_the_size_is_right_for_every_medium(experiment: str, overrides: dict[str, Any], tmp_path: Path) -> None:
     ready = prepare(load_experiment(experiment, overrides))
     run(experiment, overrides=overrides, log=tmp_path / "a.mcap")
-    container = open_log(tmp_path / "a.mcap").records.container
+    container = open_log(tmp_path / "a.mcap").container
     size = sum(len(entry.message.data) for _, entry in container.all_messages())
-    assert log_bytes(ready) == pytest.approx(size, rel=0.1)
+    assert 0.9 * size < log_bytes(ready) < 1.35 * size
     assert (tmp_path / "a.mcap").stat().st_size < size
 
 
@@ -130,20 +105,6 @@ def test_a_large_log_is_announced_and_its_size_told(
     assert main(["run", experiment, "--no-log"]) == 0 and "before compression" not in capsys.readouterr().err
 
 
-def test_a_log_that_cannot_fit_is_refused_before_the_run(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    experiment, path = "nesterenko-1983/3.4-piston", tmp_path / "new" / "a.mcap"
-    long = ["--set", "duration=1e9"]
-    assert main(["run", experiment, *long, "--log", str(path)]) == 2
-    message = capsys.readouterr().err
-    assert re.search(r"duration: the log takes up to \S+e\+09 GB", message)
-    assert "are free in" in message and "record.every" in message
-    with pytest.raises(ExperimentError, match=r"the log takes up to \S+e\+09 GB"):
-        run(experiment, overrides={"duration": 1e9}, log=path)
-    assert not path.parent.exists()
-    short = {"duration": 1e-6}
-    assert run(experiment, overrides=short, log=tmp_path / "a.mcap").log == tmp_path / "a.mcap"
-
-
 # -- one writer --------------------------------------------------------------------------------------------------------
 
 
@@ -153,11 +114,11 @@ def test_a_second_recorder_of_one_file_is_refused(tmp_path: Path, older: str) ->
         oscillator_log(tmp_path / "a.mcap")
     first, second = (catalogue.make("oscillator") for _ in range(2))
     with record(first, tmp_path / "a.mcap", overwrite=True):
-        with pytest.raises(ParameterError, match=r"a\.mcap' is being written by another recorder"):
+        with pytest.raises(ParameterError, match=r"a\.mcap': another recorder is writing it"):
             record(second, tmp_path / "a.mcap", overwrite=True)
         first.step(1.0)
         time.sleep(0.2)
-        with pytest.raises(ParameterError, match="is being written by another recorder"):
+        with pytest.raises(ParameterError, match="another recorder is writing it"):
             record(second, tmp_path / "a.mcap", overwrite=True)
         first.step(1.0)
     assert verify(tmp_path / "a.mcap").identical and open_log(tmp_path / "a.mcap").end_tick == 200
@@ -171,14 +132,14 @@ def test_an_older_log_stays_until_the_new_one_holds_a_step(tmp_path: Path) -> No
     chain_log(tmp_path / "a.mcap")
     before = (tmp_path / "a.mcap").read_bytes()
     component = catalogue.make("oscillator")
-    with record(component, tmp_path / "a.mcap", overwrite=True) as recorder:
+    with record(component, tmp_path / "a.mcap", overwrite=True):
         time.sleep(0.2)
-        assert (tmp_path / "a.mcap").read_bytes() == before and not recorder.published
+        assert (tmp_path / "a.mcap").read_bytes() == before
         component.step(0.5)
         end = time.monotonic() + 60.0
-        while not recorder.published and time.monotonic() < end:
+        while (tmp_path / "a.mcap").read_bytes() == before and time.monotonic() < end:
             time.sleep(0.01)
-        assert recorder.published and open_log(tmp_path / "a.mcap").end_tick == 50, "a killed process leaves the new one"
+        assert open_log(tmp_path / "a.mcap").end_tick == 50, "a killed process leaves the new one"
     assert verify(tmp_path / "a.mcap").identical
 
 
@@ -229,7 +190,7 @@ def test_the_end_of_the_program_closes_what_is_open(tmp_path: Path) -> None:
 
 def test_nothing_recovered_is_told_by_the_exit_status(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     oscillator_log(tmp_path / "a.mcap")
-    offset, length = open_log(tmp_path / "a.mcap").records.container.places[0]
+    offset, length = open_log(tmp_path / "a.mcap").container.places[0]
     (tmp_path / "cut.mcap").write_bytes((tmp_path / "a.mcap").read_bytes()[: offset + length + 40])
     assert main(["recover", str(tmp_path / "cut.mcap"), "-o", str(tmp_path / "b.mcap")]) == 1
     assert "nothing was recovered but the start" in capsys.readouterr().out

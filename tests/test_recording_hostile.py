@@ -20,9 +20,8 @@ from support.work import count_calls
 import granular_env.components.catalogue as catalogue
 from granular_env.components.errors import LogError
 from granular_env.recording import open_log, record, recover, verify
-from granular_env.recording.container import PROFILE
 from granular_env.recording.index import CHUNK, COUNT, FIRST, KIND, LAST, SEGMENT
-from granular_env.recording.records import FRAMES, HEADER, STEPS, Record
+from granular_env.recording.records import FRAMES, HEADER, PROFILE, STEPS, Record
 
 # -- sizes -------------------------------------------------------------------------------------------------------------
 

@@ -37,12 +37,11 @@ def test_a_log_verifies_and_holds_the_arrays(tmp_path: Path) -> None:
     log = open_log(tmp_path / "a.mcap")
     assert verify(log).identical
     (segment,) = log.segments
-    given = {place: held["force"] for place, held in log.steps_of(segment).by_step().items()}
+    given = {place: held["force"] for place, (_, held) in enumerate(log.steps_of(segment)) if held}
     assert given[0].tobytes() == TEAR.tobytes() and given[30].tobytes() == (0.5 * TEAR).tobytes()  # type: ignore[union-attr]
     assert given[60].pattern.tobytes() == TEAR.tobytes()  # type: ignore[union-attr]
     assert given[120].tolist() == np.full((6, 2), 0.25).tolist()  # type: ignore[union-attr]
-    times, values = log.inputs["force"]
-    assert values.shape == (len(times), 6, 2) and values[-1].tolist() == component.get("force").tolist()
+    assert list(log.input_stretches("force"))[-1].value.tolist() == component.get("force").tolist()  # type: ignore[union-attr]
     assert log.series("momentum")[1].shape[1:] == (2,)
     assert log.get("velocity", log.duration).tobytes() == component.get("velocity").tobytes()
 
@@ -183,7 +182,7 @@ def test_arrays_of_another_form_are_refused(tmp_path: Path, kind: int, name: str
     )
     with pytest.raises(LogError):
         log = open_log(tmp_path / "b.mcap")
-        _ = log.inputs, log.events(), log.drawables
+        _ = list(log.input_stretches("force")), log.events(), log.drawables
 
 
 def test_a_profile_times_an_array_and_a_number(tmp_path: Path) -> None:

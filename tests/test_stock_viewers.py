@@ -94,7 +94,7 @@ def test_recorded_variables_are_read_with_the_schema_alone(log: Path) -> None:
     """Ticks and values of each variable are packed numbers; unit and shape are in the metadata of its channel."""
     found = decoded(log)["granular/frames/velocity"]
     values = np.concatenate([np.array(message.values).reshape(-1, GRAINS) for _, _, message in found])
-    assert values.tobytes() == open_log(log).to_numpy("velocity").tobytes()
+    assert values.tobytes() == open_log(log).series("velocity")[1].tobytes()
     assert sum(len(message.ticks) for _, _, message in found) == len(values)
     with log.open("rb") as file:
         summary = make_reader(file).get_summary()
@@ -107,7 +107,7 @@ def test_the_motion_is_seen(log: Path) -> None:
     """Grains move by more than a hundredth of the picture where they truly move by a thousandth, and keep their order."""
     messages, times = decoded(log)["/points/grains"], open_log(log)
     drawn = np.array([points_of(cloud)[0][:, 0] for _, _, cloud in messages])
-    truly, length = np.abs(times.to_numpy("displacement")).max(), np.ptp(drawn[0])
+    truly, length = np.abs(times.series("displacement")[1]).max(), np.ptp(drawn[0])
     assert truly < 0.01 * length, "or else this test shows nothing"
     assert np.abs(drawn - drawn[0]).max() > max(0.03 * length, 5 * truly)
     assert (np.diff(drawn, axis=1) > 0.0).all()

@@ -51,7 +51,7 @@ def test_a_log_that_was_not_closed_is_incomplete(tmp_path: Path, capsys: pytest.
 def test_a_log_of_which_only_the_start_is_left_was_not_compared(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     oscillator_log(tmp_path / "a.mcap")
     whole = open_log(tmp_path / "a.mcap")
-    offset, length = whole.records.container.places[0]
+    offset, length = whole.container.places[0]
     (tmp_path / "b.mcap").write_bytes((tmp_path / "a.mcap").read_bytes()[: offset + length + 40])
     result = verify(tmp_path / "b.mcap")
     assert result.outcome == "nothing was compared" and not result.identical and result.ticks == 0
@@ -132,10 +132,10 @@ def _with_other_snapshot(why: int) -> Callable[[Record], Record]:
     return change
 
 
-def test_a_changed_start_state_is_called_that(tmp_path: Path) -> None:
+def test_a_changed_start_state_is_found_at_the_start(tmp_path: Path) -> None:
     oscillator_log(tmp_path / "a.mcap")
     rewrite(tmp_path / "a.mcap", tmp_path / "b.mcap", _with_other_snapshot(START))
-    assert "start state" in verify(tmp_path / "b.mcap").message
+    assert "position differs at 0 s (tick 0)" in verify(tmp_path / "b.mcap").message
 
 
 def test_a_changed_snapshot_is_called_that(tmp_path: Path) -> None:

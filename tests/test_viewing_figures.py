@@ -47,7 +47,7 @@ def test_scene_data_holds_what_was_recorded(chain_log):
     assert scene_data.title == HOSTILE
     np.testing.assert_array_equal(scene_data.motion.times, times)
     np.testing.assert_array_equal(scene_data.motion.colour, velocity)
-    np.testing.assert_array_equal(scene_data.motion.displacement[..., 0], chain_log.to_numpy("displacement"))
+    np.testing.assert_array_equal(scene_data.motion.displacement[..., 0], chain_log.series("displacement")[1])
     assert not scene_data.motion.displacement[..., 1:].any()
     assert scene_data.inputs["left_velocity"].unit == "m/s" and scene_data.inputs["left_velocity"].values[-1] == 5.0
 
@@ -157,7 +157,7 @@ def test_a_log_of_velocities_alone_is_drawn_at_the_positions_at_the_start(tmp_pa
         chain.step(5e-5, left_velocity=5.0)
     with open_log(tmp_path / "v.mcap") as log:
         motion = from_log(log).motion
-        np.testing.assert_array_equal(motion.colour, log.to_numpy("velocity"))
+        np.testing.assert_array_equal(motion.colour, log.series("velocity")[1])
         # No overlaps are made up from displacements that nobody knows.
         assert not motion.displacement.any() and motion.contact is None
         html = report(log, tmp_path).read_text()

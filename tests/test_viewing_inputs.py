@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import granular_env as ge
+from granular_env.components.inputs import input_value
 from granular_env.recording import Log, open_log, record
 from granular_env.viewing import report
 from granular_env.viewing.curves import MOST_CURVES, load_input
@@ -62,8 +63,7 @@ def test_many_elements_are_drawn_by_their_extremes(tmp_path: Path) -> None:
         bound = max(part.max(), -part.min()) if "largest" in curve.name else min(part.min(), -part.max())
         extreme = curve.values.max() if "largest" in curve.name else curve.values.min()
         assert extreme == bound, curve.name
-    times, values = log.inputs["force"]
-    assert values.shape == (len(times), COLUMNS, 2)
+    values = np.array([input_value(one.value, tick) for one in log.input_stretches("force") for tick in one.sample_ticks()])
     largest = next(curve for curve in found.curves if curve.name == "force[:,0], largest")
     np.testing.assert_array_equal(largest.values, values[-len(largest.values) :, :, 0].max(axis=1))
 

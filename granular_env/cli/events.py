@@ -60,7 +60,7 @@ def events(
         start = opened.start_tick * step_size
         earlier = opened.earlier_events(kind, index)
         details, drawables, conclusions = opened.event_details, opened.drawables, opened.metadata["conclusions"]
-        refuse_unknown_place(index, [details.get(one) for one in kinds if kind in (None, one)], drawables)
+        refuse_unknown_place(opened, kind, index)
         if near:
             ratios = nearest_to_events(opened, index, kind)
             print(_for_programs(opened, ratios) if for_programs else _nearest(opened, ratios, kind))
@@ -81,7 +81,7 @@ def events(
         print("\n".join([f"events: none{asked}; it would be one when", *_meanings(kinds), *further]))
     else:
         shown = every_event if every else listed_events(found, earlier or [], _MOST)
-        heads, rows = event_table(shown, step_size, details, drawables)
+        heads, rows = event_table(shown, opened)
         print(columns([tuple(heads), *(_cells(row) for row in rows)], ""))
         which = f"{len(shown)} of this log" if earlier and found else str(len(shown))
         rest = "" if len(shown) == len(every_event) else f"; the first {which} are listed, --all lists the others too"

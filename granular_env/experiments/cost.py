@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import shutil
-from pathlib import Path
+import sys
 from time import perf_counter
 
-from granular_env.components.errors import ExperimentError, StepError
+from granular_env.components.errors import StepError, caution
 from granular_env.output_files import readable_bytes
-from granular_env.recording.size_estimate import estimated_bytes
+from granular_env.recording.schedule import estimated_bytes, make_schedule, names_to_record
 
 from .preparation import Prepared
 
@@ -16,8 +15,6 @@ from .preparation import Prepared
 _LONG, LARGE_LOG, NOTED_LOG = 60.0, 200_000_000, 10_000_000
 _MEASURED = 0.02  # wall time of the measured steps [s]
 _LESS = "record less often (record.every), fewer variables (record.variables) or fewer snapshots (record.snapshot_every)"
-# Least size of a log on the disk, over its size before compression; that of a large body mostly at rest takes 0.04.
-_COMPRESSED = 0.02
 _UNITS = ((86400.0, "days"), (3600.0, "h"), (60.0, "min"), (1.0, "s"))
 
 
@@ -47,32 +44,21 @@ def _seconds_per_tick(ready: Prepared) -> float:
         return 0.0
 
 
-def size_note(ready: Prepared, least: int) -> str:
-    """Return a sentence on the size of a log of `least` bytes or more, and how to make a large one smaller; else ""."""
-    size = log_bytes(ready)
-    if size < least:
-        return ""
-    note = f"the log takes up to {readable_bytes(size)} before compression, and on the disk at most two thirds of that"
-    return note if size < LARGE_LOG else f"{note}; {_LESS} for a smaller one"
-
-
 def log_bytes(ready: Prepared) -> int:
-    """Return the largest size of the log of an experiment before compression [bytes]."""
-    experiment = ready.experiment
-    facts = {"duration": experiment.duration}
-    return estimated_bytes(ready.component, ready.ticks, experiment=facts, **experiment.record.model_dump())
+    """Return about the largest size of the log of an experiment before compression [bytes]."""
+    component, record, duration = ready.component, ready.experiment.record, {"duration": ready.experiment.duration}
+    names = names_to_record(component, record.variables)
+    schedule = make_schedule(component, record.every, record.hash_every, record.snapshot_every, duration, names)
+    return estimated_bytes(component, schedule, names, ready.ticks)
 
 
-def refuse_full_disk(ready: Prepared, folder: Path) -> None:
-    """Raise `ExperimentError` if the file system of a folder, which may not exist yet, has no room for the log."""
+def announce_log(ready: Prepared, at_once: bool) -> None:
+    """Print a note on a log of 10 MB or more, where `at_once` is set; else warn of a log of 200 MB or more."""
     size = log_bytes(ready)
-    existing = next(one for one in (folder.absolute(), *folder.absolute().parents) if one.exists())
-    free = shutil.disk_usage(existing).free
-    if _COMPRESSED * size > free:
-        raise ExperimentError(
-            f"the log takes up to {readable_bytes(size)} before compression, on the disk at least 2 % of that, and "
-            f"{readable_bytes(free)} are free in {str(existing)!r}",
-            hint=f"choose a shorter duration, {_LESS}, or run without a log",
-            at="duration",
-            source=ready.experiment.origin,
-        ) from OSError("no space")
+    note = f"the log takes up to {readable_bytes(size)} before compression, and on the disk at most two thirds of that"
+    if size >= LARGE_LOG:
+        note += f"; {_LESS} for a smaller one"
+    if at_once and size >= NOTED_LOG:
+        print(f"note: {note}", file=sys.stderr)
+    elif size >= LARGE_LOG:
+        caution(note)

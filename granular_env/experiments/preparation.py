@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Mapping
+from contextlib import suppress
 from pathlib import Path
 from typing import Any, ClassVar
 
@@ -74,7 +75,8 @@ def prepare(experiment: Experiment, trial: bool = True) -> Prepared:
         stops = StopWatch(experiment.stop, component, experiment.record.every)
     if trial:
         with locate("input"):
-            _try(component, inputs)
+            with suppress(StepError):  # the run reports it, with its log open
+                component.step(component.step_size, **inputs)
             reset(component, experiment)
     return Prepared(experiment, component, inputs, ticks, stops)
 
@@ -178,11 +180,3 @@ def _check_record(experiment: Experiment, component: Component) -> None:
     for key in ("every", "snapshot_every"):
         if (interval := getattr(record, key)) is not None:
             component.ticks_in(interval, ("record", key))
-
-
-def _try(component: Component, inputs: dict[str, InputValue]) -> None:
-    """Make one step with the inputs."""
-    try:
-        component.step(component.step_size, **inputs)
-    except StepError:
-        pass  # The run reports it, with its log open.

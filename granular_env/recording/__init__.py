@@ -1,9 +1,6 @@
 """Logs: record a component, open the log, re-run it, branch off it, repair it."""
 
-from .branch import Branch
-from .log import Log, open_log
-from .recorder import Recorder, record
-from .recovery import recover
-from .verification import Verification, verify
+import lazy_loader
 
-__all__ = ["Branch", "Log", "Recorder", "Verification", "open_log", "record", "recover", "verify"]
+# The names of __init__.pyi: what records a run does not read logs.
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

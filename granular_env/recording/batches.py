@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from itertools import chain
 from types import NoneType
@@ -39,39 +39,30 @@ class Place(NamedTuple):
 
 
 @dataclass(slots=True)
-class Samples:
-    """Observations at some ticks.
-
-    Attributes:
-        frames: (tick, one value for each recorded variable).
-        hashes: (tick, one row).
-        snapshots: (tick, START, KEY or END, snapshot).
-        size: bytes, about.
-    """
-
-    frames: list[tuple[int, list[Any]]] = field(default_factory=list)
-    hashes: list[tuple[int, np.ndarray]] = field(default_factory=list)
-    snapshots: list[tuple[int, int, Snapshot]] = field(default_factory=list)
-    size: int = 0
-
-
-@dataclass(slots=True)
-class Batch(Samples):
-    """Everything of one segment between two writes.
+class Batch:
+    """Everything of one segment between two writes, or the observations of a step under way.
 
     Attributes:
         place: of the segment.
         first: tick before the first step.
         steps: the tick after each step and the inputs that it set, in turns.
+        frames: (tick, one value for each recorded variable).
+        hashes: (tick, one row).
+        snapshots: (tick, START, KEY or END, snapshot).
         events: rows of events, shape (events, 5) each.
         incidents: (tick, content).
+        size: bytes of the observations, about.
     """
 
     place: Place = Place(-1, 0, 0)
     first: int = 0
     steps: list[Any] = field(default_factory=list)
+    frames: list[tuple[int, list[Any]]] = field(default_factory=list)
+    hashes: list[tuple[int, np.ndarray]] = field(default_factory=list)
+    snapshots: list[tuple[int, int, Snapshot]] = field(default_factory=list)
     events: list[np.ndarray] = field(default_factory=list)
     incidents: list[tuple[int, dict[str, Any]]] = field(default_factory=list)
+    size: int = 0
 
     @property
     def last(self) -> int:
@@ -83,16 +74,11 @@ class Batch(Samples):
         """Return whether it holds the start of a segment and no step."""
         return not self.steps and any(why == START for _, why, _ in self.snapshots)
 
-    def take(self, samples: Samples) -> None:
+    def take(self, samples: Batch) -> None:
         """Add the observations of a step."""
         self.frames += samples.frames
         self.hashes += samples.hashes
         self.snapshots += samples.snapshots
-        self.size += samples.size
-
-    def next(self) -> Batch:
-        """Return the empty batch that follows in the same segment."""
-        return Batch(place=self.place, first=self.last)
 
 
 class Profiles:
@@ -105,14 +91,13 @@ class Profiles:
 
     def number(self, profile: CompiledProfile) -> int:
         """Return a profile's number; a new one is stored with the next batch."""
-        known = self._known.pop(id(profile), None)
+        known = self._known.get(id(profile))
         if known is None:
-            known = (profile, self.count)
+            if len(self._known) >= _KNOWN_PROFILES:
+                self._known.clear()
+            known = self._known[id(profile)] = (profile, self.count)
             self.count += 1
             self._new.append(profile)
-            if len(self._known) >= _KNOWN_PROFILES:
-                self._known.pop(next(iter(self._known)))
-        self._known[id(profile)] = known
         return known[1]
 
     def new(self) -> dict[str, np.ndarray]:
@@ -134,61 +119,48 @@ def write_batch(
     inputs: Mapping[str, tuple[int, ...]],
     step_size: float,
 ) -> None:
-    """Write all that a batch holds.
+    """Write all that a batch holds; `inputs` are the shapes of the inputs by name, `step_size` is in seconds."""
 
-    Args:
-        batch: of one segment.
-        writer: of the log.
-        profiles: of the log so far.
-        names: the recorded variables.
-        inputs: the shape of each input, by name.
-        step_size: length of a tick [s].
-    """
-    for kind, detail, (first, last, count), header, arrays in _contents(batch, profiles, names, inputs):
-        record = Record(kind, detail, batch.place.segment, first, last, count, writer.number(kind), header, arrays)
-        writer.add(record, nanoseconds(batch.place.age(last), step_size))
+    def add(kind: int, detail: int, ticks: Any, arrays: Mapping[str, Any], header: Mapping[str, Any] | None = None) -> None:
+        span = int(ticks[0]), int(ticks[-1]), len(ticks)
+        record = Record(kind, detail, batch.place.segment, *span, 0, header or {}, arrays)
+        writer.add(record, nanoseconds(batch.place.age(span[1]), step_size))
 
+    def add_snapshots(wanted: int) -> None:
+        for tick, why, snapshot in batch.snapshots:
+            if why == wanted:
+                add(SNAPSHOTS, why, [tick], {"snapshot": np.frombuffer(snapshot.to_bytes(), np.uint8)})
 
-_Content = tuple[int, int, tuple[int, int, int], Mapping[str, Any], Mapping[str, Any]]
-
-
-def _contents(batch: Batch, profiles: Profiles, names: list[str], inputs: Mapping[str, tuple[int, ...]]) -> Iterator[_Content]:
-    """Yield kind, detail, (first tick, last tick, count), header and arrays of each record, in the order of the file.
-
-    The steps come after the observations made in them, so a cut file is complete up to its last steps.
-    """
-    yield from _snapshots(batch, START)
+    add_snapshots(START)
     for variable in range(len(names)):
         values = [np.asarray(frame[variable], dtype=np.float64) for _, frame in batch.frames]
         together = max(1, CHUNK_BYTES // max(values[0].nbytes, 1)) if values else 1
         for begin in range(0, len(values), together):
             ticks = np.array([tick for tick, _ in batch.frames[begin : begin + together]], dtype=np.int64)
-            stacked = np.stack(values[begin : begin + together])
-            yield FRAMES, variable, (int(ticks[0]), int(ticks[-1]), len(ticks)), {}, {"ticks": ticks, "values": stacked}
+            add(FRAMES, variable, ticks, {"ticks": ticks, "values": values[begin : begin + together]})
     if batch.events:
         rows = np.concatenate(batch.events)
-        yield EVENTS, 0, (int(rows[0, 0]), int(rows[-1, 0]), len(rows)), {}, {"rows": rows}
+        add(EVENTS, 0, rows[:, 0], {"rows": rows})
     if batch.hashes:
         ticks = np.array([tick for tick, _ in batch.hashes], dtype=np.int64)
-        rows = np.stack([row for _, row in batch.hashes])
-        yield HASHES, 0, (int(ticks[0]), int(ticks[-1]), len(ticks)), {}, {"ticks": ticks, "rows": rows}
-    yield from _snapshots(batch, KEY)
+        add(HASHES, 0, ticks, {"ticks": ticks, "rows": np.stack([row for _, row in batch.hashes])})
+    add_snapshots(KEY)
     for tick, content in batch.incidents:
-        yield INCIDENTS, 0, (tick, tick, 1), content, {}
+        add(INCIDENTS, 0, [tick], {}, content)
     if batch.steps:
-        yield _steps(batch, profiles, inputs)
-    yield from _snapshots(batch, END)
+        # After the observations made in them, so that a cut file is complete up to its last steps.
+        header, arrays = _steps(batch, profiles, inputs)
+        record = Record(STEPS, 0, batch.place.segment, batch.first, batch.last, len(arrays["durations"]), 0, header, arrays)
+        writer.add(record, nanoseconds(batch.place.age(batch.last), step_size))
+    add_snapshots(END)
 
 
-def _snapshots(batch: Batch, kind: int) -> Iterator[_Content]:
-    for tick, why, snapshot in batch.snapshots:
-        if why == kind:
-            yield SNAPSHOTS, why, (tick, tick, 1), {}, {"snapshot": np.frombuffer(snapshot.to_bytes(), np.uint8)}
-
-
-def _steps(batch: Batch, profiles: Profiles, inputs: Mapping[str, tuple[int, ...]]) -> _Content:
+def _steps(
+    batch: Batch, profiles: Profiles, inputs: Mapping[str, tuple[int, ...]]
+) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
+    """Return header and arrays of the record of a batch's steps."""
     ends, sets = batch.steps[::2], batch.steps[1::2]
-    arrays: dict[str, Any] = {"durations": np.diff(np.array([batch.first, *ends], dtype=np.int64))}
+    arrays: dict[str, np.ndarray] = {"durations": np.diff(np.array([batch.first, *ends], dtype=np.int64))}
     # Each input as a whole: there may be hundreds of thousands of steps a second, and the stepping thread waits for this one.
     for name in dict.fromkeys(chain.from_iterable(sets)):
         values: list[Held | None] = [newly_held.get(name) for newly_held in sets]
@@ -206,5 +178,4 @@ def _steps(batch: Batch, profiles: Profiles, inputs: Mapping[str, tuple[int, ...
         held = np.array(values, dtype=np.float64).reshape(len(values), *inputs[name])
         arrays |= {f"{label}.steps": places, f"{label}.profiles": numbers, f"{label}.values": held}
     arrays |= profiles.new()
-    header = {"profiles_before": profiles.count - len(arrays["profile_shapes"])}
-    return STEPS, 0, (batch.first, batch.last, len(ends)), header, arrays
+    return {"profiles_before": profiles.count - len(arrays["profile_shapes"])}, arrays

@@ -3,17 +3,16 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 from ..components.component import Component
-from ..components.errors import ParameterError, nearest
+from ..components.errors import ParameterError
 from ..components.inputs import Held
 from ..components.profiles import Profile
 from .index import Segment
-from .recorder import Recorder, begin_log, note_log_on_error
+from .recorder import Recorder, begin_log
 from .rerun import advance, check_work, restore
 from .schedule import make_schedule, names_to_record, schedule_from
 from .writer import LogWriter, as_path
@@ -42,7 +41,7 @@ class Branch:
 
     @property
     def facts(self) -> dict[str, Any]:
-        """Return the facts on its parent in a child log; for `record(..., parent=...)`."""
+        """Return the facts on its parent in the header of a child log."""
         name = os.path.basename(str(self.parent.path))
         return {"file": name, "log": self.parent.identity, "identity": self.component.identity, "segment": self.segment.number,
                 "tick": self.tick}  # fmt: skip
@@ -75,11 +74,10 @@ class Branch:
             ParameterError: an argument is not valid; nothing has been written.
             StepError: the physics would break down with these inputs; the log until then is complete.
         """
-        given, target = dict(inputs or {}), as_path(log)
-        end = self.end(until)
-        with self.recording(target, given, every=every, variables=variables, overwrite=overwrite):
+        given, end = dict(inputs or {}), self.end(until)
+        with self.recorder(log, given, every, variables, overwrite) as recorder:
             advance(self.component, sorted(self.changes(given).items(), reverse=True), end)
-        return type(self.parent)(target, self.parent.records.limits.lifted)
+        return type(self.parent)(recorder.path, self.parent.limits.lifted)
 
     def end(self, until: float | None = None) -> int:
         """Return the tick at which to stop; by default where the log's segment ends. `ParameterError` where it has passed."""
@@ -88,7 +86,7 @@ class Branch:
             raise ParameterError(f"got {until:g} s, the branch begins at {self.component.time:g} s", at="until")
         if until is None:
             # How far a log goes is its own word; how far somebody asks for is theirs.
-            check_work(end - self.component.tick, self.component, self.parent.records.limits)
+            check_work(end - self.component.tick, self.component, self.parent.limits)
         return end
 
     def changes(self, inputs: Mapping[str, Any]) -> dict[int, dict[str, Any]]:
@@ -98,49 +96,26 @@ class Branch:
             found.setdefault(tick, {}).update({name: value for name, value in sets.items() if name not in inputs})
         return found
 
-    @contextmanager
-    def recording(
-        self,
-        log: str | os.PathLike[str],
-        inputs: Mapping[str, Any],
-        *,
-        every: float | None = None,
-        variables: list[str] | None = None,
-        overwrite: bool = False,
-    ) -> Iterator[None]:
-        """Record the component while the block lasts; arguments and errors are those of `run`."""
-        target = as_path(log)
-        self._check(dict(inputs))
-        if os.path.exists(target) and os.path.samefile(target, self.parent.path):
-            raise ParameterError(f"{str(target)!r} is the parent itself", hint="choose another name", at="log")
-        try:
-            recorder = self._recorder(target, every, variables, overwrite)
-        except ParameterError as error:
-            raise error.renamed("path", "log") from None
-        with note_log_on_error(recorder), recorder:
-            yield
-
-    def _check(self, given: dict[str, Any]) -> None:
-        known = self.parent.input_variables
-        for name in given:
-            if name not in known:
-                source = f"component {self.component.name!r}"
-                raise ParameterError("unknown", hint=nearest(name, known), at=("input", name), source=source)
-        if self.component.tick != self.tick:
+    def recorder(
+        self, log: Any, inputs: Mapping[str, Any], every: float | None = None, variables: Any = None, overwrite: bool = False
+    ) -> Recorder:
+        """Return a recorder of the component; arguments and errors are those of `run`."""
+        component, header, target = self.component, self.parent.header, as_path(log)
+        if component.tick != self.tick:
             raise ParameterError("the branch's component has been stepped already", hint="take a new branch")
-        self.component.hold(given)
-
-    def _recorder(self, target: Any, every: float | None, variables: list[str] | None, overwrite: bool) -> Recorder:
-        component = self.component
+        component.hold(inputs)
+        if os.path.exists(target) and os.path.samefile(target, self.parent.path):
+            raise ParameterError("it is the parent itself", hint="choose another name", source=f"log {str(target)!r}")
         names = names_to_record(component, list(self.parent.variables) if variables is None else variables)
         if every is None:
-            schedule = schedule_from(self.parent.records.header.get("options"))
+            schedule = schedule_from(header.get("options"))
         else:
             schedule = make_schedule(component, every, None, None, None, names)
         # The parent's age counts on: frames fall where the parent's do.
-        elapsed = self.parent.records.elapsed + self.segment.elapsed + self.tick - self.segment.start
-        experiment = self.parent.records.header.get("experiment")
-        return begin_log(component, LogWriter(target, overwrite), names, schedule, experiment, self.facts, elapsed)
+        elapsed = self.parent.elapsed + self.segment.elapsed + self.tick - self.segment.start
+        return begin_log(
+            component, LogWriter(target, overwrite), names, schedule, header.get("experiment"), self.facts, elapsed
+        )
 
 
 def branch_of(log: Log, at: float) -> Branch:
@@ -148,7 +123,7 @@ def branch_of(log: Log, at: float) -> Branch:
     segment, tick = log.locate(at)
     component = log.component()
     snapshot, steps = log.snapshot(segment, tick), log.steps_of(segment)
-    check_work(tick - snapshot.tick, component, log.records.limits)
+    check_work(tick - snapshot.tick, component, log.limits)
     restore(component, snapshot)
     changes = steps.changes(log.snapshot(segment, segment.start).inputs)
     done = [change for change in changes if snapshot.tick <= change[0] < tick]

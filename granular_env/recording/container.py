@@ -11,17 +11,14 @@ full) is scanned from the front to the first record that is cut off or damaged.
 from __future__ import annotations
 
 import os
-import stat
 import struct
 import zlib
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from io import BytesIO
 from pathlib import Path
-from typing import IO, Any, NamedTuple
+from typing import IO, NamedTuple
 
 import lz4.frame
-from mcap.data_stream import ReadDataStream
 from mcap.exceptions import EndOfFile, McapError
 from mcap.opcode import Opcode
 from mcap.records import Channel, Chunk, ChunkIndex, Footer, Header, McapRecord, Message
@@ -30,9 +27,8 @@ from mcap.writer import MCAP0_MAGIC
 
 from ..components.errors import Fault, LogError
 from ..components.support.memory_limits import refuse_beyond, whole_memory
+from .records import PROFILE
 
-# The profile in the header of the file.
-PROFILE = "granular-env"
 NOT_A_LOG = "an MCAP file but no log of granular-env, or its first record is lost"
 _RECORD = struct.Struct("<BQ")
 _FOOTER_BYTES = _RECORD.size + 20 + len(MCAP0_MAGIC)
@@ -60,18 +56,23 @@ class Limits:
     path: str
     lifted: bool = False
 
+    @property
+    def source(self) -> str:
+        """Name of the log in messages."""
+        return f"log {self.path!r}"
+
     def check(self, what: str, value: int, limit: int) -> None:
         """Refuse a number beyond its limit, unless the limits are lifted."""
         if value > limit and not self.lifted:
             hint = "pass allow_large=True (--allow-large) if you trust where it comes from"
-            raise LogError(f"{what} is {value}, the limit is {limit}", hint=hint, source=f"log {self.path!r}")
+            raise LogError(f"{what} is {value}, the limit is {limit}", hint=hint, source=self.source)
 
     def check_chunk(self, size: int) -> None:
         """Refuse a chunk that declares too large a decompressed size [bytes]."""
         limit = max(_CHUNK_BYTES, (whole_memory() or 0) // _CHUNK_SHARE)
         self.check("the decompressed size of a chunk, in bytes,", size, limit)
         if size > _CHUNK_BYTES:
-            refuse_beyond(size, f"log {self.path!r}: a chunk", LogError)
+            refuse_beyond(size, f"{self.source}: a chunk", LogError)
 
     def check_records(self, number: int, size: int) -> None:
         """Refuse too many records in a part of the file of that size [bytes]."""
@@ -109,10 +110,10 @@ class Container:
     Attributes:
         path: the file.
         size: its bytes.
+        most_text: limit on the bytes of JSON in one message; None where there is none.
         complete: whether it ends in a summary.
         places: offset and length of each chunk that can be read [bytes].
         damage: for an incomplete file: what stopped the scan.
-        advice: a hint on that.
         bytes_lost: for an incomplete file: how much follows after that.
     """
 
@@ -124,38 +125,25 @@ class Container:
         """
         self.path, self.limits = path, limits
         self.complete, self.damage, self.bytes_lost = False, "", 0
-        self.advice = ""
         self.places: list[tuple[int, int]] = []
         self._topics: dict[int, str] = {}
         self._cache: dict[int, list[Entry]] = {}
         self._cached_bytes = 0
         try:
-            self._file = _open_regular(path)
+            if path.exists() and not path.is_file():
+                raise ValueError("it is a folder, a device or a pipe; give the path of a file")
+            self._file = path.open("rb")
         except (OSError, ValueError) as error:
             reason = getattr(error, "strerror", None) or error
-            raise LogError(f"cannot be read: {reason}", source=self.source) from error
+            raise LogError(f"cannot be read: {reason}", source=f"log {str(path)!r}") from error
         try:
             self.size = os.fstat(self._file.fileno()).st_size
+            self.most_text = limits.text(self.size)
             self._bounded = _BoundedFile(self._file, self.size)
             self._find_chunks(scan)
         except BaseException:
             self._file.close()
             raise
-
-    @property
-    def source(self) -> str:
-        """Name of the log in messages."""
-        return f"log {str(self.path)!r}"
-
-    @property
-    def most_text(self) -> int | None:
-        """Limit on the bytes of JSON in one message; None where there is none."""
-        return self.limits.text(self.size)
-
-    @property
-    def chunk_count(self) -> int:
-        """Number of chunks that can be read."""
-        return len(self.places)
 
     def close(self) -> None:
         """Close the file."""
@@ -164,7 +152,11 @@ class Container:
     def messages(self, chunk: int) -> list[Entry]:
         """Return the messages of one chunk; `LogError` where it is damaged or too large."""
         if chunk not in self._cache:
-            found = self._read_chunk(*self.places[chunk])
+            offset, length = self.places[chunk]
+            try:
+                found = self._read_chunk(offset, length)
+            except _FAULTS as error:
+                raise self._damage_error(f"the chunk at byte {offset}") from error
             if self._cached_bytes > _CACHE_BYTES:
                 self._cache.clear()
                 self._cached_bytes = 0
@@ -174,24 +166,25 @@ class Container:
 
     def all_messages(self) -> Iterator[tuple[int, Entry]]:
         """Yield the messages of all chunks in order, each with the number of its chunk."""
-        for chunk in range(self.chunk_count):
+        for chunk in range(len(self.places)):
             for entry in self.messages(chunk):
                 yield chunk, entry
 
     def _find_chunks(self, scan: bool) -> None:
         if self.size == 0:
             hint = "nothing was written to it, and there is nothing to recover"
-            raise LogError("the file is empty", hint=hint, source=self.source)
-        if self._read(0, min(self.size, len(MCAP0_MAGIC))) != MCAP0_MAGIC:
+            raise LogError("the file is empty", hint=hint, source=self.limits.source)
+        magic = len(MCAP0_MAGIC)
+        if self._read(0, magic) != MCAP0_MAGIC:
             raise LogError("no MCAP file", expected="a log of granular-env", source=repr(str(self.path)))
         try:
-            header = next(self._records(len(MCAP0_MAGIC)))
+            header = next(self._records(magic))
         except _FAULTS:
             header = None
         if not isinstance(header, Header) or header.profile != PROFILE:
             raise LogError(NOT_A_LOG, source=repr(str(self.path)))
-        if scan or self._read(self.size - len(MCAP0_MAGIC), len(MCAP0_MAGIC)) != MCAP0_MAGIC:
-            self._scan()
+        if scan or self._read(self.size - magic, magic) != MCAP0_MAGIC:
+            self._scan(magic)
             return
         try:
             footer = next(self._records(self.size - _FOOTER_BYTES))
@@ -208,55 +201,50 @@ class Container:
         if not self.complete:
             raise self._damage_error("the footer")
 
+    def _read(self, offset: int, length: int) -> bytes:
+        self._file.seek(offset)
+        return self._file.read(length)
+
     def _records(self, offset: int) -> Iterator[McapRecord]:
         """Yield the records from a place in the file on, chunks as they are."""
-        self._file.seek(min(offset, self.size))
+        self._file.seek(min(max(offset, 0), self.size))
         return StreamReader(self._bounded, skip_magic=True, emit_chunks=True).records  # type: ignore[arg-type]
 
-    def _scan(self) -> None:
+    def _scan(self, offset: int) -> None:
         """Find the chunks from the front, as long as they are whole."""
-        offset = len(MCAP0_MAGIC)
-        while offset + _RECORD.size <= self.size and not self.damage:
-            opcode, length = _RECORD.unpack(self._read(offset, _RECORD.size))
-            total = _RECORD.size + length
-            if offset + total > self.size:
-                self.damage = f"the record at byte {offset} is cut off"
-            elif opcode in (Opcode.DATA_END, Opcode.FOOTER):
+        while offset < self.size:
+            try:
+                opcode, length = _RECORD.unpack(self._read(offset, _RECORD.size))
+                end = offset + _RECORD.size + length
+                if opcode in (Opcode.DATA_END, Opcode.FOOTER):
+                    return
+                if end > self.size or not 1 <= opcode < Opcode.DATA_END:
+                    raise EndOfFile
+                if opcode == Opcode.CHUNK:
+                    self._read_chunk(offset, end - offset)
+                    self.places.append((offset, end - offset))
+            except _FAULTS:
+                self.damage = f"the record at byte {offset} is cut off or not what was written"
+                self.bytes_lost = self.size - offset
                 return
-            elif opcode == Opcode.CHUNK:
-                try:
-                    self._read_chunk(offset, total)
-                    self.places.append((offset, total))
-                except LogError as error:
-                    fault = error.faults[0]
-                    self.damage, self.advice = str(replace(fault, hint="")), fault.hint if fault.hint != _RECOVER else ""
-            elif not 1 <= opcode <= Opcode.DATA_END:
-                self.damage = f"the record at byte {offset} is of no known kind"
-            if not self.damage:
-                offset += total
-        self.bytes_lost = self.size - offset
+            offset = end
 
     def _read_chunk(self, offset: int, length: int) -> list[Entry]:
-        where, data = f"the chunk at byte {offset}", self._read(offset, length)
-        try:
-            opcode, body = _RECORD.unpack_from(data)
-            chunk = Chunk.read(ReadDataStream(BytesIO(data[_RECORD.size :])))
-            if opcode != Opcode.CHUNK or body != length - _RECORD.size or chunk.uncompressed_crc == 0:
-                raise self._damage_error(where)
-            records = breakup_chunk(self._decompress(chunk, where), validate_crc=True)
-        except _FAULTS as error:
-            raise self._damage_error(where) from error
+        """Return the messages of a chunk; one of `_FAULTS` where it is damaged, `LogError` where it is too large."""
+        chunk = next(self._records(offset))
+        if not isinstance(chunk, Chunk) or self._file.tell() != offset + length:
+            raise ValueError("no chunk")
         found = []
-        for record in records:
+        for record in breakup_chunk(self._decompress(chunk)):
             if isinstance(record, Channel):
                 self._topics[record.id] = record.topic
             elif isinstance(record, Message):
                 if record.channel_id not in self._topics:
-                    raise self._damage_error("a message of an unknown channel")
+                    raise ValueError("a message of an unknown channel")
                 found.append(Entry(self._topics[record.channel_id], record))
         return found
 
-    def _decompress(self, chunk: Chunk, where: str) -> Chunk:
+    def _decompress(self, chunk: Chunk) -> Chunk:
         """Return a chunk with its content decompressed, after checking how large that is and how many records it holds."""
         size, content = chunk.uncompressed_size, chunk.data
         self.limits.check_chunk(size)
@@ -264,33 +252,17 @@ class Container:
             # One byte more than declared is enough to notice a bomb, and all that it may unfold to.
             content = lz4.frame.LZ4FrameDecompressor().decompress(content, max_length=size + 1)
         elif chunk.compression:
-            came = f"{where} is compressed with {chunk.compression[:20]!r}"
-            raise LogError(came, hint="logs of granular-env use lz4", source=self.source)
+            raise ValueError("another compression than lz4")
         if len(content) != size or zlib.crc32(content) != chunk.uncompressed_crc:
-            raise self._damage_error(where)
+            raise ValueError("other content than was written")
         number = offset = 0
         while offset < size:
             _, length = _RECORD.unpack_from(content, offset)
             offset, number = offset + _RECORD.size + length, number + 1
             self.limits.check_records(number, len(chunk.data))
         if offset != size:
-            raise self._damage_error("a record")
+            raise ValueError("a record that does not end with its chunk")
         return replace(chunk, compression="", data=content)
 
-    def _read(self, offset: int, length: int) -> bytes:
-        if offset + length > self.size:
-            raise self._damage_error("its end")
-        self._file.seek(offset)
-        return self._file.read(length)
-
     def _damage_error(self, what: str) -> LogError:
-        return LogError(Fault(received=f"{self.source} is damaged: {what} is not what was written", hint=_RECOVER))
-
-
-def _open_regular(path: Path) -> IO[Any]:
-    """Open a file for reading; refuse a pipe or a device, which might make the program wait for ever."""
-    descriptor = os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_CLOEXEC", 0))
-    if not stat.S_ISREG(os.fstat(descriptor).st_mode):
-        os.close(descriptor)
-        raise OSError(0, "it is a folder, a device or a pipe; give the path of a file")
-    return os.fdopen(descriptor, "rb")
+        return LogError(Fault(received=f"{self.limits.source} is damaged: {what} is not what was written", hint=_RECOVER))

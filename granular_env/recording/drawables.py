@@ -21,10 +21,16 @@ _ARRAYS = {
 }  # fmt: skip
 # Roles and arrays that are written only where a drawable has them.
 _OF_SOME = ((Cells, "state"), (Points, "period"))
-# Places beyond this are nowhere [m].
+# Places beyond this are nowhere [m]: squares of distances have to be finite as well.
 _FARTHEST = 1e100
-# The arrays that have one row for each of the things drawn, and where their numbers point to.
-_COUNTED = {Points: ("reference", "radius"), Links: ("pairs",), Cells: ("nodes",), Curve: ("coordinate",)}
+# The arrays of places, and for each output the arrays of which one has as many rows as it has values.
+_PLACES = {Points: ("reference", "radius"), Links: ("pairs",), Cells: ("nodes",), Curve: ("coordinate",)}
+_COUNTED: dict[type[Drawable], dict[str, tuple[str, ...]]] = {
+    Points: {"displacement": ("radius",), "colour": ("radius",), "rotation": ("radius",)},
+    Links: {"state": ("pairs",)},
+    Cells: {"displacement": ("nodes",), "field": ("nodes", "connectivity"), "state": ("connectivity",)},
+    Curve: {"field": ("coordinate",)},
+}
 
 
 def drawable_facts(drawables: Iterable[Drawable]) -> tuple[list[dict[str, str]], dict[str, np.ndarray]]:
@@ -56,11 +62,12 @@ def drawables_from(facts: Any, arrays: Mapping[str, np.ndarray], variables: Mapp
         raise damage("it does not say what can be drawn", "header.drawables")
     found: list[Drawable] = []
     for place, texts in enumerate(facts):
-        found.append(_drawable(place, texts, arrays))
-        if isinstance(found[-1], Links) and not _has_ends(found[-1], found):
+        drawable = _drawable(place, texts, arrays)
+        if isinstance(drawable, Links) and not _has_ends(drawable, found):
             raise damage("it joins points that there are not", _place(place, "pairs"))
-        if (name := _unfit_output(found[-1], variables)) is not None:
+        if (name := _unfit_output(drawable, variables)) is not None:
             raise damage(f"{name!r} has another number of values", _place(place))
+        found.append(drawable)
     return tuple(found)
 
 
@@ -93,8 +100,7 @@ def _drawable(place: int, texts: Any, arrays: Mapping[str, np.ndarray]) -> Drawa
 
 
 def _is_consistent(drawable: Drawable) -> bool:
-    arrays = [getattr(drawable, name) for name in _COUNTED[type(drawable)]]
-    # Squares of distances have to be finite as well.
+    arrays = [getattr(drawable, name) for name in _PLACES[type(drawable)]]
     if len({len(array) for array in arrays}) != 1 or not all((np.abs(array) < _FARTHEST).all() for array in arrays):
         return False
     if isinstance(drawable, Points):
@@ -109,28 +115,17 @@ def _is_consistent(drawable: Drawable) -> bool:
 
 
 def _unfit_output(drawable: Drawable, variables: Mapping[str, Variable]) -> str | None:
-    """Return the name of the first output that a drawable shows, and that has another shape than it; None where all fit."""
-    if isinstance(drawable, Points):
-        count = len(drawable.radius)
-        fits = {drawable.displacement: [count], drawable.colour: [count], drawable.rotation: [count]}
-    elif isinstance(drawable, Links):
-        fits = {drawable.state: [len(drawable.pairs)]}
-    elif isinstance(drawable, Cells):
-        nodes, cells = len(drawable.nodes), len(drawable.connectivity)
-        fits = {drawable.displacement: [nodes], drawable.field: [nodes, cells], drawable.state: [cells]}
-    else:
-        fits = {drawable.field: [len(drawable.coordinate)]}
-    for name, lengths in fits.items():
+    """Return the first output of a drawable that has another number of values than it needs; None where all fit."""
+    for role, counted in _COUNTED[type(drawable)].items():
+        name = getattr(drawable, role)
         shape = variables[name].shape if name in variables else None
-        if shape is not None and not (shape and shape[0] in lengths and _has_axes(drawable, name, shape)):
+        if shape is None:
+            continue
+        # A displacement has up to three components, any other output one number for each thing drawn.
+        is_vector = role == "displacement" and len(shape) == 2 and 1 <= shape[1] <= 3
+        if not (len(shape) == 1 or is_vector) or shape[0] not in [len(getattr(drawable, one)) for one in counted]:
             return name
     return None
-
-
-def _has_axes(drawable: Drawable, name: str, shape: tuple[int, ...]) -> bool:
-    """Return whether a displacement has up to three components, and any other output one number for each thing drawn."""
-    moves = isinstance(drawable, Points | Cells) and name == drawable.displacement
-    return len(shape) == 1 or (moves and len(shape) == 2 and 1 <= shape[1] <= 3)
 
 
 def _has_ends(links: Links, known: Iterable[Drawable]) -> bool:

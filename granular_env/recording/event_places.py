@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from ..components.drawables import Cells, Drawable, Links, Points, element_count
 from ..components.errors import ParameterError
 from ..components.events import Event, EventDetail
 from ..components.support.float_arrays import FloatArray
+
+if TYPE_CHECKING:
+    from .log import Log
 
 
 @dataclass(frozen=True, slots=True)
@@ -17,7 +20,7 @@ class EventPlace:
     """The elements that an event concerns, and their place.
 
     Attributes:
-        elements: what it concerns, such as "automata 12 and 13" for a link.
+        elements: their names, such as "automata 12 and 13" for a link.
         position: the middle of these before anything moved [m].
     """
 
@@ -26,7 +29,7 @@ class EventPlace:
 
 
 def place_of(index: int | None, detail: EventDetail | None, drawables: Sequence[Drawable]) -> EventPlace | None:
-    """Return where events with an index take place; None where their kind does not say what it counts.
+    """Return the place of events with an index; None if their kind names no drawable.
 
     Args:
         index: of the events; None for none.
@@ -52,40 +55,24 @@ def place_of(index: int | None, detail: EventDetail | None, drawables: Sequence[
 
 
 def listed_events(found: Sequence[Event], earlier: Sequence[Event], most: int) -> Sequence[Event]:
-    """Return the events that a table shows: where there are too many, the first of those in the log, if there are any.
-
-    Args:
-        found: the events in a log.
-        earlier: those before it begins.
-        most: how many may be shown.
-    """
+    """Return the `most` events that a table shows, of those in a log and before: of too many, the first of those in the log."""
     every = [*earlier, *found]
     return every if len(every) <= most else (found or every)[:most]
 
 
-def event_table(
-    events: Sequence[Event], step_size: float, details: Mapping[str, EventDetail], drawables: Sequence[Drawable]
-) -> tuple[list[str], list[list[Any]]]:
+def event_table(events: Sequence[Event], log: Log) -> tuple[list[str], list[list[Any]]]:
     """Return the heads and the rows of a table of events: when, what, with which numbers, and where.
 
     Columns of which nothing is known are left out.
-
-    Args:
-        events: of a component.
-        step_size: of it [s].
-        details: of its kinds of events.
-        drawables: of it.
     """
-    heads = ["time [s]", "event", "index", "value", "limit", "unit", "of", "at [m]"]
+    heads, details = ["time [s]", "event", "index", "value", "limit", "unit", "of", "at [m]"], log.event_details
     rows: list[list[Any]] = []
     for event in events:
         detail = details.get(event.kind)
-        place = place_of(event.index, detail, drawables)
-        rows.append([
-            event.tick * step_size, event.kind, "" if event.index is None else event.index, event.value, event.limit,
-            "" if detail is None else detail.unit, "" if place is None else place.elements,
-            "" if place is None else position_words(place.position),
-        ])  # fmt: skip
+        place = place_of(event.index, detail, log.drawables)
+        where = ["", ""] if place is None else [place.elements, position_words(place.position)]
+        index, unit = "" if event.index is None else event.index, "" if detail is None else detail.unit
+        rows.append([event.tick * log.step_size, event.kind, index, event.value, event.limit, unit, *where])
     known = [column for column in range(len(heads)) if any(row[column] != "" for row in rows)]
     return [heads[column] for column in known], [[row[column] for column in known] for row in rows]
 
@@ -95,21 +82,12 @@ def position_words(position: Sequence[float]) -> str:
     return f"({', '.join(f'{one:.4g}' for one in position)})"
 
 
-def refuse_unknown_place(index: int | None, details: Sequence[EventDetail | None], drawables: Sequence[Drawable]) -> None:
-    """Raise `ParameterError` where no kind of event counts anything that has such an index.
-
-    Args:
-        index: of a link, cell, ...; None is none, and refused by none.
-        details: of the kinds of events that are asked for.
-        drawables: of the component.
-    """
-    by_name = {one.name: one for one in drawables}
-    counted = [by_name.get(detail.counts) if detail is not None else None for detail in details]
-    if index is None or not counted or None in counted:
-        return
-    sizes = {one.name: element_count(one) for one in counted if one is not None}
-    if index >= max(sizes.values()):
-        expected = " or ".join(f"0 to {size - 1} ({name})" for name, size in sizes.items())
+def refuse_unknown_place(log: Log, kind: str | None, index: int | None) -> None:
+    """Raise `ParameterError` where events of a kind, or of any, count nothing that has such an index."""
+    details, sizes = log.event_details, {one.name: element_count(one) for one in log.drawables}
+    counted = {details[one].counts if one in details else "" for one in log.event_kinds if kind in (None, one)}
+    if index is not None and counted and counted <= sizes.keys() and index >= max(sizes[name] for name in counted):
+        expected = " or ".join(f"0 to {sizes[name] - 1} ({name})" for name in sorted(counted))
         raise ParameterError(f"got {index}", expected=expected, at="index")
 
 

@@ -75,15 +75,12 @@ def variable_from(facts: Mapping[str, Any]) -> Variable:
     """Return a variable from the output of `variable_facts`; raise `LogError` for anything else."""
     try:
         shape = tuple(facts["shape"])
-        texts = [facts[key] for key in ("name", "causality", "unit", "description", "dtype")]
-        if not all(type(extent) is int and 0 <= extent < 2**40 for extent in shape) or len(shape) > 4:
-            raise damage(f"a variable has the shape {shape!r}", _VARIABLES)
-        if not all(isinstance(text, str) for text in texts) or texts[4] not in ("float64", "int64"):
-            raise damage("a variable has a name, a unit or a dtype that none has", _VARIABLES)
+        texts, axes = [facts[key] for key in ("name", "causality", "unit", "description", "dtype")], tuple(facts["axes"])
+        is_sound = len(shape) <= 4 and all(type(extent) is int and 0 <= extent < 2**40 for extent in shape)
+        is_sound &= all(isinstance(text, str) for text in (*texts, *axes)) and len(axes) in (0, len(shape))
+        if not is_sound or texts[4] not in ("float64", "int64"):
+            raise damage("a variable has a shape, a text, a dtype or axes that none has", _VARIABLES)
         name, causality, unit, description, dtype = texts
-        axes = tuple(facts["axes"])
-        if len(axes) not in (0, len(shape)) or not all(isinstance(axis, str) for axis in axes):
-            raise damage(f"the axes are {axes!r}", (*_VARIABLES, name))
         return Variable(name, causality, unit, shape, description, dtype, state=bool(facts["state"]), axes=axes)
     except (KeyError, TypeError) as error:
         raise damage(f"a variable is described wrongly: {error}", _VARIABLES) from error
@@ -94,38 +91,14 @@ def table_of(value: Any) -> dict[str, Any]:
     return dict(value) if isinstance(value, dict) else {}
 
 
-def event_kinds_from(header: Mapping[str, Any], path: object) -> dict[str, str]:
-    """Return kind -> description of the events in a header; `LogError` where it has none."""
-    kinds = header.get("event_kinds")
-    if not isinstance(kinds, dict) or not all(isinstance(text, str) for text in kinds.values()):
-        raise damage("it does not say what can happen", "header.event_kinds", path)
-    return dict(kinds)
-
-
 def header_of(
     component: Component, recorded: Sequence[str], options: Mapping[str, Any], experiment: Any, parent: Any, elapsed: int
 ) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
     """Return the header's JSON values and arrays."""
-    facts, arrays = component_facts(component, recorded)
+    drawables, arrays = drawable_facts(component.drawables())
     header = {
         "format": FORMAT,
         "created": datetime.now(UTC).isoformat(timespec="seconds"),
-        **facts,
-        "elapsed": elapsed,
-        "options": dict(options),
-        "experiment": experiment,
-        "parent": parent,
-        "versions": versions(),
-        "machine": machine(),
-        "command": "granular-env" if "granular-env" in os.path.basename(sys.argv[0] or "") else "script",
-    }
-    return header, arrays
-
-
-def component_facts(component: Component, recorded: Sequence[str]) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
-    """Return the part of the header, and its arrays, that follow from the component."""
-    drawables, arrays = drawable_facts(component.drawables())
-    facts = {
         "component": component.name,
         "version": component.version,
         "parameters": component.parameters.model_dump(mode="json"),
@@ -138,8 +111,15 @@ def component_facts(component: Component, recorded: Sequence[str]) -> tuple[dict
         "event_kinds": dict(component.event_kinds),
         "event_details": {kind: dataclasses.asdict(detail) for kind, detail in component.event_details.items()},
         "drawables": drawables,
+        "elapsed": elapsed,
+        "options": dict(options),
+        "experiment": experiment,
+        "parent": parent,
+        "versions": versions(),
+        "machine": machine(),
+        "command": "granular-env" if "granular-env" in os.path.basename(sys.argv[0] or "") else "script",
     }
-    return facts, arrays
+    return header, arrays
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -185,20 +165,12 @@ def balance_facts(balance: Balance) -> dict[str, Any]:
 
 def closing_facts(component: Component) -> dict[str, Any]:
     """Return the end of a log: the component's report, conclusions and cautions."""
-    names = ("report", "conclusions", "cautions")
-    return {name: _plain_values(getattr(component, name)()) for name in names}
-
-
-def _plain_values(value: Any) -> Any:
-    """Return a component's report as JSON holds it: numbers that are not finite become texts."""
-    if isinstance(value, dict):
-        return {str(name): _plain_values(part) for name, part in value.items()}
-    if isinstance(value, (list, tuple)):
-        return [_plain_values(part) for part in value]
-    if isinstance(value, (int, float, np.number)):
-        number = float(value)
-        return number if math.isfinite(number) else str(number)
-    return str(value)
+    report = {name: float(value) for name, value in component.report().items()}
+    return {
+        "report": {name: value if math.isfinite(value) else str(value) for name, value in report.items()},
+        "conclusions": list(component.conclusions()),
+        "cautions": list(component.cautions()),
+    }
 
 
 def plain_json(name: str, value: Any) -> Any:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .container import Container, Entry
+from .container import Container
 from .records import (
     CLOSED,
     COLUMNS,
@@ -28,7 +28,8 @@ from .records import (
 
 # Whole numbers of ticks beyond this are not told apart by a time in float64.
 _MOST_TICKS = 2**53
-KIND, DETAIL, SEGMENT, FIRST, LAST, COUNT, NUMBER, CHUNK = range(len(COLUMNS))
+# The columns of a row in the file, and one that is computed: the message's place in its chunk.
+KIND, DETAIL, SEGMENT, FIRST, LAST, COUNT, NUMBER, CHUNK, PLACE = range(len(COLUMNS) + 1)
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,10 +53,14 @@ class Index:
 
     def __init__(self, path: str, rows: np.ndarray) -> None:
         """Check that nothing is missing, doubled or out of order."""
-        self.path, self.rows = path, rows
-        self._check_order()
+        self.path = path
+        self._check_order(rows)
+        chunks = rows[:, CHUNK]
+        self.rows = rows = np.column_stack([rows, np.arange(len(rows)) - np.searchsorted(chunks, chunks)])
         self._by_kind = [rows[rows[:, KIND] == kind] for kind in range(len(KINDS))]
-        self._check_numbers()
+        for name, own in zip(KINDS, self._by_kind, strict=True):
+            if not np.array_equal(own[:, NUMBER], np.arange(len(own))) or (np.diff(own[:, SEGMENT]) < 0).any():
+                raise damage("records are missing, doubled or out of order", name, path)
         self.all_segments = self._segments()
         lived = [segment for segment in self.all_segments if segment.end > segment.start]
         self.segments = lived or self.all_segments[-1:]
@@ -69,51 +74,43 @@ class Index:
             rows = rows[first:last]
         return rows if detail is None else rows[rows[:, DETAIL] == detail]
 
-    def _check_order(self) -> None:
-        rows = self.rows
-        known = (rows[:, KIND] >= 0) & (rows[:, KIND] < len(KINDS))
-        bad = ~known | (rows[:, FIRST] > rows[:, LAST]) | (rows[:, FIRST] < 0) | (rows[:, LAST] >= _MOST_TICKS)
+    def _check_order(self, rows: np.ndarray) -> None:
+        kind, first, last, count = rows[:, [KIND, FIRST, LAST, COUNT]].T
+        bad = (kind < 0) | (kind >= len(KINDS)) | (first < 0) | (first > last) | (last >= _MOST_TICKS)
         # Frames, hashes and steps have different ticks, so there are never more of them than ticks.
-        crowded = (rows[:, COUNT] > rows[:, LAST] - rows[:, FIRST] + 1) & (rows[:, KIND] != EVENTS)
-        bad |= (rows[:, COUNT] < 1) | crowded | (rows[:, CHUNK] < 0)
-        if bad.any() or not len(rows) or rows[0, KIND] != HEADER or (rows[1:, KIND] == HEADER).any():
+        bad |= (count < 1) | ((count > last - first + 1) & (kind != EVENTS)) | (rows[:, CHUNK] < 0)
+        bad |= (kind == HEADER) != (np.arange(len(rows)) == 0)
+        is_long = count.sum(dtype=np.float64) >= _MOST_TICKS
+        if bad.any() or is_long or not len(rows) or (np.diff(rows[:, CHUNK]) < 0).any():
             raise damage("it does not describe a log", "index", self.path)
-        if (np.diff(rows[:, CHUNK]) < 0).any() or rows[:, COUNT].sum(dtype=np.float64) >= _MOST_TICKS:
-            raise damage("it does not describe a log", "index", self.path)
-
-    def _check_numbers(self) -> None:
-        for kind, rows in enumerate(self._by_kind):
-            if not np.array_equal(rows[:, NUMBER], np.arange(len(rows))) or (np.diff(rows[:, SEGMENT]) < 0).any():
-                raise damage("records are missing, doubled or out of order", KINDS[kind], self.path)
 
     def _segments(self) -> list[Segment]:
         starts = self.select(SNAPSHOTS, START)
         if not np.array_equal(starts[:, SEGMENT], np.arange(len(starts))):
             raise damage("that of the start of a segment is missing or doubled", "snapshots", self.path)
-        if (self.rows[1:, SEGMENT] >= max(len(starts), 1)).any() or (self.rows[:, SEGMENT] < 0).any():
-            raise damage("a record belongs to a segment that has no start", "index", self.path)
-        steps = self.select(STEPS)
-        bounds = np.searchsorted(steps[:, SEGMENT], np.arange(len(starts) + 1))
         segments, elapsed = [], 0
         for number, start in enumerate(starts[:, FIRST].tolist()):
-            own = steps[bounds[number] : bounds[number + 1]]
-            marks = np.concatenate([[start], own[:, LAST]])
-            if not np.array_equal(own[:, FIRST], marks[:-1]):
+            steps = self.select(STEPS, None, number)
+            marks = np.concatenate([[start], steps[:, LAST]])
+            if not np.array_equal(steps[:, FIRST], marks[:-1]):
                 raise damage(f"those of segment {number} are missing or do not follow one another", "steps", self.path)
             segments.append(Segment(number, start, int(marks[-1]), elapsed))
             elapsed += int(marks[-1]) - start
         if elapsed >= _MOST_TICKS:
             raise damage("it does not describe a log", "index", self.path)
-        self._check_ticks(segments)
+        self._check_places(segments)
         return segments
 
-    def _check_ticks(self, segments: list[Segment]) -> None:
-        if not segments:
-            return
-        begins, ends = np.array([s.start for s in segments]), np.array([s.end for s in segments])
+    def _check_places(self, segments: list[Segment]) -> None:
+        """Refuse records of a segment that has no start, or of ticks outside of their segment."""
+        numbers = self.rows[1:, SEGMENT]
+        if (numbers < 0).any() or (numbers >= max(len(segments), 1)).any():
+            raise damage("a record belongs to a segment that has no start", "index", self.path)
         rows = self.rows[np.isin(self.rows[:, KIND], (FRAMES, HASHES, SNAPSHOTS, EVENTS))]
-        if (rows[:, FIRST] < begins[rows[:, SEGMENT]]).any() or (rows[:, LAST] > ends[rows[:, SEGMENT]]).any():
-            raise damage("a record is of ticks outside of its segment", "index", self.path)
+        if segments:
+            begins, ends = np.array([(s.start, s.end) for s in segments])[rows[:, SEGMENT]].T
+            if (rows[:, FIRST] < begins).any() or (rows[:, LAST] > ends).any():
+                raise damage("a record is of ticks outside of its segment", "index", self.path)
 
 
 def find_index(container: Container) -> tuple[Index, Record | None]:
@@ -122,22 +119,18 @@ def find_index(container: Container) -> tuple[Index, Record | None]:
     Raises:
         LogError: a complete file has no closing record, or an index describes no log.
     """
-    path, most_text = str(container.path), container.most_text
-    closing, entry = None, _last_entry(container)
-    if entry is not None and kind_of(entry.topic) == INCIDENTS:
-        record = decode(entry.message.data, INCIDENTS, most_text)
-        closing = record if record.detail == CLOSED else None
+    path, closing = str(container.path), _closing_record(container)
     if container.complete and closing is None:
         raise damage("the file has an end, but no record says that it was closed", "incidents", path)
-    if closing is not None and container.complete:
+    if container.complete and closing is not None:
         rows = closing.arrays.get("index")
         if rows is None or rows.dtype != np.int64 or rows.ndim != 2 or rows.shape[1] != len(COLUMNS):
             raise damage("it has the wrong form", "index", path)
         container.limits.check_records(len(rows), container.size)
-        if len(rows) and rows[:, CHUNK].max() >= container.chunk_count:
+        if len(rows) and rows[:, CHUNK].max() >= len(container.places):
             raise damage("it names a chunk that is not there", "index", path)
-        return Index(path, np.vstack([rows, [*closing.row, container.chunk_count - 1]])), closing
-    rows = np.array([(*record.row, chunk) for chunk, record in _all_records(container)], dtype=np.int64)
+        return Index(path, np.vstack([rows, [*closing.row, len(container.places) - 1]])), closing
+    rows = np.array([(*record.row, chunk) for chunk, _, record in all_records(container)], dtype=np.int64)
     return Index(path, _certain_rows(rows.reshape(-1, len(COLUMNS)), closing is not None)), closing
 
 
@@ -151,14 +144,17 @@ def _certain_rows(rows: np.ndarray, closed: bool) -> np.ndarray:
     return rows[: last + int(starts.sum())]
 
 
-def _last_entry(container: Container) -> Entry | None:
-    """Return the last message of the exact content, if it lies in the last chunk."""
-    entries = container.messages(container.chunk_count - 1) if container.chunk_count else []
-    return next((entry for entry in reversed(entries) if kind_of(entry.topic) is not None), None)
+def _closing_record(container: Container) -> Record | None:
+    """Return the last message, if it closes the log."""
+    for topic, message in container.messages(len(container.places) - 1)[-1:]:
+        if kind_of(topic) == INCIDENTS:
+            record = decode(message.data, INCIDENTS, container.most_text)
+            return record if record.detail == CLOSED else None
+    return None
 
 
-def _all_records(container: Container) -> Iterator[tuple[int, Record]]:
-    for chunk, entry in container.all_messages():
-        kind = kind_of(entry.topic)
-        if kind is not None:
-            yield chunk, decode(entry.message.data, kind, container.most_text)
+def all_records(container: Container) -> Iterator[tuple[int, int, Record]]:
+    """Yield the records of the exact content in order, each with the number of its chunk and the time of its message [ns]."""
+    for chunk, (topic, message) in container.all_messages():
+        if (kind := kind_of(topic)) is not None:
+            yield chunk, message.log_time, decode(message.data, kind, container.most_text)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -17,7 +17,7 @@ from .rerun import advance, restore
 _INSTANTS = 1000
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(slots=True)
 class EventRatio:
     """The largest part of its limit that what decides an event reached at one place.
 
@@ -37,15 +37,15 @@ class EventRatio:
 
     kinds: tuple[str, ...]
     variable: str
-    index: int
-    time: float
-    ratio: float
-    passed: int
-    instants: int
-    all_instants: int
-    nearest: str
-    limited: bool
-    events: tuple[Event, ...]
+    index: int = -1
+    time: float = 0.0
+    ratio: float = -np.inf
+    passed: int = 0
+    instants: int = 0
+    all_instants: int = 0
+    nearest: str = ""
+    limited: bool = True
+    events: tuple[Event, ...] = ()
 
 
 def kinds_by_ratio(details: Mapping[str, EventDetail]) -> dict[str, tuple[str, ...]]:
@@ -78,56 +78,35 @@ def nearest_to_events(log: Log, index: int | None = None, kind: str | None = Non
         raise ParameterError(f"got {index}", expected=f"0 to {max(sizes.values()) - 1}", at="index")
     # The component is in the state at the log's start, which holds the events before it.
     happened = [*component.events(), *log.events()]
-    searches = []
+    searches: list[tuple[EventRatio, np.ndarray]] = []
     for name, names in kinds.items():
         passed = {event.index for event in happened if event.kind in names and event.index is not None}
         places = np.arange(sizes[name])
         asked = np.setdiff1d(places, list(passed)) if index is None else places[places == index]
         if len(asked):
-            searches.append(_Search(name, names, asked, len(passed)))
+            nearest = names[0] if len(names) == 1 else ""
+            searches.append((EventRatio(names, name, passed=len(passed), nearest=nearest), asked))
     instants = 0
     for tick in _instants(log, component) if searches else ():
         instants += 1
-        for search in searches:
-            search.look(component, tick)
+        for found, asked in searches:
+            ratios = np.ravel(component.peek(found.variable))[asked]
+            place = int(ratios.argmax())
+            if ratios[place] > found.ratio:
+                found.ratio, found.index, found.time = float(ratios[place]), int(asked[place]), tick * log.step_size
+                if len(found.kinds) > 1:
+                    found.nearest = component.nearest_kind(found.variable, found.index)
     if searches and not instants:
-        raise LogError("it holds no step, so nothing can be said", at="steps", source=f"log {str(log.path)!r}")
-    there = sum(segment.end - segment.start + 1 for segment in log.segments)
-    return [
-        EventRatio(
-            s.kinds, s.variable, s.index, s.tick * log.step_size, s.ratio, s.passed, instants, there, s.nearest,
-            component.has_limit(s.variable, s.index), _events_at(happened, s.index, s.kinds, component.event_details),
-        )
-        for s in searches
-        # A place without a limit, such as a cell that cannot yield, is always at 0.
-        if s.ratio > 0.0 or index is not None
-    ]  # fmt: skip
-
-
-def _events_at(
-    events: Sequence[Event], index: int, kinds: tuple[str, ...], details: Mapping[str, EventDetail]
-) -> tuple[Event, ...]:
-    """Return the events at a link, point, ...: of these kinds, and of others that count the same by their indices."""
-    counts = details[kinds[0]].counts
-    alike = {kind for kind, detail in details.items() if counts and detail.counts == counts}
-    return tuple(event for event in events if event.index == index and event.kind in alike.union(kinds))
-
-
-class _Search:
-    """The largest of the elements of an output that are asked for, of all instants so far."""
-
-    def __init__(self, variable: str, kinds: tuple[str, ...], asked: np.ndarray, passed: int) -> None:
-        self.variable, self.kinds, self.passed = variable, kinds, passed
-        self.ratio, self.index, self.tick, self.nearest = -np.inf, -1, -1, kinds[0] if len(kinds) == 1 else ""
-        self._asked = asked
-
-    def look(self, component: Component, tick: int) -> None:
-        ratios = np.ravel(component.peek(self.variable))[self._asked]
-        place = int(ratios.argmax())
-        if ratios[place] > self.ratio:
-            self.ratio, self.index, self.tick = float(ratios[place]), int(self._asked[place]), tick
-            if len(self.kinds) > 1:
-                self.nearest = component.nearest_kind(self.variable, self.index)
+        raise LogError("it holds no step, so nothing can be said", at="steps", source=log.source)
+    for found, _ in searches:
+        found.instants, found.all_instants = instants, sum(one.end - one.start + 1 for one in log.segments)
+        found.limited = component.has_limit(found.variable, found.index)
+        # Also what happened there of other kinds, whose indices count the same.
+        details, counts = component.event_details, component.event_details[found.kinds[0]].counts
+        alike = {*found.kinds, *(kind for kind, detail in details.items() if counts and detail.counts == counts)}
+        found.events = tuple(event for event in happened if event.index == found.index and event.kind in alike)
+    # A place without a limit, such as a cell that cannot yield, is always at 0.
+    return [found for found, _ in searches if found.ratio > 0.0 or index is not None]
 
 
 def _instants(log: Log, component: Component) -> Iterator[int]:

@@ -9,21 +9,21 @@ from __future__ import annotations
 import atexit
 import os
 import threading
-from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict
 from time import perf_counter
-from typing import Any, NamedTuple, Self
+from typing import Any, Self
 
 import numpy as np
 
 from ..components.component import Component
 from ..components.errors import GranularError, LogError, ParameterError, one_line
 from ..components.inputs import Held
-from .batches import Batch, Place, Profiles, Samples, write_batch
+from .batches import Batch, Place, Profiles, write_batch
 from .header import closing_facts, header_of, plain_json, title_of
 from .preview.film import Preview
 from .records import END, HEADER, KEY, START, Record, hash_row, nanoseconds
-from .schedule import Agenda, Schedule, make_schedule, names_to_record
+from .schedule import Schedule, make_schedule, names_to_record, values_in
 from .writer import LogWriter, as_path
 
 # Age at which gathered data is written [s], and at which a step waits until it has been: a stepping thread that never pauses
@@ -32,21 +32,6 @@ _WRITE_SECONDS, _WAIT_SECONDS, _LONGEST_WAIT = 0.03, 0.045, 0.5
 # Gathered bytes at which a part of a long step is handed over and the writing thread is woken, and bytes on their way to the
 # file at which the stepping thread waits.
 _WAKE_BYTES, _WAIT_BYTES = 4 << 20, 64 << 20
-_STEP_BYTES, _SET_BYTES = 40, 100
-
-
-class Kept(NamedTuple):
-    """The place where a recorder continues a log, instead of at the start of a segment.
-
-    Attributes:
-        start: tick at which the log begins.
-        key: tick of the last snapshot.
-        profiles: number of compiled profiles in the log.
-    """
-
-    start: int
-    key: int
-    profiles: int
 
 
 class Recorder:
@@ -64,8 +49,9 @@ class Recorder:
         names: Sequence[str],
         schedule: Schedule,
         preview: Preview,
-        elapsed: int = 0,
-        kept: Kept | None = None,
+        place: Place,
+        profiles: int = 0,
+        key: int | None = None,
     ) -> None:
         """Begin to look; the writer has written the header.
 
@@ -75,24 +61,28 @@ class Recorder:
             names: the variables of each frame.
             schedule: when frames, hashes and snapshots are taken.
             preview: takes the frames that stock viewers show.
-            elapsed: age of the parent where a branch begins [ticks].
-            kept: where it continues a log.
+            place: of the segment that a reset ends, or that is continued.
+            profiles: number of compiled profiles in the log.
+            key: where a segment is continued, the tick of the last snapshot in the log.
         """
         self.path, self.next_tick = writer.path, 0
         self._component, self._names, self._schedule, self._preview = component, list(names), schedule, preview
         self._state = [v.name for v in component.variables.values() if v.state]
         self._inputs = {v.name: v.shape for v in component.variables.values() if v.causality == "input"}
-        self._has_events, self._agenda = bool(component.event_kinds), Agenda(schedule)
+        self._frame_bytes = 8 * values_in(component, self._names) + 100 * (1 + len(self._names))
+        self._has_events = bool(component.event_kinds)
+        # The next tick for a frame, a hash and a snapshot.
+        self._frame = self._hash = self._key = 0
         # Whether a step needs no look: no events, and no inputs that are arrays, whose size counts.
         self._is_plain = not self._has_events and not any(self._inputs.values())
-        self._writer, self._profiles, self._kept = writer, Profiles(kept.profiles if kept is not None else 0), kept
+        self._writer, self._profiles, self._continued_key = writer, Profiles(profiles), key
         # The lock guards the batches that the writing thread takes, the last of which grows, and their bytes.
         self._lock, self._wake = threading.Lock(), threading.Event()
         self._written = threading.Condition(self._lock)
-        self._batches = [Batch(place=Place(-1, 0, elapsed))]
+        self._batches = [Batch(place=place)]
         self._size = self._backlog = 0
         # The observations of the step under way, and whether a part of it has been handed over.
-        self._samples, self._in_parts = Samples(), False
+        self._samples, self._in_parts = Batch(), False
         self._tick = self._event_count = 0
         self._closing = self._closed = False
         self._error: GranularError | None = None
@@ -117,31 +107,28 @@ class Recorder:
             # The error under way matters more than a log that could not be written.
             if kind is None:
                 raise
+        if isinstance(error, GranularError):
+            error.add_note(self._state_of_log())
 
-    @property
-    def published(self) -> bool:
-        """Return whether the log has its name: one that replaces another has it from its first step on."""
-        return self._writer.published
-
-    def note(self) -> str:
+    def _state_of_log(self) -> str:
         """Return a sentence on where the log is, and until when it holds the run."""
-        if not self.published:
+        if not self._writer.published:
             return f"log: what stood at {str(self.path)!r} is kept"
-        end = f"{self._nanoseconds(self._batches[-1].place, self._tick) * 1e-9:.9g} s"
-        if self._error is None:
-            return f"log: {str(self.path)!r} is complete until {end}"
-        return f"log: {str(self.path)!r} is incomplete; `granular-env recover` makes it whole"
+        if self._error is not None:
+            return f"log: {str(self.path)!r} is incomplete; `granular-env recover` makes it whole"
+        end = self._nanoseconds(self._batches[-1].place, self._tick) * 1e-9
+        return f"log: {str(self.path)!r} is complete until {end:.9g} s"
 
     # -- observing, in the stepping thread ------------------------------------------------------------------------------
 
     def on_reset(self, component: Component) -> None:
         """Begin a new segment; where nothing happened in the last one, begin that one again."""
         with self._lock:
-            if self._kept is not None:
-                self._go_on(component, self._kept)
-                self._kept = None
-            else:
+            key, self._continued_key = self._continued_key, None
+            if key is None:
                 self._begin(component)
+            else:
+                self._continue(component, key)
 
     def on_sample(self, component: Component) -> None:
         """Take the observations due at this tick; of a step with many, hand over the part that is done.
@@ -149,14 +136,14 @@ class Recorder:
         A step of n ticks is n steps of one, so a part is a step like any other. If the rest fails, the component is put back
         to where the step began, and that is a new segment.
         """
-        tick, agenda, into = component.tick, self._agenda, self._samples
+        tick, into = component.tick, self._samples
         if not self._closed and self._error is None:
-            if tick == agenda.frame:
+            if tick == self._frame:
                 self._take_frame(component, into)
-            if tick == agenda.hash:
+            if tick == self._hash:
                 into.hashes.append((tick, hash_row(component, self._state, self._inputs)))
                 into.size += 8 + 8 * len(self._state)
-            if tick == agenda.key:
+            if tick == self._key:
                 into.snapshots.append((tick, KEY, component.save()))
                 into.size += component.state_bytes
             if into.size > _WAKE_BYTES:
@@ -164,7 +151,7 @@ class Recorder:
                     self._take_step(tick, {} if self._in_parts else component.held_inputs)
                     self._in_parts = True
                 self._wait_for_writer()
-        self.next_tick = agenda.after(tick, self._batches[-1].place.age(tick))
+        self._plan(tick)
 
     def on_step(self, component: Component, ticks: int, inputs: Mapping[str, Held]) -> None:
         """Note a whole step; raises `LogError` once if the log cannot be written, with the component's step done."""
@@ -172,11 +159,15 @@ class Recorder:
             return
         now = component.tick
         with self._lock:
-            if self._is_plain and self._tick == now - ticks and not self._samples.size:
+            follows = self._tick == now - ticks
+            if follows and self._is_plain and not self._samples.size:
                 self._batches[-1].steps.extend((now, inputs))
                 self._tick = now
-            else:
-                self._take_whole_step(component, now, ticks, inputs)
+            elif follows or self._in_parts:
+                self._take_step(now, {} if self._in_parts else inputs)
+                self._in_parts = False
+            elif self._tick != now:
+                self._begin_after_gap(component)
         if perf_counter() > self._due or self._size > _WAKE_BYTES:
             self._wait_for_writer()
             if self._error is not None:
@@ -190,27 +181,17 @@ class Recorder:
         """Forget the observations of the step that failed, unless its parts were handed over; keep the reason."""
         with self._lock:
             undone = max(self._tick - component.tick, 0)
-            self._samples, self._in_parts = Samples(), False
+            self._samples, self._in_parts = Batch(), False
             kind = "interrupted" if isinstance(error, KeyboardInterrupt) else "failed"
             self._note({"incident": kind, "kind": type(error).__name__, "message": str(error)[:4000], "undone_ticks": undone})
             if undone:
                 self._begin(component)
             else:
-                self.next_tick = self._agenda.restart(component.tick, self._batches[-1].place.age(component.tick))
-
-    def _take_whole_step(self, component: Component, now: int, ticks: int, inputs: Mapping[str, Held]) -> None:
-        """Note a step in which there was something to be seen, or the rest of one, or a step after a gap."""
-        in_parts, self._in_parts = self._in_parts, False
-        if in_parts or self._tick == now - ticks:
-            self._take_step(now, {} if in_parts else inputs)
-        elif self._tick != now:
-            self._begin_after_gap(component)
+                self._plan(component.tick, afresh=True)
 
     def _take_step(self, now: int, inputs: Mapping[str, Held]) -> None:
         batch, samples = self._batches[-1], self._samples
-        size = _STEP_BYTES + samples.size
-        for value in inputs.values():
-            size += _SET_BYTES + (value.nbytes if isinstance(value, np.ndarray) else 0)
+        size = samples.size + sum(value.nbytes for value in inputs.values() if isinstance(value, np.ndarray))
         if now > self._tick:
             batch.steps.extend((now, inputs))
         if self._has_events and (count := self._component.event_count) > self._event_count:
@@ -218,7 +199,7 @@ class Recorder:
             size += batch.events[-1].nbytes
             self._event_count = count
         batch.take(samples)
-        self._tick, self._samples = now, Samples()
+        self._tick, self._samples = now, Batch()
         self._size += size
 
     def _begin(self, component: Component) -> None:
@@ -232,12 +213,12 @@ class Recorder:
         batch = Batch(place=place, first=tick, incidents=incidents)
         batch.snapshots.append((tick, START, component.save()))
         batch.hashes.append((tick, hash_row(component, self._state, self._inputs)))
-        if self._schedule.is_frame(tick, place.before):
+        if self._schedule.frame_after(tick - 1, place.before) == tick:
             self._take_frame(component, batch)
         self._batches.append(batch)
         self._size += component.state_bytes
-        self._samples, self._in_parts, self._tick, self._event_count = Samples(), False, tick, component.event_count
-        self.next_tick = self._agenda.restart(tick, place.before)
+        self._samples, self._in_parts, self._tick, self._event_count = Batch(), False, tick, component.event_count
+        self._plan(tick, afresh=True)
 
     def _begin_after_gap(self, component: Component) -> None:
         """Begin a segment where the component is not where the last step has left it: a parent may have stepped it."""
@@ -247,19 +228,29 @@ class Recorder:
         self._note({"incident": "unrecorded", "message": f"what happened {between} is not in the log"})
         self._begin(component)
 
-    def _go_on(self, component: Component, kept: Kept) -> None:
-        """Continue the segment that the log ends in."""
-        tick, place = component.tick, Place(0, kept.start, self._batches[-1].place.before)
-        self._batches = [Batch(place=place, first=tick)]
-        self._tick, self._event_count = tick, component.event_count
-        self._agenda.key = self._schedule.key_after(kept.key, place.age(kept.key))
-        self.next_tick = self._agenda.after(tick, place.age(tick))
+    def _continue(self, component: Component, key: int) -> None:
+        """Continue the segment that the log ends in, after a snapshot at the tick `key`."""
+        place, self._tick = self._batches[-1].place, component.tick
+        self._batches, self._event_count = [Batch(place=place, first=self._tick)], component.event_count
+        self._key = self._schedule.key_after(key, place.age(key))
+        self._plan(self._tick)
 
-    def _take_frame(self, component: Component, into: Samples) -> None:
+    def _plan(self, tick: int, afresh: bool = False) -> None:
+        """Choose the next ticks for a frame, a hash and a snapshot: for those that are due, or `afresh` for all."""
+        age, schedule = self._batches[-1].place.age(tick), self._schedule
+        if afresh or self._frame <= tick:
+            self._frame = schedule.frame_after(tick, age)
+        if afresh or self._hash <= tick:
+            self._hash = schedule.hash_after(tick)
+        if afresh or self._key <= tick:
+            self._key = schedule.key_after(tick, age)
+        self.next_tick = min(self._frame, self._hash, self._key)
+
+    def _take_frame(self, component: Component, into: Batch) -> None:
         balances = component.balance_values()
         values = [balances[name] if name in balances else component.peek(name) for name in self._names]
         into.frames.append((component.tick, [np.array(one) if isinstance(one, np.ndarray) else one for one in values]))
-        into.size += 100 + sum(8 * np.size(value) + 100 for value in values)
+        into.size += self._frame_bytes
 
     def _note(self, content: dict[str, Any]) -> None:
         self._batches[-1].incidents.append((self._tick, content))
@@ -330,7 +321,7 @@ class Recorder:
     def _write_gathered(self) -> None:
         with self._lock:
             batches, gathered = self._batches, perf_counter()
-            self._batches = [batches[-1].next()]
+            self._batches = [Batch(place=batches[-1].place, first=batches[-1].last)]
             self._backlog, self._size = self._size, 0
         for batch in batches:
             write_batch(batch, self._writer, self._profiles, self._names, self._inputs, self._component.step_size)
@@ -356,7 +347,6 @@ def record(
     hash_every: int | None = None,
     snapshot_every: float | None = None,
     experiment: Mapping[str, Any] | None = None,
-    parent: Mapping[str, Any] | None = None,
     overwrite: bool = False,
 ) -> Recorder:
     """Record everything that `component` does from now until the recorder is closed.
@@ -378,7 +368,6 @@ def record(
         snapshot_every: time between snapshots [s]. Default: each time the run has become a sixteenth longer, at least 4096
             ticks apart; fewer where a tick of a large state, or of many steps of a part, takes long.
         experiment: JSON values to keep with the log.
-        parent: which log and tick this one branched off.
         overwrite: whether an existing log may be replaced; it stays until the new one holds its first step.
 
     Raises:
@@ -391,8 +380,8 @@ def record(
     target = as_path(path)
     names = names_to_record(component, variables)
     schedule = make_schedule(component, every, hash_every, snapshot_every, experiment, names)
-    facts = plain_json("experiment", experiment), plain_json("parent", parent)
-    return begin_log(component, LogWriter(target, overwrite), names, schedule, *facts)
+    content = plain_json("experiment", experiment)
+    return begin_log(component, LogWriter(target, overwrite), names, schedule, content)
 
 
 def begin_log(
@@ -404,26 +393,13 @@ def begin_log(
     parent: Any = None,
     elapsed: int = 0,
 ) -> Recorder:
-    """Write the header of a log and return its recorder; arguments as for `record` and `Recorder`."""
+    """Write the header of a log, which may be a branch of a parent of that age, and return its recorder."""
     try:
-        header, arrays = header_of(component, names, schedule.options(), experiment, parent, elapsed)
+        header, arrays = header_of(component, names, asdict(schedule), experiment, parent, elapsed)
         writer.add_header(Record(HEADER, 0, 0, 0, 0, 1, 0, header, arrays))
         variables = {name: component.variables[name] for name in names}
         preview = Preview(title_of(header), component.drawables(), variables)
     except BaseException:
         writer.abandon()
         raise
-    return Recorder(component, writer, names, schedule, preview, elapsed)
-
-
-@contextmanager
-def note_log_on_error(recorder: Recorder) -> Iterator[None]:
-    """Add a note to an error that ends a recorded run: where the log is, and until when it is complete.
-
-    Enter it before the recorder, so that the log is closed before the note is made.
-    """
-    try:
-        yield
-    except GranularError as error:
-        error.add_note(recorder.note())
-        raise
+    return Recorder(component, writer, names, schedule, preview, Place(-1, 0, elapsed))

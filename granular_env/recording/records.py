@@ -33,7 +33,8 @@ from ..components.inputs import Held
 from ..components.profiles import CompiledProfile
 from ..components.support.serialization import digest, pack_parts, unpack
 
-FORMAT = 4
+# The profile in the header of the file, and the version of its content.
+PROFILE, FORMAT = "granular-env", 4
 KINDS = ("header", "snapshots", "steps", "frames", "hashes", "events", "incidents")
 HEADER, SNAPSHOTS, STEPS, FRAMES, HASHES, EVENTS, INCIDENTS = range(len(KINDS))
 _FRAMES_TOPIC = "granular/frames/"
@@ -59,9 +60,9 @@ class Record:
         segment: which unbroken history.
         first, last: the ticks that it spans.
         count: how many steps, frames or rows it holds.
-        number: place among the records of its kind.
+        number: place among the records of its kind; the writer sets it.
         header: plain JSON values; none of frames.
-        arrays: by name.
+        arrays: by name; of frames to be written the values may be a list with one array for each.
     """
 
     kind: int
@@ -94,8 +95,13 @@ def encode(record: Record) -> bytes:
     """Return a record as the bytes of a message."""
     place = [getattr(record, name) for name in _PLACE]
     if record.kind == FRAMES:
-        fields = map(np.ascontiguousarray, (np.array(place, "<i8"), record.arrays["ticks"], record.arrays["values"]))
-        return b"".join(part for number, one in enumerate(fields, 1) for part in (_field_head(number, one.nbytes), one.data))
+        # The frames of a recorder are joined here and nowhere before: each copy of large ones takes time.
+        values = record.arrays["values"]
+        parts: list[Any] = []
+        for number, field in enumerate(([np.array(place)], [record.arrays["ticks"]], values), 1):
+            arrays = [np.ascontiguousarray(one) for one in (field if isinstance(field, list) else [field])]
+            parts += [_field_head(number, sum(one.nbytes for one in arrays)), *(one.data for one in arrays)]
+        return b"".join(parts)
     parts = pack_parts({"kind": KINDS[record.kind], "place": place, "content": dict(record.header)}, record.arrays)
     return b"".join([_field_head(1, sum(map(len, parts))), *parts])
 
@@ -131,13 +137,7 @@ def decode(data: bytes, kind: int, most_text: int | None = None) -> Record:
 
 
 def damage(received: str, at: str | Location, log: object = "") -> LogError:
-    """Return the error for a part of a log that `record` does not write like that.
-
-    Args:
-        received: the fault.
-        at: its place: "header", "index", one of the kinds of records, and the place there.
-        log: its path, where that is known.
-    """
+    """Return the error for a part of a log, at a place in it, that `record` does not write like that."""
     return LogError(received, hint=DAMAGED, at=at, source=f"log {str(log)!r}" if log else "")
 
 
@@ -185,17 +185,12 @@ def words(values: np.ndarray | float) -> bytes:
     return np.ascontiguousarray(values).tobytes()
 
 
-def bits(value: float) -> int:
-    """Return the 64 bits of a number, so that -0.0 differs from 0.0."""
-    return struct.unpack("<q", struct.pack("<d", value))[0]
-
-
 def held_word(value: Held) -> int:
-    """Return the bits of a number, or a digest of those of an array or a profile."""
+    """Return the bits of a number, so that -0.0 differs from 0.0, or a digest of those of an array or a profile."""
     if isinstance(value, CompiledProfile):
         pattern = b"" if value.pattern is None else value.pattern.tobytes()
         return _word(value.ticks.tobytes() + value.coefficients.tobytes() + pattern)
-    return _word(words(value)) if isinstance(value, np.ndarray) else bits(value)
+    return _word(words(value)) if isinstance(value, np.ndarray) else struct.unpack("<q", struct.pack("<d", value))[0]
 
 
 def hash_row(component: Component, state: Iterable[str], inputs: Iterable[str]) -> np.ndarray:

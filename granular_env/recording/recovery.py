@@ -1,19 +1,32 @@
-"""A complete log out of a killed or damaged one."""
+"""A log that was not closed, or is damaged: made whole, or continued from where it ends, bit for bit.
+
+To continue one, every record up to its last steps is kept as it is; the ticks after the last snapshot are run again and
+compared with the log.
+"""
 
 from __future__ import annotations
 
 import os
 from collections.abc import Iterator
+from dataclasses import dataclass
 from itertools import islice
-from pathlib import Path
 from typing import Any
 
-from ..components.errors import ParameterError
-from .header import title_of
-from .index import SEGMENT
+import numpy as np
+
+from ..components.component import Component
+from ..components.errors import LogError, ParameterError
+from ..components.inputs import Held
+from .batches import Place
+from .header import title_of, versions
+from .index import FIRST, KIND, LAST, SEGMENT, all_records
 from .log import Log, open_log
 from .preview.film import Preview
-from .records import CLOSED, HEADER, INCIDENTS, Record, decode, kind_of
+from .recorder import Recorder
+from .records import CLOSED, HEADER, INCIDENTS, SNAPSHOTS, STEPS, Record
+from .rerun import check_work
+from .schedule import schedule_from
+from .verification import Comparison, Difference, Verification
 from .writer import LogWriter, as_path
 
 
@@ -29,7 +42,7 @@ def recover(
         overwrite: whether an existing `out` may be replaced.
 
     Returns:
-        The new log, opened; the last of ``.incidents`` says what was lost.
+        The new log, opened; the last of ``.incidents`` describes the loss.
 
     Raises:
         LogError: nothing is intact, or `out` cannot be written; nothing is left behind.
@@ -38,15 +51,19 @@ def recover(
     source, target = as_path(path), as_path(out)
     with Log(source, allow_large, scan=True) as log:
         if os.path.exists(target) and os.path.samefile(source, target):
-            raise ParameterError(f"{str(target)!r} is the damaged log itself", hint="choose another name", at="out")
+            raise ParameterError("it is the damaged log itself", hint="choose another name", source=f"log {str(target)!r}")
+        writer = LogWriter(target, overwrite, is_hidden=True)
         try:
-            writer = LogWriter(target, overwrite, is_hidden=True)
-        except ParameterError as error:
-            raise error.renamed("path", "out") from None
-        try:
-            copy_records(log, writer, len(log.records.index.rows))
+            copy_records(log, writer, len(log.index.rows))
             writer.add_preview(preview_of(log).messages())
-            _finish(log, writer)
+            # Without a closing record the report and the cautions are lost.
+            facts = dict(log.closing.header) if log.closing is not None else {}
+            lost = "nothing of the run" if log.closing is not None else "what had not been written when the process ended"
+            lost, bytes_lost = log.container.damage or lost, log.container.bytes_lost
+            told = {"incident": "recovered", "from": source.name, "lost": lost, "bytes_lost": bytes_lost}
+            number, tick = next(((one.number, one.end) for one in reversed(log.index.all_segments)), (0, 0))
+            writer.add(Record(INCIDENTS, 0, number, tick, tick, 1, 0, told, {}), log.nanoseconds(log.end_tick))
+            writer.finish(number, tick, log.nanoseconds(log.end_tick), facts)
         finally:
             writer.abandon()
     return open_log(target, allow_large=allow_large)
@@ -54,44 +71,97 @@ def recover(
 
 def copy_records(log: Log, writer: LogWriter, count: int) -> None:
     """Write the first records of a log as they are, but for its closing one."""
-    container = log.records.container
-    messages = (entry for _, entry in container.all_messages() if kind_of(entry.topic) is not None)
-    for topic, message in islice(messages, count):
-        with log.records.name_file_in_errors():
-            record = decode(message.data, kind_of(topic) or HEADER, container.most_text)
-        if record.kind == HEADER:
-            writer.add_header(record)
-        elif (record.kind, record.detail) != (INCIDENTS, CLOSED):
-            writer.add(record, message.log_time)
+    with log.name_file_in_errors():
+        for _, time, record in islice(all_records(log.container), count):
+            if record.kind == HEADER:
+                writer.add_header(record)
+            elif (record.kind, record.detail) != (INCIDENTS, CLOSED):
+                writer.add(record, time)
 
 
 def preview_of(log: Log, end: int | None = None) -> Preview:
     """Return the preview of the frames of a log, up to a tick of the log's time; default: all."""
-    preview = Preview(title_of(log.records.header), log.drawables, log.variables)
+    preview = Preview(title_of(log.header), log.drawables, log.variables)
     for together in zip(*(_frames_of(log, name) for name in log.variables), strict=False):
         tick = together[0][0]
-        if end is not None and tick > end:
-            break
-        values = {name: value for name, (_, value) in zip(log.variables, together, strict=True)}
-        preview.add(log.records.nanoseconds(tick), values)
+        if end is None or tick <= end:
+            values = [value for _, value in together]
+            preview.add(log.nanoseconds(tick), dict(zip(log.variables, values, strict=True)))
     return preview
 
 
 def _frames_of(log: Log, name: str) -> Iterator[tuple[int, Any]]:
     """Yield tick of the log's time and value of each frame of a variable."""
-    for row in log.records.frame_rows(name):
-        ticks, values = log.records.frames(row, name)
-        yield from zip(log.records.log_tick(row[SEGMENT], ticks).tolist(), values, strict=True)
+    for row in log.frame_rows(name):
+        ticks, values = log.frames(row, name)
+        yield from zip(log.log_tick(row[SEGMENT], ticks).tolist(), values, strict=True)
 
 
-def _finish(log: Log, writer: LogWriter) -> None:
-    """Write the incident that names the loss, and the closing record."""
-    records, closing = log.records, log.records.closing
-    segment = records.index.all_segments[-1] if records.index.all_segments else None
-    number, tick = (segment.number, segment.end) if segment else (0, 0)
-    time, container = records.nanoseconds(log.end_tick), records.container
-    lost = container.damage or ("nothing of the run" if closing else "what had not been written when the process ended")
-    facts = {"incident": "recovered", "from": Path(log.path).name, "lost": lost[:2000], "bytes_lost": container.bytes_lost}
-    writer.add(Record(INCIDENTS, 0, number, tick, tick, 1, writer.number(INCIDENTS), facts, {}), time)
-    # Without a closing record the report and the cautions are lost.
-    writer.finish(number, tick, time, dict(closing.header) if closing else {})
+@dataclass(slots=True)
+class Continuation:
+    """A log of one segment, cut after its last steps.
+
+    Attributes:
+        log: as it was left.
+        component: at the last tick that is kept.
+        changes: inputs to set from there on, by tick.
+        kept: how many records stay, from the front; the last holds steps.
+        key: tick of the last snapshot that stays.
+        closed: whether the log was closed, so that nothing of it had to be left out.
+    """
+
+    log: Log
+    component: Component
+    changes: dict[int, dict[str, Held]]
+    kept: int
+    key: int
+    closed: bool
+
+    def recorder(self, path: str | os.PathLike[str], overwrite: bool) -> Recorder:
+        """Return a recorder of the component that continues the log in a new file.
+
+        Raises:
+            ParameterError: the file exists, and may not be replaced.
+            LogError: it cannot be written.
+        """
+        log, component, schedule = self.log, self.component, schedule_from(self.log.header.get("options"))
+        writer, tick = LogWriter(path, overwrite), component.tick
+        try:
+            copy_records(log, writer, self.kept)
+            facts = {"incident": "resumed", "versions": versions()}
+            writer.add(Record(INCIDENTS, 0, 0, tick, tick, 1, 0, facts, {}), log.nanoseconds(tick))
+            writer.flush()
+            preview = preview_of(log, tick)
+        except BaseException:
+            writer.abandon()
+            raise
+        steps = log.read(log.index.rows[self.kept - 1])
+        profiles = steps.header["profiles_before"] + len(steps.arrays["profile_shapes"])
+        place = Place(0, log.start_tick, log.elapsed)
+        return Recorder(component, writer, list(log.variables), schedule, preview, place, profiles, self.key)
+
+
+def continuation_of(log: Log) -> Continuation:
+    """Return a log that holds steps, cut after the last of these, and its component there, run again from a snapshot.
+
+    Raises:
+        LogError: it holds several histories; it cannot be run again, or gives other bits now.
+    """
+    rows, (segment, *others) = log.index.rows, log.index.all_segments
+    if others:
+        came = f"its component was reset or put back {len(others)} times on the way"
+        raise LogError(came, hint="branch off it instead: granular-env branch", source=log.source)
+    recovered = any(incident.get("incident") == "recovered" for incident in log.incidents)
+    kept = int(np.flatnonzero(rows[:, KIND] == STEPS)[-1]) + 1
+    keys, tick = rows[:kept][rows[:kept, KIND] == SNAPSHOTS], int(rows[kept - 1, LAST])
+    component, snapshot = log.component(), log.snapshot_in(keys[np.argmax(keys[:, FIRST])])
+    check_work(tick - snapshot.tick, component, log.limits)
+    try:
+        Comparison(log, component, segment, Verification(str(log.path), log.complete)).run(snapshot, tick)
+    except Difference as error:
+        time = f"{error.tick * log.step_size:.9g} s"
+        came = f"run again, it gives another {error.variable} at {time}: it was changed, or another version recorded it"
+        raise LogError(came, hint="run the experiment again", source=log.source) from error
+    held = log.snapshot(segment, log.start_tick).inputs
+    changes = {at: inputs for at, inputs in log.steps_of(segment).changes(held) if at >= tick}
+    return Continuation(log, component, changes, kept, snapshot.tick, log.closing is not None and not recovered)

@@ -38,7 +38,7 @@ def restore(component: Component, snapshot: Snapshot) -> None:
         raise LogError.of_content(error.renamed("snapshot", "snapshots"), "snapshots") from error
 
 
-def advance(component: Component, changes: Changes, tick: int, tell: Callable[[], None] | None = None) -> None:
+def advance(component: Component, changes: Changes, tick: int, report: Callable[[int], None] | None = None) -> None:
     """Run to a tick in as few long steps as the changes of inputs allow; `changes` is reversed, and used up.
 
     A step of n ticks gives the bits of n steps of one, so this is as exact as the original steps and faster.
@@ -51,8 +51,8 @@ def advance(component: Component, changes: Changes, tick: int, tell: Callable[[]
                 inputs = {**inputs, **changes.pop()[1]} if inputs else changes.pop()[1]
             stop = changes[-1][0] if changes and changes[-1][0] < tick else tick
             component.step((stop - now) * step_size, **inputs)
-            if tell is not None:
-                tell()
+            if report is not None:
+                report(component.tick)
     except StepError:
         raise
     except GranularError as error:
@@ -76,10 +76,7 @@ def own_or_given(name: Any, components: Mapping[str, type[Component]] | None) ->
             hint=f"if you trust it, pass components={{{name!r}: ...}}, its class (--component {name})",
             at="header.component",
         )
-    try:
-        return component_class(name)
-    except (GranularError, ImportError, AttributeError) as error:
-        raise LogError(f"{name!r} cannot be loaded: {error}", at="header.component") from error
+    return component_class(name)
 
 
 def check_parameters(given: Mapping[str, Any], model: type[Parameters], limits: Limits) -> None:
@@ -94,7 +91,6 @@ def check_parameters(given: Mapping[str, Any], model: type[Parameters], limits: 
 def build(header: Mapping[str, Any], limits: Limits, components: Mapping[str, type[Component]] | None) -> Component:
     """Return a fresh component with the log's parameters, whatever identity the log claims."""
     kind, given = own_or_given(header.get("component"), components), header.get("parameters")
-    source = f"log {limits.path!r}"
     if not isinstance(given, dict) or not all(isinstance(name, str) for name in given):
         raise damage("missing", "header.parameters", limits.path)
     check_parameters(given, kind.Parameters, limits)
@@ -102,8 +98,7 @@ def build(header: Mapping[str, Any], limits: Limits, components: Mapping[str, ty
         validate_parameters(kind.Parameters, given, f"component {kind.name!r}")
         return kind(**given)
     except GranularError as error:
-        raise LogError.of_content(error, "header", "parameters", source=source) from error
+        raise LogError.of_content(error, "header", "parameters", source=limits.source) from error
     except (ArithmeticError, ValueError, TypeError, MemoryError, RecursionError) as error:
-        raise LogError(
-            f"not valid for {kind.name!r}: {error}", at="header.parameters", source=f"log {limits.path!r}"
-        ) from error
+        came = f"not valid for {kind.name!r}: {error}"
+        raise LogError(came, at="header.parameters", source=limits.source) from error

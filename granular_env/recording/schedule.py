@@ -4,15 +4,15 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass
 from typing import Any
-
-import numpy as np
 
 from ..components.component import Component
 from ..components.drawables import drawn_outputs
 from ..components.errors import ParameterError, nearest, one_line
 from ..components.support.round_numbers import round_down_to_125, round_up_to_125
+from ..components.support.validation import whole_number
+from .preview.film import COUNTED, MOST_FRAMES, MOST_PICTURES, MOST_PLACES
 from .records import damage
 
 # Default distance of hashes [ticks]: they cost less than a hundredth of a run of any shipped component.
@@ -20,20 +20,20 @@ HASH_EVERY = 4096
 # A run that was killed continues from its last snapshot. There is one each time the run has become a sixteenth longer, at least
 # this many ticks apart.
 _SNAPSHOT_TICKS, _SNAPSHOT_SHIFT = 4096, 4
-# Where ticks are costly, 4096 of them may be a whole run: snapshots are this much work apart, or this many steps of the whole
+# If ticks are costly, 4096 of them may be a whole run: snapshots are this much work apart, or this many steps of the whole
 # state where that is more, since to write one takes as long as 5 to 16 steps of a grid (26 and 104 MB, 2 cores). Work is
 # counted in words of state advanced by a step, which take 3 to 12 ns (grids, shells), and not in seconds: the same run has to
 # have the same snapshots on any machine, and when it is resumed.
 _SNAPSHOT_WORK, _SNAPSHOT_STEPS = 500_000_000, 1500
 # Most frames of an experiment whose duration is known.
 _FRAMES = 400
-# Without a known duration: frames between one doubling of the interval and the next; fewer where a frame is large.
-_FRAMES_A_DOUBLING, _LARGE_FRAMES_A_DOUBLING = 64, 16
-_LARGE_FRAME = 8192
 # Frames of more numbers than this cost more than the ticks between them: on a grid of a million nodes (2 cores, a state of
 # 104 MB) a tick takes 0.04 s and a frame of 72 MB 0.8 s. 500 ticks for each frame as large as the state keep it to a twentieth.
-_HUGE_FRAME, _HUGE_FRAMES_A_DOUBLING = 1_000_000, 4
-_TICKS_A_FRAME, _FEWEST_FRAMES = 500, 10
+_HUGE_FRAME, _TICKS_A_FRAME, _FEWEST_FRAMES = 1_000_000, 500, 10
+# Without a known duration: frames between one doubling of the interval and the next, for frames of more numbers than these.
+_FRAMES_A_DOUBLING = ((_HUGE_FRAME, 4), (8192, 16), (-1, 64))
+# Bytes of a small log, and of the preview: of a place in a picture, and of a number with its name.
+_LOG_BYTES, _PLACE_BYTES, _NUMBER_BYTES = 20_000, 16, 30
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,10 +60,6 @@ class Schedule:
         interval = self.frame_every or 1 << max((elapsed // self.doubling).bit_length() - 1, 0)
         return (tick // interval + 1) * interval
 
-    def is_frame(self, tick: int, elapsed: int) -> bool:
-        """Return whether a segment that starts at this tick starts with a frame."""
-        return self.frame_after(tick - 1, elapsed) == tick
-
     def hash_after(self, tick: int) -> int:
         """Return the next tick for a hash."""
         return (tick // self.hash_every + 1) * self.hash_every
@@ -71,10 +67,6 @@ class Schedule:
     def key_after(self, tick: int, elapsed: int) -> int:
         """Return the next tick for a snapshot."""
         return tick + (self.snapshot_every or max(self.least_snapshot_interval, elapsed >> _SNAPSHOT_SHIFT))
-
-    def options(self) -> dict[str, int]:
-        """Return the entry of a log's header, which `schedule_from` reads."""
-        return asdict(self)
 
 
 def schedule_from(options: Any) -> Schedule:
@@ -87,42 +79,11 @@ def schedule_from(options: Any) -> Schedule:
     return Schedule(**options)
 
 
-class Agenda:
-    """The next ticks at which something is due.
-
-    Attributes:
-        frame, hash, key: the next tick for each.
-    """
-
-    def __init__(self, schedule: Schedule) -> None:
-        self._schedule = schedule
-        self.frame = self.hash = self.key = 0
-
-    def restart(self, tick: int, elapsed: int) -> int:
-        """Set all three after a tick and return the nearest; `elapsed` counts the ticks of the whole log."""
-        self.frame = self.hash = self.key = tick
-        return self.after(tick, elapsed)
-
-    def after(self, tick: int, elapsed: int) -> int:
-        """Advance past a tick; return the nearest tick at which something is due."""
-        if self.frame <= tick:
-            self.frame = self._schedule.frame_after(tick, elapsed)
-        if self.hash <= tick:
-            self.hash = self._schedule.hash_after(tick)
-        if self.key <= tick:
-            self.key = self._schedule.key_after(tick, elapsed)
-        return min(self.frame, self.hash, self.key)
-
-
-def frames_for(ticks: int, values: int, state: int) -> int:
+def frame_interval(ticks: int, values: int, state: int) -> int:
     """Return an interval of 1, 2 or 5 x 10^k ticks that gives 160 to 400 frames in a run of `ticks`.
 
-    Huge frames are fewer, but at least ten: to write one takes as long as tens to hundreds of ticks.
-
-    Args:
-        ticks: of the run.
-        values: numbers of a frame.
-        state: numbers of the state.
+    Huge frames are fewer, but at least ten: to write one takes as long as tens to hundreds of ticks. `values` and `state` are
+    the numbers of a frame and of the state.
     """
     interval = round_up_to_125(max(ticks / _FRAMES, 1.0))
     if values > _HUGE_FRAME:
@@ -140,13 +101,6 @@ def least_snapshot_interval(words: int, work: int) -> int:
     """
     wanted = max(_SNAPSHOT_WORK, _SNAPSHOT_STEPS * words)
     return min(_SNAPSHOT_TICKS, max(1, round(wanted / max(work, 1))))
-
-
-def doubling_for(values: int) -> int:
-    """Return frames per doubling for frames of that many numbers."""
-    if values > _HUGE_FRAME:
-        return _HUGE_FRAMES_A_DOUBLING
-    return _LARGE_FRAMES_A_DOUBLING if values > _LARGE_FRAME else _FRAMES_A_DOUBLING
 
 
 # -- the arguments of a recording, checked before any file exists --------------------------------------------------------------
@@ -184,23 +138,43 @@ def make_schedule(
     experiment: Any,
     names: list[str],
 ) -> Schedule:
-    """Return when frames, hashes and snapshots are taken."""
-    if hash_every is not None and (
-        not isinstance(hash_every, (int, np.integer)) or isinstance(hash_every, bool) or hash_every < 1
-    ):
-        raise ParameterError(f"got {hash_every!r}", expected="a whole number of ticks, at least 1", at="hash_every")
+    """Return when frames, hashes and snapshots are taken; arguments as for `record`, `names` are the recorded variables."""
+    hashes = HASH_EVERY if hash_every is None else whole_number("hash_every", hash_every)
     duration = experiment.get("duration") if isinstance(experiment, Mapping) else None
-    frame_every, values = 0, sum(math.prod(component.variables[name].shape) for name in names)
+    frame_every, values, words = 0, values_in(component, names), component.state_bytes // 8
     if every is not None:
         frame_every = component.ticks_in(every, "every")
     elif isinstance(duration, (int, float)) and duration > 0.0:
-        frame_every = frames_for(round(duration / component.step_size), values, _words(component))
-    schedule = Schedule(frame_every, doubling_for(values), int(hash_every or HASH_EVERY), 0)
+        frame_every = frame_interval(round(duration / component.step_size), values, words)
+    doubling = next(count for least, count in _FRAMES_A_DOUBLING if values > least)
     if snapshot_every is not None:
-        return replace(schedule, snapshot_every=component.ticks_in(snapshot_every, "snapshot_every"))
-    least = least_snapshot_interval(_words(component), component.work_in_tick)
-    return replace(schedule, least_snapshot_interval=least)
+        return Schedule(frame_every, doubling, hashes, component.ticks_in(snapshot_every, "snapshot_every"))
+    return Schedule(frame_every, doubling, hashes, 0, least_snapshot_interval(words, component.work_in_tick))
 
 
-def _words(component: Component) -> int:
-    return component.state_bytes // 8
+def values_in(component: Component, names: Sequence[str]) -> int:
+    """Return how many numbers a frame of some variables has."""
+    return sum(math.prod(component.variables[name].shape) for name in names)
+
+
+def estimated_bytes(component: Component, schedule: Schedule, names: Sequence[str], ticks: int) -> int:
+    """Return about how many bytes the recording of a run takes at most, before compression."""
+    frames, keys, tick = schedule.doubling * (1 + (ticks // schedule.doubling).bit_length()), 0, 0
+    if schedule.frame_every:
+        frames = ticks // schedule.frame_every + 1
+    if schedule.snapshot_every:
+        keys, tick = ticks // schedule.snapshot_every, ticks
+    while (tick := schedule.key_after(tick, tick)) <= ticks:
+        keys += 1
+    numbers = sum(component.variables[name].shape == () for name in names)
+    drawn = sum(min(len(getattr(one, COUNTED[type(one)])), MOST_PLACES) for one in component.drawables())
+    hashed = 2 + sum(variable.state or variable.causality == "input" for variable in component.variables.values())
+    # The drawables in the header take about as much as the state, of which there is a copy at the start and at the end.
+    return (
+        _LOG_BYTES
+        + (3 + keys) * component.state_bytes
+        + 8 * frames * (values_in(component, names) + len(names))
+        + 8 * (ticks // schedule.hash_every) * hashed
+        + _PLACE_BYTES * min(frames, MOST_PICTURES) * drawn
+        + _NUMBER_BYTES * min(frames, MOST_FRAMES) * numbers
+    )

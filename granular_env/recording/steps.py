@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from ..components.errors import GranularError, LogError
 from ..components.inputs import Held, read_only
 from ..components.profiles import CompiledProfile
-from .records import Record, bits, damage, held_word
+from .records import Record, damage, held_word
 
 # Samples of a profile over the time that it was held, in addition to its breakpoints.
 _PROFILE_SAMPLES = 201
@@ -35,38 +36,30 @@ class StepHistory:
 
     def __iter__(self) -> Iterator[tuple[int, dict[str, Held]]]:
         """For each step its length in ticks and the inputs that it set."""
-        at = self.by_step()
-        for place, ticks in enumerate(np.diff(self.marks).tolist()):
-            yield ticks, at.get(place, {})
-
-    def by_step(self) -> dict[int, dict[str, Held]]:
-        """Index of the step -> the inputs that it set."""
-        found: dict[int, dict[str, Held]] = {}
+        found: list[dict[str, Held]] = [{} for _ in range(len(self))]
         for name, (places, values) in self.sets.items():
             for place, value in zip(places.tolist(), values, strict=True):
-                found.setdefault(place, {})[name] = value
-        return found
+                found[place][name] = value
+        return zip(np.diff(self.marks).tolist(), found, strict=True)
 
     def changes(self, held: Mapping[str, Held]) -> list[tuple[int, dict[str, Held]]]:
         """Return (tick, inputs) for each step at which the bits of an input changed; `held` are the inputs at the start."""
         found: dict[int, dict[str, Held]] = {}
-        ticks = self.marks
         for name, (places, values) in self.sets.items():
             before: Held | None = held.get(name)
-            word: int | None = None  # of `before`, once it is needed
-            for tick, value in zip(ticks[places].tolist(), values, strict=True):
-                if value is before:
-                    continue
-                if type(value) is float and type(before) is float:
-                    new, changed = None, value != before or (value == 0.0 and bits(value) != bits(before))
-                else:
-                    new = held_word(value)
-                    word = held_word(before) if word is None and before is not None else word
-                    changed = new != word or isinstance(value, float) != isinstance(before, float)
-                if changed:
-                    found.setdefault(tick, {})[name] = value
-                before, word = value, new
+            bits = None if before is None else _comparable(before)
+            for tick, value in zip(self.marks[places].tolist(), values, strict=True):
+                if value is not before:
+                    new = _comparable(value)
+                    if new != bits:
+                        found.setdefault(tick, {})[name] = value
+                    before, bits = value, new
         return sorted(found.items())
+
+
+def _comparable(value: Held) -> Any:
+    """Return an object that is equal for equal bits: a number other than zero is one."""
+    return value if type(value) is float and value else (type(value), held_word(value))
 
 
 def steps_of(
@@ -76,14 +69,9 @@ def steps_of(
     profiles: list[CompiledProfile],
     step_size: float,
 ) -> StepHistory:
-    """Return the steps in the records of one segment.
+    """Return the steps in the records of one segment that begins at the tick `start`; `profiles`, those of the log, grow.
 
-    Args:
-        records: of steps.
-        start: tick before the first step.
-        inputs: the shape of each input, by name.
-        profiles: those of the log so far; they grow.
-        step_size: length of a tick [s].
+    `inputs` are the shapes of the inputs by name, `step_size` is in seconds.
     """
     marks = [np.array([start], dtype=np.int64)]
     sets: dict[str, tuple[list[np.ndarray], list[Held]]] = {}
@@ -113,20 +101,13 @@ def _sets_of(
             continue
         places, numbers = _array(record, f"{label}.steps", np.int64), _array(record, f"{label}.profiles", np.int64)
         values = _array(record, f"{label}.values", np.float64, 1 + len(shape))
-        sound = len(places) == len(numbers) and len(places) and len(values) == (numbers < 0).sum()
-        sound = sound and values.shape[1:] == shape and np.isfinite(values).all()
-        if not sound or places[0] < 0 or places[-1] >= record.count or (np.diff(places) <= 0).any():
+        sound = len(places) == len(numbers) > 0 and len(values) == (numbers < 0).sum() and values.shape[1:] == shape
+        sound = sound and np.isfinite(values).all() and (np.diff(places) > 0).all() and 0 <= places[0]
+        sound = sound and places[-1] < record.count and numbers.min() >= -1 and numbers.max() < len(profiles)
+        if not sound or any(profiles[number].shape != shape for number in set(numbers.tolist()) if number >= 0):
             raise damage(f"the input {span} is not what was written", ("steps", name))
-        if numbers.min() < -1 or numbers.max() >= len(profiles):
-            raise damage(f"the input {span} refers to a profile that is not in the log", ("steps", name))
-        plain: list[Held] = values.tolist() if shape == () else [read_only(value.copy()) for value in values]
-        if len(plain) == len(numbers):
-            yield name, places, plain
-            continue
-        if any(profiles[number].shape != shape for number in set(numbers.tolist()) if number >= 0):
-            raise damage(f"the input {span} follows a profile of another shape", ("steps", name))
-        rest = iter(plain)
-        yield name, places, [profiles[number] if number >= 0 else next(rest) for number in numbers.tolist()]
+        plain = iter(values.tolist() if shape == () else [read_only(value.copy()) for value in values])
+        yield name, places, [profiles[number] if number >= 0 else next(plain) for number in numbers.tolist()]
 
 
 def _add_profiles(record: Record, profiles: list[CompiledProfile], step_size: float) -> None:

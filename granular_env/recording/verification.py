@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import heapq
 import os
-from collections import Counter
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from operator import itemgetter
 from typing import Any, Literal
@@ -39,9 +38,8 @@ class Verification:
         variable: name of the first variable that differs, "events" or "identity"; None where nothing does.
         index: its first element that differs, or None where that is not known.
         interval: times between which the difference arose: last agreeing, first differing [s]; None for the identity.
-        notes: one sentence for each difference, then what may explain them.
+        notes: sentences on the difference and what may explain it, and on pieces of the run that the log does not hold.
         incidents: those of the recording, such as "failed" or "recovered"; not compared.
-        gaps: a sentence for each piece of the run that the log says it does not hold.
     """
 
     path: str
@@ -56,7 +54,6 @@ class Verification:
     interval: tuple[float, float] | None = None
     notes: list[str] = field(default_factory=list)
     incidents: list[str] = field(default_factory=list)
-    gaps: list[str] = field(default_factory=list)
 
     @property
     def outcome(self) -> Outcome:
@@ -84,11 +81,9 @@ class Verification:
             "incomplete": f"the log was not closed; what it holds agrees bit for bit: {size}",
             "nothing was compared": f"the log holds no call of step{'' if self.complete else '; the log was not closed'}",
         }
-        lines = [f"{self.outcome}: {summary[self.outcome]}", *self.notes, *self.gaps]
+        lines = [f"{self.outcome}: {summary[self.outcome]}", *self.notes]
         if self.variable is None and self.incidents:
-            counts = Counter(self.incidents).items()
-            kinds = ", ".join(kind if count == 1 else f"{kind} {count} times" for kind, count in counts)
-            lines.append(f"not compared: incidents of the recording ({kinds})")
+            lines.append(f"not compared: incidents of the recording ({', '.join(dict.fromkeys(self.incidents))})")
         return "\n".join(lines)
 
     def __bool__(self) -> bool:
@@ -99,17 +94,9 @@ class Verification:
 
 
 class Difference(Exception):  # noqa: N818 - a finding, carried out of nested loops
-    """Something of the log that the re-run does not give.
-
-    Attributes:
-        variable: its name.
-        tick: where that was seen, a tick of the segment.
-        index: its element, where that is known.
-        reason: an explanation, where there is one.
-    """
+    """Something of the log that the re-run does not give: its name, the tick in its segment, its element, an explanation."""
 
     def __init__(self, variable: str, tick: int, index: int | None = None, reason: str = "") -> None:
-        """Keep the place of the difference."""
         super().__init__(variable)
         self.variable, self.tick, self.index, self.reason = variable, tick, index, reason
 
@@ -137,55 +124,53 @@ def verify(
     """
     log = path if isinstance(path, Log) else open_log(path, allow_large=allow_large, components=components)
     try:
-        component = log.rebuilt()
-        check_work(log.end_tick - log.start_tick, component, log.records.limits)
+        component, total = log.rebuilt(), log.end_tick - log.start_tick
+        check_work(total, component, log.limits)
         _refuse_other_declaration(log, component)
         result = Verification(str(log.path), log.complete)
         for incident in log.incidents:
             result.incidents.append(str(incident.get("incident")))
             if incident.get("incident") == "unrecorded":
-                result.gaps.append(str(incident.get("message"))[:400])
-        with progress_bar(f"verification of {log.path.name}", show=progress) as bar:
-            total = max(log.end_tick - log.start_tick, 1)
+                result.notes.append(str(incident.get("message"))[:400])
+        with progress_bar(f"verification of {log.path.name}", max(total, 1), show=progress) as bar:
+            # Also segments in which nothing happened: they hold a state, and perhaps a frame.
+            for segment in log.index.all_segments:
+                comparison, before = Comparison(log, component, segment, result), result.ticks - segment.start
 
-            def tell(done: int) -> None:
-                if bar.is_due():
-                    bar.update(min((result.ticks + done) / total, 1.0))
+                def report(tick: int, before: int = before) -> None:
+                    if bar.is_due():
+                        bar.update(before + tick)
 
-            _compare(log, component, result, tell)
+                try:
+                    comparison.run(log.snapshot(segment, segment.start), segment.end, report)
+                except Difference as found:
+                    _note_difference(result, log, segment, found, comparison.agreed.get(found.variable, segment.start))
+                    break
+                result.calls += len(log.steps_of(segment))
+                result.ticks += segment.end - segment.start
+        if component.identity != log.header.get("identity"):
+            result.variable = result.variable or "identity"
+            result.notes.append(
+                "the log's parameters do not give the identity that it claims: they were changed, or the program was"
+            )
+        if result.variable is not None:
+            result.notes += _foreign_facts(log.header)
         return result
     finally:
         if log is not path:
             log.close()
 
 
-def _compare(log: Log, component: Component, result: Verification, tell: Callable[[int], None]) -> None:
-    """Compare all segments until the first difference, and write the findings into the result."""
-    # Also segments in which nothing happened: they hold a state, and perhaps a frame.
-    for segment in log.records.index.all_segments:
-        comparison = Comparison(log, component, segment, result)
-        try:
-            comparison.run(log.snapshot(segment, segment.start), segment.end, tell)
-        except Difference as found:
-            first = comparison.agreed.get(found.variable, segment.start)
-            span = [log.records.log_tick(segment.number, tick) for tick in (first, found.tick)]
-            result.variable, result.index = found.variable, found.index
-            result.interval = (span[0] * log.step_size, span[1] * log.step_size)
-            where = "" if found.index is None else f"[{found.index}]"
-            when = f"at {result.interval[0]:.12g} s (tick {span[0]})"
-            if span[0] != span[1]:
-                when = "between {:.12g} s and {:.12g} s".format(*result.interval) + f" (ticks {span[0]} to {span[1]})"
-            result.notes.append(f"{found.variable}{where} differs {when}" + (f": {found.reason}" if found.reason else ""))
-            break
-        result.calls += len(log.steps_of(segment))
-        result.ticks += segment.end - segment.start
-    if component.identity != log.records.header.get("identity"):
-        result.variable = result.variable or "identity"
-        result.notes.append(
-            "the log's parameters do not give the identity that it claims: they were changed, or the program was"
-        )
-    if result.variable is not None:
-        result.notes += _foreign_facts(log.records.header)
+def _note_difference(result: Verification, log: Log, segment: Segment, found: Difference, agreed: int) -> None:
+    """Write a difference into the result; `agreed` is the last tick of the segment at which the variable was the same."""
+    first, last = (log.log_tick(segment.number, tick) for tick in (agreed, found.tick))
+    result.variable, result.index = found.variable, found.index
+    result.interval = (first * log.step_size, last * log.step_size)
+    where = "" if found.index is None else f"[{found.index}]"
+    when = f"at {result.interval[0]:.12g} s (tick {first})"
+    if first != last:
+        when = "between {:.12g} s and {:.12g} s".format(*result.interval) + f" (ticks {first} to {last})"
+    result.notes.append(f"{found.variable}{where} differs {when}" + (f": {found.reason}" if found.reason else ""))
 
 
 class Comparison:
@@ -200,41 +185,37 @@ class Comparison:
         self._log, self._component, self._segment, self._result = log, component, segment, result
         self._inputs = list(log.input_variables)
         self._state = [v.name for v in component.variables.values() if v.state]
-        self._balances: tuple[int, dict[str, Any]] = (-1, {})
-        self._framed = -1
+        self._framed, self._balances = -1, {}
 
-    def run(self, start: Snapshot, end: int, tell: Callable[[int], None] = lambda done: None) -> None:
+    def run(self, start: Snapshot, end: int, report: Callable[[int], None] | None = None) -> None:
         """Run from a snapshot of the segment to a tick.
 
         Args:
             start: of this segment; its identity is not compared.
             end: the tick to reach; later records are not compared.
-            tell: called after each piece with the ticks that are done.
+            report: called after each piece with the tick.
 
         Raises:
             Difference: the log holds something that the re-run does not give.
             LogError: the log is damaged, or cannot be run again.
         """
         component, segment, log = self._component, self._segment, self._log
-        restore(component, self._adopt(start))
+        self._restore(start)
         before = component.event_count
         held = log.snapshot(segment, segment.start).inputs
         changes = [change for change in log.steps_of(segment).changes(held) if change[0] >= start.tick]
         changes.reverse()
 
-        def told() -> None:
-            tell(component.tick - segment.start)
-
-        for tick, check, *facts in heapq.merge(*self._marks(start.tick, end), key=itemgetter(0)):
-            self._advance(changes, tick, told)
-            check(tick, *facts)
-        self._advance(changes, end, told)
+        for at, check, *facts in heapq.merge(*self._marks(start.tick, end), key=itemgetter(0)):
+            self._advance(changes, at, report)
+            check(at, *facts)
+        self._advance(changes, end, report)
         if component.event_kinds:
             self._compare_events(start.tick, end, component.event_rows(before))
 
-    def _advance(self, changes: Changes, tick: int, tell: Callable[[], None]) -> None:
+    def _advance(self, changes: Changes, tick: int, report: Callable[[int], None] | None) -> None:
         try:
-            advance(self._component, changes, tick, tell)
+            advance(self._component, changes, tick, report)
         except StepError as error:
             at = round(error.time / self._component.step_size)
             reason = f"the re-run broke down where the log went on: {error}"
@@ -242,7 +223,7 @@ class Comparison:
 
     def _marks(self, start: int, end: int) -> list[Iterator[tuple[Any, ...]]]:
         """Return the comparisons of each kind in the order of time: tick, the function that compares, and its arguments."""
-        index, number = self._log.records.index, self._segment.number
+        index, number = self._log.index, self._segment.number
         frames = index.select(FRAMES, None, number)
         # At the same tick the inputs come first: a difference in them is the cause of one in the state.
         marks = [
@@ -255,54 +236,51 @@ class Comparison:
 
     def _frame_marks(self, rows: np.ndarray, name: str) -> Iterator[tuple[Any, ...]]:
         for row in rows:
-            ticks, values = self._log.records.frames(row, name)
+            ticks, values = self._log.frames(row, name)
             for tick, value in zip(ticks.tolist(), values, strict=True):
                 yield tick, self._check_frame, name, value
 
     def _hash_marks(self, rows: np.ndarray, check: Callable[..., None]) -> Iterator[tuple[Any, ...]]:
         for row in rows:
-            ticks, digests = self._log.records.hash_rows(row, len(self._state) + 1 + len(self._inputs))
+            ticks, digests = self._log.hash_rows(row, len(self._state) + 1 + len(self._inputs))
             for tick, own in zip(ticks.tolist(), digests, strict=True):
                 yield tick, check, own
 
     def _check_frame(self, tick: int, name: str, value: np.ndarray) -> None:
         component = self._component
-        if self._balances[0] != tick:
-            self._balances = tick, component.balance_values()
         if self._framed != tick:
-            self._framed = tick
+            self._framed, self._balances = tick, component.balance_values()
             self._result.frames += 1
-        balances = self._balances[1]
-        mine = np.asarray(balances[name] if name in balances else component.get(name), dtype=np.float64)
+        mine = np.asarray(self._balances[name] if name in self._balances else component.get(name), dtype=np.float64)
         if words(mine) != words(value):
-            other = np.ascontiguousarray(value).view(np.int64).ravel()
-            index = int(np.argmax(np.ascontiguousarray(mine).view(np.int64).ravel() != other)) if value.ndim else None
-            raise Difference(name, tick, index, self._start_reason(tick))
+            differs = np.frombuffer(words(mine), np.int64) != np.frombuffer(words(value), np.int64)
+            raise Difference(name, tick, int(np.argmax(differs)) if value.ndim else None)
         self.agreed[name] = tick
 
     def _check_held(self, tick: int, row: np.ndarray) -> None:
-        for name, word in zip(self._inputs, row.tolist()[len(self._state) + 1 :], strict=True):
-            if held_word(self._component.held_inputs[name]) != word:
-                raise Difference(name, tick, None, self._start_reason(tick))
-            self.agreed[name] = tick
+        held = self._component.held_inputs
+        self._check_words(tick, self._inputs, [held_word(held[name]) for name in self._inputs], row[len(self._state) + 1 :])
 
     def _check_hash(self, tick: int, row: np.ndarray) -> None:
-        own = hash_row(self._component, self._state, self._inputs)
-        for name, here, there in zip([*self._state, "state", *self._inputs], own.tolist(), row.tolist(), strict=True):
-            if here != there:
-                raise Difference(name, tick, None, self._start_reason(tick))
-            self.agreed[name] = tick
+        names = [*self._state, "state", *self._inputs]
+        self._check_words(tick, names, hash_row(self._component, self._state, self._inputs), row)
         self._result.hashes += 1
 
+    def _check_words(self, tick: int, names: Sequence[str], own: Any, there: np.ndarray) -> None:
+        for name, mine, other in zip(names, own, there, strict=True):
+            if mine != other:
+                raise Difference(name, tick)
+            self.agreed[name] = tick
+
     def _check_snapshot(self, tick: int, row: np.ndarray) -> None:
-        snapshot, mine = self._adopt(self._log.records.snapshot(row)), self._component.save()
+        snapshot, mine = self._log.snapshot_in(row), self._component.save()
         reason = f"the snapshot at {tick * self._log.step_size:.12g} s does not hold what the re-run gives"
         for name, value in mine.inputs.items():
             if name not in snapshot.inputs or held_word(snapshot.inputs[name]) != held_word(value):
                 raise Difference(name, tick, None, reason)
         if words(snapshot.memory) != words(mine.memory):
             values = {name: words(self._component.get(name)) for name in self._state}
-            restore(self._component, snapshot)
+            self._restore(snapshot)
             differing = (name for name, value in values.items() if words(self._component.get(name)) != value)
             raise Difference(next(differing, "state"), tick, None, reason)
         self.agreed["state"] = tick
@@ -311,7 +289,7 @@ class Comparison:
     def _compare_events(self, start: int, end: int, mine: np.ndarray) -> None:
         """Compare the events of the re-run with those of the log."""
         log, number = self._log, self._segment.number
-        recorded = [log.records.event_rows(row) for row in log.records.index.select(EVENTS, None, number) if row[LAST] > start]
+        recorded = [log.event_rows(row) for row in log.index.select(EVENTS, None, number) if row[LAST] > start]
         rows = np.concatenate([*recorded, np.zeros((0, 5))])
         rows = rows[(rows[:, 0] > start) & (rows[:, 0] <= end)]
         count = min(len(rows), len(mine))
@@ -323,34 +301,24 @@ class Comparison:
         if len(mine) > count:
             raise Difference("events", int(mine[count, 0]), None, "the re-run has events that the log does not hold")
 
-    def _adopt(self, snapshot: Snapshot) -> Snapshot:
-        """Return a snapshot as one of this component: with changed parameters too, the first difference is of interest."""
+    def _restore(self, snapshot: Snapshot) -> None:
+        """Restore a snapshot as one of this component: with changed parameters too, the first difference is of interest."""
         snapshot.identity = self._component.identity
-        return snapshot
-
-    def _start_reason(self, tick: int) -> str:
-        """Return an explanation of a difference at the start of a segment."""
-        if tick != self._segment.start:
-            return ""
-        return "nothing has been run yet, so the start state is not what was recorded, or this value is not"
+        restore(self._component, snapshot)
 
 
 def _refuse_other_declaration(log: Log, component: Component) -> None:
     """Refuse a log whose variables, inputs or step this program's component does not have."""
+    where = f"this program's {component.name!r}"
     for name, variable in log.variables.items():
         mine = component.variables.get(name)
         if mine is None or mine.shape != variable.shape or mine.causality != variable.causality:
-            came = f"this program's {component.name!r} has no {name!r} of shape {variable.shape}"
-            raise LogError(came, at="header.variables", source=log.records.source)
+            came = f"{where} has no {name!r} of shape {variable.shape}"
+            raise LogError(came, at="header.variables", source=log.source)
     known = [v.name for v in component.variables.values() if v.causality == "input"]
-    if list(log.input_variables) != known:
-        expected = f"the inputs of this program's {component.name!r}: {', '.join(known) or 'none'}"
-        came = f"got {', '.join(log.input_variables) or 'none'}"
-        raise LogError(came, expected=expected, at="header.inputs", source=log.records.source)
-    if log.step_size != component.step_size:
-        expected = f"the step_size that its parameters give, {component.step_size!r} s"
-        hint, source = "parameters or header were changed", log.records.source
-        raise LogError(f"got {log.step_size!r} s", expected=expected, at="header.step_size", hint=hint, source=source)
+    for key, got, expected in (("inputs", list(log.input_variables), known), ("step_size", log.step_size, component.step_size)):
+        if got != expected:
+            raise LogError(f"got {got}", expected=f"{expected}, as in {where}", at=("header", key), source=log.source)
 
 
 def _foreign_facts(header: Mapping[str, Any]) -> list[str]:

@@ -6,7 +6,8 @@ import contextlib
 import fcntl
 import os
 import secrets
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable, Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import IO, Any
 
@@ -15,22 +16,21 @@ from mcap.writer import MCAP0_MAGIC, CompressionType, Writer
 
 from ..components.errors import LogError, ParameterError
 from ..output_files import advice_for, resolve_file
-from .container import PROFILE
 from .header import METADATA_NAME, metadata_of
-from .preview.encoding import block_schema, frames_schema
-from .preview.film import PreviewMessage
-from .records import CLOSED, COLUMNS, FRAMES, HEADER, INCIDENTS, KINDS, Record, encode, topic_of
+from .preview.encoding import own_schema
+from .preview.film import PreviewMessage, Topic
+from .records import CLOSED, COLUMNS, FRAMES, HEADER, INCIDENTS, KINDS, PROFILE, Record, encode, topic_of
 
 CHUNK_BYTES = 1 << 20
 # The first chunks are smaller, so that a short log whose end is lost is not lost whole [bytes]; later chunks hold an eighth of
-# what has been written.
+# all before them.
 _FIRST_CHUNK_BYTES, _CHUNK_SHARE = 1 << 16, 8
 
 
 class LogWriter:
     """Writes records to an MCAP file. One thread only; after an error nothing more is written.
 
-    Where the file replaces an older log, it is written under a hidden name until `publish` is called.
+    A file that replaces an older log is written under a hidden name until `publish` is called.
 
     Attributes:
         path: the log's name once it is published.
@@ -61,92 +61,76 @@ class LogWriter:
         self._failed: LogError | None = None
         # Only `flush` ends a chunk, so that the index knows the chunk of each record.
         self._mcap = Writer(self._file, chunk_size=2**62, compression=CompressionType.LZ4)
-        self._run_guarded(lambda: self._mcap.start(PROFILE, PROFILE))
-
-    def number(self, kind: int) -> int:
-        """Return the number that the next record of a kind has to carry."""
-        return self._numbers[kind]
+        with self._guard():
+            self._mcap.start(PROFILE, PROFILE)
 
     def add(self, record: Record, nanoseconds: int) -> None:
         """Write one record; a full chunk is ended and flushed.
 
         A record that follows a later one in the file takes that one's time: readers find the messages in the order of time.
         """
-        data = encode(record)
+        record = replace(record, number=self._numbers[record.kind])
         if record.kind == HEADER:
             self._variables = record.header["variables"]
         self.rows.append((*record.row, self._chunk))
         self._numbers[record.kind] += 1
         self._latest = max(self._latest, nanoseconds)
-        self._add_message(self._channel_of(record), record.number, data, self._latest, self._latest)
+        facts = self._variables[record.detail] if record.kind == FRAMES else {"name": ""}
+        schema = "granular.Frames" if record.kind == FRAMES else "granular.Block"
+        topic = Topic(topic_of(record.kind, facts["name"]), schema, "protobuf", own_schema(schema))
+        texts = {name: str(facts[name]) for name in ("unit", "shape", "description") if name in facts}
+        self._add_message(topic, texts, record.number, encode(record), self._latest, self._latest)
 
     def add_header(self, record: Record) -> None:
         """Write the first record, and the Metadata record that stock tools show."""
-        texts = metadata_of(record.header)
         self.add(record, 0)
         self.flush()
-        self._run_guarded(lambda: self._mcap.add_metadata(METADATA_NAME, texts))
-        self._run_guarded(self._mcap.flush)
+        with self._guard():
+            self._mcap.add_metadata(METADATA_NAME, metadata_of(record.header))
+            self._mcap.flush()
 
     def add_preview(self, messages: Iterable[PreviewMessage]) -> None:
         """Write the messages for stock viewers, in separate chunks."""
         self.flush()
         for number, one in enumerate(messages):
-            topic = one.topic
-            if topic.name not in self._channels:
-                self._add_channel(topic.name, topic.message_encoding, (topic.schema, topic.encoding, topic.definition), {})
-            self._add_message(self._channels[topic.name], number, one.data, one.log_time, one.publish_time)
+            self._add_message(one.topic, {}, number, one.data, one.log_time, one.publish_time)
         self.flush()
 
-    def _channel_of(self, record: Record) -> int:
-        facts = self._variables[record.detail] if record.kind == FRAMES else {"name": ""}
-        topic = topic_of(record.kind, facts["name"])
-        if topic not in self._channels:
-            schema = ("granular.Frames", frames_schema()) if record.kind == FRAMES else ("granular.Block", block_schema())
-            texts = {name: str(facts[name]) for name in ("unit", "shape", "description") if name in facts}
-            self._add_channel(topic, "protobuf", (schema[0], "protobuf", schema[1]), texts)
-        return self._channels[topic]
-
-    def _add_channel(self, topic: str, encoding: str, schema: tuple[str, str, bytes], texts: dict[str, str]) -> None:
-        def register() -> None:
-            if schema[0] not in self._schemas:
-                self._schemas[schema[0]] = self._mcap.register_schema(*schema)
-            self._channels[topic] = self._mcap.register_channel(topic, encoding, self._schemas[schema[0]], texts)
-
-        self._run_guarded(register)
-
-    def _add_message(self, channel: int, sequence: int, data: bytes, log_time: int, publish_time: int) -> None:
+    def _add_message(self, topic: Topic, texts: dict[str, str], number: int, data: bytes, log_time: int, time: int) -> None:
+        with self._guard():
+            if topic.schema not in self._schemas:
+                self._schemas[topic.schema] = self._mcap.register_schema(topic.schema, topic.encoding, topic.definition)
+            if topic.name not in self._channels:
+                facts = topic.message_encoding, self._schemas[topic.schema], texts
+                self._channels[topic.name] = self._mcap.register_channel(topic.name, *facts)
+            self._mcap.add_message(self._channels[topic.name], log_time, data, time, number & 0xFFFFFFFF)
         self._unfinished_bytes += len(data)
         self._bytes += len(data)
-        sequence &= 0xFFFFFFFF
-        self._run_guarded(lambda: self._mcap.add_message(channel, log_time, data, publish_time, sequence))
         if self._unfinished_bytes >= min(CHUNK_BYTES, max(_FIRST_CHUNK_BYTES, self._bytes // _CHUNK_SHARE)):
             self.flush()
 
     def flush(self) -> None:
         """End the chunk and hand everything to the operating system: `kill -9` loses nothing that was added before."""
         if self._unfinished_bytes:
-            self._run_guarded(self._mcap.flush)
+            with self._guard():
+                self._mcap.flush()
             self._chunk += 1
             self._unfinished_bytes = 0
 
     def finish(self, segment: int, tick: int, nanoseconds: int, facts: dict[str, Any]) -> None:
         """Write the closing record and the summary that makes the file complete, wait for the disk, and close it.
 
-        Args:
-            segment: the last one.
-            tick: of it, where the log ends.
-            nanoseconds: time of that.
-            facts: the report, conclusions and cautions of the run.
+        The log ends at a tick of a segment; `facts` are the report, conclusions and cautions of the run.
         """
         try:
             index = np.array(self.rows, dtype=np.int64).reshape(-1, len(COLUMNS))
-            place = segment, tick, tick, 1, self.number(INCIDENTS)
-            self.add(Record(INCIDENTS, CLOSED, *place, {"incident": "closed", **facts}, {"index": index}), nanoseconds)
+            closed = Record(INCIDENTS, CLOSED, segment, tick, tick, 1, 0, {"incident": "closed", **facts}, {"index": index})
+            self.add(closed, nanoseconds)
             self.flush()
-            self._run_guarded(self._mcap.finish)
-            self._run_guarded(self._file.flush)
-            self._run_guarded(lambda: os.fsync(self._file.fileno()))
+            with self._guard():
+                self._mcap.finish()
+                self._file.flush()
+                os.fsync(self._file.fileno())
             self.publish()
         finally:
             self.abandon()
@@ -158,9 +142,9 @@ class LogWriter:
 
     def publish(self) -> None:
         """Put the file in the place of the older log, if it replaces one."""
-        part = self._part
-        if part is not None:
-            self._run_guarded(lambda: os.replace(part, self.path.resolve()))
+        if self._part is not None:
+            with self._guard():
+                os.replace(self._part, self.path.resolve())
             self._part = None
             self._release_older()
 
@@ -178,11 +162,13 @@ class LogWriter:
             self._older.close()
             self._older = None
 
-    def _run_guarded(self, write: Callable[[], Any]) -> None:
+    @contextlib.contextmanager
+    def _guard(self) -> Iterator[None]:
+        """Turn the first error of the file into a `LogError` that names it, and raise that again from then on."""
         if self._failed is not None:
             raise self._failed
         try:
-            write()
+            yield
         except (OSError, ValueError) as error:
             rest = "What was written until then can be opened, and `granular-env recover` makes it a complete log"
             hint = f"{advice_for(error)}. {rest if self.published else 'What stood there is kept'}"
@@ -202,36 +188,28 @@ def as_path(path: str | os.PathLike[str]) -> Path:
 
 def _create(path: Path, overwrite: bool, is_hidden: bool) -> tuple[IO[bytes], Path | None, IO[bytes] | None]:
     """Return a fresh file, its hidden name and the older log that it replaces, all locked; see `LogWriter`."""
+    source = f"log {str(path)!r}"
     try:
         target = resolve_file(path)
         if os.path.lexists(path) and not overwrite:
             hint = "choose another name, or pass overwrite=True (--overwrite)"
-            raise ParameterError(f"{str(path)!r} exists", hint=hint, at="path")
+            raise ParameterError("it exists", hint=hint, source=source)
         target.parent.mkdir(parents=True, exist_ok=True)
         part = target.with_name(f".{secrets.token_hex(8)}.part")
         if not os.path.exists(target):
             return _lock(open(part if is_hidden else target, "xb"), path), part if is_hidden else None, None
+        with open(target, "rb") as file:
+            head = file.read(len(MCAP0_MAGIC))
+        if head and head != MCAP0_MAGIC:
+            came = "what stands there is no log, and only a log is replaced"
+            raise ParameterError(came, hint="choose another name", source=source)
         older = _lock(open(target, "r+b"), path)
-        with contextlib.ExitStack() as stack:
-            stack.callback(older.close)
-            is_log = _check_is_log(older, path)
-            made = (_lock(open(part, "xb"), path), part, older) if is_log else (older, None, None)
-            stack.pop_all()
-        return made
+        return (_lock(open(part, "xb"), path), part, older) if head else (older, None, None)
     except ParameterError:
         raise
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or str(error)
-        raise LogError(f"log {str(path)!r} cannot be written: {reason}", hint=advice_for(error)) from error
-
-
-def _check_is_log(file: IO[bytes], path: Path) -> bool:
-    """Return whether it is a log, and False for an empty file; refuse everything else."""
-    head = file.read(len(MCAP0_MAGIC))
-    file.seek(0)
-    if head and head != MCAP0_MAGIC:
-        raise ParameterError(f"{str(path)!r} is no log, and only a log is replaced", hint="choose another name", at="path")
-    return bool(head)
+        raise LogError(f"{source} cannot be written: {reason}", hint=advice_for(error)) from error
 
 
 def _lock(file: IO[bytes], path: Path) -> IO[bytes]:
@@ -241,7 +219,7 @@ def _lock(file: IO[bytes], path: Path) -> IO[bytes]:
     except BlockingIOError:
         file.close()
         hint = "choose another name, or close the recorder that writes it"
-        raise ParameterError(f"{str(path)!r} is being written by another recorder", hint=hint, at="path") from None
+        raise ParameterError("another recorder is writing it", hint=hint, source=f"log {str(path)!r}") from None
     except OSError:
         pass
     return file

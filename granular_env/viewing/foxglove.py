@@ -68,8 +68,8 @@ def foxglove_layout(log: Log) -> dict[str, Any]:
 def _numbers_of(log: Log) -> dict[str, list[str]]:
     """Return the names behind the numbers of each topic of numbers, from the end of the file, where the preview lies."""
     found: dict[str, list[str]] = {}
-    container = log.records.container
-    for chunk in reversed(range(container.chunk_count)):
+    container = log.container
+    for chunk in reversed(range(len(container.places))):
         entries = container.messages(chunk)
         for topic, message in entries:
             if topic.startswith("/") and message.data[:4] == CDR_HEAD and topic not in (ABOUT_TOPIC, *found):

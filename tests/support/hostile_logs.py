@@ -19,7 +19,7 @@ from granular_env.recording.records import Record
 ACTIONS: dict[str, Callable[[Path], object]] = {
     "verify": verify,
     "series": lambda path: [open_log(path).series(name) for name in open_log(path).variables],
-    "inputs": lambda path: open_log(path).inputs,
+    "inputs": lambda path: [list(open_log(path).input_stretches(name)) for name in open_log(path).input_variables],
     "drawables": lambda path: open_log(path).drawables,
     "events": lambda path: open_log(path).events(),
     "xarray": lambda path: open_log(path).to_xarray(),

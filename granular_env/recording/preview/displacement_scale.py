@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable
 
 import numpy as np
@@ -46,48 +45,29 @@ def choose_exaggeration(reference: FloatArray, radius: FloatArray, displacement:
         radius: shape (n,) [m].
         displacement: shape (frames, n, 3) [m].
     """
-    limits = [_travel_limit(reference, radius, displacement)]
-    if len(radius) > 1:
-        in_a_row = not np.ptp(reference[:, 1:], axis=0).any()
-        limits.append((_row_limit if in_a_row else _contact_limit)(reference, radius, displacement))
-    return max(1.0, _round_down(min(limits)))
-
-
-def _travel_limit(reference: FloatArray, radius: FloatArray, displacement: FloatArray) -> float:
-    low, high = (reference - radius[:, None]).min(axis=0), (reference + radius[:, None]).max(axis=0)
     travel = float(np.abs(displacement).max(initial=0.0))
-    return _DRAWN_TRAVEL * float((high - low).max()) / travel if travel > 0.0 else 1.0
+    low, high = (reference - radius[:, None]).min(axis=0), (reference + radius[:, None]).max(axis=0)
+    factor = _DRAWN_TRAVEL * float((high - low).max()) / travel if travel > 0.0 else 1.0
+    if len(radius) > 1:
+        factor = min(factor, _overlap_limit(reference, radius, displacement))
+    return round_down_to_125(min(factor, _LARGEST) * (1.0 + 1e-12)) if factor > 1.0 else 1.0
 
 
-def _row_limit(reference: FloatArray, radius: FloatArray, displacement: FloatArray) -> float:
-    order = np.argsort(reference[:, 0], kind="stable")
-    centres, sizes = reference[order, 0], radius[order]
-    gap = np.maximum(np.diff(centres) - sizes[1:] - sizes[:-1], 0.0)
-    closing = -np.diff(displacement[:, order, 0], axis=1).min(axis=0, initial=0.0)
-    allowed = gap + _DRAWN_OVERLAP * np.minimum(sizes[1:], sizes[:-1])
-    moving = closing > 0.0
-    return float((allowed[moving] / closing[moving]).min(initial=_LARGEST))
+def _overlap_limit(reference: FloatArray, radius: FloatArray, displacement: FloatArray) -> float:
+    """Return the factor at which the first two neighbours overlap too far, by their approach along the line between them."""
+    if np.ptp(reference[:, 1:], axis=0).any():
+        from scipy.spatial import KDTree
 
-
-def _contact_limit(reference: FloatArray, radius: FloatArray, displacement: FloatArray) -> float:
-    """Return the limit for points that lie anywhere: of each pair that nearly touches, by its approach along its line."""
-    from scipy.spatial import KDTree
-
-    pairs = KDTree(reference).query_pairs(_NEARLY * 2.0 * float(radius.max()), output_type="ndarray")
-    if not len(pairs):
-        return _LARGEST
+        pairs = KDTree(reference).query_pairs(_NEARLY * 2.0 * float(radius.max()), output_type="ndarray")
+    else:
+        order = np.argsort(reference[:, 0], kind="stable")
+        pairs = np.stack([order[:-1], order[1:]], axis=1)
     one, other = pairs.T
     apart = reference[other] - reference[one]
     distance = np.sqrt((apart * apart).sum(axis=1))
-    approach = (displacement[:, other] - displacement[:, one]) * (apart / distance[:, None])
-    closing = -approach.sum(axis=2).min(axis=0, initial=0.0)
+    way = np.divide(apart, distance[:, None], out=np.zeros_like(apart), where=distance[:, None] > 0.0)
+    closing = -((displacement[:, other] - displacement[:, one]) * way).sum(axis=2).min(axis=0, initial=0.0)
     gap = np.maximum(distance - radius[one] - radius[other], 0.0)
     allowed = gap + _DRAWN_OVERLAP * np.minimum(radius[one], radius[other])
     moving = closing > 0.0
     return float((allowed[moving] / closing[moving]).min(initial=_LARGEST))
-
-
-def _round_down(factor: float) -> float:
-    if not math.isfinite(factor) or factor <= 0.0:
-        return 1.0
-    return round_down_to_125(min(factor, _LARGEST) * (1.0 + 1e-12))

@@ -32,20 +32,16 @@ string label
 uint32 size
 uint32 stride
 """
+# The fields of our own messages; the values of frames lie one after another.
+_OWN_FIELDS = {
+    "granular.Block": [("data", "TYPE_BYTES", "LABEL_OPTIONAL")],
+    "granular.Frames": [
+        ("place", "TYPE_SFIXED64", "LABEL_REPEATED"),
+        ("ticks", "TYPE_SFIXED64", "LABEL_REPEATED"),
+        ("values", "TYPE_DOUBLE", "LABEL_REPEATED"),
+    ],
+}
 _POINT = np.dtype([("position", "<f4", 3), ("colour", "u1", 4)])
-
-
-@cache
-def block_schema() -> bytes:
-    """Return the FileDescriptorSet of ``granular.Block``: one field of bytes."""
-    return _own_schema("Block", {"data": ("TYPE_BYTES", "LABEL_OPTIONAL")})
-
-
-@cache
-def frames_schema() -> bytes:
-    """Return the FileDescriptorSet of ``granular.Frames``: place in the log, ticks, values of all frames one after another."""
-    kinds = {"place": "TYPE_SFIXED64", "ticks": "TYPE_SFIXED64", "values": "TYPE_DOUBLE"}
-    return _own_schema("Frames", {name: (kind, "LABEL_REPEATED") for name, kind in kinds.items()})
 
 
 @cache
@@ -67,13 +63,15 @@ def point_cloud_schema() -> bytes:
     return FileDescriptorSet(file=files.values()).SerializeToString(deterministic=True)
 
 
-def _own_schema(name: str, fields: dict[str, tuple[str, str]]) -> bytes:
-    """Return a file with one message; each field has the name of its type and of its label."""
+@cache
+def own_schema(name: str) -> bytes:
+    """Return the FileDescriptorSet of ``granular.Block`` or ``granular.Frames``: a file with that message."""
     from google.protobuf.descriptor_pb2 import FieldDescriptorProto, FileDescriptorProto, FileDescriptorSet
 
-    file = FileDescriptorProto(name=f"granular/{name}.proto", package="granular", syntax="proto3")
-    message = file.message_type.add(name=name)
-    for number, (field, (kind, label)) in enumerate(fields.items(), 1):
+    package, _, title = name.partition(".")
+    file = FileDescriptorProto(name=f"{package}/{title}.proto", package=package, syntax="proto3")
+    message = file.message_type.add(name=title)
+    for number, (field, kind, label) in enumerate(_OWN_FIELDS[name], 1):
         kinds = {"type": getattr(FieldDescriptorProto, kind), "label": getattr(FieldDescriptorProto, label)}
         message.field.add(name=field, number=number, **kinds)
     return FileDescriptorSet(file=[file]).SerializeToString(deterministic=True)

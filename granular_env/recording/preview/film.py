@@ -24,7 +24,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ...colours import diverging
-from ...components.drawables import OUTPUT_FIELDS, Cells, Curve, Drawable, Links, Points, spatial
+from ...components.drawables import OUTPUT_FIELDS, Cells, Curve, Drawable, Links, Points, drawn_outputs, spatial
 from ...components.variables import Variable
 from . import encoding
 from .displacement_scale import common_exaggeration
@@ -33,20 +33,19 @@ from .displacement_scale import common_exaggeration
 _SHOWN_SECONDS = 10.0
 _SINGLE_DIGITS = (1.0, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0)
 # Bounds: frames whose scalars are kept; frames that are drawn, and the memory for these [bytes]; places of one drawable.
-_MOST_FRAMES, _MOST_PICTURES, _MOST_BYTES, _MOST_PLACES = 400, 100, 8 << 20, 5_000
+MOST_FRAMES, MOST_PICTURES, _MOST_BYTES, MOST_PLACES = 400, 100, 8 << 20, 5_000
 # Dots on a link; height of the largest value of a curve in parts of its length; shades on each side of grey.
 _LINK_DOTS, _HEIGHT, _SHADES = 5, 0.22, 15
 # A grey that is seen on light and on dark grounds.
 _ZERO = "#bebebe"
 ABOUT_TOPIC = "/about"
 _FOLDERS = {Points: "points", Links: "links", Cells: "cells", Curve: "curves"}
-_COUNTED = {Points: "radius", Links: "pairs", Cells: "nodes", Curve: "coordinate"}
+COUNTED = {Points: "radius", Links: "pairs", Cells: "nodes", Curve: "coordinate"}
 QUANTITIES = {
     "J": "energy", "kg m/s": "momentum", "N": "force", "m/s": "velocity", "m": "position", "m/s^2": "acceleration",
     "kg": "mass", "Pa": "pressure", "K": "temperature", "s": "time",
 }  # fmt: skip
 _SUPERSCRIPTS = str.maketrans("0123456789-", "\u2070\u00b9\u00b2\u00b3\u2074\u2075\u2076\u2077\u2078\u2079\u207b")
-_DIMENSIONLESS = ("", "1")
 
 
 class Topic(NamedTuple):
@@ -72,21 +71,17 @@ class PreviewMessage(NamedTuple):
     data: bytes
 
 
-class _Picture(NamedTuple):
-    nanoseconds: int
-    drawn: dict[str, np.ndarray]
+# A picture: its time [ns], and the drawn outputs.
+_Picture = tuple[int, dict[str, np.ndarray]]
 
 
 class Preview:
-    """The frames of a log that its preview shows: every 2^k-th frame, with k growing so that memory stays bounded.
+    """The frames of a log that its preview shows: every n-th, so that memory and file stay bounded however long the run is.
 
     Args:
-        title: name of the experiment, or of the component.
+        title: what the log is of.
         drawables: of the component; those of which nothing is recorded are left out.
         variables: those recorded, by name.
-
-    Attributes:
-        most_frames, capacity: largest number of frames of the scalars, and of pictures.
     """
 
     def __init__(self, title: str, drawables: Sequence[Drawable], variables: Mapping[str, Variable]) -> None:
@@ -94,87 +89,63 @@ class Preview:
         self._drawables = shown_drawables(drawables, variables)
         self._units = {name: one.unit for name, one in variables.items()}
         self._scalars = [name for name, one in variables.items() if one.shape == ()]
-        self._drawn = _outputs_of(self._drawables)
+        self._drawn = drawn_outputs(self._drawables)
         size = sum(4 * math.prod(variables[name].shape) for name in self._drawn)
-        self.capacity = max(8, min(_MOST_PICTURES, _MOST_BYTES // max(size, 1)))
-        self.most_frames = _MOST_FRAMES
-        self._count, self._strides = 0, [1, 1]
+        self._most_pictures = max(8, min(MOST_PICTURES, _MOST_BYTES // max(size, 1)))
+        self._count, self._row_stride, self._picture_stride = 0, 1, 1
         self._rows: list[tuple[int, list[float]]] = []
         self._pictures: list[_Picture] = []
 
     def add(self, nanoseconds: int, values: Mapping[str, Any]) -> None:
         """Take the next frame: its time since the log began, and the recorded values by name."""
-        number, self._count = self._count, self._count + 1
-        rows, pictures = self._strides
-        if number % rows == 0:
+        if self._count % self._row_stride == 0:
             self._rows.append((nanoseconds, [float(values[name]) for name in self._scalars]))
-        if number % pictures == 0:
+        if self._count % self._picture_stride == 0:
             drawn = {name: np.array(values[name], dtype=np.float32) for name in self._drawn}
-            self._pictures.append(_Picture(nanoseconds, drawn))
-        if len(self._rows) > _MOST_FRAMES:
-            self._rows, self._strides[0] = self._rows[::2], 2 * rows
-        if len(self._pictures) > self.capacity:
-            self._pictures, self._strides[1] = self._pictures[::2], 2 * pictures
+            self._pictures.append((nanoseconds, drawn))
+        if len(self._rows) > MOST_FRAMES:
+            self._rows, self._row_stride = self._rows[::2], 2 * self._row_stride
+        if len(self._pictures) > self._most_pictures:
+            self._pictures, self._picture_stride = self._pictures[::2], 2 * self._picture_stride
+        self._count += 1
 
-    def messages(self) -> Iterator[PreviewMessage]:
-        """Yield the whole preview, in the order of time."""
+    def messages(self) -> list[PreviewMessage]:
+        """Return the whole preview, in the order of time."""
         if not self._rows:
-            return
-        clock = _SlowClock.between(self._rows[0][0], max(self._rows[-1][0], self._pictures[-1].nanoseconds))
-        groups, scalars = self._scalar_messages()
-        clouds = _Clouds(self._drawables, self._pictures)
-        found = [PreviewMessage(topic, clock.at(time), time, data) for topic, time, data in scalars]
-        for picture in self._pictures:
-            time = picture.nanoseconds
-            found += [PreviewMessage(topic, clock.at(time), time, data) for topic, data in clouds.messages(picture)]
-        text = "\n".join([self._title, "", *clock.words(), "", *clouds.words(self._units), "", *_group_words(groups)])
-        about = Topic(ABOUT_TOPIC, encoding.TEXT_NAME, "ros2msg", encoding.TEXT.encode())
-        yield PreviewMessage(about, 0, clock.start, encoding.encode_text(text))
-        yield from sorted(found, key=lambda message: message.log_time)
-
-    def _scalar_messages(self) -> tuple[dict[str, list[str]], Iterator[tuple[Topic, int, bytes]]]:
-        """Return the names behind the numbers of each topic, and topic, time and content of its messages."""
+            return []
+        start = self._rows[0][0]
+        unit = _clock_unit(max(self._rows[-1][0], self._pictures[-1][0]) - start)
+        text = [
+            self._title, "", f"Slow clock: 1 s here = {unit / 1e9:.3g} s simulated.",
+            "Simulated time: the timeline message_publish_time, and the messages' time stamps.", "",
+        ]  # fmt: skip
+        clouds, found = _Clouds(self._drawables, self._pictures), []
+        text += [*clouds.words(self._units), ""]
         rows = np.array([row for _, row in self._rows], dtype=np.float64).reshape(len(self._rows), -1)
-        acting = [place for place in range(rows.shape[1]) if np.any(rows[:, place] != 0.0)]
-        names, units = [self._scalars[place] for place in acting], [self._units[self._scalars[place]] for place in acting]
         groups: dict[str, list[int]] = {}
-        for place, unit in enumerate(units):
-            groups.setdefault(topic_name(unit), []).append(place)
-        encoded, rows = {}, rows[:, acting]
+        for place in np.flatnonzero((rows != 0.0).any(axis=0)).tolist():
+            groups.setdefault(topic_name(self._units[self._scalars[place]]), []).append(place)
         for name, places in groups.items():
+            names = [self._scalars[place] for place in places]
             topic = Topic(name, encoding.NUMBERS_NAME, "ros2msg", encoding.NUMBERS.encode())
-            encoded[topic] = encoding.encode_numbers([names[place] for place in places], rows[:, places])
-        times = [time for time, _ in self._rows]
-        messages = (
-            (topic, time, data) for topic, all_data in encoded.items() for time, data in zip(times, all_data, strict=True)
-        )
-        return {name: [names[place] for place in places] for name, places in groups.items()}, messages
+            contents = encoding.encode_numbers(names, rows[:, places])
+            found += [(topic, time, data) for (time, _), data in zip(self._rows, contents, strict=True)]
+            text.append(f"{name}: " + ", ".join(f"[{place}] {name}" for place, name in enumerate(names)))
+        for time, drawn in self._pictures:
+            found += [(topic, time, data) for topic, data in clouds.messages(time, drawn)]
+        about = Topic(ABOUT_TOPIC, encoding.TEXT_NAME, "ros2msg", encoding.TEXT.encode())
+        shown = [PreviewMessage(topic, round((time - start) / unit * 1e9), time, data) for topic, time, data in found]
+        shown.sort(key=lambda message: message.log_time)
+        return [PreviewMessage(about, 0, start, encoding.encode_text("\n".join(text))), *shown]
 
 
-class _SlowClock(NamedTuple):
-    """Simulated time as viewers play it: `unit` simulated nanoseconds take one second; it starts at `start` with 0."""
-
-    start: int
-    unit: float
-
-    @staticmethod
-    def between(start: int, end: int) -> _SlowClock:
-        """Return the clock whose unit has a single digit (or 1.5, 2.5), so that the ticks of a plot can be read."""
-        if end <= start:
-            return _SlowClock(start, 1e9)
-        value = (end - start) / _SHOWN_SECONDS
-        decade = float(f"1e{f'{value:e}'.partition('e')[2]}")
-        units = [digit * decade for digit in _SINGLE_DIGITS]
-        return _SlowClock(start, min(units, key=lambda unit: max(unit / value, value / unit)))
-
-    def at(self, nanoseconds: int) -> int:
-        """Return the time on this clock [ns]."""
-        return round((nanoseconds - self.start) / self.unit * 1e9)
-
-    def words(self) -> list[str]:
-        """Return the lines of ``/about``."""
-        further = "Simulated time: the timeline message_publish_time, and the messages' time stamps."
-        return [f"Slow clock: 1 s here = {self.unit / 1e9:.3g} s simulated.", further]
+def _clock_unit(nanoseconds: int) -> float:
+    """Return the simulated time that takes 1 s on the slow clock [ns], with a single digit (or 1.5, 2.5) for the eye."""
+    if nanoseconds <= 0:
+        return 1e9
+    value = nanoseconds / _SHOWN_SECONDS
+    decade = float(f"1e{f'{value:e}'.partition('e')[2]}")
+    return min((digit * decade for digit in _SINGLE_DIGITS), key=lambda unit: max(unit / value, value / unit))
 
 
 class _Clouds:
@@ -183,30 +154,30 @@ class _Clouds:
     def __init__(self, drawables: Sequence[Drawable], pictures: Sequence[_Picture]) -> None:
         self._drawables = drawables
         self._points = {one.name: one for one in drawables if isinstance(one, Points)}
-        self._largest = {name: _largest(pictures, name) for name in _outputs_of(drawables)}
+        self._heights = {cloud_topic(one): _height(one) for one in drawables}
+        self._largest = {"": 1.0} | {name: _largest(pictures, name) for name in drawn_outputs(drawables)}
         points, cells = [], []
         for one in drawables:
             if isinstance(one, Points) and one.displacement:
                 some = _some(one.radius)
-                points.append(
-                    (spatial(one.reference)[some], one.radius[some], _displacements(pictures, one.displacement, some))
-                )
+                moved = _displacements(pictures, one.displacement, some)
+                points.append((spatial(one.reference)[some], one.radius[some], moved))
             elif isinstance(one, Cells) and one.displacement:
                 some = _some(one.nodes)
                 cells.append((spatial(one.nodes)[some], _displacements(pictures, one.displacement, some)))
-        self.factor = common_exaggeration(points, cells)
+        self._factor = common_exaggeration(points, cells)
 
-    def messages(self, picture: _Picture) -> Iterator[tuple[Topic, bytes]]:
+    def messages(self, nanoseconds: int, drawn: Mapping[str, np.ndarray]) -> Iterator[tuple[Topic, bytes]]:
         """Yield the messages of one picture."""
         for one in self._drawables:
-            places, colours = self._cloud(one, picture.drawn)
+            places, colours = self._cloud(one, drawn)
             some = _some(places)
             topic = Topic(cloud_topic(one), "foxglove.PointCloud", "protobuf", encoding.point_cloud_schema())
-            yield topic, encoding.encode_point_cloud(picture.nanoseconds, places[some], colours[some])
+            yield topic, encoding.encode_point_cloud(nanoseconds, places[some], colours[some])
 
     def words(self, units: Mapping[str, str]) -> list[str]:
         """Return the lines of ``/about``."""
-        lines = [f"Displacements are {self.factor:g} x as large as they are."] if self._drawables else []
+        lines = [f"Displacements are {self._factor:g} x as large as they are."] if self._drawables else []
         for one in self._drawables:
             name = "" if isinstance(one, Links) else one.colour if isinstance(one, Points) else one.field
             if name:
@@ -220,8 +191,8 @@ class _Clouds:
             some, moved = _some(one.radius), drawn.get(one.displacement)
             colour = drawn[one.colour][some] if one.colour else np.zeros(len(one.radius[some]), np.float32)
             places = self._moved(one.reference[some], None if moved is None else moved[some])
-            places[:, 2] += _row_height(one) * colour / self._largest.get(one.colour, 1.0)
-            return places, self._colours(one.colour, colour)
+            places[:, 2] += self._heights[cloud_topic(one)] * colour / self._largest[one.colour]
+            return places, colours_of(colour, self._largest[one.colour])
         if isinstance(one, Links):
             points, state = self._points[one.points], drawn[one.state]
             places = self._moved(points.reference, drawn.get(points.displacement))
@@ -233,8 +204,8 @@ class _Clouds:
         field = drawn[one.field]
         if isinstance(one, Curve):
             places = spatial(one.coordinate)
-            places[:, 2] = _HEIGHT * float(np.ptp(one.coordinate)) * field / self._largest[one.field]
-            return places, self._colours(one.field, field)
+            places[:, 2] = self._heights[cloud_topic(one)] * field / self._largest[one.field]
+            return places, colours_of(field, self._largest[one.field])
         nodes = self._moved(one.nodes, drawn.get(one.displacement))
         is_of_nodes = len(field) == len(nodes)
         places = nodes if is_of_nodes else nodes[one.connectivity].mean(axis=1)
@@ -242,14 +213,11 @@ class _Clouds:
             whole = drawn[one.state] != 0.0
             shown = np.unique(one.connectivity[whole]) if is_of_nodes else np.flatnonzero(whole)
             places, field = places[shown], field[shown]
-        return places, self._colours(one.field, field)
+        return places, colours_of(field, self._largest[one.field])
 
     def _moved(self, reference: np.ndarray, displacement: np.ndarray | None) -> np.ndarray:
         """Return places in space; those at rest where no displacement was recorded."""
-        return spatial(reference) + (0.0 if displacement is None else self.factor * spatial(displacement.astype(np.float64)))
-
-    def _colours(self, name: str, values: np.ndarray) -> np.ndarray:
-        return colours_of(values, self._largest.get(name, 1.0))
+        return spatial(reference) + (0.0 if displacement is None else self._factor * spatial(displacement.astype(np.float64)))
 
 
 def shown_drawables(drawables: Sequence[Drawable], variables: Mapping[str, Variable]) -> tuple[Drawable, ...]:
@@ -259,10 +227,10 @@ def shown_drawables(drawables: Sequence[Drawable], variables: Mapping[str, Varia
     """
     found: list[Drawable] = []
     for one in drawables:
-        if not len(getattr(one, _COUNTED[type(one)])):
+        if not len(getattr(one, COUNTED[type(one)])):
             continue
-        roles = {role: name for role in OUTPUT_FIELDS if (name := getattr(one, role, "")) and role != "rotation"}
-        recorded = {role: name if name in variables else "" for role, name in roles.items()}
+        roles = {role: name for role in OUTPUT_FIELDS if (name := getattr(one, role, ""))}
+        recorded = {role: name if name in variables and role != "rotation" else "" for role, name in roles.items()}
         if isinstance(one, Links) and one.points not in {points.name for points in found}:
             continue
         if any(recorded.values()) if isinstance(one, Points) else recorded.get("field", recorded.get("state")):
@@ -285,15 +253,15 @@ def picture_box(drawables: Sequence[Drawable]) -> tuple[np.ndarray, np.ndarray]:
         margin = one.radius[:, None] if isinstance(one, Points) else 0.0
         lows.append((places - margin).min(axis=0))
         highs.append((places + margin).max(axis=0))
-        height = _HEIGHT * float(np.ptp(one.coordinate)) if isinstance(one, Curve) else 0.0
-        highs[-1][2] += _row_height(one) if isinstance(one, Points) else height
+        highs[-1][2] += _height(one)
     return np.min(lows, axis=0), np.max(highs, axis=0)
 
 
-def _row_height(points: Points) -> float:
-    """Return the height of the largest colouring value over points in a row along x [m]; 0 for all others."""
-    places = spatial(points.reference)
-    return 0.0 if not points.colour or np.ptp(places[:, 1:], axis=0).any() else _HEIGHT * float(np.ptp(places[:, 0]))
+def _height(one: Drawable) -> float:
+    """Return the height of the largest value over points in a row along x, or over a curve [m]; 0 for all others."""
+    if isinstance(one, Points) and one.colour and not np.ptp(one.reference[:, 1:], axis=0).any():
+        return _HEIGHT * float(np.ptp(one.reference[:, 0]))
+    return _HEIGHT * float(np.ptp(one.coordinate)) if isinstance(one, Curve) else 0.0
 
 
 def topic_name(unit: str) -> str:
@@ -302,21 +270,17 @@ def topic_name(unit: str) -> str:
     There is no slash or space in the unit: viewers would split the name there.
     """
     quantity = QUANTITIES.get(unit, "value")
-    if unit in _DIMENSIONLESS:
+    if unit in ("", "1"):
         return f"/{quantity}"
-    above, _, below = unit.partition("/")
-    factors = [_power(part, 1) for part in above.split()] + [_power(part, -1) for part in below.split()]
-    product = "\u00b7".join(factor for factor in factors if factor)
+    factors = []
+    for sign, part in zip(("", "-"), unit.partition("/")[::2], strict=True):
+        for factor in part.split():
+            symbol, _, exponent = factor.partition("^")
+            power = sign + (exponent or "1")
+            shown = f"^{power}" if "." in power else power.translate(_SUPERSCRIPTS)
+            factors += [] if symbol == "1" else [symbol if power == "1" else symbol + shown]
+    product = "\u00b7".join(factors)
     return f"/{quantity}[{product}]"
-
-
-def _power(factor: str, sign: int) -> str:
-    """Return ``s^2`` with a superscript."""
-    symbol, _, exponent = factor.partition("^")
-    exponent = ("" if sign > 0 else "-") + (exponent or "1")
-    if symbol == "1" or exponent == "1":
-        return "" if symbol == "1" else symbol
-    return symbol + (exponent.translate(_SUPERSCRIPTS) if "." not in exponent else f"^{exponent}")
 
 
 def colours_of(values: np.ndarray, largest: float) -> np.ndarray:
@@ -334,28 +298,16 @@ def _palette() -> np.ndarray:
 
 def _largest(pictures: Sequence[_Picture], name: str) -> float:
     """Return the largest finite magnitude of an output in all pictures; 1 where it stays 0."""
-    values = [np.abs(picture.drawn[name]) for picture in pictures]
+    values = [np.abs(drawn[name]) for _, drawn in pictures]
     return max((float(one.max(initial=0.0, where=np.isfinite(one))) for one in values), default=0.0) or 1.0
 
 
 def _displacements(pictures: Sequence[_Picture], name: str, some: slice) -> np.ndarray:
     """Return displacements as vectors, shape (pictures, n, 3); zeros where they are not finite."""
-    found = np.stack([spatial(picture.drawn[name][some].astype(np.float64)) for picture in pictures])
+    found = np.stack([spatial(drawn[name][some].astype(np.float64)) for _, drawn in pictures])
     return np.nan_to_num(found, posinf=0.0, neginf=0.0)
 
 
 def _some(places: np.ndarray) -> slice:
     """Return which places are drawn of many."""
-    return slice(None, None, -(-len(places) // _MOST_PLACES) or 1)
-
-
-def _outputs_of(drawables: Sequence[Drawable]) -> list[str]:
-    """Return the outputs that the clouds are made of."""
-    names = [getattr(one, role, "") for one in drawables for role in OUTPUT_FIELDS if role != "rotation"]
-    return [name for name in dict.fromkeys(names) if name]
-
-
-def _group_words(groups: Mapping[str, Sequence[str]]) -> list[str]:
-    return [
-        f"{topic}: " + ", ".join(f"[{place}] {name}" for place, name in enumerate(names)) for topic, names in groups.items()
-    ]
+    return slice(None, None, -(-len(places) // MOST_PLACES) or 1)

@@ -88,7 +88,7 @@ def events(log: Any) -> Markup:
         return parts.paragraph(f"No events. {' '.join(sentences)}")
     if (count := len(found) + len(earlier or [])) > len(shown):
         sentences.append(f"The table has {len(shown)} of {count} events; `granular-env events` prints all.")
-    heads, rows = event_table(shown, log.step_size, log.event_details, log.drawables)
+    heads, rows = event_table(shown, log)
     return parts.table(heads, rows) + parts.paragraph(" ".join(sentences))
 
 
