@@ -130,7 +130,7 @@ def run(
         if live:
             _show_live(stack, ready.component, loaded.name, ready.ticks * ready.component.step_size, seconds)
         if log is not None:
-            _report_size(ready, Path(log).parent, progress is True)
+            _report_size(ready, progress is True)
             _record(stack, ready.component, log, overwrite, loaded.to_dict(), **loaded.record.model_dump())
         return advance(
             ready.component,
@@ -428,11 +428,10 @@ def _live_seconds(live: bool, pace: float | None) -> float | None:
     return seconds or None
 
 
-def _report_size(ready: Prepared, folder: Path, at_once: bool) -> None:
-    """Print the estimated size of the log on the terminal, or warn of a large one; refuse one that does not fit."""
-    from granular_env.experiments.cost import LARGE_LOG, NOTED_LOG, refuse_full_disk, size_note
+def _report_size(ready: Prepared, at_once: bool) -> None:
+    """Print the estimated size of the log on the terminal, or warn of a large one."""
+    from granular_env.experiments.cost import LARGE_LOG, NOTED_LOG, size_note
 
-    refuse_full_disk(ready, folder)
     note = size_note(ready, NOTED_LOG if at_once else LARGE_LOG)
     if note and at_once:
         print(f"note: {note}", file=sys.stderr)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import re
 import subprocess
 import sys
 import time
@@ -16,7 +15,7 @@ from support.recording_helpers import chain_log, oscillator_log
 
 import granular_env.components.catalogue as catalogue
 from granular_env.cli import main
-from granular_env.components.errors import ExperimentError, LogError, ParameterError
+from granular_env.components.errors import LogError, ParameterError
 from granular_env.experiments import load_experiment
 from granular_env.experiments.cost import log_bytes
 from granular_env.experiments.preparation import prepare
@@ -128,20 +127,6 @@ def test_a_large_log_is_announced_and_its_size_told(
     assert main(["run", experiment, "--log", str(path), "--overwrite"]) == 0
     assert "note: the log takes up to " in capsys.readouterr().err
     assert main(["run", experiment, "--no-log"]) == 0 and "before compression" not in capsys.readouterr().err
-
-
-def test_a_log_that_cannot_fit_is_refused_before_the_run(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    experiment, path = "nesterenko-1983/3.4-piston", tmp_path / "new" / "a.mcap"
-    long = ["--set", "duration=1e9"]
-    assert main(["run", experiment, *long, "--log", str(path)]) == 2
-    message = capsys.readouterr().err
-    assert re.search(r"duration: the log takes up to \S+e\+09 GB", message)
-    assert "are free in" in message and "record.every" in message
-    with pytest.raises(ExperimentError, match=r"the log takes up to \S+e\+09 GB"):
-        run(experiment, overrides={"duration": 1e9}, log=path)
-    assert not path.parent.exists()
-    short = {"duration": 1e-6}
-    assert run(experiment, overrides=short, log=tmp_path / "a.mcap").log == tmp_path / "a.mcap"
 
 
 # -- one writer --------------------------------------------------------------------------------------------------------

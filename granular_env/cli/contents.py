@@ -14,6 +14,7 @@ from typing import Any
 import click
 
 from granular_env.cli.command import command
+from granular_env.cli.kinds import KINDS, kind_of
 from granular_env.cli.options import ANY_KIND, FILE, Overrides, json_option, set_option
 from granular_env.terminal_text import columns, printable, wrap_text
 
@@ -58,7 +59,7 @@ def describe(name: str, for_programs: bool, overrides: Overrides) -> int:
         return 0
     from granular_env.experiments.templates import template
 
-    text = _shipped_text(name)[0] or template(name, others=environments())
+    text = _document_text(name)[0] or template(name, others=environments())
     if for_programs:
         print(json.dumps(tomllib.loads(text), indent=2, default=str))
     else:
@@ -114,7 +115,7 @@ def new(template: str, out: str | None, force: bool) -> int:
     _interpret_kernels()
     from granular_env.experiments import templates
 
-    text, runner = _shipped_text(template)
+    text, runner = _document_text(template)
     if templates.is_log(template):
         text, runner = templates.of_log(template, out and Path(out).stem), "run"
     if out is None:
@@ -130,12 +131,11 @@ def new(template: str, out: str | None, force: bool) -> int:
     return 0
 
 
-def _shipped_text(name: str) -> tuple[str, str]:
-    """Return the text of a shipped plan or study, or "", and the command that runs such a file."""
-    from granular_env.package_contents import shipped_files
+def _document_text(name: str) -> tuple[str, str]:
+    """Return the text of a plan or a study, or "", and the command that runs such a file."""
+    from granular_env.documents import find
 
-    if not Path(name).exists():
-        for kind, runner in (("plans of sweeps", "sweep"), ("studies", "study")):
-            if name in (known := shipped_files(kind)):
-                return known[name].read_text(encoding="utf-8"), runner
+    kind = kind_of(name)
+    if kind in ("plans of sweeps", "studies"):
+        return find(name, "template", kind).read_text(encoding="utf-8"), KINDS[kind].command
     return "", "run"

@@ -135,8 +135,3 @@ def load_study(source: Source, overrides: Overrides = ()) -> Study:
         ExperimentError: file, table, key, what came and what was expected; unknown keys with the nearest right one.
     """
     return load(Study, source, overrides)
-
-
-def is_study(content: Mapping[str, Any]) -> bool:
-    """Return whether the content of a TOML file is a study: it compares methods, or names a task and no component."""
-    return "component" not in content and ("method" in content or "task" in content)

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import shutil
-from pathlib import Path
 from time import perf_counter
 
-from granular_env.components.errors import ExperimentError, StepError
+from granular_env.components.errors import StepError
 from granular_env.output_files import readable_bytes
 from granular_env.recording.size_estimate import estimated_bytes
 
@@ -16,8 +14,6 @@ from .preparation import Prepared
 _LONG, LARGE_LOG, NOTED_LOG = 60.0, 200_000_000, 10_000_000
 _MEASURED = 0.02  # wall time of the measured steps [s]
 _LESS = "record less often (record.every), fewer variables (record.variables) or fewer snapshots (record.snapshot_every)"
-# Least size of a log on the disk, over its size before compression; that of a large body mostly at rest takes 0.04.
-_COMPRESSED = 0.02
 _UNITS = ((86400.0, "days"), (3600.0, "h"), (60.0, "min"), (1.0, "s"))
 
 
@@ -61,18 +57,3 @@ def log_bytes(ready: Prepared) -> int:
     experiment = ready.experiment
     facts = {"duration": experiment.duration}
     return estimated_bytes(ready.component, ready.ticks, experiment=facts, **experiment.record.model_dump())
-
-
-def refuse_full_disk(ready: Prepared, folder: Path) -> None:
-    """Raise `ExperimentError` if the file system of a folder, which may not exist yet, has no room for the log."""
-    size = log_bytes(ready)
-    existing = next(one for one in (folder.absolute(), *folder.absolute().parents) if one.exists())
-    free = shutil.disk_usage(existing).free
-    if _COMPRESSED * size > free:
-        raise ExperimentError(
-            f"the log takes up to {readable_bytes(size)} before compression, on the disk at least 2 % of that, and "
-            f"{readable_bytes(free)} are free in {str(existing)!r}",
-            hint=f"choose a shorter duration, {_LESS}, or run without a log",
-            at="duration",
-            source=ready.experiment.origin,
-        ) from OSError("no space")

@@ -12,45 +12,28 @@ Times are in seconds, values in the input's own SI unit; only a CSV file declare
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from contextlib import suppress
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
 from pydantic import Field, PlainValidator, TypeAdapter, field_validator
 
-from granular_env.components.component import Component
-from granular_env.components.errors import ExperimentError, Fault, ParameterError, nearest, one_line
+from granular_env.components.errors import ParameterError, one_line
 from granular_env.components.number_arrays import number_array
 from granular_env.components.profiles import Profile
 from granular_env.components.support.validation import as_refusal, refusal
 from granular_env.components.variables import is_index
 from granular_env.documents import ByKey, Table
 
-# What people write for a CSV table's path; no spelling check would find it.
-_WORDS_FOR_PATH = ("file", "filename", "csv", "name")
 
-# Signals that have no profile of their own; the nearest name, half_sine, would be something else.
-_WAVES = ("sin", "cos", "chirp", "sweep", "gauss", "burst", "harmonic", "ricker", "wavelet", "noise")
-_HALF_SINES = ("halfsine", "half-sine", "half sine", "half_sin", "halfsin", "half-sin")
-_SAMPLED = 'give samples of other signals: profile = "table" with times and values, or "csv"'
-
-
-def name_unknown_inputs(error: ExperimentError, component: Component) -> ExperimentError:
-    """Return an error of a document in which inputs that the component does not have are told as such.
-
-    Of a misspelt input that is a table, the table's own faults are found first, which lead astray.
-    """
-    known = [variable.name for variable in component.variables.values() if variable.causality == "input"]
-    faults: list[Fault] = []
-    for fault in error.faults:
-        table, *keys = fault.location or ("",)
-        if table == "input" and keys and keys[0] not in known:
-            hint = component.input_advice(str(keys[0]))
-            fault = Fault(("input", keys[0]), "unknown", hint=hint, source=fault.source)
-        if fault not in faults:
-            faults.append(fault)
-    return ExperimentError(*faults)
+def csv_tables(content: Any) -> Iterator[dict[str, Any]]:
+    """Yield the tables of CSV files in the inputs of an experiment's content, also those in sums."""
+    if isinstance(content, dict) and content.get("profile") == "csv":
+        yield content
+    elif isinstance(content, dict | list):
+        for part in content.values() if isinstance(content, dict) else content:
+            yield from csv_tables(part)
 
 
 def _array(given: Any) -> list[Any]:
@@ -169,13 +152,6 @@ class CsvTable(ProfileTable):
     offset_time: float = Field(0.0, description="added to the times [s]")
     after: float | Literal["hold"] = Field(0.0, description='the value after the last sample, in SI, or "hold"')
 
-    @classmethod
-    def advice_for_unknown(cls, key: str, given: Mapping[str, Any]) -> str:
-        """Return the right key for words that no spelling check would lead to it."""
-        if key in _WORDS_FOR_PATH and "path" not in given:
-            return "did you mean 'path'?"
-        return super().advice_for_unknown(key, given)
-
     def build(self, folder: Path, unit: str) -> Profile:
         """See `Profile.from_csv`."""
         keys = self.model_dump(exclude={"profile", "path", "pattern"})
@@ -214,17 +190,9 @@ class SumTable(ProfileTable):
         return Profile.total([table.build(folder, unit) for table in self.profiles])
 
 
-def _advise(kind: str, known: list[str]) -> str:
-    """Return advice for an unknown kind of profile; signals that have none are answered with the way to give samples."""
-    word = kind.lower()
-    if any(wave in word for wave in _WAVES) and word not in _HALF_SINES:
-        return f"known: {', '.join(known)}; {_SAMPLED}"
-    return nearest(kind, known)
-
-
 AnyProfile = Annotated[
     ConstantTable | TriangleTable | HalfSineTable | SamplesTable | CsvTable | PiecewiseTable | SumTable,
-    ByKey("profile", _advise),
+    ByKey("profile"),
 ]
 SumTable.model_rebuild()
 

@@ -9,7 +9,7 @@ from typing import Any, ClassVar
 
 from granular_env.components import catalogue
 from granular_env.components.component import Component
-from granular_env.components.errors import ExperimentError, Location, ParameterError, StepError, caution, nearest
+from granular_env.components.errors import Location, ParameterError, StepError, caution, nearest
 from granular_env.components.number_arrays import number_array, start_array
 from granular_env.components.profiles import CompiledProfile, Profile
 from granular_env.components.support.float_arrays import FloatArray
@@ -17,7 +17,7 @@ from granular_env.components.variables import Variable
 from granular_env.documents import Document, Overrides, load
 
 from .experiment import Experiment
-from .inputs import Input, ProfileTable, name_unknown_inputs
+from .inputs import Input, ProfileTable
 from .stop_rules import StopWatch
 
 InputValue = float | FloatArray | Profile
@@ -97,10 +97,7 @@ def branch_inputs(overrides: Overrides, component: Component) -> dict[str, Input
     Raises:
         ExperimentError: another key than an input's, an unknown input, or one that is not valid.
     """
-    try:
-        branch = load(_Branch, {}, overrides)
-    except ExperimentError as error:
-        raise name_unknown_inputs(error, component) from None
+    branch = load(_Branch, {}, overrides)
     found = {}
     for name, value in branch.input.items():
         with branch.locate("input", name):

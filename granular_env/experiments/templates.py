@@ -23,7 +23,7 @@ from granular_env.output_files import write_files
 from granular_env.package_contents import first_sentence, shipped_names
 
 from .experiment import Experiment, load_experiment
-from .inputs import CsvTable, SumTable
+from .inputs import csv_tables
 
 _KEY_WIDTH = 40
 
@@ -108,17 +108,9 @@ def _refuse_existing(paths: Iterable[Path], force: bool) -> None:
 def _data_files(name: str, folder: Path) -> dict[Path, Path]:
     """Return where each CSV file of an experiment goes -> where it is; those named by absolute paths stay where they are."""
     experiment = load_experiment(name)
-    named = [table.path for value in experiment.input.values() for table in _csv_tables(value)]
+    named = [table["path"] for table in csv_tables(experiment.to_dict().get("input", {}))]
     found = {folder / path: experiment.folder / path for path in named if not Path(path).is_absolute()}
     return {copy: original for copy, original in found.items() if copy.resolve() != original.resolve()}
-
-
-def _csv_tables(value: Any) -> Iterable[CsvTable]:
-    if isinstance(value, CsvTable):
-        yield value
-    elif isinstance(value, SumTable):
-        for part in value.profiles:
-            yield from _csv_tables(part)
 
 
 def _of_component(name: str) -> str:
