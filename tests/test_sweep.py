@@ -20,13 +20,13 @@ from granular_env.cli import main
 from granular_env.code_hash import code_hash
 from granular_env.components.support import jit
 from granular_env.domains.chain import measurement
+from granular_env.package_contents import shipped_files
 from granular_env.sweep import (
     check_sweep,
     load_plan,
     open_sweep,
     parameter_values,
     run_sweep,
-    shipped_plans,
     tasks,
 )
 from granular_env.sweep.ray_cluster import compute_on_node
@@ -35,6 +35,7 @@ from granular_env.sweep.tasks import make_workload
 from granular_env.sweep.worker import Computer
 
 ROOT = Path(__file__).resolve().parents[1]
+SHIPPED_PLANS = shipped_files("plans of sweeps")
 TOO_FAST = 30000.0  # m/s, above the sound speed of steel
 
 
@@ -398,7 +399,8 @@ LONG_PLANS = {"notches-and-pressures"}
 
 
 @pytest.mark.parametrize(
-    "name", [pytest.param(name, marks=[pytest.mark.slow] if name in LONG_PLANS else []) for name in shipped_plans()]
+    "name",
+    [pytest.param(name, marks=[pytest.mark.slow] if name in LONG_PLANS else []) for name in SHIPPED_PLANS],
 )
 def test_shipped_plans_are_computed(name, tmp_path):
     sweep = run_sweep(name, tmp_path / "out", engine="serial")
@@ -607,7 +609,7 @@ def test_the_command_ends_by_telling_where_the_table_is(tmp_path, monkeypatch, c
 
 def test_the_command_checks_and_copies_plans(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
-    for name in shipped_plans():
+    for name in SHIPPED_PLANS:
         assert main(["new", name, "-o", f"{name}.toml"]) == 0
         assert f"run it with: granular-env sweep {name}.toml" in capsys.readouterr().out
         for source in (name, f"{name}.toml"):

@@ -58,7 +58,6 @@ class Document(Table):
     ) -> Self:
         """Return a document from the content of its file; `ExperimentError` with every fault in it."""
         origin = origin or cls.kind
-        faults = []
         try:
             document = cls.model_validate(content)
             document._origin, document._folder, document._overrides = origin, folder or Path(), overrides

@@ -46,13 +46,14 @@ def find(source: Any, kind: str, shelf: str) -> Path:
     raise ExperimentError(f"got {one_line(str(source), 60)}", expected="a shipped one's name or a file", hint=advice, at=kind)
 
 
-def read_data(path: Path, hint: str = "paths are relative to the experiment file") -> bytes:
-    """Return the bytes of a CSV file that a document names; `ExperimentError` with a hint where it cannot be read."""
+def read_data(path: Path) -> bytes:
+    """Return the bytes of a CSV file that a document names; `ExperimentError` where it cannot be read."""
     try:
         return read_bounded(path, LARGEST_FILE, "thin the samples out", ExperimentError)
     except ExperimentError:
         raise
     except (OSError, ValueError) as error:
+        hint = "paths are relative to the experiment file"
         raise ExperimentError(f"the CSV file cannot be read: {error}", hint=hint, source=str(path)) from None
 
 
@@ -75,10 +76,7 @@ def nearest_names(name: str, known: Iterable[str]) -> str:
 
 def read(path: Path) -> dict[str, Any]:
     """Return the content of a TOML file; `ExperimentError` with the line where it is none."""
-    try:
-        data = read_bounded(path, _LARGEST_FILE, "put long histories into a CSV file", ExperimentError)
-    except OSError as error:
-        raise ExperimentError(f"cannot be read: {error.strerror or error}", source=str(path)) from None
+    data = read_bounded(path, _LARGEST_FILE, "put long histories into a CSV file", ExperimentError)
     try:
         return tomllib.loads(data.decode("utf-8-sig"))
     except (ValueError, RecursionError, ArithmeticError) as error:

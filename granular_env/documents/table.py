@@ -41,9 +41,6 @@ class ByKey:
     """Marks a union of tables in which one key selects the table: ``Annotated[Triangle | Constant, ByKey("profile")]``.
 
     Each table declares its value as the Literal of that field.
-
-    Attributes:
-        key: the field's name.
     """
 
     key: str

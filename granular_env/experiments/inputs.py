@@ -11,7 +11,6 @@ Times are in seconds, values in the input's own SI unit; only a CSV file declare
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
 from collections.abc import Iterator, Mapping
 from contextlib import suppress
 from pathlib import Path
@@ -59,8 +58,10 @@ def _pattern(given: Any) -> list[Any] | dict[str, Any]:
     return _by_index(given) or _array(given)
 
 
-class ProfileTable(Table, ABC):
-    """One profile as a table; `build` makes the `Profile`. Each kind has its name as the field `profile`."""
+class ProfileTable(Table):
+    """One profile as a table: its field `profile` names the function of `Profile`, the other fields are the arguments."""
+
+    profile: Any
 
     pattern: Annotated[list[Any] | dict[str, Any], PlainValidator(_pattern)] | None = Field(
         None,
@@ -72,9 +73,9 @@ class ProfileTable(Table, ABC):
         """Return how one element of an input is set where a profile drives it."""
         return f"an element of a profile is set in its pattern: pattern[{key}]" if is_index(key) else ""
 
-    @abstractmethod
     def build(self, folder: Path, unit: str) -> Profile:
         """Return the profile, for an input of that unit; paths are relative to `folder`."""
+        return getattr(Profile, self.profile)(**self.model_dump(exclude={"profile", "pattern"}))
 
 
 class ConstantTable(ProfileTable):
@@ -83,10 +84,6 @@ class ConstantTable(ProfileTable):
     profile: Literal["constant"] = "constant"
     value: float = Field(description="the input's value, in its unit")
     start: float = Field(0.0, description="when it begins [s]")
-
-    def build(self, folder: Path, unit: str) -> Profile:
-        """See `Profile.constant`."""
-        return Profile.constant(self.value, self.start)
 
 
 class TriangleTable(ProfileTable):
@@ -98,10 +95,6 @@ class TriangleTable(ProfileTable):
     rise: float = Field(0.0, description="from 0 to the peak [s]")
     start: float = Field(0.0, description="when it begins [s]")
 
-    def build(self, folder: Path, unit: str) -> Profile:
-        """See `Profile.triangle`."""
-        return Profile.triangle(self.peak, self.duration, self.rise, self.start)
-
 
 class HalfSineTable(ProfileTable):
     """Half a sine wave."""
@@ -110,10 +103,6 @@ class HalfSineTable(ProfileTable):
     peak: float = Field(description="the greatest value, in the input's unit")
     duration: float = Field(description="from zero to zero [s]")
     start: float = Field(0.0, description="when it begins [s]")
-
-    def build(self, folder: Path, unit: str) -> Profile:
-        """See `Profile.half_sine`."""
-        return Profile.half_sine(self.peak, self.duration, self.start)
 
 
 class SamplesTable(ProfileTable):
@@ -124,16 +113,12 @@ class SamplesTable(ProfileTable):
     values: list[float] = Field(description="one for each time, in the input's unit")
     after: float | Literal["hold"] = Field(0.0, description='the value after the last sample, or "hold"')
 
-    def build(self, folder: Path, unit: str) -> Profile:
-        """See `Profile.table`."""
-        return Profile.table(self.times, self.values, self.after)
-
 
 class CsvTable(ProfileTable):
     """A measured history in a CSV file; see `Profile.from_csv`."""
 
     profile: Literal["csv"] = "csv"
-    path: str = Field(min_length=1, description="the CSV file, relative to the experiment's")
+    path: str = Field(min_length=1, pattern=r"^[^\x00]*$", description="the CSV file, relative to the experiment's")
     time_column: str | int = Field(description="the time column's name, or its number from 0")
     value_column: str | int = Field(description="the value column's name, or its number from 0")
     time_unit: str | None = Field(None, description="s, ms, us, ns or sec, ...; may stand in the CSV's header instead")
@@ -164,10 +149,6 @@ class PiecewiseTable(ProfileTable):
     profile: Literal["piecewise"] = "piecewise"
     starts: list[float] = Field(description="when each piece begins [s]")
     coefficients: list[list[float]] = Field(description="for each piece, the value, its rate per second, ...")
-
-    def build(self, folder: Path, unit: str) -> Profile:
-        """See `Profile.piecewise`."""
-        return Profile.piecewise(self.starts, self.coefficients)
 
 
 class SumTable(ProfileTable):

@@ -53,18 +53,25 @@ def template(name: str, new_name: str | None = None, others: Iterable[str] = ())
     return text if new_name is None else rename(text, new_name)
 
 
-def write(name: str, target: Path, force: bool = False) -> list[Path]:
-    """Write a template, and beside it copies of the CSV files that it names; nothing is replaced without `force`.
+def write(name: str, target: Path, force: bool = False, text: str = "") -> list[Path]:
+    """Write a file to start from, all of it or nothing; nothing is replaced without `force`.
 
-    All of them are written or none.
+    Args:
+        name: of a template; the CSV files that an experiment names are copied beside the new file.
+        target: the file.
+        force: replace files.
+        text: its content, where it is of no template.
 
     Returns:
         The files that were written.
     """
-    text = template(name, target.stem)
-    copies = {} if name in catalogue.names() else _data_files(name, target.parent)
-    _refuse_existing((target, *copies), force)
-    contents = {copied: read_data(original, "copy it by hand") for copied, original in copies.items()}
+    copies = {} if text or name in catalogue.names() else _data_files(name, target.parent)
+    text = text or template(name, target.stem)
+    for path in (target, *copies):
+        if os.path.lexists(path) and not force:
+            hint = ("choose another name, or pass ", Option("force"))
+            raise ExperimentError(Fault(received=f"{path} exists", hint=hint))
+    contents = {copied: read_data(original) for copied, original in copies.items()}
     write_files({**contents, target: text.encode("utf-8")}, ExperimentError)
     return [target, *copies]
 
@@ -90,19 +97,6 @@ def of_log(path: str, new_name: str | None = None) -> str:
 def is_log(path: str) -> bool:
     """Return whether a file is a log, by its first bytes."""
     return os.path.isfile(path) and begins_as_log(Path(path))
-
-
-def write_text(text: str, target: Path, force: bool = False) -> None:
-    """Write a file to start from; nothing is replaced without `force`."""
-    _refuse_existing([target], force)
-    write_files({target: text.encode("utf-8")}, ExperimentError)
-
-
-def _refuse_existing(paths: Iterable[Path], force: bool) -> None:
-    for path in paths:
-        if os.path.lexists(path) and not force:
-            hint = ("choose another name, or pass ", Option("force"))
-            raise ExperimentError(Fault(received=f"{path} exists", hint=hint))
 
 
 def _data_files(name: str, folder: Path) -> dict[Path, Path]:

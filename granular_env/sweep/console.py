@@ -58,8 +58,8 @@ def closing_text(sweep: Sweep, part: str = "") -> str:
         return "\n".join([*lines, f"part {part}: when all parts are done, the command with --merge writes the table"])
     if 0 < sweep.done and sweep.size <= _MOST_ROWS:
         lines += ["", table(_rows(sweep)), ""]
-    lines += [f"table: {shlex.quote(str(sweep.folder / TABLE))}", "  import granular_env as ge"]
-    return "\n".join([*lines, f"  sweep = ge.open_sweep({str(sweep.folder)!r})      # .table for pandas, .columns() for lists"])
+    path = shlex.quote(str(sweep.folder / TABLE))
+    return "\n".join([*lines, f"table: {path}", f"  in Python: ge.open_sweep({str(sweep.folder)!r}).table"])
 
 
 def _rows(sweep: Sweep) -> list[list[str]]:

@@ -28,7 +28,6 @@ from granular_env.components.support.validation import refusal
 from granular_env.documents import Document, Overrides, load
 from granular_env.documents.overrides import source_of, to_overrides
 from granular_env.experiments import Experiment, load_experiment, shipped_experiments
-from granular_env.package_contents import shipped_files
 
 from .measures import OWN_COLUMNS, AnyMeasure
 from .parameter_values import Axis, Range, Samples, flatten
@@ -131,11 +130,6 @@ def _one_level(content: Mapping[str, Any]) -> dict[str, Any]:
         inner = value if "." not in key and isinstance(value, Mapping) else None
         found |= {key: value} if inner is None else {f"{key}.{part}": one for part, one in inner.items()}
     return found
-
-
-def shipped_plans() -> dict[str, Path]:
-    """Return name -> file of the plans that come with the package."""
-    return shipped_files(Plan.shelf)
 
 
 def load_plan(source: str | os.PathLike[str] | Mapping[str, Any], overrides: Overrides = ()) -> Plan:

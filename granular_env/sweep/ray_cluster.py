@@ -44,10 +44,7 @@ class RayCluster(Engine):
             except Exception as error:  # Ray raises many kinds
                 raise SweepError(
                     f"Ray does not start, or the cluster takes no program from this machine: {_last_line(error)}",
-                    hint=(
-                        "check the address with `ray status`, the versions of Ray on both sides, and the token where the "
-                        "cluster wants one (RAY_AUTH_MODE=token)"
-                    ),
+                    hint="check the address with `ray status`, the versions of Ray, and the token (RAY_AUTH_MODE=token)",
                 ) from error
             self._job, self._remote = ray.put(job), ray.remote(max_retries=0, num_cpus=1)(compute_on_node)
             self._held = held.pop_all()

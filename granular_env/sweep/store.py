@@ -39,7 +39,6 @@ class Description(BaseModel):
 
     model_config = ConfigDict(strict=True, frozen=True)
 
-    format: Literal["granular-env sweep"] = "granular-env sweep"
     version: Literal[3] = 3
     name: str
     keys: dict[str, list[Any]]
