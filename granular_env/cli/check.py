@@ -45,7 +45,7 @@ def check(file: str, for_programs: bool, overrides: Overrides, allow_large: bool
     return Status.DONE
 
 
-# What a check finds: facts for programs, a sentence, and notes besides the warnings.
+# The findings of a check: facts for programs, a sentence, and notes in addition to the warnings.
 Checked = tuple[dict[str, Any], str, list[str]]
 
 

@@ -29,7 +29,7 @@ def report_failure(command: click.Command | None, failure: BaseException) -> int
 
 
 def report_misuse(misuse: click.ClickException) -> int:
-    """Write what is wrong with the words of a command line, with its usage; return the exit status."""
+    """Write the fault in the words of a command line, with its usage; return the exit status."""
     text = io.StringIO()
     misuse.show(text)
     print("\n".join(map(printable, text.getvalue().rstrip("\n").split("\n"))), file=sys.stderr)

@@ -28,7 +28,7 @@ KINDS = {
     "plans of sweeps": Kind("a sweep's plan", "sweep", ("experiment", "measure")),
     "studies": Kind("a study", "study", ("method", "task")),
 }
-"""Kind of document, as `package_contents.shipped_files` calls it -> what is known of it."""
+"""Kind of document, as `package_contents.shipped_files` calls it -> its words, command and keys."""
 
 
 def kind_of(name: str) -> str:

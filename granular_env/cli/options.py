@@ -61,7 +61,7 @@ def _parse_overrides(ctx: click.Context, param: click.Parameter, texts: Sequence
 
 
 def quiet_option(product: str) -> Decorator:
-    """Let the command print nothing but the path of what it made, as `quiet`."""
+    """Let the command print nothing but the path of its product, as `quiet`."""
     text = f"No progress bar; print only the {product}'s path."
     return click.option("--quiet", is_flag=True, callback=_silence_compiler, help=text)
 

@@ -22,7 +22,7 @@ def find(source: Any, kind: str, shelf: str) -> Path:
 
     Args:
         source: the name or the path.
-        kind: what it is called in messages, such as "experiment".
+        kind: its name in messages, such as "experiment".
         shelf: where shipped ones lie, as `shipped_files` calls it.
 
     Raises:

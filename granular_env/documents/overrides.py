@@ -21,7 +21,7 @@ _BARE_WORD = re.compile(r"[A-Za-z_][A-Za-z0-9_./-]*")
 
 
 def parse_assignments(texts: Iterable[str]) -> tuple[Override, ...]:
-    """Return what a shell's ``key=value`` texts set, the values as in TOML; a bare word is a string too.
+    """Return the overrides of a shell's ``key=value`` texts, the values as in TOML; a bare word is a string too.
 
     Raises:
         ExperimentError: a text is none, or its value is none.
@@ -48,7 +48,7 @@ def set_key(content: dict[str, Any], override: Override) -> None:
     """Set one key of a document; tables on the way to it are made if need be, of a parameter that is a name too.
 
     Raises:
-        ExperimentError: the key leads into what is no table, or past the end of a list.
+        ExperimentError: the key leads into a value that is no table, or past the end of a list.
     """
     node: Any = content
     *above, last = override.key
@@ -67,7 +67,7 @@ def set_key(content: dict[str, Any], override: Override) -> None:
 
 
 def _holder(node: Any, part: str, depth: int, override: Override) -> tuple[Any, Any]:
-    """Return the table or the list that holds a part of a key, and what it is called there; "3,1" is one of lists in a list."""
+    """Return the table or the list that holds a part of a key, and its name there; "3,1" is an element of lists in a list."""
     *rows, index = part.split(",")
     if isinstance(node, dict):
         if not rows or not isinstance(node.get(rows[0]), list):
@@ -127,7 +127,7 @@ def _override(key: Any, value: Any, text: str | None = None) -> Override:
 
 
 def _split_index(name: str) -> tuple[str, ...]:
-    """Return a name and the index after it, "3,1" of velocity[3, 1]; what is no such text stays as it is."""
+    """Return a name and the index after it, "3,1" of velocity[3, 1]; other texts stay as they are."""
     try:
         element = parse_element(name)
     except ParameterError:

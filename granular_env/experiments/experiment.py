@@ -124,6 +124,6 @@ def load_experiment(source: Source, overrides: Overrides = (), folder: Path | No
         load_experiment("nesterenko-1983/3.4-piston", {"component.grains": 500, "duration": 1e-3})
 
     Raises:
-        ExperimentError: file, table, key, what came and what was expected; unknown keys with the nearest right one.
+        ExperimentError: file, table, key, the value received and the expected one; unknown keys with the nearest right one.
     """
     return load(Experiment, source, overrides, folder)

@@ -22,7 +22,7 @@ from .stop_rules import StopWatch
 
 InputValue = float | FloatArray | Profile
 
-# A run that is over before this part of an input's signal is told of.
+# A run that ends before this part of an input's signal causes a warning.
 _SHORT_RUN = 0.5
 
 
@@ -53,7 +53,7 @@ def prepare(experiment: Experiment, trial: bool = True) -> Prepared:
         trial: make one step with the inputs, and reset: only the component itself knows all that it refuses.
 
     Raises:
-        ExperimentError: file, table and key, what came and what was expected.
+        ExperimentError: file, table and key, the value received and the expected one.
     """
     locate = experiment.locate
     with locate("component"):
@@ -131,7 +131,7 @@ def _input(folder: Path, component: Component, name: str, value: Any) -> InputVa
     profile = value.build(folder, known[name].unit)
     if value.pattern is not None:
         profile = profile * _pattern(("input", name, "pattern"), value.pattern, known[name].shape)
-    # Compiled once, here, so that what has to be told of it is told before anything is written.
+    # Compiled once, here, so that warnings come before anything is written.
     profile.compile(component.step_size, f"input.{name}")
     return profile
 

@@ -57,7 +57,7 @@ def write(name: str, target: Path, force: bool = False, text: str = "") -> list[
     """Write a file to start from, all of it or nothing; nothing is replaced without `force`.
 
     Args:
-        name: of a template; the CSV files that an experiment names are copied beside the new file.
+        name: of a template; the CSV files that an experiment names are copied next to the new file.
         target: the file.
         force: replace files.
         text: its content, where it is of no template.
@@ -146,18 +146,18 @@ def _of_component(name: str) -> str:
 
 
 def _parameter_lines(model: type[BaseModel], example: Mapping[str, Any], table: str) -> list[str]:
-    """Return the keys of a table of parameters, those of the parts in it as tables of their own below.
+    """Return the keys of a table of parameters, those of its parts as tables below.
 
     Args:
         model: of the table.
-        example: what is set; other keys are comments that hold their defaults.
+        example: the keys that are set; other keys are comments that hold their defaults.
         table: its name.
     """
     lines: list[str] = []
     parts = parts_of(model)
     for key, field in model.model_fields.items():
         if key not in parts:
-            # A value that is computed has no default that could stand here.
+            # A value that is computed has no default to show.
             has_no_value = not field.is_required() and field.default is None
             value = f"# {key}{':' if has_no_value else ' ='} {default_of(field)}"
             value = f"{key} = {toml_value(example[key])}" if key in example else value
@@ -217,7 +217,7 @@ def _tidy(number: float) -> str:
 
 
 def default_of(field: FieldInfo) -> str:
-    """Return a parameter's default as TOML writes it; what has none is computed, or there is none of it where it says so."""
+    """Return a parameter's default as TOML writes it, or in words where there is none or it is computed."""
     if field.is_required():
         return "required"
     if field.default is not None:
@@ -231,7 +231,7 @@ def value_text(value: Any) -> str:
 
 
 def _plain(value: Any) -> Any:
-    """Return a value with the tables in it as mappings; what has nothing but a name may be given as that name."""
+    """Return a value with the tables in it as mappings; a table with a name alone becomes that name."""
     if isinstance(value, BaseModel):
         value = value.model_dump(exclude_none=True)
         if value.keys() == {"name"}:
@@ -247,7 +247,7 @@ def example_of(name: str, parameters: dict[str, Any]) -> Component:
 
 
 def example_values(model: type[BaseModel]) -> dict[str, Any]:
-    """Return examples of the parameters that have no default, or give an example beside it."""
+    """Return examples of the parameters that have no default, or give an example."""
     return {key: _smallest(field) for key, field in model.model_fields.items() if field.is_required() or field.examples}
 
 

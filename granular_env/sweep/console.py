@@ -29,7 +29,7 @@ def sweep_progress(title: str, size: int, known: int, progress: Progress) -> Ite
         title: of the bar.
         size: number of tasks.
         known: how many have a result already.
-        progress: whether to show it, or what is called instead.
+        progress: whether to show it, or a function to call instead.
     """
     with progress_bar(title, size, done=known, show=progress) as shown:
         begun, done, failed = perf_counter(), 0, 0
@@ -66,9 +66,6 @@ def _rows(sweep: Sweep) -> list[list[str]]:
     """Return headings with units, and the keys that vary, the measures and the outcome of each task."""
     columns, about = sweep.columns(), sweep.description
     shown = ["task", *about.keys, *about.measures, *(["outcome"] if sweep.done < sweep.size else [])]
-    rows = ([_cell(columns[name][row]) for name in shown] for row in range(sweep.size))
-    return [[sweep.heading(name) for name in shown], *rows]
-
-
-def _cell(value: object) -> str:
-    return f"{value:.6g}" if isinstance(value, float) else printable(value)
+    rows = [[columns[name][row] for name in shown] for row in range(sweep.size)]
+    cells = [[f"{cell:.6g}" if isinstance(cell, float) else printable(cell) for cell in row] for row in rows]
+    return [[sweep.heading(name) for name in shown], *cells]

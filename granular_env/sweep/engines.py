@@ -101,7 +101,7 @@ def compute_all(engine: Engine, tasks: Sequence[Task], time_limit: float | None 
 class Processes(Engine):
     """Computes tasks in local processes, which are fresh interpreters and stay for the next task; one that ends is replaced.
 
-    Each process has a pool of its own, because a process that ends breaks its pool. The processes watch a pipe whose other end
+    Each process has its own pool, because a process that ends breaks its pool. The processes watch a pipe whose other end
     is here alone: they end with this program, even if it is killed.
     """
 

@@ -31,7 +31,7 @@ from granular_env.components.errors import LogError, ParameterError, nearest, on
 from granular_env.components.stepping import Observer
 from granular_env.components.support.float_arrays import FloatArray
 from granular_env.components.support.memory_limits import refuse_beyond
-from granular_env.components.support.validation import as_refusal, refusal, whole_number
+from granular_env.components.support.validation import as_refusal, refusal
 from granular_env.components.variables import ELEMENT, Element, parse_element
 from granular_env.crests_and_crossings import resolved_top
 from granular_env.domains import domain_of
@@ -215,7 +215,8 @@ def parse_measure(given: Any) -> Measure:
     try:
         if isinstance(given, Mapping) and isinstance(given.get("measurement"), str):
             arguments = {key: value for key, value in given.items() if key not in ("measurement", "take", "which")}
-            which = whole_number("which", given.get("which", 0), -(2**31))
+            if type(which := given.get("which", 0)) is not int:
+                raise ParameterError(f"got {one_line(which)}", expected="a whole number, -1 for the last", at="which")
             return Measurement(given["measurement"], str(given.get("take", "")), which, arguments)
         if match := _WORDS.fullmatch(words):
             return Reading(match["kind"], parse_element(match["element"]), bool(match["bar"]))

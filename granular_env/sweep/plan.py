@@ -2,7 +2,7 @@
 
 version = 1
 name = "amplitude"                     # optional: default the file's name; the results' folder is called so
-experiment = "chains/tapered"          # a shipped name, or a TOML file beside the plan
+experiment = "chains/tapered"          # a shipped name, or a TOML file next to the plan
 every = 1e-6                           # s between two looks for extremes and histories; default: the experiment's record.every
 log_every = 10                         # keep the logs of the tasks 0, 10, 20, ...; default: none
 
@@ -104,7 +104,7 @@ class Plan(Document):
         return self.name or (Path(self.origin).stem if self.origin != self.kind else "sweep")
 
     def load_experiment(self) -> Experiment:
-        """Return its experiment with the keys that are the same in every task: a shipped one, or a file beside the plan."""
+        """Return its experiment with the keys that are the same in every task: a shipped one, or a file next to the plan."""
         beside = self.folder / self.experiment
         # For any other name, `load_experiment` names the nearest shipped one.
         is_file = self.experiment not in shipped_experiments() and (beside.exists() or beside.suffix == ".toml")
@@ -140,6 +140,6 @@ def load_plan(source: str | os.PathLike[str] | Mapping[str, Any], overrides: Ove
         overrides: keys of the experiment, for every task, as if they stood in the plan's [set].
 
     Raises:
-        ExperimentError: file, key, what came and what was expected.
+        ExperimentError: file, key, the value received and the expected one.
     """
     return load(Plan, source, [replace(one, key=("set", ".".join(one.key))) for one in to_overrides(overrides)])

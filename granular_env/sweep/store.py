@@ -126,7 +126,7 @@ def read_description(folder: Path) -> Description:
 def read_results(folder: Path) -> dict[str, Result]:
     """Return hash -> result of all journals in a folder.
 
-    Of several results of a task the last one counts, but none replaces one that is done. Lines that were cut off are ignored.
+    The last result of a task counts, but none replaces one that is done. Lines that were cut off are ignored.
     """
     found: dict[str, Result] = {}
     for path in sorted(folder.glob(JOURNALS)):

@@ -79,7 +79,7 @@ class Computer:
     """Computes tasks of a job in this process.
 
     Args:
-        job: what they share.
+        job: their common part.
         folder: with the job's CSV files in ``inputs/``; logs go to ``logs/``.
 
     Raises:
