@@ -84,10 +84,12 @@ class Document(Table):
         except (ExperimentError, StepError):
             raise
         except GranularError as error:
-            placed = [fault.within(*location) for fault in error.faults]
-            raise ExperimentError(
-                *(replace(one, source=source_of(one.location, self.origin, self.overrides)) for one in placed)
-            ) from error
+            raise ExperimentError(*(self.locate_fault(fault, *location) for fault in error.faults)) from error
+
+    def locate_fault(self, fault: Fault, *location: str | int) -> Fault:
+        """Return a fault with its location in this document, and the override or the file that holds it."""
+        placed = fault.within(*location)
+        return replace(placed, source=source_of(placed.location, self.origin, self.overrides))
 
 
 def load(
