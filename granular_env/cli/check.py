@@ -82,7 +82,7 @@ def _check_study(name: str, overrides: Overrides, allow_large: bool) -> Checked:
     methods, notes = [method.label for method in study.method], list[str]()
     facts = {"kind": "study", "name": study.name, "task": study.task.name, "budget": study.budget, "methods": methods}
     if ":" in study.task.name:
-        note = "the task is code of another package, which only `granular-env study` imports"
+        note = "the task is code of another package, which check does not import; `granular-env study` does"
         return facts, f"{study.name}, task {study.task.name} as far as a file can be", [note]
     problem, shape = prepare(study)
     for method in study.method:
