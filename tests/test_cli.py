@@ -211,7 +211,7 @@ def test_every_command_that_opens_a_log_can_lift_the_caps(arguments, log, folder
         (["run", "nesterenko-1983/3.4-pistn"], "did you mean 'nesterenko-1983/3.4-piston'?"),
         (["run", "oscillator/pushed", "--set", "mass=2"], "did you mean 'component.mass'?"),
         (["run", "nesterenko-1983/3.4-piston", "--set", "component.left=free"], "left_velocity needs left = 'piston'"),
-        (["run", "oscillator/pushed", "--set", "input.forse.x=1"], "input.forse: unknown; did you mean 'force'?"),
+        (["run", "oscillator/pushed", "--set", "input.forse=1"], "input.forse: unknown; did you mean 'force'?"),
         (["run", "."], ".: it is a folder, expected a TOML file"),
         (["run", "protection"], "protection: it is a study; run it with: granular-env study protection"),
         (["new", "oscilator"], "did you mean 'oscillator'?"),

@@ -113,7 +113,7 @@ def test_sizes_beyond_all_measure_are_refused_and_nothing_hangs(override):
 
 
 def test_files_that_are_no_toml(tmp_path):
-    for content, said in [(b"\xff\xfe", "UTF-8"), (b"a = [" + b"[" * 100_000, "TOML"), (b"", "name: missing")]:
+    for content, said in [(b"\xff\xfe", "utf-8"), (b"a = [" + b"[" * 100_000, "TOML"), (b"", "name: missing")]:
         path = tmp_path / "x.toml"
         path.write_bytes(content)
         with pytest.raises(ExperimentError, match=said):
@@ -198,7 +198,7 @@ def test_an_override_reaches_into_what_is_only_named():
     [
         ("duratoin=1", "did you mean 'duration'?"),
         ("component.stifness=1", "did you mean 'stiffness'?"),
-        ("input.forse.x=1", "input.forse: unknown; did you mean 'force'?"),
+        ("input.forse=1", "input.forse: unknown; did you mean 'force'?"),
         ("stop.3.below=1", "expected -1 to 0"),
         ("stop.0.bellow=1", "did you mean 'below'?"),
         ("duration", "expected key=value"),

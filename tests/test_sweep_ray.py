@@ -30,6 +30,7 @@ PLAN = """
 version = 1
 name = "struck"
 experiment = "nesterenko-1983/3.1-one-grain"
+log_every = 50
 [set]
 duration = 2e-4
 [grid]
@@ -38,8 +39,6 @@ duration = 2e-4
 [measure]
 peak = "max velocity[3]"                 # there is none in the short chains: their tasks fail
 speed = { measurement = "waves_at", take = "speed", grain = 1, above = 0.1 }
-[logs]
-every = 50
 """
 
 

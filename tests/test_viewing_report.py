@@ -76,7 +76,9 @@ def test_a_report_shows_what_it_is_asked_for(log, tmp_path):
         "--variables",
         "contact_force",
         "--indices",
-        "3,7",
+        "3",
+        "--indices",
+        "7",
         "--times",
         "5e-5",
     ]

@@ -14,6 +14,7 @@ from typing import Any
 import click
 
 from granular_env.cli.command import command
+from granular_env.cli.kinds import KINDS, kind_of
 from granular_env.cli.options import ANY_KIND, FILE, Overrides, json_option, set_option
 from granular_env.terminal_text import columns, printable, wrap_text
 
@@ -51,18 +52,21 @@ def describe(name: str, for_programs: bool, overrides: Overrides) -> int:
     if name in catalogue.names():
         if not overrides:
             _interpret_kernels()
-        _describe_component(name, for_programs, given)
-        return 0
-    if (environment := find_environment(name)) is not None:
-        _describe_environment(environment, for_programs, given)
-        return 0
-    from granular_env.experiments.templates import template
+        from granular_env import descriptions
 
-    text = _shipped_text(name)[0] or template(name, others=environments())
-    if for_programs:
-        print(json.dumps(tomllib.loads(text), indent=2, default=str))
+        facts = descriptions.component_facts if for_programs else descriptions.describe_component
+        found = facts(name, given)
+    elif (environment := find_environment(name)) is not None:
+        from granular_env.envs import description
+
+        facts = description.environment_facts if for_programs else description.describe_environment
+        found = facts(environment, given)
     else:
-        print("\n".join(map(printable, text.splitlines())))
+        from granular_env.experiments.templates import template
+
+        text = _document_text(name)[0] or template(name, others=environments())
+        found = tomllib.loads(text) if for_programs else "\n".join(map(printable, text.splitlines()))
+    print(found if isinstance(found, str) else json.dumps(found, indent=2, default=str))
     return 0
 
 
@@ -70,15 +74,6 @@ def _interpret_kernels() -> None:
     """Let this process run kernels as plain Python: the example of a component is built before its kernels were compiled."""
     if "numba" not in sys.modules:
         os.environ["NUMBA_DISABLE_JIT"] = "1"
-
-
-def _describe_component(name: str, for_programs: bool, parameters: dict[str, Any]) -> None:
-    from granular_env import descriptions
-
-    if for_programs:
-        print(json.dumps(descriptions.component_facts(name, parameters), indent=2))
-    else:
-        print(descriptions.describe_component(name, parameters))
 
 
 def _arguments(overrides: Overrides) -> dict[str, Any]:
@@ -90,15 +85,6 @@ def _arguments(overrides: Overrides) -> dict[str, Any]:
         key = override.key[1:] if override.key[0] == "component" and len(override.key) > 1 else override.key
         set_key(given, replace(override, key=key))
     return given
-
-
-def _describe_environment(name: str, for_programs: bool, arguments: dict[str, Any]) -> None:
-    from granular_env.envs.description import describe_environment, environment_facts
-
-    if for_programs:
-        print(json.dumps(environment_facts(name, arguments), indent=2))
-    else:
-        print(describe_environment(name, arguments))
 
 
 @command("new")
@@ -114,28 +100,23 @@ def new(template: str, out: str | None, force: bool) -> int:
     _interpret_kernels()
     from granular_env.experiments import templates
 
-    text, runner = _shipped_text(template)
+    text, runner = _document_text(template)
     if templates.is_log(template):
         text, runner = templates.of_log(template, out and Path(out).stem), "run"
     if out is None:
         print(text or templates.template(template), end="")
         return 0
-    if text:
-        templates.write_text(text, Path(out), force)
-        written = [Path(out)]
-    else:
-        written = templates.write(template, Path(out), force)
-    print("\n".join(f"written: {path}" for path in written))
+    for path in templates.write(template, Path(out), force, text):
+        print(f"written: {path}")
     print(f"run it with: granular-env {runner} {shlex.quote(out)}")
     return 0
 
 
-def _shipped_text(name: str) -> tuple[str, str]:
-    """Return the text of a shipped plan or study, or "", and the command that runs such a file."""
-    from granular_env.package_contents import shipped_files
+def _document_text(name: str) -> tuple[str, str]:
+    """Return the text of a plan or a study, or "", and the command that runs such a file."""
+    from granular_env.documents import find
 
-    if not Path(name).exists():
-        for kind, runner in (("plans of sweeps", "sweep"), ("studies", "study")):
-            if name in (known := shipped_files(kind)):
-                return known[name].read_text(encoding="utf-8"), runner
+    kind = kind_of(name)
+    if kind in ("plans of sweeps", "studies"):
+        return find(name, "template", kind).read_text(encoding="utf-8"), KINDS[kind].command
     return "", "run"

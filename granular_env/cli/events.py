@@ -115,26 +115,12 @@ def _words_for(log: Log, found: EventRatio) -> str:
     what, kinds = f"nearest: {printable(found.variable)}[{found.index}]{place}", printable(" or ".join(found.kinds))
     if not found.limited:
         return f"{what} has no limit: {kinds} cannot happen there"
-    own, others = _own_and_others(found)
-    besides = "".join(f"; {printable(one.kind)} happened there {_when(log, one)}" for one in others)
-    if own and found.ratio <= 0.0:
-        return f"{what} passed its limit {_when(log, own[0])} ({printable(own[0].kind)}{besides})"
-    rest = (
-        f"it happened there {_when(log, own[0])}" if own
-        else f"{count_of(found.passed, 'other')} passed it" if found.passed else "nothing passed it"
-    )  # fmt: skip
-    # So it may be above 1 a step before the event.
-    judged = "; the ratio is that at the end of a step, events are judged within one" if found.ratio >= 1.0 else ""
+    happened = "; ".join(f"{printable(one.kind)} happened there {_when(log, one)}" for one in found.events)
+    others = f"{count_of(found.passed, 'other')} passed it" if found.passed else "nothing passed it"
     return (
         f"{what} reached {found.ratio:.6g} of its limit at {found.time:.9g} s (limit of {printable(found.nearest) or kinds}; "
-        f"{rest}{besides}{judged}; {found.instants} of {count_of(found.all_instants, 'instant')} examined)"
+        f"{happened or others}; {found.instants} of {count_of(found.all_instants, 'instant')} examined)"
     )
-
-
-def _own_and_others(found: EventRatio) -> tuple[list[Event], list[Event]]:
-    """Return the events that the ratio decides on, and what else happened there: a point may be torn before it would part."""
-    own = [event for event in found.events if event.kind in found.kinds]
-    return own, [event for event in found.events if event.kind not in found.kinds]
 
 
 def _when(log: Log, event: Event) -> str:
@@ -145,11 +131,9 @@ def _when(log: Log, event: Event) -> str:
 def _for_programs(log: Log, ratios: list[EventRatio]) -> str:
     rows = []
     for one in ratios:
-        own, others = (
-            [{"kind": event.kind, "time": event.tick * log.step_size} for event in some] for some in _own_and_others(one)
-        )
         place = _facts(one.index, log.event_details.get(one.kinds[0]), log.drawables)
-        rows.append({**dataclasses.asdict(one), **place, "events": own, "other_events": others})
+        events = [{"kind": event.kind, "time": event.tick * log.step_size} for event in one.events]
+        rows.append({**dataclasses.asdict(one), **place, "events": events})
     return json.dumps(rows, indent=2)
 
 

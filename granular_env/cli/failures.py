@@ -29,7 +29,7 @@ def report_failure(command: click.Command | None, failure: BaseException) -> int
 
 
 def report_misuse(misuse: click.ClickException) -> int:
-    """Write what is wrong with the words of a command line, with its usage; return the exit status."""
+    """Write the fault in the words of a command line, with its usage; return the exit status."""
     text = io.StringIO()
     misuse.show(text)
     print("\n".join(map(printable, text.getvalue().rstrip("\n").split("\n"))), file=sys.stderr)
@@ -48,23 +48,7 @@ def _message(command: click.Command | None, failure: BaseException) -> tuple[str
         case OSError():  # a full disk behind standard output, too many open files, a folder that is gone
             where = f"{failure.filename!r}: " if failure.filename is not None else ""
             return f"{where}the system refused it: {failure.strerror or failure}", Status.ERROR
-    return (
-        f"this is a fault of {_package_at_fault(failure)}, not of what you gave; please report it with the lines above",
-        Status.FAULT,
-    )
-
-
-def _package_at_fault(failure: BaseException) -> str:
-    """Return the package whose code failed: a third party's component, or ours."""
-    from traceback import walk_tb
-
-    from granular_env.components.catalogue import foreign_packages
-
-    ours = __name__.partition(".")[0]
-    known = {ours, *foreign_packages()}
-    packages = [str(frame.f_globals.get("__name__")).partition(".")[0] for frame, _ in walk_tb(failure.__traceback__)]
-    package = next((package for package in reversed(packages) if package in known), ours)
-    return "granular-env" if package == ours else package
+    return "this is a fault of the program, not of what you gave; please report it with the lines above", Status.FAULT
 
 
 def _with_option(command: click.Command | None, fault: Fault) -> Fault:

@@ -1,48 +1,50 @@
-"""The kind of document that a name or a file is: an experiment, a sweep's plan, or a study."""
+"""The kinds of documents: experiments, plans of sweeps and studies, and the command that runs each."""
 
 from __future__ import annotations
 
 import shlex
 from pathlib import Path
+from typing import NamedTuple
 
 from granular_env.components.errors import ExperimentError
 
 
-def is_experiment(name: str) -> bool:
-    """Return whether it is a shipped experiment, or a file of one."""
+class Kind(NamedTuple):
+    """A kind of document.
+
+    Attributes:
+        words: what messages call it.
+        command: what runs it.
+        keys: a file of this kind has one of them.
+    """
+
+    words: str
+    command: str
+    keys: tuple[str, ...]
+
+
+KINDS = {
+    "experiments": Kind("an experiment", "run", ("component",)),
+    "plans of sweeps": Kind("a sweep's plan", "sweep", ("experiment", "measure")),
+    "studies": Kind("a study", "study", ("method", "task")),
+}
+"""Kind of document, as `package_contents.shipped_files` calls it -> its words, command and keys."""
+
+
+def kind_of(name: str) -> str:
+    """Return the kind of a TOML file, by its keys, or of a shipped name; "" for anything else."""
     from granular_env.documents import read
-    from granular_env.experiments import shipped_experiments
+    from granular_env.package_contents import shipped_files
 
-    return "component" in read(Path(name)) if Path(name).is_file() else name in shipped_experiments()
-
-
-def is_plan(name: str) -> bool:
-    """Return whether it is a shipped plan of a sweep, or a file of one."""
-    from granular_env.documents import read
-    from granular_env.sweep import plan
-
-    return plan.is_plan(read(Path(name))) if Path(name).is_file() else name in plan.shipped_plans()
-
-
-def is_study(name: str) -> bool:
-    """Return whether it is a shipped study, or a file of one."""
-    from granular_env.control import study
-    from granular_env.documents import read
-
-    return study.is_study(read(Path(name))) if Path(name).is_file() else name in study.shipped_studies()
-
-
-_KINDS = {"run": ("an experiment", is_experiment), "sweep": ("a sweep's plan", is_plan), "study": ("a study", is_study)}
+    if Path(name).suffix == ".toml" and Path(name).is_file():
+        content = read(Path(name))
+        return next((kind for kind, known in KINDS.items() if any(key in content for key in known.keys)), "")
+    return "" if Path(name).is_file() else next((kind for kind in KINDS if name in shipped_files(kind)), "")
 
 
 def refuse_other_kinds(name: str, command: str) -> None:
-    """Refuse a document that another command runs, with the name of that command.
-
-    Raises:
-        ExperimentError: it is one.
-    """
-    if Path(name).is_file() and Path(name).suffix != ".toml":
-        return  # whoever loads it says what it is
-    for other, (kind, holds) in _KINDS.items():
-        if other != command and holds(name):
-            raise ExperimentError(f"it is {kind}", hint=f"run it with: granular-env {other} {shlex.quote(name)}", source=name)
+    """Raise `ExperimentError` for a document that another command runs, with the name of that command."""
+    found = KINDS.get(kind_of(name))
+    if found is not None and found.command != command:
+        hint = f"run it with: granular-env {found.command} {shlex.quote(name)}"
+        raise ExperimentError(f"it is {found.words}", hint=hint, source=name)

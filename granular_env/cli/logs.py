@@ -90,7 +90,7 @@ def branch(
     allow_large: bool,
     components: dict[str, Any],
 ) -> int:
-    """Go on from any instant of a log, with other inputs or the same."""
+    """Continue from any instant of a log, with other inputs or the same."""
     from granular_env.experiments.preparation import branch_inputs
     from granular_env.log_runs import run_branch
     from granular_env.recording import open_log

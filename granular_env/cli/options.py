@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import functools
-import itertools
 import os
 from collections.abc import Callable, Sequence
 from typing import Any
@@ -62,7 +61,7 @@ def _parse_overrides(ctx: click.Context, param: click.Parameter, texts: Sequence
 
 
 def quiet_option(product: str) -> Decorator:
-    """Let the command print nothing but the path of what it made, as `quiet`."""
+    """Let the command print nothing but the path of its product, as `quiet`."""
     text = f"No progress bar; print only the {product}'s path."
     return click.option("--quiet", is_flag=True, callback=_silence_compiler, help=text)
 
@@ -127,23 +126,3 @@ def exclusive(*names: str) -> Decorator:
         return call
 
     return decorate
-
-
-class CommaSeparated(click.ParamType):
-    """Values of one type, separated by commas."""
-
-    def __init__(self, each: click.ParamType) -> None:
-        self.each, self.name = each, each.name
-
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> list[Any]:
-        """Return the values of one text."""
-        return [self.each.convert(text.strip(), param, ctx) for text in value.split(",")]
-
-
-def list_option(flag: str, metavar: str, each: click.ParamType, text: str) -> Decorator:
-    """Let the command take several values, separated by commas or one after another; None where there are none."""
-    return click.option(flag, metavar=f"{metavar},...", type=CommaSeparated(each), multiple=True, callback=_join, help=text)
-
-
-def _join(ctx: click.Context, param: click.Parameter, lists: Sequence[list[Any]]) -> list[Any] | None:
-    return list(itertools.chain.from_iterable(lists)) or None

@@ -70,7 +70,7 @@ def _finite(values: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _finite_number(value: Any) -> Any:
-    """Return a number, or a list of those of a vector, with null in the place of what is not finite."""
+    """Return a number, or a list of those of a vector, with null for numbers that are not finite."""
     if hasattr(value, "tolist"):
         return [_finite_number(part) for part in value.tolist()]
     return value if math.isfinite(value) else None
@@ -95,7 +95,7 @@ def _print_for_people(result: RunResult) -> None:
     for text in (*result.warnings, *result.cautions):
         print(wrap_text(f"note: {printable(text)}"))
     for name, value in result.report.items():
-        # What nothing in the run gave rise to, such as the pressure where nothing touched, has no figure.
+        # Some figures have no value, such as the pressure where nothing touched.
         if not math.isnan(value):
             print(f"  {name}: {value:.4g}")
     if result.log is not None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import shlex
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -36,13 +36,7 @@ if TYPE_CHECKING:
 @click.option(
     "--time-limit", metavar="SECONDS", type=float, help="End a task after this wall time; it is tried again next time."
 )
-@click.option(
-    "--retry",
-    type=click.Choice(("lost", "failed")),
-    default="lost",
-    help="Compute again the tasks that the machine failed (lost, the default), or all that failed.",
-)
-@click.option("--part", metavar="I/N", help="Compute the tasks I, I + N, I + 2N, ... alone, for job arrays.")
+@click.option("--part", metavar="I/N", default="0/1", help="Compute the tasks I, I + N, I + 2N, ... alone, for job arrays.")
 @click.option("--merge", is_flag=True, help="Compute nothing; write the table of the results of all parts.")
 @set_option("A key of the experiment, for every task, such as component.grains=500.")
 @large_option("Lift the limit on the number of tasks.")
@@ -55,8 +49,7 @@ def sweep(
     address: str | None,
     workers: int | None,
     time_limit: float | None,
-    retry: Literal["lost", "failed"],
-    part: str | None,
+    part: str,
     merge: bool,
     overrides: Overrides,
     allow_large: bool,
@@ -84,23 +77,13 @@ def sweep(
             progress=not quiet and not for_programs,
             allow_large=allow_large,
             time_limit=time_limit,
-            retry=retry,
-            part=_parse_part(part) if part else (0, 1),
+            part=part,
         )
     if for_programs:
         print(json.dumps(_facts(done), indent=2))
     else:
-        print(shlex.quote(str(done.folder / TABLE)) if quiet else closing_text(done, part or ""))
+        print(shlex.quote(str(done.folder / TABLE)) if quiet else closing_text(done, part if part != "0/1" else ""))
     return Status.INTERRUPTED if done.interrupted else Status.DIFFERENT if done.failed else Status.DONE
-
-
-def _parse_part(text: str) -> tuple[int, int]:
-    index, _, count = text.partition("/")
-    if not (index.isdecimal() and count.isdecimal() and int(index) < int(count)):
-        raise click.BadParameter(
-            f"got {text!r}, expected I/N with 0 <= I < N; of 3 parts the first is 0/3 and the last is 2/3", param_hint="--part"
-        )
-    return int(index), int(count)
 
 
 def _facts(sweep: Sweep) -> dict[str, Any]:

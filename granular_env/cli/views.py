@@ -9,7 +9,7 @@ import click
 
 from granular_env.cli.command import Status, command
 from granular_env.cli.logs import log_argument
-from granular_env.cli.options import FILE, FOLDER, exclusive, large_option, list_option
+from granular_env.cli.options import FILE, FOLDER, exclusive, large_option
 from granular_env.components.errors import ParameterError
 
 
@@ -65,21 +65,20 @@ def view(
 @command("report")
 @log_argument
 @click.option("-o", "--out", metavar="FOLDER", type=FOLDER, help="Where to write it (default: beside the log, by its name).")
-@list_option("--variables", "NAME", click.STRING, "Recorded outputs to show (default: all).")
-@list_option("--indices", "I", click.INT, "Whose histories (default: up to five).")
-@list_option("--times", "T", click.FLOAT, "Instants of the profiles [s] (default: four).")
+@click.option("--variables", metavar="NAME", multiple=True, help="A recorded output to show, repeatable (default: all).")
+@click.option("--indices", metavar="I", type=int, multiple=True, help="Whose histories, repeatable (default: up to five).")
+@click.option("--times", metavar="T", type=float, multiple=True, help="An instant of the profiles [s] (default: four).")
 @large_option()
 def report(
     log: str,
     out: str | None,
-    variables: list[str] | None,
-    indices: list[int] | None,
-    times: list[float] | None,
+    variables: tuple[str, ...],
+    indices: tuple[int, ...],
+    times: tuple[float, ...],
     allow_large: bool,
 ) -> int:
     """Write a page with figures of a log."""
     from granular_env import viewing
-    from granular_env.components.errors import ParameterError
     from granular_env.recording import open_log
 
     folder = Path(out) if out else _report_folder(Path(log))
@@ -87,7 +86,8 @@ def report(
         hint = f"the page will be {folder.with_suffix('') / 'report.html'}"
         raise ParameterError(f"got {out!r}", expected=f"a folder, such as {str(folder.with_suffix(''))!r}", hint=hint, at="out")
     with open_log(log, allow_large=allow_large) as opened:
-        page = viewing.report(opened, folder, variables=variables, indices=indices, times=times, progress=True)
+        chosen = {"variables": variables or None, "indices": indices or None, "times": times or None}
+        page = viewing.report(opened, folder, **chosen, progress=True)
         print(f"written: {page}, with its figures in {folder}{os.sep}")
     return Status.DONE
 

@@ -126,8 +126,3 @@ def load_study(source: Source, overrides: Overrides = ()) -> Study:
         ExperimentError: gives file, table, key, the received and the expected value; for unknown keys the nearest right one.
     """
     return load(Study, source, overrides)
-
-
-def is_study(content: Mapping[str, Any]) -> bool:
-    """Return whether the content of a TOML file is a study: it compares methods, or names a task and no component."""
-    return "component" not in content and ("method" in content or "task" in content)

@@ -12,9 +12,8 @@ from typing import Any, ClassVar, Self, TypeVar
 import numpy as np
 from pydantic import PrivateAttr, ValidationError
 
-from granular_env.components.errors import ExperimentError, Fault, GranularError, Override, StepError, one_line
+from granular_env.components.errors import ExperimentError, Fault, GranularError, Override, StepError
 from granular_env.components.support.validation import faults_of
-from granular_env.output_files import with_article
 
 from .files import find, read
 from .overrides import Overrides, set_key, source_of, to_overrides
@@ -59,7 +58,6 @@ class Document(Table):
     ) -> Self:
         """Return a document from the content of its file; `ExperimentError` with every fault in it."""
         origin = origin or cls.kind
-        faults = []
         try:
             document = cls.model_validate(content)
             document._origin, document._folder, document._overrides = origin, folder or Path(), overrides
@@ -87,9 +85,6 @@ class Document(Table):
             raise
         except GranularError as error:
             raise ExperimentError(*(self.locate_fault(fault, *location) for fault in error.faults)) from error
-        except MemoryError as error:
-            too_large = Fault(received="it asks for more memory than there is", hint="make it smaller")
-            raise ExperimentError(self.locate_fault(too_large, *location)) from error
 
     def locate_fault(self, fault: Fault, *location: str | int) -> Fault:
         """Return a fault with its location in this document, and the override or the file that holds it."""
@@ -120,30 +115,21 @@ def load(
             return source
         content, origin, folder, before = source.to_dict(), source.origin, source.folder, source.overrides
     elif isinstance(source, Mapping):
-        content, origin = _plain(source, model.kind), model.kind
-    elif isinstance(source, Document):
-        raise ExperimentError(f"got a {source.kind}", expected=with_article(model.kind), source=model.kind)
+        content, origin = _plain(source), model.kind
     else:
         path = find(source, model.kind, model.shelf)
         content, origin, folder = read(path), str(path), path.parent
     for override in changes:
-        set_key(content, replace(override, value=_plain(override.value, one_line(override.text, 60))))
+        set_key(content, replace(override, value=_plain(override.value)))
     return model.parse(content, origin, folder, (*before, *changes))
 
 
-def _plain(value: Any, origin: str) -> Any:
+def _plain(value: Any) -> Any:
     """Return a copy of a value in the types that a file has."""
-    try:
-        return _copy(value)
-    except RecursionError:
-        raise ExperimentError("tables and lists are nested too deeply, or hold themselves", source=str(origin)) from None
-
-
-def _copy(value: Any) -> Any:
     if isinstance(value, Mapping):
-        return {str(key): _copy(part) for key, part in value.items()}
+        return {str(key): _plain(part) for key, part in value.items()}
     if isinstance(value, list | tuple):
-        return [_copy(part) for part in value]
+        return [_plain(part) for part in value]
     if isinstance(value, np.ndarray | np.generic):
         return value.tolist()
     return os.fspath(value) if isinstance(value, os.PathLike) else value

@@ -17,48 +17,44 @@ from granular_env.package_contents import shipped_files
 _LARGEST_FILE = 16 * 2**20
 
 
-def find(source: str | os.PathLike[str], kind: str, shelf: str) -> Path:
+def find(source: Any, kind: str, shelf: str) -> Path:
     """Return the file behind a shipped name or a path.
 
     Args:
         source: the name or the path.
-        kind: what it is called in messages, such as "experiment".
+        kind: its name in messages, such as "experiment".
         shelf: where shipped ones lie, as `shipped_files` calls it.
 
     Raises:
         ExperimentError: there is none.
     """
-    try:
-        path = Path(source)
-        is_file = path.is_file()
-    except (TypeError, ValueError, OSError) as error:
-        why = "" if isinstance(error, TypeError) else f" ({error.strerror if isinstance(error, OSError) else error})"
-        raise ExperimentError(f"got {one_line(source, 60)}{why}", expected="a name or a path", at=kind) from None
-    if is_file:
+    if not isinstance(source, str | os.PathLike):
+        raise ExperimentError(f"got {one_line(source, 60)}", expected="a name or a path", at=kind)
+    path, shipped = Path(source), shipped_files(shelf)
+    if os.path.isfile(path):
         if begins_as_log(path):
             raise ExperimentError("this is a log", hint="try `granular-env check` or `granular-env report`", source=str(path))
         return path
-    shipped = shipped_files(shelf)
     if str(source) in shipped:
         return shipped[str(source)]
-    hint = "" if path.exists() else "paths are relative to the current folder; `granular-env list` names what is shipped"
-    if path.is_dir():
+    if os.path.isdir(path):
         raise ExperimentError("it is a folder", expected="a TOML file or a name of `granular-env list`", source=str(path))
-    if path.exists() or path.suffix == ".toml":
+    if path.suffix == ".toml":
+        hint = "paths are relative to the current folder; `granular-env list` names what is shipped"
         raise ExperimentError("there is no such file", hint=hint, source=str(path))
     advice = nearest_names(str(source), shipped)
     raise ExperimentError(f"got {one_line(str(source), 60)}", expected="a shipped one's name or a file", hint=advice, at=kind)
 
 
-def read_data(path: Path, hint: str = "paths are relative to the experiment file") -> bytes:
-    """Return the bytes of a CSV file that a document names; `ExperimentError` with a hint where it cannot be read."""
+def read_data(path: Path) -> bytes:
+    """Return the bytes of a CSV file that a document names; `ExperimentError` where it cannot be read."""
     try:
         return read_bounded(path, LARGEST_FILE, "thin the samples out", ExperimentError)
+    except ExperimentError:
+        raise
     except (OSError, ValueError) as error:
-        if isinstance(error, ExperimentError):
-            raise
-        reason = getattr(error, "strerror", None) or error
-        raise ExperimentError(f"the CSV file cannot be read: {reason}", hint=hint, source=str(path)) from None
+        hint = "paths are relative to the experiment file"
+        raise ExperimentError(f"the CSV file cannot be read: {error}", hint=hint, source=str(path)) from None
 
 
 def begins_as_log(path: Path) -> bool:
@@ -80,16 +76,8 @@ def nearest_names(name: str, known: Iterable[str]) -> str:
 
 def read(path: Path) -> dict[str, Any]:
     """Return the content of a TOML file; `ExperimentError` with the line where it is none."""
+    data = read_bounded(path, _LARGEST_FILE, "put long histories into a CSV file", ExperimentError)
     try:
-        text = read_bounded(path, _LARGEST_FILE, "put long histories into a CSV file", ExperimentError).decode("utf-8-sig")
-        return tomllib.loads(text)
-    except OSError as error:
-        raise ExperimentError(f"cannot be read: {error.strerror or error}", source=str(path)) from None
-    except UnicodeDecodeError as error:
-        raise ExperimentError(
-            f"byte {error.start} is no UTF-8 text", hint="save the file as plain text", source=str(path)
-        ) from None
-    except tomllib.TOMLDecodeError as error:
+        return tomllib.loads(data.decode("utf-8-sig"))
+    except (ValueError, RecursionError, ArithmeticError) as error:
         raise ExperimentError(f"not valid TOML: {error}", source=str(path)) from None
-    except (RecursionError, ValueError, ArithmeticError) as error:
-        raise ExperimentError(f"not readable as TOML: {error}", source=str(path)) from None

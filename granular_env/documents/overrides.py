@@ -21,7 +21,7 @@ _BARE_WORD = re.compile(r"[A-Za-z_][A-Za-z0-9_./-]*")
 
 
 def parse_assignments(texts: Iterable[str]) -> tuple[Override, ...]:
-    """Return what a shell's ``key=value`` texts set, the values as in TOML; a bare word is a string too.
+    """Return the overrides of a shell's ``key=value`` texts, the values as in TOML; a bare word is a string too.
 
     Raises:
         ExperimentError: a text is none, or its value is none.
@@ -33,22 +33,22 @@ def to_overrides(given: Any) -> tuple[Override, ...]:
     """Return a script's overrides, checked.
 
     Raises:
-        ExperimentError: they are no mapping; texts are answered with the mapping to write instead.
+        ExperimentError: they are no mapping.
     """
     if isinstance(given, Mapping):
         return tuple(_override(key, value) for key, value in given.items())
-    overrides: list[Any] = list(given) if isinstance(given, Iterable) and not isinstance(given, str) else [given]
+    overrides = tuple(given) if isinstance(given, Iterable) else (given,)
     if all(isinstance(one, Override) for one in overrides):
-        return tuple(overrides)
-    hint = 'write overrides={"component.grains": 500}'
-    raise ExperimentError(f"got {one_line(given)}", at="overrides", expected="a mapping of keys and values", hint=hint)
+        return overrides
+    expected = 'a mapping of keys and values, such as {"component.grains": 500}'
+    raise ExperimentError(f"got {one_line(given)}", at="overrides", expected=expected)
 
 
 def set_key(content: dict[str, Any], override: Override) -> None:
     """Set one key of a document; tables on the way to it are made if need be, of a parameter that is a name too.
 
     Raises:
-        ExperimentError: the key leads into what is no table, or past the end of a list.
+        ExperimentError: the key leads into a value that is no table, or past the end of a list.
     """
     node: Any = content
     *above, last = override.key
@@ -67,7 +67,7 @@ def set_key(content: dict[str, Any], override: Override) -> None:
 
 
 def _holder(node: Any, part: str, depth: int, override: Override) -> tuple[Any, Any]:
-    """Return the table or the list that holds a part of a key, and what it is called there; "3,1" is one of lists in a list."""
+    """Return the table or the list that holds a part of a key, and its name there; "3,1" is an element of lists in a list."""
     *rows, index = part.split(",")
     if isinstance(node, dict):
         if not rows or not isinstance(node.get(rows[0]), list):
@@ -102,46 +102,36 @@ def source_of(location: Sequence[str | int], origin: str, overrides: Sequence[Ov
 
 
 def _parse_assignment(text: str) -> Override:
-    key, equals, value = text.partition("=")
-    if not equals or not key.strip():
-        raise ExperimentError(
-            Fault(received="expected key=value, such as component.grains=500", source=Override((), None, text))
-        )
-    return _override(key, _parse_value(text, value.strip()), text)
-
-
-def _parse_value(text: str, value: str) -> Any:
+    key, equals, value = (part.strip() for part in text.partition("="))
+    if not equals or not key:
+        raise _fault(Override((), None, text), "expected key=value, such as component.grains=500")
     try:
         parsed = tomllib.loads(f"value = {value}")
-        if parsed.keys() == {"value"}:
-            return parsed["value"]
     except (ValueError, RecursionError, ArithmeticError):
-        if _BARE_WORD.fullmatch(value):
-            return value
-    advice = "write a number, a list, or a string in quotes"
-    raise _fault(Override((), None, text), f"{one_line(value, 60)} is no TOML value; {advice}")
+        parsed = {"value": value} if _BARE_WORD.fullmatch(value) else {}
+    if parsed.keys() != {"value"}:
+        advice = "write a number, a list, or a string in quotes"
+        raise _fault(Override((), None, text), f"{one_line(value, 60)} is no TOML value; {advice}")
+    return _override(key, parsed["value"], text)
 
 
 def _override(key: Any, value: Any, text: str | None = None) -> Override:
     names = [part.strip().strip("\"'") for part in key.split(".")] if isinstance(key, str) else []
     parts = tuple(part for name in names for part in _split_index(name))
-    override = Override(parts, value, text or f"{key}={_text_of(value)}")
+    shown = toml_value(value) if isinstance(value, str | bool | float) else one_line(value)
+    override = Override(parts, value, text or f"{key}={shown}")
     if not all(parts) or not parts:
         raise _fault(override, f"got the key {one_line(key)}, expected names with dots between them, such as component.grains")
     return override
 
 
 def _split_index(name: str) -> tuple[str, ...]:
-    """Return a name and the index after it, "3,1" of velocity[3, 1]; what is no such text stays as it is."""
+    """Return a name and the index after it, "3,1" of velocity[3, 1]; other texts stay as they are."""
     try:
         element = parse_element(name)
     except ParameterError:
         return (name,)
     return (element.name, index_text(element.index)) if element.index else (name,)
-
-
-def _text_of(value: Any) -> str:
-    return toml_value(value) if isinstance(value, str | bool | float) else one_line(value)
 
 
 def _fault(override: Override, text: str) -> ExperimentError:

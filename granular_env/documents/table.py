@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, Self, get_args
 
@@ -41,14 +41,9 @@ class ByKey:
     """Marks a union of tables in which one key selects the table: ``Annotated[Triangle | Constant, ByKey("profile")]``.
 
     Each table declares its value as the Literal of that field.
-
-    Attributes:
-        key: the field's name.
-        advice: what to say of an unknown value, from it and the known ones.
     """
 
     key: str
-    advice: Callable[[str, list[str]], str] = nearest
 
     def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
         """Choose the table first, so that only its faults are reported."""
@@ -63,5 +58,5 @@ class ByKey:
         value = given.get(self.key)
         if not isinstance(value, str) or value not in choices:
             received = "missing" if value is None else f"got {one_line(value)}"
-            raise refusal(received, hint=self.advice(str(value), list(choices)), at=(self.key,))
+            raise refusal(received, hint=nearest(str(value), choices), at=(self.key,))
         return choices[value].model_validate(given)

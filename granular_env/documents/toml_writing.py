@@ -29,27 +29,20 @@ def toml_value(value: Any) -> str:
 
 
 def to_toml(content: Mapping[str, Any]) -> str:
-    """Return a document as TOML: its own keys, its tables, one level of tables within them, and lists of tables.
+    """Return a document as TOML: its own keys, its tables, and lists of tables; tables within them in one line.
 
     None has no form in TOML; such keys are left out.
     """
-    lines = _lines({key: value for key, value in content.items() if not _is_table(value)})
+    own, tables = list[str](), list[str]()
     for key, value in content.items():
         if isinstance(value, Mapping):
-            lines += _table(_key(key), value)
-        elif _is_table(value):
+            tables += ["", f"[{_key(key)}]", *_lines(value)]
+        elif isinstance(value, list) and value and all(isinstance(part, Mapping) for part in value):
             for part in value:
-                lines += ["", f"[[{_key(key)}]]", *_lines(part)]
-    return "\n".join(lines) + "\n"
-
-
-def _table(head: str, content: Mapping[str, Any]) -> list[str]:
-    inner = {key: value for key, value in content.items() if isinstance(value, Mapping) and value}
-    own = _lines({key: value for key, value in content.items() if key not in inner})
-    lines = ["", f"[{head}]", *own] if own or not inner else []
-    for key, value in inner.items():
-        lines += ["", f"[{head}.{_key(key)}]", *_lines(value)]
-    return lines
+                tables += ["", f"[[{_key(key)}]]", *_lines(part)]
+        else:
+            own += _lines({key: value})
+    return "\n".join([*own, *tables]) + "\n"
 
 
 def _lines(table: Mapping[str, Any]) -> list[str]:
@@ -59,8 +52,3 @@ def _lines(table: Mapping[str, Any]) -> list[str]:
 def _key(key: object) -> str:
     text = str(key)
     return text if _BARE_KEY.fullmatch(text) else json.dumps(text, ensure_ascii=False)
-
-
-def _is_table(value: Any) -> bool:
-    tables = isinstance(value, list) and bool(value) and all(isinstance(part, Mapping) for part in value)
-    return tables or isinstance(value, Mapping)

@@ -22,13 +22,12 @@ from typing import Any, ClassVar, Self
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator, model_validator
 
 from granular_env.components import catalogue
-from granular_env.components.component import Component
-from granular_env.components.errors import ExperimentError, GranularError, Override, ParameterError
+from granular_env.components.errors import ParameterError
 from granular_env.components.support.validation import faults_of, refusal
 from granular_env.documents import Document, Overrides, Table, load
 from granular_env.package_contents import shipped_files
 
-from .inputs import Input, name_unknown_inputs
+from .inputs import Input
 from .stop_rules import StopRule
 
 
@@ -54,10 +53,6 @@ class ComponentTable(Table):
             model(**self.parameters)
         except ValidationError as error:
             raise ParameterError(*faults_of(error, self.parameters, model)) from None
-        except MemoryError:
-            raise refusal("it asks for more memory than there is; make it smaller") from None
-        except (ValueError, TypeError, ArithmeticError, RecursionError, LookupError) as error:
-            raise refusal(f"not usable: {error}") from None
         return self
 
 
@@ -100,17 +95,6 @@ class Experiment(Document):
     record: RecordTable = RecordTable()
 
     @classmethod
-    def parse(
-        cls, content: Mapping[str, Any], origin: str = "", folder: Path | None = None, overrides: tuple[Override, ...] = ()
-    ) -> Self:
-        """See `Document.parse`; where an input is at fault the component is built, which knows the names of its inputs."""
-        try:
-            return super().parse(content, origin, folder, overrides)
-        except ExperimentError as error:
-            component = _component(content) if any(fault.location[:1] == ("input",) for fault in error.faults) else None
-            raise error if component is None else name_unknown_inputs(error, component) from None
-
-    @classmethod
     def advice_for_unknown(cls, key: str, given: Mapping[str, Any]) -> str:
         """Return the whole key where one such as grains belongs into a table."""
         for table, fields in (("component", _parameters(given.get("component"))), ("record", RecordTable.model_fields)):
@@ -120,14 +104,6 @@ class Experiment(Document):
 
 
 Source = str | os.PathLike[str] | Mapping[str, Any] | Experiment
-
-
-def _component(content: Mapping[str, Any]) -> Component | None:
-    """Return the component of an experiment; None where it cannot be built."""
-    with suppress(GranularError, MemoryError, LookupError, TypeError, ValueError, ArithmeticError, RecursionError):
-        table = dict(content["component"])
-        return catalogue.make(table.pop("type"), **table)
-    return None
 
 
 def _parameters(component: Any) -> Mapping[str, Any]:
@@ -148,6 +124,6 @@ def load_experiment(source: Source, overrides: Overrides = (), folder: Path | No
         load_experiment("nesterenko-1983/3.4-piston", {"component.grains": 500, "duration": 1e-3})
 
     Raises:
-        ExperimentError: file, table, key, what came and what was expected; unknown keys with the nearest right one.
+        ExperimentError: file, table, key, the value received and the expected one; unknown keys with the nearest right one.
     """
     return load(Experiment, source, overrides, folder)

@@ -11,46 +11,28 @@ Times are in seconds, values in the input's own SI unit; only a CSV file declare
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from contextlib import suppress
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
 from pydantic import Field, PlainValidator, TypeAdapter, field_validator
 
-from granular_env.components.component import Component
-from granular_env.components.errors import ExperimentError, Fault, nearest, one_line
+from granular_env.components.errors import one_line
 from granular_env.components.number_arrays import number_array
 from granular_env.components.profiles import Profile
 from granular_env.components.support.validation import refusal
 from granular_env.components.variables import is_index
 from granular_env.documents import ByKey, Table
 
-# What people write for a CSV table's path; no spelling check would find it.
-_WORDS_FOR_PATH = ("file", "filename", "csv", "name")
 
-# Signals that have no profile of their own; the nearest name, half_sine, would be something else.
-_WAVES = ("sin", "cos", "chirp", "sweep", "gauss", "burst", "harmonic", "ricker", "wavelet", "noise")
-_HALF_SINES = ("halfsine", "half-sine", "half sine", "half_sin", "halfsin", "half-sin")
-_SAMPLED = 'give samples of other signals: profile = "table" with times and values, or "csv"'
-
-
-def name_unknown_inputs(error: ExperimentError, component: Component) -> ExperimentError:
-    """Return an error of a document in which inputs that the component does not have are told as such.
-
-    Of a misspelt input that is a table, the table's own faults are found first, which lead astray.
-    """
-    known = [variable.name for variable in component.variables.values() if variable.causality == "input"]
-    faults: list[Fault] = []
-    for fault in error.faults:
-        table, *keys = fault.location or ("",)
-        if table == "input" and keys and keys[0] not in known:
-            hint = component.input_advice(str(keys[0]))
-            fault = Fault(("input", keys[0]), "unknown", hint=hint, source=fault.source)
-        if fault not in faults:
-            faults.append(fault)
-    return ExperimentError(*faults)
+def csv_tables(content: Any) -> Iterator[dict[str, Any]]:
+    """Yield the tables of CSV files in the inputs of an experiment's content, also those in sums."""
+    if isinstance(content, dict) and content.get("profile") == "csv":
+        yield content
+    elif isinstance(content, dict | list):
+        for part in content.values() if isinstance(content, dict) else content:
+            yield from csv_tables(part)
 
 
 def _array(given: Any) -> list[Any]:
@@ -73,8 +55,10 @@ def _pattern(given: Any) -> list[Any] | dict[str, Any]:
     return _by_index(given) or _array(given)
 
 
-class ProfileTable(Table, ABC):
-    """One profile as a table; `build` makes the `Profile`. Each kind has its name as the field `profile`."""
+class ProfileTable(Table):
+    """One profile as a table: its field `profile` names the function of `Profile`, the other fields are the arguments."""
+
+    profile: Any
 
     pattern: Annotated[list[Any] | dict[str, Any], PlainValidator(_pattern)] | None = Field(
         None,
@@ -86,9 +70,9 @@ class ProfileTable(Table, ABC):
         """Return how one element of an input is set where a profile drives it."""
         return f"an element of a profile is set in its pattern: pattern[{key}]" if is_index(key) else ""
 
-    @abstractmethod
     def build(self, folder: Path, unit: str) -> Profile:
         """Return the profile, for an input of that unit; paths are relative to `folder`."""
+        return getattr(Profile, self.profile)(**self.model_dump(exclude={"profile", "pattern"}))
 
 
 class ConstantTable(ProfileTable):
@@ -97,10 +81,6 @@ class ConstantTable(ProfileTable):
     profile: Literal["constant"] = "constant"
     value: float = Field(description="the input's value, in its unit")
     start: float = Field(0.0, description="when it begins [s]")
-
-    def build(self, folder: Path, unit: str) -> Profile:
-        """See `Profile.constant`."""
-        return Profile.constant(self.value, self.start)
 
 
 class TriangleTable(ProfileTable):
@@ -112,10 +92,6 @@ class TriangleTable(ProfileTable):
     rise: float = Field(0.0, description="from 0 to the peak [s]")
     start: float = Field(0.0, description="when it begins [s]")
 
-    def build(self, folder: Path, unit: str) -> Profile:
-        """See `Profile.triangle`."""
-        return Profile.triangle(self.peak, self.duration, self.rise, self.start)
-
 
 class HalfSineTable(ProfileTable):
     """Half a sine wave."""
@@ -124,10 +100,6 @@ class HalfSineTable(ProfileTable):
     peak: float = Field(description="the greatest value, in the input's unit")
     duration: float = Field(description="from zero to zero [s]")
     start: float = Field(0.0, description="when it begins [s]")
-
-    def build(self, folder: Path, unit: str) -> Profile:
-        """See `Profile.half_sine`."""
-        return Profile.half_sine(self.peak, self.duration, self.start)
 
 
 class SamplesTable(ProfileTable):
@@ -138,16 +110,12 @@ class SamplesTable(ProfileTable):
     values: list[float] = Field(description="one for each time, in the input's unit")
     after: float | Literal["hold"] = Field(0.0, description='the value after the last sample, or "hold"')
 
-    def build(self, folder: Path, unit: str) -> Profile:
-        """See `Profile.table`."""
-        return Profile.table(self.times, self.values, self.after)
-
 
 class CsvTable(ProfileTable):
     """A measured history in a CSV file; see `Profile.from_csv`."""
 
     profile: Literal["csv"] = "csv"
-    path: str = Field(min_length=1, description="the CSV file, relative to the experiment's")
+    path: str = Field(min_length=1, pattern=r"^[^\x00]*$", description="the CSV file, relative to the experiment's")
     time_column: str | int = Field(description="the time column's name, or its number from 0")
     value_column: str | int = Field(description="the value column's name, or its number from 0")
     time_unit: str | None = Field(None, description="s, ms, us, ns or sec, ...; may stand in the CSV's header instead")
@@ -166,13 +134,6 @@ class CsvTable(ProfileTable):
     offset_time: float = Field(0.0, description="added to the times [s]")
     after: float | Literal["hold"] = Field(0.0, description='the value after the last sample, in SI, or "hold"')
 
-    @classmethod
-    def advice_for_unknown(cls, key: str, given: Mapping[str, Any]) -> str:
-        """Return the right key for words that no spelling check would lead to it."""
-        if key in _WORDS_FOR_PATH and "path" not in given:
-            return "did you mean 'path'?"
-        return super().advice_for_unknown(key, given)
-
     def build(self, folder: Path, unit: str) -> Profile:
         """See `Profile.from_csv`."""
         keys = self.model_dump(exclude={"profile", "path", "pattern"})
@@ -185,10 +146,6 @@ class PiecewiseTable(ProfileTable):
     profile: Literal["piecewise"] = "piecewise"
     starts: list[float] = Field(description="when each piece begins [s]")
     coefficients: list[list[float]] = Field(description="for each piece, the value, its rate per second, ...")
-
-    def build(self, folder: Path, unit: str) -> Profile:
-        """See `Profile.piecewise`."""
-        return Profile.piecewise(self.starts, self.coefficients)
 
 
 class SumTable(ProfileTable):
@@ -211,17 +168,9 @@ class SumTable(ProfileTable):
         return Profile.total([table.build(folder, unit) for table in self.profiles])
 
 
-def _advise(kind: str, known: list[str]) -> str:
-    """Return advice for an unknown kind of profile; signals that have none are answered with the way to give samples."""
-    word = kind.lower()
-    if any(wave in word for wave in _WAVES) and word not in _HALF_SINES:
-        return f"known: {', '.join(known)}; {_SAMPLED}"
-    return nearest(kind, known)
-
-
 AnyProfile = Annotated[
     ConstantTable | TriangleTable | HalfSineTable | SamplesTable | CsvTable | PiecewiseTable | SumTable,
-    ByKey("profile", _advise),
+    ByKey("profile"),
 ]
 SumTable.model_rebuild()
 

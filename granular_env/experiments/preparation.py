@@ -10,7 +10,7 @@ from typing import Any, ClassVar
 
 from granular_env.components import catalogue
 from granular_env.components.component import Component
-from granular_env.components.errors import ExperimentError, Location, ParameterError, StepError, caution, nearest
+from granular_env.components.errors import Location, ParameterError, StepError, caution, nearest
 from granular_env.components.number_arrays import number_array, start_array
 from granular_env.components.profiles import CompiledProfile, Profile
 from granular_env.components.support.float_arrays import FloatArray
@@ -18,12 +18,12 @@ from granular_env.components.variables import Variable
 from granular_env.documents import Document, Overrides, load
 
 from .experiment import Experiment
-from .inputs import Input, ProfileTable, name_unknown_inputs
+from .inputs import Input, ProfileTable
 from .stop_rules import StopWatch
 
 InputValue = float | FloatArray | Profile
 
-# A run that is over before this part of an input's signal is told of.
+# A run that ends before this part of an input's signal causes a warning.
 _SHORT_RUN = 0.5
 
 
@@ -54,7 +54,7 @@ def prepare(experiment: Experiment, trial: bool = True) -> Prepared:
         trial: make one step with the inputs, and reset: only the component itself knows all that it refuses.
 
     Raises:
-        ExperimentError: file, table and key, what came and what was expected.
+        ExperimentError: file, table and key, the value received and the expected one.
     """
     locate = experiment.locate
     with locate("component"):
@@ -99,10 +99,7 @@ def branch_inputs(overrides: Overrides, component: Component) -> dict[str, Input
     Raises:
         ExperimentError: another key than an input's, an unknown input, or one that is not valid.
     """
-    try:
-        branch = load(_Branch, {}, overrides)
-    except ExperimentError as error:
-        raise name_unknown_inputs(error, component) from None
+    branch = load(_Branch, {}, overrides)
     found = {}
     for name, value in branch.input.items():
         with branch.locate("input", name):
@@ -136,7 +133,7 @@ def _input(folder: Path, component: Component, name: str, value: Any) -> InputVa
     profile = value.build(folder, known[name].unit)
     if value.pattern is not None:
         profile = profile * _pattern(("input", name, "pattern"), value.pattern, known[name].shape)
-    # Compiled once, here, so that what has to be told of it is told before anything is written.
+    # Compiled once, here, so that warnings come before anything is written.
     profile.compile(component.step_size, f"input.{name}")
     return profile
 

@@ -23,7 +23,7 @@ from granular_env.output_files import write_files
 from granular_env.package_contents import first_sentence, shipped_names
 
 from .experiment import Experiment, load_experiment
-from .inputs import CsvTable, SumTable
+from .inputs import csv_tables
 
 _KEY_WIDTH = 40
 
@@ -53,18 +53,24 @@ def template(name: str, new_name: str | None = None, others: Iterable[str] = ())
     return text if new_name is None else rename(text, new_name)
 
 
-def write(name: str, target: Path, force: bool = False) -> list[Path]:
-    """Write a template, and beside it copies of the CSV files that it names; nothing is replaced without `force`.
+def write(name: str, target: Path, force: bool = False, text: str = "") -> list[Path]:
+    """Write a file to start from, all of it or nothing; nothing is replaced without `force`.
 
-    All of them are written or none.
+    Args:
+        name: of a template; the CSV files that an experiment names are copied next to the new file.
+        target: the file.
+        force: replace files.
+        text: its content, where it is of no template.
 
     Returns:
         The files that were written.
     """
-    text = template(name, target.stem)
-    copies = {} if name in catalogue.names() else _data_files(name, target.parent)
-    _refuse_existing((target, *copies), force)
-    contents = {copied: read_data(original, "copy it by hand") for copied, original in copies.items()}
+    copies = {} if text or name in catalogue.names() else _data_files(name, target.parent)
+    text = text or template(name, target.stem)
+    for path in (target, *copies):
+        if os.path.lexists(path) and not force:
+            raise ExperimentError(f"{path} exists", hint="choose another name, or pass force=True (--force)")
+    contents = {copied: read_data(original) for copied, original in copies.items()}
     write_files({**contents, target: text.encode("utf-8")}, ExperimentError)
     return [target, *copies]
 
@@ -92,32 +98,12 @@ def is_log(path: str) -> bool:
     return os.path.isfile(path) and begins_as_log(Path(path))
 
 
-def write_text(text: str, target: Path, force: bool = False) -> None:
-    """Write a file to start from; nothing is replaced without `force`."""
-    _refuse_existing([target], force)
-    write_files({target: text.encode("utf-8")}, ExperimentError)
-
-
-def _refuse_existing(paths: Iterable[Path], force: bool) -> None:
-    for path in paths:
-        if os.path.lexists(path) and not force:
-            raise ExperimentError(f"{path} exists", hint="choose another name, or pass force=True (--force)")
-
-
 def _data_files(name: str, folder: Path) -> dict[Path, Path]:
     """Return where each CSV file of an experiment goes -> where it is; those named by absolute paths stay where they are."""
     experiment = load_experiment(name)
-    named = [table.path for value in experiment.input.values() for table in _csv_tables(value)]
+    named = [table["path"] for table in csv_tables(experiment.to_dict().get("input", {}))]
     found = {folder / path: experiment.folder / path for path in named if not Path(path).is_absolute()}
     return {copy: original for copy, original in found.items() if copy.resolve() != original.resolve()}
-
-
-def _csv_tables(value: Any) -> Iterable[CsvTable]:
-    if isinstance(value, CsvTable):
-        yield value
-    elif isinstance(value, SumTable):
-        for part in value.profiles:
-            yield from _csv_tables(part)
 
 
 def _of_component(name: str) -> str:
@@ -159,18 +145,18 @@ def _of_component(name: str) -> str:
 
 
 def _parameter_lines(model: type[BaseModel], example: Mapping[str, Any], table: str) -> list[str]:
-    """Return the keys of a table of parameters, those of the parts in it as tables of their own below.
+    """Return the keys of a table of parameters, those of its parts as tables below.
 
     Args:
         model: of the table.
-        example: what is set; other keys are comments that hold their defaults.
+        example: the keys that are set; other keys are comments that hold their defaults.
         table: its name.
     """
     lines: list[str] = []
     parts = parts_of(model)
     for key, field in model.model_fields.items():
         if key not in parts:
-            # A value that is computed has no default that could stand here.
+            # A value that is computed has no default to show.
             has_no_value = not field.is_required() and field.default is None
             value = f"# {key}{':' if has_no_value else ' ='} {default_of(field)}"
             value = f"{key} = {toml_value(example[key])}" if key in example else value
@@ -230,7 +216,7 @@ def _tidy(number: float) -> str:
 
 
 def default_of(field: FieldInfo) -> str:
-    """Return a parameter's default as TOML writes it; what has none is computed, or there is none of it where it says so."""
+    """Return a parameter's default as TOML writes it, or in words where there is none or it is computed."""
     if field.is_required():
         return "required"
     if field.default is not None:
@@ -244,7 +230,7 @@ def value_text(value: Any) -> str:
 
 
 def _plain(value: Any) -> Any:
-    """Return a value with the tables in it as mappings; what has nothing but a name may be given as that name."""
+    """Return a value with the tables in it as mappings; a table with a name alone becomes that name."""
     if isinstance(value, BaseModel):
         value = value.model_dump(exclude_none=True)
         if value.keys() == {"name"}:
@@ -260,7 +246,7 @@ def example_of(name: str, parameters: dict[str, Any]) -> Component:
 
 
 def example_values(model: type[BaseModel]) -> dict[str, Any]:
-    """Return examples of the parameters that have no default, or give an example beside it."""
+    """Return examples of the parameters that have no default, or give an example."""
     return {key: _smallest(field) for key, field in model.model_fields.items() if field.is_required() or field.examples}
 
 

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import importlib.util
 import shlex
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from time import perf_counter
 
@@ -23,23 +22,23 @@ _MOST_ERRORS = 3
 
 
 @contextmanager
-def sweep_progress(title: str, size: int, known: Sequence[Result], progress: Progress) -> Iterator[Callable[[Result], None]]:
+def sweep_progress(title: str, size: int, known: int, progress: Progress) -> Iterator[Callable[[Result], None]]:
     """Show a progress bar: tasks done and failed, their rate, the time left.
 
     Args:
         title: of the bar.
         size: number of tasks.
-        known: earlier results.
-        progress: whether to show it, or what is called instead.
+        known: how many have a result already.
+        progress: whether to show it, or a function to call instead.
     """
-    with progress_bar(title, size, done=len(known), show=progress) as shown:
-        begun, first, outcomes = perf_counter(), len(known), [one.outcome for one in known]
+    with progress_bar(title, size, done=known, show=progress) as shown:
+        begun, done, failed = perf_counter(), 0, 0
 
         def report(result: Result) -> None:
-            outcomes.append(result.outcome)
-            rate = (len(outcomes) - first) / max(perf_counter() - begun, 1e-9)
-            failed = len(outcomes) - outcomes.count("done") if shown.is_due() else 0
-            shown.update(len(outcomes), f"{len(outcomes)}/{size}", f"{failed} failed", f"{rate:,.3g} tasks/s")
+            nonlocal done, failed
+            done, failed = done + 1, failed + (result.outcome != "done")
+            rate = done / max(perf_counter() - begun, 1e-9)
+            shown.update(known + done, f"{known + done}/{size}", f"{failed} failed", f"{rate:,.3g} tasks/s")
 
         yield report
 
@@ -59,19 +58,14 @@ def closing_text(sweep: Sweep, part: str = "") -> str:
         return "\n".join([*lines, f"part {part}: when all parts are done, the command with --merge writes the table"])
     if 0 < sweep.done and sweep.size <= _MOST_ROWS:
         lines += ["", table(_rows(sweep)), ""]
-    pandas = ".table for pandas, " if importlib.util.find_spec("pandas") is not None else ""
-    advice = "" if pandas else "; pip install 'granular-env[sweep]' adds .table for pandas"
-    lines += [f"table: {shlex.quote(str(sweep.folder / TABLE))}", "  import granular_env as ge"]
-    return "\n".join([*lines, f"  sweep = ge.open_sweep({str(sweep.folder)!r})      # {pandas}.columns() for lists{advice}"])
+    path = shlex.quote(str(sweep.folder / TABLE))
+    return "\n".join([*lines, f"table: {path}", f"  in Python: ge.open_sweep({str(sweep.folder)!r}).table"])
 
 
 def _rows(sweep: Sweep) -> list[list[str]]:
     """Return headings with units, and the keys that vary, the measures and the outcome of each task."""
     columns, about = sweep.columns(), sweep.description
     shown = ["task", *about.keys, *about.measures, *(["outcome"] if sweep.done < sweep.size else [])]
-    rows = ([_cell(columns[name][row]) for name in shown] for row in range(sweep.size))
-    return [[sweep.heading(name) for name in shown], *rows]
-
-
-def _cell(value: object) -> str:
-    return f"{value:.6g}" if isinstance(value, float) else printable(value)
+    rows = [[columns[name][row] for name in shown] for row in range(sweep.size)]
+    cells = [[f"{cell:.6g}" if isinstance(cell, float) else printable(cell) for cell in row] for row in rows]
+    return [[sweep.heading(name) for name in shown], *cells]

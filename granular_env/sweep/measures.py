@@ -8,6 +8,9 @@ broken = "events link_broken"         # the number of events of a kind; "first l
 pressure = "report peak contact pressure"   # a figure that a run ends with; the beginning of its name is enough
 speed = { measurement = "front_speed", above = 0.1, first = 20, last = 60 }
 pulse = { measurement = "waves_at", take = "amplitude", which = 0, grain = 40, above = 0.1 }
+
+Each class of measures has two methods. `unit` checks a measure against a component, and returns the unit of its number. `value`
+returns the number of a finished run, and a note where it is not resolved. `RunObserver` takes the measures of a run.
 """
 
 from __future__ import annotations
@@ -15,6 +18,7 @@ from __future__ import annotations
 import inspect
 import math
 import re
+from array import array
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Annotated, Any, NamedTuple
@@ -23,17 +27,19 @@ import numpy as np
 from pydantic import PlainValidator
 
 from granular_env.components.component import Component
-from granular_env.components.errors import ParameterError, nearest, one_line
+from granular_env.components.errors import LogError, ParameterError, nearest, one_line
+from granular_env.components.stepping import Observer
 from granular_env.components.support.float_arrays import FloatArray
+from granular_env.components.support.memory_limits import refuse_beyond
 from granular_env.components.support.validation import refusal
 from granular_env.components.variables import ELEMENT, Element, parse_element
 from granular_env.crests_and_crossings import resolved_top
-from granular_env.domains import DOMAINS, load
+from granular_env.domains import domain_of
 
 # Columns that every table may have; no measure is called so.
-OWN_COLUMNS = ("task", "sample", "repetition", "seed", "outcome", "error", "notes", "hash", "log")
-EXTREMES = ("max", "min", "mean", "time of max", "time of min")
-_KINDS = (*EXTREMES, "final", "start")
+OWN_COLUMNS = ("task", "sample", "outcome", "error", "notes", "hash", "log")
+_EXTREMES = ("max", "min", "mean", "time of max", "time of min")
+_KINDS = (*_EXTREMES, "final", "start")
 _WORDS = re.compile(rf"(?P<kind>{'|'.join(_KINDS)})\s+(?P<bar>\|?)(?P<element>{ELEMENT})(?P=bar)")
 _EVENTS = re.compile(r"(?P<what>events|first)\s+(?P<kind>\w+)")
 _REPORT = re.compile(r"report\s+(?P<name>\S.*)")
@@ -69,17 +75,14 @@ class Reading:
     element: Element
     absolute: bool
 
-    def check(self, component: Component) -> None:
-        """`ParameterError` where this component has no such variable, or no such element."""
+    def unit(self, component: Component) -> str:
+        """Return the unit; `ParameterError` where the component has no such variable or element."""
         variable = self.element.find(component.variables, f"an output of component {component.name!r}", "output", "input")
         size, name = math.prod(variable.shape), self.element.name
         if not self.element.index and variable.shape and (self.kind not in ("max", "min") or not size):
             hint = f"name one, such as {Element(name, (-1,) * len(variable.shape))}, or take max or min"
             raise ParameterError(f"{name!r} has {size} elements", hint=hint)
-
-    def unit(self, component: Component) -> str:
-        """Return the unit of the number."""
-        return "s" if self.kind.startswith("time") else component.variables[self.element.name].unit
+        return "s" if self.kind.startswith("time") else variable.unit
 
     def look(self, component: Component) -> float:
         """Return the present value; of all elements the greatest, or the least for min."""
@@ -88,14 +91,10 @@ class Reading:
         return float(value if not value.ndim else value.min() if self.kind == "min" else value.max())
 
     def value(self, run: FinishedRun, looks: FloatArray) -> tuple[float, str]:
-        """Return the number, and a note where it is not resolved.
+        """Return the number from the looks at `run.times`; for start only the first is needed.
 
         An extreme of a single number is read off the curve through the looks next to it; that of all elements of an array is
         the greatest, or the least, of the looks.
-
-        Args:
-            run: which one.
-            looks: the value at `run.times`; only the first for start.
         """
         if self.kind == "final":
             return self.look(run.component), ""
@@ -104,17 +103,13 @@ class Reading:
         if self.kind == "mean":
             return math.fsum(looks) / len(looks), ""
         sign = -1.0 if self.kind.endswith("min") else 1.0
-        heights, times = sign * looks, run.times
-        peak, note = int(np.argmax(heights)), ""
+        peak = int(np.argmax(sign * looks))
         is_single = bool(self.element.index) or not run.component.variables[self.element.name].shape
-        found = resolved_top(times, heights, peak) if is_single else None
-        if found is None and self.kind.startswith("time") and peak:
-            note = "its time is that of the last look, the crest may lie later; run for longer"
-            if peak < len(times) - 1:
-                near = f"in {times[peak - 1]:g} s to {times[peak + 1]:g} s"
-                note = f"the crest is not resolved, its time is that of a look, {near}; look more often"
-        time, height = found or (float(times[peak]), float(heights[peak]))
-        return (time if self.kind.startswith("time") else sign * height), note
+        found = resolved_top(run.times, sign * looks, peak) if is_single else None
+        time, height = found or (float(run.times[peak]), float(sign * looks[peak]))
+        if not self.kind.startswith("time"):
+            return sign * height, ""
+        return time, "" if found or not peak else "the crest is not resolved; look more often, or run for longer"
 
 
 @dataclass(frozen=True)
@@ -123,23 +118,19 @@ class Figure:
 
     name: str
 
-    def check(self, component: Component) -> None:
-        """`ParameterError` where the component reports no figure of that name, or several."""
-        self._find(component.report())
+    def unit(self, component: Component) -> str:
+        """Return the unit that the figure's name ends with; `ParameterError` for no such figure, or several."""
+        match = re.search(r"\[([^\[\]]+)\]$", self._find(component.report()))
+        return match[1] if match else "1"
 
     def value(self, run: FinishedRun, looks: FloatArray) -> tuple[float, str]:
         """Return the figure."""
         return float(run.report[self._find(run.report)]), ""
 
-    def unit(self, component: Component) -> str:
-        """Return the unit that the figure's name ends with."""
-        match = re.search(r"\[([^\[\]]+)\]$", self._find(component.report()))
-        return match[1] if match else "1"
-
     def _find(self, report: Mapping[str, float]) -> str:
-        fitting = [name for name in report if name.startswith(self.name)]
-        if self.name in report or len(fitting) == 1:
-            return self.name if self.name in report else fitting[0]
+        fitting = [self.name] if self.name in report else [name for name in report if name.startswith(self.name)]
+        if len(fitting) == 1:
+            return fitting[0]
         advice = f"several begin so: {', '.join(fitting)}" if fitting else nearest(self.name, report)
         expected = "the beginning of one figure of the run's report"
         raise ParameterError(f"got 'report {self.name}'", expected=expected, hint=advice)
@@ -157,9 +148,10 @@ class EventMeasure:
     kind: str
     is_first: bool
 
-    def check(self, component: Component) -> None:
-        """`ParameterError` for a kind of events that the component does not have."""
+    def unit(self, component: Component) -> str:
+        """Return the unit; `ParameterError` for a kind of events that the component does not have."""
         component.events(self.kind)
+        return "s" if self.is_first else "1"
 
     def value(self, run: FinishedRun, looks: FloatArray) -> tuple[float, str]:
         """Return the number of events, or the time of the first."""
@@ -168,40 +160,50 @@ class EventMeasure:
             return float(len(found)), ""
         return (found[0].tick * run.component.step_size if found else math.nan), ""
 
-    def unit(self, component: Component) -> str:
-        """Return the unit of the number."""
-        return "s" if self.is_first else "1"
-
 
 @dataclass(frozen=True)
 class Measurement:
-    """A measurement of a domain, and which of its numbers is taken.
+    """A measurement of the component's domain, and which of its numbers is taken.
 
     Attributes:
-        columns: the domain's module of that name, see `Domain.columns`.
         name: of the function.
-        take: which number.
+        take: which number; "" for the first that the domain names.
         which: of several waves, in the order that the function gives them; negative counts from the last.
         arguments: the function's own.
     """
 
-    columns: str
     name: str
     take: str
     which: int
-    arguments: tuple[tuple[str, Any], ...]
+    arguments: Mapping[str, Any]
 
-    def check(self, component: Component) -> None:
-        """Do nothing: the domain's watch is looked for when the run begins."""
+    def unit(self, component: Component) -> str:
+        """Return the unit; `ParameterError` for a measurement, a number or an argument that the domain does not have."""
+        columns = domain_of(component.name).load("columns")
+        if columns is None:
+            hint = "take its variables, such as 'max NAME[0]'"
+            raise ParameterError(f"component {component.name!r} has no measurements", hint=hint)
+        if self.name not in columns.MEASUREMENTS:
+            raise ParameterError(f"got {self.name!r}", hint=nearest(self.name, columns.MEASUREMENTS), at="measurement")
+        take = self._take(columns)
+        if take not in columns.MEASUREMENTS[self.name]:
+            raise ParameterError(f"got {take!r}", hint=nearest(take, columns.MEASUREMENTS[self.name]), at="take")
+        signature = inspect.signature(columns.function(self.name))
+        try:
+            signature.bind(None, **self.arguments)
+        except TypeError as error:
+            hint = f"{self.name} takes {', '.join(list(signature.parameters)[1:])}"
+            raise ParameterError(str(error), hint=hint) from None
+        return columns.UNITS.get((self.name, take)) or columns.UNITS[take]
 
     def value(self, run: FinishedRun, looks: FloatArray) -> tuple[float, str]:
         """Return the number; NaN where there are fewer waves."""
-        return load(self.columns).MEASUREMENTS[self.name][self.take](run.history, self.which, dict(self.arguments)), ""
+        columns = domain_of(run.component.name).load("columns")
+        taken = columns.MEASUREMENTS[self.name][self._take(columns)]
+        return taken(run.history, self.which, dict(self.arguments)), ""
 
-    def unit(self, component: Component) -> str:
-        """Return the unit of what is taken."""
-        units = load(self.columns).UNITS
-        return units.get((self.name, self.take)) or units[self.take]
+    def _take(self, columns: Any) -> str:
+        return self.take or next(iter(columns.MEASUREMENTS[self.name]))
 
 
 Measure = Reading | Figure | EventMeasure | Measurement
@@ -209,50 +211,91 @@ Measure = Reading | Figure | EventMeasure | Measurement
 
 def parse_measure(given: Any) -> Measure:
     """Return a measure from its words or its table in the plan; for pydantic."""
-    if isinstance(given, Mapping):
-        return _parse_measurement(given)
     words = " ".join(given.split()) if isinstance(given, str) else ""
-    if (match := _WORDS.fullmatch(words)) is not None:
+    if isinstance(given, Mapping) and isinstance(given.get("measurement"), str):
+        arguments = {key: value for key, value in given.items() if key not in ("measurement", "take", "which")}
+        if type(which := given.get("which", 0)) is not int:
+            raise ParameterError(f"got {one_line(which)}", expected="a whole number, -1 for the last", at="which")
+        return Measurement(given["measurement"], str(given.get("take", "")), which, arguments)
+    if match := _WORDS.fullmatch(words):
         return Reading(match["kind"], parse_element(match["element"]), bool(match["bar"]))
-    if (match := _REPORT.fullmatch(words)) is not None:
+    if match := _REPORT.fullmatch(words):
         return Figure(match["name"])
-    if (match := _EVENTS.fullmatch(words)) is not None:
+    if match := _EVENTS.fullmatch(words):
         return EventMeasure(match["kind"], match["what"] == "first")
     raise refusal(
         f"got {one_line(given, 60)}",
         f"such as 'max velocity[40]' ({', '.join(_KINDS)}), 'events KIND' or 'first KIND' of what can happen, "
-        "'report NAME' of a figure that runs end with, or a measurement of the domain, "
-        f"{{ measurement = NAME, ... }} ({', '.join(_measurements())})",
+        "'report NAME' of a figure that runs end with, or a measurement of the domain, { measurement = NAME, ... }",
     )
 
 
 AnyMeasure = Annotated[Measure, PlainValidator(parse_measure)]
 
 
-def _parse_measurement(table: Mapping[str, Any]) -> Measurement:
-    known, name = _measurements(), table.get("measurement")
-    if not isinstance(name, str) or name not in known:
-        came = "missing" if name is None else f"got {one_line(name, 60)}"
-        raise refusal(came, hint=nearest(str(name), known), at=("measurement",))
-    columns = load(known[name])
-    takes = columns.MEASUREMENTS[name]
-    take, which = table.get("take", next(iter(takes))), table.get("which", 0)
-    if not isinstance(take, str) or take not in takes:
-        raise refusal(f"got {one_line(take, 60)}", hint=nearest(str(take), takes), at=("take",))
-    if isinstance(which, bool) or not isinstance(which, int):
-        raise refusal(f"got {one_line(which, 60)}", "a whole number: 0 is the first, -1 the last", at=("which",))
-    arguments = {key: value for key, value in table.items() if key not in ("measurement", "take", "which")}
-    _, *parameters = inspect.signature(columns.function(name)).parameters.values()
-    needed = {one.name: one.default is one.empty for one in parameters}
-    for key in arguments.keys() - needed.keys():
-        raise refusal("unknown", hint=nearest(key, ["take", "which", *needed]), at=(key,))
-    for key in needed:
-        if needed[key] and key not in arguments:
-            raise refusal("missing", hint=f"{name} needs it", at=(key,))
-    return Measurement(known[name], name, take, which, tuple(arguments.items()))
+class RunObserver(Observer):
+    """An observer that gathers what the measures of a plan need; it never changes the step.
 
+    Args:
+        measures: by the name of their column.
+        every: time between two looks [s]; None: each internal step.
+        duration: of the run [s], so that a history that does not fit is refused at once.
+    """
 
-def _measurements() -> dict[str, str]:
-    """Return name -> the domain's module that has it, of all domains."""
-    homes = [domain.columns for domain in DOMAINS.values() if domain.columns is not None]
-    return {name: home for home in homes for name in load(home).MEASUREMENTS}
+    def __init__(self, measures: Mapping[str, Measure], every: float | None, duration: float) -> None:
+        self._measures, self._every, self._duration = measures, every, duration
+        self._readings = {name: one for name, one in measures.items() if isinstance(one, Reading)}
+        self._extremes = {name: one for name, one in self._readings.items() if one.kind in _EXTREMES}
+        self._looks, self._times, self._watch = {name: array("d") for name in self._readings}, array("d"), None
+        self.next_tick = 0
+
+    def on_reset(self, component: Component) -> None:
+        """Check the measures against the component, and look at its start."""
+        for name, measure in self._measures.items():
+            try:
+                measure.unit(component)
+            except ParameterError as error:
+                raise error.within("measure", name) from None
+        self._interval = 1 if self._every is None else component.ticks_in(self._every, "every")
+        if any(isinstance(measure, Measurement) for measure in self._measures.values()):
+            self._watch = self._begin_history(component)
+        self._look(component, self._readings)
+        self._plan_next(component)
+
+    def _begin_history(self, component: Component) -> Any:
+        every = self._interval * component.step_size
+        watch = domain_of(component.name).load("watch")(every)
+        watch.on_reset(component)
+        numbers = sum(np.size(component.get(name)) for name in watch.variables)
+        refuse_beyond(int(8 * numbers * self._duration / every), f"a history with a frame every {every:g} s")
+        return watch
+
+    def on_sample(self, component: Component) -> None:
+        """Look at every variable whose extreme or mean is wanted."""
+        self._look(component, self._extremes)
+        if self._watch is not None:
+            self._watch.on_sample(component)
+        self._plan_next(component)
+
+    def _look(self, component: Component, readings: Mapping[str, Reading]) -> None:
+        self._times.append(component.time)
+        for name, reading in readings.items():
+            self._looks[name].append(reading.look(component))
+
+    def _plan_next(self, component: Component) -> None:
+        self.next_tick = component.tick + self._interval if self._extremes or self._watch else 2**62
+
+    def values(self, component: Component, report: Mapping[str, float]) -> tuple[list[float], list[str]]:
+        """Return the measures of a finished run, in their order; NaN, and a sentence, where one has no value."""
+        if self._times[-1] < component.time:
+            self._look(component, self._extremes)
+        run = FinishedRun(component, report, np.array(self._times), self._watch and self._watch.history)
+        values, notes = [], []
+        for name, measure in self._measures.items():
+            try:
+                value, note = measure.value(run, np.array(self._looks.get(name, ())))
+            except (ParameterError, LogError) as error:
+                value, note = math.nan, str(error)
+            values.append(value)
+            notes += [f"{name}: {note}"] if note else []
+        return values, notes

@@ -19,26 +19,12 @@ import math
 from collections.abc import Mapping
 from typing import Annotated, Any, Literal, Self
 
-from pydantic import AfterValidator, Field, PlainValidator, TypeAdapter, model_validator
+from pydantic import Field, PlainValidator, model_validator
 
 from granular_env.components.errors import one_line
 from granular_env.components.support.counter_random import uniform
-from granular_env.components.support.serialization import canonical_json
 from granular_env.components.support.validation import refusal
 from granular_env.documents import Table
-
-
-def _check_value(value: Any) -> Any:
-    """Refuse what cannot be hashed with its task."""
-    try:
-        canonical_json(value)
-    except (TypeError, ValueError):
-        raise refusal(f"got {one_line(value, 60)}", "a finite number, a text, a list or a table of these") from None
-    return value
-
-
-Value = Annotated[Any, AfterValidator(_check_value)]
-_VALUES = TypeAdapter(list[Value])
 
 
 class Range(Table):
@@ -76,7 +62,7 @@ class Distribution(Table):
     distribution: Literal["uniform", "log_uniform", "integer", "choice"] = Field(description="how values are drawn")
     begin: float | None = Field(None, alias="from", description="the least value")
     end: float | None = Field(None, alias="to", description="the greatest value")
-    values: list[Value] = Field([], description="those to choose from")
+    values: list[Any] = Field([], description="those to choose from")
 
     @model_validator(mode="after")
     def _check_ends(self) -> Self:
@@ -125,11 +111,9 @@ class Samples(Table):
 
 
 def _axis(given: Any) -> list[Any] | Range:
-    if isinstance(given, list):
-        if not given:
-            raise refusal("got no values", "at least one")
-        return _VALUES.validate_python(given)
-    if isinstance(given, Mapping | Range):
+    if isinstance(given, list) and given:
+        return given
+    if isinstance(given, Mapping):
         return Range.model_validate(given)
     expected = "a list of values, or a table; one value for all belongs into [set]"
     raise refusal(f"got {one_line(given, 60)}", expected)

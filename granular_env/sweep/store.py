@@ -31,21 +31,18 @@ class Description(BaseModel):
     """The content of `sweep.json`.
 
     Attributes:
-        keys: column -> its value in each task: the keys of the experiment that vary, then sample, repetition and seed.
-        measures: column -> measure, in words.
+        keys: column -> its value in each task: the keys of the experiment that vary, then the number of the sample.
+        measures: their columns.
         units: column -> SI unit.
         hashes: of the tasks.
     """
 
     model_config = ConfigDict(strict=True, frozen=True)
 
-    format: Literal["granular-env sweep"] = "granular-env sweep"
-    version: Literal[2] = 2
+    version: Literal[3] = 3
     name: str
-    program: str
-    experiment: str
     keys: dict[str, list[Any]]
-    measures: dict[str, str]
+    measures: list[str]
     units: dict[str, str]
     hashes: list[str]
 
@@ -56,7 +53,7 @@ class Store:
     Args:
         folder: made if need be.
         description: the sweep.
-        part: (i, n), see `run_sweep`.
+        part: (i, n), the part I/N of `run_sweep`.
 
     Raises:
         SweepError: another process computes here, the folder is of something else, or it cannot be written.
@@ -68,8 +65,6 @@ class Store:
 
     def __enter__(self) -> Self:
         folder, named = self.folder, f"{str(self.folder)!r}"
-        if folder.exists() and not folder.is_dir():
-            raise SweepError(f"{named} is a file", expected="a folder", hint="the sweep's results go into it")
         if (folder / DESCRIPTION).exists():
             if (other := read_description(folder).name) != self.description.name:
                 received = f"{named} holds the results of the plan {other!r}, this one is {self.description.name!r}"
@@ -122,8 +117,6 @@ def read_description(folder: Path) -> Description:
     except FileNotFoundError:
         expected = "the folder that `granular-env sweep` wrote"
         raise SweepError("no sweep is there", expected=expected, source=f"{str(folder)!r}") from None
-    except OSError as error:
-        raise SweepError(f"cannot be read: {error.strerror or error}", source=f"{str(path)!r}") from None
     except ValidationError as error:
         first = error.errors()[0]
         hint = "compute the sweep again, in another folder"
@@ -133,7 +126,7 @@ def read_description(folder: Path) -> Description:
 def read_results(folder: Path) -> dict[str, Result]:
     """Return hash -> result of all journals in a folder.
 
-    Of several results of a task the last one counts, but none replaces one that is done. Lines that were cut off are ignored.
+    The last result of a task counts, but none replaces one that is done. Lines that were cut off are ignored.
     """
     found: dict[str, Result] = {}
     for path in sorted(folder.glob(JOURNALS)):

@@ -9,14 +9,13 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
-from granular_env.components.errors import SweepError, one_line
+from granular_env.components.errors import SweepError
 from granular_env.optional_packages import import_optional
 from granular_env.output_files import replacing
 
 from .store import TABLE, Description, read_description, read_results
 from .worker import Result, log_path
 
-_OUTCOMES = {"done": "done", "failed": "failed", "lost": "failed"}
 _NOTHING = Result("", "lost")
 
 
@@ -26,56 +25,31 @@ class Sweep:
     Attributes:
         folder: of the results.
         description: the plan's name, keys, measures and tasks.
+        size: number of tasks.
         outcomes: of each task: done, failed or pending. A task whose process or node was lost several times has failed.
+        done: number of tasks that have their measures.
+        failed: number of tasks that failed.
+        errors: number of each failed task -> why.
+        units: column -> SI unit, of the keys that vary and of the measures; "1" for plain numbers.
         interrupted: whether Ctrl-C ended the computation in this process.
     """
 
     def __init__(self, folder: Path, description: Description, results: Mapping[str, Result]) -> None:
         self.folder, self.description, self.interrupted = folder, description, False
         self._results = [results.get(one) for one in description.hashes]
-        self.outcomes = ["pending" if one is None else _OUTCOMES[one.outcome] for one in self._results]
+        self.outcomes = ["pending" if one is None else one.outcome.replace("lost", "failed") for one in self._results]
+        self.size, self.units = len(self.outcomes), dict(description.units)
+        self.done, self.failed = self.outcomes.count("done"), self.outcomes.count("failed")
+        self.errors = {place: one.error for place, one in enumerate(self._results) if one and one.outcome != "done"}
 
     def __repr__(self) -> str:
-        counts = ", ".join(f"{self.outcomes.count(outcome)} {outcome}" for outcome in ("done", "failed", "pending"))
+        pending = self.size - self.done - self.failed
+        counts = f"{self.done} done, {self.failed} failed, {pending} pending"
         return f"<Sweep {self.description.name!r}: {self.size} tasks, {counts}>"
 
-    @property
-    def size(self) -> int:
-        """Return the number of tasks."""
-        return len(self.outcomes)
-
-    @property
-    def done(self) -> int:
-        """Return the number of tasks that have their measures."""
-        return self.outcomes.count("done")
-
-    @property
-    def failed(self) -> int:
-        """Return the number of tasks that failed."""
-        return self.outcomes.count("failed")
-
-    @property
-    def units(self) -> dict[str, str]:
-        """Column -> SI unit, of the keys that vary and of the measures; "1" for plain numbers."""
-        return dict(self.description.units)
-
-    @property
-    def errors(self) -> dict[int, str]:
-        """Number of each failed task -> why."""
-        return {number: one.error for number, one in enumerate(self._results) if one is not None and one.outcome != "done"}
-
     def log(self, task: int) -> Path:
-        """Return the path of a task's log, for `open_log`.
-
-        Raises:
-            SweepError: there is no such task, or it left no log.
-        """
-        if task not in range(self.size):
-            raise SweepError(f"got {one_line(task)}", expected=f"0 to {self.size - 1}", at="task")
-        path = log_path(self.folder, self.description.hashes[task])
-        if not path.exists():
-            raise SweepError(f"task {task} left no log", hint="say in the plan's [logs] which are kept")
-        return path
+        """Return the path of a task's log, for `open_log`; the plan's `log_every` says which tasks leave one."""
+        return log_path(self.folder, self.description.hashes[task])
 
     def columns(self) -> dict[str, list[Any]]:
         """Return column -> a value for each task, in the plan's order. Wall times, which differ between runs, are no column."""
@@ -121,8 +95,5 @@ def open_sweep(folder: str | os.PathLike[str]) -> Sweep:
     Raises:
         SweepError: no sweep is there, or one of another version.
     """
-    try:
-        path = Path(folder)
-    except TypeError:
-        raise SweepError(f"got {one_line(folder)}", expected="the path of a sweep's folder", at="folder") from None
+    path = Path(folder)
     return Sweep(path, read_description(path), read_results(path))

@@ -7,7 +7,7 @@ import hashlib
 import itertools
 import json
 from collections.abc import Iterator
-from pathlib import Path
+from functools import cache
 from typing import Any, NamedTuple
 
 from granular_env.code_hash import code_hash
@@ -16,6 +16,7 @@ from granular_env.components.errors import ExperimentError
 from granular_env.components.support.parameter_fields import unit_of
 from granular_env.components.support.serialization import canonical_json
 from granular_env.documents.files import read_data
+from granular_env.experiments.inputs import csv_tables
 
 from .parameter_values import Range, draws
 from .plan import LARGEST, Plan
@@ -31,8 +32,8 @@ class Workload(NamedTuple):
 
     Attributes:
         job: the part that all tasks share.
-        keys: column -> its value in each task: the keys of the grid and of the samples, then sample, repetition and seed.
-        tasks: in the plan's order: the last key of the grid varies fastest, then the samples, then the repetitions.
+        keys: column -> its value in each task: the keys of the grid and of the samples, then the number of the sample.
+        tasks: in the plan's order: the samples vary fastest, then the last key of the grid.
     """
 
     job: Job
@@ -49,7 +50,7 @@ class Workload(NamedTuple):
         first: dict[str, int] = {}
         found: dict[str, Task] = {}
         for number, task in enumerate(self.tasks):
-            if first.setdefault(task.hash, number) % count == index and (task.hash not in found or task.log == "always"):
+            if first.setdefault(task.hash, number) % count == index and (task.hash not in found or task.is_logged):
                 found[task.hash] = task
         return found
 
@@ -69,39 +70,44 @@ def make_workload(plan: Plan, time_limit: float | None = None, allow_large: bool
         hint = "take fewer values, or pass allow_large=True (--allow-large)"
         raise ExperimentError(f"it has {plan.size} tasks", expected=f"at most {LARGEST}", hint=hint, source=plan.origin)
     experiment = plan.load_experiment()
-    files = _Files(experiment.folder)
+    files: dict[str, bytes] = {}
+
+    @cache
+    def stored_name(path: str) -> str:
+        """Read a CSV file, which travels with the tasks; return its name in the results' folder, a hash of its content."""
+        data = read_data(experiment.folder / path)
+        name = f"{hashlib.sha256(data).hexdigest()[:32]}.csv"
+        files[name] = data
+        return name
+
     document = copy.deepcopy(experiment.to_dict())
-    for table in _csv_tables(document.get("input", {})):
-        table["path"] = files.name_by_content(table["path"])
-    basis = _hash([{key: document[key] for key in document.keys() - {"name", "description", "source"}}, plan.text, code_hash()])
-    names = [*plan.keys, *(["sample"] if plan.samples else []), *(["repetition", "seed"] if plan.seeds else [])]
-    columns: dict[str, list[Any]] = {name: [] for name in names}
+    for table in csv_tables(document.get("input", {})):
+        table["path"] = stored_name(table["path"])
+    content = {key: document[key] for key in document.keys() - {"name", "description", "source"}}
+    basis = _hash([content, {name: repr(measure) for name, measure in plan.measure.items()}, plan.every, code_hash()])
+    columns: dict[str, list[Any]] = {name: [] for name in (*plan.keys, *(["sample"] if plan.samples else []))}
     tasks: list[Task] = []
-    for number, (values, sample, repetition) in enumerate(_points(plan)):
-        chosen = tuple((key, files.stored_value(key, value)) for key, value in zip(plan.keys, values, strict=True))
-        row = [json.dumps(value) if isinstance(value, list | dict) else value for value in values]
-        row += [sample] if plan.samples else []
-        if plan.seeds is not None:
-            # Of the values, not of the number: a plan that grows keeps its seeds.
-            seed = int(_hash([plan.seeds.seed, chosen, repetition])[:8], 16)
-            chosen += tuple((key, seed) for key in plan.seeds.keys)
-            row += [repetition, seed]
-        for name, value in zip(names, row, strict=True):
-            columns[name].append(value)
-        tasks.append(Task(_hash([basis, chosen]), chosen, plan.logs.of_task(number)))
-    return Workload(Job(document, files.contents, plan.measure, plan.every, code_hash(), time_limit), columns, tasks)
+    for number, (values, sample) in enumerate(_points(plan)):
+        chosen = tuple(
+            (key, stored_name(value) if key.startswith("input.") and key.endswith(".path") else value)
+            for key, value in zip(plan.keys, values, strict=True)
+        )
+        for column, value in zip(columns.values(), (*values, sample), strict=False):
+            column.append(json.dumps(value) if isinstance(value, list | dict) else value)
+        is_logged = plan.log_every is not None and number % plan.log_every == 0
+        tasks.append(Task(_hash([basis, chosen]), chosen, is_logged))
+    return Workload(Job(document, files, plan.measure, plan.every, code_hash(), time_limit), columns, tasks)
 
 
-def _points(plan: Plan) -> Iterator[tuple[tuple[Any, ...], int, int]]:
-    """Yield (values of the grid and of the sample, number of the sample, number of the repetition)."""
+def _points(plan: Plan) -> Iterator[tuple[tuple[Any, ...], int]]:
+    """Yield (values of the grid and of the sample, number of the sample)."""
     grid = [values.values() if isinstance(values, Range) else values for values in plan.grid.values()]
     samples: list[tuple[Any, ...]] = [()]
     if plan.samples is not None:
         drawn = plan.samples.distributions.items()
         samples = list(zip(*(draws(one, key, plan.samples.seed, plan.samples.count) for key, one in drawn), strict=True))
-    repetitions = range(plan.seeds.count if plan.seeds else 1)
-    for point, (sample, values), repetition in itertools.product(itertools.product(*grid), enumerate(samples), repetitions):
-        yield (*point, *values), sample, repetition
+    for point, (sample, values) in itertools.product(itertools.product(*grid), enumerate(samples)):
+        yield (*point, *values), sample
 
 
 def _hash(content: Any) -> str:
@@ -109,45 +115,6 @@ def _hash(content: Any) -> str:
         return hashlib.sha256(canonical_json(content)).hexdigest()[:32]
     except (ValueError, TypeError) as error:
         raise ExperimentError(f"a value cannot be written as JSON: {error}", hint="use finite numbers, texts, lists") from None
-
-
-# -- CSV files ------------------------------------------------------------------------------------------------------------
-
-
-class _Files:
-    """The CSV files that an experiment or a task names, which travel with the tasks.
-
-    Attributes:
-        contents: name in the results' folder, a hash of the content -> content.
-    """
-
-    def __init__(self, folder: Path) -> None:
-        self._folder, self._names = folder, dict[str, str]()
-        self.contents: dict[str, bytes] = {}
-
-    def name_by_content(self, path: str) -> str:
-        """Read a file, and return its name in the results' folder."""
-        if path not in self._names:
-            data = read_data(self._folder / path)
-            self._names[path] = f"{hashlib.sha256(data).hexdigest()[:32]}.csv"
-            self.contents[self._names[path]] = data
-        return self._names[path]
-
-    def stored_value(self, key: str, value: Any) -> Any:
-        """Return a task's value of a key; of a CSV file's path, its name in the results' folder."""
-        is_path = isinstance(value, str) and key.startswith("input.") and key.endswith(".path")
-        return self.name_by_content(value) if is_path else value
-
-
-def _csv_tables(node: Any) -> Iterator[dict[str, Any]]:
-    if isinstance(node, dict) and node.get("profile") == "csv":
-        yield node
-    elif isinstance(node, dict | list):
-        for part in node.values() if isinstance(node, dict) else node:
-            yield from _csv_tables(part)
-
-
-# -- units ----------------------------------------------------------------------------------------------------------------
 
 
 def units_of(plan: Plan, component: Component) -> dict[str, str]:
@@ -159,7 +126,7 @@ def units_of(plan: Plan, component: Component) -> dict[str, str]:
 
 def _unit_of_key(key: str, component: Component) -> str:
     table, _, rest = key.partition(".")
-    name, *inner = (part.strip("\"'") for part in rest.split("."))
+    name, *inner = rest.split(".")
     if key in _SECONDS or (table == "input" and inner and inner[-1] in _TIMES):
         return "s"
     if table == "component" and inner:

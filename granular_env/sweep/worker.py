@@ -7,20 +7,16 @@ import os
 import socket
 import warnings
 from collections.abc import Mapping
-from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
 
 from granular_env.code_hash import code_hash
 from granular_env.components.errors import GranularWarning, SweepError
-from granular_env.experiments import load_experiment
+from granular_env.experiments import Experiment, load_experiment
 from granular_env.experiments.preparation import Prepared, prepare
 
-from .measures import Measure
-from .observer import RunObserver
-
-Log = Literal["never", "failed", "always"]
+from .measures import Measure, RunObserver
 
 
 @dataclass(frozen=True)
@@ -51,12 +47,12 @@ class Task:
     Attributes:
         hash: of the experiment, the overrides, the measures and the program.
         overrides: the keys of the experiment that it sets, with their values.
-        log: when its log is kept.
+        is_logged: whether its log is kept.
     """
 
     hash: str
     overrides: tuple[tuple[str, Any], ...]
-    log: Log = "never"
+    is_logged: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -83,7 +79,7 @@ class Computer:
     """Computes tasks of a job in this process.
 
     Args:
-        job: what they share.
+        job: their common part.
         folder: with the job's CSV files in ``inputs/``; logs go to ``logs/``.
 
     Raises:
@@ -104,33 +100,24 @@ class Computer:
         Raises:
             GranularError: the experiment or its measures are not valid.
         """
-        experiment = load_experiment(self._job.document, dict(task.overrides), self._folder / "inputs")
+        experiment, observer = self._load(task)
         ready = prepare(experiment, trial=False)
-        self._observer(experiment.duration, experiment.record.every).on_reset(ready.component)
+        observer.on_reset(ready.component)
         return ready
 
     def compute(self, task: Task) -> Result:
         """Return the result of a task; an error is a result too."""
         try:
-            return self._run(task, task.log == "always")
-        except Exception as caught:  # also from a third party's component: the sweep continues
-            error = caught
-        if _is_of_machine(error):
-            outcome = "lost"
-        else:
-            outcome = "failed"
-            if task.log == "failed":
-                with suppress(Exception):  # it fails at the same step again; where nothing can be recorded, there is no log
-                    self._run(task, True)
-        message = f"{type(error).__name__}: {str(error) or 'no message'}"
-        return Result(task.hash, outcome, (float("nan"),) * len(self._job.measures), message)
+            return self._run(task)
+        except Exception as error:  # also from a third party's component: the sweep continues
+            outcome = "lost" if _is_of_machine(error) else "failed"
+            return Result(task.hash, outcome, error=f"{type(error).__name__}: {str(error) or 'no message'}")
 
-    def _run(self, task: Task, logged: bool) -> Result:
+    def _run(self, task: Task) -> Result:
         from granular_env.run_loop import run
 
-        experiment = load_experiment(self._job.document, dict(task.overrides), self._folder / "inputs")
-        observer = self._observer(experiment.duration, experiment.record.every)
-        log = log_path(self._folder, task.hash) if logged else None
+        experiment, observer = self._load(task)
+        log = log_path(self._folder, task.hash) if task.is_logged else None
         if log is not None:
             log.parent.mkdir(parents=True, exist_ok=True)
         with warnings.catch_warnings(action="ignore", category=GranularWarning):
@@ -141,8 +128,11 @@ class Computer:
         said = dict.fromkeys((*done.warnings, *done.cautions, *notes))
         return Result(task.hash, "done", tuple(values), notes="; ".join(said))
 
-    def _observer(self, duration: float, recorded: float | None) -> RunObserver:
-        return RunObserver(self._job.measures, self._job.every or recorded, duration)
+    def _load(self, task: Task) -> tuple[Experiment, RunObserver]:
+        """Return the experiment of a task, and the observer that takes its measures."""
+        experiment = load_experiment(self._job.document, dict(task.overrides), self._folder / "inputs")
+        every = self._job.every or experiment.record.every
+        return experiment, RunObserver(self._job.measures, every, experiment.duration)
 
 
 def log_path(folder: Path, task_hash: str) -> Path:

@@ -18,27 +18,22 @@ from time import monotonic
 from typing import Any
 
 from granular_env.components.errors import SweepError, one_line
+from granular_env.components.support.parts import thread_count
 from granular_env.optional_packages import import_optional
 from granular_env.output_files import replacing
 
-from ..worker import Job, Result, Task, compute_task, log_path, write_inputs
-from .engine import LOOK_SECONDS, Engine, LostError
-from .processes import available_cores
+from .engines import LOOK_SECONDS, ONE_THREAD, Engine, LostError
+from .worker import Job, Result, Task, compute_task, log_path, write_inputs
 
 _CONNECT_SECONDS = 5.0
 _QUIET = {"RAY_USAGE_STATS_ENABLED": "0", "RAY_ACCEL_ENV_VAR_OVERRIDE_ON_ZERO": "0", "RAY_DEDUP_LOGS": "0"}
-_REASONS = {
-    "NodeDiedError": "its node ended",
-    "WorkerCrashedError": "its process ended",
-    "OutOfMemoryError": "memory ran out",
-}
 
 
 class RayCluster(Engine):
     """Computes tasks on a Ray cluster."""
 
     def __init__(self, job: Job, folder: Path, workers: int | None, address: str | None) -> None:
-        options = _connect(address, workers or available_cores())
+        options = _connect(address, workers or thread_count())
         self._ray = ray = import_optional("ray", "the engine 'ray'")
         self._folder, self._most, self._cores, self._looked = folder, workers, 1, -LOOK_SECONDS
         with ExitStack() as held:
@@ -49,10 +44,7 @@ class RayCluster(Engine):
             except Exception as error:  # Ray raises many kinds
                 raise SweepError(
                     f"Ray does not start, or the cluster takes no program from this machine: {_last_line(error)}",
-                    hint=(
-                        "check the address with `ray status`, the versions of Ray on both sides, and the token where the "
-                        "cluster wants one (RAY_AUTH_MODE=token)"
-                    ),
+                    hint="check the address with `ray status`, the versions of Ray, and the token (RAY_AUTH_MODE=token)",
                 ) from error
             self._job, self._remote = ray.put(job), ray.remote(max_retries=0, num_cpus=1)(compute_on_node)
             self._held = held.pop_all()
@@ -82,8 +74,7 @@ class RayCluster(Engine):
             own = isinstance(error.cause, SweepError)
             raise SweepError(str(error.cause) if own else f"a node cannot compute: {_last_line(error)}") from error
         except errors.RayError as error:
-            kind = type(error).__name__
-            raise LostError(_REASONS.get(kind, kind)) from error
+            raise LostError(f"Ray reports {type(error).__name__}") from error
         if log is not None:
             with replacing(log_path(self._folder, found.hash), SweepError) as part:
                 part.write_bytes(log)
@@ -96,6 +87,7 @@ class RayCluster(Engine):
 
 def compute_on_node(job: Job, task: Task) -> tuple[Result, bytes | None]:
     """Compute a task in a worker of the cluster; return its result and its log."""
+    os.environ.update(ONE_THREAD)
     # Ray ends its workers with a signal: a folder that outlives the task would stay on the node.
     with tempfile.TemporaryDirectory(prefix="granular-env-sweep-") as name:
         write_inputs(job, Path(name))
