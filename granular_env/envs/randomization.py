@@ -72,10 +72,14 @@ class Randomization:
         """Return the parameters at the lower and at the upper ends of their ranges; none where nothing is drawn."""
         if not self.parameters:
             return []
-        return [
-            {name: {**one, "seed": 0} if isinstance(one, dict) else one[end] for name, one in self.parameters.items()}
-            for end in (0, 1)
-        ]
+        ends: list[Drawn] = [{}, {}]
+        for name, bounds in self.parameters.items():
+            for end, found in enumerate(ends):
+                if isinstance(bounds, dict):
+                    found[name] = {**bounds, "seed": 0}
+                else:
+                    found[name] = int(bounds[end]) if name in self._whole else bounds[end]
+        return ends
 
     def add_starts(self, start: Mapping[str, Any], random: Generator) -> dict[str, Any]:
         """Return a task's start values with those drawn, which count more."""
