@@ -124,7 +124,6 @@ def _delete_old(kernels: Path) -> None:
             shutil.rmtree(folder, ignore_errors=True)
 
 
-@cache
 def hash_with_plugins() -> str:
     """Hash the sources of all components and of plug-ins, and the versions of Python, numba and numpy."""
     state = hashlib.sha256(f"{sys.version} {numba.__version__} {np.__version__}".encode())
