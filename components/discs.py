@@ -16,7 +16,7 @@ from .drawables import Drawable, Links, Points
 from .errors import ParameterError, StepError
 from .events import EventDetail
 from .inputs import input_mean
-from .support.float_arrays import FloatArray, norms
+from .support.float_arrays import FloatArray, norms, ordered_sum
 from .support.parameter_fields import field
 from .support.validation import Parameters
 from .variables import Variable
@@ -83,7 +83,7 @@ class Discs(Component):
         for i, j in self.pairs[self._geometry()[1] < 1e-9 * self.diameter].tolist():
             raise ParameterError(f"puts disc {j} where disc {i} is", hint="move one of them", at=("start", "displacement", j))
         energies, momentum = self._stored()
-        self._block["start"] = sum(energies.values()), *momentum
+        self._block["start"] = ordered_sum(*energies.values()), *momentum
         return {}
 
     @np.errstate(all="ignore")  # the status reports it

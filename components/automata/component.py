@@ -15,7 +15,7 @@ from ..drawables import Drawable, Links, Points
 from ..errors import ParameterError, StepError
 from ..materials.elastic import Material
 from ..profiles import CompiledProfile
-from ..support.float_arrays import FloatArray, norms
+from ..support.float_arrays import FloatArray, norms, ordered_sum
 from ..support.round_numbers import round_down_to_125
 from ..variables import Variable
 from . import linked, loads
@@ -196,7 +196,7 @@ class Automata(Component):
             self._block["spin" if name == "angular_velocity" else name][...] = value
         self.steps.start()
         sums = self.steps.momenta()
-        self._block["start"][:] = sums[3] + sums[4] + sum(self._stored().values()), *sums[:3]
+        self._block["start"][:] = sums[3] + sums[4] + ordered_sum(*self._stored().values()), *sums[:3]
         return {}
 
     def _advance(self, ticks: int) -> int:
@@ -234,7 +234,7 @@ class Automata(Component):
         """Return the energies of links and contacts [J]: forces are those of the middles of the internal steps."""
         half = 0.5 * self.step_size
         mean, found = self.steps.mean_energy(half), self.steps.stored(half)
-        return {**found, "leapfrog_energy": sum(found.values()) - mean}
+        return {**found, "leapfrog_energy": ordered_sum(*found.values()) - mean}
 
     def balances(self) -> tuple[Balance, ...]:
         """Return energy, momentum, angular momentum about the origin (but of a periodic specimen) and mass, since the reset.

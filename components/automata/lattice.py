@@ -175,11 +175,6 @@ def copy_to_ghosts(layout: Layout, field: FloatArray) -> None:
     field[..., layout.ghosts[:, 0]] = field[..., layout.ghosts[:, 1]]
 
 
-def ordered_sum(*terms: npt.ArrayLike) -> float:
-    """Return the sum of numbers and arrays, one number after the other: the same bits on every CPU."""
-    return float(np.concatenate([np.zeros(1), *(np.ravel(one) for one in terms)]).cumsum()[-1])
-
-
 def make_motion(size: int) -> Motion:
     """Return fields in which nothing moves."""
     return np.zeros((6, size))

@@ -16,7 +16,7 @@ import numpy as np
 
 from ..events import EventDetail
 from ..state_block import Block, Layout
-from ..support.float_arrays import FloatArray
+from ..support.float_arrays import FloatArray, ordered_sum
 from ..support.jit import internal, jit
 from .edges import Conditions
 from .lattice import (
@@ -47,7 +47,6 @@ from .lattice import (
     load,
     make_motion,
     make_scratch,
-    ordered_sum,
     store,
     update_ghost_velocities,
     update_ghosts,
@@ -271,7 +270,7 @@ class LinkedSpecimen:
         for way, since in ((-time, 0.0), (time, 2.0 * time)):
             self.load()
             self.motion[:VX] += way * self.motion[VX:]
-            total += sum(self.energies(since).values())
+            total += ordered_sum(*self.energies(since).values())
         return 0.5 * total
 
     def energies(self, since: float) -> dict[str, float]:

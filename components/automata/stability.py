@@ -8,8 +8,9 @@ from collections.abc import Callable
 import numpy as np
 
 from ..support.counter_random import uniform
+from ..support.float_arrays import ordered_sum
 from ..support.stable_step import ResultCache
-from .lattice import INERTIA, MASS, TORQUE, VX, Body, Motion, Scratch, copy_to_ghosts, make_scratch, ordered_sum
+from .lattice import INERTIA, MASS, TORQUE, VX, Body, Motion, Scratch, copy_to_ghosts, make_scratch
 
 # Amplitude of displacements over the diameter and of rotations: what is not linear is as small as this.
 _AMPLITUDE = 1e-9

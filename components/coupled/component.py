@@ -25,7 +25,7 @@ from ..grid.mesh import IntArray
 from ..inputs import Held
 from ..parts import make_part, part_drawable, part_readers, part_values, part_variables
 from ..state_block import Layout
-from ..support.float_arrays import FloatArray
+from ..support.float_arrays import FloatArray, ordered_sum
 from ..variables import Variable
 from .exchange import EXCHANGE_TALLY, IMPULSE, WORK_ON_AUTOMATA, WORK_ON_GRID, Exchange, assemble
 from .interface import Interface, carried_mass, find_interface
@@ -485,7 +485,7 @@ class Coupled(Component):
         return {**absorbed, **plastic, **self.automata.steps.lost()}
 
     def _energy(self, found: Sums) -> float:
-        return sum(self._stored(found).values())
+        return ordered_sum(*self._stored(found).values())
 
     def balances(self) -> tuple[Balance, ...]:
         """Return energy, momentum, angular momentum about the origin (not where edges are periodic), and mass.

@@ -6,10 +6,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..automata.lattice import FORCE_X, FORCE_Y, INERTIA, MASS, SPIN, TORQUE, VX, VY, X, Y, ordered_sum
+from ..automata.lattice import FORCE_X, FORCE_Y, INERTIA, MASS, SPIN, TORQUE, VX, VY, X, Y
 from ..automata.loads import HOLDS_ROTATION, HOLDS_X, HOLDS_Y
 from ..grid import kernels as grid_kernels
-from ..support.float_arrays import FloatArray
+from ..support.float_arrays import FloatArray, ordered_sum
 from .parts import AutomataPart, GridPart, Seam
 
 

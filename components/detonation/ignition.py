@@ -16,6 +16,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
+from ..support.float_arrays import ordered_sum
 from . import kernel_arrays
 from .boundaries import ABSORBING, OPEN
 from .chapman_jouguet import Flow
@@ -97,7 +98,7 @@ def cautions(gas: DetonationTube) -> list[str]:
     exits = [float(area) for inside, end, area in sides if inside or end.code in (OPEN, ABSORBING)]
     length = (last - first) * gas.cell_size / max(len(exits), 1)
     heat = heat_at_once(gas.gas, ahead, needed, float(state.area[first:last].sum()) * gas.cell_size)
-    power = steady_power(gas.gas, ahead, needed, sum(exits))
+    power = steady_power(gas.gas, ahead, needed, ordered_sum(*exits))
     sound = math.sqrt(gas.gas.gamma * ahead.pressure / ahead.density)
     given = float(tally[kernel_arrays.IGNITION])
     enough = ", which is enough but came too slowly" if given >= heat else ""

@@ -9,7 +9,7 @@ import numpy as np
 
 from ..materials.tensors import elastic_energy_density, largest_principal, load_symmetric
 from ..materials.thermoviscoplastic import elastic_moduli
-from ..support.float_arrays import FloatArray, sum_in_order
+from ..support.float_arrays import FloatArray, ordered_sum, ordered_sum_of_rows
 from ..support.jit import jit
 from .hourglass import tie_energy
 from .kernel_arrays import IntArray, Solid, State, Tables
@@ -40,13 +40,13 @@ def elastic_energy(solid: Solid, state: State, points: IntArray | slice = slice(
     volume, temperature = solid.points.volume[points], state.temperature[points] if solid.plastic else np.zeros(0)
     density = np.zeros(len(volume))
     write_elastic_densities(solid.law, state.stress[points], temperature, density)
-    return float(sum_in_order(volume * density))
+    return ordered_sum(volume * density)
 
 
 def leapfrog_energy(solid: Solid, state: State, nodes: IntArray | slice = slice(None)) -> float:
     """Return the part of some nodes of the energy that the scheme adds: -h^2/8 times the sum of force^2 / mass [J]."""
     mass, force, free = solid.nodes.mass[nodes], state.force[nodes], solid.nodes.prescribed[nodes] == 0
-    return -0.125 * solid.step * solid.step * float(sum_in_order((force * force / mass[:, None])[free]))
+    return -0.125 * solid.step * solid.step * ordered_sum((force * force / mass[:, None])[free])
 
 
 def smallest_stretch(gradient: FloatArray) -> float:
@@ -64,16 +64,16 @@ def measure(tables: Tables) -> dict[str, Any]:
     mass, (x, y, z) = solid.nodes.mass, state.velocity.T
     depth = wall_depths(solid, state)
     stored = (
-        sum_in_order(0.5 * mass * (x * x + y * y + z * z)),
+        ordered_sum(0.5 * mass * (x * x + y * y + z * z)),
         elastic_energy(solid, state),
         tie_energy(tables, np.arange(len(solid.hourglass.partner))),
-        sum_in_order(0.5 * solid.bounce * depth * depth),
+        ordered_sum(0.5 * solid.bounce * depth * depth),
         leapfrog_energy(solid, state),
     )
     found: dict[str, Any] = dict(zip(STORED, map(float, stored), strict=True))
     return {
         **found,
-        "energy": sum(found.values()),
-        "plastic_work": float(sum_in_order(solid.points.volume * state.plastic_work)) if solid.plastic else 0.0,
-        "momentum": sum_in_order(mass[:, None] * state.velocity),
+        "energy": ordered_sum(*found.values()),
+        "plastic_work": ordered_sum(solid.points.volume * state.plastic_work) if solid.plastic else 0.0,
+        "momentum": ordered_sum_of_rows(mass[:, None] * state.velocity),
     }

@@ -17,7 +17,7 @@ from math import sqrt
 import numpy as np
 
 from ..materials.thermoviscoplastic import LEAST_FLOW, flow_stress
-from ..support.float_arrays import sum_in_order
+from ..support.float_arrays import ordered_sum
 from ..support.jit import internal, internal_inlined, jit
 from .geometry.lattice import Lattice, column_neighbours
 from .kernel_arrays import Hourglass, IntArray, Tables
@@ -126,7 +126,7 @@ def tie_energy(tables: Tables, columns: IntArray) -> float:
     """
     solid, state, scratch, _ = tables
     hold_columns(solid.hourglass, solid.points, solid.law, solid.plastic, state, scratch, columns)
-    return float(sum_in_order(scratch.tie_energy[columns].ravel()))
+    return ordered_sum(scratch.tie_energy[columns])
 
 
 def make_hourglass(lattice: Lattice, points: int, young: float, alpha: float) -> Hourglass:

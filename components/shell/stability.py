@@ -6,7 +6,7 @@ import numpy as np
 
 from ..support import stable_step
 from ..support.counter_random import uniform
-from ..support.float_arrays import FloatArray, sum_in_order
+from ..support.float_arrays import FloatArray, ordered_sum
 from ..support.stable_step import ResultCache
 from . import ticks
 from .kernel_arrays import Solid, State, make_scratch
@@ -64,5 +64,5 @@ def _compute_frequency(solid: Solid) -> float:
 @np.errstate(all="ignore")
 def _norm_ratio(image: FloatArray, vector: FloatArray, mass: FloatArray) -> float:
     """Return |image| / |vector| in the norm that weighs nodes with their masses; both of shape (n, 3)."""
-    above, below = (sum_in_order((mass[:, None] * one * one).ravel()) for one in (image, vector))
+    above, below = (ordered_sum(mass[:, None] * one * one) for one in (image, vector))
     return float(np.sqrt(above / below))

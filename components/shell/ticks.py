@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..support.float_arrays import FloatArray, sum_in_order
+from ..support.float_arrays import FloatArray, ordered_sum
 from ..support.parts import call_in_parts, split, thread_count
 from . import kernels
 from .hourglass import hold_columns
@@ -109,7 +109,7 @@ def wall_depths(solid: Solid, state: State) -> FloatArray:
 def measure_wall(solid: Solid, state: State, tally: FloatArray) -> None:
     """Write the force of the wall on the body now [N]."""
     if len(solid.bounce):
-        tally[WALL_FORCE] = sum_in_order(solid.wall[1] * solid.bounce * wall_depths(solid, state))
+        tally[WALL_FORCE] = ordered_sum(solid.wall[1] * solid.bounce * wall_depths(solid, state))
 
 
 def update_forces(solid: Solid, state: State, scratch: Scratch, failed: IntArray) -> int:

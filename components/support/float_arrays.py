@@ -15,6 +15,14 @@ def norms(vectors: FloatArray) -> FloatArray:
     return np.sqrt(sum(vectors[..., axis] ** 2 for axis in range(vectors.shape[-1])))
 
 
-def sum_in_order(terms: FloatArray) -> FloatArray:
-    """Return the sum over the first axis, term by term from 0 on: the same bits on every CPU."""
+def ordered_sum(*terms: npt.ArrayLike) -> float:
+    """Return the sum of numbers and arrays, one number after the other: the same bits on every CPU, with every Python.
+
+    (Python's `sum` of floats is compensated from 3.12 on.)
+    """
+    return float(np.concatenate([np.zeros(1), *(np.ravel(one) for one in terms)]).cumsum()[-1])
+
+
+def ordered_sum_of_rows(terms: FloatArray) -> FloatArray:
+    """Return the sum over the first axis, row by row: the same bits on every CPU."""
     return np.add.accumulate(np.concatenate([np.zeros((1, *terms.shape[1:])), terms]))[-1]

@@ -13,7 +13,7 @@ import numpy as np
 from ..detonation.kernel_arrays import WALL_WORK
 from ..detonation.kernel_arrays import Tables as GasTables
 from ..shell.kernel_arrays import State, Tables
-from ..support.float_arrays import FloatArray, sum_in_order
+from ..support.float_arrays import FloatArray, ordered_sum_of_rows
 from ..support.jit import internal, jit
 from ..support.powers import power
 from .interface_overlaps import Interface, Overlaps
@@ -54,7 +54,7 @@ def write_widening(interface: Interface, state: State, out: FloatArray) -> None:
     share = np.where((state.area != 0.0).any(axis=1), interface.share, 0.0)
     shares = np.stack([share, share * (np.sqrt(y * y + z * z) / interface.rest)])
     # Around each station, in a fixed order.
-    total, radius = sum_in_order(shares.reshape(2, len(out), -1).transpose(2, 0, 1))
+    total, radius = ordered_sum_of_rows(shares.reshape(2, len(out), -1).transpose(2, 0, 1))
     some = total > 0.0
     ratio = radius[some] / total[some]
     out[some] = ratio * ratio - 1.0
@@ -73,7 +73,7 @@ def swept_volumes(tables: Tables, area: FloatArray) -> FloatArray:
     nodes = solid.surface.nodes
     swept = (area + scratch.area) * (scratch.before + state.velocity[nodes])
     free = np.where(solid.nodes.prescribed[nodes] == 0, swept, 0.0)
-    return sum_in_order(free.T) * (0.25 * solid.step)
+    return ordered_sum_of_rows(free.T) * (0.25 * solid.step)
 
 
 @np.errstate(all="ignore")

@@ -12,7 +12,7 @@ from ...drawables import Drawable, Links, Points
 from ...errors import ParameterError
 from ...events import MOST_INDEX, Event, EventDetail
 from ...state_block import LARGEST, Block, Layout
-from ...support.float_arrays import FloatArray, sum_in_order
+from ...support.float_arrays import FloatArray, ordered_sum
 from .. import kernels
 from ..column_means import write_column_means
 from ..energies import elastic_energy, leapfrog_energy
@@ -121,12 +121,12 @@ class BreakingBody:
         parting = self._without_distorted(self.cracks.part(state, found, tick))
         after = self.cracks.solid
         points, columns, nodes = self._surroundings(parting.changed)
-        losses[_FRACTURE] += sum_in_order(scratch.tie_energy[columns].ravel()) + leapfrog_energy(before, state, nodes)
+        losses[_FRACTURE] += ordered_sum(scratch.tie_energy[columns]) + leapfrog_energy(before, state, nodes)
         self._erode(parting)
         write_pull(after, state, scratch, points)
         write_forces(after, state, scratch, columns, nodes)
         kernels.write_areas(after.surface, state.displacement, state.area)
-        losses[_FRACTURE] -= sum_in_order(scratch.tie_energy[columns].ravel()) + leapfrog_energy(after, state, nodes)
+        losses[_FRACTURE] -= ordered_sum(scratch.tie_energy[columns]) + leapfrog_energy(after, state, nodes)
         self._note(parting, tick)
         return self._tables._replace(solid=after)
 
@@ -134,7 +134,7 @@ class BreakingBody:
         """Erode the points at which a tick failed; return the tables with which it is finished."""
         state, scratch = self._tables.state, self._tables.scratch
         torn = {failure.point: Cause(TORN, failure.value, failure.limit) for failure in failures}
-        self._block["losses"][_ERODED] += sum(work_of_half_kick(self.cracks.solid, state, point) for point in torn)
+        self._block["losses"][_ERODED] += ordered_sum(*(work_of_half_kick(self.cracks.solid, state, point) for point in torn))
         parting = self._without_distorted(self.cracks.erode(torn))
         self._erode(parting)
         write_pull(self.cracks.solid, state, scratch, parting.changed)

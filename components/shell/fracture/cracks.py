@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from ...support.float_arrays import FloatArray, sum_in_order
+from ...support.float_arrays import FloatArray, ordered_sum
 from ..column_means import make_column_means
 from ..kernel_arrays import ColumnArray, IntArray, Points, Solid, State, entries_of
 from ..kernel_setup import Assembly
@@ -307,7 +307,7 @@ class Cracks:
         around = self._points_around(p)
         beyond = (self._offsets(self._points.places(around), p) * normal).sum(axis=1)
         ratios = self._judge(state, self.means.stress, around)[:, 0] / self.judged.limit[around]
-        low, high = (float(sum_in_order(ratios[side])) for side in (beyond < -_ASIDE, beyond > _ASIDE))
+        low, high = (ordered_sum(ratios[side]) for side in (beyond < -_ASIDE, beyond > _ASIDE))
         return 0 if abs(high - low) <= _EQUAL * (abs(low) + abs(high)) else (1 if high > low else -1)
 
     def _points_around(self, p: int) -> IntArray:

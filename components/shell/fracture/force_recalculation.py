@@ -6,7 +6,7 @@ import numpy as np
 
 from ...materials.finite_strain import nominal_stress
 from ...materials.tensors import load_deformation, load_symmetric
-from ...support.float_arrays import FloatArray, sum_in_order
+from ...support.float_arrays import FloatArray, ordered_sum
 from ...support.jit import jit
 from ..kernel_arrays import IntArray, Points, Scratch, Solid, State, entries_of
 from ..kernels import write_point_pull
@@ -35,8 +35,8 @@ def work_of_half_kick(solid: Solid, state: State, point: int) -> float:
     own, one, none, stress = slice(point, point + 1), np.ones(1), np.zeros(1), np.zeros((1, 9))
     write_pulls(state.gradient[own], state.stress[own], one, one, none, one, np.zeros(1, dtype=np.int64), stress)
     change = new_gradients(solid.points, state.displacement, np.array([point]))[0] - state.gradient[point]
-    work = sum_in_order(stress.reshape(3, 3).T.ravel() * change)
-    return 0.5 * float(solid.points.volume[point]) * float(work)
+    work = ordered_sum(stress.reshape(3, 3).T.ravel() * change)
+    return 0.5 * float(solid.points.volume[point]) * work
 
 
 @jit
