@@ -62,7 +62,7 @@ class Chain(Component):
     """
 
     name = "chain"
-    version = 3
+    version = 4
     Parameters = ChainParameters
     parameters: ChainParameters
 

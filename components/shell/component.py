@@ -54,7 +54,7 @@ class Shell(Component):
     """
 
     name = "shell"
-    version = 5
+    version = 6
     Parameters = ShellParameters
     parameters: ShellParameters
 

@@ -45,7 +45,7 @@ class Tube(Component):
     """
 
     name = "tube"
-    version = 5
+    version = 6
     Parameters = TubeParameters
     parameters: TubeParameters
     event_kinds = {
