@@ -128,5 +128,5 @@ def test_an_episode_is_recorded_with_the_loads_that_the_task_adds(tmp_path) -> N
         for _ in range(4):
             env.step(np.array([0.1], np.float32))
     with ge.open_log(tmp_path / "episode.mcap") as log:
-        assert log.input_stretches("right_traction")[-1].value.tolist() == pytest.approx([-0.1 * SCALE, 0.0])
+        assert list(log.input_stretches("right_traction"))[-1].value.tolist() == pytest.approx([-0.1 * SCALE, 0.0])
     assert ge.verify(tmp_path / "episode.mcap").identical
