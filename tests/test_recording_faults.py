@@ -88,7 +88,7 @@ import granular_env as ge
 signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
 component, twin = ge.make("oscillator"), ge.make("oscillator")
 recorder = ge.record(component, sys.argv[1], every=0.01)
-resource.setrlimit(resource.RLIMIT_FSIZE, (60_000, 60_000))
+resource.setrlimit(resource.RLIMIT_FSIZE, (200_000, 200_000))
 try:
     for _ in range(200_000):
         twin.step(0.01, force=0.3)
