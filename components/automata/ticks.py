@@ -1,7 +1,7 @@
 """Internal steps of a specimen whose links may yield and break, and whose pieces touch.
 
 The forces of a position are computed in two parts, `judge_links` and `add_forces`. Between them lies the work that needs more
-room in lists: links that break (`release.break_links`) or are made again (`welding.link_contacts`). A parent that moves the
+room in lists: links that break or are made again (`CrackingSpecimen.change_links`). A parent that moves the
 automata itself calls these; `advance` puts them between the halves of a drift, as `linked.advance` does with the forces of
 linked automata.
 """

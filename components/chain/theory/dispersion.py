@@ -1,4 +1,4 @@
-"""Small oscillations of a pressed chain: frequencies, speeds and band edges. SI units.
+"""Small oscillations of a pressed chain: frequencies and band edges. SI units.
 
 Exact for infinitely small waves, K = (3/2) k d0^(1/2) the tangent stiffness of every contact. Wave numbers lie within the first
 zone.
