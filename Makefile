@@ -52,7 +52,7 @@ test: .venv/.test ## every test but the slow ones
 test-extras: .venv/.extras ## what needs the large optional packages: reinforcement learning, Ray
 	$(BIN)/pytest -n $(WORKERS) -m "extra and not slow"
 
-test-slow: .venv/.test .venv/.extras ## the slow tests: a thousand kills, twenty thousand mutated files, a Ray cluster
+test-slow: .venv/.test .venv/.extras ## the slow tests: twenty thousand mutated files, as many forged states, a Ray cluster
 	$(BIN)/pytest -n $(WORKERS) -m slow
 
 test-bits: .venv/.test ## the tests of bits, for another choice of linear algebra (OPENBLAS_CORETYPE=Zen make test-bits)
