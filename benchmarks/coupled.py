@@ -17,8 +17,6 @@ from .timing import interleaved, ratio, repeats_for
 
 # Part of a tick that may be spent on the interface, and on what the parts alone do in fewer passes.
 MOST_SHARE = 0.15
-# What a second thread has to give a large body; where it is used first it must not make a body slower.
-LEAST_GAIN, SMALLEST = 1.3, 158
 _SAMPLE_SECONDS = 0.2
 
 
@@ -44,7 +42,6 @@ def measure(side: int = 300, rounds: int = 11) -> Iterator[Figure]:
         grid.reset(velocity=ours)
         automata.reset(velocity=theirs)
         ticks = repeats_for(lambda one=medium: one._advance(1), _SAMPLE_SECONDS)
-        # A grid of this size uses one thread, the body of both would use two.
         with one_core():
             times = interleaved(
                 {
