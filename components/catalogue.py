@@ -42,11 +42,6 @@ def own_names() -> list[str]:
     return list(_OWN)
 
 
-def foreign_packages() -> set[str]:
-    """Return the packages that third parties' components come from."""
-    return {point.module.partition(".")[0] for point in _foreign()}
-
-
 def summary(name: str) -> str:
     """Return the first sentence of a component's docstring: of our own without importing them, for lists."""
     if name in _OWN:

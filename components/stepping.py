@@ -170,7 +170,9 @@ class Stepping(Physics):
         return bool(self._observers)
 
     def observe(self, observer: Observer) -> None:
-        """Add an observer; `ParameterError` if it is none."""
+        """Add an observer; `ParameterError` if it is none, `GranularError` for a part that another component steps."""
+        if self._owner is not None:
+            self._refuse_busy("observe")
         if not all(callable(getattr(observer, call, None)) for call in ("on_reset", "on_sample", "on_step", "on_failure")):
             raise ParameterError(f"got {one_line(observer)}", expected="the methods of `stepping.Observer`", at="observer")
         observer.on_reset(self)

@@ -80,10 +80,6 @@ class Element:
         """Return this element of a value of the variable; the value itself without an index."""
         return value[self.index] if self.index else value
 
-    def counted_from_the_start(self, shape: tuple[int, ...]) -> Element:
-        """Return the same element of an array of that shape, without negative integers in its index."""
-        return Element(self.name, tuple(number % size for number, size in zip(self.index, shape, strict=False)))
-
     def find(self, variables: Mapping[str, Variable], expected: str, *causalities: str) -> Variable:
         """Return the variable.
 

@@ -13,7 +13,6 @@ from pathlib import Path
 from typing import IO, Any
 
 from .components.errors import GranularError, ParameterError
-from .terminal_text import printable
 
 
 @contextmanager
@@ -122,12 +121,6 @@ def _unwritable(path: str | os.PathLike[str], error: OSError, kind: type[Granula
 def file_name(name: str, default: str) -> str:
     """Return a name that a file or a folder can have; `default` where nothing of it is left."""
     return re.sub(r"[^A-Za-z0-9._-]+", "-", name).strip("-.")[:100] or default
-
-
-def with_article(name: object) -> str:
-    """Return a noun with "a" or "an" before it; it may be the name of a class that is not ours."""
-    text = printable(name)
-    return f"{'an' if text[:1].lower() in set('aeiou') else 'a'} {text}"
 
 
 def count_of(number: int, noun: str, plural: str = "") -> str:

@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from time import perf_counter
-from typing import TYPE_CHECKING, Any, Self
+from typing import Any, Self
 
 from granular_env.components.component import Component
 from granular_env.components.errors import (
@@ -31,9 +31,6 @@ from granular_env.experiments.experiment import Source, load_experiment
 from granular_env.experiments.preparation import prepare
 from granular_env.experiments.stop_rules import StopWatch
 from granular_env.progress import Progress, progress_bar
-
-if TYPE_CHECKING:
-    pass
 
 # Wall time of a piece of a run [s], so that Ctrl-C, the progress bar and the recorder get their turn. Each piece copies the
 # state once: large states have longer pieces, so that the copy takes at most 5 % of a piece at this rate [bytes/s].

@@ -15,7 +15,6 @@ from granular_env.components import catalogue
 from granular_env.components.catalogue import make
 from granular_env.components.oscillator import Oscillator
 from granular_env.experiments import shipped_experiments
-from granular_env.output_files import with_article
 from granular_env.recording import open_log, record, verify
 from granular_env.run_loop import run
 
@@ -340,7 +339,6 @@ def test_names_out_of_files_are_not_obeyed_by_the_terminal(folder, capsys):
     assert main(["check", "x.toml"]) == 0
     text = capsys.readouterr().out
     assert r"valid: x\x1b[2J, component oscillator" in text and "\x1b" not in text
-    assert with_article("\x1b[31mred") == r"a \x1b[31mred"
     assert main(["run", "no\x1b[2Jthing"]) == 2
     assert "\x1b" not in capsys.readouterr().err
 

@@ -18,8 +18,9 @@ from granular_env.control import figure
 from granular_env.control.drive import DriveShape
 from granular_env.control.problem import Problem
 from granular_env.control.runner import run_study
-from granular_env.control.study import load_study, shipped_studies
+from granular_env.control.study import Study, load_study
 from granular_env.documents import parse_assignments, to_toml
+from granular_env.package_contents import shipped_files
 from granular_env.recording import verify
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -289,7 +290,7 @@ def test_the_command_checks_runs_lists_and_copies_studies(tmp_path, monkeypatch,
     assert "did you mean 'random'?" in capsys.readouterr().err
     assert main(["study", "--list"]) == 0
     told = capsys.readouterr().out
-    for name in shipped_studies():
+    for name in shipped_files(Study.shelf):
         assert name in told
         assert main(["check", name]) == 0
         assert main(["new", name, "-o", f"{name}.toml"]) == 0

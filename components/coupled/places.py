@@ -26,7 +26,7 @@ class Places:
         from scipy.spatial import cKDTree  # type: ignore[attr-defined]
 
         self._tree: Any = cKDTree(packing.reference)
-        self._centres, self._origin, self._reach = packing.reference, origin, ON_THE_OUTLINE * packing.diameter
+        self._origin, self._reach = origin, ON_THE_OUTLINE * packing.diameter
         left, right, low, high = shape.bounds
         self._begin, self._extent = np.array([left, low]), np.array([right - left, high - low])
         self._periodic = np.array(periodic)

@@ -82,7 +82,11 @@ def sweep(
     if for_programs:
         print(json.dumps(_facts(done), indent=2))
     else:
-        print(shlex.quote(str(done.folder / TABLE)) if quiet else closing_text(done, part if part != "0/1" else ""))
+        print(
+            shlex.quote(str(done.folder / TABLE if part == "0/1" else done.folder))
+            if quiet
+            else closing_text(done, part if part != "0/1" else "")
+        )
     return Status.INTERRUPTED if done.interrupted else Status.DIFFERENT if done.failed else Status.DONE
 
 

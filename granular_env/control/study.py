@@ -25,7 +25,6 @@ from granular_env.components.errors import one_line
 from granular_env.components.support.serialization import canonical_json, digest
 from granular_env.components.support.validation import refusal
 from granular_env.documents import ByKey, Document, Overrides, Table, load
-from granular_env.package_contents import shipped_files
 
 from .methods import AnyMethod, MethodTable
 
@@ -110,11 +109,6 @@ class Study(Document):
 
 
 Source = str | os.PathLike[str] | Mapping[str, Any] | Study
-
-
-def shipped_studies() -> list[str]:
-    """Return the names of the studies that come with the package, such as ``pulse-forming``."""
-    return list(shipped_files(Study.shelf))
 
 
 def load_study(source: Source, overrides: Overrides = ()) -> Study:

@@ -122,6 +122,8 @@ class ComponentEnv(gymnasium.Env[Observation, npt.NDArray[np.float32]]):
         self.memory: FloatArray = np.zeros(COMMANDS + self.actuator.memory_size)
         self.bind()
         self.randomization = Randomization(randomise, component)
+        for drawn in self.randomization.ends():
+            redrawn(component, drawn)
 
     def _fit(self) -> None:
         """Take the parts that depend on the component and its task."""
@@ -161,6 +163,8 @@ class ComponentEnv(gymnasium.Env[Observation, npt.NDArray[np.float32]]):
         Raises:
             ParameterError: an option is not valid.
         """
+        if not isinstance(options or {}, Mapping):
+            raise ParameterError(f"got {one_line(options)}", expected="a mapping of start values", at="options")
         super().reset(seed=seed)
         component, task, drawn = self._redraw(self.randomization.draw(self.np_random))
         start, given = self.randomization.add_starts(task.start(self.np_random), self.np_random), dict(options or {})
@@ -171,7 +175,11 @@ class ComponentEnv(gymnasium.Env[Observation, npt.NDArray[np.float32]]):
         number = int(self.np_random.integers(2**31))
         # Options that are not valid are refused before anything is replaced.
         if "snapshot" in given:
-            component.restore(given["snapshot"])
+            snapshot = given.pop("snapshot")
+            if given or self.randomization.parameters:
+                hint = "give no start values with it, and an environment without `randomise`"
+                raise ParameterError("it is the whole start", hint=hint, at="options.snapshot")
+            component.restore(snapshot)
         else:
             component.reset(seed=number, **{**start, **given})
         self._take((component, task, drawn))

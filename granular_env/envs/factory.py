@@ -7,7 +7,8 @@ from collections.abc import Callable, Mapping
 from functools import wraps
 from typing import Any, ParamSpec, TypedDict, TypeVar, get_args, get_type_hints
 
-from ..components.errors import ParameterError, nearest
+from ..components.catalogue import own_names
+from ..components.errors import ParameterError, nearest, one_line
 from .environment import ComponentEnv
 
 Given = ParamSpec("Given")
@@ -37,6 +38,7 @@ def environment_factory(make: Callable[Given, Env]) -> Callable[Given, Env]:
     @wraps(make)
     def make_checked(*arguments: Given.args, **keywords: Given.kwargs) -> Env:
         refuse_unknown(make, keywords)
+        refuse_given_twice(keywords)
         return make(*arguments, **keywords)
 
     # Gymnasium looks for the render modes here, as on a class.
@@ -57,6 +59,16 @@ def refuse_unknown(make: Callable[..., Any], given: Mapping[str, Any]) -> None:
     for name in given:
         if name not in known:
             raise ParameterError("unknown", source=make.__name__, hint=nearest(name, known), at=name)
+
+
+def refuse_given_twice(given: Mapping[str, Any]) -> None:
+    """Raise `ParameterError` for parameters of a component that are no mapping, or are arguments of the factory too."""
+    for component in (name for name in own_names() if given.get(name) is not None):
+        if not isinstance(given[component], Mapping):
+            raise ParameterError(f"got {one_line(given[component])}", expected="a mapping of its parameters", at=component)
+        for name in given[component]:
+            if name in given:
+                raise ParameterError(f"given twice, also as the argument {name}", at=(component, name))
 
 
 def refuse_early(deadline: int | None, least: int, duration: float, reason: str, at: str = "deadline") -> None:

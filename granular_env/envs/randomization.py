@@ -38,25 +38,39 @@ class Randomization:
     """
 
     def __init__(self, randomise: Mapping[str, Any] | None, component: Component) -> None:
+        if not isinstance(randomise or {}, Mapping):
+            raise ParameterError(f"got {one_line(randomise)}", expected="a mapping of names to ranges", at="randomise")
         fields, shapes = type(component).Parameters.model_fields, _state_shapes(component)
         self.parameters: dict[str, Any] = {}
         self.starts: list[tuple[str, tuple[int, ...], tuple[float, float]]] = []
         self._whole = {name for name in fields if fields[name].annotation is int}
+        numbers = [name for name in fields if name in self._whole or "float" in str(fields[name].annotation)]
         # In the order of the names: a draw must not depend on how the mapping was written.
         for name, bounds in sorted((randomise or {}).items()):
             if name in shapes:
                 shape = shapes[name]
                 ranges = bounds if isinstance(bounds, Mapping) else {(0,) * len(shape) or None: bounds}
                 self.starts += [(name, _index(name, place, shape), _range(name, pair)) for place, pair in ranges.items()]
-            elif name in self._whole or (name in fields and "float" in str(fields[name].annotation)):
+            elif name in numbers:
                 self.parameters[name] = dict(bounds) if isinstance(bounds, Mapping) else _range(name, bounds)
             else:
-                hint = nearest(name, [*fields, *shapes])
+                hint = nearest(name, [*numbers, *shapes])
                 raise ParameterError(f"{one_line(name)} is nothing that can be drawn", hint=hint, at="randomise")
 
     def draw(self, random: Generator) -> Drawn:
         """Draw the parameters of an episode."""
         return {name: self._draw_one(name, bounds, random) for name, bounds in self.parameters.items()}
+
+    def ends(self) -> list[Drawn]:
+        """Return the parameters at the lower and at the upper ends of their ranges; none where no parameter is drawn."""
+
+        def at(end: int, name: str, bounds: Any) -> Any:
+            if isinstance(bounds, dict):
+                return {**bounds, "seed": end}
+            return int(bounds[end]) if name in self._whole else bounds[end]
+
+        ends = (0, 1) if self.parameters else ()
+        return [{name: at(end, name, bounds) for name, bounds in self.parameters.items()} for end in ends]
 
     def _draw_one(self, name: str, bounds: Any, random: Generator) -> Any:
         if isinstance(bounds, dict):

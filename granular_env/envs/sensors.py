@@ -118,6 +118,8 @@ def _choose(observe: Any, component: Component, task: Task) -> Iterator[tuple[st
             raise ParameterError(f"got {one_line(places)}", expected=f'"{_EVERYTHING}": {name} is a single number', at=where)
         listed = places if isinstance(places, Iterable) else [places]
         indices = [whole_number(where, place, -shape[0], shape[0] - 1) % shape[0] for place in listed]
+        if not indices:
+            raise ParameterError("no place", expected=f'places, or "{_EVERYTHING}"', at=where)
         yield name, (indices,), scales[name]
 
 

@@ -21,6 +21,8 @@ from .state import COMMANDS, ELAPSED, RUNNING, EnvState
 from .task import RowTask, stack_constants
 
 Infos = dict[str, Any]
+# Attributes that may differ between the environments of a native batch.
+_OWN = "np_random", "render_mode", "step_error_reward"
 
 
 def make_batch(
@@ -52,8 +54,9 @@ class ComponentVectorEnv(SyncVectorEnv):
 
     `gymnasium.make_vec("granular_env/Protection-v1", num_envs=256)` makes one. It gives what `SyncVectorEnv` of the single
     environment gives, bit for bit: observations, rewards, ends and infos. Environment i is the single one reset with seed + i.
-    `copy.deepcopy`, pickle and cloudpickle give an independent batch that continues with the same bits. To record an
-    environment, restore its saved state in a single one.
+    `copy.deepcopy`, pickle and cloudpickle give an independent batch that continues with the same bits. `call` and `get_attr`
+    show the environments as they are; `envs` alone may lag behind. To record an environment, restore its saved state in a
+    single one.
 
     Args:
         environment: all are like this one, which becomes the first; its task is a `RowTask`.
@@ -196,6 +199,17 @@ class ComponentVectorEnv(SyncVectorEnv):
         found = super().call(name, *args, **kwargs)
         self._take_back()
         return found
+
+    def set_attr(self, name: str, values: Any) -> None:
+        """Set an attribute of all environments, to one value or to a list of values.
+
+        Raises:
+            ParameterError: the environments of a batch have the attribute in common.
+        """
+        if name not in _OWN:
+            expected = " or ".join(map(repr, _OWN))
+            raise ParameterError(f"got {one_line(name)}", expected=expected, hint="make another batch", at="name")
+        super().set_attr(name, values)
 
     def render(self) -> tuple[Any, ...]:
         """Return the present state of each environment as a picture."""

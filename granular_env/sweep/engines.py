@@ -115,8 +115,11 @@ class Processes(Engine):
     def submit(self, task: Task) -> Future[Result]:
         """Begin to compute a task in an idle process, or in a new one."""
         pool = self._idle.pop() if self._idle else ProcessPoolExecutor(1, self._context, _begin, (self._watched,))
-        with _worker_settings():
-            future = pool.submit(compute_task, self._job, task, self._folder)
+        try:
+            with _worker_settings():
+                future = pool.submit(compute_task, self._job, task, self._folder)
+        except BrokenProcessPool:  # its process ended while it was idle
+            return self.submit(task)
         self._busy[future] = pool
         return future
 

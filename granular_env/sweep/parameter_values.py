@@ -48,7 +48,7 @@ class Range(Table):
         parts = [i / max(self.count - 1, 1) for i in range(self.count)]
         place = between_by_ratio if self.spacing == "log" else _between
         found = [self.begin, *(place(self.begin, self.end, part) for part in parts[1:-1]), self.end][: self.count]
-        is_whole = self.spacing == "linear" and all(float(value).is_integer() for value in found)
+        is_whole = all(float(value).is_integer() for value in found)
         return [int(value) if is_whole else float(value) for value in found]
 
 

@@ -15,6 +15,7 @@ from granular_env.code_hash import code_hash
 from granular_env.components.errors import GranularWarning, SweepError
 from granular_env.experiments import Experiment, load_experiment
 from granular_env.experiments.preparation import Prepared, prepare
+from granular_env.output_files import replacing
 
 from .measures import Measure, RunObserver
 
@@ -143,8 +144,9 @@ def log_path(folder: Path, task_hash: str) -> Path:
 def write_inputs(job: Job, folder: Path) -> None:
     """Write the CSV files of a job to where its tasks look for them."""
     for name, data in job.files.items():
-        (folder / "inputs").mkdir(parents=True, exist_ok=True)
-        (folder / "inputs" / name).write_bytes(data)
+        # Other parts of the sweep may be reading it.
+        with replacing(folder / "inputs" / name, SweepError) as part:
+            part.write_bytes(data)
 
 
 def compute_task(job: Job, task: Task, folder: Path) -> Result:

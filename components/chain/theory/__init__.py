@@ -4,7 +4,7 @@
 SI units, or dimensionless where a module says so.
 
 Arguments annotated `Number` are numbers or arrays, those annotated `float` one number each; each docstring states the range in
-which its formula holds.
+which its formula holds. Ranges are not checked: a wrong sign may vanish in a square.
 """
 
 from __future__ import annotations

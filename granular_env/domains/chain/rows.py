@@ -127,8 +127,16 @@ class ChainRows:
         return self.components[k]
 
     def take_back(self, k: int) -> None:
-        """Take time and inputs of chain k after others have used it; `ParameterError` where an input follows a profile."""
+        """Take time and inputs of chain k after others have used it.
+
+        Raises:
+            ParameterError: an input follows a profile, or the chain is recorded: the batch steps it without the recorder.
+        """
         chain = self.components[k]
+        if chain.is_observed:
+            raise ParameterError(
+                "a component of a batch is recorded", hint="restore its state in a single environment", at="record"
+            )
         if chain.follows_profile:
             raise ParameterError("an input follows a profile", hint="continue in a single environment", at="state")
         self._ticks[k] = chain.tick
