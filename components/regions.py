@@ -8,10 +8,10 @@ from typing import Annotated, Any, Literal
 import numpy as np
 from pydantic import SerializeAsAny, model_validator
 
+from .errors import ParameterError
 from .support.float_arrays import FloatArray
 from .support.parameter_fields import Pair, field
 from .support.tagged_union import ByName, Named
-from .support.validation import refusal
 
 
 class Area(Named):
@@ -39,7 +39,7 @@ class Box(Area):
         for axis in ("x", "y"):
             low, high = getattr(self, axis)
             if not low < high:
-                raise refusal(f"got [{low:g}, {high:g}]", "the smaller number first", at=(axis,))
+                raise ParameterError(f"got [{low:g}, {high:g}]", expected="the smaller number first", at=(axis,))
         return self
 
     @property

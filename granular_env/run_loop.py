@@ -222,7 +222,7 @@ def _loop(
         stop = min(end, tick + piece)
         looked = stops.next_tick(tick) if stops is not None else None
         turn = next((turn for turn in turns if turn > tick), None)
-        stop = min(stop, *(other for other in (looked, turn) if other is not None), stop)
+        stop = min([stop, *(other for other in (looked, turn) if other is not None)])
         _step_up_to(component, stop, changes.get(tick, {}))
         if show is not None:
             show(component)

@@ -8,12 +8,12 @@ from pydantic import SerializeAsAny, model_validator
 
 from .. import boundaries
 from ..boundaries import OPPOSITE, Boundary, Free, Periodic, Symmetry, Traction
-from ..errors import Location, nearest
+from ..errors import Location, ParameterError, nearest
 from ..materials.elastic import Material, Preset, constants_of, preset_list
 from ..regions import ChosenArea
 from ..support.parameter_fields import Index, Magnitude, NotNegativeMagnitude, Pair, field, refuse_absurd, refuse_far
 from ..support.tagged_union import ByName
-from ..support.validation import Parameters, refusal
+from ..support.validation import Parameters
 from .breaking import ChosenCriteria, ChosenCriterion, Criterion, Unbreakable
 from .responses import ChosenResponses, Linear, Response
 from .shapes import ChosenShape, Rectangle
@@ -142,11 +142,13 @@ class AutomataParameters(Parameters):
     def _validate_edges(self) -> AutomataParameters:
         for name, boundary in self.boundaries.items():
             if name not in OPPOSITE:
-                raise refusal("is no edge of a specimen", hint=nearest(name, OPPOSITE), at=("boundaries", name))
+                raise ParameterError("is no edge of a specimen", hint=nearest(name, OPPOSITE), at=("boundaries", name))
             if isinstance(boundary, Periodic) and not isinstance(self.boundaries.get(OPPOSITE[name]), Periodic):
-                raise refusal(f"is periodic, so {OPPOSITE[name]} has to be periodic too", at=("boundaries", name))
+                raise ParameterError(f"is periodic, so {OPPOSITE[name]} has to be periodic too", at=("boundaries", name))
             if isinstance(boundary, (Periodic, Traction)) and not isinstance(self.shape, Rectangle):
-                raise refusal(f"{boundary.name!r} needs a straight edge", "shape = rectangle", at=("boundaries", name))
+                raise ParameterError(
+                    f"{boundary.name!r} needs a straight edge", expected="shape = rectangle", at=("boundaries", name)
+                )
             if isinstance(boundary, (Periodic, Traction)):
                 self._refuse_notch(name, boundary)
         return self
@@ -157,19 +159,19 @@ class AutomataParameters(Parameters):
         for number, hole in enumerate(self.shape.holes):
             low, high = hole.bounds[place // 2 * 2 : place // 2 * 2 + 2]
             if low < self.shape.bounds[place] < high:
-                raise refusal(
+                raise ParameterError(
                     f"{boundary.name!r} needs a whole edge", hint=f"shape.holes[{number}] reaches it", at=("boundaries", edge)
                 )
 
     @model_validator(mode="after")
     def _validate_relinking(self) -> AutomataParameters:
         if self.relinking.kinds and not self.breakable:
-            raise refusal(
-                "links what has broken, and nothing breaks; choose a criterion, or leave relinking out", at=("relinking",)
+            raise ParameterError(
+                "links what has broken, and nothing breaks; choose a criterion, or leave relinking out", at="relinking"
             )
         if self.relinking.kinds and self.several_materials:
-            raise refusal(
-                "knows no pairs of two materials", hint="give one material, or leave relinking out", at=("relinking",)
+            raise ParameterError(
+                "knows no pairs of two materials", hint="give one material, or leave relinking out", at="relinking"
             )
         return self
 
@@ -177,12 +179,14 @@ class AutomataParameters(Parameters):
     def _validate_materials(self) -> AutomataParameters:
         count = len(self.materials)
         if not count:
-            raise refusal("got none", "at least one", at=("material",))
+            raise ParameterError("got none", expected="at least one", at="material")
         for name, given in (("response", self.response), ("criterion", self.criterion)):
             if isinstance(given, list) and len(given) != count:
-                raise refusal(f"got {len(given)} for {count} materials", hint="give one for all, or one each", at=(name,))
+                raise ParameterError(
+                    f"got {len(given)} for {count} materials", hint="give one for all, or one each", at=(name,)
+                )
         if self.regions and self.automaton_material is not None:
-            raise refusal("`regions` says it too", hint="give one of them", at=("automaton_material",))
+            raise ParameterError("`regions` says it too", hint="give one of them", at="automaton_material")
         for place, region in enumerate(self.regions):
             _refuse_unknown(("regions", place, "material"), region.material, count)
         for place, number in enumerate(self.automaton_material or ()):
@@ -195,15 +199,17 @@ class AutomataParameters(Parameters):
             for end, number in enumerate(interface.materials):
                 _refuse_unknown(("interfaces", place, "materials", end), number, len(self.materials))
             if interface.materials[0] == interface.materials[1]:
-                raise refusal(f"got {interface.materials}", "two different materials", at=("interfaces", place, "materials"))
+                raise ParameterError(
+                    f"got {interface.materials}", expected="two different materials", at=("interfaces", place, "materials")
+                )
         leading = self.leading_criterion
         places: list[Location] = [("criterion", place) for place in range(len(self.criteria))]
         places += [("interfaces", place, "criterion") for place in range(len(self.interfaces))]
         for place, one in zip(places, self._all_criteria(), strict=True):
             if one.causes and one.name != leading.name:
-                raise refusal(
+                raise ParameterError(
                     f"got {one.name!r} beside {leading.name!r}",
-                    "criteria of one name, or none, in a specimen",
+                    expected="criteria of one name, or none, in a specimen",
                     at=place,
                 )
         return self
@@ -266,4 +272,4 @@ class AutomataParameters(Parameters):
 def _refuse_unknown(place: Location, number: int, count: int) -> None:
     """Refuse the number of a material that is not there."""
     if number >= count:
-        raise refusal(f"got {number}", f"0 to {count - 1}", at=place)
+        raise ParameterError(f"got {number}", expected=f"0 to {count - 1}", at=place)

@@ -9,12 +9,11 @@ from typing import Annotated, Any, Literal, NamedTuple
 import numpy as np
 from pydantic import SerializeAsAny, model_validator
 
-from ..errors import one_line
+from ..errors import ParameterError, one_line
 from ..regions import ChosenArea
 from ..support.float_arrays import FloatArray, norms
 from ..support.parameter_fields import SignedPair, field
 from ..support.tagged_union import ByName, Named
-from ..support.validation import refusal
 
 # Points this close to the outline are on it, in diameters of an automaton.
 ON_THE_OUTLINE = 1e-6
@@ -101,7 +100,9 @@ class Disc(Shape):
     @model_validator(mode="after")
     def _validate_height(self) -> Disc:
         if self.height is not None and self.height >= 2.0 * self.radius:
-            raise refusal(f"got {self.height:g} m", f"less than the diameter, {2.0 * self.radius:g} m", at=("height",))
+            raise ParameterError(
+                f"got {self.height:g} m", expected=f"less than the diameter, {2.0 * self.radius:g} m", at="height"
+            )
         return self
 
     @property
@@ -139,17 +140,17 @@ class Polygon(Shape):
     def _validate_area(self) -> Polygon:
         corners = np.array(self.corners)
         if not abs(_area(corners)) > 1e-12 * float(np.ptp(corners, axis=0).max()) ** 2:
-            raise refusal(f"got {one_line(self.corners)}", "a polygon with an area", at=("corners",))
+            raise ParameterError(f"got {one_line(self.corners)}", expected="a polygon with an area", at="corners")
         twice = np.flatnonzero((corners == np.roll(corners, -1, axis=0)).all(axis=1))
         if len(twice):
-            raise refusal(f"corner {twice[0]} is followed by itself", hint="give each corner once", at=("corners",))
+            raise ParameterError(f"corner {twice[0]} is followed by itself", hint="give each corner once", at="corners")
         meeting = _first_meeting(corners)
         if meeting is not None:
-            raise refusal(
+            raise ParameterError(
                 f"side {meeting[0]} meets side {meeting[1]}",
-                "a polygon that touches itself nowhere",
+                expected="a polygon that touches itself nowhere",
                 hint="give slits and notches as boxes in `holes`, and leave a gap between parts that would meet in a point",
-                at=("corners",),
+                at="corners",
             )
         return self
 

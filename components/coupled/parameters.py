@@ -7,9 +7,10 @@ from typing import Literal
 from pydantic import model_validator
 
 from ..automata.parameters import AutomataParameters
+from ..errors import ParameterError
 from ..grid.parameters import GridParameters
 from ..support.parameter_fields import Pair, Positive, field, refuse_far
-from ..support.validation import Parameters, refusal
+from ..support.validation import Parameters
 
 Scheme = Literal["force", "momentum", "literal"]
 
@@ -62,35 +63,37 @@ class CoupledParameters(Parameters):
     @model_validator(mode="after")
     def _validate_side_contacts(self) -> CoupledParameters:
         if self.side_contacts and self.scheme == "literal":
-            raise refusal("does not go with scheme = literal", hint="take scheme = force", at=("side_contacts",))
+            raise ParameterError("does not go with scheme = literal", hint="take scheme = force", at="side_contacts")
         if self.side_contacts and not self.automata.has_history:
-            raise refusal(
-                "got true, and no automaton can come loose", hint="choose a criterion, or leave it out", at=("side_contacts",)
+            raise ParameterError(
+                "got true, and no automaton can come loose", hint="choose a criterion, or leave it out", at="side_contacts"
             )
         periodic = [name for name, boundary in self.grid.boundaries.items() if boundary.name == "periodic"]
         if self.side_contacts and (periodic or any(self.automata.periodic)):
-            raise refusal("got true for a body that is closed on itself", "no periodic edges", at=("side_contacts",))
+            raise ParameterError(
+                "got true for a body that is closed on itself", expected="no periodic edges", at="side_contacts"
+            )
         return self
 
     @model_validator(mode="after")
     def _validate_parts(self) -> CoupledParameters:
         for part in ("grid", "automata"):
             if getattr(self, part).step_size is not None:
-                raise refusal(
+                raise ParameterError(
                     "the parts have one step_size", hint=f"give it beside them, not in {part}", at=(part, "step_size")
                 )
         if self.automata.thickness != 1.0:
-            raise refusal(
+            raise ParameterError(
                 f"got {self.automata.thickness:g} m",
-                "1 m, as thick as the slab of the grid",
+                expected="1 m, as thick as the slab of the grid",
                 at=("automata", "thickness"),
             )
         refuse_far((("origin", place), one) for place, one in enumerate(self.origin))
         if self.scheme == "literal" and self.micro_steps == 1:
-            raise refusal(
+            raise ParameterError(
                 "got 1 with scheme = literal, which differs from the others in sub-steps alone",
-                "2 or more",
+                expected="2 or more",
                 hint='give how many sub-steps of the automata make a step; with one take scheme = "force"',
-                at=("micro_steps",),
+                at="micro_steps",
             )
         return self

@@ -6,12 +6,12 @@ from typing import Any
 
 from pydantic import field_validator, model_validator
 
-from ..errors import nearest
+from ..errors import ParameterError, nearest
 from ..materials.elastic import Material, Preset, constants_of, preset_list
 from ..materials.plastic_law_catalogue import ChosenPlasticity, Elastic
 from ..regions import ChosenArea
 from ..support.parameter_fields import Index, Pair, Positive, field, refuse_absurd
-from ..support.validation import Parameters, refusal
+from ..support.validation import Parameters
 from .boundaries import ChosenBoundary
 from .mesh_parameters import ChosenShape, Rectangle
 
@@ -73,21 +73,21 @@ class GridParameters(Parameters):
     def _validate_materials(self) -> GridParameters:
         count = len(self.materials)
         if not count:
-            raise refusal("got none", "at least one", at=("material",))
+            raise ParameterError("got none", expected="at least one", at="material")
         if len(self.plastic_laws) != count:
-            raise refusal(
+            raise ParameterError(
                 f"got {len(self.plastic_laws)} laws for {count} materials",
                 hint="give one for all, or one each",
-                at=("plasticity",),
+                at="plasticity",
             )
         if self.regions and self.cell_material is not None:
-            raise refusal("`regions` says it too", hint="give one of them", at=("cell_material",))
+            raise ParameterError("`regions` says it too", hint="give one of them", at="cell_material")
         for place, region in enumerate(self.regions):
             if region.material >= count:
-                raise refusal(f"got {region.material}", f"0 to {count - 1}", at=("regions", place, "material"))
+                raise ParameterError(f"got {region.material}", expected=f"0 to {count - 1}", at=("regions", place, "material"))
         for place, number in enumerate(self.cell_material or ()):
             if number >= count:
-                raise refusal(f"got {number}", f"0 to {count - 1}", at=("cell_material", place))
+                raise ParameterError(f"got {number}", expected=f"0 to {count - 1}", at=("cell_material", place))
         return self
 
     @model_validator(mode="after")
@@ -100,5 +100,5 @@ class GridParameters(Parameters):
         known = self.mesh.edge_names
         for name in self.boundaries:
             if name not in known:
-                raise refusal("is no edge of this mesh", hint=nearest(name, known), at=("boundaries", name))
+                raise ParameterError("is no edge of this mesh", hint=nearest(name, known), at=("boundaries", name))
         return self

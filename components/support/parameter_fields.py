@@ -8,8 +8,7 @@ from typing import Annotated, Any
 from pydantic import AfterValidator, Field
 from pydantic.fields import FieldInfo
 
-from ..errors import Location
-from .validation import refusal
+from ..errors import Location, ParameterError
 
 # Bounds of lengths, moduli and similar constants.
 LEAST, MOST = 1e-40, 1e40
@@ -19,14 +18,14 @@ def refuse_absurd(values: Iterable[tuple[Location, float]]) -> None:
     """Refuse positive numbers, each with its location, below `LEAST` or above `MOST`."""
     for location, value in values:
         if not LEAST <= value <= MOST:
-            raise refusal(f"got {value:g}", f"{LEAST:g} to {MOST:g}", at=location)
+            raise ParameterError(f"got {value:g}", expected=f"{LEAST:g} to {MOST:g}", at=location)
 
 
 def refuse_far(values: Iterable[tuple[Location, float]]) -> None:
     """Refuse coordinates, each with its location, whose magnitude is above `MOST`."""
     for location, value in values:
         if not abs(value) <= MOST:
-            raise refusal(f"got {value:g}", f"{-MOST:g} to {MOST:g}", at=location)
+            raise ParameterError(f"got {value:g}", expected=f"{-MOST:g} to {MOST:g}", at=location)
 
 
 def _validate_magnitude(value: float) -> float:

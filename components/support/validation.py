@@ -76,11 +76,6 @@ def faults_of(error: ValidationError, given: Any, model: type[BaseModel]) -> lis
     return list({str(fault): fault for group in groups.values() for fault in _faults_of_field(group, given, model)}.values())
 
 
-def refusal(received: str, expected: str = "", hint: str = "", at: Location = ()) -> ParameterError:
-    """Return an error for a pydantic validator to raise; `at` is relative to the validated value."""
-    return ParameterError(received, expected=expected, hint=hint, at=at)
-
-
 # The expected value for each type of pydantic error.
 _EXPECTED = {
     "bool_type": "true or false",

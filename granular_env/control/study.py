@@ -21,9 +21,8 @@ from typing import Annotated, Any, ClassVar, Literal, Self
 
 from pydantic import ConfigDict, Field, model_validator
 
-from granular_env.components.errors import one_line
+from granular_env.components.errors import ParameterError, one_line
 from granular_env.components.support.serialization import canonical_json, digest
-from granular_env.components.support.validation import refusal
 from granular_env.documents import ByKey, Document, Overrides, Table, load
 
 from .methods import AnyMethod, MethodTable
@@ -57,7 +56,7 @@ class DriveTable(Table):
     @model_validator(mode="after")
     def _validate_order(self) -> Self:
         if self.lowest >= self.highest:
-            raise refusal(f"got {self.highest:g}", f"more than lowest, {self.lowest:g}", at=("highest",))
+            raise ParameterError(f"got {self.highest:g}", expected=f"more than lowest, {self.lowest:g}", at="highest")
         return self
 
 
@@ -85,10 +84,10 @@ class Study(Document):
         labels = [method.label for method in self.method]
         if twice := sorted({label for label in labels if labels.count(label) > 1}):
             twice = ", ".join(map(repr, twice))
-            raise refusal(f"{twice} more than once", hint="give each a name of its own", at=("method",))
+            raise ParameterError(f"{twice} more than once", hint="give each a name of its own", at="method")
         if len(set(self.seeds)) < len(self.seeds) or any(not 0 <= seed < 2**31 for seed in self.seeds):
             expected = "different whole numbers from 0 to 2147483647"
-            raise refusal(f"got {one_line(self.seeds, 60)}", expected, at=("seeds",))
+            raise ParameterError(f"got {one_line(self.seeds, 60)}", expected=expected, at="seeds")
         return self
 
     @property

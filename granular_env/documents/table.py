@@ -10,7 +10,7 @@ from pydantic import BaseModel, ConfigDict, GetCoreSchemaHandler, ModelWrapValid
 from pydantic_core import CoreSchema, core_schema
 
 from granular_env.components.errors import ParameterError, nearest, one_line
-from granular_env.components.support.validation import faults_of, refusal
+from granular_env.components.support.validation import faults_of
 
 
 class Table(BaseModel):
@@ -53,10 +53,10 @@ class ByKey:
         if isinstance(given, tables):
             return given
         if not isinstance(given, Mapping):
-            raise refusal(f"got {one_line(given)}", f'a table with {self.key} = "..."')
+            raise ParameterError(f"got {one_line(given)}", expected=f'a table with {self.key} = "..."')
         choices = {value: table for table in tables for value in get_args(table.model_fields[self.key].annotation)}
         value = given.get(self.key)
         if not isinstance(value, str) or value not in choices:
             received = "missing" if value is None else f"got {one_line(value)}"
-            raise refusal(received, hint=nearest(str(value), choices), at=(self.key,))
+            raise ParameterError(received, hint=nearest(str(value), choices), at=(self.key,))
         return choices[value].model_validate(given)

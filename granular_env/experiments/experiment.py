@@ -23,7 +23,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_valida
 
 from granular_env.components import catalogue
 from granular_env.components.errors import ParameterError
-from granular_env.components.support.validation import faults_of, refusal
+from granular_env.components.support.validation import faults_of
 from granular_env.documents import Document, Overrides, Table, load
 from granular_env.package_contents import shipped_files
 
@@ -71,7 +71,7 @@ class RecordTable(Table):
     def _refuse_duplicates(cls, names: list[str] | None) -> list[str] | None:
         for place, name in enumerate(names or []):
             if name in (names or [])[:place]:
-                raise refusal(f"got {name!r} again", "each name once", at=(place,))
+                raise ParameterError(f"got {name!r} again", expected="each name once", at=(place,))
         return names
 
 

@@ -18,10 +18,9 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field, PlainValidator, TypeAdapter, field_validator
 
-from granular_env.components.errors import one_line
+from granular_env.components.errors import ParameterError, one_line
 from granular_env.components.number_arrays import number_array
 from granular_env.components.profiles import Profile
-from granular_env.components.support.validation import refusal
 from granular_env.components.variables import is_index
 from granular_env.documents import ByKey, Table
 
@@ -40,7 +39,7 @@ def _array(given: Any) -> list[Any]:
     expected = "numbers, in a list or in rows of equal length"
     array = number_array((), given, expected)
     if not isinstance(given, list) or not array.size:
-        raise refusal(f"got {one_line(given)}", expected)
+        raise ParameterError(f"got {one_line(given)}", expected=expected)
     return given
 
 
@@ -160,7 +159,9 @@ class SumTable(ProfileTable):
         """Profiles of time are added before the pattern of the sum multiplies them."""
         for index, table in enumerate(profiles):
             if table.pattern is not None:
-                raise refusal("got a pattern", "none in a part of a sum; give the sum one pattern", at=(index, "pattern"))
+                raise ParameterError(
+                    "got a pattern", expected="none in a part of a sum; give the sum one pattern", at=(index, "pattern")
+                )
         return profiles
 
     def build(self, folder: Path, unit: str) -> Profile:
@@ -187,7 +188,7 @@ def _parse_input(given: Any) -> float | list[Any] | dict[str, Any] | ProfileTabl
     if isinstance(given, Mapping | ProfileTable):
         return _PROFILE.validate_python(given)
     expected = f'a number, a list of numbers, {{index: value}}, or a table with profile = "..." ({", ".join(_PROFILE_NAMES)})'
-    raise refusal(f"got {one_line(given)}", expected)
+    raise ParameterError(f"got {one_line(given)}", expected=expected)
 
 
 _PROFILE: TypeAdapter[ProfileTable] = TypeAdapter(AnyProfile)

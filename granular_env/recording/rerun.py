@@ -14,7 +14,7 @@ from ..components.errors import GranularError, LogError, StepError
 from ..components.inputs import Held
 from ..components.snapshot import Snapshot
 from ..components.support.memory_limits import whole_memory
-from ..components.support.validation import Parameters, validate_parameters
+from ..components.support.validation import Parameters
 from .container import Limits
 from .records import damage
 
@@ -95,7 +95,6 @@ def build(header: Mapping[str, Any], limits: Limits, components: Mapping[str, ty
         raise damage("missing", "header.parameters", limits.path)
     check_parameters(given, kind.Parameters, limits)
     try:
-        validate_parameters(kind.Parameters, given, f"component {kind.name!r}")
         return kind(**given)
     except GranularError as error:
         raise LogError.of_content(error, "header", "parameters", source=limits.source) from error

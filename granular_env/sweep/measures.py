@@ -31,7 +31,6 @@ from granular_env.components.errors import LogError, ParameterError, nearest, on
 from granular_env.components.stepping import Observer
 from granular_env.components.support.float_arrays import FloatArray
 from granular_env.components.support.memory_limits import refuse_beyond
-from granular_env.components.support.validation import refusal
 from granular_env.components.variables import ELEMENT, Element, parse_element
 from granular_env.crests_and_crossings import resolved_top
 from granular_env.domains import domain_of
@@ -223,9 +222,9 @@ def parse_measure(given: Any) -> Measure:
         return Figure(match["name"])
     if match := _EVENTS.fullmatch(words):
         return EventMeasure(match["kind"], match["what"] == "first")
-    raise refusal(
+    raise ParameterError(
         f"got {one_line(given, 60)}",
-        f"such as 'max velocity[40]' ({', '.join(_KINDS)}), 'events KIND' or 'first KIND' of what can happen, "
+        expected=f"such as 'max velocity[40]' ({', '.join(_KINDS)}), 'events KIND' or 'first KIND' of what can happen, "
         "'report NAME' of a figure that runs end with, or a measurement of the domain, { measurement = NAME, ... }",
     )
 

@@ -21,9 +21,8 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import Field, PlainValidator, model_validator
 
-from granular_env.components.errors import one_line
+from granular_env.components.errors import ParameterError, one_line
 from granular_env.components.support.counter_random import uniform
-from granular_env.components.support.validation import refusal
 from granular_env.documents import Table
 
 
@@ -38,9 +37,9 @@ class Range(Table):
     @model_validator(mode="after")
     def _check_ends(self) -> Self:
         if self.spacing == "log" and not (self.begin > 0.0 and self.end > 0.0):
-            raise refusal(f"log needs values above 0, got from = {self.begin:g} and to = {self.end:g}", at=("spacing",))
+            raise ParameterError(f"log needs values above 0, got from = {self.begin:g} and to = {self.end:g}", at="spacing")
         if self.count == 1 and self.begin != self.end:
-            raise refusal("one value cannot be both from and to", hint="give count = 2 or more", at=("count",))
+            raise ParameterError("one value cannot be both from and to", hint="give count = 2 or more", at="count")
         return self
 
     def values(self) -> list[float | int]:
@@ -69,13 +68,13 @@ class Distribution(Table):
         low, high, kind = self.begin, self.end, self.distribution
         if kind == "choice":
             if not self.values or low is not None or high is not None:
-                raise refusal("it chooses from values, and has no from and to", "values = [...]", at=("values",))
+                raise ParameterError("it chooses from values, and has no from and to", expected="values = [...]", at="values")
         elif low is None or high is None or not low < high or self.values:
-            raise refusal(f"from is {low} and to is {high}", "from < to, and no values")
+            raise ParameterError(f"from is {low} and to is {high}", expected="from < to, and no values")
         elif kind == "log_uniform" and low <= 0.0:
-            raise refusal(f"log_uniform needs values above 0, got {low:g}", at=("from",))
+            raise ParameterError(f"log_uniform needs values above 0, got {low:g}", at="from")
         elif kind == "integer" and not (low.is_integer() and high.is_integer() and abs(high) < 2.0**52):
-            raise refusal(f"integer needs whole numbers, got from = {low:g} and to = {high:g}")
+            raise ParameterError(f"integer needs whole numbers, got from = {low:g} and to = {high:g}")
         return self
 
     def draw(self, number: float) -> Any:
@@ -106,7 +105,7 @@ class Samples(Table):
     def _check_keys(self) -> Self:
         if not self.distributions:
             example = '"component.radius" = { distribution = "uniform", from = ..., to = ... }'
-            raise refusal("no key is drawn", hint=f"add such as {example}")
+            raise ParameterError("no key is drawn", hint=f"add such as {example}")
         return self
 
 
@@ -116,7 +115,7 @@ def _axis(given: Any) -> list[Any] | Range:
     if isinstance(given, Mapping):
         return Range.model_validate(given)
     expected = "a list of values, or a table; one value for all belongs into [set]"
-    raise refusal(f"got {one_line(given, 60)}", expected)
+    raise ParameterError(f"got {one_line(given, 60)}", expected=expected)
 
 
 Axis = Annotated[list[Any] | Range, PlainValidator(_axis)]

@@ -23,8 +23,7 @@ from typing import Any, ClassVar, Literal, Self
 
 from pydantic import Field, model_validator
 
-from granular_env.components.errors import ExperimentError, Fault, GranularError, Override
-from granular_env.components.support.validation import refusal
+from granular_env.components.errors import ExperimentError, Fault, GranularError, Override, ParameterError
 from granular_env.documents import Document, Overrides, load
 from granular_env.documents.overrides import source_of, to_overrides
 from granular_env.experiments import Experiment, load_experiment, shipped_experiments
@@ -79,12 +78,12 @@ class Plan(Document):
         for table, keys in (("grid", self.grid), ("samples", drawn), ("set", self.set)):
             for key in keys:
                 if key in seen:
-                    raise refusal(f"this key is in {seen[key]} too", hint="give it once", at=(table, key))
+                    raise ParameterError(f"this key is in {seen[key]} too", hint="give it once", at=(table, key))
                 seen[key] = table
         for column in self.measure:
             if column in OWN_COLUMNS or column in self.keys:
                 received = "the table has a column of this name already"
-                raise refusal(received, hint="choose another", at=("measure", column))
+                raise ParameterError(received, hint="choose another", at=("measure", column))
         return self
 
     @property

@@ -83,7 +83,7 @@ def run_sweep(
     with closing(_open_engine(engine, workload.job, where, workers, address)) as opened, Store(where, about, share) as store:
         write_inputs(workload.job, where)
         results = {key: one for key, one in read_results(where).items() if one.outcome != "lost"}
-        waiting = [task for task in tasks.values() if not _is_kept(results.get(task.hash), task, where)]
+        waiting = [task for task in tasks.values() if not _has_result(results.get(task.hash), task, where)]
         interrupted = False
         try:
             with sweep_progress(about.name, len(tasks), len(tasks) - len(waiting), progress) as report:
@@ -144,7 +144,7 @@ def _parse_part(text: str) -> tuple[int, int]:
     raise ParameterError(f"got {one_line(text)}", expected=expected, hint=hint, at="part")
 
 
-def _is_kept(result: Result | None, task: Task, folder: Path) -> bool:
+def _has_result(result: Result | None, task: Task, folder: Path) -> bool:
     """Return whether a task has a result, and its log if it is to leave one."""
     return result is not None and not (task.is_logged and result.outcome == "done" and not log_path(folder, task.hash).exists())
 

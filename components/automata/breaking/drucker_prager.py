@@ -12,8 +12,8 @@ from typing import Literal, NamedTuple
 
 from pydantic import model_validator
 
+from ...errors import ParameterError
 from ...support.parameter_fields import Magnitude, field
-from ...support.validation import refusal
 from .criterion import Criterion, failure
 
 
@@ -36,7 +36,9 @@ class DruckerPrager(Criterion):
     @model_validator(mode="after")
     def _validate_order(self) -> DruckerPrager:
         if self.compressive < self.tensile:
-            raise refusal(f"got {self.compressive:g} Pa", f"at least tensile = {self.tensile:g} Pa", at=("compressive",))
+            raise ParameterError(
+                f"got {self.compressive:g} Pa", expected=f"at least tensile = {self.tensile:g} Pa", at="compressive"
+            )
         return self
 
     def law(self) -> DruckerPragerLaw:

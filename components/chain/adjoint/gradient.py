@@ -11,6 +11,7 @@ import numpy.typing as npt
 from numba.core.errors import NumbaError
 
 from ...errors import ParameterError, StepError, one_line
+from ...number_arrays import number_array
 from ...support.float_arrays import FloatArray
 from ...support.validation import whole_number
 from ..component import Chain
@@ -64,7 +65,7 @@ def evaluate(chain: Chain, drives: npt.ArrayLike, ticks: int, objective: Objecti
         ParameterError: a drive that does not fit, or an objective that is not a number.
         StepError: the physics breaks down; it names the control step.
     """
-    given = _numbers("drives", drives)
+    given = number_array("drives", drives, "an array of numbers")
     if given.ndim != 3:
         raise ParameterError(f"got the shape {given.shape}", expected="(members, control steps, 2)", at="drives")
     ticks = whole_number("ticks", ticks, 1)
@@ -231,25 +232,13 @@ def refuse_without_adjoint(chain: Chain) -> None:
         )
 
 
-def _numbers(name: str, given: npt.ArrayLike) -> FloatArray:
-    try:
-        return np.asarray(given, dtype=np.float64)
-    except (TypeError, ValueError):
-        raise ParameterError(f"got {one_line(given)}", expected="an array of numbers", at=name) from None
-
-
 def validate_drive(chain: Chain, given: npt.ArrayLike) -> FloatArray:
     """Return a copy, contiguous and finite, with zeros where an end takes no input, shape (steps, 2)."""
-    drive = _numbers("drive", given)
+    drive = number_array("drive", given, "an array of numbers")
     if drive.ndim != 2 or drive.shape[1] != 2 or not len(drive):
         raise ParameterError(f"got the shape {drive.shape}", expected="(control steps, 2): left and right input", at="drive")
-    wrong = ~np.isfinite(drive)
-    if wrong.any():
-        step, side = (int(place) for place in np.argwhere(wrong)[0])
-        raise ParameterError(f"got {drive[step, side]}", expected="a finite number", at=("drive", step, side))
-    inputs = np.array(drive, order="C")
-    _keep_to_inputs(chain, inputs)
-    return inputs
+    _keep_to_inputs(chain, drive)
+    return drive
 
 
 def _keep_to_inputs(chain: Chain, columns: FloatArray) -> None:

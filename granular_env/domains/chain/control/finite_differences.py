@@ -17,8 +17,9 @@ import numpy.typing as npt
 from granular_env.components.chain import Chain
 from granular_env.components.chain.adjoint import KNOWN, evaluate, natural_mass, validate_drive
 from granular_env.components.chain.objective import Objective
-from granular_env.components.errors import ParameterError, nearest, one_line
+from granular_env.components.errors import ParameterError, nearest
 from granular_env.components.materials.elastic import material
+from granular_env.components.number_arrays import number_array
 from granular_env.components.support.float_arrays import FloatArray
 from granular_env.components.support.validation import positive_number
 
@@ -99,7 +100,7 @@ def _move(chain: Chain, drive: FloatArray, direction: Mapping[str, npt.ArrayLike
     for name in direction:
         if name not in KNOWN:
             raise ParameterError(f"{name!r} has no gradient", hint=nearest(name, KNOWN), at="direction")
-    changes = {name: h * _way(name, way) for name, way in direction.items()}
+    changes = {name: h * number_array(f"direction.{name}", way, "an array of numbers") for name, way in direction.items()}
     try:
         return _shift(chain, drive, changes)
     except ParameterError as error:
@@ -111,13 +112,6 @@ def _move(chain: Chain, drive: FloatArray, direction: Mapping[str, npt.ArrayLike
     except ValueError as error:  # numpy's word for shapes that do not go together
         shapes = ", ".join(f"{name} of shape {np.shape(way)}" for name, way in direction.items())
         raise ParameterError(f"got {shapes}", expected=f"the shapes of their gradients: {error}", at="direction") from None
-
-
-def _way(name: str, way: npt.ArrayLike) -> FloatArray:
-    try:
-        return np.asarray(way, dtype=np.float64)
-    except (TypeError, ValueError):
-        raise ParameterError(f"got {one_line(way)}", expected="an array of numbers", at=f"direction.{name}") from None
 
 
 def _shift(chain: Chain, drive: FloatArray, changes: dict[str, FloatArray]) -> tuple[Chain, FloatArray]:

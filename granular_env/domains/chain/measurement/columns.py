@@ -17,20 +17,11 @@ def function(name: str) -> Callable[..., Any]:
     return getattr(measurement, name)
 
 
-def _number(name: str) -> Taken:
-    """Return what takes the number that the function gives."""
+def _number(name: str, of: Callable[[Any], float] = float) -> Taken:
+    """Return what takes the number that the function gives; `len` takes how many things it gives."""
 
     def column(history: Any, which: int, arguments: dict[str, Any]) -> float:
-        return float(getattr(measurement, name)(history, **arguments))
-
-    return column
-
-
-def _count(name: str) -> Taken:
-    """Return what counts the things that the function gives."""
-
-    def column(history: Any, which: int, arguments: dict[str, Any]) -> float:
-        return float(len(getattr(measurement, name)(history, **arguments)))
+        return float(of(getattr(measurement, name)(history, **arguments)))
 
     return column
 
@@ -65,20 +56,20 @@ def _attributes(name: str, *attributes: str) -> dict[str, Taken]:
 
 MEASUREMENTS: dict[str, dict[str, Taken]] = {
     "waves_at": {
-        "count": _count("waves_at"),
+        "count": _number("waves_at", len),
         **_attributes("waves_at", "amplitude", "speed", "time", "duration", "width"),
         "energy": _of_wave("energy_of"),
         "momentum": _of_wave("momentum_of"),
     },
     "waves_along": {
-        "count": _count("waves_along"),
+        "count": _number("waves_along", len),
         **_attributes("waves_along", "amplitude", "position", "energy", "kinetic_energy", "potential_energy", "momentum"),
     },
     "front_speed": {"value": _number("front_speed")},
     "pressure_ratio": _attributes("pressure_ratio", "ratio", "first_maximum", "settled"),
     "energy_ratio": _attributes("energy_ratio", "mean", "least", "greatest", "deviation"),
     "momentum_carried_off": {"value": _number("momentum_carried_off")},
-    "detached_grains": {"count": _count("detached_grains")},
+    "detached_grains": {"count": _number("detached_grains", len)},
 }
 
 # What is taken, of one measurement or of all -> its unit.
