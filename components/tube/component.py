@@ -19,7 +19,7 @@ from ..events import EventDetail
 from ..inputs import input_mean
 from ..parts import Part, make_part, part_drawable, part_readers, part_values, part_variables
 from ..shell.component import Shell
-from ..support.float_arrays import FloatArray
+from ..support.float_arrays import FloatArray, ordered_sum, ordered_sum_of_rows
 from ..variables import Variable
 from . import balances, exchange
 from .interface_overlaps import Interface, find_overlaps
@@ -330,10 +330,9 @@ class Tube(Component):
             if status:
                 return _SHELL + status
             swept = exchange.swept_volumes(tables, area)
-            # Node by node, in a fixed order.
             work = (swept.reshape(-1, around) * acting[:, None]).T
-            works[:] = np.add.accumulate(np.concatenate([works[None], work]))[-1]
-            tally[exchange.ROOM_WORK] = np.add.accumulate(np.concatenate([tally[exchange.ROOM_WORK :][:1], room * swept]))[-1]
+            works[:] = ordered_sum_of_rows(np.vstack([works, work]))
+            tally[exchange.ROOM_WORK] = ordered_sum(tally[exchange.ROOM_WORK], room * swept)
         return 0
 
     def _explain(self, status: int) -> StepError:
