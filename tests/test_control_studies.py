@@ -4,7 +4,6 @@ import csv
 import signal
 import subprocess
 import sys
-import time
 import tomllib
 from pathlib import Path
 
@@ -189,26 +188,23 @@ def test_the_same_seed_finds_the_same_and_another_seed_another(tmp_path):
 
 # -- kills, Ctrl-C, NaN ---------------------------------------------------------------------------------------------------
 
-SLOW = """
+ENDED = """
 import sys
 sys.path.insert(0, {tests!r})
 from support.control_toys import Bowl, bowl_study
 from granular_env.control import figure, runner
 figure.draw_study = lambda result: b""
-print(runner.run_study(bowl_study(*{methods!r}), {folder!r}, problem=Bowl(pause=0.002)).interrupted)
+print(runner.run_study(bowl_study(*{methods!r}), {folder!r}, problem=Bowl(sent={sent}, sent_at=200)).interrupted)
 """
 
 
 @pytest.mark.parametrize("sent", [signal.SIGKILL, signal.SIGINT], ids=["killed", "ctrl-c"])
 def test_a_study_that_was_ended_keeps_its_finished_trials_and_finds_what_an_uninterrupted_one_finds(sent, tmp_path):
     whole = run_study(bowl_study(*SEARCHES), tmp_path / "whole", problem=Bowl())
-    code = SLOW.format(tests=str(ROOT / "tests"), methods=SEARCHES, folder=str(tmp_path / "ended"))
-    started = subprocess.Popen([sys.executable, "-c", code], cwd=ROOT, stdout=subprocess.PIPE, text=True)
-    while not (tmp_path / "ended" / "trials" / "gradient-1.json").exists():
-        assert started.poll() is None
-        time.sleep(0.02)
-    started.send_signal(sent)
-    assert started.communicate(timeout=60)[0] == ("" if sent == signal.SIGKILL else "True\n")
+    code = ENDED.format(tests=str(ROOT / "tests"), methods=SEARCHES, folder=str(tmp_path / "ended"), sent=int(sent))
+    ended = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, timeout=120)
+    assert ended.stdout == ("" if sent == signal.SIGKILL else "True\n"), ended.stderr
+    assert [path.stem for path in (tmp_path / "ended" / "trials").iterdir()] == ["gradient-1"]  # ended in the second search
     problem = Bowl()
     again = run_study(bowl_study(*SEARCHES), tmp_path / "ended", problem=problem)
     assert again.trials == whole.trials and problem.asked < 450  # the trial of the gradient is read, not repeated

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import time
+import signal
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
@@ -18,19 +18,20 @@ class Bowl:
 
     Args:
         broken_at: which evaluation returns NaN.
-        pause: how long an evaluation takes [s].
+        sent: the signal that this process sends itself at evaluation `sent_at`.
     """
 
     stage: Mapping[str, object] | None = None
     steps, duration, entries, rate, gradient_runs, code = 20, 1e-6, 1, None, 4.0, ""
 
-    def __init__(self, broken_at: int | None = None, pause: float = 0.0) -> None:
-        self.asked, self.broken_at, self.pause = 0, broken_at, pause
+    def __init__(self, broken_at: int | None = None, sent: int | None = None, sent_at: int | None = None) -> None:
+        self.asked, self.broken_at, self.sent, self.sent_at = 0, broken_at, sent, sent_at
         self.target = np.linspace(0.0, TARGET, self.steps)[:, None]
 
     def _value(self, drive: np.ndarray) -> float:
         self.asked += 1
-        time.sleep(self.pause)
+        if self.asked == self.sent_at:
+            signal.raise_signal(self.sent)
         return float("nan") if self.asked == self.broken_at else -float(np.mean((drive - self.target) ** 2))
 
     def returns(self, drives: np.ndarray, seeds: Sequence[int]) -> tuple[np.ndarray, np.ndarray]:
