@@ -18,7 +18,7 @@ BY_FILE := --dist loadfile --no-loadscope-reorder
 LOWEST := $(addprefix tests/test_,golden.py sweep.py cli.py control_studies.py envs_registered.py viewing_figures.py contract.py)
 
 # The tests of what linear algebra could change: they are repeated with each kernel of OpenBLAS.
-BITS := $(addprefix tests/test_,golden.py gallery.py conformance.py verification.py envs_reproducible.py control_tasks.py shell_fracture.py)
+BITS := $(addprefix tests/test_,golden.py gallery.py conformance.py verification.py reproducible.py control_tasks.py shell_fracture.py)
 
 BIN := .venv/bin
 LOG := logs/nesterenko-1983-3.4-piston.mcap

@@ -19,6 +19,7 @@ HARD = ge.Material(density=2.0, young=10.0, poisson=0.1)
 DENSE = ge.Material(density=3.0, young=2.5, poisson=0.25)
 WEAK = {"name": "mohr_coulomb", "cohesion": 4e-3, "internal_friction": 0.5, "tensile": 3e-3}
 STRONG = {"name": "mohr_coulomb", "cohesion": 2e-2, "internal_friction": 0.5, "tensile": 1.5e-2}
+BOND = [{"materials": [0, 1], "criterion": WEAK}]
 SHEAR, LAME = (np.array([getattr(one, name) for one in (SOFT, HARD)]) for name in ("shear_modulus", "first_lame"))
 
 
@@ -141,7 +142,7 @@ def test_a_wave_is_reflected_by_the_impedances_of_two_materials(packing: str, se
 @pytest.mark.parametrize(("speed", "criteria"), [(0.005, [WEAK, "none"]), (-0.01, [WEAK, STRONG])], ids=["pulled", "pressed"])
 def test_a_mixture_that_breaks_and_rubs_closes_its_balance(packing: str, speed: float, criteria: list[Any]) -> None:
     edges = {"bottom": "fixed", "top": "velocity"}
-    automata = mixed(packing, 10, 14, criterion=criteria, boundaries=edges, strength_scatter=0.2)
+    automata = mixed(packing, 10, 14, criterion=criteria, interfaces=BOND, boundaries=edges, strength_scatter=0.2)
     taken = [0.0]
     for _ in range(8):
         automata.step(12.5, top_velocity=[0.2 * speed, speed])
@@ -181,7 +182,9 @@ def test_a_contact_of_two_materials_is_two_halves_in_series() -> None:
     """Two blocks meet: the force is that of springs k = 2 G + lambda / 2 in a row, on the overlap that there is."""
     slit = {"name": "box", "x": [-1.0, 3.0], "y": [2.9, 3.1]}
     shape = {"name": "rectangle", "width": 2.0, "height": 6.0, "holes": [slit]}
-    automata = block("square", 2, 6, shape=shape, material=[SOFT, HARD], regions=upper_half(1, 3.2), criterion=STRONG)
+    automata = block(
+        "square", 2, 6, shape=shape, material=[SOFT, HARD], regions=upper_half(1, 3.2), criterion=STRONG, interfaces=BOND
+    )
     upper, y = automata.automaton_material == 1, automata.packing.reference[:, 1]
     apart = np.stack([0.0 * y, np.where(upper, 2e-6 - 1.0, 0.0)], axis=1)
     automata.reset(displacement=apart, velocity=np.stack([0.0 * y, np.where(upper, -1e-5, 0.0)], axis=1))
@@ -195,9 +198,3 @@ def test_a_contact_of_two_materials_is_two_halves_in_series() -> None:
     gained = (automata.mass * (automata.get("velocity")[:, 1] - before))[upper].sum()
     assert automata.get("touching") == 3.0 and overlap.min() > 1e-6
     assert gained == pytest.approx(force * h, rel=1e-6)
-
-
-# -- in a coupled body, in logs -----------------------------------------------------------------------------------------
-
-
-# -- refusals -----------------------------------------------------------------------------------------------------------

@@ -3,28 +3,27 @@
 from __future__ import annotations
 
 import warnings
+from typing import Any
 
 import numpy as np
 import pytest
+from support.chain_tools import laws_and_integrators
 
 import granular_env as ge
 
+POWERS = [{"name": "power", "exponent": exponent} for exponent in (1.3, 2.0)]
 
-@pytest.mark.parametrize("scheme", ["pefrl", "leapfrog", "rk4", "hamming"])
+
 @pytest.mark.parametrize("radius", [1e-3, 1e-2])
-@pytest.mark.parametrize("exponent", [1.3, 1.5, 2.0])
-def test_no_default_step_of_a_pressed_chain_is_warned_of(scheme: str, radius: float, exponent: float) -> None:
-    law = (
-        {}
-        if exponent == 1.5
-        else {"law": {"name": "power", "exponent": exponent}, "contact_stiffness": 1e11 ** (exponent / 1.5)}
-    )
+@pytest.mark.parametrize(("law", "scheme"), laws_and_integrators(["hertz", *POWERS]))
+def test_no_default_step_of_a_pressed_chain_is_warned_of(law: Any, scheme: str, radius: float) -> None:
+    stiffness = {} if law == "hertz" else {"contact_stiffness": 1e11 ** (law["exponent"] / 1.5)}
     for force in (0.1, 10.0, 100.0, 1000.0):
         for speed in (1e-4, 1e-2, 1.0):
             for right in ("free", "plane"):
                 chain = ge.make(
                     "chain", grains=12, radius=radius, precompression=force, velocity_scale=speed, right=right,
-                    integrator=scheme, overlap_limit=0.5, **law,
+                    integrator=scheme, overlap_limit=0.5, law=law, **stiffness,
                 )  # fmt: skip
                 chain.reset(velocity={0: speed})
                 with warnings.catch_warnings():

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from support.chain_tools import laws_and_integrators
 
 import granular_env as ge
 
@@ -18,8 +19,7 @@ LAWS = [
 ]
 
 
-@pytest.mark.parametrize("law", LAWS, ids=str)
-@pytest.mark.parametrize("integrator", ["pefrl", "rk4"])
+@pytest.mark.parametrize(("law", "integrator"), laws_and_integrators(LAWS, ["pefrl", "rk4"]))
 @pytest.mark.parametrize(
     ("left", "right", "gravity", "precompression"),
     [("free", "plane", G, 0.0), ("free", "piston", G, 3.0), ("rigid_plane", "free", -G, 0.5), ("plane", "plane", G, 2.0),

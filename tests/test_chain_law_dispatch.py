@@ -92,9 +92,8 @@ sys.path[:0] = {folders!r}
 import granular_env as ge
 {imports}
 chain = ge.Chain(grains=4, contact_stiffness=1e7, step_size=1e-7, law={law!r})
-chain.reset(velocity={{0: 1.0}})
-chain.step(2e-5)
-print(chain.get("velocity").tolist())
+chain.reset(displacement={{0: 1e-6}})
+print(chain.get("contact_force").tolist())
 """
 
 
@@ -118,8 +117,7 @@ def test_a_law_in_a_script_leaves_a_cache_that_other_processes_can_load(tmp_path
     )
     known = "import scratch_law\nfrom granular_env.components.chain.laws import LAWS\nLAWS['scratch'] = scratch_law.Scratch"
     first = _run("scratch", [scratch], cache, known)
-    hertz = _run("hertz", [], cache)
-    assert first == _run("scratch", [scratch], cache, known) != hertz == _run("hertz", [], cache)
+    assert _run("hertz", [], cache) != first == _run("scratch", [scratch], cache, known)
 
 
 def test_a_law_of_another_package_runs_records_and_replays(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

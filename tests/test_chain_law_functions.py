@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable
-from itertools import product
+from collections.abc import Callable
 from typing import Any, ClassVar, Literal, NamedTuple
 
 import numpy as np
 import pytest
+from support.chain_tools import laws_and_integrators
 from support.cubic_law import Cubic, Proportional
 
 import granular_env as ge
@@ -26,7 +26,6 @@ from granular_env.components.support.jit import jit
 
 pytestmark = pytest.mark.filterwarnings("ignore::granular_env.components.errors.GranularWarning")
 
-INTEGRATORS = ("pefrl", "leapfrog", "rk4", "hamming")
 SPHERES = {"contact_stiffness": 5e9}
 CASES: dict[str, dict[str, Any]] = {
     "hertz": {"law": "hertz", **SPHERES},
@@ -95,19 +94,6 @@ def shaken(name: str, **parameters: Any) -> ge.Chain:
     return chain
 
 
-# A law with dissipation, one with history and one with neither under every integrator; what differs in the others are the
-# functions of the law alone, which one integrator calls as another does, and the kernels of a pair take seconds to compile.
-EVERYWHERE = ("hertz", "viscous", "elastic_plastic")
-
-
-def pairs(names: Iterable[str], integrators: Iterable[str]) -> list[Any]:
-    """Return every law with every integrator, the slow ones marked."""
-    return [
-        pytest.param(name, integrator, marks=[] if name in EVERYWHERE or integrator == "pefrl" else [pytest.mark.slow])
-        for name, integrator in product(names, integrators)
-    ]
-
-
 @pytest.mark.parametrize("name", CASES)
 def test_forces_are_those_of_the_formulas(name: str) -> None:
     chain = shaken(name, step_size=1e-8)
@@ -128,7 +114,7 @@ def test_a_chain_begins_with_the_load_that_it_carries(name: str) -> None:
     np.testing.assert_allclose(chain.get("contact_force"), loads, rtol=1e-9)
 
 
-@pytest.mark.parametrize(("name", "integrator"), pairs(CASES, INTEGRATORS))
+@pytest.mark.parametrize(("name", "integrator"), laws_and_integrators(CASES))
 def test_a_step_is_force_times_time_over_mass(name: str, integrator: str) -> None:
     """The step is so short that overlaps change by 1e-5 of themselves; rounding is 1e-9 of the change of velocity."""
     chain = shaken(name, integrator=integrator, step_size=1e-11)
@@ -138,7 +124,7 @@ def test_a_step_is_force_times_time_over_mass(name: str, integrator: str) -> Non
     np.testing.assert_allclose(chain.get("velocity") - before, expected, rtol=1e-3, atol=1e-4 * np.abs(expected).max())
 
 
-@pytest.mark.parametrize(("name", "integrator"), pairs(CASES, INTEGRATORS))
+@pytest.mark.parametrize(("name", "integrator"), laws_and_integrators(CASES))
 def test_balances_close(name: str, integrator: str) -> None:
     """While contacts open, close and yield: energy to the step's error, which falls with the step, momentum to rounding."""
     chain = shaken(name, integrator=integrator, step_size=1e-8)
@@ -208,7 +194,7 @@ def _pullback(chain, adjoint, step, steps, inputs, input_adjoint, constants, slo
         adjoint.rows[V, 3] += slopes[0] * 2.0 * chain.rows[V, 3]
 
 
-@pytest.mark.parametrize(("name", "integrator"), pairs(WITH_GRADIENT, ("pefrl", "leapfrog")))
+@pytest.mark.parametrize(("name", "integrator"), laws_and_integrators(WITH_GRADIENT, ("leapfrog", "pefrl")))
 def test_gradients_are_the_differences_of_runs(name: str, integrator: str) -> None:
     """By the drive, the stiffness and, where there is one, the dissipation, of a pressed chain that a push runs through."""
     shape = {"grains": 6, "right": "plane", "precompression": 100.0, "integrator": integrator, "step_size": 4e-7}

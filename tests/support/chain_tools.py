@@ -7,15 +7,34 @@ import math
 import os
 import subprocess
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
+from itertools import product
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+import pytest
 
 import granular_env as ge
 
 ROOT = Path(__file__).resolve().parents[2]
 INTEGRATORS = ("pefrl", "leapfrog", "rk4", "hamming")
+
+
+def laws_and_integrators(laws: Iterable[Any], integrators: Sequence[str] = INTEGRATORS) -> list[Any]:
+    """Return every law, by name or as a table, with every integrator; those that `make test` leaves out are marked slow.
+
+    An integrator calls the functions of one law as those of another. So one elastic law and one with dissipation meet every
+    integrator, one with history every one but Hamming's, the others the first one; each pair takes seconds to compile.
+    """
+    everywhere = {*product(("hertz", "viscous"), INTEGRATORS), *product(("elastic_plastic",), ("leapfrog", "rk4"))}
+    pairs = []
+    for law, integrator in product(laws, integrators):
+        name = law["name"] if isinstance(law, dict) else law
+        fast = integrator == integrators[0] or (name, integrator) in everywhere
+        pairs.append(pytest.param(law, integrator, marks=[] if fast else pytest.mark.slow))
+    return pairs
+
 
 # Nesterenko (1983), section 3.1: A = 5.6e12 N/(m^1.5 kg), R = 3 mm, 7800 kg/m^3, v0 = 5 m/s.
 RADIUS = 3e-3

@@ -10,6 +10,7 @@ from typing import Any
 
 from xdist.scheduler import LoadFileScheduling
 
+# Files that need the kernels of both kinds are in neither: they come later.
 CHAIN = ("test_chain_", "test_control_", "test_envs", "test_measurement", "test_examples", "test_benchmarks")
 BODIES = (
     "test_automata_",
@@ -19,7 +20,6 @@ BODIES = (
     "test_tube",
     "test_detonation",
     "test_thermo",
-    "test_papers",
 )
 # The files that take the most CPU time where no kernel is kept; the others go by their number of tests.
 LONG = (
@@ -29,6 +29,7 @@ LONG = (
     "test_conformance.py",
     "test_sweep.py",
     "test_chain_law_functions.py",
+    "test_reproducible.py",
 )
 
 
