@@ -53,7 +53,7 @@ SMALL = {
 
 
 # The others compile what hardly any test needs, or start many processes.
-QUICK = {"calls", "grid", "numpy", "recording", "replay"}
+QUICK = {"calls", "numpy", "recording", "replay"}
 
 
 @pytest.mark.parametrize("name", [one if one in QUICK else pytest.param(one, marks=pytest.mark.slow) for one in SMALL])

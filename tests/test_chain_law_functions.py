@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from itertools import product
 from typing import Any, ClassVar, Literal, NamedTuple
 
 import numpy as np
@@ -194,7 +195,12 @@ def _pullback(chain, adjoint, step, steps, inputs, input_adjoint, constants, slo
         adjoint.rows[V, 3] += slopes[0] * 2.0 * chain.rows[V, 3]
 
 
-@pytest.mark.parametrize(("name", "integrator"), laws_and_integrators(WITH_GRADIENT, ("leapfrog", "pefrl")))
+# The pullbacks of all laws are tested above; here are the loops around them.
+EVERYWHERE = ("hertz", "viscous")
+OTHERS = [pytest.param(name, "pefrl", marks=pytest.mark.slow) for name in WITH_GRADIENT if name not in EVERYWHERE]
+
+
+@pytest.mark.parametrize(("name", "integrator"), [*product(EVERYWHERE, ("pefrl", "leapfrog")), *OTHERS])
 def test_gradients_are_the_differences_of_runs(name: str, integrator: str) -> None:
     """By the drive, the stiffness and, where there is one, the dissipation, of a pressed chain that a push runs through."""
     shape = {"grains": 6, "right": "plane", "precompression": 100.0, "integrator": integrator, "step_size": 4e-7}

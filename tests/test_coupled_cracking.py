@@ -93,7 +93,7 @@ def test_every_criterion_closes_the_energy(criterion: dict[str, Any]) -> None:
 
 @pytest.mark.parametrize(
     ("law", "micro_steps"),
-    [(YIELDING, 1), (PRESSED, 2), *(pytest.param(*pair, marks=pytest.mark.slow) for pair in ((YIELDING, 2), (PRESSED, 1)))],
+    [(PRESSED, 2), *(pytest.param(*pair, marks=pytest.mark.slow) for pair in ((PRESSED, 1), (YIELDING, 1), (YIELDING, 2)))],
 )
 def test_cells_may_yield_beside_automata_that_break(law: dict[str, Any], micro_steps: int) -> None:
     medium = sandwich(n=micro_steps, plasticity=law, micro_steps=micro_steps)

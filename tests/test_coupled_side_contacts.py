@@ -10,7 +10,7 @@ from support.coupled_tools import coupled, mesh
 
 from granular_env.components.coupled import Coupled
 
-STRONG = {"name": "mohr_coulomb", "cohesion": 0.4, "tensile": 0.3, "internal_friction": 0.5}
+STRONG = {"name": "strain", "tensile": 0.1, "shear": 0.1}
 
 
 def body(n: int = 1, *, side_contacts: bool = True, grid: dict[str, Any] | None = None, **more: Any) -> Coupled:

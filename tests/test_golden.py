@@ -6,7 +6,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from numpy._core._multiarray_umath import __cpu_features__  # type: ignore[attr-defined]
 from support import final_states
+from support.chain_tools import python
 from support.golden_logs import CASES, FOLDER, final_hash, log_path, played
 
 import granular_env as ge
@@ -61,6 +63,16 @@ def test_a_golden_log_replays_bit_for_bit(name: str) -> None:
     result = ge.verify(log_path(name))
     assert result.identical, result.message
     assert result.calls > 0 and result.hashes > 0
+
+
+# What OpenBLAS picks for Intel and AMD processors with AVX2, and with AVX-512, which it cannot run without.
+@pytest.mark.parametrize("kernels", ["Haswell", "Zen", "SkylakeX"])
+def test_golden_logs_are_verified_with_every_choice_of_linear_algebra(kernels: str) -> None:
+    if not __cpu_features__["AVX512F" if kernels == "SkylakeX" else "AVX2"]:
+        pytest.skip(f"this CPU cannot run the kernels for {kernels}")
+    paths = [str(log_path(name)) for name in CASES]
+    code = f"import granular_env as ge\nprint([path for path in {paths} if not ge.verify(path).identical])"
+    assert python(code, OPENBLAS_CORETYPE=kernels) == "[]\n"
 
 
 @pytest.mark.parametrize("name", CASES)

@@ -1,16 +1,11 @@
-"""Golden logs, constants, rewards, goals, gradients and drives do not depend on the instructions that libraries find."""
+"""Constants, rewards, goals, gradients and drives do not depend on the instructions that libraries find."""
 
 from __future__ import annotations
-
-import json
-import os
-import subprocess
-import sys
 
 import numpy as np
 import pytest
 from numpy._core._multiarray_umath import __cpu_dispatch__, __cpu_features__  # type: ignore[attr-defined]
-from support.golden_logs import FOLDER
+from support.chain_tools import python
 
 from granular_env.components.support.elementary_functions import (
     exponential,
@@ -23,7 +18,7 @@ from granular_env.components.support.elementary_functions import (
 
 FEATURES = [name for name in __cpu_dispatch__ if __cpu_features__.get(name)]
 HASHES = """
-import hashlib, json
+import hashlib
 import gymnasium as gym
 import numpy as np
 import granular_env
@@ -62,30 +57,8 @@ for name, arguments in CASES:
         drive = np.full((40, 2), 20.0 if "force" in next(iter(task.actions)) else 0.5)
         value, slopes = value_and_grad(task, env.component, drive, ticks=3)
         found[f"{what}: gradient"] = said(value, slopes["drive"])
-print(json.dumps(found))
+print(found)
 """
-VERIFIED = """
-import json, sys
-import granular_env as ge
-results = {path: ge.verify(path) for path in sys.argv[1:]}
-print(json.dumps({path: result.message for path, result in results.items() if not result.identical}))
-"""
-
-
-def run_under(environment: dict[str, str], script: str, *arguments: str) -> dict[str, str]:
-    command = [sys.executable, "-W", "ignore", "-c", script, *arguments]
-    done = subprocess.run(command, capture_output=True, text=True, env={**os.environ, **environment})
-    assert done.returncode == 0, done.stderr
-    return json.loads(done.stdout)
-
-
-# What OpenBLAS picks for Intel and AMD processors with AVX2, and with AVX-512, which it cannot run without.
-@pytest.mark.parametrize("kernels", ["Haswell", "Zen", "SkylakeX"])
-def test_golden_logs_are_verified_with_every_choice_of_linear_algebra(kernels: str) -> None:
-    if not __cpu_features__["AVX512F" if kernels == "SkylakeX" else "AVX2"]:
-        pytest.skip(f"this CPU cannot run the kernels for {kernels}")
-    logs = sorted(str(path) for path in FOLDER.glob("*.mcap"))
-    assert run_under({"OPENBLAS_CORETYPE": kernels}, VERIFIED, *logs) == {}
 
 
 @pytest.mark.slow  # it compiles an environment without them
@@ -96,7 +69,7 @@ def test_without_the_newer_instructions_environments_are_the_same() -> None:
         "NPY_DISABLE_CPU_FEATURES": " ".join(FEATURES), "GLIBC_TUNABLES": "glibc.cpu.hwcaps=-AVX2,-FMA,-FMA4,-AVX512F",
         "OPENBLAS_CORETYPE": "Prescott",
     }  # fmt: skip
-    assert run_under(oldest, HASHES) == run_under({}, HASHES)
+    assert python(HASHES, **oldest) == python(HASHES)
 
 
 def test_the_functions_are_those_that_they_are_called_after() -> None:

@@ -21,15 +21,15 @@ BODIES = (
     "test_detonation",
     "test_thermo",
 )
-# The files that take the most CPU time where no kernel is kept; the others go by their number of tests.
+# The files that take the most CPU time where no kernel is kept, in their order; the others go by their number of tests.
 LONG = (
-    "test_docs.py",
-    "test_chain_adjoint.py",
-    "test_papers.py",
-    "test_conformance.py",
-    "test_sweep.py",
     "test_chain_law_functions.py",
-    "test_reproducible.py",
+    "test_chain_adjoint.py",
+    "test_sweep.py",
+    "test_docs.py",
+    "test_golden.py",
+    "test_conformance.py",
+    "test_papers.py",
 )
 
 
@@ -39,10 +39,10 @@ class ByKernels(LoadFileScheduling):
     def _assign_work_unit(self, node: Any) -> None:
         own, other = (CHAIN, BODIES) if self.nodes.index(node) % 2 == 0 else (BODIES, CHAIN)
 
-        def rank(scope: str) -> tuple[int, bool, int]:
+        def rank(scope: str) -> tuple[int, int, int]:
             name = scope.rpartition("/")[2]
             kind = 0 if name.startswith(own) else 2 if name.startswith(other) else 1
-            return kind, name not in LONG, -len(self.workqueue[scope])
+            return kind, LONG.index(name) if name in LONG else len(LONG), -len(self.workqueue[scope])
 
         self.workqueue.move_to_end(min(self.workqueue, key=rank), last=False)
         super()._assign_work_unit(node)
