@@ -181,7 +181,7 @@ def test_the_suggested_step_resolves_the_dissipation(law: dict, integrator: str)
     assert "dissipation" not in " ".join(chain.cautions())
 
 
-@pytest.mark.parametrize("integrator", ["rk4", "hamming"])
+@pytest.mark.parametrize("integrator", ["rk4", pytest.param("hamming", marks=pytest.mark.slow)])
 def test_an_explicit_scheme_refuses_a_dissipation_that_would_blow_it_up(integrator: str) -> None:
     chain = ge.Chain(
         grains=12, law={"name": "viscous", "dissipation": 3000.0}, integrator=integrator, step_size=5e-7, right="plane"
