@@ -12,16 +12,25 @@ from typing import Any
 import numpy as np
 import pytest
 from support.golden_logs import final_hash, played
-from support.solid_tools import ALUMINIUM, RADIUS, WALL, called, follow, frequency, ring, strip
+from support.solid_tools import (
+    ALUMINIUM,
+    RADIUS,
+    WALL,
+    called,
+    cantilever_frequency,
+    cantilever_shape,
+    clamped_bar_frequency,
+    follow,
+    frequency,
+    ring,
+    strip,
+)
 
 import granular_env as ge
 from granular_env.components.materials.thermoviscoplastic import Thermoviscoplastic, flow_stress
 from granular_env.components.shell import ticks
 from granular_env.components.shell.theory import (
     breathing_frequency,
-    cantilever_frequency,
-    cantilever_shape,
-    clamped_bar_frequency,
     critical_speed,
     lame_displacement,
     static_hoop_stress,

@@ -1,12 +1,8 @@
-"""Exact and classical solutions for thin walls: tubes under pressure, beams and bars, pieces of a ring, travelling loads."""
+"""Exact and classical solutions for thin walls: tubes under pressure, pieces of a ring, travelling loads."""
 
 from __future__ import annotations
 
 import math
-
-import numpy as np
-
-from ..support.float_arrays import FloatArray
 
 # A long tube of an elastic material under inner pressure, its length held.
 #
@@ -35,34 +31,6 @@ def critical_speed(young: float, poisson: float, density: float, radius: float, 
     """Return the speed [m/s] at which a load that travels along a thin tube resonates with its flexural waves."""
     squared = young * wall / (density * radius) / math.sqrt(3.0 * (1.0 - poisson * poisson))
     return math.sqrt(squared)
-
-
-# Vibrations of a slender beam that is clamped at one end, by Euler and Bernoulli, and of a bar along itself.
-#
-# Valid where the length is more than ten thicknesses. Source: S. P. Timoshenko, Vibration Problems in Engineering
-# (1937), 34, 53.
-
-# The first root of cos(k) cosh(k) = -1.
-_FIRST_ROOT = 1.8751040687119612
-
-
-def cantilever_frequency(young: float, density: float, length: float, thickness: float) -> float:
-    """Return the first frequency of bending [Hz] of a clamped strip of rectangular cross-section."""
-    wave_number = _FIRST_ROOT / length
-    return wave_number**2 * math.sqrt(young * thickness**2 / (12.0 * density)) / (2.0 * math.pi)
-
-
-def cantilever_shape(x: FloatArray, length: float) -> FloatArray:
-    """Return the shape of that mode, 0 at the clamped end and 1 at the free one."""
-    k = _FIRST_ROOT
-    share = (math.cosh(k) + math.cos(k)) / (math.sinh(k) + math.sin(k))
-    s = k * x / length
-    return 0.5 * (np.cosh(s) - np.cos(s) - share * (np.sinh(s) - np.sin(s)))
-
-
-def clamped_bar_frequency(young: float, density: float, length: float) -> float:
-    """Return the first frequency [Hz] of a bar along itself, clamped at one end."""
-    return math.sqrt(young / density) / (4.0 * length)
 
 
 # The number of pieces of an expanding ring, after N. F. Mott.
