@@ -30,7 +30,7 @@ class ByName(Choices):
 
         law: Annotated[SerializeAsAny[Law], ByName({"hertz": Hertz, "power": Power})]
 
-    A bare name stands for the table with its defaults.
+    A bare name selects the table with its defaults.
     """
 
     choices: Mapping[str, type[Named]]
