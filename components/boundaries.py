@@ -22,7 +22,7 @@ class Boundary(Named):
     """A condition of an edge, chosen by its `name`."""
 
     precedence: ClassVar[int] = 0
-    """Rank where two edges meet that prescribe one component of the velocity: the edge with the higher rank wins."""
+    """Rank for nodes where two edges prescribe the same velocity component: the edge with the higher rank applies."""
 
 
 class Free(Boundary):

@@ -37,7 +37,7 @@ class Component(Stepping):
     """
 
     version: ClassVar[int] = 1
-    """Raised whenever the same parameters and inputs would give other bits."""
+    """Increased whenever the same parameters and inputs would give results that are not bitwise the same."""
 
     # Parts stored in this component's memory: (part, prefix of its event kinds, its ticks per tick of this component).
     _included: tuple[tuple[Component, str, int], ...] = ()

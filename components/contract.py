@@ -33,9 +33,9 @@ class Physics(metaclass=ABCMeta):
     """The part of a component that its author writes; `component.Component` provides the rest."""
 
     event_kinds: ClassVar[Mapping[str, str]] = {}
-    """Kinds of events that can happen -> what they are; the state then has a list of events."""
+    """Kinds of possible events -> description; the state then has a list of events."""
     event_details: ClassVar[Mapping[str, EventDetail]] = {}
-    """For some or all of these kinds: unit, what their indices count, and the output that measures how near an event is."""
+    """Unit, meaning of the indices, and the output that measures how close an event is, for some or all kinds."""
     step_size: float
     """Length of one internal step [s]; set by `_build`."""
 

@@ -36,7 +36,7 @@ class Variable:
     state: bool = False
     """True for a part of the state: `reset` accepts it, and logs hash it."""
     axes: tuple[str, ...] = ()
-    """What each index of the shape counts, such as ("grain",). Variables with the same axis share it in a data set."""
+    """Meaning of each index of the shape, such as ("grain",). Variables with the same axis share it in a data set."""
     nominal: float = 1.0
     """Usual magnitude, for scaling."""
     variability: Literal["", "constant", "fixed", "tunable", "discrete", "continuous"] = ""

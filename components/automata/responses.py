@@ -59,7 +59,7 @@ class Response(Named):
     """A law for the forces of a pair as functions of its strains."""
 
     elastic: ClassVar[bool] = False
-    """True where it has no history."""
+    """True for a law without history."""
 
     def flow(self) -> Flow:
         """Return the constants of the law."""

@@ -59,7 +59,7 @@ class Relinking(Named):
     """A condition under which a broken pair is linked again."""
 
     kinds: ClassVar[Mapping[str, str]] = {}
-    """Kind of its events -> what happened."""
+    """Kind of the events of this law -> description."""
 
     def constants(self) -> tuple[float, float]:
         """Return the smallest pressure [Pa] and the largest sliding speed [m/s]."""

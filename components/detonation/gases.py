@@ -72,7 +72,7 @@ def _validate_name(name: str) -> str:
 
 
 GasName = Annotated[str, AfterValidator(_validate_name)]
-"""The name of a gas or a mixture, as a parameter."""
+"""Parameter type: the name of a gas or a mixture."""
 
 
 def gas_at(value: str | Gas, pressure: float, temperature: float) -> Gas:

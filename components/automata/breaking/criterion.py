@@ -53,9 +53,9 @@ class Criterion(Named):
     """A condition under which a linked pair breaks."""
 
     causes: ClassVar[Mapping[str, str]]
-    """Kinds of events, in the order in which `failure` numbers its causes -> what happened."""
+    """Kinds of events, in the order in which `failure` numbers its causes -> description."""
     unit: ClassVar[str] = "Pa"
-    """Unit of what decides and of its limit."""
+    """Unit of the decisive quantity and its limit."""
 
     @abstractmethod
     def law(self) -> Any:
