@@ -92,7 +92,7 @@ class Physics(metaclass=ABCMeta):
         return {}
 
     def drawables(self) -> tuple[Drawable, ...]:
-        """Return what viewers can draw, the most important first."""
+        """Return the drawables for viewers, the most important first."""
         return ()
 
     def nearest_kind(self, ratio: str, index: int) -> str:

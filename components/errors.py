@@ -240,7 +240,7 @@ class MissingExtraError(GranularError, ImportError):
 
 
 class GranularWarning(UserWarning):
-    """Something a scientist should know about a run that continues."""
+    """A warning about a run that continues."""
 
 
 def one_line(value: object, length: int = 80) -> str:

@@ -49,8 +49,7 @@ class Layout(NamedTuple):
 # Rows of `Motion`: displacements [m], angle (counter-clockwise) [rad], and their rates.
 X, Y, ANGLE, VX, VY, SPIN = range(6)
 # Rows of `Body.cells`: initial centres [m], X and Y; mass (infinite without an automaton) [kg], moment of inertia about the
-# centre, m D^2 / 8 [kg m^2], volume [m^3], G and lambda = K - 2 G / 3 [Pa], and the share of the free faces of a whole
-# cell.
+# centre, m D^2 / 8 [kg m^2], volume [m^3], G and lambda = K - 2 G / 3 [Pa], and the share of the free faces of a whole cell.
 MASS, INERTIA, VOLUME, SHEAR, LAME, MISSING = range(2, 8)
 # Fields of `Body.links`: area, 0 without a link [m^2]; contributions of its strain to the volumetric strains of the automata
 # where it begins and where it ends.

@@ -1,9 +1,8 @@
 """Packings of equal automata: which automata fill a shape, their neighbours, and the part of each cell inside.
 
-The centres lie on a lattice, inside the outline or on it. An automaton on the outline is a part of a cell: a half on a side,
-a quarter at a corner. Volume, mass and the faces in the outline shrink accordingly. A free face of a whole cell (at the zigzag
-of the hexagonal packing, or the staircase of an oblique side) carries no traction and is condensed; see
-`Packing.missing`.
+The centres lie on a lattice, inside the outline or on it. An automaton on the outline is a part of a cell: a half on a side, a
+quarter at a corner. Volume, mass and the faces in the outline shrink accordingly. A free face of a whole cell (at the zigzag of
+the hexagonal packing, or the staircase of an oblique side) carries no traction and is condensed; see `Packing.missing`.
 """
 
 from __future__ import annotations

@@ -1,9 +1,8 @@
 """Internal steps of a specimen whose links may yield and break, and whose pieces touch.
 
-The forces at a position are computed in two parts, `judge_links` and `add_forces`. In between, lists may have to grow for
-links that break or are formed again (`CrackingSpecimen.change_links`). A parent that moves the automata calls these parts
-directly. `advance` calls them between the halves of a drift, as `linked.advance` does with the forces of linked
-automata.
+The forces at a position are computed in two parts, `judge_links` and `add_forces`. In between, lists may have to grow for links
+that break or are formed again (`CrackingSpecimen.change_links`). A parent that moves the automata calls these parts directly.
+`advance` calls them between the halves of a drift, as `linked.advance` does with the forces of linked automata.
 """
 
 from __future__ import annotations

@@ -13,7 +13,7 @@ import numpy.typing as npt
 from ..support.float_arrays import FloatArray
 
 IntArray = npt.NDArray[np.int64]
-# Smallest ratio of the triangle at a cell's corner to the square of its longest side; flatter cells are refused.
+# Smallest ratio of the triangle area at a cell's corner to the square of its longest side; flatter cells are refused.
 _FLATTEST = 1e-6
 # A node lies on a side if its distance is below this fraction of the side, and at a corner if its distance is below this
 # fraction of the distance from the cell's centre to its farthest corner.

@@ -28,7 +28,7 @@ class Conditions(NamedTuple):
     """The prescribed velocities.
 
     Attributes:
-        prescribed: see `kernel_arrays.Body`, shape (n, 3).
+        prescribed: see `kernel_arrays.Nodes`, shape (n, 3).
         moved: edges whose velocity is an input, in the order of their columns in the signals, three per edge from column 1 on;
             with the axis of a platen, which moves only along that axis, or -1 for an edge that moves in all directions.
         wall: see `kernel_arrays.Solid`, shape (2,).

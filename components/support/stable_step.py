@@ -59,7 +59,7 @@ def highest_frequency(
         held: mask of prescribed displacements, of the same shape, bool.
         mass: of the nodes, shape (n,) [kg].
         force: function that returns the forces for displacements from rest, both of that shape [m, N].
-        norm_ratio: of an image and a vector, in the mass-weighted norm.
+        norm_ratio: function that returns |image| / |vector| in the mass-weighted norm.
         iterations: largest number of power iterations.
         settled: relative change of the squared frequency at which the iteration stops.
     """

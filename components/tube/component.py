@@ -41,7 +41,7 @@ _GROWN = "cross_section_grown"
 class Tube(Component):
     """A detonation in a rigid tube, a section of which is a shell: the experiment of Gato & Shie (2010).
 
-    The gas loads the wall, and with two-way coupling feels it. See `TubeParameters`.
+    The gas loads the wall; with two-way coupling the motion of the wall acts back on the gas. See `TubeParameters`.
     """
 
     name = "tube"

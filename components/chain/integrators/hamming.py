@@ -1,9 +1,8 @@
 """Hamming's predictor-corrector with its modifier, the other scheme used by Nesterenko (1983).
 
-R. W. Hamming, J. ACM 6 (1959) 37: p = y_{n-3} + (4h/3)(2 f_n - f_{n-1} + 2 f_{n-2}); the modifier 112/121 and the
-mop-up 9/121; two forces per step. The formulas are of order 4; the mop-up removes their leading error, and the measured
-order is 5. Three Runge-Kutta steps start the scheme, and restart it when an input jumps. Its history is part of the
-state.
+R. W. Hamming, J. ACM 6 (1959) 37: p = y_{n-3} + (4h/3)(2 f_n - f_{n-1} + 2 f_{n-2}); the modifier 112/121 and the mop-up 9/121;
+two forces per step. The formulas are of order 4; the mop-up removes their leading error, and the measured order is 5. Three
+Runge-Kutta steps start the scheme, and restart it when an input jumps. Its history is part of the state.
 """
 
 from __future__ import annotations

@@ -3,8 +3,7 @@
 In a kernel a law is a `NamedTuple` whose fields are arrays with one number per contact: the stiffness, other constants, and the
 history of the contact. The module of a law registers its functions, for example ``force.register(HertzContacts)``. j is a
 contact, d its overlap if it is closed and 0 if it is open. In ``x_pullback(law, adjoint, j, d, slope)``, `adjoint` is a law of
-the same class. Slope times the derivative of x with respect to each constant of contact j is added to its
-arrays.
+the same class. Slope times the derivative of x with respect to each constant of contact j is added to its arrays.
 """
 
 from __future__ import annotations

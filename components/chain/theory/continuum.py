@@ -8,8 +8,7 @@ A stationary wave u(x - Vt) of (2.4) moves as a particle of unit mass in the pot
     y'' = -dW/dy,   W(y) = -5/8 y^(8/5) + 1/2 y^2 + C3 y^(4/5),   strain xi = (V/c)^4 y^(4/5),   x = a eta / sqrt 10
 
 with C3 = (5/4) C2 of (2.6), whose length scale is misprinted. For 0 < C3 < 5/27 W has a maximum y1 < (2/3)^(5/2), the state in
-front of a wave, and a minimum y2 > y1, the state behind a shock. With s = y^(2/5) both are roots of
-s^2 - s^3 = 4 C3/5.
+front of a wave, and a minimum y2 > y1, the state behind a shock. With s = y^(2/5) both are roots of s^2 - s^3 = 4 C3/5.
 """
 
 from __future__ import annotations

@@ -13,7 +13,7 @@ _TENSION = 0.5
 
 
 class PlasticStrainConstants(NamedTuple):
-    """Smallest largest principal stress of a parting point [Pa]; a point unloaded by a crack does not part."""
+    """Largest principal stress that a parting point must exceed [Pa]; a point unloaded by a crack does not part."""
 
     tension: float
 

@@ -17,7 +17,7 @@ from ...support.parameter_fields import Magnitude, field
 from .law import FractureLaw, decisive_value, may_exceed
 
 _FACTOR = 3.0
-# A Kirchhoff stress below this fraction of a limit means a Cauchy stress below it: bodies in tension do not shrink more.
+# Below this fraction of the limit, a Kirchhoff stress gives no Cauchy stress above it: bodies in tension do not shrink more.
 _SAFE = 0.8
 
 

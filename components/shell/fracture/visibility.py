@@ -61,7 +61,7 @@ class Visibility:
         return self._mark_hidden(facet, self.near(facet[1:4]))
 
     def is_sound_behind(self, facet: FloatArray, point: int) -> bool:
-        """Return whether the remaining neighbours of a point behind one more facet span the basis."""
+        """Return whether the remaining neighbours of a point would span the basis after one more facet."""
         begin, end = (int(one) for one in self._even.begin[point : point + 2])
         before = self.hidden[begin:end].copy()
         own = np.array([point])
