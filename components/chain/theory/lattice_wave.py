@@ -31,7 +31,7 @@ LATTICE_PRESSURE_OVERSHOOT = 1.8139439880
 # Velocity at which a free end leaves, in v_m; from a run of the chain.
 FREE_END_VELOCITY = 1.44606
 
-# Tolerances of the shape; for a wave with a small rise e, only the second limits the accuracy of the nonlinear part.
+# Tolerance of the shape: the first, or the second over e^2 for a wave with a small rise e, where rounding limits the accuracy.
 _TOLERANCE, _ROUNDING = 1e-13, 5e-13
 _ITERATIONS = 500
 _POINTS_PER_GRAIN = 16
