@@ -1,4 +1,4 @@
-"""Balances of conserved quantities: stored, supplied and lost amounts, and the residual of the numerics."""
+"""Balances of conserved quantities: stored, supplied and lost amounts, and the residual of the numerical scheme."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ import numpy as np
 from .support.float_arrays import FloatArray
 from .variables import Variable
 
-# A number, or a vector: momentum in the plane has two components.
+# A number or a vector, e.g. momentum in the plane with two components.
 Amount = float | FloatArray
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
 class Balance:
-    """The balance of a conserved quantity since the reset; each entry is an output variable of its name.
+    """The balance of a conserved quantity since the reset; each entry is an output variable of the same name.
 
     Attributes:
         quantity: such as "energy"; `<quantity>_residual` is a variable too.
@@ -37,7 +37,7 @@ class Balance:
 
     @property
     def residual(self) -> Amount:
-        """Stored + lost - initial - supplied: the error of the numerics."""
+        """Stored + lost - initial - supplied: the error of the numerical scheme."""
         first, *others = [*self.stored.values(), *self.lost.values()]
         left: Any = first
         for amount in others:
@@ -64,7 +64,7 @@ def balance_variables(balance: Balance) -> Iterable[Variable]:
     for entries, what in kinds:
         for name, amount in entries.items():
             words = name.replace("_", " ")
-            # A store is named after what it holds: kinetic energy, momentum.
+            # A stored amount whose name contains the quantity needs no further text: kinetic energy, momentum.
             text = words if what == "stored" and quantity in words else f"{words}: {quantity} {what}"
             yield Variable(name, "output", balance.unit, np.shape(amount), text)
     added, given = (" + ".join(names) for names in ([*balance.stored, *balance.lost], balance.supplied))

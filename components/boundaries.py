@@ -1,6 +1,6 @@
-"""Conditions of the edges of a body in the plane that several components share, by name.
+"""Boundary conditions for edges of plane bodies that several components share, by name.
 
-A component adds those that it alone has, and what it alone can say about one; see `grid.boundaries`, `automata.parameters`.
+Components add their own conditions and specialise these; see `grid.boundaries`, `automata.parameters`.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ class Boundary(Named):
     """A condition of an edge, chosen by its `name`."""
 
     precedence: ClassVar[int] = 0
-    """Rank where two edges meet that prescribe one component of the velocity: the edge with the higher rank wins."""
+    """Rank for nodes where two edges prescribe the same velocity component: the edge with the higher rank applies."""
 
 
 class Free(Boundary):
@@ -39,20 +39,20 @@ class Fixed(Boundary):
 
 
 class Symmetry(Boundary):
-    """A mirror: what lies on the edge slides along it; the edge lies along x or along y."""
+    """A mirror: nodes or automata slide along the edge, which lies along x or along y."""
 
     precedence: ClassVar[int] = 1
     name: Literal["symmetry"] = field("symmetry", "a mirror: what lies on the edge slides along it", "1")
 
 
 class Periodic(Boundary):
-    """A joined edge: what leaves here enters at the opposite edge, which is periodic too."""
+    """A joined edge: waves that leave here enter at the opposite edge, which is periodic too."""
 
     name: Literal["periodic"] = field("periodic", "joined to the opposite edge", "1")
 
 
 class PrescribedVelocity(Boundary):
-    """The edge moves with the velocity that the input `<edge>_velocity` gives."""
+    """The edge moves at the velocity of the input `<edge>_velocity`."""
 
     precedence: ClassVar[int] = 2
     name: Literal["velocity"] = field("velocity", "prescribed velocity, an input", "1")
@@ -60,18 +60,18 @@ class PrescribedVelocity(Boundary):
 
     @property
     def axes(self) -> tuple[int, ...]:
-        """Return which components are prescribed, as numbers."""
+        """Return the numbers of the prescribed components."""
         return (0, 1) if self.components == "both" else (("x", "y").index(self.components),)
 
 
 class Traction(Boundary):
-    """A force per area, the input `<edge>_traction`: of the area before anything moved, in fixed directions x and y."""
+    """A force per initial area, the input `<edge>_traction`, in the fixed directions x and y."""
 
     name: Literal["traction"] = field("traction", "prescribed traction, an input", "1")
 
 
 def edge_variable(edge: str, boundary: Traction | PrescribedVelocity) -> Variable:
-    """Return the declaration of the input of an edge, one vector for all of it."""
+    """Return the declaration of the input of an edge, one vector for the whole edge."""
     quantity, unit, text = ("traction", "Pa", "force per area on")
     if isinstance(boundary, PrescribedVelocity):
         quantity, unit, text = ("velocity", "m/s", "velocity of")
@@ -84,12 +84,12 @@ def prescribed_components(
     members: Callable[[str], npt.NDArray[np.int64]],
     components: Callable[[str, Boundary], tuple[int, ...]],
 ) -> dict[int, dict[int, str]]:
-    """Return member -> component of its velocity -> edge whose boundary prescribes it.
+    """Return member -> component of its velocity -> edge whose boundary prescribes the component.
 
     Args:
         boundaries: of the edges, by name.
-        members: the numbers of the nodes or automata on an edge.
-        components: what a boundary prescribes on an edge.
+        members: function that returns the numbers of the nodes or automata on an edge.
+        components: function that returns the components that a boundary prescribes on an edge.
     """
     found: dict[int, dict[int, str]] = {}
     for name in sorted(boundaries, key=lambda name: boundaries[name].precedence):

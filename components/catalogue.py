@@ -1,6 +1,6 @@
 """Name -> component class.
 
-Our own components are listed here; third parties add theirs by the entry-point group ``granular_env.components``.
+Components of this package are listed here; third parties add theirs through the entry-point group ``granular_env.components``.
 """
 
 from __future__ import annotations
@@ -33,17 +33,17 @@ _OWN = {
 
 
 def names() -> list[str]:
-    """Return all known component names, our own first."""
+    """Return all known component names, those of this package first."""
     return [*_OWN, *(point.name for point in _foreign() if point.name not in _OWN)]
 
 
 def own_names() -> list[str]:
-    """Return the names of our own components: those that a log may name without being trusted."""
+    """Return the names of the components of this package, which a log may name without being trusted."""
     return list(_OWN)
 
 
 def summary(name: str) -> str:
-    """Return the first sentence of a component's docstring: of our own without importing them, for lists."""
+    """Return the first sentence of a component's docstring; components of this package are not imported for it."""
     if name in _OWN:
         module, _, attribute = _OWN[name].partition(":")
         source = (Path(__file__).parent / f"{module.replace('.', '/')}.py").read_text(encoding="utf-8")
@@ -58,10 +58,10 @@ def summary(name: str) -> str:
 
 
 def component_class(name: str) -> type[Component]:
-    """Return the class behind a catalogue name; imported only now.
+    """Return the class for a catalogue name; it is imported only now.
 
     Raises:
-        ParameterError: there is no such component, or a third party's cannot be loaded.
+        ParameterError: there is no such component, or a third-party component cannot be loaded.
     """
     if isinstance(name, str) and name in _OWN:
         module, _, attribute = _OWN[name].partition(":")
@@ -73,7 +73,7 @@ def component_class(name: str) -> type[Component]:
 
 
 def make(name: str, **parameters: Any) -> Component:
-    """Return a component by its catalogue name."""
+    """Return a new component by its catalogue name."""
     return component_class(name)(**parameters)
 
 

@@ -1,4 +1,4 @@
-"""The base of all components: a physical system that can be reset, stepped, read, saved and restored."""
+"""The base class of all components: a physical system that can be reset, stepped, read, saved and restored."""
 
 from __future__ import annotations
 
@@ -33,25 +33,25 @@ _LARGEST = sys.float_info.max
 class Component(Stepping):
     """A physical system that can be reset, stepped, read, saved and restored.
 
-    Its variables are not attributes that can be set: parameters are fixed, inputs are given to `step`, start values to `reset`.
+    Variables are not settable attributes: parameters are fixed, inputs are given to `step`, start values to `reset`.
     """
 
     version: ClassVar[int] = 1
-    """Raised whenever the same parameters and inputs would give other bits."""
+    """Increased whenever the same parameters and inputs would give results that are not bitwise the same."""
 
-    # Parts in this component's memory, the prefix of their events, their ticks in one of this.
+    # Parts stored in this component's memory: (part, prefix of its event kinds, its ticks per tick of this component).
     _included: tuple[tuple[Component, str, int], ...] = ()
 
     def __init__(self, *, memory: FloatArray | None = None, **parameters: Any) -> None:
         """Check the parameters, allocate everything once, and reset.
 
         Args:
-            memory: of a parent that owns it: float64, C-ordered, as large as `memory` of a component of these parameters. It
-                is overwritten and holds the state from now on.
+            memory: of a parent that owns it: float64, C-ordered, as large as `memory` of a component with these parameters. It
+                is overwritten, and holds the state from then on.
             **parameters: see `Parameters`.
 
         Raises:
-            ParameterError: a parameter is unknown, missing or out of range, or the component would not fit into memory.
+            ParameterError: a parameter is unknown, missing or out of range, or the component does not fit into memory.
         """
         self._given_memory = memory
         self.parameters = validate_parameters(self.Parameters, parameters, self._full_name)
@@ -61,7 +61,7 @@ class Component(Stepping):
         except MemoryError as error:
             came = f"this size does not fit into memory: {error}"
             raise ParameterError(came, hint="make it smaller", source=self._full_name) from None
-        # Parameters at their default do not count, so that a parameter that is added later keeps the identities of today.
+        # Parameters at their defaults are not hashed, so that adding a parameter later does not change existing identities.
         chosen = self.parameters.model_dump(mode="json", exclude_defaults=True)
         self.identity: str = hashlib.sha256(canonical_json([self.name, self.version, chosen])).hexdigest()
         variables = {v.name: v for v in (*parameter_variables(self.Parameters, self.parameters), *self._declare())}
@@ -71,7 +71,7 @@ class Component(Stepping):
         }
         self._tick_counts: dict[float | None, int] = {None: 1}
         self._settle()
-        # The entries of balances are known once there is a state, of zeros.
+        # Balance entries need a state, which is zero at first.
         for balance in self.balances():
             for variable in balance_variables(balance):
                 variables.setdefault(variable.name, variable)
@@ -80,7 +80,7 @@ class Component(Stepping):
         self.reset()
         sizes, details = {one.name: element_count(one) for one in self.drawables()}, self.event_details
         counted = [sizes.get(details[kind].counts, 0) if kind in details else 0 for kind in self._own_kinds]
-        # The smallest index of each kind of event, and the first one beyond the largest.
+        # Smallest index of each kind of event, and one past the largest.
         self._index_limits: FloatArray = np.array([(0, size) if size else (-1, MOST_INDEX) for size in counted], np.float64)
 
     def __repr__(self) -> str:
@@ -100,16 +100,16 @@ class Component(Stepping):
     # -- building, for `_build` -------------------------------------------------------------------------------------
 
     def _lay_out(self, growing: Layout | None = None, **fields: tuple[Any, ...]) -> None:
-        """Set `_block`, the state, in the memory of a parent if there is one; see `state_block.Block` and `Field`.
+        """Set `_block`, the state, in the memory of a parent if given; see `state_block.Block` and `Field`.
 
-        If there are kinds of events, the list `events` precedes the lists given. `restore` checks the ranges declared here.
+        If there are event kinds, the list `events` precedes the given lists. `restore` checks the ranges declared here.
         """
         lists = {**({"events": event_rows(len(self.event_kinds))} if self.event_kinds else {}), **(growing or {})}
         words = sum(math.prod(field[1]) for field in fields.values()) + len(lists)
         self._block = Block(self._claim_memory((words,)), growing=lists, **fields)
 
     def _claim_memory(self, shape: tuple[int, ...]) -> FloatArray:
-        """Return zeros of that shape, in the memory of a parent if there is one."""
+        """Return zeros of the given shape, in the memory of a parent if given."""
         memory = self._given_memory
         self._memory: FloatArray = np.zeros(shape) if memory is None else memory.reshape(shape)
         self._memory[...] = 0.0
@@ -118,13 +118,13 @@ class Component(Stepping):
     def _include(self, part: Component, prefix: str, ticks: int = 1) -> None:
         """Add a part to the snapshots and events of this component; call it in `_build`, after `_lay_out`.
 
-        The lists of the part belong to this component's snapshots then, and its events are events of this component, of the
+        The lists of the part then belong to this component's snapshots. Its events become events of this component, of the
         kinds `<prefix>_<kind>`.
 
         Args:
-            part: made in the memory of this component's block.
-            prefix: of its kinds of events.
-            ticks: internal steps of the part in one of this component.
+            part: built in the memory of this component's block.
+            prefix: of its event kinds.
+            ticks: internal steps of the part per internal step of this component.
         """
         self._block.include(part._block)
         self._included = (*self._included, (part, prefix, ticks))
@@ -136,11 +136,11 @@ class Component(Stepping):
         self._declare_events({**self.event_kinds, **kinds}, {**self.event_details, **details})
 
     def _declare_events(self, kinds: Mapping[str, str], details: Mapping[str, EventDetail]) -> None:
-        """Set `event_kinds` and `event_details` of this one component; call it in `_build`, before `_lay_out`."""
+        """Set `event_kinds` and `event_details` of this instance; call it in `_build`, before `_lay_out`."""
         vars(self).update(event_kinds=kinds, event_details=details)
 
     def _settle(self) -> None:
-        """Set the attributes that belong to this one component alone, once its block is there."""
+        """Set the attributes of this instance that depend on its block."""
         parts = {v.name: self._block.views.get(v.name) for v in self.declared() if v.causality == "output"}
         views = {name: _reader_of(part) for name, part in parts.items() if part is not None}
         self._readers: dict[str, Callable[[], Any]] = views | self._outputs()
@@ -149,24 +149,24 @@ class Component(Stepping):
             part._owner = self
 
     def clone(self, memory: FloatArray | None = None) -> Self:
-        """Return a component of the same parameters, at its start; in the memory of a parent if that is given."""
+        """Return a component with the same parameters, at its start; in the memory of a parent if given."""
         return type(self)(memory=memory, **self.parameters.model_dump())
 
     def declared(self) -> list[Variable]:
-        """Return its own inputs and outputs: all variables but the parameters and the entries of balances."""
+        """Return its inputs and outputs: all variables except parameters and balance entries."""
         return list(self._declare())
 
     # -- start ------------------------------------------------------------------------------------------------------
 
     def reset(self, *, seed: int | None = None, **start: Any) -> None:
-        """Return to tick 0, without a trace of the past.
+        """Return to tick 0, independent of the past.
 
         Args:
             seed: for components that draw random numbers.
             **start: start values of state variables: a number for all, an array, one row for all, or {index: value or row}.
 
         Raises:
-            ParameterError: an unknown variable, a wrong shape, a value that is not finite; the state is unharmed.
+            ParameterError: an unknown variable, a wrong shape, or a value that is not finite; the state is unchanged.
         """
         if seed is not None and (isinstance(seed, bool) or not isinstance(seed, (int, np.integer)) or not 0 <= seed < 2**64):
             raise ParameterError(f"got {one_line(seed)}", expected="a whole number from 0 to 2^64 - 1, or None", at="seed")
@@ -177,7 +177,7 @@ class Component(Stepping):
         self._block.clear()
         self._tick, self._busy = 0, True
         try:
-            with np.errstate(all="ignore"):  # values that are not finite are refused
+            with np.errstate(all="ignore"):  # non-finite values are refused
                 given = self._start(seed, values)
                 if start:
                     self._refuse_infinite_balances()
@@ -216,7 +216,7 @@ class Component(Stepping):
     # -- reading ----------------------------------------------------------------------------------------------------
 
     def get(self, name: str) -> Any:
-        """Return the present value of any variable: a number, or a fresh array of its shape."""
+        """Return the present value of any variable: a number, or a new array of its shape."""
         value = self._read(name)
         if value.__class__ is np.ndarray and (value.base is not None or not value.flags.writeable):
             return value.copy()
@@ -246,18 +246,18 @@ class Component(Stepping):
         return self.balance_values()[name]
 
     def balance_values(self) -> dict[str, Any]:
-        """Return all entries of the balances by name, including the residuals."""
+        """Return all balance entries by name, including the residuals."""
         return {name: amount for balance in self.balances() for name, amount in balance.entries.items()}
 
     def _excess_error(self, variable: str, unit: str, size: FloatArray, limit: float, advice: str) -> StepError:
-        """Return the error for the first element of a variable that is beyond a limit, or not a number.
+        """Return the error for the first element of a variable that exceeds a limit or is NaN.
 
         Args:
             variable: its name.
             unit: of the sizes and the limit.
-            size: of each element, shape (n,); at least one is above the limit.
-            limit: what is allowed.
-            advice: what the limit means, and what to do.
+            size: of each element, shape (n,); at least one exceeds the limit.
+            limit: largest allowed size.
+            advice: the meaning of the limit, and advice for the user.
         """
         index = int(np.argmin(size <= limit))
         return StepError(
@@ -268,14 +268,14 @@ class Component(Stepping):
     # -- events -----------------------------------------------------------------------------------------------------
 
     def events(self, kind: str | None = None, index: int | None = None) -> list[Event]:
-        """Return what has happened since the reset, in the order of time.
+        """Return the events since the reset, in the order of time.
 
         Args:
-            kind: only of this kind; see `event_kinds`.
-            index: only of this link, grain, ...
+            kind: return only this kind; see `event_kinds`.
+            index: return only events of this link, grain, ...
 
         Raises:
-            ParameterError: there is no such kind, or the index is none.
+            ParameterError: there is no such kind, or the index is not valid.
         """
         return decode_events(self.event_rows(), self.event_kinds, kind, index, self._full_name)
 
@@ -285,11 +285,11 @@ class Component(Stepping):
         return self._block.count("events") + sum(part.event_count for part, _, _ in self._included)
 
     def event_rows(self, since: int = 0) -> FloatArray:
-        """Return a copy of the events from number `since` on, in rows as `events.event_rows` describes.
+        """Return a copy of the events from number `since` on, in rows as described in `events.event_rows`.
 
-        Kinds are numbered in alphabetical order, as the headers of logs hold them; in the state in the order of `event_kinds`.
-        Events are sorted by tick; within a tick own events precede those of the first part. Later events therefore follow all
-        earlier ones, whichever part they belong to.
+        Kinds are numbered in alphabetical order, as in the headers of logs; the state numbers them in the order of
+        `event_kinds`. Events are sorted by tick; within a tick, own events precede those of the first part. Later events
+        therefore follow all earlier ones, whichever part they belong to.
         """
         own = self._block["events"].copy() if self._block.count("events") else np.zeros((0, 5))
         tables = [renumber_kinds(own, self._own_kinds, self.event_kinds)]
@@ -304,12 +304,12 @@ class Component(Stepping):
 
     @property
     def _own_kinds(self) -> list[str]:
-        """The kinds of events that this component notes itself; those of included parts follow them."""
+        """The event kinds that this component itself records; those of included parts follow them."""
         names = list(self.event_kinds)
         return names[: len(names) - sum(len(part.event_kinds) for part, _, _ in self._included)]
 
     def _add_event(self, tick: int, kind: str, index: int | None, value: float, limit: float) -> None:
-        """Note an event; `tick` is that at the end of the internal step in which it happened."""
+        """Record an event; `tick` is the number at the end of the internal step in which it happened."""
         number = list(self.event_kinds).index(kind)
         self._block.append("events", (tick, number, -1 if index is None else index, value, limit))
 
@@ -317,17 +317,17 @@ class Component(Stepping):
 
     @property
     def memory(self) -> FloatArray:
-        """The memory of the state and of what its kernels keep next to it. To be read only."""
+        """The memory of the state and of the arrays that its kernels keep with it. Read it only."""
         return self._memory
 
     @property
     def state_bytes(self) -> int:
-        """Size of the state now [bytes]."""
+        """Present size of the state [bytes]."""
         return self._block.nbytes
 
     @property
     def work_in_tick(self) -> int:
-        """Words of state that a tick advances, those of a part at each of its steps: a measure of its cost on any machine.
+        """Number of state words that a tick advances, with a part counted once per step: a measure of cost on any machine.
 
         A word costs some nanoseconds; a component whose words cost far less or more scales the number.
         """
@@ -335,23 +335,23 @@ class Component(Stepping):
         return self.state_bytes // 8 + parts
 
     def wake(self) -> None:
-        """Make the next steps do all the work that a run may come to: for an estimate of its time, not for a run."""
+        """Make the next steps do all the work that can occur in a run: for estimates of run time, not for runs."""
 
     def save(self) -> Snapshot:
-        """Return the whole state; costs one copy."""
+        """Return the whole state; this costs one copy."""
         return Snapshot(self.identity, self._tick, self._block.to_bytes(), self._held, True)
 
     def state_view(self) -> memoryview:
-        """Return the bits of the state, as `save` would copy them; valid until the next step."""
+        """Return the bytes of the state, as `save` would copy them; valid until the next step."""
         block = self._block
         return memoryview(block.to_bytes()) if block.grows else block.memory_bytes.toreadonly()
 
     def restore(self, snapshot: Snapshot) -> None:
-        """Continue from a snapshot, bit for bit, whichever process took it.
+        """Continue from a snapshot with bitwise identical results, in whichever process it was taken.
 
         Raises:
             ParameterError: it belongs to a component with other parameters, another name or another version, or its state is
-                beyond the ranges that the component declares.
+                outside the ranges that the component declares.
         """
         if self._busy or self._owner is not None:
             self._refuse_busy("restore")
@@ -370,7 +370,7 @@ class Component(Stepping):
             observer.on_reset(self)
 
     def refuse_foreign(self, snapshot: Snapshot) -> None:
-        """Raise what `restore` would raise for this snapshot, and change nothing."""
+        """Raise the error that `restore` would raise for this snapshot; change nothing."""
         if snapshot.__class__ is not Snapshot:
             expected = "what save() or Snapshot.from_bytes() gave"
             raise ParameterError(f"got {one_line(snapshot)}", expected=expected, at="snapshot")
@@ -391,7 +391,7 @@ class Component(Stepping):
             self._inputs_of(snapshot)
 
     def _refuse_unsound(self, whole: Block, data: bytes, tick: int, at: tuple[str, ...]) -> None:
-        """Refuse a state of the whole, of which this is a part, that is beyond the declarations: kernels rely on them."""
+        """Refuse a state of the whole component outside the declared ranges, on which kernels rely; `self` is a part of it."""
         state = whole.arrays_in(data, self._block)
         self._block.refuse_beyond_range(state, at)
         if self._own_kinds and len(events := state["events"]):
@@ -406,10 +406,10 @@ class Component(Stepping):
             part._refuse_unsound(whole, data, tick * ticks_in_one, (*at, prefix))
 
     def _contradiction(self, state: Mapping[str, np.ndarray]) -> str:
-        """Return what is inconsistent in arrays within their ranges, "" for nothing; for components whose kernels rely on it.
+        """Return the inconsistency of arrays within their ranges, or ""; for components whose kernels rely on consistency.
 
         Args:
-            state: arrays and lists by name, of a state that is to be restored; read-only.
+            state: arrays and lists by name, of a state to be restored; read-only.
         """
         return ""
 
@@ -418,15 +418,15 @@ class Component(Stepping):
             expected = f"those of this {self._full_name}, {sorted(self._inputs)}"
             raise ParameterError(f"got one with the inputs {sorted(snapshot.inputs)}", expected=expected, at="snapshot")
         held = self.hold(snapshot.inputs)
-        # Keep the snapshot's own mapping if its values are held as they are: the next restore then checks nothing.
+        # Keep the snapshot's own mapping if its values are unchanged: the next restore then skips the checks.
         return snapshot.inputs if all(held[name] is value for name, value in snapshot.inputs.items()) else held
 
     def __reduce__(self) -> tuple[Any, ...]:
-        """Support pickle and `copy.deepcopy`: the parameters and the state. Observers stay with the original."""
+        """Support pickle and `copy.deepcopy` with the parameters and the state. Observers stay with the original."""
         return _recreate, (type(self), self.parameters.model_dump(), self.save())
 
     def __copy__(self) -> Component:
-        """Return an independent component: one that shares the state would step the original as well."""
+        """Return an independent component: with a shared state, stepping the copy would step the original too."""
         return copy.deepcopy(self)
 
 

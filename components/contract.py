@@ -1,4 +1,4 @@
-"""The contract: what every component declares, and what its author writes, on one page.
+"""The contract on one page: what every component declares, and what its author writes.
 
     component = SomeComponent(**parameters)          # SI units; ParameterError names what is wrong
     component.reset(velocity=..., seed=...)          # start values
@@ -7,11 +7,11 @@
     state = component.save(); component.restore(state)
     component.balances(); component.events()         # energy, momentum, ...: stored, supplied, lost; what happened when
 
-Time is an integer tick: ``time = tick * step_size``. A call of `step` completes or leaves the state from before the call.
-``step(n h)`` is bit-equal to n times ``step(h)``, with any pause, save and restore between. Inputs keep their value until
-they are set again; `reset` returns them to their start. Everything can be read at any time; `step`, `reset` and `restore` are
-refused in the middle of a step. `component.Component` keeps these promises for every `Physics`; `oscillator.py` is the shortest
-complete component.
+Time is an integer tick: ``time = tick * step_size``. A call of `step` completes, or restores the state from before the call.
+``step(n h)`` is bitwise equal to n times ``step(h)``, with any pause, save and restore in between. Inputs keep their values
+until they are set again; `reset` restores their start values. Everything can be read at any time; `step`, `reset` and `restore`
+are refused in the middle of a step. `component.Component` keeps these promises for every `Physics`; `oscillator.py` is the
+shortest complete component.
 """
 
 from __future__ import annotations
@@ -30,73 +30,73 @@ from .variables import Variable
 
 
 class Physics(metaclass=ABCMeta):
-    """The part of a component that its author writes; `component.Component` does the rest."""
+    """The part of a component that its author writes; `component.Component` provides the rest."""
 
     event_kinds: ClassVar[Mapping[str, str]] = {}
-    """Kinds of events that can happen -> what they are; the state then has a list of events."""
+    """Kinds of possible events -> description; the state then has a list of events."""
     event_details: ClassVar[Mapping[str, EventDetail]] = {}
-    """For some or all of these kinds: unit, what their indices count, and the output that measures how near an event is."""
+    """Unit, meaning of the indices, and the output that measures how close an event is, for some or all kinds."""
     step_size: float
     """Length of one internal step [s]; set by `_build`."""
 
     @abstractmethod
     def _build(self) -> None:
-        """Set `step_size`, call `_lay_out`, and compute the tables that do not change, from `self.parameters`."""
+        """Set `step_size`, call `_lay_out`, and compute constant tables, from `self.parameters`."""
 
     @abstractmethod
     def _declare(self) -> Iterable[Variable]:
-        """Declare inputs and outputs; parameters and the entries of balances are declared automatically."""
+        """Declare inputs and outputs; parameters and balance entries are declared automatically."""
 
     def _outputs(self) -> dict[str, Callable[[], Any]]:
-        """Return the readers of the outputs that are not arrays of the block: name -> function that returns the value.
+        """Return the readers of outputs that are not arrays of the block: name -> function that returns the value.
 
-        An array in the block need not be copied: `get` copies it.
+        Arrays of the block need not be copied, because `get` copies them.
         """
         return {}
 
     @abstractmethod
     def _start(self, seed: int | None, values: Mapping[str, FloatArray]) -> Mapping[str, Any]:
-        """Write the start state into the (zeroed) block; return the start values of inputs that differ from those declared.
+        """Write the start state into the zeroed block; return the start values of inputs that differ from the declared ones.
 
-        `super()._start(seed, values)` writes the values of state variables that are parts of the block.
+        `super()._start(seed, values)` writes the values of state variables that are arrays of the block.
         """
 
     def _apply(self, held: Mapping[str, Held]) -> None:  # noqa: B027 - most components have nothing to prepare
-        """Prepare for the inputs that are held from now on, one of which is, or just was, a profile.
+        """Prepare for the inputs held from now on, if one of them is or was a profile.
 
-        Not called for numbers and arrays: `_advance` finds them in `self._held`.
+        It is not called for numbers and arrays: `_advance` reads them from `self._held`.
         """
 
     @abstractmethod
     def _advance(self, ticks: int) -> int:
         """Advance the block by whole ticks from `self._tick`; return 0, or a status that `_explain` turns into an error.
 
-        The result depends on the block, the tick and the inputs held alone.
+        The result depends only on the block, the tick and the held inputs.
         """
 
     @abstractmethod
     def _explain(self, status: int) -> StepError:
-        """Return the error for a status, while the failed state is still there."""
+        """Return the error for a status, while the failed state still exists."""
 
     @abstractmethod
     def balances(self) -> tuple[Balance, ...]:
-        """Return the balances of energy, momentum, ... since the reset: always the same entries, in the same order."""
+        """Return the balances of energy, momentum, ... since the reset: always the same entries in the same order."""
 
     @classmethod
     def memory_needed(cls, parameters: Any) -> int:
-        """Return the least bytes that building and stepping take, from the parameters alone; 0 if they hardly matter."""
+        """Return a lower bound of the bytes for building and stepping, from the parameters alone; 0 if they hardly matter."""
         return 0
 
     def report(self) -> dict[str, float]:
-        """Return figures that measure how far the model's own assumptions held, name with unit -> value."""
+        """Return figures that measure how well the model's assumptions hold, name with unit -> value."""
         return {}
 
     def drawables(self) -> tuple[Drawable, ...]:
-        """Return what viewers can draw, the most important first."""
+        """Return the drawables for viewers, the most important first."""
         return ()
 
     def nearest_kind(self, ratio: str, index: int) -> str:
-        """Return the kind of event that is near at an index, of those that an output decides; "" if it is not known.
+        """Return the kind of event closest to its limit at an index, among the kinds of one output; "" if unknown.
 
         Args:
             ratio: name of the output, the `EventDetail.ratio` of several kinds.
@@ -105,7 +105,7 @@ class Physics(metaclass=ABCMeta):
         return ""
 
     def has_limit(self, ratio: str, index: int) -> bool:
-        """Return whether an element has a limit that it could pass; a cell that cannot yield has none.
+        """Return whether an element has a limit; a cell that cannot yield has none.
 
         Args:
             ratio: name of the output, the `EventDetail.ratio` of kinds of events.

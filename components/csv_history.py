@@ -1,12 +1,12 @@
-"""A measured history, time and value, from a CSV file.
+"""A measured history of time and value from a CSV file.
 
     # drop hammer, load cell 3       lines that begin with # are comments
     time [us],force [kN]             units here (or "time (us)", "time / us"), or from the caller
     0.0,0.0
     0.5,0.12
 
-Faults name the line: an empty cell, NaN, text, a row of another length, times that do not increase, a hole in the sampling.
-Nothing is filled in or sorted; only ``gaps = "bridge"`` allows a straight line across a hole.
+Faults name the line: an empty cell, NaN, text, a row of different length, times that do not increase, a gap in the sampling.
+Nothing is filled in or sorted; only ``gaps = "bridge"`` allows a straight line across a gap.
 """
 
 from __future__ import annotations
@@ -26,13 +26,13 @@ from .support.float_arrays import FloatArray
 from .support.validation import finite_number, whole_number
 
 LARGEST_FILE = 256 * 2**20
-# A step longer than this number of median steps is a hole in the sampling.
+# A step longer than this number of median steps is a gap in the sampling.
 _HOLE = 10.0
 _CHOICES = {"delimiter": (",", ";", "\t", " "), "decimal": (".", ","), "gaps": ("refuse", "bridge")}
 # "time [us]", "time (us)", "time / us"
 _HEADERS = [re.compile(rf"(?P<name>.*?)\s*{unit}") for unit in (r"\[(.*?)\]", r"\(([^()]*)\)", r"/\s*([^/]*(?:/s(?:\^2)?)?)")]
 
-# Unit -> (SI unit, multiply by, divide by). Both are integers that floats represent exactly: 3 us is 3e-6 s to the bit.
+# Unit -> (SI unit, multiply by, divide by). Both are integers that floats represent exactly: 3 us is exactly 3e-6 s.
 _PREFIXES = {
     "": (1.0, 1.0), "k": (1e3, 1.0), "M": (1e6, 1.0), "G": (1e9, 1.0),
     "c": (1.0, 1e2), "m": (1.0, 1e3), "u": (1.0, 1e6), "n": (1.0, 1e9),
@@ -48,7 +48,7 @@ UNITS |= {f"{prefix}sec": ("s", *_PREFIXES[prefix]) for prefix in ("", "m", "u",
 UNITS |= {"kgf": ("N", 980665.0, 1e5), "lbf": ("N", 44482216152605.0, 1e13), "g": ("m/s^2", 980665.0, 1e5)}
 
 
-# The place of a column, and what its numbers are multiplied and divided by.
+# Index of a column, and the factors by which its numbers are multiplied and divided.
 _Column = tuple[int, float, float]
 
 
@@ -78,10 +78,10 @@ def read_history(
         unit: SI unit of the values, such as N; None for the SI unit of the file's quantity.
         delimiter: of the columns: a comma, a semicolon, a tab or blanks.
         decimal: the decimal mark, a point or a comma.
-        skip: number of lines to leave out at the beginning, such as the preamble of an oscilloscope.
-        gaps: "refuse" holes in the sampling, of over 10 median steps, or "bridge" them in a straight line.
-        scale: factor of the values: a number, or `unit` for each volt of a sensor.
-        name: what messages call the file; None for its path.
+        skip: number of lines to skip at the beginning, such as the preamble of an oscilloscope.
+        gaps: "refuse" gaps in the sampling, of over 10 median steps, or "bridge" them with a straight line.
+        scale: factor of the values: a number, or `unit` per volt of a sensor.
+        name: name of the file in messages; None for its path.
 
     Raises:
         ParameterError: names the file and the line, the text found, and what was expected.
@@ -115,7 +115,7 @@ def read_history(
 
 
 def _rows(path: Path, delimiter: str, skip: int) -> tuple[list[int], list[list[str]]]:
-    """Return the numbers and the cells of all lines but comments, empty ones and those that are skipped."""
+    """Return the numbers and the cells of all lines except comments, empty lines and skipped lines."""
     try:
         text = read_bounded(path, LARGEST_FILE, "thin the samples out").decode("utf-8-sig")
     except UnicodeDecodeError as error:
@@ -144,7 +144,7 @@ def _column(
     first: list[str], header: list[str] | None, line: int, what: str, column: str | int, unit: str | None, wanted: str | None,
     scaled: bool,
 ) -> _Column:  # fmt: skip
-    """Return where the times or the values are, and how they are converted to the unit that is wanted."""
+    """Return the index of the times or the values, and their conversion to the requested unit."""
     key, place, where = f"{what}_column", column, f"line {line}"
     parsed = [_name_and_unit(cell) for cell in header or []]
     if isinstance(column, str):
@@ -172,7 +172,7 @@ def _column(
 
 
 def _name_and_unit(cell: str) -> tuple[str, str | None]:
-    """Return the name and the unit of a header cell; None without a unit: "speed m/s" is not a name over a second."""
+    """Return the name and the unit of a header cell; None without a unit: "speed m/s" is not a name divided by seconds."""
     for pattern in _HEADERS:
         if match := pattern.fullmatch(cell):
             name, unit = match[1].strip(), match[2].strip().replace("\u00b5", "u").replace("\u03bc", "u")
@@ -219,7 +219,7 @@ def _samples(
 
 
 def _is_number(text: str, decimal: str) -> bool:
-    """Return whether a cell holds a finite number; Python's underscores are none."""
+    """Return whether a cell holds a finite number; the underscores that Python allows are refused."""
     try:
         return "_" not in text and math.isfinite(float(text.replace(decimal, "."))) and (decimal == "." or "." not in text)
     except ValueError:
@@ -230,7 +230,7 @@ def read_bounded(path: Path, largest: int, advice: str, kind: type[GranularError
     """Return the content of a regular file of at most `largest` bytes.
 
     Raises:
-        GranularError: of that `kind`; it is a folder, a device or a pipe, or too large; `advice` says what to do then.
+        GranularError: of the given `kind`; it is a folder, a device or a pipe, or too large; `advice` is a hint for the latter.
         OSError: it cannot be read.
     """
     mode = path.stat().st_mode

@@ -47,7 +47,7 @@ class Discs(Component):
 
     @classmethod
     def memory_needed(cls, parameters: DiscsParameters) -> int:
-        """Return the bytes that all pairs take while the forces are computed."""
+        """Return the memory for all pairs during a force evaluation, in bytes."""
         return (parameters.rows * parameters.columns) ** 2 // 2 * 15 * 8
 
     def _build(self) -> None:
@@ -56,12 +56,12 @@ class Discs(Component):
         places = np.array([(column, row) for row in range(p.rows) for column in range(p.columns)])
         self.mass, self.reference = np.full((n, 1), p.mass), p.clearance + p.radius + self.diameter * places
         self.box = 2.0 * p.clearance + self.diameter * np.array([p.columns, p.rows])
-        # All pairs can touch; those of neighbours come first, which are linked.
+        # Any pair can touch; neighbours come first and are linked.
         apart = np.abs(places[:, np.newaxis] - places).sum(axis=2)
         linked, others = np.argwhere(np.triu(apart == 1)), np.argwhere(np.triu(apart > 1))
         self.pairs, self.links = np.concatenate([linked, others]), len(linked)
         sums = {"work": ("f8", ()), "fracture": ("f8", ()), "impulses": ("f8", (2, 2)), "start": ("f8", (3,))}
-        # The list of broken links grows, as that of the events does.
+        # The list of broken links grows like the list of events.
         broken = ("i8", (), 0, self.links - 1, self.links)
         self._lay_out({"broken": broken}, displacement=("f8", (n, 2)), velocity=("f8", (n, 2)), **sums)
 
@@ -109,7 +109,7 @@ class Discs(Component):
         return self._excess_error("velocity", "m/s", speed, limit, "a radius in a step; take a smaller step_size")
 
     def _geometry(self) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Return the way from centre to centre of each pair, its length, and how far each disc is beyond the walls [m]."""
+        """Return the vector between the centres of each pair, its length, and the overlap of each disc with the walls [m]."""
         centres, radius = self.reference + self._block["displacement"], self.parameters.radius
         first, second = centres[self.pairs.T]
         overlap = np.minimum(centres - radius, 0.0) + np.maximum(centres + radius - self.box, 0.0)
@@ -129,7 +129,7 @@ class Discs(Component):
             self._add_event(tick, "link_broken", link, float(strain[link]), p.breaking_strain)
 
     def _stretch(self, distance: FloatArray) -> FloatArray:
-        """Return how much longer the spring of each pair is than at rest; 0 where there is neither a link nor a contact."""
+        """Return the extension of each pair's spring; 0 for a pair without link or contact."""
         return np.where(self._holding(), distance - self.diameter, np.minimum(distance - self.diameter, 0.0))
 
     def _pair_forces(self, along: FloatArray, distance: FloatArray) -> FloatArray:
@@ -140,7 +140,7 @@ class Discs(Component):
         return forces
 
     def _stored(self) -> tuple[dict[str, float], FloatArray]:
-        """Return the energies [J] and the momentum [kg m/s] of now."""
+        """Return the present energies [J] and momentum [kg m/s]."""
         p, v, (_, distance, overlap) = self.parameters, self._block["velocity"], self._geometry()
         kinetic = 0.5 * (self.mass * v**2).sum()
         potential = 0.5 * p.stiffness * ((self._stretch(distance) ** 2).sum() + (overlap**2).sum())

@@ -1,4 +1,4 @@
-"""Drawables: the closed family of shapes that viewers can draw for any component, and that logs hold."""
+"""Drawables: the closed family of shapes that viewers can draw for any component and that logs contain."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from .support.float_arrays import FloatArray
 
 
 class _Geometry:
-    """Copies the arrays of a drawable, which are often the component's own tables, and makes them read-only."""
+    """Copies the arrays of a drawable, which may be the component's own tables, and makes the copies read-only."""
 
     __slots__ = ()
 
@@ -31,13 +31,13 @@ class Points(_Geometry):
     """Bodies with a centre: grains, discs, automata, integration points.
 
     Attributes:
-        name: such as "grains".
-        reference: centres before anything moves, shape (n, d) with 1 to 3 dimensions, or (n,) along a line [m].
+        name: for example "grains".
+        reference: initial centres, shape (n, d) with 1 to 3 dimensions, or (n,) along a line [m].
         radius: shape (n,) [m].
-        displacement: the output that holds their displacements, shape (n,) along x or (n, d) [m].
-        colour: the output whose value colours them, shape (n,); empty for none.
-        rotation: the output that holds their angles, shape (n,) [rad]; empty for none.
-        period: period of the body along each axis, 0 for none, shape (d,) [m]; shape (0,) if it has none.
+        displacement: the output with their displacements, shape (n,) along x or (n, d) [m].
+        colour: the output that colours them, shape (n,); empty for none.
+        rotation: the output with their angles, shape (n,) [rad]; empty for none.
+        period: period of the body along each axis, 0 for none, shape (d,) [m]; shape (0,) if no axis is periodic.
     """
 
     name: str
@@ -49,7 +49,7 @@ class Points(_Geometry):
     period: FloatArray = dataclasses.field(default_factory=lambda: np.zeros(0))
 
     def ways(self, pairs: npt.NDArray[np.int64]) -> FloatArray:
-        """Return the shortest vector from the first to the second point of each pair at rest, shape (m, d) [m]."""
+        """Return the shortest vector from the first to the second point of each pair, initially, shape (m, d) [m]."""
         places = self.reference.reshape(len(self.radius), -1)
         ways = places[pairs[:, 1]] - places[pairs[:, 0]]
         for axis in np.flatnonzero(self.period):
@@ -57,7 +57,7 @@ class Points(_Geometry):
         return ways
 
     def stays_inside(self, pairs: npt.NDArray[np.int64]) -> npt.NDArray[np.bool_]:
-        """Return for each pair whether the shortest vector crosses no periodic edge, shape (m,)."""
+        """Return, for each pair, whether the shortest vector crosses no periodic edge, shape (m,)."""
         places = self.reference.reshape(len(self.radius), -1)
         apart = np.abs(places[pairs[:, 1]] - places[pairs[:, 0]])[:, : len(self.period)]
         across: npt.NDArray[np.bool_] = (self.period > 0.0) & (2.0 * apart > self.period)
@@ -66,13 +66,13 @@ class Points(_Geometry):
 
 @dataclasses.dataclass(frozen=True, slots=True)
 class Links(_Geometry):
-    """Pairs of points that hold together, until they break.
+    """Pairs of points that are linked until they break.
 
     Attributes:
-        name: such as "bonds".
+        name: for example "bonds".
         points: the name of the `Points`.
         pairs: indices of the points, shape (m, 2), int64.
-        state: the output that is 0 where a pair is not linked, shape (m,); its value colours the others.
+        state: the output that is 0 for unlinked pairs, shape (m,); its value colours the others.
     """
 
     name: str
@@ -86,13 +86,13 @@ class Cells(_Geometry):
     """Elements of a continuum.
 
     Attributes:
-        name: such as "grid".
-        nodes: before anything moves, shape (n, d) [m].
-        connectivity: nodes of each cell in order around it, of the surface of a body counter-clockwise as seen from outside,
+        name: for example "grid".
+        nodes: initial positions, shape (n, d) [m].
+        connectivity: nodes of each cell in cyclic order (on the surface of a body, counter-clockwise as seen from outside),
             shape (m, k), int64.
         field: the output that colours the cells, shape (m,) or (n,).
-        displacement: the output that holds the nodes' displacements, shape (n, d) [m]; empty for none.
-        state: the output that is 0 where a cell is broken, so that it is not drawn, shape (m,); empty for none.
+        displacement: the output with the displacements of the nodes, shape (n, d) [m]; empty for none.
+        state: the output that is 0 for broken cells, which are not drawn, shape (m,); empty for none.
     """
 
     name: str
@@ -108,9 +108,9 @@ class Curve(_Geometry):
     """A field along a line, such as the pressure along a tube.
 
     Attributes:
-        name: such as "tube".
+        name: for example "tube".
         coordinate: shape (n,) [m].
-        field: the output that holds the values, shape (n,).
+        field: the output with the values, shape (n,).
     """
 
     name: str
@@ -120,12 +120,12 @@ class Curve(_Geometry):
 
 Drawable = Points | Links | Cells | Curve
 
-# The fields of drawables that name an output, or are "".
+# Fields of drawables that name an output or are "".
 OUTPUT_FIELDS = ("displacement", "colour", "rotation", "state", "field")
 
 
 def element_count(drawn: Drawable) -> int:
-    """Return the number of elements that the indices of events may count: points, links or cells; 0 for a curve."""
+    """Return the number of elements that event indices may refer to: points, links or cells; 0 for a curve."""
     match drawn:
         case Links():
             return len(drawn.pairs)
@@ -144,7 +144,7 @@ def drawn_outputs(drawables: Iterable[Drawable]) -> list[str]:
 
 
 def main_points(drawables: Iterable[Drawable]) -> Points | None:
-    """Return the first points, their reference with three columns, as viewers want it; None without points."""
+    """Return the first points, with three columns in `reference` as viewers require, or None without points."""
     points = next((drawable for drawable in drawables if isinstance(drawable, Points)), None)
     return None if points is None else dataclasses.replace(points, reference=spatial(points.reference))
 
@@ -152,7 +152,7 @@ def main_points(drawables: Iterable[Drawable]) -> Points | None:
 def spatial(vectors: np.ndarray) -> np.ndarray:
     """Return positions or displacements in 1 to 3 dimensions, shape (..., n) along x or (..., n, d), with three columns.
 
-    An array of two dimensions is read as (n, d); one along x with frames in front needs a last axis of length 1.
+    An array with two axes is read as (n, d); an array along x with leading frames needs a last axis of length 1.
     """
     rows = vectors[..., np.newaxis] if vectors.ndim == 1 else vectors
     full = np.zeros((*rows.shape[:-1], 3))

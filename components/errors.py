@@ -1,6 +1,6 @@
-"""The one family of errors, and the wording they share.
+"""The family of errors of this package, and their common wording.
 
-Every error names the argument, the value received, what was expected and what to do.
+Every error names the argument, the value received, the expected value and the remedy.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from typing import Any, Self
 
 Location = tuple[str | int, ...]
 
-# A part of a location as people write it: a name, or an index with or without brackets.
+# A part of a location in text form: a name, or an index with or without brackets.
 _PART = re.compile(r"\[\s*(-?\d+(?:\s*,\s*-?\d+)*)\s*\]|([^.\[\]]+)|[.\[\]]")
 
 
@@ -32,7 +32,7 @@ def to_location(given: str | Location) -> Location:
 
 
 def location_text(location: Location) -> str:
-    """Return a location as people write it: names with dots between, indices in brackets, such as "input.force[0,1]"."""
+    """Return a location in text form: names separated by dots, indices in brackets, such as "input.force[0,1]"."""
     text = ""
     for is_index, parts in itertools.groupby(location, lambda part: isinstance(part, int)):
         if is_index:
@@ -44,11 +44,11 @@ def location_text(location: Location) -> str:
 
 @dataclass(frozen=True)
 class Override:
-    """A key of a document that a mapping in Python or `--set` on the command line sets.
+    """A key of a document that a Python mapping or `--set` on the command line overrides.
 
     Attributes:
-        key: its parts, from the outermost table on.
-        value: of the key.
+        key: its parts, beginning with the outermost table.
+        value: new value of the key.
         text: both, as ``key=value``.
     """
 
@@ -62,14 +62,14 @@ class Override:
 
 @dataclass(frozen=True)
 class Fault:
-    """One thing that is wrong, as data.
+    """One fault, as data.
 
     Attributes:
-        location: the keys and indices that lead to it.
-        received: such as "got -1", "missing" or "unknown"; or the fault in words.
-        expected: a valid value, in words.
+        location: the keys and indices that lead to the faulty value.
+        received: for example "got -1", "missing" or "unknown"; or a description of the fault.
+        expected: description of a valid value.
         hint: advice.
-        source: the file, component or override that holds the value.
+        source: the file, component or override that contains the value.
     """
 
     location: Location = ()
@@ -84,17 +84,17 @@ class Fault:
         return ": ".join(filter(None, (str(self.source), location_text(self.location), said)))
 
     def within(self, *location: str | int) -> Fault:
-        """Return the fault with an outer location prepended, unless its own begins with that already."""
+        """Return the fault with an outer location prepended, unless its location already begins with it."""
         if self.location[: len(location)] == location:
             return self
         return dataclasses.replace(self, location=(*location, *self.location))
 
     def of(self, source: str) -> Fault:
-        """Return the fault with a source prepended to its own."""
+        """Return the fault with a source prepended to its source."""
         return dataclasses.replace(self, source=": ".join(filter(None, (source, str(self.source)))))
 
     def with_hint(self, hint: str) -> Fault:
-        """Return the fault with a hint appended to its own."""
+        """Return the fault with a hint appended to its hint."""
         return dataclasses.replace(self, hint="; ".join(filter(None, (self.hint, hint))))
 
 
@@ -108,12 +108,12 @@ class GranularError(Exception):
         raise ParameterError("got -1", expected="a number above 0", at="start.velocity[3]")
 
     Args:
-        *faults: a text is the value received, or the whole sentence. Another error of the family contributes its faults:
+        *faults: a text is the value received, or the whole sentence. Another error of this package contributes its faults:
             Gymnasium raises the errors of its workers again as ``kind(error)``.
-        expected: a valid value, in words.
+        expected: description of a valid value.
         at: the location: a text such as "input.force[0,1]", or its parts.
         hint: advice.
-        source: what holds it.
+        source: the file, component or override that contains the value.
 
     Attributes:
         faults: as data; the text of the error is rendered from them.
@@ -136,23 +136,23 @@ class GranularError(Exception):
                 self.faults += (one if isinstance(one, Fault) else Fault(to_location(at), one, expected, hint, source),)
 
     def __reduce__(self) -> tuple[Any, ...]:
-        """Support pickle: workers send errors to the process that shows them."""
+        """Support pickle: workers send errors to the process that displays them."""
         return _recreate, (type(self), self.args, vars(self))
 
     def within(self, *location: str | int) -> Self:
-        """Return the error with an outer location prepended, to be raised in its place."""
+        """Return the error with an outer location prepended, to be raised instead."""
         return self._with(lambda fault: fault.within(*location))
 
     def of(self, source: str) -> Self:
-        """Return the error with a source for the faults that name none, to be raised in its place."""
+        """Return the error with a source for faults without one, to be raised instead."""
         return self._with(lambda fault: fault if fault.source else dataclasses.replace(fault, source=source))
 
     def with_hint(self, hint: str) -> Self:
-        """Return the error with one more hint; to be raised in its place."""
+        """Return the error with an additional hint, to be raised instead."""
         return self._with(lambda fault: fault.with_hint(hint))
 
     def renamed(self, argument: str, name: str) -> Self:
-        """Return the error with an argument renamed, to be raised in its place."""
+        """Return the error with an argument renamed, to be raised instead."""
         return self._with(
             lambda fault: (
                 dataclasses.replace(fault, location=(name, *fault.location[1:])) if fault.location[:1] == (argument,) else fault
@@ -184,15 +184,15 @@ class StepError(GranularError, ArithmeticError):
     """The physics of a step would break down; the component has the state from before the step.
 
     Args:
-        message: what happened to the variable, what was expected, and advice.
-        at: where, such as "velocity[3]"; its first part is the variable.
+        message: what happened to the variable, the expected value, and advice.
+        at: location, such as "velocity[3]"; its first part is the variable.
 
     Attributes:
         time: simulated time at which the limit was passed [s].
-        variable: name of the variable that passed it.
-        index: position in that variable, or of the cell or point that it belongs to; None for a scalar.
-        value: that was reached.
-        limit: that it exceeds.
+        variable: name of the variable that passed its limit.
+        index: index in this variable, or of the corresponding cell or point; None for a scalar.
+        value: value reached.
+        limit: limit that was exceeded.
     """
 
     def __init__(
@@ -210,7 +210,7 @@ class StepError(GranularError, ArithmeticError):
         self.time, self.variable, self.index, self.value, self.limit = time, variable, index, value, limit
 
     def of_part(self, part: str) -> Self:
-        """Return the error with the prefix of a part before the name of its variable."""
+        """Return the error with the prefix of a part added to the name of its variable."""
         name = f"{part}_{self.variable}"
         error = self.renamed(self.variable, name)
         error.variable = name
@@ -218,7 +218,7 @@ class StepError(GranularError, ArithmeticError):
 
 
 class LogError(GranularError):
-    """A log or a snapshot cannot be written, is damaged, is none, or exceeds the limits."""
+    """A log or a snapshot cannot be written, is damaged, is not a log or snapshot, or exceeds the limits."""
 
     @classmethod
     def of_content(cls, error: GranularError, *location: str, source: str = "") -> Self:
@@ -232,19 +232,19 @@ class ExperimentError(GranularError, ValueError):
 
 
 class SweepError(GranularError):
-    """A sweep's results cannot be kept or read, or the processes or the cluster that compute it cannot be used."""
+    """A sweep's results cannot be stored or read, or the processes or the cluster that compute it cannot be used."""
 
 
 class MissingExtraError(GranularError, ImportError):
-    """An optional package is needed and not installed."""
+    """An optional package is needed but not installed."""
 
 
 class GranularWarning(UserWarning):
-    """Something a scientist should know about a run that continues."""
+    """A warning about a run that continues."""
 
 
 def one_line(value: object, length: int = 80) -> str:
-    """Describe a value in one line: its repr, shortened; of an array the dtype and the shape."""
+    """Return a value in one line: its shortened repr; for an array, dtype and shape."""
     dtype, shape = getattr(value, "dtype", None), getattr(value, "shape", None)
     if dtype is not None and isinstance(shape, tuple):
         if shape or hasattr(value, "mask"):
@@ -252,13 +252,13 @@ def one_line(value: object, length: int = 80) -> str:
         value = getattr(value, "item", lambda: value)()
     try:
         text = " ".join(line.strip() for line in repr(value).splitlines())
-    except Exception:  # an integer of more than 4300 digits has none
+    except Exception:  # e.g. repr fails for integers with more than 4300 digits
         text = f"a {type(value).__name__}"
     return _shorten(text, length)
 
 
 def caution(message: str) -> None:
-    """Warn, at the line of the caller's own code."""
+    """Warn with the line number of the caller's own code."""
     level, frame = 1, sys._getframe()
     package = __name__.partition(".")[0]
     while frame.f_back is not None and frame.f_globals.get("__name__", "").partition(".")[0] == package:

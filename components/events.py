@@ -1,4 +1,4 @@
-"""Events: what happens at a point in time and should be found later."""
+"""Events: occurrences at a point in time, recorded for later analysis."""
 
 from __future__ import annotations
 
@@ -13,25 +13,25 @@ from .state_block import LARGEST, Field
 from .support.float_arrays import FloatArray
 from .support.validation import whole_number
 
-# Ticks and indices are integers that a float represents exactly.
+# Ticks and indices are integers, which floats represent exactly up to this limit.
 MOST_INDEX = 2**53
 
 
 def event_rows(kinds: int) -> Field:
-    """Return the growing part `events` of a state: tick, number of the kind, index (-1 for none), value, limit."""
+    """Return the growing list `events` of a state: tick, kind number, index (-1 for none), value, limit."""
     return Field("f8", (5,), (0, 0, -1, -LARGEST, -LARGEST), (MOST_INDEX, kinds - 1, MOST_INDEX, LARGEST, LARGEST))
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
 class Event:
-    """Something that happened at a point in time: a link broke, a grain yielded, an assumption was left behind.
+    """An event at a point in time: a link broke, a grain yielded, an assumption was violated.
 
     Attributes:
-        tick: at the end of which internal step.
+        tick: number at the end of the internal step.
         kind: one of the component's `event_kinds`.
-        index: which link, grain, ...; None where that has no meaning.
-        value: of the quantity that decided.
-        limit: that it passed.
+        index: of the link, grain, ...; None if not applicable.
+        value: of the decisive quantity.
+        limit: that this quantity passed.
     """
 
     tick: int
@@ -43,12 +43,12 @@ class Event:
 
 @dataclasses.dataclass(frozen=True, slots=True)
 class EventDetail:
-    """The unit of a kind of events, what their indices count, and how near each of these is to one.
+    """Unit of a kind of event, what its indices refer to, and which output shows how close each element is to the limit.
 
     Attributes:
-        unit: of value and limit; "" where it is not said.
-        counts: name of the drawable whose elements its indices count: points, links or cells; "" for none.
-        ratio: name of the output that holds, for each index, the deciding quantity over its limit: 1 is an event; "" for none.
+        unit: of `value` and `limit`; "" if unspecified.
+        counts: name of the drawable whose elements (points, links or cells) the indices refer to; "" for none.
+        ratio: name of the output with the decisive quantity over its limit, for each index (1 = event); "" for none.
         ends_validity: whether an assumption of the model fails at such an event, so that later results are not valid.
     """
 
@@ -59,17 +59,17 @@ class EventDetail:
 
 
 def decode_events(rows: FloatArray, kinds: Iterable[str], kind: str | None, index: int | None, source: str) -> list[Event]:
-    """Return events from rows whose kinds are numbered in alphabetical order.
+    """Return events from rows with kinds numbered in alphabetical order.
 
     Args:
-        rows: shape (events, 5), as `event_rows` describes.
-        kinds: all kinds that can happen.
-        kind: only of this kind.
-        index: only of this link, grain, ...
+        rows: shape (events, 5), see `event_rows`.
+        kinds: all kinds that can occur.
+        kind: return only this kind.
+        index: return only events of this link, grain, ...
         source: for messages.
 
     Raises:
-        ParameterError: there is no such kind, or the index is none.
+        ParameterError: there is no such kind, or the index is not valid.
     """
     refuse_unknown_events(kinds, kind, index, source)
     names = sorted(kinds)
@@ -81,7 +81,7 @@ def decode_events(rows: FloatArray, kinds: Iterable[str], kind: str | None, inde
 
 
 def refuse_unknown_events(kinds: Iterable[str], kind: Any, index: Any, source: str) -> None:
-    """Raise `ParameterError` for a kind of event that cannot happen, and for an index that is none."""
+    """Raise `ParameterError` for a kind of event that cannot occur, or for an invalid index."""
     known = list(kinds)
     if kind is not None and kind not in known:
         hint = nearest(str(kind), known)

@@ -1,4 +1,4 @@
-"""Inputs: numbers, arrays and profiles of time that are held over a step."""
+"""Inputs: numbers, arrays and profiles of time that a component holds over a step."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ Held = float | npt.NDArray[np.float64] | CompiledProfile
 
 
 def hold_input(variable: Variable, value: Any, step_size: float) -> Held:
-    """Return what a component holds for the value that is given for one of its inputs.
+    """Return the value that a component holds for a given value of one of its inputs.
 
     Args:
         variable: the input.
@@ -28,7 +28,7 @@ def hold_input(variable: Variable, value: Any, step_size: float) -> Held:
         step_size: of the component [s].
 
     Raises:
-        ParameterError: it is none of these, it is out of bounds, or a profile of another step size or shape.
+        ParameterError: it is none of these, it is out of bounds, or it is a profile with another step size or shape.
     """
     at, shape, unit = ("input", variable.name), variable.shape, variable.unit
     minimum, maximum = variable.minimum, variable.maximum

@@ -1,4 +1,4 @@
-"""Arrays of real numbers that users give: finite numbers, not text, truth values or masked arrays."""
+"""Arrays of real numbers given by users: finite numbers; no text, truth values or masked arrays."""
 
 from __future__ import annotations
 
@@ -17,16 +17,16 @@ _NUMBERS = (int, float, np.integer, np.floating)
 
 
 def number_array(at: str | Location, value: Any, expected: str, shapes: Sequence[Shape] | None = None) -> FloatArray:
-    """Return a new float64 array of the given numbers.
+    """Return a new float64 array with the given numbers.
 
     Args:
         at: its location, for messages.
         value: an array, or lists in lists.
-        expected: what it should be, in words.
-        shapes: those that it may have; None for any.
+        expected: description of a valid value.
+        shapes: accepted shapes; None for any.
 
     Raises:
-        ParameterError: it holds what is no finite number, rows of unlike length, or it has another shape.
+        ParameterError: it holds non-finite or non-numeric values, rows of different length, or it has another shape.
     """
     if value.__class__ is np.ndarray and value.dtype == np.float64:
         array = value.copy(order="C")
@@ -47,13 +47,13 @@ def _converted(at: str | Location, value: Any, expected: str) -> FloatArray:
         raise ParameterError(f"got {one_line(value)}", expected=expected, hint=hint, at=at)
     try:
         given = np.asarray(value)
-        if isinstance(value, list | tuple):  # numpy would convert truth values in lists, and not large integers
+        if isinstance(value, list | tuple):  # numpy would convert truth values in lists, but not large integers
             parts = np.asarray(value, dtype=object)
             numbers = all(isinstance(one, _NUMBERS) and not isinstance(one, bool) for one in parts.flat)
         else:
             numbers = given.dtype.kind in "fiu"
         if numbers:
-            with np.errstate(all="ignore"):  # numbers of a wider type that overflow become infinite, and are refused
+            with np.errstate(all="ignore"):  # wider numbers that overflow become infinite and are refused
                 return np.array(given, dtype=np.float64, order="C")
     except (ValueError, OverflowError, TypeError):
         if isinstance(value, list | tuple) and any(isinstance(row, list | tuple | np.ndarray) for row in value):
@@ -64,11 +64,11 @@ def _converted(at: str | Location, value: Any, expected: str) -> FloatArray:
 def start_array(at: str | Location, value: Any, shape: Shape, rest: FloatArray | float = 0.0) -> FloatArray:
     """Return an array of `shape` from a number or a row for all, an array, or {index: value or row} (the others are `rest`).
 
-    A row is what one index of the first axis holds: for shape (n, 2) two numbers; {"3,1": value} or {(3, 1): value} gives a
+    A row is the part at one index of the first axis: for shape (n, 2) two numbers; {"3,1": value} or {(3, 1): value} sets a
     single element.
 
     Raises:
-        ParameterError: it is none of these, or not finite, or it gives an element twice.
+        ParameterError: it is none of these, or not finite, or it sets an element twice.
     """
     array, at = np.zeros(shape), to_location(at)
     array[...] = rest
@@ -88,10 +88,10 @@ def start_array(at: str | Location, value: Any, shape: Shape, rest: FloatArray |
 
 
 def _values(at: Location, value: Any, shape: Shape, *others: str) -> FloatArray | float:
-    """Return finite numbers that can be laid over an array of that shape: one, a row, or all of them."""
+    """Return finite numbers that broadcast to an array of the given shape: one number, a row, or all of them."""
     if not shape:
         return finite_number(at, value)
-    # A row for all only where there are several axes: for shape (n,) a row is a number.
+    # A row for all is accepted only for several axes: for shape (n,) a row is a number.
     shapes = [shape[1:], shape] if len(shape) > 1 else [shape]
     *forms, last = ["a number", *(f"an array of shape {one}" for one in shapes), *others]
     return number_array(at, value, f"{', '.join(forms)} or {last}", ((), *shapes))
@@ -101,7 +101,7 @@ def _index(at: Location, key: Any, shape: Shape) -> Shape:
     """Return the index of a row or of an element, counted from 0."""
     try:
         index = parse_index(key)
-        # One number is a row's; more must be an element's.
+        # One number is the index of a row; several numbers must be the index of an element.
         check_index(at, index, shape[:1] if len(index) == 1 else shape)
     except ParameterError as error:
         raise error.within(*at) from None

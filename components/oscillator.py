@@ -1,4 +1,4 @@
-"""A toy component: a mass on a spring, pushed by a force. The worked example of a component.
+"""A toy component: a mass on a spring, driven by a force. The worked example of a component.
 
 m x'' = -k x + F, advanced by leapfrog (second order, symplectic).
 """
@@ -29,7 +29,7 @@ class OscillatorParameters(Parameters):
 
 
 class Oscillator(Component):
-    """A mass on a spring, pushed by a force."""
+    """A mass on a spring, driven by a force."""
 
     name = "oscillator"
     version = 2
@@ -65,7 +65,7 @@ class Oscillator(Component):
         return 0 if np.isfinite(self._energy()) else 1
 
     def _explain(self, status: int) -> StepError:
-        # The energy has become infinite, by the square of one of them.
+        # The energy has become infinite because the square of a variable overflowed.
         name = max(("velocity", "position"), key=lambda one: np.nan_to_num(abs(self._block[one]), nan=np.inf))
         value, unit = float(self._block[name]), self.variables[name].unit
         return StepError(
@@ -78,7 +78,7 @@ class Oscillator(Component):
         return 0.5 * self.mass * v * v + 0.5 * self.stiffness * x * x
 
     def balances(self) -> tuple[Balance, ...]:
-        """Return energy and momentum since the reset."""
+        """Return the balances of energy and momentum since the reset."""
         energy, momentum, work, impulse = (float(entry) for entry in self._block["tally"])
         x = float(self._block["position"])
         potential = 0.5 * self.stiffness * x * x

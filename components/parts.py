@@ -1,4 +1,4 @@
-"""The parts of a component made of others: their parameters, variables, values and drawables, under a prefix."""
+"""The parts of a composite component: their parameters, variables, values and drawables, under a prefix."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ Part = TypeVar("Part", bound=Component)
 
 
 def make_part(kind: type[Part], owner: Component, name: str, **changes: Any) -> Part:
-    """Return a part with the parameters that its owner has under `name`, with the changes.
+    """Return a part with the owner's parameters under `name`, modified by `changes`.
 
     Raises:
-        ParameterError: its parameters are not valid; located in the owner's.
+        ParameterError: the parameters are not valid; it is located in those of the owner.
     """
     try:
         return kind(**{**getattr(owner.parameters, name).model_dump(), **changes})
@@ -29,7 +29,7 @@ def make_part(kind: type[Part], owner: Component, name: str, **changes: Any) -> 
 
 
 def part_variables(parts: Mapping[str, Component], own_axes: Collection[str] = ()) -> Iterator[Variable]:
-    """Yield the inputs and outputs of the parts with their names in the whole: `<prefix>_<name>`.
+    """Yield the inputs and outputs of the parts with their names in the owner: `<prefix>_<name>`.
 
     Args:
         parts: by prefix.
@@ -43,18 +43,18 @@ def part_variables(parts: Mapping[str, Component], own_axes: Collection[str] = (
 
 
 def part_readers(prefix: str, part: Component) -> dict[str, Callable[[], Any]]:
-    """Return the readers of the outputs of a part, by their names in the whole."""
+    """Return the readers of the outputs of a part, by their names in the owner."""
     names = [variable.name for variable in part.declared() if variable.causality == "output"]
     return {f"{prefix}_{name}": lambda name=name: part.peek(name) for name in names}
 
 
 def part_values(prefix: str, values: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the values of a part, by its own names."""
+    """Return the values of a part, by the names that the part uses."""
     return {name.removeprefix(f"{prefix}_"): value for name, value in values.items() if name.startswith(f"{prefix}_")}
 
 
 def part_drawable(prefix: str, drawable: Drawable, **changes: FloatArray) -> Drawable:
-    """Return a drawable of a part with the names of the whole's outputs, and with `changes` of its other fields."""
+    """Return a drawable of a part, with output names of the owner, and with `changes` of other fields."""
     names = {key: f"{prefix}_{name}" for key in OUTPUT_FIELDS if (name := getattr(drawable, key, ""))}
     fields: dict[str, Any] = {**names, **changes}
     return dataclasses.replace(drawable, **fields)

@@ -1,4 +1,4 @@
-"""Polynomials in ascending powers by + and x alone: value, mean over an interval, and shift of the origin."""
+"""Polynomials in ascending powers, using + and x alone: value, mean over an interval, and shift of the origin."""
 
 from __future__ import annotations
 
@@ -17,15 +17,15 @@ def evaluate(coefficients: FloatArray, s: float) -> float:
     return value
 
 
-@np.errstate(over="ignore", invalid="ignore")  # the component refuses what is not finite
+@np.errstate(over="ignore", invalid="ignore")  # the component refuses non-finite values
 def mean_over(coefficients: FloatArray, width: float | FloatArray) -> FloatArray:
-    """Return the means of polynomials over an interval, as polynomials of its middle.
+    """Return the means of polynomials over an interval, as polynomials of its midpoint.
 
-    m_i = sum_j C(i + 2j, 2j) (width / 2)^2j / (2j + 1) c_(i + 2j): up to degree 1 the value in the middle is the mean.
+    m_i = sum_j C(i + 2j, 2j) (width / 2)^2j / (2j + 1) c_(i + 2j): up to degree 1 the mean is the value at the midpoint.
 
     Args:
         coefficients: shape (pieces, degree + 1).
-        width: of the interval, for all pieces or one for each, shape (pieces,).
+        width: of the interval, one for all pieces or one for each, shape (pieces,).
     """
     averages, power = coefficients.copy(), 1.0
     for order in range(2, coefficients.shape[1], 2):
@@ -47,7 +47,7 @@ def shift_rows(coefficients: FloatArray, offsets: FloatArray) -> FloatArray:
     """Return the coefficients of p(s + offset) for each row, by repeated synthetic division."""
     shifted = coefficients.copy()
     moved = np.flatnonzero((offsets != 0.0) & coefficients[:, 1:].any(axis=1))
-    # One row for each power, so that numpy runs over neighbours in memory.
+    # One row per power, so that numpy traverses contiguous memory.
     powers, by = np.ascontiguousarray(coefficients[moved].T), offsets[moved]
     for first in range(len(powers) - 1):
         for index in range(len(powers) - 2, first - 1, -1):

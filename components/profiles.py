@@ -1,10 +1,10 @@
 """Input signals in time.
 
-A `Profile` is a piecewise polynomial of time, for an array input times a constant array: it is zero before its first piece,
-and its last piece lasts for ever. Components integrate it with + and x only: the chain at the stage times of its integrator,
-the others by the mean over each tick. Before that it is compiled to the component's ticks: a tick with a breakpoint inside, or
-of a curve above degree 3 that lasts fewer than 10 ticks, gets the mean of the signal over the tick, so that the impulse is
-kept; all other ticks keep their polynomial.
+A `Profile` is a piecewise polynomial of time, multiplied by a constant array for array inputs. It is zero before its first
+piece, and its last piece never ends. Components integrate it with + and x only: the chain evaluates it at the stage times of
+its integrator, other components use the mean over each tick. First it is compiled to the component's ticks: a tick with a
+breakpoint inside, or of a curve above degree 3 that lasts fewer than 10 ticks, gets the mean of the signal over the tick, so
+that the impulse is exact; all other ticks keep their polynomial.
 """
 
 from __future__ import annotations
@@ -25,25 +25,25 @@ from .polynomials import evaluate, mean_over, powers, shift_rows
 from .support.float_arrays import FloatArray
 from .support.validation import finite_number, positive_number
 
-# Degree at which the Taylor series of sin(pi tau) on [0, 1] is cut: pi^25 / 25! = 1.7e-13 of the peak.
+# Degree at which the Taylor series of sin(pi tau) on [0, 1] is truncated: pi^25 / 25! = 1.7e-13 of the peak.
 _SINE_DEGREE = 23
 _MAXIMUM_DEGREE = 31
-# A time within this part of a tick of a tick lies on it: the rounding of decimal fractions of a second.
+# Times within this fraction of a tick count as equal to the tick, because decimal fractions of a second are rounded.
 _SAME_TICK = 1e-9
-# A curve above degree 3 that lasts fewer ticks is not resolved: integrators would miss a part of its impulse.
+# A curve above degree 3 with fewer ticks is not resolved: integrators would miss part of its impulse.
 _RESOLVED = 10
-# Two times that differ by no more than this part of the latest one are one instant, computed in two ways.
+# Two times whose difference is at most this fraction of the latest time are one instant, computed in two ways.
 _SAME_INSTANT = 1e-13
 
 
 @dataclass(frozen=True, eq=False)
 class CompiledProfile:
-    """A profile on the tick grid of one step size, as kernels evaluate it and logs store it.
+    """A profile on the tick grid of one step size, in the form that kernels evaluate and logs store.
 
     Attributes:
         step_size: seconds per tick.
         ticks: first tick of each piece, increasing, shape (pieces,), int64.
-        coefficients: shape (pieces, degree + 1); value = sum_k c_k s^k with s = ticks since the piece began.
+        coefficients: shape (pieces, degree + 1); value = sum_k c_k s^k with s = ticks since the beginning of the piece.
         pattern: array of the input's shape that multiplies the polynomial; None for a scalar input.
     """
 
@@ -74,11 +74,11 @@ class CompiledProfile:
 
     @property
     def shape(self) -> tuple[int, ...]:
-        """Shape of its values."""
+        """Shape of the values."""
         return () if self.pattern is None else self.pattern.shape
 
     def factor(self, tick: int, part: float = 0.0) -> float:
-        """Return the polynomial alone, `part` of a step after a tick; at a breakpoint that of the piece that begins there."""
+        """Return the polynomial alone, `part` of a step after a tick; a breakpoint belongs to the piece that begins there."""
         piece = int(np.searchsorted(self.ticks, tick, side="right")) - 1
         return 0.0 if piece < 0 else evaluate(self.coefficients[piece], float(tick - self.ticks[piece]) + part)
 
@@ -95,7 +95,7 @@ class CompiledProfile:
         return factor if self.pattern is None else factor * self.pattern
 
     def mean_factors(self, tick: int, ticks: int) -> FloatArray:
-        """Return the mean of the polynomial alone over each of `ticks` ticks from `tick` on, shape (ticks,)."""
+        """Return the mean of the polynomial alone over each of `ticks` ticks, starting at `tick`, shape (ticks,)."""
         now = np.arange(tick, tick + ticks)
         piece = np.searchsorted(self.ticks, now, side="right") - 1
         rows, middle = self._averages(1)[piece], (now - self.ticks[piece]) + 0.5
@@ -105,13 +105,13 @@ class CompiledProfile:
         return np.where(piece < 0, 0.0, value)
 
     def _averages(self, parts: int) -> FloatArray:
-        """Return the coefficients of the mean over one of `parts` equal parts of a tick, as functions of its middle."""
+        """Return the coefficients of the mean over one of `parts` equal parts of a tick, as functions of its midpoint."""
         if parts not in self._known_averages:
             self._known_averages[parts] = mean_over(self.coefficients, 1.0 / parts)
         return self._known_averages[parts]
 
     def spread(self, shape: tuple[int, ...]) -> CompiledProfile:
-        """Return the same signal for every element of an input of that shape; itself if it has that shape already."""
+        """Return the same signal for every element of an input of the given shape; itself if it already has this shape."""
         if self.shape == shape:
             return self
         if self.pattern is not None:
@@ -128,8 +128,8 @@ class Profile:
     Attributes:
         starts: time at which each piece begins, increasing, shape (pieces,) [s].
         coefficients: shape (pieces, degree + 1); value = sum_k c_k (t - start)^k, in the unit of the input per s^k.
-        description: how it was made, for people.
-        pattern: array of the input's shape that multiplies the polynomial: `profile * array` makes it.
+        description: text for users on how it was made.
+        pattern: array of the input's shape that multiplies the polynomial; `profile * array` sets it.
     """
 
     starts: FloatArray
@@ -138,7 +138,7 @@ class Profile:
     pattern: FloatArray | None = None
     _compiled: dict[float, CompiledProfile] = field(default_factory=dict, init=False, repr=False)
 
-    # So that numpy leaves `array * profile` to `__rmul__`.
+    # Makes numpy use `__rmul__` for `array * profile`.
     __array_ufunc__ = None
 
     def __post_init__(self) -> None:
@@ -162,7 +162,7 @@ class Profile:
 
     @staticmethod
     def constant(value: float, start: float = 0.0) -> Profile:
-        """Return `value` from `start` [s] on."""
+        """Return `value` from time `start` [s] on."""
         value, start = finite_number("value", value), finite_number("start", start)
         return Profile(np.array([start]), np.array([[value]]), f"constant {value:g}")
 
@@ -207,12 +207,12 @@ class Profile:
 
     @staticmethod
     def table(times: npt.ArrayLike, values: npt.ArrayLike, after: float | str = 0.0) -> Profile:
-        """Return straight lines between samples.
+        """Return the linear interpolation of samples.
 
         Args:
             times: increasing, shape (n,), n >= 2 [s].
             values: shape (n,), in the unit of the input.
-            after: the value after the last sample, or "hold" for the last sample's.
+            after: value after the last sample, or "hold" to keep the last sample.
         """
         instants, samples = _vector("times", times), _vector("values", values)
         if len(instants) != len(samples):
@@ -225,7 +225,7 @@ class Profile:
         last = float(samples[-1]) if isinstance(after, str) else finite_number("after", after)
         rows = np.zeros((len(instants), 2))
         rows[:, 0] = samples
-        with np.errstate(over="ignore"):  # an infinite slope is refused
+        with np.errstate(over="ignore"):  # infinite slopes are refused
             rows[:-1, 1] = np.diff(samples) / np.diff(instants)
         rows[-1, 0] = last
         return Profile(instants, rows, f"table of {len(instants)} samples")
@@ -238,16 +238,16 @@ class Profile:
         after: float | str = 0.0,
         **reading: Any,
     ) -> Profile:
-        """Return a measured history from a CSV file: straight lines between its samples.
+        """Return a measured history from a CSV file, interpolated linearly.
 
             push = ge.Profile.from_csv("hammer.csv", time_unit="us", value_unit="kN", unit="N")
 
-        Samples before time 0 are not used, and a warning says so; `offset_time` moves them.
+        Samples before time 0 are ignored with a warning; `offset_time` shifts them.
 
         Args:
             path: the file, UTF-8; its header may contain the units, such as ``time [us],force [kN]``.
             offset_time: added to the times [s].
-            after: the value after the last sample, or "hold" for the last sample's.
+            after: value after the last sample, or "hold" to keep the last sample.
             **reading: columns, units, separators and scale; see `csv_history.read_history`.
 
         Raises:
@@ -262,7 +262,7 @@ class Profile:
 
     @staticmethod
     def piecewise(starts: npt.ArrayLike, coefficients: npt.ArrayLike) -> Profile:
-        """Return polynomials given by hand, with rows of any lengths: see the attributes of this class."""
+        """Return polynomials with explicit coefficients, in rows of any lengths: see the attributes of this class."""
         if not isinstance(coefficients, (Sequence, np.ndarray)) or isinstance(coefficients, str):
             expected = "one list of numbers for each piece"
             raise ParameterError(f"got {one_line(coefficients)}", expected=expected, at="coefficients")
@@ -274,9 +274,9 @@ class Profile:
 
     @staticmethod
     def total(profiles: Iterable[Profile]) -> Profile:
-        """Return the sum of profiles: the union of their breakpoints, polynomials shifted and added.
+        """Return the sum of profiles: the union of their breakpoints, with shifted and added polynomials.
 
-        Breakpoints that differ by no more than the rounding of their times are one.
+        Breakpoints that differ by no more than the rounding of their times are merged.
         """
         given = profiles
         profiles = list(given) if isinstance(given, Iterable) else []
@@ -291,10 +291,10 @@ class Profile:
                 raise ParameterError("its pattern is not that of the first one", hint=hint, at=f"profiles[{place}]")
         times = np.unique(np.concatenate([profile.starts for profile in profiles]))
         new = np.append(True, np.diff(times) > _SAME_INSTANT * np.abs(times).max())
-        # The first and the last of each group of times that only rounding separates.
+        # First and last time of each group of times that differ only by rounding.
         firsts, lasts = times[new], times[np.append(new[1:], True)]
         rows = np.zeros((len(firsts), max(profile.coefficients.shape[1] for profile in profiles)))
-        with np.errstate(over="ignore", invalid="ignore"):  # numbers that are not finite are refused
+        with np.errstate(over="ignore", invalid="ignore"):  # non-finite numbers are refused
             for profile in profiles:
                 profile._add_to(rows, firsts, lasts)
         text = " + ".join(profile.description for profile in profiles[:4])
@@ -305,7 +305,7 @@ class Profile:
     # -- use --------------------------------------------------------------------------------------------------------
 
     def __call__(self, time: float) -> Any:
-        """Return the value at a time [s], a number or an array; at a breakpoint that of the piece that begins there."""
+        """Return the value at a time [s], a number or an array; a breakpoint belongs to the piece that begins there."""
         time = finite_number("time", time) if type(time) is not float else time
         value = self._factor(time)
         return value if self.pattern is None else value * self.pattern
@@ -315,7 +315,7 @@ class Profile:
         return 0.0 if piece < 0 else evaluate(self.coefficients[piece], time - float(self.starts[piece]))
 
     def __add__(self, other: Profile) -> Profile:
-        """Return the sum of two profiles, as `total`."""
+        """Return the sum of two profiles, like `total`."""
         return Profile.total([self, other]) if isinstance(other, Profile) else NotImplemented
 
     def __mul__(self, factor: Any) -> Profile:
@@ -342,14 +342,14 @@ class Profile:
         Args:
             rows: of the sum, shape (breakpoints, degree + 1), written.
             firsts: the sum's breakpoints, shape (breakpoints,) [s].
-            lasts: the last time of the group that each breakpoint stands for, same shape [s].
+            lasts: last time of the group of times that each breakpoint represents, same shape [s].
         """
-        # Only where this profile is not zero: from its first piece on, and up to its last if that is zero.
+        # Only the nonzero range: from the first piece on, and up to the last one if that is zero.
         begin = int(np.searchsorted(lasts, self.starts[0]))
         silent = not self.coefficients[-1].any()
         end = int(np.searchsorted(lasts, self.starts[-1])) if silent else len(lasts)
         pieces = np.searchsorted(self.starts, lasts[begin:end], side="right") - 1
-        # A piece that begins at this breakpoint keeps the bits of its coefficients.
+        # A piece that begins at this breakpoint keeps its coefficients unchanged.
         offsets = np.maximum(firsts[begin:end] - self.starts[pieces], 0.0)
         part = shift_rows(self.coefficients[pieces], offsets)
         rows[begin:end, : part.shape[1]] += part
@@ -358,11 +358,11 @@ class Profile:
         """Return the signal on a tick grid.
 
         A tick with a breakpoint inside, or of a curve above degree 3 that lasts fewer than 10 ticks, gets the mean of the
-        signal over the tick, and a warning says so. The integral over any whole number of ticks is that of the signal.
+        signal over the tick, with a warning. The integral over any whole number of ticks is exact.
 
         Args:
             step_size: seconds per tick.
-            name: what messages call the signal.
+            name: name of the signal in messages.
         """
         step_size = positive_number("step_size", step_size)
         if step_size not in self._compiled:
@@ -376,7 +376,7 @@ class Profile:
             raise ParameterError(f"a breakpoint lies more than 2^52 steps of {step_size:g} s from the start", at=name)
         self._warn_of_unused_times(step_size, name)
         nearest = np.rint(places)
-        # The quotient of two rounded times is exact to a few units in its last place.
+        # The quotient of two rounded times is exact to a few ulp.
         inside = np.abs(places - nearest) > np.maximum(_SAME_TICK, 4.0 * np.spacing(np.abs(places)))
         places = np.where(inside, places, nearest)
         short = self.coefficients[:, 4:].any(axis=1) & (np.diff(places, append=np.inf) < _RESOLVED)
@@ -389,7 +389,7 @@ class Profile:
         since = cuts - np.append(cuts[0], places)[pieces]
         lengths = np.diff(cuts, append=cuts[-1] + 1.0)
         within = np.isin(np.floor(cuts), averaged)
-        with np.errstate(over="ignore", invalid="ignore"):  # coefficients that become infinite are refused
+        with np.errstate(over="ignore", invalid="ignore"):  # infinite coefficients are refused
             scaled = self.coefficients * powers(step_size, self.coefficients.shape[1])
             rows = np.vstack([np.zeros(scaled.shape[1]), scaled])[pieces]
             rows = shift_rows(rows, np.where(within, since + 0.5 * lengths, since))
@@ -411,7 +411,7 @@ class Profile:
         """Warn if the signal begins before time 0, where no run applies it."""
         early = int(np.searchsorted(self.starts, -_SAME_TICK * step_size))
         ends = np.append(self.starts[1:], np.inf)[:early]
-        # A constant that lasts until after time 0 loses nothing.
+        # A constant that extends beyond time 0 loses nothing.
         lost = self.coefficients[:early].any(axis=1) & ((ends <= 0.0) | self.coefficients[:early, 1:].any(axis=1))
         if lost.any():
             caution(
@@ -439,7 +439,7 @@ def _read_only_pattern(values: Any) -> FloatArray:
 
 
 def _vector(name: str, values: npt.ArrayLike) -> FloatArray:
-    """Return at least one number as a vector; a single number is a vector of one."""
+    """Return at least one number as a vector; a single number becomes a vector of length one."""
     expected = "a list of at least one number"
     vector = np.atleast_1d(number_array(name, values, expected))
     if vector.ndim != 1 or not len(vector):

@@ -1,4 +1,4 @@
-"""Regions of the plane, chosen by name (box, disc): a hole in a body, or where a material or a strength applies."""
+"""Regions of the plane, chosen by name (box, disc), for holes in a body or for the extent of a material or a strength."""
 
 from __future__ import annotations
 
@@ -15,20 +15,20 @@ from .support.tagged_union import ByName, Named
 
 
 class Area(Named):
-    """A part of the plane."""
+    """A region of the plane."""
 
     @property
     @abstractmethod
     def bounds(self) -> tuple[float, float, float, float]:
-        """The least and the largest x, the least and the largest y [m]."""
+        """The smallest and largest x, the smallest and largest y [m]."""
 
     @abstractmethod
     def contains(self, points: FloatArray, margin: float = 0.0) -> np.ndarray:
-        """Return which of the points, shape (k, 2) [m], lie inside, farther than a margin [m] from the outline."""
+        """Return which points, shape (k, 2) [m], lie inside and farther than a margin [m] from the outline."""
 
 
 class Box(Area):
-    """Everything between two abscissas and two ordinates."""
+    """A rectangle between two abscissas and two ordinates."""
 
     name: Literal["box"] = field("box", "a rectangle along the axes", "1")
     x: Pair = field(..., "from and to along x", "m")
@@ -53,7 +53,7 @@ class Box(Area):
 
 
 class Disc(Area):
-    """Everything within a distance from a point."""
+    """All points within a distance from a centre."""
 
     name: Literal["disc"] = field("disc", "a disc", "1")
     centre: Pair = field(..., "its middle", "m")

@@ -20,8 +20,8 @@ class Snapshot:
     Attributes:
         identity: hash of the component's name, version and parameters.
         tick: integer time.
-        data: the bits of the state.
-        inputs: the inputs held at that moment.
+        data: the bytes of the state.
+        inputs: the inputs held at that tick.
         is_checked: whether the state is known to lie in the ranges that the component declares: True after `save`, and after
             the first `restore` of any other snapshot.
     """
@@ -67,7 +67,7 @@ class Snapshot:
 
     @classmethod
     def from_bytes(cls, data: bytes, most_text: int | None = None) -> Self:
-        """Return the snapshot that `to_bytes` wrote; `LogError` for anything else. `most_text` is passed to `unpack`."""
+        """Return the snapshot written by `to_bytes`; raise `LogError` for other data. `most_text` is passed to `unpack`."""
         header, arrays = unpack(data, most_text)
         try:
             if header["kind"] != "snapshot":
@@ -88,7 +88,7 @@ class Snapshot:
 
 
 def _inputs_of(header: Mapping[str, Any], arrays: Mapping[str, np.ndarray]) -> dict[str, Held]:
-    """Return the inputs that `Snapshot.to_bytes` wrote."""
+    """Return the inputs written by `Snapshot.to_bytes`."""
     inputs: dict[str, Held] = {name: float.fromhex(text) for name, text in header["inputs"].items()}
     inputs |= {name: read_only(_floats(arrays, f"{name}.values")) for name in header["arrays"]}
     if not all(np.isfinite(value).all() for value in inputs.values() if not isinstance(value, CompiledProfile)):

@@ -18,13 +18,13 @@ LARGEST = sys.float_info.max
 
 
 class Field(NamedTuple):
-    """The declaration of one array of a state, or of the rows of a list that grows; a plain tuple is accepted too.
+    """Declaration of one array of a state, or of the rows of a growing list; a plain tuple is accepted too.
 
     Attributes:
         dtype: of 8 bytes: "f8", "i8" or "u8".
         shape: of the array, or of one row of a list.
-        low: smallest value, a number or an array that broadcasts against the shape. Floats may be any finite number by
-            default; integers need both limits.
+        low: smallest value, a number or an array that broadcasts to the shape. By default floats may be any finite number;
+            integers need both limits.
         high: largest value, likewise.
         capacity: largest number of rows of a list.
     """
@@ -42,24 +42,24 @@ Layout = Mapping[str, tuple[Any, ...]]
 class Block:
     """The changing state of a component: memory with named views, and lists that grow.
 
-    Everything of fixed size lies in one array, so that a snapshot is one copy. A list has an array with a capacity, which is
-    raised between ticks; a snapshot holds the rows in use. The numbers of rows in use are the last words of the memory.
-    A parent that owns the memory of its parts therefore owns the row counts of their lists; `include` adds the rows.
+    Everything of fixed size lies in one array, so that a snapshot is one copy. A list has an array with a capacity, which
+    grows between ticks; a snapshot contains the rows in use. The numbers of rows in use are the last words of the memory.
+    A parent that owns the memory of its parts therefore also owns the row counts of their lists; `include` adds the rows.
 
     Attributes:
         memory: everything of fixed size, shape (words,).
         memory_bytes: the same memory as bytes.
-        views: each array in it, by name.
-        grows: whether there are lists, its own or those of parts.
+        views: arrays in this memory, by name.
+        grows: whether there are lists, in this block or in parts.
     """
 
     def __init__(self, memory: FloatArray | None = None, /, growing: Layout | None = None, **fields: tuple[Any, ...]) -> None:
-        """Lay out the state in fresh zeros, or in the memory given.
+        """Lay out the state in new zeroed memory, or in the given memory.
 
         Args:
             memory: shape (words,).
             growing: name of a list -> the `Field` of its rows.
-            **fields: name -> `Field`, one after the other.
+            **fields: name -> `Field`, in order.
         """
         lists = {name: Field(*field) for name, field in (growing or {}).items()}
         layout = {name: Field(*field) for name, field in fields.items()}
@@ -72,7 +72,7 @@ class Block:
         # Assignment between byte views is the fastest copy in Python.
         self.memory_bytes = self.memory.reshape(-1).data.cast("B")
         self.views: dict[str, np.ndarray] = {}
-        self._words = dict[str, int]()  # where each view begins
+        self._words = dict[str, int]()  # first word of each view
         offset = 0
         for name, field in layout.items():
             part = self.memory[offset : offset + sizes[name]]
@@ -80,15 +80,15 @@ class Block:
             offset += sizes[name]
         self._lists = {name: np.zeros((_FIRST_CAPACITY, *field.shape), field.dtype) for name, field in lists.items()}
         self._places = {name: place for place, name in enumerate(lists)}
-        # All lists whose counts lie in this memory: its own, and those of parts.
+        # All lists with counts in this memory: those of this block and of its parts.
         self._tables: list[tuple[Block, str]] = [(self, name) for name in lists]
         self.grows = bool(lists)
         # Allocated once, at the first call: repeated large allocations would fragment the heap.
         self._backup, self._backup_rows = memoryview(b""), b""
 
     def include(self, part: Block) -> None:
-        """Add the lists of a part, whose memory is a piece of this memory, to the copies of this block."""
-        # The part declares the ranges of its memory.
+        """Add the lists of a part, whose memory is a section of this memory, to the copies of this block."""
+        # The part itself declares the ranges of its memory.
         for name, view in self.views.items():
             if np.may_share_memory(view, part.memory):
                 self.fields.pop(name, None)
@@ -96,7 +96,7 @@ class Block:
         self.grows = bool(self._tables)
 
     def _word_of(self, part: Block) -> int:
-        """Return the word of this memory at which the memory of a part, or its own, begins."""
+        """Return the word of this memory at which the memory of a part begins; 0 for this block itself."""
         return 0 if part is self else (part.memory.ctypes.data - self.memory.ctypes.data) // 8
 
     def __getitem__(self, name: str) -> np.ndarray:
@@ -107,18 +107,18 @@ class Block:
 
     @property
     def nbytes(self) -> int:
-        """Size of the state [bytes]; of lists the rows in use."""
+        """Size of the state [bytes]; lists count with their rows in use."""
         return self.memory.nbytes + sum(block[name].nbytes for block, name in self._tables)
 
     # -- lists ------------------------------------------------------------------------------------------------------
 
     def count(self, name: str) -> int:
-        """Return the number of rows of a list in use; 0 if there is no such list."""
+        """Return the number of rows in use of a list; 0 if there is no such list."""
         place = self._places.get(name)
         return 0 if place is None else int(self.views["_counts"][place])
 
     def room(self, name: str, rows: int) -> np.ndarray:
-        """Return the whole array of a list, with capacity for `rows` more; then call `set_count`.
+        """Return the whole array of a list, with capacity for `rows` more; call `set_count` afterwards.
 
         Raises:
             GranularError: it does not fit into memory.
@@ -133,7 +133,7 @@ class Block:
         return array
 
     def set_count(self, name: str, count: int) -> None:
-        """Set the number of rows of a list in use, within the capacity that `room` gave."""
+        """Set the number of rows in use of a list, within the capacity from `room`."""
         self.views["_counts"][self._places[name]] = count
 
     def append(self, name: str, row: Any) -> None:
@@ -145,7 +145,7 @@ class Block:
     # -- copies -----------------------------------------------------------------------------------------------------
 
     def clear(self) -> None:
-        """Set everything to 0, and the lists to no rows."""
+        """Set all memory to 0, which empties the lists."""
         self.memory[:] = 0.0
 
     def back_up(self) -> None:
@@ -157,7 +157,7 @@ class Block:
             self._backup_rows = b"".join(self._rows())
 
     def undo(self) -> None:
-        """Restore the state that `back_up` copied."""
+        """Restore the state copied by `back_up`."""
         self._load(self._backup, self._backup_rows)
 
     def to_bytes(self) -> bytes:
@@ -165,7 +165,7 @@ class Block:
         return b"".join([self.memory_bytes, *self._rows()]) if self.grows else bytes(self.memory_bytes)
 
     def load(self, data: bytes) -> None:
-        """Restore a state that `to_bytes` gave, which `sizes_in` has checked."""
+        """Restore a state from `to_bytes` that `sizes_in` has checked."""
         if self.grows:
             whole, fixed = memoryview(data), self.memory.nbytes
             self._load(whole[:fixed], whole[fixed:])
@@ -186,13 +186,13 @@ class Block:
         self.memory_bytes[:] = fixed
 
     def _count_word(self, block: Block, name: str) -> int:
-        """Return the word of this memory that holds the number of rows of a list, its own or one of a part."""
+        """Return the word of this memory with the row count of a list of this block or of a part."""
         return self._word_of(block) + block.memory.size - len(block._lists) + block._places[name]
 
     # -- states of unknown origin -----------------------------------------------------------------------------------
 
     def sizes_in(self, data: bytes) -> list[int] | None:
-        """Return the bytes of each list in a state that `to_bytes` gave; None if it is no such state."""
+        """Return the bytes of each list in a state from `to_bytes`; None if it is not such a state."""
         fixed = self.memory.nbytes
         if len(data) < fixed:
             return None
@@ -202,7 +202,7 @@ class Block:
         return sizes if all(count >= 0 for count in counts) and fixed + sum(sizes) == len(data) else None
 
     def arrays_in(self, data: bytes, part: Block) -> dict[str, np.ndarray]:
-        """Return the arrays and lists of this block, or of an included part, in a state for which `sizes_in` gave sizes."""
+        """Return the arrays and lists of this block, or of an included part, in a state accepted by `sizes_in`."""
         words, start = np.frombuffer(data, np.int64), self._word_of(part)
         found: dict[str, np.ndarray] = {}
         for name, view in part.views.items():

@@ -15,50 +15,50 @@ from .state_block import Block
 from .support.validation import Parameters, finite_number
 from .variables import Variable
 
-# A long step is cut, invisibly, into pieces of about this wall time, so that Ctrl-C and observers get their turn [s].
+# A long step is divided invisibly into pieces of about this wall time, so that Ctrl-C and observers are served [s].
 _PIECE_SECONDS = 0.05
 
 
 class Observer(Protocol):
-    """Looks at a component while it steps (a recorder, a viewer, a progress bar); never changes it."""
+    """Observes a component during steps (a recorder, a viewer, a progress bar) without changing it."""
 
     next_tick: int
-    """The next tick at which `on_sample` is called; a longer step is cut there, invisibly."""
+    """The next tick at which `on_sample` is called; a longer step is divided there, invisibly."""
 
     def on_reset(self, component: Any) -> None:
-        """After a reset or a restore: a new history starts here."""
+        """Begin a new history, after a reset or a restore."""
 
     def on_sample(self, component: Any) -> None:
-        """At `next_tick`, perhaps inside a step; sets `next_tick` to a later tick."""
+        """Observe the component at `next_tick`, perhaps inside a step; set `next_tick` to a later tick."""
 
     def on_step(self, component: Any, ticks: int, inputs: Mapping[str, Held]) -> None:
-        """After a whole step, with the inputs that it set (compiled). The step stands, even if this raises."""
+        """Observe a whole step, with its inputs (compiled). The step remains valid even if this raises."""
 
     def on_failure(self, component: Any, error: BaseException) -> None:
-        """After a step that failed or was interrupted: the component is where that step began."""
+        """Observe a failed or interrupted step; the state from before the step has been restored."""
 
 
 class Stepping(Physics):
-    """The stepping of a component: `step`, and what it needs."""
+    """The stepping of a component: `step` and its helpers."""
 
     name: ClassVar[str]
     """Catalogue name."""
     Parameters: ClassVar[type[Parameters]]
 
-    # Set once the component has been built.
+    # Set after the component has been built.
     _block: Block
     _inputs: dict[str, Variable]
     _bounds: dict[str, tuple[float, float]]
     _tick_counts: dict[float | None, int]
     _tick: int
-    # Replaced, never changed in place: snapshots share it.
+    # Replaced, never changed in place, because snapshots share it.
     _held: Mapping[str, Held]
     _profiled: bool
 
     def _prepare_steps(self) -> None:
-        """Set the attributes that belong to this one component alone."""
+        """Set the attributes of this instance that stepping needs."""
         self._observers: list[Observer] = []
-        # The component that this one is a part of: only the whole steps, resets and restores it.
+        # The component that contains this one as a part; only the owner steps, resets and restores it.
         self._owner: Stepping | None = None
         # True in the middle of a step or a reset.
         self._busy = False
@@ -79,7 +79,7 @@ class Stepping(Physics):
     def step(self, duration: float | None = None, **inputs: Any) -> None:
         """Advance by exactly `duration` [s] (default: one internal step) with the inputs held.
 
-        Any exception, Ctrl-C too, restores the state from before the call: each call makes one copy of the state, which
+        Any exception, including Ctrl-C, restores the state from before the call: each call makes one copy of the state, which
         dominates the cost of one-tick calls of very large bodies.
 
         Args:
@@ -89,10 +89,10 @@ class Stepping(Physics):
         Raises:
             ParameterError: an input or the duration is not valid.
             StepError: the physics would break down.
-            GranularError: memory ran out; or another thread, or an observer, steps it while it steps.
+            GranularError: memory ran out, or another thread or an observer steps the component during its step.
         """
-        # The hot path of step-wise control: usual values are looked up, everything else takes a slower function.
-        # `own` bypasses `__setattr__`, which would cost a third of a short step.
+        # Hot path of step-wise control: usual values are looked up, all others take a slower function.
+        # `own` bypasses `__setattr__`, which would take a third of a short step.
         own: dict[str, Any] = self.__dict__  # type: ignore[assignment] - pyright finds that of the class
         try:
             ticks = self._tick_counts[duration]
@@ -143,7 +143,7 @@ class Stepping(Physics):
             observer.on_failure(self, error)
 
     def _refuse_busy(self, call: str) -> None:
-        """Refuse a call in the middle of a step, and one of a part that its whole does not make."""
+        """Refuse a call in the middle of a step, and a call on a part that does not come from its owner."""
         if self._busy:
             raise GranularError(
                 f"component {self.name!r} is in the middle of a step, of another thread or of an observer",
@@ -170,7 +170,7 @@ class Stepping(Physics):
         return bool(self._observers)
 
     def observe(self, observer: Observer) -> None:
-        """Add an observer; `ParameterError` if it is none, `GranularError` for a part that another component steps."""
+        """Add an observer; `ParameterError` if it is not an observer, `GranularError` for a part of another component."""
         if self._owner is not None:
             self._refuse_busy("observe")
         if not all(callable(getattr(observer, call, None)) for call in ("on_reset", "on_sample", "on_step", "on_failure")):
@@ -218,7 +218,7 @@ class Stepping(Physics):
         return self._profiled
 
     def adopt(self, tick: int, inputs: Mapping[str, float]) -> None:
-        """Take over the tick to which the owner of the memory has advanced it, and the numbers held last."""
+        """Set the tick to which the owner of the memory has advanced this part, and the numbers held last."""
         self._tick = tick
         if any(self._held.get(name) != value for name, value in inputs.items()):
             self._held = {**self._held, **inputs}
@@ -226,7 +226,7 @@ class Stepping(Physics):
     # -- durations --------------------------------------------------------------------------------------------------
 
     def ticks_in(self, duration: float, name: str | Location = "duration") -> int:
-        """Return the number of internal steps in a duration [s]; `ParameterError` if that is no whole number."""
+        """Return the number of internal steps in a duration [s]; `ParameterError` if it is not a whole number."""
         duration = finite_number(name, duration, "seconds")
         exact = duration / self.step_size
         if not math.isfinite(exact) or exact <= 0.0:
@@ -256,11 +256,11 @@ class Stepping(Physics):
 
     @property
     def held_inputs(self) -> Mapping[str, Held]:
-        """The inputs that are held now, as the kernels get them; never changed in place."""
+        """The inputs held now, in the form that kernels use; never changed in place."""
         return self._held
 
     def hold(self, inputs: Mapping[str, Any]) -> dict[str, Held]:
-        """Return what would be held for these inputs, and change nothing; `ParameterError` if one is not valid."""
+        """Return the values that these inputs would be held as, without a change; `ParameterError` if one is not valid."""
         held: dict[str, Held] = {}
         for name, value in inputs.items():
             variable = self._inputs.get(name)
@@ -271,7 +271,7 @@ class Stepping(Physics):
         return held
 
     def _hold(self, held: Mapping[str, Held]) -> None:
-        """Hold these inputs, all of the component's, from now on."""
+        """Hold these inputs, which must be all inputs of the component, from now on."""
         before, self._profiled = self._profiled, any(value.__class__ is CompiledProfile for value in held.values())
         self._held = held
         if before or self._profiled:

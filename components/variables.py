@@ -1,4 +1,4 @@
-"""Variables of components, and their elements as people write them: ``velocity``, ``velocity[40]``, ``velocity[3,1]``."""
+"""Variables of components, and their elements in text form: ``velocity``, ``velocity[40]``, ``velocity[3,1]``."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from pydantic import BaseModel
 
 from .errors import Location, ParameterError, nearest, one_line
 
-# A variable name with or without an index, as part of a longer pattern.
+# A variable name with or without an index, for use in longer patterns.
 ELEMENT = r"[A-Za-z_]\w*(?:\[[^\[\]]*\])?"
 _ELEMENT = re.compile(r"(?P<name>[A-Za-z_]\w*)(?:\[(?P<index>[^\[\]]*)\])?")
 _DTYPES = {bool: "bool", int: "int64", str: "str"}
@@ -22,7 +22,7 @@ _INDEX = re.compile(r"\s*[+-]?\d{1,9}\s*(?:,\s*[+-]?\d{1,9}\s*)*")
 
 @dataclasses.dataclass(frozen=True, slots=True)
 class Variable:
-    """One named quantity of a component, with everything that a file, a space, a schema or a page needs to know about it."""
+    """A named quantity of a component, with the facts that files, spaces, schemas and documentation pages need."""
 
     name: str
     causality: Literal["parameter", "input", "output"]
@@ -36,7 +36,7 @@ class Variable:
     state: bool = False
     """True for a part of the state: `reset` accepts it, and logs hash it."""
     axes: tuple[str, ...] = ()
-    """What each index of the shape counts, such as ("grain",). Variables with the same axis share it in a data set."""
+    """Meaning of each index of the shape, such as ("grain",). Variables with the same axis share it in a data set."""
     nominal: float = 1.0
     """Usual magnitude, for scaling."""
     variability: Literal["", "constant", "fixed", "tunable", "discrete", "continuous"] = ""
@@ -63,11 +63,11 @@ def parameter_variables(model: type[BaseModel], parameters: BaseModel | None = N
 
 @dataclasses.dataclass(frozen=True)
 class Element:
-    """An element of a variable, or all of it.
+    """An element of a variable, or the whole variable.
 
     Attributes:
         name: of the variable.
-        index: an integer for each axis, negative ones count from the end; empty for a scalar, or for all elements.
+        index: an integer per axis, negative ones count from the end; empty for a scalar, or for all elements.
     """
 
     name: str
@@ -77,7 +77,7 @@ class Element:
         return f"{self.name}[{index_text(self.index)}]" if self.index else self.name
 
     def of(self, value: Any) -> Any:
-        """Return this element of a value of the variable; the value itself without an index."""
+        """Return this element of a value of the variable; without an index, the value itself."""
         return value[self.index] if self.index else value
 
     def find(self, variables: Mapping[str, Variable], expected: str, *causalities: str) -> Variable:
@@ -86,7 +86,7 @@ class Element:
         Args:
             variables: of the component, by name.
             expected: for messages, such as "an output of component 'chain'".
-            *causalities: those that are accepted.
+            *causalities: accepted causalities.
 
         Raises:
             ParameterError: there is no such variable or no such element.
@@ -108,7 +108,7 @@ class Element:
 
 
 def parse_element(text: Any) -> Element:
-    """Return the element that a text names; `ParameterError` for anything else."""
+    """Return the element named by a text; `ParameterError` for anything else."""
     match = _ELEMENT.fullmatch("".join(text.split())) if isinstance(text, str) else None
     if match is None:
         expected = "a variable, or an element of one, such as velocity, velocity[40] or velocity[3,1]"
@@ -117,7 +117,7 @@ def parse_element(text: Any) -> Element:
 
 
 def parse_index(given: Any) -> tuple[int, ...]:
-    """Return the index of an integer, a tuple of integers, or a text such as "3,1"; `ParameterError` for anything else."""
+    """Return an index from an integer, a tuple of integers, or a text such as "3,1"; `ParameterError` for anything else."""
     parts = given if isinstance(given, tuple) and given else (given,)
     if isinstance(given, str):
         text = given.strip().removeprefix("(").removesuffix(")").rstrip(", ")
@@ -148,7 +148,7 @@ def _whole_number(part: Any) -> int:
 def check_index(
     at: Location, index: tuple[int, ...], shape: tuple[int, ...], given: str = "", axes: tuple[str, ...] = ()
 ) -> None:
-    """Raise `ParameterError` if an array of that shape has no such element; messages call the index `given`."""
+    """Raise `ParameterError` if an array of this shape has no such element; messages call the index `given`."""
     if len(index) == len(shape) and all(-size <= number < size for number, size in zip(index, shape, strict=True)):
         return
     names = axes if len(axes) == len(shape) else ("",) * len(shape)
@@ -161,5 +161,5 @@ def check_index(
 
 
 def index_text(index: tuple[int, ...]) -> str:
-    """Return an index as people write it, such as "3,1"."""
+    """Return an index in text form, such as "3,1"."""
     return ",".join(map(str, index))

@@ -31,11 +31,11 @@ from .parameters import AutomataParameters
 from .stability import ALLOWED_PART, DEFAULT_PART, largest_frequency, step_limit
 from .ticks import measure_medium
 
-# No automaton may cross this part of its diameter in one internal step.
+# Largest displacement of an automaton in an internal step, as a fraction of its diameter.
 _LARGEST_MOVE = 0.1
-# Linked automata that come nearer than this part of a diameter are reported.
+# Distance of linked automata, in diameters, below which there is a caution.
 _NEAREST = 0.9
-# Bytes of an automaton: its state, a copy of it, the fields, the packing and what its making takes at a time; its histories.
+# Bytes per automaton: state, its copy, fields, packing and temporary arrays of the build; and the histories.
 _BYTES, _HISTORY_BYTES = 1100, 1400
 
 
@@ -55,7 +55,7 @@ class Automata(Component):
 
     @classmethod
     def memory_needed(cls, parameters: AutomataParameters) -> int:
-        """Return the bytes of the automata that the rectangle around the shape holds."""
+        """Return the memory for the automata that fit into the rectangle around the shape, in bytes."""
         left, right, low, high = parameters.shape.bounds
         cells = (right - left) * (high - low) / (parameters.diameter**2 * LATTICES[parameters.packing].volume)
         return int(min(cells, 1e15)) * (_BYTES + _HISTORY_BYTES * parameters.has_bonds)
@@ -72,7 +72,7 @@ class Automata(Component):
         self.step_size = self._fitting_step_size()
         self._pairs = self.packing.pairs()
         self.steps = self._make_steps()
-        # Those of this specimen's criterion.
+        # Events depend on the breaking criterion of this specimen.
         self._declare_events(self.steps.event_kinds, self.steps.event_details)
         n = self.count
         self._lay_out(
@@ -87,7 +87,7 @@ class Automata(Component):
         return f"got lists of different lengths, {lengths}" if len(set(lengths.values())) > 1 else ""
 
     def _make_body(self) -> None:
-        """Make the automata of their materials."""
+        """Build the automata and their materials."""
         p, solids = self.parameters, chosen_materials(self.parameters)
         self.materials: list[Material] = solids
         self.automaton_material = material_numbers(p, self.packing)
@@ -98,7 +98,7 @@ class Automata(Component):
         self.body: Body = make_body(self.packing, density[numbers], constants[numbers], p.thickness)
 
     def _compute_frequency(self) -> float:
-        # Kernels that the steps of this specimen take too: none is compiled for this alone.
+        # The steps of this specimen use the same kernels, so that none is compiled for the frequency alone.
         update = partial(linked.update_forces, self.body)
         if self._medium is not None:
             medium, contacts = self._medium, no_contacts()
@@ -107,7 +107,7 @@ class Automata(Component):
 
     @property
     def largest_frequency(self) -> float:
-        """Return the largest frequency of small motions [rad/s]."""
+        """Return the highest frequency of small motions [rad/s]."""
         return self._largest_frequency
 
     def _make_steps(self) -> LinkedSpecimen:
@@ -226,21 +226,21 @@ class Automata(Component):
     # -- reading ----------------------------------------------------------------------------------------------------
 
     def _reaction(self, edge: str) -> FloatArray:
-        """Return minus the forces on the automata of an edge, where it prescribes their motion, shape (2,) [N]."""
+        """Return minus the forces on the automata of an edge, along prescribed components, shape (2,) [N]."""
         automata, own = self.conditions.held_edges[edge]
         return 0.0 - np.where(own, self.steps.forces()[automata], 0.0).sum(axis=0)
 
     def _stored(self) -> dict[str, float]:
-        """Return the energies of links and contacts [J]: forces are those of the middles of the internal steps."""
+        """Return the energies of links and contacts [J]; forces belong to the middle of internal steps."""
         half = 0.5 * self.step_size
         mean, found = self.steps.mean_energy(half), self.steps.stored(half)
         return {**found, "leapfrog_energy": ordered_sum(*found.values()) - mean}
 
     def balances(self) -> tuple[Balance, ...]:
-        """Return energy, momentum, angular momentum about the origin (but of a periodic specimen) and mass, since the reset.
+        """Return balances since the reset: energy, momentum, mass and, unless periodic, angular momentum about the origin.
 
-        `leapfrog_energy` is -h^2/8 times v K v, K the stiffness of links and contacts: with it, the energy that the scheme
-        conserves to rounding where strains are small.
+        `leapfrog_energy` is -h^2/8 times v K v, where K is the stiffness of links and contacts. With it, the scheme conserves
+        the energy to rounding if strains are small.
         """
         sums, start, (load, grip) = self.steps.momenta(), self._block["start"].copy(), self._block["tallies"].copy()
         stored = {
@@ -265,12 +265,12 @@ class Automata(Component):
         return (*found, Balance("mass", "kg", {"mass": mass}, initial=mass))
 
     def report(self) -> dict[str, float]:
-        """Return the step over the largest stable one, the strains of links, and the part of the links that is broken."""
+        """Return the step over the largest stable one, the strains of links, and the fraction of broken links."""
         part = 0.5 * self.largest_frequency * self.step_size
         return {"step over the largest stable one, at rest": part, **self.steps.report()}
 
     def cautions(self) -> list[str]:
-        """Return a sentence where automata that are linked are much nearer than a diameter."""
+        """Return a caution if linked automata are much closer than a diameter."""
         first, second, slots = self._pairs[self.steps.linked() == 1.0].T
         u, p = self._block["displacement"], self.parameters
         length = norms(p.diameter * self.packing.lattice.directions[slots] + u[second] - u[first]) / p.diameter
@@ -285,7 +285,7 @@ class Automata(Component):
         ]
 
     def nearest_kind(self, ratio: str, index: int) -> str:
-        """Return the kind of event that a link is nearest to."""
+        """Return the kind of event that a link is closest to."""
         return self.steps.nearest_cause(index) if isinstance(self.steps, CrackingSpecimen) else ""
 
     def has_limit(self, ratio: str, index: int) -> bool:
@@ -293,20 +293,20 @@ class Automata(Component):
         return not isinstance(self.steps, CrackingSpecimen) or self.steps.can_break(index)
 
     def conclusions(self) -> list[str]:
-        """Return how many links broke and the first of them, or how near the nearest is; and the pieces that there are."""
+        """Return the number of broken links and the first of them, or the link closest to breaking; and the pieces."""
         if not isinstance(self.steps, CrackingSpecimen) or not self.parameters.breakable:
             return []
         said = [self.describe_links(self.packing.reference, self.step_size)]
         return said + ([describe_pieces(self.steps.held_pairs(), self.mass)] if len(self.steps.breaks()) else [])
 
     def describe_links(self, reference: FloatArray, step_size: float, micro_steps: int = 1) -> str:
-        """Return what has become of links that can break, of automata at these places; see `conclusions.describe_links`."""
+        """Return the state of breakable links, with automata at these positions; see `conclusions.describe_links`."""
         assert isinstance(self.steps, CrackingSpecimen)
         points = dataclasses.replace(self._points(), reference=reference)
         return describe_links(self.steps, points, self._pairs[:, :2], step_size, micro_steps)
 
     def drawables(self) -> tuple[Drawable, ...]:
-        """Return the automata, turned and coloured by damage (or speed where nothing breaks), and their links."""
+        """Return the automata, rotated and coloured by damage (by speed if nothing can break), and their links."""
         return self._points(), Links("links", "automata", np.ascontiguousarray(self._pairs[:, :2]), "linked")
 
     def _points(self) -> Points:

@@ -11,14 +11,14 @@ from .materials import IntArray
 
 
 def describe_links(steps: CrackingSpecimen, points: Points, pairs: IntArray, step_size: float, micro_steps: int = 1) -> str:
-    """Return how many links broke and which was the first; where none did, how near the nearest is now.
+    """Return the number of broken links and the first of them, or the link that is closest to breaking.
 
     Args:
-        steps: of the specimen, whose links can break.
-        points: the automata, where they are drawn.
+        steps: of a specimen whose links can break.
+        points: the automata as they are drawn.
         pairs: of all links, shape (links, 2).
-        step_size: of the component that events are those of [s].
-        micro_steps: of the automata in one of these.
+        step_size: internal step of the component that has the events [s].
+        micro_steps: steps of the automata per internal step.
     """
     breaks, count = steps.breaks(), len(pairs)
     if not len(breaks):
@@ -41,23 +41,23 @@ def describe_links(steps: CrackingSpecimen, points: Points, pairs: IntArray, ste
 
 
 def describe_pieces(held: IntArray, mass: FloatArray) -> str:
-    """Return in how many pieces a body is, and what part of its mass the largest has.
+    """Return the number of pieces of a body, and the mass fraction of the largest piece.
 
     Args:
-        held: bodies that hold together, by pairs, shape (m, 2).
-        mass: of each of the bodies, shape (n,) [kg].
+        held: connected bodies, by pairs, shape (m, 2).
+        mass: of each body, shape (n,) [kg].
     """
     from scipy.sparse import coo_array
     from scipy.sparse.csgraph import connected_components
 
     joins = coo_array((np.ones(len(held), np.int8), (held[:, 0], held[:, 1])), shape=(len(mass), len(mass)))
     pieces, piece = connected_components(joins, directed=False)
-    # Rounded down: of several pieces none has all.
+    # Rounded down, so that one of several pieces never has 100 %.
     largest = np.floor(1e4 * np.bincount(piece, mass).max() / mass.sum()) / 100.0
     return "1 piece" if pieces == 1 else f"{pieces} pieces; the largest has {largest:g} % of the mass"
 
 
 def _place_words(points: Points, pair: IntArray) -> str:
-    """Return which automata a link joins, and where its middle was before anything moved."""
+    """Return the automata that a link joins, and the initial position of its middle."""
     middle = points.reference[pair[0]] + 0.5 * points.ways(pair[None])[0]
     return f"{points.name} {pair[0]} and {pair[1]} at ({', '.join(f'{one:.4g}' for one in middle)}) m"

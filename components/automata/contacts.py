@@ -1,26 +1,25 @@
-"""Pairs that are not linked: they press, rub, and do not pull; and how they are found.
+"""Contacts: forces between unlinked pairs, which repel and rub but do not attract, and the search for contacts.
 
-    N = k_n (R - r) where r < R, 0 otherwise,        k_n = S' (2 G + c lambda) / D
+    N = k_n (R - r) if r < R, 0 otherwise,           k_n = S' (2 G + c lambda) / D
     T = k_t xi, at most mu N,                        k_t = S' 2 G / D
     U = (1/2) k_n (R - r)^2 + (1/2) k_t xi^2
 
-R is the distance at rest: the diameter D, or less where two automata were nearer than that when their contact began; it then
-grows with r up to D, so that no contact begins with an energy that nothing gave. xi is what the contact has slid since it
-closed, less the part that friction has released; friction dissipates the energy of that part. S' is the face of a whole cell,
-less for parts of cells, c the share of one pair in the volume: a contact is as stiff as the link was. While a link is released,
-its contact takes over, with 1 - w of these.
+R is the rest distance: the diameter D, or less for automata already closer when their contact began. It grows with r up to D,
+so that no contact begins with spurious energy. xi is the slip since the contact closed, minus the part that friction has
+released; friction dissipates the energy of that part. S' is the face of a whole cell (less for parts of cells), c the share of
+one pair in the volume: a contact is as stiff as the link was. While a link is released, its contact acts with the weight 1 - w.
 
-A dashpot may act in addition to the spring: N_d = -c dr/dt, c = 2 zeta sqrt(k_n m), 1/m = 1/m_i + 1/m_j, at least -N, so that
-both together do not pull. Its force belongs to the velocities before a kick; what it takes is counted with the mean of those
-before and after it, which is exact.
+A dashpot may act in addition to the spring: N_d = -c dr/dt, c = 2 zeta sqrt(k_n m), 1/m = 1/m_i + 1/m_j. It is at least -N,
+so that the sum is never attractive. Its force follows from the velocities before a kick; its dissipation is computed from the
+mean of the velocities before and after the kick, which is exact.
 
-All that a contact takes is counted as the work that the kicks before and after a drift do on it, half of each, less the change
-of its energy. In the drift in which a pair closes, of the way c, that is k_n o (c - o) / 2 too much, with o the overlap after
-it; in the drift in which it opens as much is given back. Without a dashpot both are alike in the mean; with one the pair comes
-apart more slowly than it met, and what is not given back belongs to what the dashpot takes.
+The dissipation of a contact is the work of the adjacent half kicks over a drift minus the change of its energy. In a drift of
+length c in which a pair closes, this is too large by k_n o (c - o) / 2, with o the overlap afterwards; a drift in which it
+opens gives as much back. Without a dashpot both cancel on average. With a dashpot the pair separates more slowly than it met,
+and the remainder counts as dissipation of the dashpot.
 
-Pairs that may touch are found in the order of their automata. Automata inside a whole piece are left out while its
-strains are small: they touch nothing but their neighbours.
+The search visits pairs in the order of their automata. It omits automata inside a whole piece while its strains are small,
+because they touch only their neighbours.
 """
 
 from __future__ import annotations
@@ -36,24 +35,24 @@ from .lattice import FORCE_X, FORCE_Y, MASS, SPIN, TORQUE, VX, VY, X, Y
 
 # Columns of `Contacts.pairs`.
 FIRST, SECOND, SLOT, START = 0, 1, 2, 3
-# How much farther than contact pairs are looked for, in diameters; the list then holds until somebody has moved half of that.
+# Search distance beyond contact, in diameters; the list remains valid until an automaton has moved half of this.
 SKIN = 0.3
-# No contacts are looked for farther out than this, in distances within which they are.
+# Positions beyond this multiple of the search distance are refused.
 _FARTHEST = 2.0**30
 
 
 class Ground(NamedTuple):
-    """Places of automata in whole numbers: differences of places are exact, and those of mirrored pairs mirrored.
+    """Positions of automata in whole numbers: differences are exact, and mirrored pairs have mirrored differences.
 
     Attributes:
-        places: whole numbers of `unit`, shape (n, 2), int32.
+        places: in multiples of `unit`, shape (n, 2), int32.
         unit: along x and y [m].
-        period: after which length a specimen begins again along x and y, 0 where it does not [m].
-        normal: stiffness k_n between whole automata of the material of each, shape (n,) [N/m].
-        tangential: stiffness k_t between these, likewise [N/m].
-        part: of a whole cell, of each automaton, shape (n,).
+        period: length of a periodic specimen along x and y, 0 if not periodic [m].
+        normal: stiffness k_n between whole automata of the material of each automaton, shape (n,) [N/m].
+        tangential: stiffness k_t between the same, shape (n,) [N/m].
+        part: fraction of a whole cell that each automaton has, shape (n,).
         friction: coefficient mu.
-        damping: zeta, in parts of critical damping.
+        damping: zeta, as a fraction of critical damping.
     """
 
     places: npt.NDArray[np.int32]
@@ -67,15 +66,15 @@ class Ground(NamedTuple):
 
 
 class Contacts(NamedTuple):
-    """Pairs that may touch, in the order of their automata when they were found.
+    """Pairs that may touch, ordered by automata at the time of the search.
 
     Attributes:
-        pairs: first automaton, second one, slot of the first where they were linked once (or -1), internal step t in which the
-            link broke, or -1 - t where it was made again; shape (m, 4), int64.
-        slid: xi of each, shape (m,) [m].
-        rest: distance R of each, 0 for one that was just found: `add_contacts` then writes it, shape (m,) [m].
-        dashpot: force of the dashpot on the first automaton, for the kick that follows, shape (m, 2) [N]; scratch.
-        used: how many contacts there are; the lists may have more room.
+        pairs: first automaton, second one, slot of the first if they were once linked (or -1), internal step t in which the
+            link broke, or -1 - t if it was formed again; shape (m, 4), int64.
+        slid: slip xi of each pair, shape (m,) [m].
+        rest: rest distance R of each pair, 0 for a new pair until `add_contacts` writes it, shape (m,) [m].
+        dashpot: force of the dashpot on the first automaton, for the next kick, shape (m, 2) [N]; scratch.
+        used: number of contacts; the lists may be longer.
     """
 
     pairs: npt.NDArray[np.int64]
@@ -86,15 +85,15 @@ class Contacts(NamedTuple):
 
 
 def no_contacts() -> Contacts:
-    """Return lists without contacts."""
+    """Return empty lists of contacts."""
     return Contacts(np.zeros((0, 4), np.int64), np.zeros(0), np.zeros(0), np.zeros((0, 2)), 0)
 
 
 @internal_inlined
 def link_at(layout, pairs, row):
-    """Return the direction of the link of a contact, and the place where it begins.
+    """Return the direction of the link of a contact, and the place where the link begins.
 
-    In a closed specimen a link may begin at a ghost too; this is the place where it begins at an automaton.
+    In a periodic specimen a link may begin both at an automaton and at its ghost; this is the place of the automaton.
     """
     directions, slot = layout.offset.size, pairs[row, SLOT]
     if slot < directions:
@@ -104,7 +103,7 @@ def link_at(layout, pairs, row):
 
 @internal
 def put(field, layout, pairs, row, value):
-    """Write a value of the link of a contact, of a closed specimen also where its ghost begins."""
+    """Write a value of the link of a contact, in a periodic specimen also at the ghost where it begins."""
     q, p = link_at(layout, pairs, row)
     field[q, p] = value
     end = layout.place[pairs[row, SECOND if pairs[row, SLOT] < layout.offset.size else FIRST]]
@@ -113,7 +112,7 @@ def put(field, layout, pairs, row, value):
 
 @internal_inlined
 def weight_of(layout, weight, pairs, row):
-    """Return the weight of the link of a contact, 0 where there never was one; `weight` is that of `links.Histories`."""
+    """Return the weight of the link of a contact, 0 for a pair that was never linked; `weight` is that of `links.Histories`."""
     if pairs[row, SLOT] < 0:
         return 0.0
     q, p = link_at(layout, pairs, row)
@@ -122,7 +121,7 @@ def weight_of(layout, weight, pairs, row):
 
 @internal_inlined
 def separation(ground, place, motion, i, j):
-    """Return the way from one automaton to another, x and y, and its length [m]."""
+    """Return the vector from one automaton to another, x and y, and its length [m]."""
     p, q = place[i], place[j]
     x = ground.unit[0] * (ground.places[j, 0] - ground.places[i, 0]) + (motion[X, q] - motion[X, p])
     y = ground.unit[1] * (ground.places[j, 1] - ground.places[i, 1]) + (motion[Y, q] - motion[Y, p])
@@ -135,7 +134,7 @@ def separation(ground, place, motion, i, j):
 
 @internal_inlined
 def stiffnesses(ground, i, j):
-    """Return the stiffness of a contact along and across its line of centres, of two halves in series [N/m]."""
+    """Return the stiffness of a contact along and across its line of centres, as two halves in series [N/m]."""
     part = min(ground.part[i], ground.part[j])
     return part * _in_series(ground.normal, i, j), part * _in_series(ground.tangential, i, j)
 
@@ -149,14 +148,14 @@ def _in_series(stiffness, i, j):
 
 @internal_inlined
 def _earlier_weight(release, start, weight):
-    """Return the part of a contact that acts before the present kick, where its link may have the mean weight of this step."""
+    """Return the weight of a contact before the present kick; its link may have the mean weight of this step."""
     if 0.0 < weight < 1.0:
         return weight - 0.5 / release if start >= 0 else weight + 0.5 / release
     return weight
 
 
 class Approach(NamedTuple):
-    """The motion of the second automaton of a pair relative to the first, and half of the sum of both spins."""
+    """Velocity of the second automaton of a pair relative to the first, and half of the sum of both spins."""
 
     vx: float
     vy: float
@@ -172,15 +171,15 @@ def approach(place, motion, i, j):
 
 @internal_inlined
 def sliding_speed(relative, nx, ny, r):
-    """Return how fast the second automaton slides over the first, across the line of centres [m/s]."""
+    """Return the sliding speed of the second automaton over the first, across the line of centres [m/s]."""
     return (relative.vy * nx - relative.vx * ny) - r * relative.spin
 
 
 @internal_inlined
 def _way_slid(relative, x, y, r, time):
-    """Return how far the second automaton has slid over the first in a straight drift of `time` [s] to where they are [m].
+    """Return the slip of the second automaton over the first in a straight drift of `time` [s] to the present position [m].
 
-    With the mean of the directions before and after it: the kicks there work along both, and sums close at second order.
+    It is the mean along the directions before and after the drift, because the kicks work along both. Sums are second order.
     """
     old_x, old_y = x - time * relative.vx, y - time * relative.vy
     old_r = np.sqrt(old_x * old_x + old_y * old_y)
@@ -190,14 +189,14 @@ def _way_slid(relative, x, y, r, time):
 
 @internal_inlined
 def _kink_work(relative, x, y, r, before, after, time):
-    """Return what kicks of a unit spring do beyond its change of energy, in a drift in which a pair closes or opens [m^2].
+    """Return the work of kicks of a unit spring minus its energy change, in a drift in which a pair closes or opens [m^2].
 
     Args:
         relative: the `Approach` in the drift.
-        x: way from the first automaton to the second after the drift, x [m].
-        y: the same, y [m].
+        x: component of the vector from the first automaton to the second after the drift [m].
+        y: second component [m].
         r: its length [m].
-        before: distance at rest before the drift [m].
+        before: rest distance before the drift [m].
         after: overlap after it [m].
         time: of the drift [s].
     """
@@ -213,7 +212,7 @@ def _kink_work(relative, x, y, r, before, after, time):
 
 @internal
 def contact_energy(medium, motion, contacts, row, later):
-    """Return the energy of a contact; `later` is the time for which it has slid since `slid` was noted [s]."""
+    """Return the energy of a contact; `later` is the time of slip since `slid` was recorded [s]."""
     layout, i, j = medium.body.layout, contacts.pairs[row, FIRST], contacts.pairs[row, SECOND]
     x, y, r = separation(medium.ground, layout.place, motion, i, j)
     overlap = contacts.rest[row] - r
@@ -223,24 +222,24 @@ def contact_energy(medium, motion, contacts, row, later):
     if later > 0.0:
         slid += later * sliding_speed(approach(layout.place, motion, i, j), x / r, y / r, r)
     normal, tangential = stiffnesses(medium.ground, i, j)
-    # The contact acts with the part of its link that is released.
+    # The contact acts with the released fraction of its link.
     weight = 1.0 - weight_of(layout, medium.histories.weight, contacts.pairs, row)
     return 0.5 * weight * (normal * overlap * overlap + tangential * slid * slid)
 
 
 @internal
 def add_contacts(medium, motion, contacts, time, cells):
-    """Add the forces of contacts, in their order, and let them slide; each pair pushes both automata with the same bits.
+    """Add the forces of contacts in order, and update their slip; forces on the two automata are bitwise opposite.
 
     Args:
         medium: a `links.Medium`.
-        motion: a `lattice.Motion`; its velocities are those since the forces were computed last.
+        motion: a `lattice.Motion`, with the velocities since the last force evaluation.
         contacts: `Contacts`, updated in place.
-        time: since the forces were computed last [s]; 0 for readings.
+        time: since the last force evaluation [s]; 0 for readings.
         cells: of a `lattice.Scratch`; forces and torques are updated.
 
     Returns:
-        The energies that friction took, and dashpots beyond `dashpot_power` [J].
+        The energies dissipated by friction, and by dashpots in addition to `dashpot_power` [J].
     """
     rubbed, damped, ground, layout = 0.0, 0.0, medium.ground, medium.body.layout
     for row in range(contacts.used):
@@ -263,10 +262,10 @@ def add_contacts(medium, motion, contacts, time, cells):
         if before == 0.0 and not overlap > 0.0:
             continue
         slid = before + _way_slid(relative, x, y, r, time)
-        # Nothing is kept where the pair has come apart.
+        # No slip is kept by a pair that has separated.
         most = ground.friction * normal * max(overlap, 0.0) / tangential
         kept = min(max(slid, -most), most)
-        # The kicks before and after give the mean of both forces times the way: the released part costs that mean.
+        # The kicks before and after have the mean of both forces: this mean times the released slip is dissipated.
         earlier = _earlier_weight(medium.law.release, contacts.pairs[row, START], weight)
         rubbed += 0.5 * earlier * tangential * (before + kept) * (slid - kept)
         contacts.slid[row] = kept
@@ -293,7 +292,7 @@ def add_contacts(medium, motion, contacts, time, cells):
 
 @internal
 def dashpot_power(place, contacts, motion):
-    """Return what the dashpots take at these velocities, with the forces that they have [W]; `place` is of a `Layout`."""
+    """Return the dissipation of the dashpots at these velocities, with their current forces [W]; `place` is of a `Layout`."""
     power = 0.0
     for row in range(contacts.used):
         relative = approach(place, motion, contacts.pairs[row, FIRST], contacts.pairs[row, SECOND])
@@ -308,13 +307,13 @@ def dashpot_power(place, contacts, motion):
 def find_pairs(
     positions: FloatArray, exposed: npt.NDArray[np.int64], reach: float, period: tuple[float, float]
 ) -> npt.NDArray[np.int64]:
-    """Return the pairs of these automata that are closer than `reach`, first < second, in order, shape (m, 2).
+    """Return the pairs of these automata that are closer than `reach`, first < second, sorted, shape (m, 2).
 
     Args:
-        positions: of all automata, shape (n, 2) [m]; finite, and no farther than 2^30 `reach` from the origin.
-        exposed: automata to look at, in increasing order, shape (k,).
+        positions: of all automata, shape (n, 2) [m]; finite, and at most 2^30 `reach` from the origin.
+        exposed: automata to include, in increasing order, shape (k,).
         reach: [m].
-        period: after which length space begins again along x and y, 0 where it does not [m].
+        period: of a periodic specimen along x and y, 0 if not periodic [m].
     """
     from scipy.spatial import cKDTree  # type: ignore[attr-defined]
 
@@ -323,7 +322,7 @@ def find_pairs(
     points, lengths = positions[exposed], np.array(period)
     closed = lengths > 0.0
     points[:, closed] %= lengths[closed]
-    # A place a rounding error below 0 has become a whole length.
+    # The modulo of a position a rounding error below 0 can be the whole period.
     points[:, closed] *= points[:, closed] < lengths[closed]
     pairs = cKDTree(points, boxsize=lengths).query_pairs(reach, output_type="ndarray")
     found = exposed[np.sort(pairs.astype(np.int64), axis=1)]
@@ -331,7 +330,7 @@ def find_pairs(
 
 
 def can_be_found(positions: FloatArray, reach: float) -> bool:
-    """Return whether all positions are numbers, and not absurdly far out."""
+    """Return whether all positions are finite and not absurdly far out."""
     return bool((np.abs(positions) < _FARTHEST * reach).all())
 
 
@@ -341,12 +340,12 @@ def merge(
     found: npt.NDArray[np.int64],
     count: int,
 ) -> tuple[npt.NDArray[np.int64], FloatArray, FloatArray]:
-    """Return the contacts of now: the pairs that were found, and those whose link is being released, with what they know.
+    """Return the present contacts: pairs found, and pairs whose link is being released, with their histories.
 
     Args:
         old: pairs, slid and rest, see `Contacts`, shapes (m, 4), (m,) and (m,).
-        kept: which of the old ones are being released, shape (m,).
-        found: pairs of now, see `Contacts`, in order, shape (k, 4).
+        kept: mask of old pairs that are being released, shape (m,).
+        found: present pairs, see `Contacts`, sorted, shape (k, 4).
         count: number of automata.
     """
     old_pairs, old_slid, old_rest = old

@@ -1,4 +1,4 @@
-"""The steps and readings of a specimen whose links yield and break, and whose pieces touch."""
+"""Steps and readings of a specimen whose links yield and break, and whose pieces touch."""
 
 from __future__ import annotations
 
@@ -37,12 +37,12 @@ from .welding import linking_pressures, raise_weights
 
 # Status of `advance` in addition to that of an automaton that is too fast.
 TOO_FAR = 2
-# Distance that the fastest automaton may move before contacts are found again, in diameters.
+# Distance that the fastest automaton may move before the next search for contacts, in diameters.
 _MOST_TRAVEL = 0.5 * SKIN
-# The search includes automata inside a body with a link that is strained by more. Below that, second neighbours are at least
-# 2 (1 - 0.05) sin(45 degrees - 0.05) = 1.28 diameters apart, and the next search follows before they have met.
+# The search includes automata inside a body that have a link with a larger strain. Below it, second neighbours are at least
+# 2 (1 - 0.05) sin(45 degrees - 0.05) = 1.28 diameters apart, and the next search comes before they can touch.
 _STRAINED = 0.05
-# Parts of the state of each link that flows, and of one that may be made again.
+# State variables of each link that yields, and of each link that may be formed again.
 _FLOWING = "plastic_eps", "plastic_gamma", "stiffness", "inelastic"
 _WELDED = "origin_eps", "origin_gamma"
 # Entries of `losses` in the state, in order.
@@ -50,7 +50,7 @@ _LOSSES = "fracture_energy", "friction_energy", "inelastic_energy", "damping_ene
 
 
 def intact_medium(packing: Packing, body: Body, parameters: AutomataParameters, numbers: IntArray) -> Medium:
-    """Return the medium of a specimen all of whose links hold; `numbers` are those of the material of each automaton."""
+    """Return the medium of a specimen with all links intact; `numbers` are the material numbers of the automata."""
     p, layout = parameters, body.layout
     directions = len(layout.offset)
     histories = Histories(*(np.zeros(body.links.shape[1:]) for _ in Histories._fields))
@@ -76,7 +76,7 @@ class CrackingSpecimen(LinkedSpecimen):
     has_histories = True
 
     def prepare(self, parameters: AutomataParameters, medium: Medium) -> None:
-        """Take the parameters and the intact medium."""
+        """Set the parameters and the intact medium."""
         p, n, field = parameters, self.count, ("f8", self.body.links.shape[1:])
         self._parameters, self.medium, criterion = p, medium, p.leading_criterion
         _refuse_double_links(self.packing)
@@ -100,9 +100,9 @@ class CrackingSpecimen(LinkedSpecimen):
         self._surface = (self.packing.face == 0.0).any(axis=1)
 
     def _refuse_damping(self, parameters: AutomataParameters) -> None:
-        """Refuse dashpots that are not stable with this step."""
+        """Refuse dashpots that are unstable with this step."""
         given = parameters.contact_damping
-        # Of several materials the stiffest contact with the lightest whole automaton: on the safe side.
+        # For several materials, use the stiffest contact and the lightest whole automaton: a safe estimate.
         whole = min(solid.density for solid in chosen_materials(parameters)) * float(self.body.cells[VOLUME, self.place].max())
         stiffest = float(self.medium.ground.normal.max())
         limit = max(ALLOWED_PART * damping_limit(self.packing.lattice.slots, stiffest, whole, self.step_size), 0.0)
@@ -111,7 +111,7 @@ class CrackingSpecimen(LinkedSpecimen):
             raise ParameterError(f"got {given:g}", expected=expected, hint="use a smaller step_size", at="contact_damping")
 
     def bind(self, block: Block) -> None:
-        """Take the state."""
+        """Attach the state."""
         super().bind(block)
         histories = self.medium.histories._replace(**{name: block[name] for name in self._histories})
         self.medium = self.medium._replace(histories=histories)
@@ -119,14 +119,14 @@ class CrackingSpecimen(LinkedSpecimen):
         self.specimen = Specimen(self.medium, self.motion, self.scratch, self.losses)
 
     def start(self) -> None:
-        """Link all pairs, and have contacts found before the first step."""
+        """Link all pairs, and request a search for contacts before the first step."""
         self.medium.histories.weight[:] = self.body.links[FACE] > 0.0
         self.losses[TRAVEL] = NEVER_FOUND
 
     # -- steps ------------------------------------------------------------------------------------------------------
 
     def advance(self, tick: int, ticks: int) -> int:
-        """Advance the fields from a tick with the loads and velocities that the conditions have now; return a status."""
+        """Advance the fields from a tick with the current loads and velocities of the conditions; return a status."""
         last, judged = tick + ticks, False
         while tick < last:
             pace = Pace(self.step_size, self.speed_limit, self.most_travel)
@@ -142,11 +142,11 @@ class CrackingSpecimen(LinkedSpecimen):
 
     @property
     def most_travel(self) -> float:
-        """Return how far the fastest automaton may move before contacts are found again [m]."""
+        """Return the distance that the fastest automaton may move before the next search for contacts [m]."""
         return _MOST_TRAVEL * self.packing.diameter
 
     def change_links(self, tick: int) -> None:
-        """Break the links whose criterion is met, and make links again whose time it is, in the step of that number."""
+        """Break links that meet their criterion in the step `tick`, and form links again that are due."""
         self._break_links(tick)
         if self.medium.law.linking_ticks:
             if tick % self.medium.law.linking_ticks == 0:
@@ -155,7 +155,7 @@ class CrackingSpecimen(LinkedSpecimen):
                 self._measure_links()
 
     def _break_links(self, tick: int) -> None:
-        """Make each link whose criterion is met a contact and an event, in the order of automata and directions."""
+        """Turn each link that meets its criterion into a contact and an event, ordered by automata and directions."""
         value, limit, cause = self._judge_links()
         failing = np.flatnonzero((self.linked() == 1.0) & (value >= limit))
         if not len(failing):
@@ -169,7 +169,7 @@ class CrackingSpecimen(LinkedSpecimen):
         contacts.slid[known : contacts.used] = 0.0
         rest_distances(self.medium, self.motion, self.scratch, contacts, known)
         self._set_count(contacts.used)
-        # The mean weight of the first step of its release.
+        # Mean weight in the first step of the release.
         weight = 0.5 * (1.0 + max(0.0, 1.0 - 1 / self.medium.law.release))
         self.medium.histories.weight[q, self.place[first]] = weight
         self.medium.histories.weight[q, self.place[second] - self.body.layout.offset[q]] = weight
@@ -177,11 +177,11 @@ class CrackingSpecimen(LinkedSpecimen):
         self._measure_links()
 
     def _measure_links(self) -> None:
-        """Write strains, stresses and the forces of links."""
+        """Write the strains, stresses and forces of links."""
         measure_medium(self.medium, self.motion, self.scratch, self.contacts()._replace(used=0))
 
     def _add_events(self, tick: int, *columns: npt.ArrayLike) -> None:
-        """Add events: number of the kind, link, value and limit of each."""
+        """Append events: kind number, link, value and limit of each."""
         rows = np.column_stack(np.broadcast_arrays(tick + 1, *columns))
         known = self._block.count("events")
         self._block.room("events", len(rows))[known : known + len(rows)] = rows
@@ -198,7 +198,7 @@ class CrackingSpecimen(LinkedSpecimen):
             self._add_events(tick, kind, links, pressure[rows], least)
 
     def find_contacts(self) -> int:
-        """Find again which pairs may touch; a status where automata are too far out or too fast."""
+        """Search again for pairs that may touch; return a status if automata are too far out or too fast."""
         reach, motion, place = (1.0 + SKIN) * self.packing.diameter, self.motion, self.place
         positions = self.packing.reference + motion[X : Y + 1, place].T
         fastest = norms(motion[VX : VY + 1, place].T).max()
@@ -222,35 +222,35 @@ class CrackingSpecimen(LinkedSpecimen):
         return 0
 
     def _links_of(self, contacts: IntArray) -> tuple[IntArray, IntArray]:
-        """Return the directions of the links of contacts, and where they begin, both of shape (k,)."""
+        """Return the directions of the links of contacts, and the places where they begin, both of shape (k,)."""
         directions, slot = len(self.body.normal), contacts[:, SLOT]
         return slot % directions, self.place[np.where(slot < directions, contacts[:, FIRST], contacts[:, SECOND])]
 
     def _weights_of(self, contacts: IntArray) -> FloatArray:
-        """Return the weights of the links of contacts, 0 of those that never were linked; shape (k,)."""
+        """Return the weights of the links of contacts, 0 for pairs that were never linked, shape (k,)."""
         return np.where(contacts[:, SLOT] >= 0, self.medium.histories.weight[self._links_of(contacts)], 0.0)
 
     def exposed(self) -> IntArray:
-        """Return the automata that have a free face or a broken link, shape (k,)."""
+        """Return the automata with a free face or a broken link, shape (k,)."""
         broken = self._pairs[self.linked() < 1.0, :2]
         return np.union1d(np.flatnonzero(self._surface), broken.reshape(-1))
 
     def _strained(self) -> IntArray:
-        """Return the automata that have a strained link, shape (k,)."""
+        """Return the automata with a strained link, shape (k,)."""
         forces = self.scratch.cells[: TORQUE + 1].copy()
         self._measure_links()
-        # A coupled body kicks with the forces of the last step after this.
+        # A coupled body still needs the forces of the last step for its next kick.
         self.scratch.cells[: TORQUE + 1] = forces
         eps, gamma = self.scratch.links[EPS : GAMMA + 1, *self._at]
         strained = ~((np.abs(eps) <= _STRAINED) & (np.abs(gamma) <= _STRAINED))
         return np.unique(self._pairs[strained, :2])
 
     def contact_stiffness(self) -> FloatArray:
-        """Return the stiffness of a contact of each automaton along the line of centres, shape (n,) [N/m]."""
+        """Return the contact stiffness of each automaton along the line of centres, shape (n,) [N/m]."""
         return self.medium.ground.part * self.medium.ground.normal
 
     def contacts(self, more: int = 0) -> Contacts:
-        """Return the lists of contacts, with room for more of them."""
+        """Return the lists of contacts, with room for `more` of them."""
         pairs, slid, rest = (self._block.room(name, more) for name in ("contacts", "slid", "rest"))
         if len(self._dashpot) < len(pairs):
             self._dashpot = np.zeros((len(pairs), 2))
@@ -263,10 +263,10 @@ class CrackingSpecimen(LinkedSpecimen):
     # -- readings ---------------------------------------------------------------------------------------------------
 
     def update_forces(self, *, begin: bool = False) -> None:
-        """Write strains, stresses, and the forces of links and contacts of the present fields.
+        """Write strains, stresses, and the forces of links and contacts for the present fields.
 
-        Contacts find their rest where forces are added: this is part of the state at the `begin` of a coupled body, and done
-        with copies for readings.
+        The evaluation of forces sets the rest distances of new contacts. They are part of the state at the `begin` of a coupled
+        body; readings work on copies.
         """
         contacts = self.contacts()
         if not begin:
@@ -274,28 +274,28 @@ class CrackingSpecimen(LinkedSpecimen):
         measure_medium(self.medium, self.motion, self.scratch, contacts)
 
     def stress(self) -> FloatArray:
-        """Return the stresses that the links of the automata carry, shape (n, 3) [Pa]."""
+        """Return the stresses that the links carry, for each automaton, shape (n, 3) [Pa]."""
         self._measure()
         return np.ascontiguousarray(self.scratch.cells[STRESS_XX:, self.place].T)
 
     def linked(self) -> FloatArray:
-        """Return the weight of each link: 1 while it holds, 0 when it is released."""
+        """Return the weight of each link: 1 while it holds, 0 once it is released."""
         return self.medium.histories.weight[self._at]
 
     def broken_links(self) -> float:
-        """Return how many links are broken."""
+        """Return the number of broken links."""
         return float(np.count_nonzero(self.linked() < 1.0))
 
     def criterion_ratio(self) -> FloatArray:
-        """Return how near each link is to breaking: what decides over its limit, shape (links,)."""
+        """Return the ratio of the decisive quantity to its limit for each link, shape (links,)."""
         return self._ratios()[0]
 
     def nearest_cause(self, link: int) -> str:
-        """Return the kind of event that a link is nearest to."""
+        """Return the kind of event that a link is closest to."""
         return list(self.event_kinds)[self._ratios()[1][link]]
 
     def can_break(self, link: int) -> bool:
-        """Return whether one of the two laws of a link has a strength: that of what cannot break has no end."""
+        """Return whether a link can break: at least one of its two laws has a finite strength."""
         criterion = self.medium.law.criterion
         if not isinstance(criterion, Weaker):
             return True
@@ -304,7 +304,7 @@ class CrackingSpecimen(LinkedSpecimen):
         return any(np.isfinite(criterion.laws[row][0]) for row in rows.tolist())
 
     def _ratios(self) -> tuple[FloatArray, IntArray]:
-        """Return what decides on each link over its limit, and the number of the cause, both of shape (links,)."""
+        """Return, for each link, the decisive quantity over its limit, and the number of the cause, both of shape (links,)."""
         self._measure()
         value, limit, cause = self._judge_links()
         held = self.linked() == 1.0
@@ -312,22 +312,22 @@ class CrackingSpecimen(LinkedSpecimen):
         return ratio, np.where(held, cause, 0.0).astype(np.int64)
 
     def _judge_links(self) -> FloatArray:
-        """Return what decides on each link, its limit, and the number of the cause, for the scratch as it is, (3, links)."""
+        """Return the decisive quantity, its limit and the cause number of each link, for the present scratch, (3, links)."""
         found = np.zeros((3, *self.body.links.shape[1:]))
         measure_criteria(self.medium, self.scratch, found)
         return found[:, *self._at]
 
     def breaks(self) -> FloatArray:
-        """Return the events of links that broke: tick, number of the cause, link, value and limit, shape (m, 5)."""
+        """Return the events of broken links: tick, cause number, link, value and limit, shape (m, 5)."""
         events = self._block["events"]
         return events[events[:, 1] < len(self._parameters.leading_criterion.causes)]
 
     def held_pairs(self) -> IntArray:
-        """Return the automata that links hold together, shape (m, 2)."""
+        """Return the pairs of linked automata, shape (m, 2)."""
         return self._pairs[self.linked() == 1.0, :2]
 
     def damage(self) -> FloatArray:
-        """Return what part of the faces of each automaton is broken, shape (n,)."""
+        """Return the broken fraction of the faces of each automaton, shape (n,)."""
         return 1.0 - self._mean_of_links(self.linked())
 
     def inelastic(self) -> FloatArray:
@@ -335,7 +335,7 @@ class CrackingSpecimen(LinkedSpecimen):
         return self._mean_of_links(self.medium.histories.inelastic[self._at])
 
     def _mean_of_links(self, values: FloatArray) -> FloatArray:
-        """Return the means of values of links, shape (links,), over the links of each automaton by their shares, shape (n,)."""
+        """Return the means of link values, shape (links,), over the links of each automaton, weighted by shares, shape (n,)."""
         total, shares = np.zeros((2, self.count))
         for column, share in enumerate(self.body.links[FIRST_SHARE : SECOND_SHARE + 1, *self._at]):
             np.add.at(total, self._pairs[:, column], share * values)
@@ -343,12 +343,12 @@ class CrackingSpecimen(LinkedSpecimen):
         return total / shares
 
     def touching(self) -> float:
-        """Return how many contacts press."""
+        """Return the number of contacts under pressure."""
         self.load()
         return float(np.count_nonzero(self._overlaps() > 0.0))
 
     def _overlaps(self) -> FloatArray:
-        """Return how far the automata of contacts that act overlap, negative where they do not [m]."""
+        """Return the overlaps of active contacts, negative for separated automata [m]."""
         rows, ground = self._block["contacts"], self.medium.ground
         (i, j), places = rows[:, FIRST : SECOND + 1].T, self.motion[X : Y + 1, self.place].T
         way = np.array(ground.unit) * (ground.places[j] - ground.places[i]) + (places[j] - places[i])
@@ -357,14 +357,14 @@ class CrackingSpecimen(LinkedSpecimen):
         return (self._block["rest"] - norms(way))[self._weights_of(rows) < 1.0]
 
     def energies(self, since: float) -> dict[str, float]:
-        """Return the energies that the present fields store with the histories as they are [J]."""
-        # Contacts were let slide when the forces were computed.
+        """Return the energies stored in the present fields with the present histories [J]."""
+        # The slip of contacts was updated with the forces.
         self._measure_links()
         elastic, contact = stored_energies(self.medium, self.motion, self.scratch.links, self.contacts(), since)
         return {"elastic_energy": float(elastic), "contact_energy": float(contact)}
 
     def report(self) -> dict[str, float]:
-        """Return how far links are strained and have flowed, how much is broken, and how far contacts overlap."""
+        """Return the strains and inelastic strains of links, the fraction of broken links, and the largest overlap."""
         found = super().report()
         overlap = float(self._overlaps().max(initial=0.0))
         found |= {
@@ -381,12 +381,12 @@ class CrackingSpecimen(LinkedSpecimen):
         return float(np.abs(strains[:, held]).max(initial=0.0))
 
     def lost(self) -> dict[str, float]:
-        """Return the energies that were lost [J]."""
+        """Return the dissipated energies [J]."""
         return dict(zip(_LOSSES, self.losses[:TRAVEL].tolist(), strict=True))
 
 
 def _refuse_double_links(packing: Packing) -> None:
-    """Refuse a closed packing so narrow that two automata are neighbours twice."""
+    """Refuse a periodic packing so narrow that two automata are neighbours on two sides."""
     ends = np.sort(packing.pairs()[:, :2], axis=1)
     if len(np.unique(ends, axis=0)) < len(ends):
         raise ParameterError(
@@ -397,7 +397,7 @@ def _refuse_double_links(packing: Packing) -> None:
 
 
 def _regional_strengths(packing: Packing, parameters: AutomataParameters) -> FloatArray:
-    """Return the factor of the strength of each pair that its region has, shape (n, slots / 2)."""
+    """Return the regional strength factor of each pair, shape (n, slots / 2)."""
     half = packing.lattice.slots // 2
     middles = packing.reference[:, np.newaxis] + 0.5 * packing.diameter * packing.lattice.directions[:half]
     factors = np.ones(middles.shape[:2])

@@ -1,4 +1,4 @@
-"""The four edges of a specimen: which automata belong to each, and its inputs as loads (`Load`) and grips (`Grip`)."""
+"""The four edges of a specimen: the automata of each edge, and its inputs as loads (`Load`) and grips (`Grip`)."""
 
 from __future__ import annotations
 
@@ -19,12 +19,12 @@ from .packing import Packing
 from .parameters import AutomataParameters, Fixed, Place, PrescribedVelocity
 from .shapes import ON_THE_OUTLINE, Rectangle
 
-# Edge -> axis across it, and whether it is at the far end of that axis.
+# Edge -> axis normal to it, and whether it is at the upper end of the axis.
 EDGES = {"left": (0, False), "right": (0, True), "bottom": (1, False), "top": (1, True)}
 
 
 def edge_automata(packing: Packing, name: str, depth: float = 0.0) -> npt.NDArray[np.int64]:
-    """Return the automata within a depth [m] of the outermost one of an edge, shape (m,); of a zigzag both rows."""
+    """Return the automata within a depth [m] of the outermost one of an edge, shape (m,); both rows of a zigzag."""
     axis, far = EDGES[name]
     place = packing.reference[:, axis] * (1.0 if far else -1.0)
     zigzag = 0.5 * packing.diameter if packing.lattice.name == "hexagonal" and axis == 0 else 0.0
@@ -33,7 +33,7 @@ def edge_automata(packing: Packing, name: str, depth: float = 0.0) -> npt.NDArra
 
 
 def shared_areas(packing: Packing, name: str, automata: npt.NDArray[np.int64], area: float) -> FloatArray:
-    """Return what part of the area of a straight edge belongs to each of its automata, shape (m,) [m^2].
+    """Return the share of each automaton in the area of a straight edge, shape (m,) [m^2].
 
     On a zigzag the outer half cells have twice the length of the whole cells between them.
     """
@@ -44,12 +44,12 @@ def shared_areas(packing: Packing, name: str, automata: npt.NDArray[np.int64], a
 
 
 def traction_levers(packing: Packing, name: str, automata: npt.NDArray[np.int64]) -> FloatArray:
-    """Return how far from the centres of an edge's automata a traction acts, shape (m, 2) [m]; see `motion.Load`.
+    """Return the distance from the centres of an edge's automata at which a traction acts, shape (m, 2) [m]; see `loads.Load`.
 
     A quarter cell is loaded on one side of its centre only, at a mean distance of D / 4 along a row. Along a zigzag the
-    distance is sqrt(3) D / 8 and not that of the middle of the side, because the halved face of the row acts at the height
-    of the centre as well. Without the torque the quarter cells of a hexagonal packing would turn under a homogeneous
-    stress. In a square packing the two halved faces cancel it.
+    distance is sqrt(3) D / 8, not that of the middle of the side, because the halved face of the row also acts at the height of
+    the centre. Without this torque the quarter cells of a hexagonal packing would rotate under a homogeneous stress. In a
+    square packing the two halved faces cancel it.
     """
     levers, axis = np.zeros((len(automata), 2)), EDGES[name][0]
     if packing.lattice.name == "hexagonal":
@@ -67,16 +67,16 @@ class Conditions:
     """The inputs of a specimen, and the loads and grips that they fill.
 
     Attributes:
-        load: forces, with the values of the inputs that were applied last.
+        load: forces, with the values of the last applied inputs.
         grip: prescribed velocities, likewise.
-        held_edges: edge that prescribes motion -> its automata, shape (m,), and of which components it is that edge that
-            does, shape (m, 2).
+        held_edges: edge that prescribes motion -> its automata, shape (m,), and a mask of the components that this edge
+            prescribes, shape (m, 2).
     """
 
     def __init__(self, parameters: AutomataParameters, packing: Packing, layout: Layout) -> None:
-        """Find the automata that inputs act on; raises `ParameterError` where a forced one does not exist or is held."""
+        """Find the automata that inputs act on; raise `ParameterError` if a forced one does not exist or is held."""
         self._parameters, self._packing, self._place = parameters, packing, layout.place
-        # In one order, whatever that of the table is: sums have the same bits.
+        # A fixed order, independent of the order in the table, so that sums are bitwise reproducible.
         self._boundaries = {name: parameters.boundaries[name] for name in EDGES if name in parameters.boundaries}
         self._forced = _forced_automata(parameters.forced_automata, packing)
         self._edges = {
@@ -89,7 +89,7 @@ class Conditions:
     def _fill_load(self) -> None:
         p, start = self._parameters, len(self._forced)
         groups, levers = [self._forced], [np.zeros((start, 2))]
-        # Input, rows of the load and their areas [m^2], for each traction.
+        # For each traction: input, rows of the load and their areas [m^2].
         self._pulls: list[tuple[str, slice, FloatArray]] = []
         for name in self._of_kind(Traction):
             assert isinstance(p.shape, Rectangle)
@@ -122,7 +122,7 @@ class Conditions:
             if own.any():
                 there = own.any(axis=1)
                 self.held_edges[name] = automata[there], own[there]
-        # Input, component and rows of the grip, for each component of a velocity.
+        # For each velocity component: input, component and rows of the grip.
         self._drives: list[tuple[str, int, list[int]]] = []
         for name in self._of_kind(PrescribedVelocity):
             for axis in (0, 1):
@@ -131,7 +131,7 @@ class Conditions:
                     self._drives.append((f"{name}_velocity", axis, rows))
 
     def _refuse_held_forces(self) -> None:
-        """Refuse forces on automata, given one by one, whose motion is prescribed along both axes: they would do nothing."""
+        """Refuse forces on single automata whose motion is prescribed along both axes: they would have no effect."""
         if self._parameters.forced_automata == "all":
             return
         both = HOLDS_X | HOLDS_Y
@@ -158,9 +158,9 @@ class Conditions:
                 yield edge_variable(name, boundary)
 
     def apply(self, held: Mapping[str, Held], tick: int, *, kick_in_the_middle: bool = True) -> None:
-        """Fill loads and grips for the internal step that begins at a tick, with the mean of each input over its time.
+        """Fill loads and grips for the internal step that begins at a tick, with the mean of each input over its duration.
 
-        Forces act over the step. Velocities hold from one kick to the next one, in the middle or at the ends of steps.
+        Forces act over the step. Velocities are constant from one kick to the next, i.e. between the middles or ends of steps.
         """
         velocity = _mean_from_the_middle if kick_in_the_middle else input_mean
         if self._forced.size:
@@ -172,25 +172,25 @@ class Conditions:
 
 
 def _mean_from_the_middle(held: Held, tick: int) -> FloatArray:
-    """Return the mean of a velocity from the middle of a tick to that of the next one, shape (2,) [m/s]."""
+    """Return the mean of a velocity from the middle of a tick to the middle of the next one, shape (2,) [m/s]."""
     return 0.5 * (input_mean(held, tick, 1, 2) + input_mean(held, tick + 1, 0, 2))
 
 
 def _held_axes(edge: str, boundary: Boundary) -> tuple[int, ...]:
-    """Return which components of the velocity a boundary prescribes on an edge."""
+    """Return the velocity components that a boundary prescribes on an edge."""
     if isinstance(boundary, Symmetry):
         return (EDGES[edge][0],)
     return boundary.axes if isinstance(boundary, PrescribedVelocity) else (0, 1)
 
 
 def _holds_rotation(edge: str, boundary: Boundary) -> bool:
-    """Return whether automata on an edge do not turn: a smooth plate is a plane of symmetry, and so is a glued one here."""
+    """Return whether automata of an edge cannot rotate: smooth plates are planes of symmetry, and glued ones act alike."""
     plate = isinstance(boundary, PrescribedVelocity) and EDGES[edge][0] in boundary.axes
     return plate or isinstance(boundary, (Fixed, Symmetry))
 
 
 def _forced_automata(places: list[Place] | str, packing: Packing) -> npt.NDArray[np.int64]:
-    """Return the automata that are meant by numbers, points, or "all"."""
+    """Return the automata given by numbers, points, or "all"."""
     count = len(packing.places)
     if isinstance(places, str):
         return np.arange(count)
@@ -203,7 +203,7 @@ def _forced_automata(places: list[Place] | str, packing: Packing) -> npt.NDArray
 
 
 def _automaton_near(where: str, point: Sequence[float], packing: Packing) -> int:
-    """Return the automaton nearest to a point, which may lie a diameter off."""
+    """Return the automaton nearest to a point, at most a diameter away."""
     automaton = packing.nearest(point[0], point[1])
     x, y = packing.reference[automaton].tolist()
     if math.hypot(point[0] - x, point[1] - y) > packing.diameter:

@@ -1,4 +1,4 @@
-"""The energies of links, volumes and contacts, one by one, in the strains that the scratch has; see `links`."""
+"""The energies of single links, volumes and contacts, for the strains in the scratch; see `links`."""
 
 from __future__ import annotations
 
@@ -11,10 +11,10 @@ from .links import ACROSS, ALONG, Mixture, Uniform
 
 @internal
 def condensation(body, h, p):
-    """Return 1 + a of an automaton: what its free and released faces make of the volumetric strain; `h` are `Histories`."""
+    """Return 1 + a of an automaton, the effect of free and released faces on volumetric strain; `h` are `Histories`."""
     free, shares = body.cells[MISSING, p], body.links
     for q in range(body.layout.offset.size):
-        # A released face has the remaining stiffness of the link.
+        # A released face keeps the remaining stiffness of the link.
         b = p - body.layout.offset[q]
         free += (1.0 - h.weight[q, p]) * shares[FIRST_SHARE, q, p] / (1.0 + h.stiffness[q, p])
         free += (1.0 - h.weight[q, b]) * shares[SECOND_SHARE, q, b] / (1.0 + h.stiffness[q, b])
@@ -28,7 +28,7 @@ def _counted_strain(h, links, q, p):
 
 @internal
 def dilation(body, h, links, p):
-    """Return the volumetric strain of an automaton, both halves of its links being strained alike."""
+    """Return the volumetric strain of an automaton, with equal strains in both halves of its links."""
     total = 0.0
     for q in range(body.layout.offset.size - 1, -1, -1):
         b = p - body.layout.offset[q]
@@ -39,7 +39,7 @@ def dilation(body, h, links, p):
 
 @internal
 def link_energy(medium, links, q, p):
-    """Return the energy of a link itself, for a weight of 1 [J]."""
+    """Return the energy of a link alone, for a weight of 1 [J]."""
     body, h, moduli = medium.body, medium.histories, medium.mixture.moduli
     eps = (links[EPS, q, p] - h.origin_eps[q, p]) - h.plastic_eps[q, p]
     gamma = (links[GAMMA, q, p] - h.origin_gamma[q, p]) - h.plastic_gamma[q, p]
@@ -56,7 +56,7 @@ def volume_energy(body, h, links, p):
 
 @dispatched
 def division_energy(mixture, body, h, links, q, p):
-    """Return by how much the division of its strain lowers the energy of a link, for a weight of 1 [J]."""
+    """Return the decrease of a link's energy by the division of its strain, for a weight of 1 [J]."""
 
 
 @division_energy.register(Uniform)
@@ -78,7 +78,7 @@ def _division_energy(mixture, body, h, links, q, p):
 
 @dispatched
 def divisions_around(mixture, body, h, links, ends, link):
-    """Return by how much the divisions of strains lower the energies of all links of two neighbours [J].
+    """Return the decrease of the energies of all links of two neighbours by the divisions of strains [J].
 
     Args:
         mixture: of the medium.
@@ -97,7 +97,7 @@ def _no_divisions(mixture, body, h, links, ends, link):
 
 @divisions_around.register(Mixture)
 def _divisions_around(mixture, body, h, links, ends, link):
-    # The link itself is there at both of its ends.
+    # Both ends count the link between them; subtract it once.
     total = -_weighted_division(mixture, body, h, links, link[0], link[1])
     for end in ends:
         for q in range(body.layout.offset.size):
@@ -113,7 +113,7 @@ def _weighted_division(mixture, body, h, links, q, p):
 
 @internal
 def _source(ghosts, p):
-    """Return the place of the automaton that a ghost copies; of another place itself."""
+    """Return the place of the automaton that a ghost copies; for other places the place itself."""
     for row in range(ghosts.shape[0]):
         if ghosts[row, 0] == p:
             return ghosts[row, 1]
@@ -122,9 +122,9 @@ def _source(ghosts, p):
 
 @jit
 def stored_energies(medium, motion, links, contacts, later):
-    """Return the energy of links and volumes, and that of contacts [J]; `links` of a `lattice.Scratch`.
+    """Return the energy of links and volumes, and the energy of contacts [J]; `links` of a `lattice.Scratch`.
 
-    `later` is the time for which contacts have slid since `slid` was noted [s].
+    `later` is the time of slip since `slid` was recorded [s].
     """
     total, of_contacts, body, h = 0.0, 0.0, medium.body, medium.histories
     for i in range(body.layout.place.size):
@@ -141,7 +141,7 @@ def stored_energies(medium, motion, links, contacts, later):
 
 @internal
 def whole_energy(medium, motion, links, contacts, row):
-    """Return the energy of a contact, of its link and of both volumes, less that of divisions of their links [J]."""
+    """Return the energy of a contact, its link and both volumes, minus the divisions of their links [J]."""
     body, h = medium.body, medium.histories
     i, j = contacts.pairs[row, FIRST], contacts.pairs[row, SECOND]
     first, second = body.layout.place[i], body.layout.place[j]

@@ -1,11 +1,11 @@
-"""Automata as fields on a lattice: every neighbour lies a constant number of places away.
+"""Automata as fields on a lattice: each neighbour lies at a constant offset in memory.
 
-Rows of the packing follow each other in memory. A link belongs to the automaton where it begins and to one of two directions
-(square: along x and y) or three (hexagonal: along x, to the upper right, to the upper left). It ends `offset` places further
-on. A place without a link has a face of area 0, a place without an automaton has infinite mass. Loops over links and automata
-are therefore plain slices, without tables of neighbours.
+The rows of the packing follow each other in memory. A link belongs to the automaton where it begins and has one of two
+directions (square: along x and y) or three (hexagonal: along x, to the upper right, to the upper left). It ends `offset` places
+further on. A place without a link has a face of area 0, a place without an automaton has infinite mass. Loops over links and
+automata are therefore plain slices, without tables of neighbours.
 
-A specimen that is closed on itself has ghosts, copies of the automata on the opposite side, at the places next to its ends.
+A periodic specimen has ghosts, copies of the automata on the opposite side, at the places next to its ends.
 """
 
 from __future__ import annotations
@@ -24,14 +24,14 @@ IntArray = npt.NDArray[np.int64]
 
 
 class Layout(NamedTuple):
-    """Where automata and links lie in the fields.
+    """Places of automata and links in the fields.
 
     Attributes:
         place: of each automaton, shape (n,).
         offset: from the beginning to the end of a link, shape (directions,).
         ghosts: places of ghosts and of the automata that they copy, shape (g, 2).
-        begin: the first place that may have an automaton.
-        end: after the last one. Fields have `begin` more places.
+        begin: first place that may have an automaton.
+        end: one past the last such place; fields have `begin` more places.
     """
 
     place: IntArray
@@ -48,23 +48,22 @@ class Layout(NamedTuple):
 
 # Rows of `Motion`: displacements [m], angle (counter-clockwise) [rad], and their rates.
 X, Y, ANGLE, VX, VY, SPIN = range(6)
-# Rows of `Body.cells`: the centres before anything moves [m], X and Y; mass (infinite without an automaton) [kg],
-# moment of inertia about the centre, m D^2 / 8 [kg m^2], volume [m^3], G and lambda = K - 2 G / 3 [Pa], and the share of the
-# free faces of a whole cell.
+# Rows of `Body.cells`: initial centres [m], X and Y; mass (infinite without an automaton) [kg], moment of inertia about the
+# centre, m D^2 / 8 [kg m^2], volume [m^3], G and lambda = K - 2 G / 3 [Pa], and the share of the free faces of a whole cell.
 MASS, INERTIA, VOLUME, SHEAR, LAME, MISSING = range(2, 8)
-# Fields of `Body.links`: area, 0 without a link [m^2]; what its strain adds to the volumetric strains of the automata where it
-# begins and where it ends.
+# Fields of `Body.links`: area, 0 without a link [m^2]; contributions of its strain to the volumetric strains of the automata
+# where it begins and where it ends.
 FACE, FIRST_SHARE, SECOND_SHARE = range(3)
-# Fields of `Scratch.links`: strains along and across a link, its present direction; terms of sums over links, as the force on
-# the automaton where it begins [N], and the torque on both over the radius [N].
+# Fields of `Scratch.links`: strains along and across a link, its present direction; terms of sums over links, e.g. the force
+# on the automaton where it begins [N], and the torque on both over the radius [N].
 EPS, GAMMA, EX, EY, FIRST_TERM, SECOND_TERM, TURNING = range(7)
-# Those of links with histories: the strain that counts in the volumetric strain, tractions along and across [Pa], the terms of
-# the stresses xx, yy and xy [Pa], and the division of the strain between two materials.
+# Further fields of links with histories: strain that counts in the volumetric strain, tractions along and across [Pa], terms
+# of the stresses xx, yy and xy [Pa], and the division of the strain between two materials.
 COUNTED, NORMAL, TANGENTIAL, VIRIAL_XX, VIRIAL_YY, VIRIAL_XY, DIVISION = range(7, 14)
 # Rows of `Scratch.cells`: force [N] and torque [N m], cos - 1 and sin of half the rotation, the volumetric strain theta, and
-# the factor 1 / (1 + a) of free faces in that.
+# its factor 1 / (1 + a) for free faces.
 FORCE_X, FORCE_Y, TORQUE, COSINE, SINE, DILATION, STIFFENING = range(7)
-# Those of automata with histories: lambda theta, G theta, and the stresses xx, yy and xy, tension positive [Pa].
+# Further rows of automata with histories: lambda theta, G theta, and the stresses xx, yy and xy, tension positive [Pa].
 PRESSURE, DEVIATOR, STRESS_XX, STRESS_YY, STRESS_XY = range(7, 12)
 
 Motion = FloatArray
@@ -75,7 +74,7 @@ class Body(NamedTuple):
 
     Attributes:
         layout: a `Layout`.
-        normal: directions of links before anything moves, shape (directions, 2).
+        normal: initial directions of links, shape (directions, 2).
         diameter: distance of neighbours [m].
         cells: rows of automata, see MASS, shape (8, m).
         links: fields of links, see FACE, shape (3, directions, m).
@@ -101,7 +100,7 @@ class Scratch(NamedTuple):
 
 
 def lay_out(packing: Packing) -> Layout:
-    """Return the places of the automata of a packing, as close to each other in memory as rows allow."""
+    """Return the places of the automata of a packing, with rows as close in memory as possible."""
     hexagonal = packing.lattice.name == "hexagonal"
     steps = packing.lattice.steps
     at = packing.places.astype(np.int64)
@@ -113,7 +112,7 @@ def lay_out(packing: Packing) -> Layout:
         ghosts |= {tuple(where): one for where, one in zip((at + step)[wraps].tolist(), other[wraps].tolist(), strict=True)}
     where = np.concatenate([at, np.array(list(ghosts), np.int64).reshape(-1, 2)])
     row = where[:, 1] - where[:, 1].min()
-    # Along x; of a hexagonal packing along its oblique axis, which begins half a diameter further left in each row.
+    # Position along x, or along the oblique axis of a hexagonal packing, which shifts by half a diameter to the left per row.
     along = (where[:, 0] - where[:, 1]) // 2 if hexagonal else where[:, 0]
     stride = _least_stride(row, along)
     place = row * stride + along
@@ -124,7 +123,7 @@ def lay_out(packing: Packing) -> Layout:
 
 
 def _least_stride(row: IntArray, along: IntArray) -> int:
-    """Return the smallest distance of rows in memory with which none begins before the one below has ended."""
+    """Return the smallest distance between rows in memory at which no row begins before the row below has ended."""
     stride, rows = 2, np.unique(row)
     ends = np.array([[along[row == one].min(), along[row == one].max()] for one in rows.tolist()])
     for number in range(1, len(rows)):
@@ -134,7 +133,7 @@ def _least_stride(row: IntArray, along: IntArray) -> int:
 
 
 def make_body(packing: Packing, density: FloatArray, moduli: FloatArray, thickness: float) -> Body:
-    """Return a packing made of materials.
+    """Return a packing with materials assigned.
 
     Args:
         packing: the automata.
@@ -171,12 +170,12 @@ def make_body(packing: Packing, density: FloatArray, moduli: FloatArray, thickne
 
 
 def copy_to_ghosts(layout: Layout, field: FloatArray) -> None:
-    """Give ghosts the values of the automata that they copy, in the last axis of a field."""
+    """Copy values from automata to their ghosts, along the last axis of a field."""
     field[..., layout.ghosts[:, 0]] = field[..., layout.ghosts[:, 1]]
 
 
 def make_motion(size: int) -> Motion:
-    """Return fields in which nothing moves."""
+    """Return fields at rest."""
     return np.zeros((6, size))
 
 
@@ -201,7 +200,7 @@ def load(layout, displacement, velocity, rotation, spin, motion):
 
 @jit
 def store(layout, displacement, velocity, rotation, spin, motion):
-    """Write the fields of a `Motion` to the state of automata; arguments as for `load`."""
+    """Write the fields of a `Motion` to the state of automata; arguments as in `load`."""
     for i in range(layout.place.size):
         p = layout.place[i]
         displacement[i, 0], displacement[i, 1], rotation[i] = motion[X, p], motion[Y, p], motion[ANGLE, p]
@@ -210,13 +209,13 @@ def store(layout, displacement, velocity, rotation, spin, motion):
 
 @internal
 def update_ghosts(ghosts, field):
-    """Give ghosts the values of the automata that they copy."""
+    """Copy the values of automata to their ghosts."""
     for row in range(ghosts.shape[0]):
         field[ghosts[row, 0]] = field[ghosts[row, 1]]
 
 
 @internal
 def update_ghost_velocities(ghosts, motion):
-    """Let ghosts move like the automata that they copy."""
+    """Copy the velocities of automata to their ghosts."""
     for row in range(VX, SPIN + 1):
         update_ghosts(ghosts, motion[row])

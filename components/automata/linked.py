@@ -1,10 +1,10 @@
-"""A specimen all of whose pairs stay linked and elastic: its forces, its internal steps, its readings.
+"""A specimen whose pairs all stay linked and elastic: forces, internal steps, readings.
 
     theta_i = sum_j c_ij eps_ij / (1 + c* lambda / 2 G),        c_ij = S r / 2 V
     f_n = S (2 G eps + lambda (theta_i + theta_j) / 2),         f_t = S 2 G gamma
     U = sum over pairs S r G (eps^2 + gamma^2) + sum over automata (1/2) V lambda (1 + c* lambda / 2 G) theta^2
 
-c* is the share of the free faces of a whole cell: they carry no traction, 2 G eps* + lambda theta = 0, and move accordingly.
+c* is the share of the free faces of a whole cell. They carry no traction, 2 G eps* + lambda theta = 0, and deform accordingly.
 K and G are exact for a homogeneous strain, for both packings. See `pair` for the strains and the forces.
 """
 
@@ -55,13 +55,13 @@ from .loads import Inputs, count_fast, drift, kick_with_inputs
 from .packing import Packing
 from .pair import strain_links, sum_forces, sum_shares, virial
 
-# What `advance` returns.
+# Results of `advance`.
 DONE, TOO_FAST = 0, 1
 
 
 @internal
 def link_forces(body, motion, scratch):
-    """Write the volumetric strains of the positions as they are, and the forces and torques of the links.
+    """Write the volumetric strains at the present positions, and the forces and torques of the links.
 
     Args:
         body: a `lattice.Body` of one material.
@@ -88,7 +88,7 @@ def link_forces(body, motion, scratch):
             stiffness, pressing = area * twice_shear, (area * half_lame) * (cells[DILATION, p] + theta_j[p])
             fn, ft = stiffness * eps + pressing, stiffness * gamma
             links[FIRST_TERM, q, p], links[SECOND_TERM, q, p] = fn * ex - ft * ey, fn * ey + ft * ex
-            # (1 + eps) ft - gamma fn, without what cancels.
+            # (1 + eps) ft - gamma fn, without the terms that cancel.
             links[TURNING, q, p] = ft - gamma * pressing
     sum_forces(body, links, cells)
 
@@ -110,7 +110,7 @@ def advance(body, motion, scratch, inputs, time, ticks, speed_limit):
         inputs: `loads.Inputs`; the tallies are updated.
         time: length of a step [s].
         ticks: number of steps.
-        speed_limit: no automaton may be faster [m/s].
+        speed_limit: largest speed of an automaton [m/s].
 
     Returns:
         DONE, or TOO_FAST in the middle of a step.
@@ -127,7 +127,7 @@ def advance(body, motion, scratch, inputs, time, ticks, speed_limit):
 
 
 def elastic_energy(body: Body, scratch: Scratch) -> float:
-    """Return the energy of links and volumes [J], for the strains in the scratch."""
+    """Return the energy of links and volumes for the strains in the scratch [J]."""
     place = body.layout.place
     eps, gamma, face = scratch.links[EPS][:, place], scratch.links[GAMMA][:, place], body.links[FACE][:, place]
     of_links = body.diameter * body.cells[SHEAR, place] * (face * (eps * eps + gamma * gamma)).cumsum(axis=0)[-1]
@@ -138,7 +138,7 @@ def elastic_energy(body: Body, scratch: Scratch) -> float:
 
 @jit
 def stresses(body, scratch, found):
-    """Write the stresses xx, yy and xy of all places, tension positive, shape (3, m) [Pa]: sigma = (1 / 2 V) sum r n F."""
+    """Write the stresses xx, yy and xy at all places, tension positive, shape (3, m) [Pa]: sigma = (1 / 2 V) sum r n F."""
     links, theta, begin = scratch.links, scratch.cells[DILATION], body.layout.begin
     twice, lame, traction = 2.0 * body.cells[SHEAR, begin], body.cells[LAME, begin], np.zeros(links.shape[1:])
     for component in range(3):
@@ -156,10 +156,10 @@ class LinkedSpecimen:
 
     Attributes:
         has_histories: whether links have histories.
-        fields: its own parts of the state.
-        growing: its own lists in the state.
-        event_kinds: what can happen.
-        event_details: units of these, and what their indices count.
+        fields: additional state variables.
+        growing: additional lists of variable length in the state.
+        event_kinds: kinds of events.
+        event_details: units of the events, and what their indices count.
     """
 
     has_histories = False
@@ -169,7 +169,7 @@ class LinkedSpecimen:
     event_details: Mapping[str, EventDetail] = {}
 
     def __init__(self, packing: Packing, body: Body, conditions: Conditions, step: float, limit: float) -> None:
-        """Take the packing, what it is made of, the inputs, the step [s] and the speed limit [m/s]."""
+        """Build from the packing, its body, the inputs, the step [s] and the speed limit [m/s]."""
         self.packing, self.body, self.conditions = packing, body, conditions
         self.scratch: Scratch = make_scratch(body, histories=self.has_histories)
         self.motion: Motion = make_motion(body.layout.size)
@@ -179,7 +179,7 @@ class LinkedSpecimen:
         self._pairs = packing.pairs()
 
     def bind(self, block: Block) -> None:
-        """Take the state."""
+        """Attach the state."""
         self._block = block
         self.inputs = Inputs(self.conditions.load, self.conditions.grip, block["tallies"])
 
@@ -187,21 +187,21 @@ class LinkedSpecimen:
         """Write the initial histories."""
 
     def load(self) -> None:
-        """Write the state to the fields."""
+        """Copy the state to the fields."""
         block = self._block
         load(self.body.layout, block["displacement"], block["velocity"], block["rotation"], block["spin"], self.motion)
 
     def store(self) -> None:
-        """Write the fields to the state."""
+        """Copy the fields to the state."""
         block = self._block
         store(self.body.layout, block["displacement"], block["velocity"], block["rotation"], block["spin"], self.motion)
 
     def advance(self, tick: int, ticks: int) -> int:
-        """Advance the fields from a tick with the loads and velocities that the conditions have now; return a status."""
+        """Advance the fields from a tick with the current loads and velocities of the conditions; return a status."""
         return advance(self.body, self.motion, self.scratch, self.inputs, self.step_size, ticks, self.speed_limit)
 
     def update_forces(self) -> None:
-        """Write the strains and the forces of links and contacts of the present fields, for readings."""
+        """Write the strains and the forces of links and contacts for the present fields, for readings."""
         update_forces(self.body, self.motion, self.scratch)
 
     def _measure(self) -> None:
@@ -231,7 +231,7 @@ class LinkedSpecimen:
         return np.ascontiguousarray(found[:, self.place].T)
 
     def momenta(self) -> FloatArray:
-        """Return momentum, angular momentum about the origin, kinetic energies of translation and rotation, shape (5,)."""
+        """Return momentum, angular momentum about the origin, translational and rotational kinetic energy, shape (5,)."""
         self.load()
         x, y, _, vx, vy, spin = self.motion[:, self.place]
         mass, inertia = self.body.cells[MASS : INERTIA + 1, self.place]
@@ -245,26 +245,26 @@ class LinkedSpecimen:
         return np.ones(len(self._pairs))
 
     def broken_links(self) -> float:
-        """Return how many links are broken."""
+        """Return the number of broken links."""
         return 0.0
 
     def touching(self) -> float:
-        """Return how many contacts press."""
+        """Return the number of contacts under pressure."""
         return 0.0
 
     def damage(self) -> FloatArray:
-        """Return the broken part of the faces of each automaton, shape (n,)."""
+        """Return the broken fraction of the faces of each automaton, shape (n,)."""
         return np.zeros(self.count)
 
     def stored(self, since: float) -> dict[str, float]:
-        """Return the stored energies without those of motion [J]; `since` is the time since the last force evaluation [s]."""
+        """Return the stored energies except kinetic ones [J]; `since` is the time since the last force evaluation [s]."""
         self.load()
         return self.energies(since)
 
     def mean_energy(self, time: float) -> float:
-        """Return the mean of the energies that are stored a time [s] before and after, as the velocities are now [J].
+        """Return the mean of the energies stored a time [s] before and after the present, at the present velocities [J].
 
-        The forces were computed last at that time before.
+        The last force evaluation was at that time before the present.
         """
         total = 0.0
         for way, since in ((-time, 0.0), (time, 2.0 * time)):
@@ -274,12 +274,12 @@ class LinkedSpecimen:
         return 0.5 * total
 
     def energies(self, since: float) -> dict[str, float]:
-        """Return the energies that the present fields store [J]; contacts have slid for a time [s] since `slid` was noted."""
+        """Return the energies stored in the present fields [J]; contacts have slid for a time [s] since `slid` was recorded."""
         update_forces(self.body, self.motion, self.scratch)
         return {"elastic_energy": elastic_energy(self.body, self.scratch)}
 
     def report(self) -> dict[str, float]:
-        """Return how far links are strained."""
+        """Return the largest strain of the links."""
         self._measure()
         return {"largest strain of a link now": self._largest_strain()}
 
@@ -288,5 +288,5 @@ class LinkedSpecimen:
         return float(np.abs(strains).max(initial=0.0))
 
     def lost(self) -> dict[str, float]:
-        """Return the energies that were lost [J]."""
+        """Return the dissipated energies [J]."""
         return {}

@@ -1,18 +1,18 @@
-"""Links that weaken, yield and break: their strains, tractions and forces, and how near they are to breaking.
+"""Links that weaken, yield and break: strains, tractions, forces, and the ratio to their breaking limit.
 
-As in `linked`, with the weight w of each link (1 while it holds, falling to 0 while it is released), what is left of its
-stiffness g, and its plastic strains:
+As in `linked`, with the weight w of each link (1 while it holds, decreasing to 0 during its release), the remaining fraction g
+of its stiffness, and its plastic strains:
 
     theta_i = sum_j c (w eps + (1 - w) eps_p) / (1 + a),      a = (c* + sum_j (1 - w) c / g) lambda / 2 G
     f_n = w S (2 G g (eps - eps_p) + (lambda_i theta_i + lambda_j theta_j) / 2),      f_t = w S 2 G g (gamma - gamma_p)
     U = sum over pairs w S r G g ((eps - eps_p)^2 + (gamma - gamma_p)^2) + sum over automata (1/2) V lambda (1 + a) theta^2
 
-A released face carries no traction: its strain is that at which 2 G g (eps - eps_p) + lambda theta = 0. This condenses it as
-the free faces of a whole cell are, but from the strain that has flowed and with the stiffness that is left. So what it takes to
-release a link is never negative: dU/dw = V c G g (eps - eps_p + lambda theta / 2 G g)^2 for each of both automata.
+A released face carries no traction: its strain solves 2 G g (eps - eps_p) + lambda theta = 0. It is condensed like the free
+faces of a whole cell, but relative to the plastic strain and with the remaining stiffness. The energy to release a link is
+therefore never negative: dU/dw = V c G g (eps - eps_p + lambda theta / 2 G g)^2 for each of the two automata.
 
-The strain of a link between two materials is divided between its halves. The half of i is strained by eps + d, that of j by
-eps - d, and d makes the energy small:
+The strain of a link between two materials is divided between its halves. The half of i is strained by eps + d, the half of j by
+eps - d, and d approximately minimises the energy:
 
     d = -q / D,        q = (G_i - G_j) eps + (lambda_i theta_i - lambda_j theta_j) / 2
     D = G_i + G_j + (1/2) sum over both of |lambda| C / (1 + a),      C = sum of the shares c of its links to other materials
@@ -20,9 +20,9 @@ eps - d, and d makes the energy small:
     theta'_i = theta_i + sum_j c w d / (1 + a),      f_t = w S 2 G_ij gamma,      G_ij = 2 G_i G_j / (G_i + G_j)
     f_n = w S ((G_i + G_j) eps + (G_i - G_j) d + (lambda_i theta'_i + lambda_j theta'_j) / 2)
 
-Where the links of an automaton to other materials are strained alike, as in layers along the rows of a square packing, this d
-is the exact one. Elsewhere D is at least what the whole system has, so U lies above its least value: never negative, a little
-too stiff. D belongs to links that all hold. Solving the whole system would need all links of an interface in every step.
+This d is exact if the links of an automaton to other materials have equal strains, as in layers along the rows of a square
+packing. Otherwise D is an upper bound of the value for the whole system, and U lies above its minimum: never negative, a little
+too stiff. D assumes that all links hold. Solving the whole system would need all links of an interface in every step.
 """
 
 from __future__ import annotations
@@ -81,13 +81,13 @@ class Histories(NamedTuple):
     """Histories of links, each of shape (directions, m).
 
     Attributes:
-        weight: 1 for a link that holds, less while it is released, 0 afterwards and without a link.
+        weight: 1 for a link that holds, less during its release, 0 afterwards and without a link.
         plastic_eps: plastic strain along the link.
         plastic_gamma: plastic strain across the link.
-        stiffness: part of the shear modulus that is left, less 1.
+        stiffness: remaining fraction of the shear modulus, minus 1.
         inelastic: inelastic strain.
-        origin_eps: strain along the link from which that of the link counts; not 0 where a pair was linked again.
-        origin_gamma: the same across.
+        origin_eps: reference strain along the link; nonzero only for a pair that was linked again.
+        origin_gamma: reference strain across the link.
     """
 
     weight: FloatArray
@@ -100,7 +100,7 @@ class Histories(NamedTuple):
 
 
 class Uniform(NamedTuple):
-    """Moduli of links: G_i + G_j, and 2 G_ij, shape (2, directions, m) [Pa]."""
+    """Moduli of links: G_i + G_j and 2 G_ij, shape (2, directions, m) [Pa]."""
 
     moduli: FloatArray
 
@@ -109,7 +109,7 @@ class Mixture(NamedTuple):
     """Moduli of links within and between several materials.
 
     Attributes:
-        moduli: G_i + G_j, and 2 G_ij, shape (2, directions, m) [Pa].
+        moduli: G_i + G_j and 2 G_ij, shape (2, directions, m) [Pa].
         compliance: 1 / D of links between two materials, 0 of the others, shape (directions, m) [1/Pa].
     """
 
@@ -124,9 +124,9 @@ class Law(NamedTuple):
         response: `Flows`, or `NoFlow`.
         criterion: constants of a criterion, or `breaking.criterion.Weaker`.
         factors: of the strength of each link, shape (directions, m).
-        release: over how many internal steps a broken link is released, and a new one made.
+        release: number of internal steps in which a broken link is released, or a new one formed.
         linking: see `welding.Relinking.constants`.
-        linking_ticks: after how many internal steps it is looked which pairs are linked again; 0 for never.
+        linking_ticks: number of internal steps between searches for pairs to link again; 0 for never.
     """
 
     response: Any
@@ -138,7 +138,7 @@ class Law(NamedTuple):
 
 
 class Medium(NamedTuple):
-    """A specimen with histories, as kernels take it.
+    """A specimen with histories, for kernels.
 
     Attributes:
         body: a `lattice.Body`.
@@ -185,7 +185,7 @@ def make_mixture(body: Body, several: bool) -> Uniform | Mixture:
 
 @internal
 def strain_medium(medium, motion, scratch):
-    """Write the strains of all links and the volumetric strains, with the histories as they are."""
+    """Write the strains of all links and the volumetric strains, for the present histories."""
     body, h, links, cells = medium.body, medium.histories, scratch.links, scratch.cells
     strain_links(body, motion, scratch)
     # 1 / (1 + a): the factor of free and released faces in the volumetric strains.
@@ -196,7 +196,7 @@ def strain_medium(medium, motion, scratch):
     for p in range(cells.shape[1]):
         free = body.cells[MISSING, p] + cells[STIFFENING, p]
         cells[STIFFENING, p] = 1.0 / (1.0 + free * body.cells[LAME, p] / (2.0 * body.cells[SHEAR, p]))
-    # A released face keeps the strain that has flowed.
+    # A released face keeps its plastic strain.
     for q in range(links.shape[1]):
         for p in range(links.shape[2]):
             held = h.weight[q, p] * (links[EPS, q, p] - h.origin_eps[q, p])
@@ -234,7 +234,7 @@ def _divide_strains(mixture, medium, scratch):
             links[DIVISION, q, p] = division
             links[FIRST_TERM, q, p] = body.links[FIRST_SHARE, q, p] * division * weight[q, p]
             links[SECOND_TERM, q, p] = body.links[SECOND_SHARE, q, p] * division * weight[q, p]
-    # The half of the automaton where a link begins is strained more, that of the other one less.
+    # The half at the beginning of a link is strained more, the half at its end less.
     sum_over_links(body.layout, links[FIRST_TERM], links[SECOND_TERM], -1.0, correction)
     for p in range(theta.size):
         theta[p] += correction[p] * scratch.cells[STIFFENING, p]
@@ -243,7 +243,7 @@ def _divide_strains(mixture, medium, scratch):
 
 @internal
 def pull_medium(medium, scratch):
-    """Write the tractions of all links in the strains as they are."""
+    """Write the tractions of all links for the present strains."""
     h, moduli, links, cells = medium.histories, medium.mixture.moduli, scratch.links, scratch.cells
     for q in range(links.shape[1]):
         pressure_j = cells[PRESSURE, medium.body.layout.offset[q] :]
@@ -258,7 +258,7 @@ def pull_medium(medium, scratch):
 
 @dispatched
 def add_division(mixture, body, links):
-    """Add what the division of strains gives the tractions of links."""
+    """Add the contribution of the strain division to the tractions of links."""
 
 
 @add_division.register(Uniform)
@@ -276,7 +276,7 @@ def _add_division(mixture, body, links):
 
 @internal
 def stress_medium(medium, scratch):
-    """Write the stresses of the automata, from the tractions of their links."""
+    """Write the stresses of the automata from the tractions of their links."""
     links, weight = scratch.links, medium.histories.weight
     for q in range(links.shape[1]):
         for p in range(links.shape[2]):
@@ -305,7 +305,7 @@ def force_medium(medium, scratch):
 
 
 class _Ends(NamedTuple):
-    """Fields of the automata where the links of one direction end: lambda theta, G theta, and the stresses."""
+    """Fields of the automata at the ends of the links of one direction: lambda theta, G theta, and the stresses."""
 
     pressure: FloatArray
     deviator: FloatArray
@@ -322,7 +322,7 @@ def _ends_of(layout, cells, q):
 
 @internal_inlined
 def _mean_stresses(cells, ends, stiffness, p):
-    """Return the means of the stresses xx, yy and xy of both automata, and K theta with what is left of G [Pa]."""
+    """Return the mean stresses xx, yy and xy of both automata, and K theta with the remaining part of G [Pa]."""
     xx, yy = 0.5 * (cells[STRESS_XX, p] + ends.xx[p]), 0.5 * (cells[STRESS_YY, p] + ends.yy[p])
     left = 1.0 + stiffness
     mean = 0.5 * ((cells[PRESSURE, p] + ends.pressure[p]) + (2.0 * left / 3.0) * (cells[DEVIATOR, p] + ends.deviator[p]))
@@ -331,9 +331,9 @@ def _mean_stresses(cells, ends, stiffness, p):
 
 @internal_inlined
 def _judge(law, histories, scratch, ends, q, p):
-    """Return what decides whether a link breaks, its limit, and the number of the cause.
+    """Return the decisive quantity of a link, its limit, and the number of the cause.
 
-    Along the face of a link the mean stress of both automata acts.
+    The mean stress of both automata acts along the face of a link.
     """
     links = scratch.links
     xx, yy, xy, mean = _mean_stresses(scratch.cells, ends, histories.stiffness[q, p], p)
@@ -348,7 +348,7 @@ def _judge(law, histories, scratch, ends, q, p):
 
 @internal
 def count_failing(medium, scratch):
-    """Return how many links have to break."""
+    """Return the number of links that meet their breaking criterion."""
     failing = 0
     for q in range(scratch.links.shape[1]):
         ends = _ends_of(medium.body.layout, scratch.cells, q)
@@ -360,7 +360,7 @@ def count_failing(medium, scratch):
 
 @jit
 def measure_criteria(medium, scratch, found):
-    """Write what decides whether each link breaks, its limit, and the number of the cause, shape (3, directions, m)."""
+    """Write the decisive quantity of each link, its limit, and the number of the cause, shape (3, directions, m)."""
     for q in range(scratch.links.shape[1]):
         ends = _ends_of(medium.body.layout, scratch.cells, q)
         for p in range(ends.xx.size):
@@ -372,14 +372,14 @@ def measure_criteria(medium, scratch, found):
 
 @dispatched
 def let_flow(response, medium, motion, scratch, time):
-    """Let links yield in the strains as they are, and return the energy that flow and degradation take [J].
+    """Let links yield at the present strains, and return the energy dissipated by flow and degradation [J].
 
     Args:
         response: of the law of the medium.
         medium: a `Medium`; its histories are updated.
-        motion: a `lattice.Motion`; its velocities are those since the forces were computed last.
+        motion: a `lattice.Motion`, with the velocities since the last force evaluation.
         scratch: a `lattice.Scratch`.
-        time: since the forces were computed last [s].
+        time: since the last force evaluation [s].
     """
 
 
@@ -398,14 +398,14 @@ def _let_flow(response, medium, motion, scratch, time):
             equivalent = _mean_equivalent(scratch.cells, ends, histories.stiffness[q, p], p)
             if histories.weight[q, p] == 1.0 and equivalent > law.onset:
                 taken = _flow(law, medium, motion, scratch, (q, p), equivalent, time)
-                # A link that ends at an automaton of which there is a ghost is there twice.
+                # A link that ends at an automaton with a ghost is stored twice.
                 lost += taken if _is_real(layout.ghosts, p) else 0.0
     return lost
 
 
 @internal
 def _is_real(ghosts, p):
-    """Return whether a place is not that of a ghost."""
+    """Return whether a place does not belong to a ghost."""
     for row in range(ghosts.shape[0]):
         if ghosts[row, 0] == p:
             return False
@@ -414,10 +414,10 @@ def _is_real(ghosts, p):
 
 @internal_inlined
 def _mean_equivalent(cells, ends, stiffness, p):
-    """Return the equivalent stress of the mean of both automata [Pa].
+    """Return the equivalent stress of the mean stress of both automata [Pa].
 
-    All pairs of an automaton then yield together. With their own tractions they would not: what one pair takes off its deviator
-    the others' stress along z would have to carry.
+    All pairs of an automaton then yield together. With their own tractions they would not: the decrease of the deviator by one
+    pair would have to be balanced by the stress along z of the others.
     """
     xx, yy, xy, mean = _mean_stresses(cells, ends, stiffness, p)
     return equivalent_stress(xx, yy, 3.0 * mean - xx - yy, xy)
@@ -425,14 +425,14 @@ def _mean_equivalent(cells, ends, stiffness, p):
 
 @internal
 def _flow(law, medium, motion, scratch, link, equivalent, time):
-    """Write the history of a link that yields, and return the energy that this takes [J].
+    """Write the history of a link that yields, and return the dissipated energy [J].
 
-    It is the work of the kicks before and after the drift less the change of the energy of the link, so that the balance of a
-    step closes: with its elastic strains u before the drift and w after it, and stiffnesses g and h,
+    It is the work of the kicks before and after the drift minus the change of the link's energy, so that the balance of a step
+    closes. With the elastic strains u before and w after the drift, and the stiffnesses g and h, it is
 
         S r G ((g - h) u.w + (g u + h w).de_p),
 
-    the area between the lines of loading and unloading, and the mean stress times the strain that has flowed.
+    i.e. the area between the loading and unloading lines, and the mean stress times the plastic strain increment.
     """
     (q, p), body, h = link, medium.body, medium.histories
     j = p + body.layout.offset[q]
@@ -451,7 +451,7 @@ def _flow(law, medium, motion, scratch, link, equivalent, time):
 
 @internal_inlined
 def strain_rates(body, motion, scratch, q, p):
-    """Return the rates of the strains of a link, along and across [1/s]."""
+    """Return the strain rates of a link, along and across it [1/s]."""
     j, inverse, links = p + body.layout.offset[q], 1.0 / body.diameter, scratch.links
     vx, vy = motion[VX, j] - motion[VX, p], motion[VY, j] - motion[VY, p]
     turning, nx, ny = 0.5 * (motion[SPIN, p] + motion[SPIN, j]), links[EX, q, p], links[EY, q, p]

@@ -1,4 +1,4 @@
-"""Loads and grips in a kick, drifts, and their sums: momenta, kinetic energies, work and impulse of boundaries and forces."""
+"""Loads and grips in a kick, drifts, and sums: momenta, kinetic energies, work and impulse of boundaries and forces."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from .lattice import FORCE_X, FORCE_Y, INERTIA, MASS, SPIN, TORQUE, VX, VY, X, Y
 
 # Bits of `Grip.held`.
 HOLDS_X, HOLDS_Y, HOLDS_ROTATION = 1, 2, 4
-# Places in a tally: work, impulse along x and y, impulse moment about the origin.
+# Entries of a tally: work, impulse along x and y, moment of the impulse about the origin.
 WORK, IMPULSE_X, IMPULSE_Y, ANGULAR_IMPULSE = 0, 1, 2, 3
 TALLY_ROWS = 4
 
@@ -22,8 +22,8 @@ class Load(NamedTuple):
     """Forces on some automata.
 
     Attributes:
-        automata: shape (k,), int64; each may come more than once.
-        place: of these in the fields, shape (k,).
+        automata: shape (k,), int64; an automaton may occur several times.
+        place: indices in the fields, shape (k,).
         force: shape (k, 2) [N].
         lever: from the centre of the automaton to the point where the force acts, shape (k, 2) [m].
         before: scratch: velocities and spin before a kick, shape (k, 3).
@@ -41,9 +41,9 @@ class Grip(NamedTuple):
 
     Attributes:
         automata: shape (k,), int64.
-        place: of these in the fields, shape (k,).
+        place: indices in the fields, shape (k,).
         held: sum of HOLDS_X, HOLDS_Y and HOLDS_ROTATION, shape (k,), int64.
-        velocity: that they get, shape (k, 2) [m/s]; rotations that are held have none.
+        velocity: prescribed velocity, shape (k, 2) [m/s]; held rotations have zero rate.
         before: scratch: velocities and spin before a kick, shape (k, 3).
     """
 
@@ -70,7 +70,7 @@ def load_torque(load, row):
 
 @internal
 def drift(motion, time):
-    """Move automata for a time [s] with their velocities."""
+    """Move automata for a time [s] at their velocities."""
     for row in range(VX):
         value, rate = motion[row], motion[VX + row]
         for p in range(value.size):
@@ -79,7 +79,7 @@ def drift(motion, time):
 
 @internal
 def kick(body, motion, forces, time):
-    """Accelerate automata for a time [s]; the first rows of `forces` are those of `lattice.Scratch.cells`."""
+    """Accelerate automata for a time [s]; `forces` begins with the force rows of `lattice.Scratch.cells`."""
     for row in range(VX):
         velocity, force, mass = motion[VX + row], forces[row], body.cells[INERTIA if row == TORQUE else MASS]
         for p in range(velocity.size):
@@ -88,7 +88,7 @@ def kick(body, motion, forces, time):
 
 @internal
 def count_fast(motion, limit):
-    """Return how many automata have a squared speed above a limit, or none that is a number."""
+    """Return the number of automata whose squared speed exceeds a limit or is NaN."""
     fast = 0
     for p in range(motion.shape[1]):
         fast += 0 if motion[VX, p] * motion[VX, p] + motion[VY, p] * motion[VY, p] <= limit else 1
@@ -97,7 +97,7 @@ def count_fast(motion, limit):
 
 @internal
 def largest_speed(motion):
-    """Return the largest speed [m/s] of those that are numbers."""
+    """Return the largest speed [m/s], ignoring NaN."""
     largest = 0.0
     for p in range(motion.shape[1]):
         square = motion[VX, p] * motion[VX, p] + motion[VY, p] * motion[VY, p]
@@ -115,7 +115,7 @@ def keep_velocities(place, motion, before):
 
 @internal
 def kick_with_inputs(body, motion, forces, inputs, time):
-    """Kick automata with the forces and with loads; then give held automata their velocities.
+    """Kick automata with forces and loads, then set the velocities of held automata.
 
     Args:
         body: a `lattice.Body`.
@@ -140,7 +140,7 @@ def kick_with_inputs(body, motion, forces, inputs, time):
     kick(body, motion, forces, time)
     hold(body, motion, forces, inputs, time)
     for row in range(load.place.size):
-        # Force times the mean of the velocities before and after; so for torques.
+        # Force times the mean of the velocities before and after, likewise for torques.
         p = load.place[row]
         mean_x, mean_y = 0.5 * (load.before[row, 0] + motion[VX, p]), 0.5 * (load.before[row, 1] + motion[VY, p])
         mean_spin = 0.5 * (load.before[row, 2] + motion[SPIN, p])
@@ -150,7 +150,7 @@ def kick_with_inputs(body, motion, forces, inputs, time):
 
 @spliced
 def hold(body, motion, forces, inputs, time):
-    """Give held automata their velocities after a kick, and tally the work and impulse of the grip; arguments as above."""
+    """Set the velocities of held automata after a kick, and tally work and impulse of the grip; arguments as above."""
     grip, tally = inputs.grip, inputs.tallies[1]
     for row in range(grip.place.size):
         p, held = grip.place[row], grip.held[row]

@@ -19,12 +19,12 @@ IntArray = npt.NDArray[np.int64]
 
 
 def chosen_materials(parameters: AutomataParameters) -> list[Material]:
-    """Return the materials by their number."""
+    """Return the materials, by number."""
     return [material(one) for one in parameters.materials]
 
 
 def material_numbers(parameters: AutomataParameters, packing: Packing) -> IntArray:
-    """Return the number of the material of each automaton, shape (n,)."""
+    """Return the material number of each automaton, shape (n,)."""
     count, given = len(packing.reference), parameters.automaton_material
     if given is not None:
         if len(given) != count:
@@ -50,7 +50,7 @@ def lame_constants(solid: Material) -> tuple[float, float]:
 
 
 def make_response(parameters: AutomataParameters, rows: IntArray) -> Flows | NoFlow:
-    """Return the response of links, as kernels take it; rows as `law_rows` gives them. Links of two materials do not flow."""
+    """Return the response of links for kernels; `rows` are the result of `law_rows`. Links of two materials do not yield."""
     p, count = parameters, len(parameters.materials)
     if not p.yields:
         return NoFlow()
@@ -59,7 +59,7 @@ def make_response(parameters: AutomataParameters, rows: IntArray) -> Flows | NoF
 
 
 def make_criterion(parameters: AutomataParameters, rows: IntArray) -> Any:
-    """Return the criterion of links, as kernels take it; rows as `law_rows` gives them."""
+    """Return the criterion of links for kernels; `rows` are the result of `law_rows`."""
     p, leading = parameters, parameters.leading_criterion
     if not p.several_materials or not p.breakable:
         return leading.law()
@@ -70,7 +70,7 @@ def make_criterion(parameters: AutomataParameters, rows: IntArray) -> Any:
 def law_rows(parameters: AutomataParameters, numbers: IntArray, packing: Packing, layout: Layout) -> IntArray:
     """Return the numbers of the two laws of each link, shape (directions x m, 2).
 
-    Laws are those of the materials, then those of the interfaces.
+    The materials' laws come first, then those of the interfaces.
     """
     count, half = len(parameters.materials), packing.lattice.slots // 2
     one, other = np.meshgrid(np.arange(count), np.arange(count), indexing="ij")

@@ -1,9 +1,8 @@
-"""Packings of equal automata: which automata fill a shape, their neighbours, and how much of each cell lies inside.
+"""Packings of equal automata: which automata fill a shape, their neighbours, and the part of each cell inside.
 
-The centres stand on a lattice, inside the outline or on it. An automaton on the outline is a part of a cell: a half on a side,
-a quarter at a corner. Volume, mass and the faces that lie in the outline shrink with it. A free face of a whole cell (the
-zigzag of the hexagonal packing, and the staircase of an oblique side) carries no traction, and is condensed; see
-`Packing.missing`.
+The centres lie on a lattice, inside the outline or on it. An automaton on the outline is a part of a cell: a half on a side, a
+quarter at a corner. Volume, mass and the faces in the outline shrink accordingly. A free face of a whole cell (at the zigzag of
+the hexagonal packing, or the staircase of an oblique side) carries no traction and is condensed; see `Packing.missing`.
 """
 
 from __future__ import annotations
@@ -18,9 +17,9 @@ from ..errors import Fault, ParameterError
 from ..support.float_arrays import FloatArray
 from .shapes import ON_THE_OUTLINE, Shape
 
-# cos and sin of 60 degrees: one number each, so that mirrored directions are exactly mirrored.
+# cos and sin of 60 degrees, one number each, so that mirrored directions are exact mirror images.
 _HALF, _SINE = 0.5, 0.5 * math.sqrt(3.0)
-# Where in a sector of a cell it is looked whether that sector lies inside, in diameters from the centre.
+# Point that decides whether a sector of a cell lies inside, in diameters from the centre.
 _PROBE = 0.01
 
 
@@ -30,8 +29,8 @@ class Lattice:
 
     Attributes:
         name: "square" or "hexagonal".
-        steps: from a centre to its neighbours in whole numbers of `unit`, counter-clockwise from +x, shape (slots, 2).
-        unit: what the whole numbers of x and y are multiplied by.
+        steps: vectors from a centre to its neighbours in multiples of `unit`, counter-clockwise from +x, shape (slots, 2).
+        unit: step sizes along x and y.
         directions: unit vectors to the neighbours, shape (slots, 2).
         face: length of the face towards a neighbour, S / D.
         volume: area of the cell, V / D^2.
@@ -46,14 +45,14 @@ class Lattice:
 
     @property
     def slots(self) -> int:
-        """Number of neighbours of an automaton inside."""
+        """Number of neighbours of an interior automaton."""
         return len(self.steps)
 
     @property
     def sectors(self) -> FloatArray:
-        """The triangles that make up a cell, in diameters from its centre, counter-clockwise, shape (2 slots, 3, 2)."""
+        """Triangles of a cell, in diameters from its centre, counter-clockwise, shape (2 slots, 3, 2)."""
         onward = np.roll(self.directions, -1, axis=0)
-        # A corner of the cell lies half a diameter along both directions beside it.
+        # A corner of the cell projects to half a diameter along both adjacent directions.
         corners = 0.5 * (self.directions + onward) / (1.0 + (self.directions * onward).sum(axis=1, keepdims=True))
         centre = np.zeros_like(corners)
         left, right = [centre, 0.5 * self.directions, corners], [centre, corners, 0.5 * onward]
@@ -87,14 +86,14 @@ class Packing:
     Attributes:
         lattice: the packing.
         diameter: of an automaton [m].
-        places: whole numbers of the lattice's units from the anchor, shape (n, 2).
+        places: lattice coordinates relative to the anchor, in multiples of `lattice.unit`, shape (n, 2).
         reference: centres, shape (n, 2) [m].
-        neighbours: of each automaton in each slot; itself where there is none, shape (n, slots), int32.
-        volume: area of each cell that lies inside, shape (n,) [m^2].
+        neighbours: of each automaton in each slot; the automaton itself if missing, shape (n, slots), int32.
+        volume: area of each cell inside the shape, shape (n,) [m^2].
         face: length of the face in each slot, 0 without a neighbour, shape (n, slots) [m].
-        share: what the strain of each pair adds to the volumetric strain, S r / 2 V, shape (n, slots).
-        missing: 2 - the sum of the shares: the share of the free faces of a whole cell, shape (n,).
-        sectors: which of `lattice.sectors` each automaton has, shape (n, 2 slots).
+        share: contribution of the strain of each pair to the volumetric strain, S r / 2 V, shape (n, slots).
+        missing: 2 minus the sum of the shares, i.e. the share of the free faces of a whole cell, shape (n,).
+        sectors: mask of the `lattice.sectors` of each automaton, shape (n, 2 slots).
     """
 
     lattice: Lattice
@@ -109,7 +108,7 @@ class Packing:
     sectors: npt.NDArray[np.bool_]
 
     def pairs(self) -> npt.NDArray[np.int64]:
-        """Return the pairs of neighbours, ordered by slot and automaton, shape (m, 3): automaton, the other one, slot."""
+        """Return the pairs of neighbours, sorted by slot and automaton, shape (m, 3): automaton, neighbour, slot."""
         found = []
         for slot in range(self.lattice.slots // 2):
             first = np.flatnonzero(self.neighbours[:, slot] != np.arange(len(self.places)))
@@ -117,7 +116,7 @@ class Packing:
         return np.concatenate(found).astype(np.int64)
 
     def nearest(self, x: float, y: float) -> int:
-        """Return the automaton whose centre is nearest to a point [m]; the first of several."""
+        """Return the automaton nearest to a point [m]; the first of equally near ones."""
         return int(np.argmin((self.reference[:, 0] - x) ** 2 + (self.reference[:, 1] - y) ** 2))
 
 
@@ -126,12 +125,12 @@ def pack(name: str, shape: Shape, diameter: float, periodic: tuple[bool, bool] =
 
     Args:
         name: of the lattice.
-        shape: what to fill.
+        shape: to be filled.
         diameter: of the automata [m].
-        periodic: whether the left and right sides of a rectangle are one, and the lower and upper ones.
+        periodic: whether the left and right sides of a rectangle are joined, and the lower and upper ones.
 
     Raises:
-        ParameterError: a straight side does not lie on the lattice, or the shape holds no pair of automata.
+        ParameterError: a straight side does not lie on the lattice, or the shape contains no pair of automata.
     """
     lattice = LATTICES[name]
     _refuse_misfit(lattice, shape, diameter, periodic)
@@ -144,7 +143,7 @@ def pack(name: str, shape: Shape, diameter: float, periodic: tuple[bool, bool] =
     neighbours = _neighbours(lattice, places, turns)
     linked = neighbours != np.arange(len(places))[:, np.newaxis]
     sectors = _sectors_inside(lattice, shape, diameter, places, periodic)
-    # A face counts as far as both cells have it; sector 2 k is left of the direction of slot k, sector 2 k - 1 right of it.
+    # A face counts as far as both cells include it; sector 2 k is left of the direction of slot k, sector 2 k - 1 right of it.
     own = 0.5 * (sectors[:, 0::2].astype(float) + np.roll(sectors, 1, axis=1)[:, 0::2])
     opposite = np.roll(np.arange(lattice.slots), -(lattice.slots // 2))
     face = np.where(linked, np.minimum(own, own[neighbours, opposite]), 0.0)
@@ -182,11 +181,11 @@ def pack(name: str, shape: Shape, diameter: float, periodic: tuple[bool, bool] =
 
 
 def _refuse_misfit(lattice: Lattice, shape: Shape, diameter: float, periodic: tuple[bool, bool]) -> None:
-    """Refuse straight sides that pass between the rows of the lattice, with the two nearest places that fit."""
+    """Refuse straight sides between the rows of the lattice; name the two nearest positions that fit."""
     faults = []
     for name, axis, place, rows in shape.straight_sides():
         unit = diameter * lattice.unit[axis] * rows
-        # A hexagonal packing that is closed on itself has a whole number of diameters along x, two of rows along y.
+        # A periodic hexagonal packing has a whole number of diameters along x and an even number of rows along y.
         step = unit * (2 if periodic[axis] and lattice.name == "hexagonal" else 1)
         count = (place - shape.anchor[axis]) / step
         if abs(count - round(count)) * step > ON_THE_OUTLINE * diameter:
@@ -199,7 +198,7 @@ def _refuse_misfit(lattice: Lattice, shape: Shape, diameter: float, periodic: tu
 
 
 def _refuse_idle_holes(lattice: Lattice, shape: Shape, diameter: float) -> None:
-    """Refuse holes that take no automaton away."""
+    """Refuse holes that remove no automaton."""
     points = _lattice_points(lattice, shape, diameter)[1]
     points = points[shape.surrounds(points, 0.0)]
     for number, hole in enumerate(shape.holes):
@@ -210,7 +209,7 @@ def _refuse_idle_holes(lattice: Lattice, shape: Shape, diameter: float) -> None:
 
 
 def _places_inside(lattice: Lattice, shape: Shape, diameter: float, periodic: tuple[bool, bool]) -> npt.NDArray[np.int64]:
-    """Return the lattice points in the shape, in rows from below; of sides that are one only the left and the lower one."""
+    """Return the lattice points in the shape, row by row from below; of joined sides only the left and the lower one."""
     margin = ON_THE_OUTLINE * diameter
     places, points = _lattice_points(lattice, shape, diameter)
     inside = shape.contains(points, margin)
@@ -222,7 +221,7 @@ def _places_inside(lattice: Lattice, shape: Shape, diameter: float, periodic: tu
 
 
 def _lattice_points(lattice: Lattice, shape: Shape, diameter: float) -> tuple[npt.NDArray[np.int64], FloatArray]:
-    """Return the points of the lattice around a shape: whole numbers of its units, and where they are [m], shape (k, 2)."""
+    """Return the lattice points around a shape: coordinates in lattice units, and positions [m], shape (k, 2)."""
     unit = diameter * lattice.unit
     left, right, low, high = shape.bounds
     x, y = shape.anchor
@@ -235,14 +234,14 @@ def _lattice_points(lattice: Lattice, shape: Shape, diameter: float) -> tuple[np
 
 
 def _turns(lattice: Lattice, shape: Shape, diameter: float, periodic: tuple[bool, bool]) -> tuple[int, int]:
-    """Return after how many units a packing that is closed on itself begins again along x and y; 0 where it does not."""
+    """Return the periods of a packing along x and y in lattice units, 0 if not periodic."""
     left, right, low, high = shape.bounds
     extent = np.array([right - left, high - low]) / (diameter * lattice.unit)
     return int(round(extent[0])) * periodic[0], int(round(extent[1])) * periodic[1]
 
 
 def _refuse_own_neighbours(lattice: Lattice, turns: tuple[int, int]) -> None:
-    """Refuse a packing closed on itself that is so narrow that an automaton would be its own neighbour."""
+    """Refuse a periodic packing so narrow that an automaton would be its own neighbour."""
     if any(
         all(step % turn == 0 if turn else step == 0 for step, turn in zip(one, turns, strict=True)) for one in lattice.steps
     ):
@@ -252,7 +251,7 @@ def _refuse_own_neighbours(lattice: Lattice, turns: tuple[int, int]) -> None:
 
 
 def _neighbours(lattice: Lattice, places: npt.NDArray[np.int64], turns: tuple[int, int]) -> npt.NDArray[np.int64]:
-    """Return the neighbours of each automaton; itself where there is none."""
+    """Return the neighbours of each automaton; the automaton itself if a neighbour is missing."""
     low = places.min(axis=0) - 2
     width = places.max(axis=0) - low + 3
     table = np.full(width[0] * width[1], -1, np.int64)
@@ -270,7 +269,7 @@ def _neighbours(lattice: Lattice, places: npt.NDArray[np.int64], turns: tuple[in
 def _sectors_inside(
     lattice: Lattice, shape: Shape, diameter: float, places: npt.NDArray[np.int64], periodic: tuple[bool, bool]
 ) -> npt.NDArray[np.bool_]:
-    """Return which of the sectors of each cell lie inside, two between any two directions, shape (n, 2 slots)."""
+    """Return which sectors of each cell lie inside, two between adjacent directions, shape (n, 2 slots)."""
     centres = np.array(shape.anchor) + diameter * lattice.unit * places
     inside = np.empty((len(places), 2 * lattice.slots), bool)
     left, right, low, high = shape.bounds

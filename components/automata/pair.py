@@ -1,18 +1,18 @@
-"""Pairs of linked automata: the strains that no rigid motion changes, and the forces that belong to them.
+"""Pairs of linked automata: strains that are invariant under rigid motions, and the forces conjugate to them.
 
-The way from centre to centre, d, is seen from axes that are turned by the mean phi of both rotations. With N the direction to
-the neighbour before anything moved and T that turned by 90 degrees, the strains are
+The vector d from centre to centre is expressed in axes rotated by phi, the mean of both rotations. With N the initial direction
+to the neighbour and T the same rotated by 90 degrees, the strains are
 
     eps = d . N(phi) / r - 1,        gamma = d . T(phi) / r,
 
 for small motions du.n/r and du.t/r - (w_i + w_j)/2 of the movable cellular automata. With f_n and f_t the derivatives of the
-energy of the pair with respect to r eps and r gamma, the forces +-(f_n N(phi) + f_t T(phi)) on both and the torque
-(r/2) ((1 + eps) f_t - gamma f_n) on each are its exact derivatives: a rigid motion, however large, costs no energy, and
-momentum and angular momentum are conserved to rounding.
+pair's energy with respect to r eps and r gamma, the forces +-(f_n N(phi) + f_t T(phi)) on both automata and the torque
+(r/2) ((1 + eps) f_t - gamma f_n) on each are exact derivatives of the energy: a rigid motion, however large, costs no energy,
+and momentum and angular momentum are conserved to rounding.
 
-Rotations are kept as cos - 1 and sin of half the angle of each automaton, so that their product is the mean rotation of a pair
-without a root, and small strains lose no digits. Both ends of a pair get the same bits with opposite signs, and so do pairs
-that are mirrored: sums over the links of an automaton add opposite links first.
+Rotations are stored as cos - 1 and sin of half the angle of each automaton. Their product is the mean rotation of a pair,
+without a square root, and small strains lose no digits. Both ends of a pair get bitwise opposite values, and so do mirrored
+pairs: sums over the links of an automaton add opposite links first.
 """
 
 from __future__ import annotations
@@ -41,18 +41,18 @@ from .lattice import (
 )
 
 _QUARTER_TURNS = 2.0 / np.pi
-# pi / 2 in three parts, the first two so short that their products with a small whole number are exact (Cody and Waite).
+# pi / 2 in three parts, the first two short enough that their products with a small whole number are exact (Cody and Waite).
 _PART_1, _PART_2, _PART_3 = 1.57079632673412561417, 6.07710050630396597660e-11, 2.02226624879595063154e-21
 
 
 @internal_inlined
 def half_turn(angle):
-    """Return cos - 1 and sin of half an angle, with + - x alone."""
+    """Return cos - 1 and sin of half an angle, using only +, -, *."""
     half = 0.5 * angle
     quarters = np.rint(half * _QUARTER_TURNS)
     less, sine = small_turn(((half - quarters * _PART_1) - quarters * _PART_2) - quarters * _PART_3)
     turns = quarters - 4.0 * np.floor(0.25 * quarters)
-    # Without branches, so that loops vectorise.
+    # No branches, so that loops vectorise.
     return (
         (less if turns == 0.0 else -sine - 1.0) if turns < 2.0 else (-2.0 - less if turns == 2.0 else sine - 1.0),
         (sine if turns == 0.0 else 1.0 + less) if turns < 2.0 else (-sine if turns == 2.0 else -1.0 - less),
@@ -98,7 +98,7 @@ def strain_links(body, motion, scratch):
 
 @internal_inlined
 def pair_strain(way, first, second, nx, ny):
-    """Return eps, gamma and the direction N(phi) of a pair, with the difference of the displacements in diameters."""
+    """Return eps, gamma and the direction N(phi) of a pair; `way` is the difference of displacements in diameters."""
     (dx, dy), (ci, si), (cj, sj) = way, first, second
     less, sine = (ci + cj) + (ci * cj - si * sj), (si + sj) + (ci * sj + cj * si)
     cosine = 1.0 + less
@@ -108,12 +108,12 @@ def pair_strain(way, first, second, nx, ny):
 
 @internal
 def sum_over_links(layout, first, second, sign, out):
-    """Write sums over the links of all automata: of `first` where links begin, and of `sign` times `second` where they end.
+    """Write sums over the links of all automata: `first` where links begin plus `sign` times `second` where they end.
 
     Args:
         layout: a `lattice.Layout`.
         first: shape (directions, m).
-        second: likewise.
+        second: shape (directions, m).
         sign: 1 or -1.
         out: shape (m,).
     """
@@ -124,7 +124,7 @@ def sum_over_links(layout, first, second, sign, out):
         for p in range(sums.size):
             sums[p] = (up[p] + sign * down[p]) + (right[p] + sign * left[p])
     else:
-        # Up and down are the upper right and the lower left here.
+        # Here up and down are the upper right and the lower left.
         upper_left, lower_right = first[2, begin:end], second[2, begin - offset[2] : end - offset[2]]
         for p in range(sums.size):
             below = sign * down[p] + sign * lower_right[p]
@@ -133,7 +133,7 @@ def sum_over_links(layout, first, second, sign, out):
 
 @internal
 def sum_shares(body, values, links, out):
-    """Write the sums of values of links, shape (directions, m), by their shares in both automata, shape (m,)."""
+    """Write the sums of link values, shape (directions, m), weighted by their shares in both automata, shape (m,)."""
     for q in range(values.shape[0]):
         for p in range(values.shape[1]):
             links[FIRST_TERM, q, p] = body.links[FIRST_SHARE, q, p] * values[q, p]
@@ -154,13 +154,13 @@ def sum_forces(body, links, cells):
 
 @internal_inlined
 def equivalent_stress(xx, yy, zz, xy):
-    """Return von Mises' equivalent stress [Pa]."""
+    """Return the von Mises equivalent stress [Pa]."""
     squares = (xx - yy) * (xx - yy) + (yy - zz) * (yy - zz) + (zz - xx) * (zz - xx)
     return np.sqrt(0.5 * squares + 3.0 * xy * xy)
 
 
 @internal_inlined
 def virial(normal, tangential, ex, ey):
-    """Return what tractions on a face add to the stress, for a share of 1: xx, yy and xy [Pa]."""
+    """Return the contribution of face tractions to the stress, for a share of 1: xx, yy and xy [Pa]."""
     tx, ty = normal * ex - tangential * ey, normal * ey + tangential * ex
     return ex * tx, ey * ty, 0.5 * (ex * ty + ey * tx)

@@ -25,16 +25,16 @@ Place = Index | Pair
 
 
 class Fixed(boundaries.Fixed):
-    """Automata that neither move nor turn."""
+    """Automata that neither move nor rotate."""
 
     depth: float = field(0.0, "how far from the outermost automaton it reaches", "m", ge=0.0)
 
 
 class PrescribedVelocity(boundaries.PrescribedVelocity):
-    """Automata move with the velocity that the input `<edge>_velocity` gives.
+    """Automata move at the velocity of the input `<edge>_velocity`.
 
-    A plate that prescribes the component across its edge alone is smooth: automata slide along it and do not turn, as on a
-    plane of symmetry. Automata of an edge that prescribes the component along it alone turn freely.
+    A plate that prescribes only the component across its edge is smooth: automata slide along it and do not rotate, as on a
+    plane of symmetry. If only the component along the edge is prescribed, automata rotate freely.
     """
 
     depth: float = field(0.0, "how far from the outermost automaton it reaches", "m", ge=0.0)
@@ -53,14 +53,14 @@ ChosenBoundary = Annotated[SerializeAsAny[Boundary], ByName(BOUNDARIES)]
 
 
 class StrengthRegion(Parameters):
-    """A region in which pairs are weaker or stronger."""
+    """A region with weaker or stronger pairs."""
 
     area: ChosenArea = field(..., "pairs whose middle lies in this area: a box or a disc", "1")
     factor: Magnitude = field(..., "of their strengths", "1")
 
 
 class Region(Parameters):
-    """A part of the specimen with one of several materials."""
+    """A part of the specimen with one of the materials."""
 
     area: ChosenArea = field(..., "automata whose centre lies in this area: a box or a disc", "1")
     material: int = field(..., "number of the material, from 0", "1", ge=0)
@@ -74,7 +74,7 @@ class Interface(Parameters):
 
 
 class AutomataParameters(Parameters):
-    """A specimen that is packed with equal automata, its materials and its four edges; plane strain."""
+    """A specimen packed with equal automata, its materials and its four edges; plane strain."""
 
     shape: ChosenShape = field(
         ...,
@@ -154,7 +154,7 @@ class AutomataParameters(Parameters):
         return self
 
     def _refuse_notch(self, edge: str, boundary: Periodic | Traction) -> None:
-        """Refuse a hole in an edge that has to be whole."""
+        """Refuse a hole in an edge that must be whole."""
         place = ("left", "right", "bottom", "top").index(edge)
         for number, hole in enumerate(self.shape.holes):
             low, high = hole.bounds[place // 2 * 2 : place // 2 * 2 + 2]
@@ -219,7 +219,7 @@ class AutomataParameters(Parameters):
 
     @property
     def materials(self) -> list[str | Material]:
-        """Presets or materials by their number."""
+        """Presets or materials, by number."""
         return self.material if isinstance(self.material, list) else [self.material]
 
     @property
@@ -239,37 +239,37 @@ class AutomataParameters(Parameters):
 
     @property
     def leading_criterion(self) -> Criterion:
-        """The criterion that gives the others their name: the first that breaks anything."""
+        """The criterion that sets the kind of all others: the first one that can break links."""
         return next((one for one in self._all_criteria() if one.causes), Unbreakable())
 
     @property
     def breakable(self) -> bool:
-        """Return whether any pairs break."""
+        """Return whether any pair can break."""
         return bool(self.leading_criterion.causes)
 
     @property
     def yields(self) -> bool:
-        """Return whether any pairs yield."""
+        """Return whether any pair can yield."""
         return not all(one.elastic for one in self.responses)
 
     @property
     def has_history(self) -> bool:
-        """Return whether any pairs yield or break."""
+        """Return whether any pair can yield or break."""
         return self.breakable or self.yields
 
     @property
     def has_bonds(self) -> bool:
-        """Return whether links are computed one by one: they yield or break, or there are several materials."""
+        """Return whether links are computed one by one: they can yield or break, or there are several materials."""
         return self.has_history or self.several_materials
 
     @property
     def periodic(self) -> tuple[bool, bool]:
-        """Return whether left and right are one, and bottom and top."""
+        """Return whether the left and right edges are joined, and the bottom and top ones."""
         left, bottom = (isinstance(self.boundaries.get(name), Periodic) for name in ("left", "bottom"))
         return left, bottom
 
 
 def _refuse_unknown(place: Location, number: int, count: int) -> None:
-    """Refuse the number of a material that is not there."""
+    """Refuse a material number that does not exist."""
     if number >= count:
         raise ParameterError(f"got {number}", expected=f"0 to {count - 1}", at=place)

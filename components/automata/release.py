@@ -1,6 +1,6 @@
-"""Links that break: each becomes a contact and an event, and its weight falls over several steps.
+"""Release of broken links: each becomes a contact and an event, and its weight decreases over several steps.
 
-Each step counts the energy that a change of weights takes from the link, both volumes and the contact.
+Each step tallies the energy that a change of weights takes from the link, both volumes and the contact.
 """
 
 from __future__ import annotations
@@ -12,14 +12,14 @@ from .contacts import FIRST, SECOND, START, link_at, put, separation, stiffnesse
 from .energies import division_energy, link_energy, volume_energy, whole_energy
 from .lattice import FACE, FIRST_SHARE, NORMAL, SECOND_SHARE
 
-# Places in a tally of losses, and the value of the last one that makes the next step find contacts.
+# Entries of a tally of losses, and the value of the last entry that triggers a search for contacts in the next step.
 FRACTURE, FRICTION, INELASTIC, DAMPING, LINKING, TRAVEL, LOSSES = 0, 1, 2, 3, 4, 5, 6
 NEVER_FOUND = 1e300
 
 
 @internal_inlined
 def scheduled_weight(pairs, row, tick, release):
-    """Return the weight of a link after an internal step: falling since it broke, rising since it was made again."""
+    """Return the weight of a link after an internal step: decreasing after a break, increasing after relinking."""
     start = pairs[row, START]
     if start >= 0:
         return max(0.0, 1.0 - (tick - start + 1) / release)
@@ -28,9 +28,9 @@ def scheduled_weight(pairs, row, tick, release):
 
 @internal
 def lower_weights(layout, weight, contacts, tick, release):
-    """Give links that are being released the mean of their weights before and after an internal step.
+    """Give links in release the mean of their weights before and after an internal step.
 
-    The kick of a step belongs to both of its halves. `settle_weights` then writes the weight after it.
+    The kick of a step belongs to both of its halves. Afterwards `settle_weights` writes the weight at the end of the step.
 
     Args:
         layout: a `lattice.Layout`.
@@ -40,7 +40,7 @@ def lower_weights(layout, weight, contacts, tick, release):
         release: of the law of the links.
 
     Returns:
-        Whether weights of others rise: see `welding.raise_weights`.
+        Whether weights of other links rise: see `welding.raise_weights`.
     """
     rising = False
     for row in range(contacts.used):
@@ -56,16 +56,16 @@ def lower_weights(layout, weight, contacts, tick, release):
 
 @internal
 def settle_weights(medium, motion, links, contacts, tick, losses):
-    """Give links whose weights change those after an internal step, and count the energy that releasing them takes.
+    """Give links in release their weights at the end of an internal step, and tally the released energy.
 
-    The energy that one of them takes depends on the weights of the others at its ends: each is counted while the others have
-    the mean of theirs, with which the sum is that of all together, but for what is of third order in the change of a step.
+    The energy of one link depends on the weights of the other links at its ends. Each is computed with the mean weights of the
+    others; the sum is then the total energy up to terms of third order in the change of a step.
 
     Args:
         medium: a `links.Medium`; weights are updated.
         motion: a `lattice.Motion`.
         links: of a `lattice.Scratch`, with the strains of the present positions.
-        contacts: `contacts.Contacts`, which have slid up to now.
+        contacts: `contacts.Contacts`, with the present slip.
         tick: number of the internal step.
         losses: see FRACTURE, updated in place.
     """
@@ -84,22 +84,22 @@ def settle_weights(medium, motion, links, contacts, tick, losses):
             after = scheduled_weight(pairs, row, tick, medium.law.release)
             put(weight, layout, pairs, row, after)
             if after == 1.0:
-                # It holds: before the next step its contact goes from the list.
+                # The link holds: the search before the next step removes its contact from the list.
                 losses[TRAVEL] = NEVER_FOUND
 
 
 @jit
 def rest_distances(medium, motion, scratch, contacts, begin):
-    """Write the distances at rest of the contacts that breaking links leave behind, from row `begin` on [m].
+    """Write the rest distances of the contacts that breaking links leave, from row `begin` on [m].
 
-    The contact takes over the pressure of the link, but no more than the overlap since the diameter, which an elastic link
-    has, and no more energy than the link has with its part of the energies of both volumes: a link that has flowed together
-    holds less of both. One that pulls leaves a contact without overlap.
+    The contact takes over the pressure of the link, up to two limits: its overlap is at most that relative to the diameter, as
+    in an elastic link, and its energy is at most the link's energy with its part of both volume energies. A link that has
+    yielded in compression stores less of both. A link in tension leaves a contact without overlap.
 
     Args:
         medium: a `links.Medium`.
         motion: a `lattice.Motion`.
-        scratch: a `lattice.Scratch`, with strains and tractions of the present positions.
+        scratch: a `lattice.Scratch`, with strains and tractions at the present positions.
         contacts: `contacts.Contacts`, updated.
         begin: first of these rows.
     """
@@ -122,7 +122,7 @@ def rest_distances(medium, motion, scratch, contacts, begin):
 
 @internal
 def _part_of_volume(body, h, links, p, share):
-    """Return the part of the energy of a volume that belongs to a link with a share in its strain [J]."""
+    """Return the part of a volume energy that belongs to a link with a given share in the volumetric strain [J]."""
     shares = 0.0
     for q in range(body.layout.offset.size):
         b = p - body.layout.offset[q]

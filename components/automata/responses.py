@@ -1,12 +1,12 @@
 """Response functions of a pair: the four of Psakhie et al. (2003), figure 3.
 
-Beyond an onset the equivalent stress follows a line of smaller slope. Unloading tells the responses apart: (b) it returns to
-the origin with a reduced modulus, (c) it is elastic and leaves a strain, (d) something of both. They differ in the part
+Beyond an onset the equivalent stress follows a line of smaller slope. The responses differ in unloading: (b) returns to the
+origin with a reduced modulus, (c) is elastic and leaves a permanent strain, (d) combines both. They differ in the fraction
 beta of the excess that degrades the modulus.
 
-With the equivalent stress s above the limit s_l = onset + H q, q the inelastic strain so far, the deviator of the pair's stress
-is multiplied by M = s_new / s, s_new = s_l + H dq, dq = (s - s_l) / (g (3 G + H)) (Wilkins 1964). Of 1 - M the part beta lowers
-the stiffness g, g -> M_d g with M_d = 1 - beta (1 - M); the rest, M_p = M / M_d, is flow:
+With the equivalent stress s above the limit s_l = onset + H q, where q is the accumulated inelastic strain, the stress deviator
+of the pair is multiplied by M = s_new / s, s_new = s_l + H dq, dq = (s - s_l) / (g (3 G + H)) (Wilkins 1964). The fraction beta
+of 1 - M lowers the stiffness g, g -> M_d g with M_d = 1 - beta (1 - M); the rest, M_p = M / M_d, is flow:
 
     eps_p -> eps - M_p (eps - eps_p) - (1 - M_p) theta / 3,        gamma_p -> gamma - M_p (gamma - gamma_p).
 """
@@ -24,13 +24,13 @@ from ..support.jit import internal_inlined
 from ..support.parameter_fields import Magnitude, NotNegativeMagnitude, field
 from ..support.tagged_union import Named, OneOrEach
 
-# Smallest part of the shear modulus that is left: a worn-out pair keeps it. The stress that decides is of both automata, and
-# their other pairs may hold it above the limit for ever.
+# Smallest remaining fraction of the shear modulus, kept by a worn-out pair. The decisive stress is the mean of both automata,
+# and their other pairs may keep it above the limit forever.
 WORN_OUT = 1e-6
 
 
 class Flow(NamedTuple):
-    """Onset [Pa], slope H over the inelastic strain [Pa], and the part of the excess that degrades the modulus."""
+    """Onset [Pa], slope H over the inelastic strain [Pa], and the fraction of the excess that degrades the modulus."""
 
     onset: float
     hardening: float
@@ -41,7 +41,7 @@ class Flows(NamedTuple):
     """The flow of links.
 
     Attributes:
-        constants: those of `Flow`, shape (laws, 3).
+        constants: fields of `Flow`, shape (laws, 3).
         rows: the law of each link, shape (links,).
     """
 
@@ -56,25 +56,25 @@ class NoFlow(NamedTuple):
 
 
 class Response(Named):
-    """A law by which the forces of a pair follow its strains."""
+    """A law for the forces of a pair as functions of its strains."""
 
     elastic: ClassVar[bool] = False
-    """True where it has no history."""
+    """True for a law without history."""
 
     def flow(self) -> Flow:
-        """Return its constants."""
+        """Return the constants of the law."""
         return Flow(np.inf, 0.0, 0.0)
 
 
 class Linear(Response):
-    """Forces follow strains in proportion, loading and unloading alike: figure 3, a."""
+    """Forces are proportional to strains in loading and unloading: figure 3, a."""
 
     name: Literal["linear"] = field("linear", "which response", "1")
     elastic = True
 
 
 class Degrading(Response):
-    """Beyond the onset the modulus falls; unloading goes straight back to the origin: figure 3, b.
+    """Beyond the onset the modulus falls; unloading returns straight to the origin: figure 3, b.
 
     The modulus for a change of volume stays lambda + 2 g G / 3.
     """
@@ -84,19 +84,19 @@ class Degrading(Response):
     hardening: NotNegativeMagnitude = field(0.0, "slope of the equivalent stress over the inelastic strain", "Pa")
 
     def flow(self) -> Flow:
-        """Return onset, slope, and all of the excess."""
+        """Return onset, slope, and a fraction of 1."""
         return Flow(self.onset, self.hardening, 1.0)
 
 
 class Plastic(Response):
-    """Beyond the yield stress a pair flows without change of volume; unloading is elastic and leaves a strain: figure 3, c."""
+    """Beyond the yield stress a pair flows at constant volume; unloading is elastic and leaves a strain: figure 3, c."""
 
     name: Literal["plastic"] = field("plastic", "which response", "1")
     yield_stress: Magnitude = field(..., "equivalent stress sigma_y at which flow begins", "Pa")
     hardening: NotNegativeMagnitude = field(0.0, "slope of the yield stress over the plastic strain", "Pa")
 
     def flow(self) -> Flow:
-        """Return yield stress, slope, and nothing of the excess."""
+        """Return yield stress, slope, and a fraction of 0."""
         return Flow(self.yield_stress, self.hardening, 0.0)
 
 
@@ -109,7 +109,7 @@ class PlasticDegrading(Response):
     degradation: float = field(0.5, "part of the excess that degrades the modulus, the rest is plastic", "1", ge=0.0, le=1.0)
 
     def flow(self) -> Flow:
-        """Return yield stress, slope, and part."""
+        """Return yield stress, slope, and fraction."""
         return Flow(self.yield_stress, self.hardening, self.degradation)
 
 
@@ -131,7 +131,7 @@ def flow_of(flows, number):
 
 
 class History(NamedTuple):
-    """Plastic strains along and across a pair, the remaining part of its stiffness, and its inelastic strain."""
+    """Plastic strains along and across a pair, the remaining fraction of its stiffness, and its inelastic strain."""
 
     eps: float
     gamma: float
@@ -146,7 +146,7 @@ def respond(law, history, equivalent, eps, gamma, dilation, shear):
     Args:
         law: a `Flow`.
         history: a `History`.
-        equivalent: stress of the pair with the history as it is [Pa].
+        equivalent: stress of the pair with the present history [Pa].
         eps: strain along the pair.
         gamma: shear angle.
         dilation: mean volumetric strain of both automata.

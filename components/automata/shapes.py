@@ -1,4 +1,4 @@
-"""Shapes of specimens in the plane, chosen by name; a packing fills what lies inside."""
+"""Shapes of specimens in the plane, chosen by name; a packing fills their interior."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ from ..support.tagged_union import ByName, Named
 
 # Points this close to the outline are on it, in diameters of an automaton.
 ON_THE_OUTLINE = 1e-6
-# Sides of a polygon this close to each other touch, in parts of its extent.
+# Distance at which sides of a polygon count as touching, as a fraction of its extent.
 _TOUCHING = 1e-9
 
 
 class StraightSide(NamedTuple):
-    """A side along x or y: its name in messages, the axis across (0 or 1), its place there [m], by how many rows it goes."""
+    """A side along x or y: its name in messages, the axis normal to it (0 or 1), its position [m], its multiple of rows."""
 
     name: str
     axis: int
@@ -31,23 +31,23 @@ class StraightSide(NamedTuple):
 
 
 class Shape(Named):
-    """The outline of a specimen, and holes in it."""
+    """The outline of a specimen, and its holes."""
 
     holes: list[ChosenArea] = field([], "areas without automata: a box or a disc; at the outline it makes a notch", "1")
 
     @property
     @abstractmethod
     def anchor(self) -> tuple[float, float]:
-        """A point where an automaton has its centre [m]."""
+        """A point at which an automaton has its centre [m]."""
 
     @property
     @abstractmethod
     def bounds(self) -> tuple[float, float, float, float]:
-        """The least and the largest x, the least and the largest y [m]."""
+        """The smallest and largest x, the smallest and largest y [m]."""
 
     @abstractmethod
     def surrounds(self, points: FloatArray, margin: float) -> np.ndarray:
-        """Return which points, shape (n, 2) [m], lie inside the outline or within a margin [m] of it, in holes too."""
+        """Return which points, shape (n, 2) [m], lie inside the outline or within a margin [m] of it; holes are ignored."""
 
     def contains(self, points: FloatArray, margin: float) -> np.ndarray:
         """Return which points, shape (n, 2) [m], lie inside or within a margin [m] of the outline or of a hole's."""
@@ -57,7 +57,7 @@ class Shape(Named):
         return inside
 
     def straight_sides(self) -> list[StraightSide]:
-        """Return the sides along x or y that have to lie on rows of centres."""
+        """Return the sides along x or y that must lie on rows of centres."""
         return []
 
 
@@ -89,7 +89,7 @@ class Rectangle(Shape):
 
 
 class Disc(Shape):
-    """A disc about the origin, which may be cut flat above and below; the round of its outline is a staircase."""
+    """A disc about the origin, optionally cut flat above and below; the round part of its outline is a staircase."""
 
     name: Literal["disc"] = field("disc", "which shape", "1")
     radius: float = field(..., "radius", "m", gt=0.0)
@@ -126,12 +126,12 @@ class Disc(Shape):
         return round_part & (np.abs(points[:, 1]) <= self._half_height + margin)
 
     def straight_sides(self) -> list[StraightSide]:
-        """Return both flats, as one length between them."""
+        """Return both flats, as the distance between them."""
         return [] if self.height is None else [StraightSide("height", 1, self.height, rows=2)]
 
 
 class Polygon(Shape):
-    """A polygon that nowhere meets itself; the first corner is the centre of an automaton, oblique sides are staircases."""
+    """A polygon without self-intersections; the first corner is the centre of an automaton, oblique sides are staircases."""
 
     name: Literal["polygon"] = field("polygon", "which shape", "1")
     corners: list[SignedPair] = field(..., "corners in order around it, each x and y", "m", min_length=3, max_length=10_000)
@@ -194,7 +194,7 @@ def _area(corners: FloatArray) -> float:
 
 
 def _first_meeting(corners: FloatArray) -> tuple[int, int] | None:
-    """Return the numbers of two sides, not next to each other, that cross or touch; None where none do."""
+    """Return the numbers of two non-adjacent sides that cross or touch, or None."""
     limit, ends, count = _TOUCHING * float(np.ptp(corners, axis=0).max()), np.roll(corners, -1, axis=0), len(corners)
     for first in range(count):
         a, b = corners[first], ends[first]
@@ -208,7 +208,7 @@ def _first_meeting(corners: FloatArray) -> tuple[int, int] | None:
 
 
 def _distance(point: FloatArray, start: FloatArray, end: FloatArray) -> FloatArray:
-    """Return how far points lie off sides, shape (k,) [m]; each argument is one of them or k, shape (2,) or (k, 2)."""
+    """Return the distances of points from sides, shape (k,) [m]; each argument has the shape (2,) or (k, 2)."""
     way, offset = end - start, point - start
     part = np.clip((way * offset).sum(axis=-1) / (way * way).sum(axis=-1), 0.0, 1.0)
     return norms(offset - part[..., np.newaxis] * way)

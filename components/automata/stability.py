@@ -1,4 +1,4 @@
-"""The largest frequency of a packing, by power iteration: what limits the step."""
+"""The highest frequency of a packing, by power iteration; it limits the step."""
 
 from __future__ import annotations
 
@@ -12,23 +12,23 @@ from ..support.float_arrays import ordered_sum
 from ..support.stable_step import ResultCache
 from .lattice import INERTIA, MASS, TORQUE, VX, Body, Motion, Scratch, copy_to_ghosts, make_scratch
 
-# Amplitude of displacements over the diameter and of rotations: what is not linear is as small as this.
+# Amplitude of displacements over the diameter and of rotations, i.e. the relative size of nonlinear terms.
 _AMPLITUDE = 1e-9
-# Rounds between two looks at the progress, when to stop, and how many rounds and automata times rounds there are at most.
+# Iterations between convergence checks, the tolerance, the largest number of iterations, and of iterations times automata.
 _ROUNDS, _CHANGE, _MOST_ROUNDS, _MOST_WORK = 20, 1e-5, 1000, 30_000_000
-# The parts of the limit 2 / omega_max of leapfrog that a step may take, and that the default takes.
+# Fractions of the leapfrog limit 2 / omega_max that a step may have at most, and that the default has.
 ALLOWED_PART, DEFAULT_PART = 0.9, 0.7
 
 _found = {breakable: ResultCache() for breakable in (False, True)}
 
 
 def largest_frequency(body: Body, update: Callable[[Motion, Scratch], object], breakable: bool) -> float:
-    """Return the largest frequency of small motions of a linked packing, from below [rad/s].
+    """Return a lower estimate of the highest frequency of small motions of a linked packing [rad/s].
 
     Args:
         body: the packing.
         update: writes the forces and torques of a motion to a scratch.
-        breakable: whether these are computed by the kernels of links that may break: their last bits differ.
+        breakable: whether `update` uses the kernels of breakable links; results then differ in their last bits.
     """
     return _found[breakable].get((*body.layout, *body[1:]), lambda: _compute_frequency(body, update, breakable))
 
@@ -43,7 +43,7 @@ def _compute_frequency(body: Body, update: Callable[[Motion, Scratch], object], 
     while rounds < _MOST_ROUNDS:
         before = square
         for _ in range(_ROUNDS):
-            # A vector in diameters and in rad, times a small number.
+            # Displacements in diameters and angles in rad, scaled to a small amplitude.
             norm = ordered_sum(mass * length * length * (vector[0] ** 2 + vector[1] ** 2) + inertia * vector[2] ** 2)
             size = _AMPLITUDE / np.sqrt(norm / (mass[0] * length * length))
             motion[:VX, place] = size * units[:, np.newaxis] * vector
@@ -66,10 +66,10 @@ def step_limit(frequency: float) -> float:
 
 
 def damping_limit(slots: int, stiffness: float, mass: float, step: float) -> float:
-    """Return the largest damping ratio of contacts with which a packing of automata that all touch is stable.
+    """Return the largest damping ratio of contacts for which a packing of automata in contact is stable.
 
-    With the velocities before a kick, leapfrog is stable for (w h)^2 + 2 h c w^2 / k < 4. The stiffest motion without friction
-    has w^2 = s w_0^2, w_0^2 = 2 k / m that of two automata, s half the number of neighbours: zeta < 1 / (s w_0 h) - w_0 h / 4.
+    With the velocities before a kick, leapfrog is stable for (w h)^2 + 2 h c w^2 / k < 4. The stiffest frictionless motion has
+    w^2 = s w_0^2 with w_0^2 = 2 k / m for two automata and s half the number of neighbours: zeta < 1 / (s w_0 h) - w_0 h / 4.
 
     Args:
         slots: neighbours of an automaton.

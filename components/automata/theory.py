@@ -21,7 +21,7 @@ from .packing import LATTICES
 def lattice_frequencies(
     packing: str, wave_vector: Any, *, density: float, shear: float, lame: float, diameter: float
 ) -> npt.NDArray[np.float64]:
-    """Return the three angular frequencies of a wave vector, in increasing order, shape (3,) [rad/s].
+    """Return the three angular frequencies for a wave vector, in increasing order, shape (3,) [rad/s].
 
     For q exp(i k.x), q = (u_x, u_y, w), the strains of the pair along N are
 
@@ -58,12 +58,12 @@ def lattice_frequencies(
 
 
 def restitution(damping_ratio: float) -> float:
-    """Return speed of leaving over speed of approach for a spring and a dashpot that do not pull.
+    """Return the ratio of rebound to approach speed for a spring and a dashpot without attraction.
 
     e = exp(-(pi - 2 a) tan a), sin a = zeta. Schwager & Poeschel (2007), Granular Matter 9, 465, equation 20.
 
     Args:
-        damping_ratio: zeta, from 0 up to below 1; `contact_damping` of a specimen.
+        damping_ratio: zeta, from 0 to less than 1; `contact_damping` of a specimen.
     """
     if not 0.0 <= damping_ratio < 1.0:
         raise ValueError(f"damping_ratio: got {damping_ratio:g}, expected at least 0 and less than 1")
@@ -76,23 +76,23 @@ def uniaxial_strength(
 ) -> float:
     """Return the uniaxial stress in plane strain at which the first links of a homogeneous specimen break [Pa].
 
-    With s = +1 or -1 along the load and a the angle between the load and the direction of a link, a unit stress gives the link
+    With s = +1 or -1 along the load and a the angle between load and link direction, a unit stress produces in the link
 
         sigma_n = s cos^2 a,        tau = s sin a cos a,        sigma_zz = nu s,
         eps = ((1 - nu^2) cos^2 a - nu (1 + nu) sin^2 a) s / E,        gamma = (1 + nu) tau / E.
 
-    The strength is the reciprocal of the largest ratio of value to limit among the links. It does not depend on the direction
-    for criteria of the stress, `von_mises` and `drucker_prager`.
+    The strength is the reciprocal of the largest ratio of value to limit among the links. For the stress criteria `von_mises`
+    and `drucker_prager` it does not depend on the direction.
 
     Args:
         packing: "square" or "hexagonal".
         criterion: of the links.
         material: of the automata.
-        angle: of the load to the x axis [rad].
-        compression: whether the load presses.
+        angle: between the load and the x axis [rad].
+        compression: whether the load is compressive.
 
     Returns:
-        A positive stress; infinite where no load of this kind breaks a link.
+        A positive stress; infinite if no load of this kind breaks a link.
     """
     if packing not in LATTICES:
         raise ParameterError(f"got {packing!r}", expected=f"one of {', '.join(LATTICES)}", at="packing")
@@ -100,7 +100,7 @@ def uniaxial_strength(
     equivalent, mean = math.sqrt(1.0 - nu + nu * nu), unit * (1.0 + nu) / 3.0
     largest, law = 0.0, criterion.law()
     for x, y in LATTICES[packing].directions:
-        # Rounded, so that a link along the load has no shear at all.
+        # Rounded, so that a link along the load has exactly zero shear.
         along, across = (round(one, 12) for one in _components(x, y, angle))
         normal, tangential = unit * along * along, unit * along * across
         eps = (1.0 + nu) * ((1.0 - nu) * along * along - nu * across * across) * unit / material.young
@@ -111,16 +111,16 @@ def uniaxial_strength(
 
 
 def _components(x: float, y: float, angle: float) -> tuple[float, float]:
-    """Return the components of a direction along and across another one."""
+    """Return the components of a direction along and across the load."""
     return x * math.cos(angle) + y * math.sin(angle), y * math.cos(angle) - x * math.sin(angle)
 
 
 def fracture_toughness(tensile: float, diameter: float) -> float:
-    """Return the stress intensity at which a sharp crack in mode I starts, sigma_t sqrt(pi D / 2) [Pa m^(1/2)].
+    """Return the stress intensity at which a sharp mode-I crack starts, sigma_t sqrt(pi D / 2) [Pa m^(1/2)].
 
-    The mean of K / sqrt(2 pi r) over the face of the first link ahead of the tip, 0 < r < D, is its tensile strength. Cracks
-    that cut links along x start at 1.02 to 1.08 times this in a square packing and 0.92 to 0.97 times this in a hexagonal one,
-    at 0.85 to 0.89 times this along y there (static lattices, nu from 0 to 0.4).
+    It is the K for which the mean of K / sqrt(2 pi r) over the face of the first link, 0 < r < D, equals the tensile strength.
+    In static lattices (nu from 0 to 0.4), cracks that cut links along x start at 1.02 to 1.08 times this value in a square
+    packing and at 0.92 to 0.97 times in a hexagonal one; cracks along y there start at 0.85 to 0.89 times this value.
 
     Args:
         tensile: sigma_t, traction along a link that breaks it [Pa].
@@ -130,7 +130,7 @@ def fracture_toughness(tensile: float, diameter: float) -> float:
 
 
 def platen_stress(strain: float, pressure: float, young: float, poisson: float) -> float:
-    """Return the axial pressure on a specimen that is compressed in plane strain, E e / (1 - nu^2) + nu / (1 - nu) p [Pa].
+    """Return the axial pressure on a specimen compressed in plane strain, E e / (1 - nu^2) + nu / (1 - nu) p [Pa].
 
     Args:
         strain: e, axial compression, positive.
@@ -142,9 +142,9 @@ def platen_stress(strain: float, pressure: float, young: float, poisson: float) 
 
 
 def confined_strength(pressure: float, cohesion: float, friction: float) -> float:
-    """Return the axial pressure at which pairs of a hexagonal packing slide by Mohr and Coulomb [Pa].
+    """Return the axial pressure at which pairs of a hexagonal packing slide according to Mohr-Coulomb [Pa].
 
-    The normals of the pairs that slide lie at 60 degrees to the rows. With q along the axis and p on the sides their tractions
+    The normals of the sliding pairs lie at 60 degrees to the rows. With q along the axis and p on the sides their tractions
     are tau = sqrt(3) / 4 (q - p) and sigma_n = -(p + 3 q) / 4, so that they slide at
 
         q = (cohesion + (sqrt(3) + friction) / 4 p) / ((sqrt(3) - 3 friction) / 4).
@@ -152,16 +152,16 @@ def confined_strength(pressure: float, cohesion: float, friction: float) -> floa
     Args:
         pressure: p [Pa].
         cohesion: shear traction that breaks a pair without pressure [Pa].
-        friction: tan(phi), below 1 / sqrt(3): beyond, no axial pressure makes them slide.
+        friction: tan(phi), below 1 / sqrt(3); above it, no axial pressure causes sliding.
     """
     axial = _axial_part(friction)
     return math.inf if axial == 0.0 else (cohesion + 0.25 * (math.sqrt(3.0) + friction) * pressure) / axial
 
 
 def confining_pressure(strain: float, young: float, poisson: float, friction: float, cohesion: float = 0.0) -> float:
-    """Return the pressure on the sides at which a specimen compressed so far just does not slide [Pa].
+    """Return the smallest pressure on the sides at which a specimen at a given axial strain does not slide [Pa].
 
-    That is where `platen_stress` is `confined_strength`; 0 where none is needed. Arguments as there.
+    At this pressure `platen_stress` equals `confined_strength`; it is 0 if none is needed. Arguments as in these functions.
     """
     axial = _axial_part(friction)
     needed = platen_stress(strain, 0.0, young, poisson) * axial - cohesion

@@ -1,9 +1,8 @@
 """Internal steps of a specimen whose links may yield and break, and whose pieces touch.
 
-The forces of a position are computed in two parts, `judge_links` and `add_forces`. Between them lies the work that needs more
-room in lists: links that break or are made again (`CrackingSpecimen.change_links`). A parent that moves the
-automata itself calls these; `advance` puts them between the halves of a drift, as `linked.advance` does with the forces of
-linked automata.
+The forces at a position are computed in two parts, `judge_links` and `add_forces`. In between, lists may have to grow for links
+that break or are formed again (`CrackingSpecimen.change_links`). A parent that moves the automata calls these parts directly.
+`advance` calls them between the halves of a drift, as `linked.advance` does with the forces of linked automata.
 """
 
 from __future__ import annotations
@@ -18,12 +17,12 @@ from .links import Medium, count_failing, force_medium, let_flow, pull_medium, s
 from .loads import count_fast, drift, kick_with_inputs, largest_speed
 from .release import DAMPING, FRICTION, INELASTIC, TRAVEL, lower_weights, settle_weights
 
-# Results of `advance`: all steps are done, or the reason why it stopped.
+# Results of `advance`: all steps are done, or the reason for an interruption.
 DONE, TOO_FAST, SEARCH, BREAK = 0, 1, 2, 3
 
 
 class Specimen(NamedTuple):
-    """A medium, its motion, and what its steps write.
+    """A medium, its motion, and the results of its steps.
 
     Attributes:
         medium: a `links.Medium`.
@@ -39,12 +38,12 @@ class Specimen(NamedTuple):
 
 
 class Pace(NamedTuple):
-    """The length of a step, and how fast and how far automata may move.
+    """The length of a step, and limits on the motion of automata.
 
     Attributes:
         time: length of a step [s].
-        speed_limit: no automaton may be faster [m/s].
-        most_travel: how far the fastest automaton may move before contacts are found again [m].
+        speed_limit: largest speed of an automaton [m/s].
+        most_travel: distance that the fastest automaton may move before the next search for contacts [m].
     """
 
     time: float
@@ -54,16 +53,16 @@ class Pace(NamedTuple):
 
 @spliced
 def judge_links(specimen, contacts, time, tick):
-    """Let links weaken and yield in the positions as they are, and judge which have to break or may be made again.
+    """Let links weaken and yield at the present positions, and find those that must break or may be formed again.
 
     Args:
-        specimen: a `Specimen`; its velocities are those since the forces were computed last.
+        specimen: a `Specimen`, with the velocities since the last force evaluation.
         contacts: `contacts.Contacts`.
-        time: since the forces were computed last [s].
+        time: since the last force evaluation [s].
         tick: number of the step.
 
     Returns:
-        Whether links have to break, are being made again, or it is time to look which may be.
+        Whether links must break, links are being formed again, or a search for links to form again is due.
     """
     medium, motion, scratch, law = specimen.medium, specimen.motion, specimen.scratch, specimen.medium.law
     rising = lower_weights(medium.body.layout, medium.histories.weight, contacts, tick, law.release)
@@ -79,7 +78,7 @@ def judge_links(specimen, contacts, time, tick):
 
 @spliced
 def add_forces(specimen, contacts, time, tick):
-    """Write the forces and torques of links and contacts, and complete the step of `judge_links`; arguments as there."""
+    """Write the forces and torques of links and contacts, and complete the step of `judge_links`; same arguments."""
     medium, motion, scratch, losses = specimen.medium, specimen.motion, specimen.scratch, specimen.losses
     force_medium(medium, scratch)
     rubbed, damped = add_contacts(medium, motion, contacts, time, scratch.cells)
@@ -90,7 +89,7 @@ def add_forces(specimen, contacts, time, tick):
 
 @jit
 def measure_medium(medium, motion, scratch, contacts):
-    """Write strains, stresses and forces in the present positions with the histories as they are; contacts do not slide."""
+    """Write strains, stresses and forces at the present positions with the present histories; contacts do not slide."""
     strain_medium(medium, motion, scratch)
     pull_medium(medium, scratch)
     stress_medium(medium, scratch)
@@ -100,19 +99,19 @@ def measure_medium(medium, motion, scratch, contacts):
 
 @jit
 def advance(specimen, inputs, contacts, pace, tick, ticks, judged):
-    """Advance by internal steps, up to where links break, are made again, or contacts have to be found again.
+    """Advance by internal steps, until links break or are formed again, or contacts have to be searched again.
 
     Args:
-        specimen: a `Specimen`, updated in place; of the losses TRAVEL by the way of the fastest automaton.
+        specimen: a `Specimen`, updated in place; the distance of the fastest automaton is added to `losses[TRAVEL]`.
         inputs: `loads.Inputs`; the tallies are updated.
         contacts: `contacts.Contacts`, updated in place.
         pace: a `Pace`.
         tick: number of the first step.
         ticks: number of steps.
-        judged: whether the links of the first step have been judged, and broken, already.
+        judged: whether the links of the first step have already been judged and broken.
 
     Returns:
-        DONE or TOO_FAST; SEARCH before a step; BREAK in the middle of one. And how many steps were done.
+        DONE or TOO_FAST; SEARCH before a step; BREAK in the middle of one. And the number of completed steps.
     """
     medium, motion, losses, place = specimen.medium, specimen.motion, specimen.losses, specimen.medium.body.layout.place
     damps, time = medium.ground.damping > 0.0, pace.time

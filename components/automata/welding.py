@@ -1,13 +1,13 @@
-"""Cold welding: a contact that is pressed hard and hardly slides becomes a link again.
+"""Cold welding: a contact under high pressure that hardly slides becomes a link again.
 
     N / S' >= pressure        and        |sliding speed| <= slip_speed
 
-The switching unlinked -> linked of movable cellular automata: Psakhie et al. (2003), section 2.2. Pairs that the packing linked
-once are linked again, where their line of centres lies within 45 degrees of the axis of their link. The new link carries what
-the contact carried, and its strains count from there. Specimens have one material here: see `parameters`.
+This is the switching unlinked -> linked of movable cellular automata: Psakhie et al. (2003), section 2.2. Pairs that were
+linked in the packing are linked again if their line of centres lies within 45 degrees of the axis of their link. The new link
+carries the force of the contact; its strains count from there. Such specimens have one material, see `parameters`.
 
-Kicks before and after a drift do half of their forces times its way each, which for springs is the change of their energy. Of a
-link that gets other strains between the two it is not: what the forces of either would do has to be known (`_drift_work`).
+The kicks before and after a drift each do half of their force times its length; for springs this is the change of energy. It is
+not if the link gets other strains between the kicks, so the work of the forces before and after is needed (`_drift_work`).
 """
 
 from __future__ import annotations
@@ -51,29 +51,29 @@ from .lattice import (
 from .pair import strain_links
 from .release import LINKING, scheduled_weight
 
-# Part of the energy that is rounding.
+# Relative rounding error of an energy.
 _ROUNDING = 1e-9
 
 
 class Relinking(Named):
-    """A condition under which a pair that has broken is linked again."""
+    """A condition under which a broken pair is linked again."""
 
     kinds: ClassVar[Mapping[str, str]] = {}
-    """Kind of its events -> what happened."""
+    """Kind of the events of this law -> description."""
 
     def constants(self) -> tuple[float, float]:
-        """Return the least pressure [Pa] and the largest sliding speed [m/s]."""
+        """Return the smallest pressure [Pa] and the largest sliding speed [m/s]."""
         return 0.0, 0.0
 
 
 class Never(Relinking):
-    """No law: pairs stay broken."""
+    """No relinking: pairs stay broken."""
 
     name: Literal["none"] = field("none", "which law", "1")
 
 
 class ColdWelding(Relinking):
-    """Pressure of the contact >= pressure, and sliding speed <= slip_speed; looked at every `release_ticks` steps."""
+    """Pressure of the contact >= pressure, and sliding speed <= slip_speed; checked every `release_ticks` steps."""
 
     name: Literal["cold_welding"] = field("cold_welding", "which law", "1")
     pressure: Magnitude = field(..., "pressure of a contact that links it", "Pa")
@@ -91,17 +91,17 @@ ChosenRelinking = Annotated[SerializeAsAny[Relinking], ByName(RELINKINGS)]
 
 
 class _Pair(NamedTuple):
-    """A pair whose link is being made, and what it was before the step.
+    """A pair whose link is being formed, and its state before the step.
 
     Attributes:
         row: of its contact.
         before: weight of the link before the step.
-        after: weight after it; the kick is made with the mean of both.
-        origin: `origin_eps` and `origin_gamma` of the link before.
+        after: weight after the step; the kick uses the mean of both.
+        origin: `origin_eps` and `origin_gamma` of the link before the step.
         places: displacements and angles of all automata, shape (3, m).
         time: of the drift before the step [s].
-        energy: `energies.whole_energy` before [J].
-        work: `_drift_work` before [J].
+        energy: `energies.whole_energy` before the step [J].
+        work: `_drift_work` before the step [J].
     """
 
     row: int
@@ -116,10 +116,10 @@ class _Pair(NamedTuple):
 
 @jit
 def linking_pressures(medium, motion, links, contacts, pressure_out):
-    """Write the pressures of contacts that may be linked by them, of others -1, shape (used,) [Pa].
+    """Write the pressures of contacts that may be linked, or -1 for others, shape (used,) [Pa].
 
-    Such a pair was linked once and is released, it slides slowly enough, and its line of centres lies within 45 degrees of the
-    axis that its link had and has.
+    Such a pair was once linked and is fully released, its sliding is slow enough, and its line of centres lies within 45
+    degrees of the axis of its link.
 
     Args:
         medium: a `links.Medium`.
@@ -141,24 +141,24 @@ def linking_pressures(medium, motion, links, contacts, pressure_out):
         q, p = link_at(body.layout, pairs, row)
         slides = abs(sliding_speed(approach(place, motion, i, j), x / r, y / r, r)) > medium.law.linking[1]
         if not slides and abs(links[GAMMA, q, p]) <= 1.0 + links[EPS, q, p]:
-            # Of whole automata: the pressure does not depend on the part of their cells that there is.
+            # For whole automata: the pressure does not depend on the part of their cells inside the shape.
             stiffness = ground.normal[i] * overlap * (2.0 * body.cells[SHEAR, p])
             pressure_out[row] = stiffness / (ground.tangential[i] * body.diameter)
 
 
 @jit
 def raise_weights(specimen, contacts, tick, time, places):
-    """Raise the weights of links that are made again, and count the energy that this takes.
+    """Raise the weights of links that are being formed again, and tally the energy.
 
-    In each step such a link gets the strains at which it carries what its contact carries, and is pressed a little more or
-    less, so that this takes no energy: as links are made, the volumes of both automata become stiffer. Where no such strain is
-    near, it may take energy; it never makes any, but waits for the next step.
+    In each step such a link gets the strains at which it carries the force of its contact, with slightly more or less pressure
+    so that no energy is needed: forming a link stiffens the volumes of both automata. If no such strain is near, energy may be
+    dissipated. Energy is never created; the link waits for the next step instead.
 
     Args:
         specimen: a `ticks.Specimen`; its histories and losses are updated.
         contacts: `contacts.Contacts`, updated in place.
         tick: number of the step.
-        time: since the forces were computed last [s].
+        time: since the last force evaluation [s].
         places: scratch, shape (3, m).
 
     Returns:
@@ -189,19 +189,19 @@ def raise_weights(specimen, contacts, tick, time, places):
 
 @internal
 def _raise_weight(medium, motion, scratch, contacts, pair, part, more):
-    """Raise the weight of a link, strain it as `_strain_link` does, and return the energy that this takes [J].
+    """Raise the weight of a link, strain it as `_strain_link` does, and return the dissipated energy [J].
 
-    The strains of the drift before are released, so that the kick does not feel them: what the forces would have done in it
-    more than they do is no loss.
+    The strains of the previous drift are released, so that the kick does not include them. The work that forces would have done
+    in that drift in addition to their actual work is no loss.
 
     Args:
         medium: a `links.Medium`; its histories are updated.
-        motion: a `lattice.Motion`; its velocities are those of the drift before.
+        motion: a `lattice.Motion`, with the velocities of the previous drift.
         scratch: a `lattice.Scratch`.
         contacts: `contacts.Contacts`.
         pair: a `_Pair`.
         part: see `_strain_link`.
-        more: see there.
+        more: see `_strain_link`.
     """
     _strain_link(medium, motion, scratch, contacts, pair, part, more)
     taken = pair.energy - whole_energy(medium, motion, scratch.links, contacts, pair.row)
@@ -212,7 +212,7 @@ def _raise_weight(medium, motion, scratch, contacts, pair, part, more):
 
 @internal
 def _put_back(medium, contacts, pair):
-    """Give the link of a pair the weight and the strains that it had before the step."""
+    """Restore the weight and strains that the link of a pair had before the step."""
     _put_origin(medium, contacts, pair.row, pair.origin[0], pair.origin[1])
     put(medium.histories.weight, medium.body.layout, contacts.pairs, pair.row, pair.before)
 
@@ -225,16 +225,16 @@ def _put_origin(medium, contacts, row, eps, gamma):
 
 @internal
 def _raise_neutrally(medium, motion, scratch, contacts, pair, taken):
-    """Raise the weight of a link so that this takes no energy, or else as little as there is; return what it takes [J].
+    """Raise the weight of a link without dissipation, or with as little as possible; return the dissipated energy [J].
 
-    Arguments as for `_raise_weight`; `taken` is what it would take with the strains of the contact [J].
+    Arguments as in `_raise_weight`; `taken` is the dissipation with the strains of the contact [J].
     """
     _, _, r = separation(
         medium.ground, medium.body.layout.place, motion, contacts.pairs[pair.row, FIRST], contacts.pairs[pair.row, SECOND]
     )
     unit, more = max(contacts.rest[pair.row] - r, 0.0) / medium.body.diameter, np.nan
     if unit > 0.0:
-        # Less strain and more show with how much it takes nothing.
+        # Trials with less and with more strain show at which strain the dissipation is zero.
         pressed_more = _raise_weight(medium, motion, scratch, contacts, pair, 1.0, -unit)
         _put_back(medium, contacts, pair)
         pressed_less = _raise_weight(medium, motion, scratch, contacts, pair, 1.0, unit)
@@ -245,13 +245,13 @@ def _raise_neutrally(medium, motion, scratch, contacts, pair, taken):
     if taken < 0.0 < pair.before:
         contacts.pairs[pair.row, START] -= 1
         return 0.0
-    # One that has not begun cannot wait: where it would make energy it begins without strains.
+    # A link that has not begun cannot wait: if it would create energy, it begins without strains.
     return _raise_weight(medium, motion, scratch, contacts, pair, 0.0 if taken < 0.0 else 1.0, 0.0)
 
 
 @internal_inlined
 def _neutral_strain(before, at, after, unit):
-    """Return the strain nearest to 0 at which a parabola is 0, from its values at -unit, 0 and unit; NaN beyond these."""
+    """Return the root nearest to 0 of a parabola given at -unit, 0 and unit; NaN if there is none in this interval."""
     slope, curvature = 0.5 * (after - before) / unit, (0.5 * (after + before) - at) / (unit * unit)
     under = slope * slope - 4.0 * curvature * at
     if not (under >= 0.0 and slope != 0.0):
@@ -263,9 +263,9 @@ def _neutral_strain(before, at, after, unit):
 
 @internal
 def _strain_link(medium, motion, scratch, contacts, pair, part, more):
-    """Give a link its weight after the step, and strains at which it carries what its contact would carry alone.
+    """Give a link its weight after the step, and strains at which it carries the force of its contact alone.
 
-    It keeps its history: the remaining stiffness, and the plastic strains, which its free faces kept.
+    The link keeps its history: the remaining stiffness, and the plastic strains, which its free faces have kept.
 
     Args:
         medium: a `links.Medium`; its histories are updated.
@@ -273,13 +273,13 @@ def _strain_link(medium, motion, scratch, contacts, pair, part, more):
         scratch: a `lattice.Scratch`.
         contacts: `contacts.Contacts`.
         pair: a `_Pair`.
-        part: of these strains.
-        more: strain along the link beyond that.
+        part: fraction of these strains.
+        more: additional strain along the link.
     """
     body, h, links, row = medium.body, medium.histories, scratch.links, pair.row
     i, j, slot = contacts.pairs[row, FIRST], contacts.pairs[row, SECOND], contacts.pairs[row, SLOT]
     q, p = link_at(body.layout, contacts.pairs, row)
-    # The link may begin at the second automaton: the force on that is the opposite one.
+    # The link may begin at the second automaton, whose force is the opposite one.
     sign = 1.0 if slot < body.layout.offset.size else -1.0
     twice = 2.0 * body.cells[SHEAR, p] * (1.0 + h.stiffness[q, p])
     x, y, r = separation(medium.ground, body.layout.place, motion, i, j)
@@ -289,7 +289,7 @@ def _strain_link(medium, motion, scratch, contacts, pair, part, more):
     fx, fy = sign * (-push * x - drag * y) / r, sign * (-push * y + drag * x) / r
     nx, ny = links[EX, q, p], links[EY, q, p]
     along, across = fx * nx + fy * ny, fy * nx - fx * ny
-    # Without elastic strain of the link, and with its new weight: the volumetric part of its traction, and what a strain adds.
+    # The volumetric traction without elastic strain of the link, with its new weight, and the change per unit of strain.
     eps, gamma = links[EPS, q, p] - h.plastic_eps[q, p], links[GAMMA, q, p] - h.plastic_gamma[q, p]
     _put_origin(medium, contacts, row, eps, gamma)
     put(medium.histories.weight, medium.body.layout, contacts.pairs, row, pair.after)
@@ -307,11 +307,11 @@ def _strain_link(medium, motion, scratch, contacts, pair, part, more):
 
 @internal
 def _drift_work(medium, motion, scratch, contacts, row, places, time):
-    """Return the work of the forces of a pair and its volumes along the way of a drift, in the positions as they are [J].
+    """Return the work of the forces of a pair and its volumes over the length of a drift, at the present positions [J].
 
-    `places` are the displacements and angles, `time` is that of the drift [s].
+    `places` are the displacements and angles, `time` is the duration of the drift [s].
     """
-    # Energies are of second order in the displacements: over the same way before and after, the difference is exact.
+    # Energies are quadratic in the displacements: over equal distances before and after, the difference is exact.
     _drift(medium.body, motion, scratch, places, -0.5 * time)
     work = whole_energy(medium, motion, scratch.links, contacts, row)
     _drift(medium.body, motion, scratch, places, 0.5 * time)
@@ -322,7 +322,7 @@ def _drift_work(medium, motion, scratch, contacts, row, places, time):
 
 @internal
 def _drift(body, motion, scratch, places, time):
-    """Move all automata for a time from their places, and write the strains of links."""
+    """Move all automata for a time from `places`, and write the strains of links."""
     for k in range(VX):
         for p in range(motion.shape[1]):
             motion[k, p] = places[k, p] + time * motion[VX + k, p]

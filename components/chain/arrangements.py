@@ -18,49 +18,49 @@ from ..support.tagged_union import ByName, Named
 if TYPE_CHECKING:
     from .parameters import ChainParameters
 
-# Outside of this range a grain has no mass that a chain takes [m].
+# Range of radii for which a chain accepts the mass of a grain [m].
 _TINY, _HUGE = 1e-20, 1e18
 _Pair = Field(min_length=2, max_length=2)
 
 
 class Arrangement(Named):
-    """An order of grains: it gives each grain its radius and material, and may give some of them a mass.
+    """An order of grains, chosen by its `name`: the radius and material of each grain, and the mass of some.
 
-    The chain's own `radius`, `material` and `mass` give the rest. Each arrangement is chosen by its `name`.
+    The chain's own `radius`, `material` and `mass` apply to everything that the arrangement leaves open.
     """
 
     per_grain: ClassVar[tuple[str, ...]] = ("radius", "material")
-    """Fields that are the chain's parameters of the same name for every grain: given here, they are not given there."""
+    """Fields that set chain parameters of the same name per grain: if given here, they must not be given for the chain."""
 
     def own_parameters(self) -> tuple[str, ...]:
-        """Return the chain's parameters that are settled here."""
+        """Return the chain parameters that this arrangement sets."""
         return tuple(name for name in self.per_grain if getattr(self, name, None) is not None)
 
     def fit(self, grains: int) -> None:
-        """Raise `ParameterError` where no chain of this number of grains is arranged like this."""
+        """Raise `ParameterError` if a chain with this number of grains cannot have this arrangement."""
 
     def radii(self, host: FloatArray) -> FloatArray:
-        """Return the radius of each grain, from those that the chain's own parameters give, shape (n,) [m]."""
+        """Return the radius of each grain, given the chain's own radii, shape (n,) [m]."""
         return host
 
     def materials(self, host: list[Material]) -> list[Material]:
-        """Return the material of each grain, from those that the chain's own parameters give."""
+        """Return the material of each grain, given the chain's own materials."""
         chosen = getattr(self, "material", None)
         return host if chosen is None else [material(chosen)] * len(host)
 
     def masses(self, host: FloatArray) -> FloatArray:
-        """Return the mass of each grain, from density x volume, shape (n,) [kg]."""
+        """Return the mass of each grain, given density x volume, shape (n,) [kg]."""
         return host
 
 
 class Uniform(Arrangement):
-    """All grains as the chain's own radius, material and mass say: equal, or each by hand."""
+    """All grains have the chain's own radius, material and mass: one value for all, or one for each."""
 
     name: Literal["uniform"] = "uniform"
 
 
 class Dimer(Arrangement):
-    """Cells of N1 grains of one kind and N2 of another, from the left; the last cell may be cut off.
+    """Cells of N1 grains of one kind and N2 of another, from the left; the last cell may be incomplete.
 
     Source: M. A. Porter, C. Daraio, E. B. Herbold, I. Szelengowicz, P. G. Kevrekidis, Phys. Rev. E 77, 015601 (2008).
     """
@@ -78,7 +78,7 @@ class Dimer(Arrangement):
 
     @model_validator(mode="after")
     def _two_kinds(self) -> Dimer:
-        # Two equal values are the end of a scan of ratios; no two values are a slip.
+        # Two equal values may be the end of a scan of ratios; no pair of values at all is a mistake.
         if not isinstance(self.radius, list) and not isinstance(self.material, list):
             raise ParameterError("both kinds of grain are the same", hint="give two radii, two materials, or both", at="radius")
         return self
@@ -104,7 +104,7 @@ class Dimer(Arrangement):
 
 
 class Tapered(Arrangement):
-    """R_(i+1) = (1 - q) R_i, with the taper q given, or the last radius. Negative q: the grains grow.
+    """R_(i+1) = (1 - q) R_i, with the taper q or the last radius given. For negative q the grains grow.
 
     Source: S. Sen, F. S. Manciu, M. Manciu, Physica A 299, 551 (2001), who called it tapered chain.
     """
@@ -163,7 +163,7 @@ class Decorated(Arrangement):
                 at="name",
             )
         smallest = min(self.radius, _last_radius(self.radius, 1.0 - self.taper, grains // 2 + 1))
-        # Equal large and small grains are one size, whatever rounding made of the last one.
+        # Equal large and small grains count as one size, whatever the rounding error of the last one.
         if smallest * (1.0 + 1e-12) < self.decoration_radius:
             raise ParameterError(
                 f"got {self.decoration_radius:g} m",
@@ -185,9 +185,9 @@ class Decorated(Arrangement):
 
 
 class Impurity(Arrangement):
-    """Grains of other radius, material or mass among those that the chain's own parameters describe.
+    """Grains of different radius, material or mass in a chain with its own parameters.
 
-    A light impurity in a pressed chain carries a localised mode above the band. Source: G. Theocharis, M. Kavousanakis,
+    A light impurity in a precompressed chain has a localised mode above the band. Source: G. Theocharis, M. Kavousanakis,
     P. G. Kevrekidis, C. Daraio, M. A. Porter, I. G. Kevrekidis, Phys. Rev. E 80, 066601 (2009).
     """
 
@@ -209,7 +209,7 @@ class Impurity(Arrangement):
 
     @property
     def indices(self) -> list[int]:
-        """The impurities."""
+        """The indices of the impurities."""
         return self.index if isinstance(self.index, list) else [self.index]
 
     def fit(self, grains: int) -> None:  # noqa: D102
@@ -251,7 +251,7 @@ ChosenArrangement = Annotated[SerializeAsAny[Arrangement], ByName(ARRANGEMENTS)]
 
 
 def refuse_misfit(parameters: ChainParameters) -> None:
-    """`ParameterError` where an arrangement does not fit the chain, or says again what the chain's own parameters say."""
+    """Raise `ParameterError` if an arrangement does not fit the chain, or repeats one of the chain's own parameters."""
     arrangement = parameters.arrangement
     try:
         arrangement.fit(parameters.grains)
@@ -268,7 +268,7 @@ def refuse_misfit(parameters: ChainParameters) -> None:
 
 
 def _geometric(first: float, factor: float, count: int) -> FloatArray:
-    """Return first, first x factor, ... by one multiplication after the other, shape (count,)."""
+    """Return first, first x factor, ... by repeated multiplication, shape (count,)."""
     terms = np.full(count, factor)
     terms[0] = first
     with np.errstate(over="ignore", under="ignore"):
@@ -276,10 +276,10 @@ def _geometric(first: float, factor: float, count: int) -> FloatArray:
 
 
 def _last_radius(first: float, factor: float, count: int) -> float:
-    """Return the last of these terms, roughly; `ParameterError` where they leave the range of a float, or vanish."""
+    """Return the last of these terms, approximately; `ParameterError` if terms leave the range of a float."""
     last = first * integer_power(factor, count - 1)
     if not _TINY <= first <= _HUGE and 1e-100 <= last <= 1e100:
-        return last  # the check of the masses reports this one
+        return last  # reported by the check of the masses
     bound = _TINY if factor < 1.0 else _HUGE
     if not _TINY <= last <= _HUGE:
         where = math.ceil(math.log(bound / first) / math.log(factor)) if _TINY <= first <= _HUGE else 0

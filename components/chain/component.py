@@ -24,13 +24,13 @@ from .parameters import WALLS, ChainParameters
 from .state import ChainState, state_of
 from .validity import validity_cautions, validity_figures
 
-# A step is refused if a contact sees fewer force evaluations.
+# Smallest number of force evaluations during a contact; steps with fewer are refused.
 _LEAST_FORCES = 16.0
-# Largest part of its approach that a contact may lose in one step, for the second order to hold.
+# Largest fraction of its approach velocity that a contact may lose in one step without loss of the second order.
 _STOPPED_IN_A_STEP = 0.3
 
 _NO_PIECES = np.zeros((0, 2))
-# Beyond these a unit is likely to be wrong [m, kg/m^3, kg/m^3, m/s]; a heavy striker may weigh as much as many grains.
+# Outside these limits the unit is probably wrong [m, kg/m^3, kg/m^3, m/s]; a heavy striker may weigh as much as many grains.
 _LARGE_RADIUS, _LIGHT_DENSITY, _HEAVY_DENSITY, _SLOW_SOUND = 0.1, 100.0, 1e6, 20.0
 _NUMBERING = "place i is left of grain i, the last one right of the last grain; 0 where there is no contact"
 _OF_A_WALL = "wall on the chain, positive to the right; 0 without a wall"
@@ -39,7 +39,7 @@ _INPUTS = {
     "piston": ("velocity", "m/s", "velocity of the {} piston, positive to the right"),
     "free": ("force", "N", "force on the {} end grain, positive to the right"),
 }
-# Name, unit, what its index counts, description.
+# Name, unit, meaning of the index, description.
 _OUTPUTS = (
     ("position", "m", "grain", "position of the grains' centres, the first one's start is 0"),
     ("displacement", "m", "grain", "displacement from the start, positive to the right"),
@@ -50,7 +50,7 @@ _OUTPUTS = (
     ("left_wall_force", "N", None, f"force of the left {_OF_A_WALL}"),
     ("right_wall_force", "N", None, f"force of the right {_OF_A_WALL}"),
 )
-# Arrays as long as the chain that exist at a time while it is built, in addition to the table and its copy.
+# Number of arrays of the chain's length during the build, in addition to the table and its copy.
 _GEOMETRY_ROWS = 18
 
 
@@ -74,7 +74,7 @@ class Chain(Component):
 
     @classmethod
     def memory_needed(cls, parameters: ChainParameters) -> int:
-        """Return the table of the kernels, a second copy of its state, and the arrays of the geometry."""
+        """Return the memory for the table of the kernels, a copy of its state, and the arrays of the geometry."""
         scheme = SCHEMES[parameters.integrator]
         first = _first_state_row(parameters.law)
         state_rows = layout.FREE_ROW - first + scheme.history_rows
@@ -83,7 +83,7 @@ class Chain(Component):
 
     @property
     def work_in_tick(self) -> int:
-        """Words of state that a tick advances, over eight: those of a chain take less than a nanosecond."""
+        """Number of state words that a tick advances, divided by eight: words of a chain take less than a nanosecond."""
         return super().work_in_tick // 8
 
     def _build(self) -> None:
@@ -101,7 +101,7 @@ class Chain(Component):
         self.state_rows = slice(_first_state_row(p.law), last)
         self._live_in(self._claim_memory((last + self._scheme.scratch_rows, width)))
         self._fill_constants()
-        # Pistons carry their own grains.
+        # The weight of a prescribed grain is carried by its piston.
         self._weight = p.gravity * self._table[layout.MASS, self._grains]
         self._whole_weight = float(self._weight.sum())
         wanted, self._refused_overlap = self._overlap_limits()
@@ -115,15 +115,15 @@ class Chain(Component):
         self._table = memory
         state = memory[self.state_rows]
         high = np.full((len(state), 1), LARGEST)
-        if self.parameters.law.has_history:  # no overlap is the deepest where there is no contact
+        if self.parameters.law.has_history:  # the deepest overlap is infinite at places without a contact
             high[layout.LOST - 1 - self.state_rows.start] = np.inf
         self._block = Block(state.reshape(-1), rows=("f8", state.shape, -LARGEST, high))
 
     def clone(self, memory: FloatArray | None = None) -> Self:
-        """Return a chain of the same parameters, at its start: much cheaper than a new one.
+        """Return a chain with the same parameters, at its start; much cheaper than a new one.
 
         Args:
-            memory: of the shape of `memory` of this chain, which becomes its table; None for new memory.
+            memory: becomes the table, in the shape of this chain's `memory`; None for new memory.
         """
         other: Self = object.__new__(type(self))
         vars(other).update(vars(self))
@@ -153,14 +153,14 @@ class Chain(Component):
             numbers[first : first + 4] = end == "free", end == "piston", chain.mass[place], chain.static_force[place]
 
     def _overlap_limits(self) -> tuple[FloatArray, FloatArray]:
-        """Overlaps at which a contact is seen too seldom (warn) and at which a step is refused; infinite without a contact."""
+        """Overlaps above which a contact is poorly resolved (warning), or a step is refused; infinite without a contact."""
         chain, places, law = self.geometry, self.geometry.contact_slice, self.parameters.law
 
         def largest_overlap(forces: float) -> FloatArray:
             p = law.exponent
             frequency = step_times_frequency(p, self._scheme, forces) / self.step_size
             tangent = frequency * frequency * chain.reduced_mass[places] / (p * chain.steepest[places])
-            # The overlap of that tangent stiffness; linear contacts have one frequency, whatever the overlap.
+            # Overlap with this tangent stiffness; the frequency of linear contacts does not depend on the overlap.
             return tangent ** (1.0 / (p - 1.0)) if p > 1.0 else np.where(tangent < 1.0, 0.0, np.inf)
 
         wanted, refused = np.full((2, self.parameters.grains + 1), np.inf)
@@ -209,7 +209,7 @@ class Chain(Component):
         self._refuse_start()
         if self.parameters.law.has_history:
             self.entries.begin_histories(self._table)
-            # Contacts that start beyond yield got there before the clock began.
+            # Contacts that start beyond yield did so before the start; their dissipation is not counted.
             self.entries.update_histories(self._table)
             self._table[layout.LOST] = 0.0
         kinetic, potential, momentum = self._sums()
@@ -219,14 +219,14 @@ class Chain(Component):
         return {name: float(speed) for name, speed in ends.items() if name.endswith("velocity")}
 
     def _refuse_start(self) -> None:
-        """Raise the error of the first step at once, where the start would make it fail."""
+        """Raise the error of the first step at once if the start would make it fail."""
         if np.any(self._overlap() > self._refused_overlap) or np.any(
             np.abs(self._table[layout.V, self._grains]) > self._table[layout.SCALARS, layout.SPEED_LIMIT]
         ):
             raise ParameterError(*self._explain(0).within("start").faults)
 
     def _apply(self, held: Mapping[str, Held]) -> None:
-        """Lay the pieces of both ends in one array; the number that holds before the first piece is 0 for a profile."""
+        """Put the pieces of both ends into one array; a profile has the value 0 before its first piece."""
         left, right = held.get(self.left_input, 0.0), held.get(self.right_input, 0.0)
         pieces = [_pieces(left), _pieces(right)]
         columns = max(piece.shape[1] for piece in pieces)
@@ -235,7 +235,7 @@ class Chain(Component):
         self._left_pieces = len(pieces[0])
 
     def _advance(self, ticks: int) -> int:
-        # The speed of a step from Python depends on these lines.
+        # Hot path: the cost of a step called from Python depends on these lines.
         if self._profiled:
             done = self.entries.advance(self._table, self._drive, self._left_pieces, self._left, self._right, self._tick, ticks)
         else:
@@ -246,7 +246,7 @@ class Chain(Component):
         return 0 if done == ticks else self._limit_passed(-done, ticks)
 
     def input_advice(self, name: str) -> str:
-        """Return which end a missing input would need."""
+        """Return the kind of end that an unknown input requires."""
         side, _, quantity = name.partition("_")
         if side in ("left", "right") and quantity in ("force", "velocity"):
             wanted = "piston" if quantity == "velocity" else "free"
@@ -256,8 +256,8 @@ class Chain(Component):
     def _limit_passed(self, done: int, ticks: int) -> int:
         """Return a status for a limit passed in the last of `done` ticks, or warn (once) and continue.
 
-        The state alone decides what is refused. LIMIT decides only how soon the kernel returns: after the caution it need not
-        return for contacts that are seen too seldom.
+        Only the state determines a refusal. LIMIT only determines when the kernel returns: after the warning it need not return
+        for poorly resolved contacts.
         """
         unsound = done >= UNSOUND
         done -= UNSOUND if unsound else 0
@@ -275,7 +275,7 @@ class Chain(Component):
             self._tick = begin
 
     def _worst(self, overlap: FloatArray) -> tuple[str, int, float]:
-        """Return the variable, index and ratio to its limit of the value furthest past its limit (NaN counts as infinite)."""
+        """Return the variable, index and ratio to its limit of the value furthest beyond its limit (NaN counts as infinite)."""
         with np.errstate(all="ignore"):
             ratios = {
                 "overlap": overlap / self._refused_overlap,
@@ -288,7 +288,7 @@ class Chain(Component):
 
     def _explain(self, status: int) -> StepError:
         time = (self._failed_tick if status else self._tick) * self.step_size
-        # Before the first tick no peak is known; afterwards the peak is what the kernel judges.
+        # Before the first tick no peak is known; afterwards the kernel judges the peak.
         overlap = self._peak if status else self._overlap()
         name, index, _ = self._worst(overlap)
         if name == "overlap":
@@ -319,27 +319,27 @@ class Chain(Component):
 
     @property
     def table(self) -> FloatArray:
-        """The chain's own table of numbers, for jitted code (`chain.table`): its memory, not a copy; to be read only."""
+        """The chain's table of numbers for jitted code (`chain.table`): its memory, not a copy. Read it only."""
         return self._table
 
     @property
     def state(self) -> ChainState:
-        """Return the chain as jitted functions see it, such as those of `differentiable_quantities`; to be read only."""
+        """Return the chain in the form of jitted functions, such as those of `differentiable_quantities`. Read it only."""
         return state_of(self.parameters.law.contacts, self._table)
 
     def detached_table(self) -> FloatArray:
-        """Copy the table for separate runs, which refuse overlaps and do not warn of them."""
+        """Return a copy of the table for separate runs, which refuse large overlaps without warning."""
         table = self._table.copy()
         table[layout.LIMIT, : self.parameters.grains + 1] = self._refused_overlap
         return table
 
     def balances(self) -> tuple[Balance, ...]:
-        """Return energy and momentum; the work of a precompressing force on a free end is input work."""
+        """Return energy and momentum; the work of a precompressing force on a free end counts as input work."""
         kinetic, potential, momentum = self._sums()
         tally = self._table[layout.TALLY]
         n = self.parameters.grains
         carried = self._table[layout.V, n + 2 : n + layout.BESIDE_GRAINS]
-        # In conservative chains that row is scratch of 0s.
+        # In conservative chains this row is scratch and zero.
         heat = 0.0 if self.parameters.law.conservative else self._table[layout.LOST].sum()
         work, lost = self._input_work(), float(heat + carried[4])
         impulse = float(tally[layout.IMPULSE_LEFT] + tally[layout.IMPULSE_RIGHT] + carried[2] + carried[3])
@@ -364,14 +364,14 @@ class Chain(Component):
         return float(tallied + rows[layout.V, behind] + rows[layout.V, behind + 1])
 
     def _sums(self) -> tuple[float, float, float]:
-        """Kinetic energy, potential energy (elastic, and of the weight), momentum."""
+        """Kinetic energy, potential energy (elastic and gravitational), momentum."""
         kinetic, elastic, momentum = self.entries.energies(self._table, self.geometry.mass)
         if self.parameters.gravity != 0.0:
             elastic -= float((self._weight * self._table[layout.U, self._grains]).sum())
         return kinetic, elastic, momentum
 
     def _overlap(self) -> FloatArray:
-        """Shape (n + 1,); 0 where there is no contact."""
+        """Overlaps, shape (n + 1,); 0 at places without a contact."""
         u = self._table[layout.U]
         last = self.parameters.grains + 1
         overlap = u[:last] - u[1 : last + 1] + self.geometry.rest_overlap
@@ -380,7 +380,7 @@ class Chain(Component):
 
     @property
     def _peak(self) -> FloatArray:
-        """Largest overlap since the reset that the kernel has judged, once a tick, shape (n + 1,)."""
+        """Largest overlap since the reset, recorded by the kernel once per tick, shape (n + 1,)."""
         return self._table[layout.PEAK, : self.parameters.grains + 1]
 
     def _contact_force(self) -> FloatArray:
@@ -394,9 +394,9 @@ class Chain(Component):
         return (Points("grains", reference, self.geometry.radius.copy(), "displacement", "velocity"),)
 
     def report(self) -> dict[str, float]:
-        """Return how well the run kept to the assumptions of Nesterenko's section 1, and how well contacts were resolved.
+        """Return figures on the assumptions of Nesterenko's section 1 and on the time resolution of contacts.
 
-        With dissipation also how much of an approach it stops in a step.
+        With dissipation, also return the fraction of an approach velocity that it stops in a step.
         """
         figures = self._validity_figures()
         if isinstance(self.parameters.law, Dissipative):
@@ -416,7 +416,7 @@ class Chain(Component):
         return said
 
     def _size_sentences(self) -> list[str]:
-        """Return what looks like a slip of units: millimetres as metres, g/cm^3 as kg/m^3, grams as kg, MPa as Pa."""
+        """Return sentences on probable unit errors: millimetres as metres, g/cm^3 as kg/m^3, grams as kg, MPa as Pa."""
         radius, sound = self.geometry.radius, self.geometry.sound_speed
         density = self.geometry.mass / (4.0 / 3.0 * np.pi * radius**3)
         said = []
@@ -447,7 +447,7 @@ class Chain(Component):
         )
 
     def _dissipation_in_a_step(self) -> float:
-        """Return c h / m* of the contact where it was largest, 0 without dissipation."""
+        """Return the largest c h / m* of the contacts, 0 without dissipation."""
         law, places = self.parameters.law, self.geometry.contact_slice
         if not isinstance(law, Dissipative):
             return 0.0
@@ -458,7 +458,7 @@ class Chain(Component):
     def _resolution_sentence(self) -> str:
         if self._dissipation_in_a_step() > _STOPPED_IN_A_STEP:
             return self._dissipation_sentence()
-        # Said where it first happens: how few they come to be is known in the end.
+        # The warning appears at the first occurrence; the smallest number of evaluations is only known at the end.
         return (
             f"contacts get fewer than the {self._wanted_forces:.0f} force evaluations that {self.parameters.integrator} wants "
             f"(report() has the number at the end): take a smaller step_size (now {self.step_size:g} s) or give the "
@@ -467,7 +467,7 @@ class Chain(Component):
 
 
 def _first_state_row(law: Law) -> int:
-    """Return where the state begins: contacts have a history only where the law says so."""
+    """Return the first row of the state, which includes history rows only for laws with a history."""
     if law.has_history:
         return layout.LOST - law.history_rows
     return layout.TALLY if law.conservative else layout.LOST

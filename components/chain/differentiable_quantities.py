@@ -1,17 +1,17 @@
-"""Quantities of a chain for jitted code, with their pullbacks: what sensors, tasks and objectives read.
+"""Quantities of a chain for jitted code, with their pullbacks, as used by sensors, tasks and objectives.
 
-A quantity is a function of a `ChainState`, such as `Chain.state`: grain i, from 0, is column i + 1 of its rows; contact j lies
-between columns j and j + 1, so that contacts 0 and n are the walls'. `x_pullback(chain, adjoint, ..., slope)` adds slope times
-the derivative of `x(chain, ...)` to `adjoint`, a `ChainState` too. Forces have the bits of the component's outputs.
+A quantity is a function of a `ChainState`, such as `Chain.state`: grain i, from 0, has the column i + 1; contact j lies between
+columns j and j + 1, so that contacts 0 and n belong to the walls. `x_pullback(chain, adjoint, ..., slope)` adds slope times the
+derivative of `x(chain, ...)` to `adjoint`, also a `ChainState`. Forces are bitwise equal to the component's outputs.
 
-A peak over time is not smooth: it is replaced by the p-norm over the control steps, f0 (sum_t (f_t / f0)^p)^(1/p), p even. It
-lies above the largest |f_t|, by a factor of m^(1/p) at most for m equal peaks; `peak_feature` is its summand, `peak_value` the
-root.
+A peak over time is not smooth. It is replaced by the p-norm over the control steps, f0 (sum_t (f_t / f0)^p)^(1/p), p even. The
+norm exceeds the largest |f_t| by a factor of at most m^(1/p) for m equal peaks. `peak_feature` is its summand, `peak_value`
+the root.
 
-Roots of the energy measure distances between states in which every motion counts by its energy. A contact that stores the
-energy e above that at rest has the root q = +-sqrt(e), negative where it is less pressed than at rest. Two states differ by
-sum_i m_i (v_i - v'_i)^2 / 2 + sum_j (q_j - q'_j)^2: the energy itself where the second is at rest. A gap stores nothing. For
-laws that have an `energy_root`.
+Roots of the energy measure distances between states, in which every motion is weighted by its energy. A contact with the energy
+e above its energy at rest has the root q = +-sqrt(e), negative if it is less compressed than at rest. The distance of two
+states is sum_i m_i (v_i - v'_i)^2 / 2 + sum_j (q_j - q'_j)^2, i.e. the energy itself if the second state is at rest. A gap
+stores no energy. The law must have an `energy_root`.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ from .layout import MASS, REST_OVERLAP, TALLY, WORK_LEFT, WORK_RIGHT, U, V
 
 @jit
 def contact_force(chain, j):
-    """Return the compressive force in contact j, dissipation included, never a pull; 0 where there is no contact [N]."""
+    """Return the compressive force in contact j, with dissipation, never attractive; 0 without a contact [N]."""
     force, _ = forces.contact_force(chain, chain.rows[U], chain.rows[V], j)
     return force
 
@@ -40,7 +40,7 @@ def _pressed_overlap(chain, j):
 
 @inlined
 def _add_overlap(adjoint, j, slope):
-    """Add slope times the derivative by the overlap of contact j."""
+    """Add slope times the derivative with respect to the overlap of contact j."""
     adjoint.rows[U, j] += slope
     adjoint.rows[U, j + 1] -= slope
     adjoint.rows[REST_OVERLAP, j] += slope
@@ -91,7 +91,7 @@ def energy_root_pullback(chain, adjoint, j, slope):
 
 @jit
 def input_work(chain):
-    """Return the work done by inputs and boundaries since the reset, as the component's `input_work`."""
+    """Return the work of inputs and boundaries since the reset, equal to the component's `input_work`."""
     tally, behind = chain.rows[TALLY], chain.settings.grains + 2
     return (tally[WORK_LEFT] + tally[WORK_RIGHT]) + chain.rows[V, behind] + chain.rows[V, behind + 1]
 
@@ -104,20 +104,20 @@ whole_power = jit(integer_power)
 
 @jit
 def peak_feature(f, scale, p):
-    """(f / scale)^p, whose sum over the control steps `peak_value` turns into a smooth maximum."""
+    """(f / scale)^p; `peak_value` turns its sum over the control steps into a smooth maximum."""
     return whole_power(f / scale, p)
 
 
 @jit
 def peak_feature_pullback(f, scale, p):
-    """Return the derivative of `peak_feature` by f."""
+    """Return the derivative of `peak_feature` with respect to f."""
     return p * whole_power(f / scale, p - 1) / scale
 
 
 @jit
 def peak_value(total, scale, p):
-    """Return the smooth maximum scale total^(1/p), and its derivative by the total; (0, 0) where nothing was felt."""
-    if not total > 1e-300:  # NaN too, which must not be hidden
+    """Return the smooth maximum scale total^(1/p) and its derivative with respect to the total; (0, 0) for a zero total."""
+    if not total > 1e-300:  # true for NaN too, which must not be hidden
         return scale * total, 0.0
     root = scale * power(total, 1.0 / p)
     return root, root / (p * total)
@@ -125,7 +125,7 @@ def peak_value(total, scale, p):
 
 @jit
 def kinetic_energy(chain, first, last):
-    """Return the energy of the grains first..last, from 0 and both included [J]; a piston's own grain has none."""
+    """Return the kinetic energy of the grains first..last, counted from 0 [J]; a prescribed grain of a piston has none."""
     total = 0.0
     for i in range(first + 1, last + 2):
         total += 0.5 * chain.rows[MASS, i] * (chain.rows[V, i] * chain.rows[V, i])
@@ -142,7 +142,7 @@ def kinetic_energy_pullback(chain, adjoint, first, last, slope):
 
 @jit
 def momentum(chain, first, last):
-    """Return that of the grains first..last, from 0 and both included [kg m/s]; a piston's own grain has none."""
+    """Return the momentum of the grains first..last, counted from 0 [kg m/s]; a prescribed grain of a piston has none."""
     total = 0.0
     for i in range(first + 1, last + 2):
         total += chain.rows[MASS, i] * chain.rows[V, i]
@@ -159,9 +159,9 @@ def momentum_pullback(chain, adjoint, first, last, slope):
 
 @jit
 def energy(chain, first, last):
-    """Kinetic energy of the grains first..last and half the elastic energy of each contact for each of its grains among them.
+    """Kinetic energy of the grains first..last plus half the elastic energy of a contact for each of its grains among them.
 
-    So the energies of neighbouring stretches add up. Walls hold the other half of theirs.
+    The energies of adjacent ranges thus add up. A wall counts as the other side of its contact.
     """
     total = kinetic_energy(chain, first, last)
     for j in range(first, last + 2):
@@ -182,7 +182,7 @@ def energy_pullback(chain, adjoint, first, last, slope):
 
 @jit
 def energy_between(chain, first, last):
-    """Energy above that at rest of the columns first..last and of the contacts from `first` on up to `last` [J]."""
+    """Energy above the rest state of columns first..last and of contacts first..last [J]."""
     energy = kinetic_energy(chain, first - 1, last - 1)
     for j in range(first, last + 1):
         q = energy_root(chain, j)

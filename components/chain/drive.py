@@ -1,6 +1,6 @@
-"""The drive of both ends: a number that holds, or pieces of polynomials in time; about each tick one polynomial in steps.
+"""The drive of both ends: a held number, or piecewise polynomials in time; per tick one polynomial in steps.
 
-e is a part of a step after the tick, s the ticks since a piece began.
+e is the fraction of a step after the tick, s the ticks since the beginning of a piece.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ class Drive(NamedTuple):
     Attributes:
         pieces: rows (first tick, coefficients in ticks), those of the left end first, shape (pieces, 1 + coefficients).
         left_pieces: number of rows of the left end.
-        left_number: holds before the first piece of the left end [N or m/s].
+        left_number: value before the first piece of the left end [N or m/s].
         right_number: likewise.
         left: coefficients of the polynomial about the present tick, written by `turn_to`.
         right: likewise.
@@ -34,7 +34,7 @@ class Drive(NamedTuple):
 
 @internal_inlined
 def drive_of(table, pieces, left_pieces, left_number, right_number):
-    """Return a drive, whose present polynomials lie in the table of the chain."""
+    """Return a drive; its present polynomials are stored in the table of the chain."""
     length = max(pieces.shape[1] - 1, 1) if pieces.shape[0] > 0 else 1
     left, right = table[LEFT_DRIVE, :length], table[RIGHT_DRIVE, :length]
     return Drive(pieces, left_pieces, left_number, right_number, left, right)
@@ -42,7 +42,7 @@ def drive_of(table, pieces, left_pieces, left_number, right_number):
 
 @internal_inlined
 def turn_to(drive, tick):
-    """Write the polynomials about a tick."""
+    """Write the polynomials centred at a tick."""
     end = drive.pieces.shape[0]
     _recentre(drive.left, drive.pieces, _piece_at(drive.pieces, 0, drive.left_pieces, tick), drive.left_number, tick)
     _recentre(drive.right, drive.pieces, _piece_at(drive.pieces, drive.left_pieces, end, tick), drive.right_number, tick)
@@ -50,7 +50,7 @@ def turn_to(drive, tick):
 
 @internal
 def _piece_at(pieces, first, last, tick):
-    """Return the row in first..last-1 whose piece is in force at a tick; -1 before the first piece begins."""
+    """Return the row in first..last-1 of the piece that applies at a tick; -1 before the first piece."""
     low, high = first, last
     while low < high:
         middle = (low + high) // 2
@@ -63,7 +63,7 @@ def _piece_at(pieces, first, last, tick):
 
 @internal
 def _recentre(polynomial, pieces, piece, number, tick):
-    """Write the polynomial of a piece about a tick, in steps; a number before the first piece."""
+    """Write the polynomial of a piece, centred at a tick, in steps; a constant before the first piece."""
     n = len(polynomial)
     if piece < 0:
         for i in range(n):
@@ -79,7 +79,7 @@ def _recentre(polynomial, pieces, piece, number, tick):
 
 @internal_inlined
 def value(polynomial, e):
-    """Return the value of a polynomial a part e of a step after the tick."""
+    """Return the value of a polynomial at the fraction e of a step after the tick."""
     p = 0.0
     for i in range(len(polynomial) - 1, -1, -1):
         p = p * e + polynomial[i]
@@ -97,7 +97,7 @@ def integral(polynomial, e):
 
 @internal
 def pieces_mark(drive, tick):
-    """Return two numbers that change where the piece of an end does: integrators with a memory start again there."""
+    """Return two numbers that change when an end begins a new piece: multistep integrators then restart."""
     left = _piece_at(drive.pieces, 0, drive.left_pieces, tick)
     right = _piece_at(drive.pieces, drive.left_pieces, drive.pieces.shape[0], tick)
     return _mark(drive.pieces, left, drive.left_number), _mark(drive.pieces, right, drive.right_number)

@@ -1,7 +1,7 @@
-"""Equations of motion: forces in the contacts, what drives the ends, and the sums of work and impulse.
+"""Equations of motion: contact forces, the drive of the ends, and the sums of work and impulse.
 
 m_i u_i'' = F_i - F_(i+1) + m_i g, with F_i the force in the contact left of grain i. Symbols: u displacement, v velocity, d
-overlap, w inverse mass, h step, e part of a step after the tick.
+overlap, w inverse mass, h step, e fraction of a step after the tick.
 """
 
 from __future__ import annotations
@@ -26,20 +26,20 @@ from .layout import (
     V,
 )  # fmt: skip
 
-# Lanes of a sum: many in long chains, where they run as vectors; few in short ones, where joining them would cost more.
+# Number of partial sums: many in long chains, where they vectorise; few in short ones, where joining them would cost more.
 _FEW_LANES, _MANY_LANES, _MANY_GRAINS = 8, 256, 2048
 
 
 @internal
 def copy(source, target):
-    """Copy numbers; a slice as the target of an assignment would make numba compile its errors."""
+    """Copy numbers; with a slice assignment numba would also compile its error handling."""
     for i in range(len(source)):
         target[i] = source[i]
 
 
 @internal
 def fill(target, number):
-    """Write a number everywhere."""
+    """Set all entries to a number."""
     for i in range(len(target)):
         target[i] = number
 
@@ -52,7 +52,7 @@ def displacements(chain):
 
 @internal_inlined
 def velocities_and_tallies(chain):
-    """Return the velocities of the grains and the walls, and the five tallies behind them."""
+    """Return the velocities of the grains and the walls, followed by the five tallies."""
     return chain.rows[V, : chain.settings.grains + BESIDE_GRAINS]
 
 
@@ -61,13 +61,13 @@ def velocities_and_tallies(chain):
 
 @internal_inlined
 def pressed(d):
-    """Return the overlap of a contact that is pressed, 0 of one that is open. NaN stays NaN."""
+    """Return the overlap of a closed contact, or 0 for an open one. NaN stays NaN."""
     return 0.0 if d < SMALLEST_OVERLAP else d
 
 
 @internal_inlined
 def pressed_overlap(chain, u, j):
-    """Return the overlap of contact j at the displacements u, 0 where it is open."""
+    """Return the overlap of contact j at the displacements u, 0 if it is open."""
     return pressed(u[j] - u[j + 1] + chain.rows[REST_OVERLAP, j])
 
 
@@ -79,7 +79,7 @@ def elastic_force(chain, u, j):
 
 @internal_inlined
 def contact_force(chain, u, v, j):
-    """Return the force in contact j with dissipation, never a pull, and the power that becomes heat."""
+    """Return the force in contact j with dissipation, never attractive, and the dissipated power."""
     d = pressed_overlap(chain, u, j)
     elastic, speed = force(chain.law, j, d), v[j] - v[j + 1]
     total = elastic + (damping(chain.law, j, d) if d > 0.0 else 0.0) * speed
@@ -96,14 +96,14 @@ def contact_forces(chain, out):
 
 @internal
 def begin_histories(chain):
-    """Write the histories of contacts that were never loaded."""
+    """Write the histories of contacts that have never been loaded."""
     for j in range(chain.settings.grains + 1):
         begin(chain.law, j)
 
 
 @internal_inlined
 def update_histories(chain):
-    """Note what the step has changed in the contacts' histories, and the energy that this has dissipated."""
+    """Update the histories of the contacts after a step, and tally the dissipated energy."""
     if remembers(chain.law):
         for j in range(chain.settings.grains + 1):
             chain.rows[LOST, j] += remember(chain.law, j, pressed_overlap(chain, chain.rows[U], j))
@@ -111,7 +111,7 @@ def update_histories(chain):
 
 @internal
 def note_peaks(u, rest_overlap, limit, peak):
-    """Update the largest overlaps; return whether an overlap is above its limit."""
+    """Update the largest overlaps; return whether an overlap exceeds its limit."""
     left, right, passed = u[:-1], u[1:], False
     for j in range(len(peak)):
         d, p = pressed(left[j] - right[j] + rest_overlap[j]), peak[j]
@@ -122,7 +122,7 @@ def note_peaks(u, rest_overlap, limit, peak):
 
 @internal
 def is_too_fast(v, limit):
-    """Return whether a velocity is above a limit or not a number."""
+    """Return whether a velocity exceeds a limit or is NaN."""
     found = False
     for i in range(len(v)):
         found |= not (abs(v[i]) <= limit)
@@ -148,7 +148,7 @@ def right_push(chain, drive, e):
 
 @internal_inlined
 def place_pistons(chain, u, drive, bases, e):
-    """Put prescribed grains where they are at e: the exact integral of the drive, from their places at the tick, `bases`."""
+    """Move prescribed grains to e: `bases`, their positions at the tick, plus the exact integral of the drive."""
     h = chain.settings.step
     if chain.settings.left.is_piston:
         u[1] = bases[0] + h * integral(drive.left, e)
@@ -158,7 +158,7 @@ def place_pistons(chain, u, drive, bases, e):
 
 @internal_inlined
 def set_piston_velocities(chain, v, drive, e):
-    """Give prescribed grains the velocity of the drive at e."""
+    """Set the velocities of prescribed grains to the drive at e."""
     if chain.settings.left.is_piston:
         v[1] = value(drive.left, e)
     if chain.settings.right.is_piston:
@@ -173,7 +173,7 @@ def end_values(chain, x):
 
 @internal_inlined
 def book_pistons(chain, before):
-    """Add the work and impulse that took prescribed grains from their velocities `before` to the present ones."""
+    """Tally the work and impulse that changed prescribed grains from their velocities `before` to the present ones."""
     left, right, tally = chain.settings.left, chain.settings.right, chain.rows[TALLY]
     first, last = end_values(chain, chain.rows[V])
     if left.is_piston:
@@ -194,7 +194,7 @@ def compensated(total, compensation, x):
 
 @internal_inlined
 def add(tally, place, x):
-    """Add x to the compensated sum that lies in two places of the tally."""
+    """Add x to the compensated sum in two adjacent entries of the tally."""
     tally[place], tally[place + 1] = compensated(tally[place], tally[place + 1], x)
 
 
@@ -203,7 +203,7 @@ def add(tally, place, x):
 
 @internal
 def accelerations(chain, u, v, drive, e, out):
-    """Write dv/dt at e of columns 1 to n; behind the chain the powers and thrusts of the ends, and the power lost."""
+    """Write dv/dt of columns 1 to n at e, followed by the powers and thrusts of the ends, and the dissipated power."""
     n, w, gravity = chain.settings.grains, chain.rows[INVERSE_MASS], chain.settings.gravity
     left, right = left_push(chain, drive, e), right_push(chain, drive, e)
     first, loss = contact_force(chain, u, v, 0)
@@ -232,13 +232,13 @@ def accelerations(chain, u, v, drive, e, out):
 
 @internal
 def energies(chain, mass):
-    """Return kinetic energy, elastic energy, momentum: each in lanes, with compensation, then the lanes in their order.
+    """Return kinetic energy, elastic energy, momentum: compensated partial sums in lanes, then the sum of the lanes in order.
 
-    The lanes fix the order of the sums and let them run as vectors.
+    The lanes fix the order of summation and let the sums vectorise.
 
     Args:
         chain: the chain.
-        mass: of all grains, pistons included, shape (n,) [kg].
+        mass: of all grains, including prescribed ones, shape (n,) [kg].
     """
     n = len(mass)
     width = _FEW_LANES if n < _MANY_GRAINS else _MANY_LANES

@@ -19,40 +19,40 @@ from .layout import MOST_LAW_CONSTANTS
 from .parameters import WALLS, ChainParameters, UniformRadii
 from .theory.collisions import duration_times_frequency
 
-# Suggested step of PEFRL in units of (m / k)^(2/5) v^(-1/5): keeps 3e-4 in ordinary runs; gaps need the smaller one.
+# Suggested step of PEFRL in units of (m / k)^(2/5) v^(-1/5): error of 3e-4 in ordinary runs; gaps need the smaller one.
 _STEP_FACTOR, _STEP_FACTOR_WITH_GAPS = 0.1, 0.03
-# Largest step x (dissipation / mass): a part of what the chain warns of.
+# Largest step x (dissipation / mass), as a fraction of the value above which the chain warns.
 _STEP_TIMES_DISSIPATION = 0.2
-# The same where the force jumps at first touch: explicit schemes then lose about this part of a velocity; never less than a
-# fifth of the step, for dashpots so strong that grains hardly bounce.
+# The same if the force jumps at first contact: explicit schemes then lose about this fraction of a velocity. It is at least a
+# fifth of the step, for dashpots so strong that grains hardly rebound.
 _STEP_TIMES_JUMP, _SHORTEST_FOR_JUMP = 2e-3, 0.2
 _STEP_WITHOUT_CONTACTS = 1e-6
-# Masses and stiffnesses outside of this range are slips of units, and their powers would leave the range of a float.
+# Masses and stiffnesses outside this range are unit errors, and their powers would leave the range of a float.
 _SMALLEST, _LARGEST, _MICROMETRES = 1e-60, 1e60, 1e6
 
 
 @dataclass(frozen=True)
 class Geometry:
-    """Arrays of a chain with n grains and c = n + 1 places for contacts; place j is left of grain j, 0 and n are the walls'.
+    """Arrays of a chain with n grains and n + 1 contact places; place j is left of grain j, 0 and n are at the walls.
 
-    All are read-only.
+    All arrays are read-only.
 
     Attributes:
         radius: shape (n,) [m].
         mass: shape (n,) [kg].
-        stiffness: k of F = k overlap^p, shape (n + 1,), 0 where there is no wall [N/m^p]; p = 1.5 for spheres.
-        steepest: the same where the law makes contacts stiffer than in loading: what steps have to resolve, shape (n + 1,).
+        stiffness: k of F = k overlap^p, shape (n + 1,), 0 without a wall [N/m^p]; p = 1.5 for spheres.
+        steepest: the largest k of the law, e.g. in unloading, which steps have to resolve, shape (n + 1,).
         rest_overlap: overlap in the reference configuration, negative for a gap, shape (n + 1,) [m].
         reduced_radius: R* of each contact, shape (n + 1,) [m].
         reduced_mass: m* of each contact, shape (n + 1,) [kg].
         smaller_radius: shape (n + 1,) [m].
         position: of the grains' centres in the reference configuration, the first at 0, shape (n,) [m].
         sound_speed: longitudinal, of each grain's material, shape (n,) [m/s].
-        yield_strength: of the weaker side of each contact, NaN where neither is known, shape (n + 1,) [Pa].
+        yield_strength: of the weaker side of each contact, NaN if neither is known, shape (n + 1,) [Pa].
         static_force: in each contact in the reference configuration, shape (n + 1,) [N].
-        static_overlap: that this force makes, shape (n + 1,) [m].
+        static_overlap: caused by this force, shape (n + 1,) [m].
         law_constants: of each contact in addition to its stiffness, shape (n + 1, 3).
-        contact_slice: which places are contacts of this chain, a slice.
+        contact_slice: slice of the places that have a contact.
     """
 
     radius: FloatArray
@@ -73,7 +73,7 @@ class Geometry:
 
 
 def geometry(parameters: ChainParameters) -> Geometry:
-    """All arrays that follow from the parameters."""
+    """Compute all arrays that follow from the parameters."""
     count = parameters.grains
     radius = parameters.arrangement.radii(_radius(parameters))
     materials = parameters.arrangement.materials(_materials(parameters))
@@ -105,7 +105,7 @@ def geometry(parameters: ChainParameters) -> Geometry:
         np.minimum(left_radius, right_radius), position,
         _per_grain(materials, "longitudinal_speed"), yield_strength, static_force, static_overlap, law_constants, real,
     )  # fmt: skip
-    # The chain has copied them, and would not notice another value.
+    # The chain has copied the arrays and would not notice a change.
     for values in vars(arrays).values():
         if isinstance(values, np.ndarray):
             values.setflags(write=False)
@@ -113,8 +113,8 @@ def geometry(parameters: ChainParameters) -> Geometry:
 
 
 def _refuse_absurd(mass: FloatArray, stiffness: FloatArray, position: FloatArray, exponent: float) -> None:
-    """Refuse sizes whose masses, stiffnesses or length leave the range of a float, and with them every later figure."""
-    # Overlaps of micrometres and less make the stiffness of a high exponent large.
+    """Refuse sizes for which masses, stiffnesses, lengths or derived quantities leave the range of a float."""
+    # For a high exponent, overlaps of micrometres and less require a large stiffness.
     stiffest = _LARGEST * _MICROMETRES ** max(0.0, exponent - 1.5)
     for name, values, least, most, unit in (
         ("mass", mass, _SMALLEST, _LARGEST, "kg"),
@@ -133,17 +133,17 @@ def _refuse_absurd(mass: FloatArray, stiffness: FloatArray, position: FloatArray
 
 
 def smoothness(exponent: float) -> float:
-    """Part of the step that a law F = k d^p needs: below p = 1.5 contacts close with a jolt, and need shorter ones."""
+    """Factor of the step for a law F = k d^p: for p < 1.5 contacts close abruptly and need shorter steps."""
     return min(1.0, 0.25 + 1.5 * (exponent - 1.0))
 
 
 def step_times_frequency(exponent: float, scheme: Scheme, forces: float) -> float:
-    """Return step x sqrt(p k d^(p-1) / m*), d the largest overlap, where a collision F = k d^p gets `forces` evaluations."""
+    """Return step x sqrt(p k d^(p-1) / m*), with d the largest overlap, for a collision F = k d^p with `forces` evaluations."""
     return duration_times_frequency(exponent) * scheme.evaluations / forces
 
 
 def wanted_forces(exponent: float, scheme: Scheme) -> float:
-    """Return the force evaluations below which the chain warns of a contact."""
+    """Return the number of force evaluations per contact below which the chain warns."""
     return scheme.wanted_forces / smoothness(exponent)
 
 
@@ -152,7 +152,7 @@ def suggested_step_size(parameters: ChainParameters, chain: Geometry, scheme: Sc
     law = parameters.law
     lighter = np.minimum(*_sides(_inertia(parameters, chain.mass), np.inf, np.inf))
     ratio = float(np.min(lighter[chain.contact_slice] / chain.steepest[chain.contact_slice], initial=np.inf))
-    if not math.isfinite(ratio):  # nothing that a contact could accelerate
+    if not math.isfinite(ratio):  # no contact can accelerate a grain
         return _STEP_WITHOUT_CONTACTS
     gapped = bool(np.any(chain.rest_overlap < 0.0))
     scale = _collision_time(ratio, parameters.velocity_scale, law.exponent)
@@ -169,7 +169,7 @@ def suggested_step_size(parameters: ChainParameters, chain: Geometry, scheme: Sc
 
 
 def _pressed_step(chain: Geometry, parameters: ChainParameters, scheme: Scheme) -> float:
-    """At which contacts are seen often enough and the lattice's highest frequency is followed; infinite without one [s]."""
+    """Step that resolves contacts and the lattice's highest frequency under static load; infinite without load [s]."""
     tangent, exponent = _tangent(chain, parameters), parameters.law.exponent
     contact = float(np.max(tangent[chain.contact_slice] / chain.reduced_mass[chain.contact_slice], initial=0.0))
     lattice = float(np.max(2.0 * (tangent[:-1] + tangent[1:]) / chain.mass))
@@ -177,21 +177,21 @@ def _pressed_step(chain: Geometry, parameters: ChainParameters, scheme: Scheme) 
         (step_times_frequency(exponent, scheme, wanted_forces(exponent, scheme)), contact),
         (scheme.pressed_angle * smoothness(exponent), lattice),
     )
-    # Too faint a force to be felt gives no frequency, and no limit.
+    # A negligible force gives no frequency and thus no limit.
     return min((angle / math.sqrt(square) for angle, square in angles if square > 0.0), default=math.inf)
 
 
 def _dissipation_rate(law: Dissipative, chain: Geometry, speed: float) -> float:
-    """Return c / m* of the contact that dissipates fastest, at its deepest [1/s]."""
+    """Return the largest c / m* of the contacts at their deepest overlap [1/s]."""
     real = chain.contact_slice
     overlap, reduced = _deepest(chain, speed, law.exponent)[real], chain.reduced_mass[real]
     return float(np.max(law.coefficients(chain.law_constants[real], overlap) / reduced, initial=0.0))
 
 
 def _deepest(chain: Geometry, speed: float, exponent: float) -> FloatArray:
-    """Overlap at rest and that of a collision at that speed, which is no less than both reach together, shape (n + 1,) [m].
+    """Overlap at rest plus that of a collision at a given speed, an upper bound of their joint overlap, shape (n + 1,) [m].
 
-    0 where there is no contact or nothing that it could move.
+    0 at places without a contact or with nothing to move.
     """
     overlap = np.zeros(len(chain.stiffness))
     moved = (chain.stiffness > 0.0) & np.isfinite(chain.reduced_mass)
@@ -202,7 +202,7 @@ def _deepest(chain: Geometry, speed: float, exponent: float) -> FloatArray:
 
 
 def _collision_time(mass_by_stiffness: float, speed: float, exponent: float) -> float:
-    """(m/k)^(1/(p + 1)) v^(-(p - 1)/(p + 1)): what the duration of a collision goes with, where F = k d^p."""
+    """(m/k)^(1/(p + 1)) v^(-(p - 1)/(p + 1)), the time scale of a collision with F = k d^p."""
     if exponent == 1.5:
         root = nth_root(mass_by_stiffness, 5)
         return root * root / nth_root(speed, 5)
@@ -210,7 +210,7 @@ def _collision_time(mass_by_stiffness: float, speed: float, exponent: float) -> 
 
 
 def _tangent(chain: Geometry, parameters: ChainParameters) -> FloatArray:
-    """Stiffness of the contacts at their deepest, shape (n + 1,) [N/m]."""
+    """Tangent stiffness of the contacts at their deepest overlap, shape (n + 1,) [N/m]."""
     exponent = parameters.law.exponent
     overlap = _deepest(chain, parameters.velocity_scale, exponent)
     slope = (
@@ -222,20 +222,20 @@ def _tangent(chain: Geometry, parameters: ChainParameters) -> FloatArray:
 
 
 def static_forces(parameters: ChainParameters, mass: FloatArray) -> FloatArray:
-    """Force at each place for a contact, the ends included, shape (n + 1,) [N]; 0 where gaps leave the grains unsupported.
+    """Return the static force at each contact place, ends included, shape (n + 1,) [N]; 0 if gaps leave grains unsupported.
 
-    A free end carries `precompression`, and a wall or piston whatever it has to; between two of those the less loaded one
-    carries `precompression`.
+    A free end carries `precompression`; a wall or piston carries the reaction. Between two walls or pistons the less loaded
+    one carries `precompression`.
 
     Raises:
-        ParameterError: gravity would have to be carried by a free end, or pull a contact apart.
+        ParameterError: a free end would have to carry gravity, or gravity would pull a contact apart.
     """
     p = parameters
     gaps = p.gap if isinstance(p.gap, list) else [p.gap]
     if p.gravity == 0.0 or any(gap > 0.0 for gap in gaps):
         return np.full(p.grains + 1, p.precompression)
     weight = p.gravity * mass
-    # A piston carries its own grain.
+    # The weight of a prescribed grain is carried by its piston.
     weight[[0] if p.left == "piston" else []] = 0.0
     weight[[-1] if p.right == "piston" else []] = 0.0
     above = np.concatenate(([0.0], np.cumsum(weight)))
@@ -295,7 +295,7 @@ def _mass(parameters: ChainParameters, radius: FloatArray, materials: list[Mater
 
 
 def _inertia(parameters: ChainParameters, mass: FloatArray) -> FloatArray:
-    """Return the mass that a contact accelerates: a piston does not give way, whatever its mass."""
+    """Return the mass that a contact accelerates; prescribed grains of pistons count as infinitely heavy."""
     inertia = mass.copy()
     inertia[[0] if parameters.left == "piston" else []] = np.inf
     inertia[[-1] if parameters.right == "piston" else []] = np.inf
@@ -310,7 +310,7 @@ def _per_grain(materials: list[Material], name: str) -> FloatArray:
 
 
 def _yield_strength(parameters: ChainParameters, materials: list[Material]) -> FloatArray:
-    """Return that of the weaker side; a free end, a piston and a rigid plane count as the grain that they meet."""
+    """Return the yield strength of the weaker side; free ends, pistons and rigid planes count as the adjacent grain."""
     grains = _per_grain(materials, "yield_strength")
     walls = [
         grains[end] if given is None else material(given).yield_strength or np.nan
@@ -320,7 +320,7 @@ def _yield_strength(parameters: ChainParameters, materials: list[Material]) -> F
 
 
 def _wall_radius(boundary: str, end_radius: float) -> float:
-    """Return the radius of a wall: a fixed grain is like the end one; a plane has no curvature."""
+    """Return the radius of a wall: a fixed grain has the radius of the end grain; a plane has no curvature."""
     return end_radius if boundary == "fixed_grain" else np.inf
 
 
@@ -330,13 +330,13 @@ def _sides(values: FloatArray, left: float, right: float) -> tuple[FloatArray, F
 
 
 def _half_harmonic_mean(left: FloatArray, right: FloatArray) -> FloatArray:
-    """1 / (1/left + 1/right); infinite where both are."""
+    """1 / (1/left + 1/right); infinite if both are."""
     with np.errstate(divide="ignore"):
         return 1.0 / (1.0 / left + 1.0 / right)
 
 
 def _stiffness(parameters: ChainParameters, materials: list[Material], reduced_radius: FloatArray) -> FloatArray:
-    """Return what is given, or Hertz's k = (4/3) E* sqrt(R*), 1/E* the sum of both sides' (1 - nu^2)/E, shape (n + 1,)."""
+    """Return the given k, or Hertz's k = (4/3) E* sqrt(R*), 1/E* the sum of both sides' (1 - nu^2)/E, shape (n + 1,)."""
     if parameters.contact_stiffness is not None:
         return np.full(len(reduced_radius), parameters.contact_stiffness)
     left, right = _sides(

@@ -19,24 +19,24 @@ from ..support.validation import whole_number
 
 @dataclass(frozen=True, eq=False)
 class Objective:
-    """A number J of a driven chain, which is to become small: three jitted functions and what they need.
+    """A scalar objective J of a driven chain, to be minimised: three jitted functions and their constants.
 
-    `chain` is a `ChainState`: its rows are those of `layout.py`, grain i (from 0) in column i + 1, contact j between columns j
-    and j + 1. `adjoint` is a `ChainState` too, with the derivative of J by each number in its place: a feature of the velocity
-    of column 5 adds to `adjoint.rows[V, 5]`, and one that weighs it with the mass adds to `adjoint.rows[MASS, 5]` too.
+    `chain` is a `ChainState` with the rows of `layout.py`; grain i (from 0) has column i + 1, contact j lies between columns j
+    and j + 1. `adjoint` is also a `ChainState`, with the derivatives of J by the entries of `chain`. A feature of the velocity
+    of column 5 adds to `adjoint.rows[V, 5]`; if weighted by the mass, it also adds to `adjoint.rows[MASS, 5]`.
 
     Attributes:
         note: note(chain, step, steps, inputs, constants, sums): after control step `step` (0 to steps - 1) add the features to
-            sums, shape (count,). `inputs`, shape (2,), are what was held in that step left and right, 0 where an end has none.
+            sums, shape (count,). `inputs`, shape (2,), are the inputs held in that step, left and right (0 without one).
         value: value(sums, constants, slopes) -> J, and dJ/dsums into slopes, shape (count,).
         pullback: pullback(chain, adjoint, step, steps, inputs, input_adjoint, constants, slopes): adjoint += sum_k slopes_k
             dfeature_k/dchain, and input_adjoint, shape (2,), += the same for the inputs.
-        constants: numbers for all three, shape (any,).
-        count: how many features there are.
-        smooth: whether the features have derivatives everywhere the state goes.
-        description: one line for people.
-        grains: how many grains the chain must have; None where its functions suit any.
-        fewest_steps: control steps that the run must have at least.
+        constants: numbers passed to all three functions, shape (any,).
+        count: number of features.
+        smooth: whether the features are differentiable at every state that can occur.
+        description: one line of text for users.
+        grains: required number of grains; None if the functions accept any number.
+        fewest_steps: smallest number of control steps of a run.
     """
 
     note: Callable[..., Any]
@@ -50,10 +50,10 @@ class Objective:
     fewest_steps: int = 1
 
     def __post_init__(self) -> None:
-        """Bring the constants into the one form that compiled code takes.
+        """Convert the constants to the form that compiled code requires.
 
         Raises:
-            ParameterError: the constants are no numbers, a function is none, or there is no feature.
+            ParameterError: the constants are not numbers, a function is not callable, or there is no feature.
         """
         try:
             constants = np.ascontiguousarray(self.constants, dtype=np.float64).reshape(-1)
@@ -70,10 +70,10 @@ class Objective:
         whole_number("objective.count", self.count)
 
     def fit(self, grains: int, steps: int) -> None:
-        """Check that it can judge a run of `steps` control steps of a chain of `grains` grains.
+        """Check that the objective can evaluate a run of `steps` control steps of a chain of `grains` grains.
 
         Raises:
-            ParameterError: it cannot: compiled code would read what is not there.
+            ParameterError: it cannot, i.e. compiled code would read out of bounds.
         """
         if self.grains not in (None, grains):
             raise ParameterError(

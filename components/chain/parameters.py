@@ -27,7 +27,7 @@ _MAXIMUM_GRAINS = 100_000_000
 
 
 class UniformRadii(Parameters):
-    """Radii drawn evenly between two bounds, a function of the seed (the RAND of Nesterenko's section 3.5)."""
+    """Radii drawn uniformly between two bounds, as a function of the seed (the RAND of Nesterenko's section 3.5)."""
 
     low: float = _field(..., "smallest radius", "m", gt=0.0)
     high: float = _field(..., "largest radius", "m", gt=0.0)
@@ -40,12 +40,12 @@ class UniformRadii(Parameters):
         return self
 
     def draw(self, grains: int) -> FloatArray:
-        """Return the radii, shape (grains,) [m]; that of grain i is a function of the seed and of i alone."""
+        """Return the radii, shape (grains,) [m]; the radius of grain i depends only on the seed and on i."""
         return self.low + (self.high - self.low) * uniform(self.seed, 0, grains)
 
 
 class ChainParameters(Parameters):
-    """A row of grains that touch by a contact law (Hertz's unless another is named), with its two ends."""
+    """A row of grains that interact by a contact law (Hertz's unless another is named), with its two ends."""
 
     grains: int = _field(..., "number of grains", "1", ge=1, le=_MAXIMUM_GRAINS, examples=[4])
     radius: Positive | list[Positive] | UniformRadii = _field(3e-3, "radius: one for all, one each, or drawn", "m")
@@ -81,7 +81,7 @@ class ChainParameters(Parameters):
     @model_validator(mode="before")
     @classmethod
     def _no_indices(cls, fields: Any) -> Any:
-        """{index: value} is understood of masses and start values only; say so, instead of what it is not."""
+        """Refuse {index: value} for parameters other than masses and start values, with a message that says so."""
         for name in ("radius", "material", "gap", "contact_stiffness"):
             value = fields.get(name) if isinstance(fields, dict) else None
             if isinstance(value, dict) and any(str(key).lstrip("-").isdigit() for key in value):
@@ -124,7 +124,7 @@ class ChainParameters(Parameters):
         return self
 
     def _check_places(self) -> None:
-        """Check that lists for contacts have a value for each place, 0 where there is no contact."""
+        """Check that lists for contacts have a value for each place, and 0 at places without a contact."""
         for holder, name, needed in (
             (self, "contact_stiffness", True), (self, "gap", False),
             *((self.law, name, needed) for name, needed in self.law.place_parameters.items()),
@@ -155,7 +155,7 @@ class ChainParameters(Parameters):
 
     @model_serializer(mode="wrap")
     def _serialize_without_arrangement(self, serialize: SerializerFunctionWrapHandler) -> dict[str, Any]:
-        """Leave out what the arrangement gives, so that this reads back, and an arrangement that does nothing."""
+        """Omit values set by the arrangement, so that the result can be read back, and an arrangement without effect."""
         fields = serialize(self)
         spared = ("arrangement",) if isinstance(self.arrangement, Uniform) else self.arrangement.own_parameters()
         return {name: value for name, value in fields.items() if name not in spared}
@@ -164,16 +164,16 @@ class ChainParameters(Parameters):
     def contact_places(self) -> int:
         """Number of places for contacts, n + 1: place i is left of grain i, place n right of the last grain.
 
-        Ends without a wall have a place too, so that an end's kind does not shift the numbers of the others.
+        Ends without a wall have a place too, so that the kind of an end does not shift the numbers of other places.
         """
         return self.grains + 1
 
     def has_contact(self, place: int) -> bool:
-        """Return whether there is a contact in a place, from 0 to n: between neighbours always, at an end only with a wall."""
+        """Return whether a place from 0 to n has a contact: always between neighbours, at an end only with a wall."""
         return 0 < place < self.grains or (self.left if place == 0 else self.right) in WALLS
 
     def absent_contact(self, place: int) -> str:
-        """Why there is no contact in an end's place, for messages."""
+        """Return the reason why there is no contact at an end, for messages."""
         side = "left" if place == 0 else "right"
         return (
             f"{side} is {getattr(self, side)!r}, so there is no contact {side} of grain {0 if place == 0 else self.grains - 1}"

@@ -1,6 +1,6 @@
-"""A chain as kernels see it: its law, its table, and its numbers.
+"""A chain as kernel arguments: its law, its table, and its settings.
 
-The adjoint of a chain is a second table, in which each number is the derivative of an objective by the one in the same place.
+The adjoint of a chain is a second table, whose entries are derivatives of an objective with respect to those of the first.
 """
 
 from __future__ import annotations
@@ -14,13 +14,13 @@ from .laws.functions import contact_law
 
 
 class End(NamedTuple):
-    """An end of the chain; one that is neither free nor a piston is a wall.
+    """An end of the chain: free, a piston, or else a wall.
 
     Attributes:
-        is_free: a force drives the end grain.
-        is_piston: the velocity of the end grain is prescribed.
+        is_free: whether a force drives the end grain.
+        is_piston: whether the velocity of the end grain is prescribed.
         mass: of the end grain [kg].
-        static_force: presses on a free end [N].
+        static_force: compressive force on a free end [N].
     """
 
     is_free: bool
@@ -50,11 +50,11 @@ class Settings(NamedTuple):
 
 
 class ChainState(NamedTuple):
-    """A chain as kernels see it.
+    """A chain as kernel arguments.
 
     Attributes:
         law: of the contacts; its arrays have one number for each contact.
-        rows: the table of numbers, whose rows `layout` names: ``chain.rows[V, i + 1]`` is the velocity of grain i, counted from
+        rows: the table of numbers, with the rows of `layout`: ``chain.rows[V, i + 1]`` is the velocity of grain i, counted from
             0, and contact j lies between columns j and j + 1.
         settings: numbers.
     """
@@ -66,7 +66,7 @@ class ChainState(NamedTuple):
 
 @inlined
 def chain_state(kind, table):
-    """Return a chain whose numbers lie in a table; `kind` is the class of its contact law, or any law of that class."""
+    """Return a chain with its numbers in a table; `kind` is the class of its contact law, or a law of that class."""
     a = table[layout.SCALARS]
     left = End(a[layout.LEFT_FREE] > 0.0, a[layout.LEFT_PISTON] > 0.0, a[layout.LEFT_MASS], a[layout.LEFT_STATIC])
     right = End(a[layout.RIGHT_FREE] > 0.0, a[layout.RIGHT_PISTON] > 0.0, a[layout.RIGHT_MASS], a[layout.RIGHT_STATIC])
@@ -77,5 +77,5 @@ def chain_state(kind, table):
 
 
 def state_of(kind: type, table: FloatArray) -> ChainState:
-    """Return the same in Python, to call jitted functions with it."""
+    """Return the state in Python, for calls of jitted functions."""
     return getattr(chain_state, "py_func", chain_state)(kind, table)

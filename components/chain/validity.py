@@ -1,7 +1,7 @@
 """Validity of Hertz's static law in a dynamic chain: figures of a run for the assumptions of Nesterenko 1983, section 1.
 
-1. The pressure in the middle of a contact stays below the elastic limit. 2. The contact is small against the grain: a << R.
-3. Collisions last much longer than the grain's own oscillation: tau >> T = 2.5 R / c1.
+1. The pressure in the middle of a contact stays below the elastic limit. 2. The contact is small compared with the grain:
+a << R. 3. Collisions last much longer than the grain's own oscillation: tau >> T = 2.5 R / c1.
 """
 
 from __future__ import annotations
@@ -20,15 +20,15 @@ _PRESSURE_TO_YIELD = "peak pressure / pressure at first yield"
 _CONTACT_RADIUS = "contact radius / grain radius"
 _TIME_SCALE = "collision time / grain's oscillation time (tau/T)"
 _FORCES = "force evaluations in the shortest contact"
-# Limits of the cautions: a/R at which Hertz's parabola is off by about 1 %, and ten oscillations of a grain.
+# Limits of the cautions: a/R at which Hertz's parabola is wrong by about 1 %, and ten oscillations of a grain.
 _SMALL_CONTACT = 0.1
 _SLOW_CONTACT = 10.0
 
 
 def validity_figures(chain: Geometry, law: Law, peak: FloatArray, force_rate: float) -> dict[str, float]:
-    """Return the figures of a run by name with unit; NaN where nothing has touched, or where a figure is unknown.
+    """Return the figures of a run by name with unit; NaN if no contact has closed or a figure is unknown.
 
-    Only spheres have a pressure and a contact radius; plastic ones no pressure above that at which they yield.
+    Only spheres have a pressure and a contact radius; the pressure of plastic spheres does not exceed the yield pressure.
 
     Args:
         chain: arrays of the chain.
@@ -82,13 +82,13 @@ def validity_cautions(found: Mapping[str, float], law: Law, wanted_forces: float
 
 
 def _duration(reduced_mass: FloatArray, stiffness: FloatArray, overlap: FloatArray, exponent: float) -> FloatArray:
-    """Return how long collisions with these largest overlaps last, the loss left out, shape (contacts,) [s]."""
+    """Return the durations of collisions with these largest overlaps, ignoring the loss, shape (contacts,) [s]."""
     if exponent == 1.5:
         return np.asarray(duration_of_overlap(reduced_mass, stiffness, overlap))
     return duration_times_frequency(exponent) / np.sqrt(exponent * stiffness * overlap ** (exponent - 1.0) / reduced_mass)
 
 
 def _oscillation(chain: Geometry) -> FloatArray:
-    """Return T = 2.5 R / c1 of the slower side of each contact; a wall counts as the grain that it touches [s]."""
+    """Return T = 2.5 R / c1 of the slower side of each contact; a wall counts as the adjacent grain [s]."""
     periods = np.pad(2.5 * chain.radius / chain.sound_speed, 1, mode="edge")
     return np.maximum(periods[:-1], periods[1:])

@@ -1,4 +1,4 @@
-"""A grid and movable cellular automata on one state, as a component."""
+"""A grid and movable cellular automata that share an interface, as one component."""
 
 from __future__ import annotations
 
@@ -46,11 +46,11 @@ from .step_sizes import choose_steps
 from .sums import Sums, leapfrog, sum_up
 from .ticks import BREAK, DONE, INVERTED, MICRO, PROGRESS, ROW, SEARCH, TOO_FAST, Course, advance
 
-# No automaton may cross this part of its diameter in one of its steps.
+# Largest displacement of an automaton in one of its steps, as a fraction of its diameter.
 _LARGEST_MOVE = 0.1
-# Energies of the parts that are outputs.
+# Energies of the parts, declared as outputs.
 _PART_ENERGIES = ("grid_kinetic_energy", "grid_elastic_energy", "automata_kinetic_energy", "automata_elastic_energy")
-# `_advance` returns this plus the status of the automata where these have failed, `ticks.INVERTED` where the grid has.
+# `_advance` returns this plus the status of the automata if they fail, and `ticks.INVERTED` if the grid fails.
 _AUTOMATA_FAILED = 16
 
 
@@ -69,11 +69,11 @@ class Coupled(Component):
 
     @classmethod
     def memory_needed(cls, parameters: CoupledParameters) -> int:
-        """Return what the parts take."""
+        """Return the memory that both parts need."""
         return Grid.memory_needed(parameters.grid) + Automata.memory_needed(parameters.automata)
 
     def _build(self) -> None:
-        # Both parts are built alone first: their frequencies bound the step, and the size of their states is known then.
+        # Both parts are first built alone: their frequencies bound the step, and their states must be sized.
         grid, automata = make_part(Grid, self, "grid"), make_part(Automata, self, "automata")
         self._find_interface(grid, automata)
         chosen = choose_steps(self.parameters, 2.0 / grid.highest_frequency, 2.0 / automata.largest_frequency)
@@ -141,7 +141,7 @@ class Coupled(Component):
         self._divided: Mapping[str, Held] | None = None
 
     def _make_sides(self) -> Sides | None:
-        """Return the free sides of the grid that automata touch; None where they touch none."""
+        """Return the free sides of the grid that automata can touch, or None without side contacts."""
         if self._cracking is None or not self.parameters.side_contacts:
             return None
         stiffness = self._cracking.contact_stiffness()
@@ -191,7 +191,7 @@ class Coupled(Component):
         return dict(zip(_PART_ENERGIES, map(float, amounts), strict=True))
 
     def _mass_difference(self) -> float:
-        """Return the mass of nodes and free automata less density times area of both parts."""
+        """Return the mass of nodes and free automata minus density times area of both parts."""
         conditions = self.grid.tables()[2]
         free = self._automata_mass[self.interface.free > 0].sum()
         own = self.grid.mass.copy()
@@ -200,7 +200,7 @@ class Coupled(Component):
         return float((own.sum() + free) - parts)
 
     def report(self) -> dict[str, float]:
-        """Return how close the steps are to the largest stable ones, how well both sides agree, what has broken and yielded."""
+        """Return stability ratios of both steps, the mismatch of the interface works, and figures on breakage and yielding."""
         tally = self._block["exchange"]
         largest = float(np.abs(tally[[WORK_ON_GRID, WORK_ON_AUTOMATA]]).max())
         difference = float(abs(tally[WORK_ON_GRID] + tally[WORK_ON_AUTOMATA]))
@@ -215,7 +215,7 @@ class Coupled(Component):
         return found
 
     def _strays(self) -> IntArray:
-        """Return automata with broken links that lie inside cells now."""
+        """Return automata with broken links whose centres lie inside cells."""
         if self._cracking is None:
             return np.zeros(0, dtype=np.int64)
         loose = np.flatnonzero((self._cracking.damage() > 0.0) & (self.interface.free > 0))
@@ -223,11 +223,11 @@ class Coupled(Component):
         return loose[points_in_cells(nodes, self.grid.mesh.cells, centres[loose])[0]]
 
     def _places(self) -> tuple[FloatArray, FloatArray]:
-        """Return where nodes and automata are, shape (nodes, 2) and (n, 2) [m]."""
+        """Return the positions of nodes and automata, shape (nodes, 2) and (n, 2) [m]."""
         return self.grid.mesh.nodes + self.grid.peek("displacement"), self.reference + self.automata.peek("displacement")
 
     def cautions(self) -> list[str]:
-        """Return those of the parts, and a sentence where pieces have flown into the grid."""
+        """Return the cautions of the parts, and one if broken-off automata lie inside the grid."""
         said = [f"grid: {text}" for text in self.grid.cautions()] + [f"automata: {text}" for text in self.automata.cautions()]
         if len(strays := self._strays()):
             x, y = self._places()[1][strays[0]]
@@ -247,7 +247,7 @@ class Coupled(Component):
         return tuple(shown)
 
     def nearest_kind(self, ratio: str, index: int) -> str:
-        """Return the kind of event that a cell or a link is nearest to."""
+        """Return the kind of event that a cell or a link is closest to."""
         for prefix, part in (("grid", self.grid), ("automata", self.automata)):
             if ratio.startswith(f"{prefix}_") and (kind := part.nearest_kind(ratio.removeprefix(f"{prefix}_"), index)):
                 return f"{prefix}_{kind}"
@@ -259,7 +259,7 @@ class Coupled(Component):
         return part.has_limit(ratio.partition("_")[2], index)
 
     def conclusions(self) -> list[str]:
-        """Return what has become of links that can break, and of how many pieces grid and automata together are."""
+        """Return the state of the breakable links, and the number of pieces of grid and automata together."""
         if self._cracking is None or not self.automata.parameters.breakable:
             return []
         said = [f"automata: {self.automata.describe_links(self.reference, self.step_size, self.micro_steps)}"]
@@ -268,7 +268,7 @@ class Coupled(Component):
         return said
 
     def _held_pairs(self) -> IntArray:
-        """Return what holds together, as pairs of nodes and automata, which are numbered behind the nodes; shape (m, 2)."""
+        """Return pairs of connected nodes and automata, shape (m, 2); automata are numbered after the nodes."""
         assert self._cracking is not None
         cells, nodes, face = self.grid.mesh.cells.astype(np.int64), len(self.grid.mesh.nodes), self.interface
         joined = self.grid.joined
@@ -288,7 +288,7 @@ class Coupled(Component):
         if self._cracking is None:
             self.automata.steps.update_forces()
         else:
-            # Contacts of the start push from the first half kick on. Where they cannot be found the first step says why.
+            # Initial contacts act from the first half kick on. If the search fails, the first step reports the reason.
             self._cracking.store()
             self._find_contacts()
             self._cracking.update_forces(begin=True)
@@ -299,7 +299,7 @@ class Coupled(Component):
         return {}
 
     def _follow_nodes(self) -> None:
-        """Give the automata of the interface the places and velocities of their nodes; note the forces of the cells."""
+        """Give the interface automata the positions and velocities of their nodes, and record the forces of the cells."""
         state, face, motion, layout = (
             self.grid.tables()[1],
             self.interface,
@@ -313,7 +313,7 @@ class Coupled(Component):
         self._seam.exchange.grid_force[:] = state.force[face.nodes]
 
     def _join_forces(self) -> None:
-        """Write the first forces on the nodes of the interface; in lockstep the sum of both parts for half a kick too."""
+        """Write the first forces of the automata on interface nodes; in lockstep also the sum of both parts for half a kick."""
         grid, face, exchange, steps = self._grid_part(), self.interface, self._seam.exchange, self._steps
         forces = self._automata_part.scratch.cells[: FORCE_Y + 1, self.automata.body.layout.place].T
         exchange.automata_force[:] = 0.0
@@ -350,20 +350,20 @@ class Coupled(Component):
         return GridPart(grid, state, conditions, corner, self.grid.tally, self.grid.event_room())
 
     def _cracking_part(self) -> Cracking | None:
-        """Return the histories and contacts of the automata; None where they have none."""
+        """Return the histories and contacts of the automata, or None if links neither break nor yield."""
         steps = self._cracking
         if steps is None:
             return None
         return Cracking(steps.specimen, steps.contacts(), steps.most_travel, self._present_sides())
 
     def _present_sides(self) -> Sides | None:
-        """Return the sides that automata touch, with the pairs that there are now; None without."""
+        """Return the sides that automata can touch, with the current pairs, or None without side contacts."""
         if self._sides is None:
             return None
         return self._sides._replace(pairs=self._block.room("side_pairs", 0), used=self._block.count("side_pairs"))
 
     def _find_contacts(self) -> int:
-        """Find again which automata and sides may touch; a status where automata are too far out or too fast."""
+        """Rebuild the lists of automata and sides that may touch; return a status if automata are too far out or too fast."""
         assert self._cracking is not None
         status = self._cracking.find_contacts()
         if not status and self._sides is not None:
@@ -393,14 +393,14 @@ class Coupled(Component):
         return status
 
     def _divide_inputs(self) -> None:
-        """Hand each part the inputs that are its own."""
+        """Pass each part its own inputs."""
         for prefix, part in (("grid", self.grid), ("automata", self.automata)):
             part._hold(part_values(prefix, self._held))
         self._automata_follow_profile = self.automata.follows_profile
         self._divided = self._held
 
     def _apply_to_automata(self, tick: int) -> None:
-        """Fill loads and grip for the tick."""
+        """Fill the loads and grips of the tick."""
         self.automata.conditions.apply(self.automata.held_inputs, tick, kick_in_the_middle=False)
         self._edge_inputs.fill_loads()
 
@@ -417,7 +417,7 @@ class Coupled(Component):
         return status
 
     def _run(self, grid: GridPart, factors: FloatArray, tick: int) -> int:
-        """Advance by as many ticks as there are factors; 0, or a status."""
+        """Advance by one tick per row of `factors`; return 0 or a status."""
         progress, failure = self._course
         progress[:] = 0
         while True:
@@ -441,7 +441,7 @@ class Coupled(Component):
         return self._explain_automata(status - _AUTOMATA_FAILED)
 
     def _explain_automata(self, status: int) -> StepError:
-        """Return the error of the automata as one of the whole."""
+        """Return the error of the automata as an error of the coupled body."""
         self.automata.adopt(max(int(self._course.failure[1]) - 1, 0) * self.micro_steps, {})
         return self.automata._explain(status).of_part("automata")
 
@@ -488,10 +488,10 @@ class Coupled(Component):
         return ordered_sum(*self._stored(found).values())
 
     def balances(self) -> tuple[Balance, ...]:
-        """Return energy, momentum, angular momentum about the origin (not where edges are periodic), and mass.
+        """Return balances of energy, momentum, mass and, without periodic edges, angular momentum about the origin.
 
-        Each part has its own mass of the interface nodes. `leapfrog_energy` is -h^2/8 times the sum of force^2 / mass:
-        with it, the energy that lockstep conserves to rounding.
+        Each part counts its own share of the mass of interface nodes. `leapfrog_energy` is -h^2/8 times the sum of
+        force^2 / mass. With it, lockstep conserves the energy to rounding.
         """
         found, start = self._sums(), self._block["start"].copy()
         tally, (load, grip) = self.grid.tally.copy(), self._block["tallies"].copy()

@@ -1,10 +1,10 @@
-"""The exchange between the grid and the automata: forces, and the work and impulse of each side on the other.
+"""The exchange between grid and automata: forces, and the work and impulse of each side on the other.
 
-Of an interface node with the masses m_g and m_a and the forces F_g and F_a of the two sides, the sides exchange the impulses
+At an interface node with the masses m_g and m_a and the forces F_g and F_a of the two sides, the sides exchange the impulses
 
-    J_g = m_g (v1 - v0) - time F_g,        J_a = m_a (v1 - v0) - time F_a,        J_g + J_a = 0,
+    J_g = m_g (v1 - v0) - time F_g,        J_a = m_a (v1 - v0) - time F_a,        J_g + J_a = 0.
 
-whose work is that times the mean velocity: it is summed for each side separately, so that the difference measures the coupling.
+The work of an impulse is the impulse times the mean velocity. Each side has its own sum: the difference measures the coupling.
 """
 
 from __future__ import annotations
@@ -21,16 +21,16 @@ WORK_ON_GRID, WORK_ON_AUTOMATA, IMPULSE, EXCHANGE_TALLY = 0, 1, 2, 4
 
 
 class Exchange(NamedTuple):
-    """Forces on interface nodes, and what is noted of them.
+    """Forces on interface nodes, scratch arrays and the tally.
 
     Attributes:
         places: row of each interface node in the conditions of the grid, shape (s,).
-        grid_force: of cells on the nodes, with joined nodes, part of the state, shape (s, 2) [N].
+        grid_force: of cells on the nodes, joined nodes included, part of the state, shape (s, 2) [N].
         automata_force: of automata on the nodes, part of the state, shape (s, 2) [N].
         before: scratch: velocities before a kick, shape (s, 2) [m/s].
-        start: scratch: displacements at the begin of a tick, shape (s, 2) [m].
+        start: scratch: displacements at the beginning of a tick, shape (s, 2) [m].
         given: scratch: impulse of automata on prescribed components in a tick, shape (s, 2) [N s].
-        tally: see EXCHANGE_TALLY.
+        tally: work and impulse of the exchange, see EXCHANGE_TALLY.
     """
 
     places: IntArray
@@ -44,7 +44,7 @@ class Exchange(NamedTuple):
 
 @internal
 def gather_forces(interface, place, forces, out):
-    """Write the force of the automata on each interface node, W^T F, shape (s, 2) [N]; `place` is theirs in the fields."""
+    """Write the force of the automata on each interface node, W^T F, shape (s, 2) [N]; `place` are their field indices."""
     for row in range(interface.nodes.size):
         fx = fy = 0.0
         for acting in range(interface.first[row], interface.first[row + 1]):
@@ -56,7 +56,7 @@ def gather_forces(interface, place, forces, out):
 
 @internal
 def hang(interface, place, nodal, x, y):
-    """Write W times what the nodes have, shape (nodes, 2), to two fields of the automata of the interface."""
+    """Interpolate nodal values, shape (nodes, 2), to two fields of the interface automata: W times the values."""
     for row in range(interface.automata.size):
         p, a, b = place[interface.automata[row]], interface.ends[row, 0], interface.ends[row, 1]
         first, second = interface.weights[row, 0], interface.weights[row, 1]
@@ -66,7 +66,7 @@ def hang(interface, place, nodal, x, y):
 
 @internal
 def follow(interface, layout, displacement, velocity, motion):
-    """Give the automata of the interface the displacements and velocities of the nodes that they hang on."""
+    """Give the interface automata the displacements and velocities interpolated from their nodes."""
     hang(interface, layout.place, displacement, motion[X], motion[Y])
     update_ghosts(layout.ghosts, motion[X])
     update_ghosts(layout.ghosts, motion[Y])
@@ -75,7 +75,7 @@ def follow(interface, layout, displacement, velocity, motion):
 
 @internal
 def follow_velocities(interface, layout, velocity, motion):
-    """Give the automata of the interface the velocities of their nodes, and leave them where they are."""
+    """Give the interface automata the velocities of their nodes, without moving them."""
     hang(interface, layout.place, velocity, motion[VX], motion[VY])
     update_ghost_velocities(layout.ghosts, motion)
 
@@ -84,7 +84,7 @@ def follow_velocities(interface, layout, velocity, motion):
 def kicked(velocity, time, grid_force, automata_force, grid_mass, automata_mass, by_momentum):
     """Return the velocity of an interface node after a kick of `time` [s].
 
-    force: equation (18) of Psakhie et al., with physical forces; momentum: each side separately, then m V = m_a V_a + m_c V_c.
+    By force: equation (18) of Psakhie et al., with physical forces. By momentum: each side alone, then m V = m_a V_a + m_c V_c.
     """
     if by_momentum and automata_mass > 0.0:
         of_grid = velocity + time * grid_force / grid_mass
@@ -95,7 +95,7 @@ def kicked(velocity, time, grid_force, automata_force, grid_mass, automata_mass,
 
 @jit
 def assemble(seam, state, conditions, time, by_momentum):
-    """Write the forces on the nodes of the interface: those that give them their velocity after a kick of `time` [s]."""
+    """Write the forces on interface nodes that produce their velocities after a kick of `time` [s]."""
     interface, exchange = seam.interface, seam.exchange
     for row in range(interface.nodes.size):
         n, i = interface.nodes[row], exchange.places[row]
@@ -113,21 +113,21 @@ def assemble(seam, state, conditions, time, by_momentum):
 
 @internal
 def take_rows(nodes, values, out):
-    """Write the values of the interface nodes, from an array of all nodes, shape (n, 2), to one of shape (s, 2)."""
+    """Copy the rows of the interface nodes from a nodal array, shape (n, 2), to an array of shape (s, 2)."""
     for row in range(nodes.size):
         out[row, 0], out[row, 1] = values[nodes[row], 0], values[nodes[row], 1]
 
 
 @internal
 def settle_kick(seam, velocity, conditions, grid_time, automata_time):
-    """Tally work and impulse of each side on the other in a kick; nodes had the velocities `exchange.before`.
+    """Tally work and impulse of each side on the other in a kick; `exchange.before` holds the velocities before it.
 
     Args:
         seam: a `parts.Seam`; the tally of its exchange is updated.
-        velocity: of the nodes of the grid after the kick, shape (n, 2) [m/s].
-        conditions: of the grid; what they apply counts for the grid.
-        grid_time: for which the forces of the grid acted [s].
-        automata_time: for which those of the automata acted [s].
+        velocity: of the grid nodes after the kick, shape (n, 2) [m/s].
+        conditions: of the grid; the forces that they apply count as forces of the grid.
+        grid_time: duration for which the forces of the grid acted [s].
+        automata_time: duration for which the forces of the automata acted [s].
     """
     interface, exchange = seam.interface, seam.exchange
     for row in range(interface.nodes.size):

@@ -1,8 +1,8 @@
-"""The interface of a grid and automata: which nodes move with which automata, and with what weights.
+"""The interface of grid and automata: which nodes move with which automata, and the interpolation weights.
 
-Sides of cells that lie on the outline of the automata belong to it. A side is n diameters long: automata stand on its ends,
-which are nodes of the grid, and n - 1 between them, where the displacement is that of the linear field along the side. A
-hexagonal packing meets the grid along its rows alone, which lie along x.
+The interface consists of the cell sides on the outline of the automata. A side is n diameters long: it has automata at its two
+nodes and n - 1 automata between them, whose displacement is interpolated linearly along the side. A hexagonal packing meets the
+grid only along its rows, which lie along x.
 """
 
 from __future__ import annotations
@@ -23,18 +23,18 @@ from .places import Places, common_sides, points_in_cells
 
 
 class Interface(NamedTuple):
-    """Nodes and automata that move as one.
+    """Nodes and automata that move together.
 
     Attributes:
-        nodes: of the grid that automata move with, and those joined to them by periodic edges, shape (s,).
+        nodes: grid nodes that carry automata, and nodes joined to them by periodic edges, shape (s,).
         automata: that move with nodes, shape (k,).
-        ends: the two nodes that each of these automata hangs between; one node twice where it stands on that, shape (k, 2).
+        ends: the two nodes between which each of `automata` lies; the same node twice for an automaton on a node, shape (k, 2).
         weights: u = weights[0] u(first node) + weights[1] u(second node), shape (k, 2).
-        first: where the automata that act on each node begin in `acting`, and the end, shape (s + 1,).
-        acting: places in `automata`, shape (q,).
-        shares: what part of their force acts on the node, shape (q,).
-        mass: of automata that each node carries, with the joined nodes, shape (s,) [kg].
-        free: 1 for automata that move on their own, shape (n,).
+        first: start of the entries of each node in `acting`, and the end of the last one, shape (s + 1,).
+        acting: indices into `automata`, shape (q,).
+        shares: fraction of the force of each acting automaton that acts on the node, shape (q,).
+        mass: of the automata that each node carries, joined nodes included, shape (s,) [kg].
+        free: 1 for automata that do not belong to the interface, shape (n,).
     """
 
     nodes: IntArray
@@ -63,18 +63,18 @@ def find_interface(
     Args:
         mesh: of the grid.
         boundaries: conditions on its edges, by name.
-        joined: groups of nodes that periodic edges join, the rest of each row -1, shape (g, 4).
+        joined: groups of nodes that periodic edges join, rows padded with -1, shape (g, 4).
         packing: the automata.
         mass: of each automaton, shape (n,) [kg].
         shape: of the automata.
-        origin: where the origin of the shape lies [m].
-        places: the automata by their place.
+        origin: position of the origin of the shape [m].
+        places: search of automata by position.
 
     Raises:
-        ParameterError: the two parts overlap, do not touch, or do not match there; or an edge there is held or damped.
+        ParameterError: the parts overlap, do not touch or do not match, or an interface edge is held or damped.
     """
     sides = common_sides(mesh, shape, origin)
-    # First, since the staircase of the automata along such a side overlaps cells too.
+    # Zigzags are checked first: the staircase of the automata along a zigzag side also overlaps cells.
     for side in sides.tolist():
         _refuse_zigzags(mesh, packing, side)
     _refuse_overlaps(mesh, packing, places, origin)
@@ -98,10 +98,10 @@ def find_interface(
 
 
 def _refuse_overlaps(mesh: Mesh, packing: Packing, places: Places, origin: FloatArray) -> None:
-    """Refuse automata with a sector whose middle lies in a cell: its mass would be there twice."""
+    """Refuse automata with a sector whose middle lies in a cell: its mass would count twice."""
     automaton, sector = np.nonzero(packing.sectors)
     middles = origin + packing.reference[automaton] + packing.diameter * packing.lattice.sectors.mean(axis=1)[sector]
-    # Sectors beyond a periodic side lie at the opposite side.
+    # Sectors beyond a periodic side belong to the opposite side.
     kept = places.are_within_period(middles)
     points, cells = points_in_cells(mesh.nodes, mesh.cells, middles[kept])
     if len(points):
@@ -117,7 +117,7 @@ def _refuse_overlaps(mesh: Mesh, packing: Packing, places: Places, origin: Float
 
 
 def _refuse_gap(mesh: Mesh, packing: Packing, places: Places, origin: FloatArray) -> None:
-    """Refuse parts that do not touch, with the nearest node and automaton: each side of a cell has nodes on both ends."""
+    """Refuse parts that do not touch; name the nearest node and automaton (a common side would have nodes at both ends)."""
     nodes = np.unique(mesh.sides)
     automata, distance = places.find(mesh.nodes[nodes])
     nearest = int(distance.argmin())
@@ -133,7 +133,7 @@ def _refuse_gap(mesh: Mesh, packing: Packing, places: Places, origin: FloatArray
 
 
 def _refuse_conditions(mesh: Mesh, boundaries: Mapping[str, Boundary], common: IntArray) -> None:
-    """Refuse what holds or damps the nodes of an interface from its side, where there is no surface: `common` are its sides."""
+    """Refuse conditions that hold or damp nodes through the interface sides `common`, which are no free surface."""
     known = {tuple(sorted(side)) for side in common.tolist()}
     for name, boundary in boundaries.items():
         if isinstance(boundary, (Free, Traction)):
@@ -163,7 +163,7 @@ def _refuse_zigzags(mesh: Mesh, packing: Packing, side: list[int]) -> None:
 
 
 def _automata_of(mesh: Mesh, packing: Packing, places: Places, side: list[int]) -> list[tuple[int, float]]:
-    """Return the automata on a side and their places along it, from 0 to 1."""
+    """Return the automata on a side and their positions along it, from 0 to 1."""
     start, end = mesh.nodes[side[0]], mesh.nodes[side[1]]
     way = end - start
     count = float(np.sqrt(way[0] * way[0] + way[1] * way[1])) / packing.diameter
@@ -189,7 +189,7 @@ def _automata_of(mesh: Mesh, packing: Packing, places: Places, side: list[int]) 
 
 
 def _refuse_shared_nodes(hanging: dict[int, tuple[int, int, float]], leader: IntArray) -> None:
-    """Refuse two automata on one node, or on two that periodic edges join: each would move with the other."""
+    """Refuse two automata at one node, or at nodes that periodic edges join: the automata could only move together."""
     on: dict[int, int] = {}
     for automaton, (first, second, _) in hanging.items():
         if first == second and (other := on.setdefault(int(leader[first]), automaton)) != automaton:
@@ -235,7 +235,7 @@ def _make_interface(hanging: dict[int, tuple[int, int, float]], joined: IntArray
 
 
 def carried_mass(interface: Interface, count: int, mass: FloatArray) -> FloatArray:
-    """Return the mass of automata that each node carries, without joined nodes, shape (count,) [kg]."""
+    """Return the mass of the automata that each node carries, without joined nodes, shape (count,) [kg]."""
     found = np.zeros(count)
     for column in (0, 1):
         np.add.at(found, interface.ends[:, column], interface.weights[:, column] * mass[interface.automata])

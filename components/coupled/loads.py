@@ -1,7 +1,7 @@
-"""Loads and grips of automata in a kick, drift, kick step, and how the interface takes its part of them.
+"""Loads and grips of automata in a kick-drift-kick step, and the share that falls on the interface.
 
-`automata.loads` drifts first. Here a load acts in both half kicks of a tick, and its work is force times the mean of the
-velocities before and after the tick: with it the energy that leapfrog conserves closes to rounding.
+`automata.loads` uses steps that drift first. Here a load acts in both half kicks of a tick. Its work is force times the mean of
+the velocities before and after the tick; with this definition the discrete energy of leapfrog balances to rounding.
 """
 
 from __future__ import annotations
@@ -34,11 +34,11 @@ from .interface import Interface
 
 
 class Edges(NamedTuple):
-    """Inputs and edges of the automata, as a coupled medium applies them.
+    """Loads and grips of the automata as a coupled medium applies them.
 
     Attributes:
-        load: forces on automata that do not belong to the interface; 0 along what the grip holds.
-        grip: velocities that are prescribed.
+        load: forces on automata outside the interface; 0 along held directions.
+        grip: prescribed velocities.
         grip_place: scratch: displacements of held automata before the tick, shape (g, 2).
         grip_force: scratch: forces and torque before the tick, shape (g, 3).
         tallies: of loads and of grips, part of the state; see `automata.loads`.
@@ -53,7 +53,7 @@ class Edges(NamedTuple):
 
 @internal
 def keep_before(edges, motion, forces):
-    """Write velocities and forces before the first half kick."""
+    """Record velocities and forces before the first half kick."""
     keep_velocities(edges.load.place, motion, edges.load.before)
     keep_velocities(edges.grip.place, motion, edges.grip.before)
     for row in range(edges.grip.place.size):
@@ -65,7 +65,7 @@ def keep_before(edges, motion, forces):
 
 @internal
 def push_and_hold(edges, cells, motion, time):
-    """Let the loads act for a half kick of `time` [s], tally their moment, and give held automata their velocities.
+    """Apply the loads for a half kick of `time` [s], tally their moment, and set the velocities of held automata.
 
     `cells` are those of a `lattice.Body`.
     """
@@ -89,7 +89,7 @@ def push_and_hold(edges, cells, motion, time):
 
 @internal
 def settle_edges(edges, cells, motion, forces, time):
-    """Tally work and impulse of loads and grips over a whole tick of `time` [s], with the forces after it."""
+    """Tally work and impulse of loads and grips over a whole tick of `time` [s]; `forces` are those at its end."""
     load, grip, old, tally = edges.load, edges.grip, edges.grip_force, edges.tallies[0]
     for row in range(load.place.size):
         p, fx, fy = load.place[row], load.force[row, 0], load.force[row, 1]
@@ -127,14 +127,14 @@ def _settle(mass, before, given, force, time, tally):
 
 
 class EdgeInputs:
-    """Loads and held automata: those of the interface move with their nodes, which get the loads on them.
+    """Loads and grips of the automata. Loads on interface automata are passed to their nodes.
 
     Attributes:
-        edges: what kernels take; of automata of the interface the rotation alone is held.
+        edges: arguments of the kernels; of interface automata only the rotation is held.
     """
 
     def __init__(self, conditions: Conditions, interface: Interface, tallies: FloatArray) -> None:
-        """Take the conditions of the automata, and the interface."""
+        """Build from the conditions of the automata, the interface and the tallies."""
         load, grip, free = conditions.load, conditions.grip, interface.free > 0
         self._conditions, self._interface = conditions, interface
         self._loads = np.flatnonzero(free[load.automata])
@@ -150,15 +150,15 @@ class EdgeInputs:
         )  # fmt: skip
 
     def fill_loads(self) -> None:
-        """Take the loads that the conditions of the automata have now; what is held feels none."""
+        """Copy the current loads from the conditions of the automata; held directions get no load."""
         self.edges.load.force[:] = np.where(self._acts, self._conditions.load.force[self._loads], 0.0)
 
     def loads_on_nodes(self, conditions: kernel_arrays.Conditions, places: IntArray) -> FloatArray | None:
-        """Return what loads on automata of the interface give the nodes, shape (nodes with conditions, 2) [N]; None without.
+        """Return nodal forces of loads on interface automata, shape (nodes with conditions, 2) [N]; None without such loads.
 
         Args:
             conditions: of the grid.
-            places: row of each interface node in these.
+            places: row of each interface node in `conditions`.
         """
         load, interface = self._conditions.load, self._interface
         if len(self._loads) == len(load.automata):
@@ -171,7 +171,7 @@ class EdgeInputs:
         return np.where(conditions.prescribed > 0, 0.0, found)
 
     def refuse_free_nodes(self, mesh: Mesh, conditions: kernel_arrays.Conditions) -> None:
-        """Refuse automata of the interface that an edge holds and their nodes do not.
+        """Refuse interface automata that an edge holds while their nodes are free.
 
         Raises:
             ParameterError: names the automaton and the node.

@@ -16,7 +16,7 @@ Scheme = Literal["force", "momentum", "literal"]
 
 
 class CoupledParameters(Parameters):
-    """A grid, and automata that fill the rest of the body: what lies on both is the interface; a slab one metre thick."""
+    """A grid, and automata that fill the rest of the body; they meet at the interface; a slab one metre thick."""
 
     grid: GridParameters = field(
         ...,

@@ -1,4 +1,4 @@
-"""The two parts of a coupled medium as kernels take them, and the kicks and drifts of which all schemes are made."""
+"""The two parts of a coupled medium as kernel arguments, and the kicks and drifts that all schemes share."""
 
 from __future__ import annotations
 
@@ -20,12 +20,12 @@ from .interface import Interface
 from .loads import Edges, push_and_hold
 from .side_contacts import Sides
 
-# A literal would compile the kernels of the grid a second time.
+# A literal 0 has another numba type and would compile the grid kernels a second time.
 _ZERO = np.int64(0)
 
 
 class GridPart(NamedTuple):
-    """The grid, its state, nodes with conditions, scratch, tally, and the events of cells that yield."""
+    """The grid, its state, nodes with conditions, scratch, tally, and the buffer of yield events."""
 
     grid: Grid
     state: State
@@ -39,9 +39,9 @@ class AutomataPart(NamedTuple):
     """The automata on their lattice.
 
     Attributes:
-        body: with centres in the coordinates of the grid. Automata of the interface have infinite mass: no force moves them, as
-            they follow their nodes; they turn freely.
-        motion: fields.
+        body: centres in the coordinates of the grid. Interface automata have infinite mass, because they
+            follow their nodes instead of forces; they rotate freely.
+        motion: displacements, velocities and rotations, as fields.
         scratch: fields.
         edges: loads and grips.
     """
@@ -58,8 +58,8 @@ class Cracking(NamedTuple):
     Attributes:
         specimen: an `automata.ticks.Specimen` with the same motion and scratch.
         contacts: part of the state.
-        most_travel: how far the fastest automaton may move before contacts are found again [m].
-        sides: sides of the grid that automata touch; None without.
+        most_travel: distance that the fastest automaton may move before contacts are searched again [m].
+        sides: free sides of the grid that automata can touch; None without side contacts.
     """
 
     specimen: Specimen
@@ -80,14 +80,14 @@ class Seam(NamedTuple):
 
 @spliced
 def update_automata_forces(automata, linked, cracking, seam, time, tick):
-    """Write the forces and torques of links and contacts, and the forces that act on interface nodes.
+    """Write the forces and torques of links and contacts, and the forces of the automata on interface nodes.
 
     Args:
         automata: an `AutomataPart`.
-        linked: the body of automata that stay linked and elastic; None for others.
+        linked: body of automata that stay linked and elastic; None for others.
         cracking: a `Cracking`, its links judged; None for automata that stay linked and elastic.
         seam: a `Seam`.
-        time: since the forces were computed last [s].
+        time: since the forces were last computed [s].
         tick: number of the step of the automata.
     """
     if linked is not None:
@@ -99,7 +99,7 @@ def update_automata_forces(automata, linked, cracking, seam, time, tick):
 
 @internal
 def kick_automata(automata, time):
-    """Kick all automata with forces and loads, and hold some of them."""
+    """Kick all automata by their forces and loads, then set the velocities of held automata."""
     kick(automata.body, automata.motion, automata.scratch.cells, time)
     push_and_hold(automata.edges, automata.body.cells, automata.motion, time)
     update_ghost_velocities(automata.body.layout.ghosts, automata.motion)
@@ -110,7 +110,7 @@ def kick_automata(automata, time):
 
 @spliced
 def begin_grid(grid, factors, row, step):
-    """Kick all nodes for half a step and drift them for a whole one, where `finish_cells` has not yet."""
+    """Kick all nodes for half a step and drift them for a whole one, unless `finish_cells` has already done so."""
     if row == 0:
         count = len(grid.grid.reference)
         grid_kernels.kick(grid.grid, grid.state, step, _ZERO, count)
@@ -120,17 +120,17 @@ def begin_grid(grid, factors, row, step):
 
 @spliced
 def finish_cells(grid, seam, step, tick, again):
-    """Advance the cells, kick the nodes without conditions, and finish the forces on the others.
+    """Advance the cells, kick the nodes without conditions, and complete the forces on the other nodes.
 
     Args:
         grid: a `GridPart`.
         seam: a `Seam`.
         step: internal step [s].
-        tick: at the end of this one.
-        again: whether the next tick follows in this call: then nodes without conditions begin it at once.
+        tick: number at the end of this tick.
+        again: whether another tick follows in this call: nodes without conditions then begin it at once.
 
     Returns:
-        A cell that is inverted, or -1.
+        The number of an inverted cell, or -1.
     """
     cells, nodes = len(grid.grid.cells), len(grid.grid.reference)
     failed = grid_kernels.advance_cells(grid.grid, grid.state, grid.corner, step, tick, grid.yields, _ZERO, cells)

@@ -1,4 +1,4 @@
-"""Automata of a coupled body by their place, and the sides of cells next to them."""
+"""Search of the automata of a coupled body by position, and the cell sides next to them."""
 
 from __future__ import annotations
 
@@ -12,17 +12,17 @@ from ..automata.shapes import ON_THE_OUTLINE, Shape
 from ..grid.mesh import IntArray, Mesh
 from ..support.float_arrays import FloatArray
 
-# Distance from the middle of a side at which automata are looked for, in lengths of the side.
+# Distance from the middle of a side at which automata are sought, in lengths of the side.
 _PROBE = 0.01
-# Cells whose centres are nearest to a point that are looked at.
+# Number of cells, by distance of their centres from a point, that are examined.
 _CELLS = 4
 
 
 class Places:
-    """Automata by their place, across the sides where a packing is closed on itself."""
+    """Search of automata by position, across periodic sides of the packing."""
 
     def __init__(self, packing: Packing, shape: Shape, origin: FloatArray, periodic: tuple[bool, bool]) -> None:
-        """Take the automata, what they fill, where its origin lies [m], and along which axes it is closed on itself."""
+        """Build from the automata, their shape, the position of its origin [m], and the periodic axes."""
         from scipy.spatial import cKDTree  # type: ignore[attr-defined]
 
         self._tree: Any = cKDTree(packing.reference)
@@ -32,7 +32,7 @@ class Places:
         self._periodic = np.array(periodic)
 
     def find(self, points: FloatArray) -> tuple[IntArray, FloatArray]:
-        """Return the automata nearest to points, shape (k, 2) [m], and how far off they are, shape (k,) [m]."""
+        """Return the automata nearest to points, shape (k, 2) [m], and their distances, shape (k,) [m]."""
         inside = points - self._origin - self._begin
         turns = np.floor((inside + self._reach) / self._extent)
         inside = np.where(self._periodic, inside - turns * self._extent, inside)
@@ -40,29 +40,29 @@ class Places:
         return automaton.astype(np.int64), distance
 
     def is_at(self, distance: npt.NDArray[Any]) -> npt.NDArray[np.bool_]:
-        """Return whether automata at these distances from a point [m] lie on it."""
+        """Return whether automata at these distances from a point [m] count as located at it."""
         return distance <= self._reach
 
     def are_within_period(self, points: FloatArray) -> npt.NDArray[np.bool_]:
-        """Return which points, shape (k, 2) [m], lie between the sides where the packing is closed on itself."""
+        """Return which points, shape (k, 2) [m], lie between the periodic sides of the packing."""
         inside = points - self._origin - self._begin
         return np.all(((inside >= 0.0) & (inside <= self._extent)) | ~self._periodic, axis=1)
 
 
 def common_sides(mesh: Mesh, shape: Shape, origin: FloatArray) -> IntArray:
-    """Return the sides of the boundary of the grid that have automata on their other side, shape (k, 2): the nodes of each."""
+    """Return the boundary sides of the grid with automata on their outer side, as node pairs, shape (k, 2)."""
     start, end = mesh.nodes[mesh.sides[:, 0]], mesh.nodes[mesh.sides[:, 1]]
     way = end - start
-    # The body is on the left.
+    # Sides run with the grid on their left, so the probe lies on the right.
     beside = 0.5 * (start + end) + _PROBE * np.stack([way[:, 1], -way[:, 0]], axis=1)
     return mesh.sides[shape.contains(beside - origin, 0.0)]
 
 
 def points_in_cells(nodes: FloatArray, cells: IntArray, points: FloatArray) -> tuple[IntArray, IntArray]:
-    """Return which points lie inside cells, in increasing order, and one of the cells of each, both of shape (m,).
+    """Return the points that lie inside cells, in increasing order, and one cell for each of them, both of shape (m,).
 
     Args:
-        nodes: where they are, shape (n, 2) [m].
+        nodes: positions, shape (n, 2) [m].
         cells: the nodes of each cell, counterclockwise, convex, shape (c, 4).
         points: shape (k, 2) [m].
     """
@@ -73,7 +73,7 @@ def points_in_cells(nodes: FloatArray, cells: IntArray, points: FloatArray) -> t
     sound = np.flatnonzero(np.isfinite(points).all(axis=1))
     count = min(_CELLS, len(cells))
     distances, near = (one.reshape(len(sound), count) for one in tree.query(points[sound], k=count))
-    # A point has no near cells where the square of its distance overflows.
+    # The search finds no cells if the squared distance of a point overflows.
     near[np.isinf(distances)] = 0
     inside = np.ones(near.shape, dtype=bool)
     for corner in range(4):

@@ -1,15 +1,15 @@
-"""The three schemes of a tick and their four stages.
+"""Three schemes for a tick, each in four stages.
 
-Both parts move by kick, drift, kick. In `Lockstep` (one micro-step) an interface node feels the sum of both forces, m a = F
-with the masses of both: leapfrog for the whole, which conserves momentum and its discrete energy to rounding.
+Both parts move by kick, drift, kick. In `Lockstep` (one micro-step) an interface node is accelerated by the sum of both forces,
+m a = F with the masses of both. This is leapfrog for the whole body; it conserves momentum and its discrete energy to rounding.
 
-`Impulses` are reversible multiple time steps (M. Tuckerman, B. Berne, G. Martyna, J. Chem. Phys. 97 (1992) 1990): the forces of
-the cells kick once before and once after the micro-steps of the automata, with which the interface nodes move. The parts
-exchange impulses W^T F and velocities W v of micro-steps, never a force that is held.
+`Impulses` is a reversible multiple-time-step scheme (M. Tuckerman, B. Berne, G. Martyna, J. Chem. Phys. 97 (1992) 1990). The
+cell forces kick once before and once after the micro-steps of the automata; interface nodes move with the micro-steps. The
+parts exchange impulses W^T F and velocities W v in each micro-step; no force is held constant over several micro-steps.
 
-`Literal` are the sub-steps of Psakhie et al. as written (section 2.3, steps 2 to 4), which are unstable. The automata make
-their steps first, those of the interface with the velocity that the nodes had. Then the nodes feel the mean of the forces of
-the automata, and take the automata along.
+`Literal` follows the sub-steps of Psakhie et al. as written (section 2.3, steps 2 to 4), which are unstable. The automata make
+their steps first; interface automata move with the previous velocity of their nodes. The mean force of the automata then
+acts on the nodes, and the automata move to the nodes' new positions.
 """
 
 from __future__ import annotations
@@ -31,9 +31,9 @@ class Lockstep(NamedTuple):
 
     Attributes:
         step: internal step [s].
-        micro: steps of the automata in it.
-        by_momentum: whether interface nodes get the mean of the velocities of both sides; see `exchange.kicked`.
-        speed_limit: of automata [m/s].
+        micro: number of steps of the automata per tick.
+        by_momentum: whether interface nodes get the mass-weighted mean of the velocities of both sides; see `exchange.kicked`.
+        speed_limit: largest speed of automata [m/s].
     """
 
     step: float
@@ -43,11 +43,11 @@ class Lockstep(NamedTuple):
 
 
 class Impulses(Lockstep):
-    """Several steps of the automata in a tick."""
+    """Several steps of the automata per tick."""
 
 
 class Literal(Lockstep):
-    """The sub-steps of the paper."""
+    """The sub-steps of the paper, as written."""
 
 
 @dispatched
@@ -59,41 +59,41 @@ def begin_tick(steps, grid, automata, seam, factors, row):
         grid: a `parts.GridPart`.
         automata: a `parts.AutomataPart`.
         seam: a `parts.Seam`.
-        factors: of the signals of the grid in the middle of each tick, shape (ticks, signals).
+        factors: of the grid's signals at the middle of each tick, shape (ticks, signals).
         row: of this tick.
     """
 
 
 @dispatched
 def move(steps, grid, automata, seam, factors, row):
-    """Begin a step of the automata: half a kick and the drift."""
+    """Begin a step of the automata: half a kick, then the drift."""
 
 
 @dispatched
 def act(steps, grid, automata, seam, tick, again):
-    """End a step of the automata, its forces being there: half a kick.
+    """End a step of the automata with half a kick, once its forces have been computed.
 
     Args:
         steps: a scheme.
         grid: a `parts.GridPart`.
         automata: a `parts.AutomataPart`.
         seam: a `parts.Seam`.
-        tick: at the end of this one.
-        again: whether the next tick follows in this call.
+        tick: number at the end of this tick.
+        again: whether another tick follows in this call.
 
     Returns:
-        A cell that is inverted, or -1.
+        The number of an inverted cell, or -1.
     """
 
 
 @dispatched
 def end_tick(steps, grid, automata, seam, factors, row, tick, again):
-    """End a tick; return a cell that is inverted, or -1."""
+    """End a tick; return the number of an inverted cell, or -1."""
 
 
 @spliced
 def kick_and_drift_automata(automata, interface, state, time):
-    """Begin a step of the automata, the interface nodes having drifted: half a kick, and the drift."""
+    """Begin a step of the automata after the interface nodes have drifted: half a kick, then the drift."""
     kick_automata(automata, 0.5 * time)
     drift(automata.motion, time)
     follow(interface, automata.body.layout, state.displacement, state.velocity, automata.motion)
@@ -141,7 +141,7 @@ def _end_lockstep(steps, grid, automata, seam, factors, row, tick, again):
 
 @begin_tick.register(Impulses)
 def _begin_impulses(steps, grid, automata, seam, factors, row):
-    """Let the cells kick for half a step, and drift the nodes of the grid alone."""
+    """Apply the cell forces for half a step, and drift the grid nodes outside the interface."""
     interface, exchange, state, step = seam.interface, seam.exchange, grid.state, steps.step
     take_rows(interface.nodes, state.displacement, exchange.start)
     take_rows(interface.nodes, state.velocity, exchange.before)
@@ -185,7 +185,7 @@ def _end_impulses(steps, grid, automata, seam, factors, row, tick, again):
 
 @internal
 def kick_nodes(grid, seam, time, by_momentum):
-    """Let the forces of the automata kick the interface nodes for `time` [s]."""
+    """Kick the interface nodes with the forces of the automata for `time` [s]."""
     interface, exchange, conditions, velocity = seam.interface, seam.exchange, grid.conditions, grid.state.velocity
     take_rows(interface.nodes, grid.state.velocity, exchange.before)
     for row in range(interface.nodes.size):
@@ -202,7 +202,7 @@ def kick_nodes(grid, seam, time, by_momentum):
 
 @internal
 def begin_micro_steps(grid, seam):
-    """Take back the drift of the interface nodes in `begin_grid`: they drift with the micro-steps."""
+    """Undo the drift of interface nodes in `begin_grid`, because they drift with the micro-steps."""
     for row in range(seam.interface.nodes.size):
         n = seam.interface.nodes[row]
         for k in range(2):
@@ -212,7 +212,7 @@ def begin_micro_steps(grid, seam):
 
 @internal
 def drift_nodes(grid, seam, time):
-    """Move the interface nodes with their velocities for `time` [s]."""
+    """Move the interface nodes for `time` [s] at their velocities."""
     for row in range(seam.interface.nodes.size):
         n = seam.interface.nodes[row]
         grid.state.displacement[n, 0] += time * grid.state.velocity[n, 0]
@@ -221,7 +221,7 @@ def drift_nodes(grid, seam, time):
 
 @internal
 def use_mean_velocities(grid, seam, step):
-    """Give the interface nodes the mean velocities of the tick, for the strains of the cells; note the present ones."""
+    """Give interface nodes their mean velocities over the tick, for the strains of the cells; save the present velocities."""
     interface, exchange, state = seam.interface, seam.exchange, grid.state
     for row in range(interface.nodes.size):
         n = interface.nodes[row]
@@ -232,9 +232,9 @@ def use_mean_velocities(grid, seam, step):
 
 @internal
 def end_micro_steps(grid, seam):
-    """Give the interface nodes their own velocities back, and let `finish_conditions` continue from these.
+    """Restore the velocities of interface nodes, from which `finish_conditions` continues.
 
-    The boundary takes up the impulse of automata on prescribed components, and has given the opposite.
+    On prescribed components the boundary supplies the impulse opposite to that of the automata.
     """
     interface, exchange, state, conditions, tally = seam.interface, seam.exchange, grid.state, grid.conditions, grid.tally
     for row in range(interface.nodes.size):
@@ -257,14 +257,14 @@ def end_micro_steps(grid, seam):
 
 @begin_tick.register(Literal)
 def _begin_literally(steps, grid, automata, seam, factors, row):
-    """Forget the forces of the last tick."""
+    """Clear the force sums of the last tick."""
     for node in range(seam.interface.nodes.size):
         seam.exchange.given[node, 0] = seam.exchange.given[node, 1] = 0.0
 
 
 @move.register(Literal)
 def _move_literally(steps, grid, automata, seam, factors, row):
-    """Kick and drift the automata; those of the interface with the velocities of their nodes."""
+    """Kick and drift the automata; interface automata move with the velocities of their nodes."""
     time = steps.step / steps.micro
     keep_before(automata.edges, automata.motion, automata.scratch.cells)
     kick_automata(automata, 0.5 * time)
@@ -274,7 +274,7 @@ def _move_literally(steps, grid, automata, seam, factors, row):
 
 @act.register(Literal)
 def _act_literally(steps, grid, automata, seam, tick, again):
-    """Add to the mean of the forces, and kick the automata."""
+    """Add to the mean force on the nodes, and kick the automata."""
     exchange, time = seam.exchange, steps.step / steps.micro
     for node in range(seam.interface.nodes.size):
         exchange.given[node, 0] += exchange.automata_force[node, 0] / steps.micro
@@ -287,7 +287,7 @@ def _act_literally(steps, grid, automata, seam, tick, again):
 
 @end_tick.register(Literal)
 def _end_literally(steps, grid, automata, seam, factors, row, tick, again):
-    """Advance the grid with the mean of the forces of the automata."""
+    """Advance the grid with the mean force of the automata."""
     interface, exchange, state, half = seam.interface, seam.exchange, grid.state, 0.5 * steps.step
     for node in range(interface.nodes.size):
         for k in range(2):

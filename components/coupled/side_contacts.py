@@ -1,14 +1,14 @@
-"""Contacts of automata with the free sides of the grid, those that are no interface.
+"""Contacts of automata with free sides of the grid, i.e. boundary sides outside the interface.
 
 Contacts are smooth and elastic:
 
-    N = k (R - d) where d < R, 0 otherwise,        U = (1/2) k (R - d)^2
+    N = k (R - d) if d < R, 0 otherwise,        U = (1/2) k (R - d)^2
 
-d is the distance of an automaton to the nearest side, k the stiffness of a contact between automata. The side gives N along
-the line from its nearest point, which lies at a part s of it, and its nodes get -(1 - s) N and -s N: momentum and angular
-momentum are kept. R is half a diameter, or how far off the sides the automaton stood before anything moved where that is less.
-Nodes of sides are nodes of the interface that carry no automata: they move with the steps of the automata. There is no
-friction, so that a contact remembers nothing: its force follows from where both are.
+d is the distance of an automaton from the nearest side, and k the stiffness of a contact between automata. N acts on the
+automaton along the line from the nearest point of the side. That point lies at the fraction s of the side, whose nodes take
+-(1 - s) N and -s N, so that momentum and angular momentum are conserved. R is half a diameter, or the automaton's initial
+distance from the sides if that is smaller. The nodes of free sides are interface nodes that carry no automata: they move with
+the steps of the automata. Contacts are frictionless and have no history: their forces depend on the positions alone.
 """
 
 from __future__ import annotations
@@ -25,15 +25,15 @@ from .interface import Interface
 
 
 class Sides(NamedTuple):
-    """Free sides of the grid, and which automata may touch them.
+    """Free sides of the grid, and the automata that may touch them.
 
     Attributes:
-        nodes: of each side, the body on the left, shape (w, 2).
-        rows: of these in the nodes of the interface, shape (w, 2).
+        nodes: end nodes of each side, with the grid on its left, shape (w, 2).
+        rows: indices of these nodes in the nodes of the interface, shape (w, 2).
         radius: R of each automaton, shape (n,) [m].
         stiffness: k of each automaton, shape (n,) [N/m].
         pairs: automaton and side, in this order, shape (m, 2); part of the state.
-        used: how many of these there are.
+        used: number of pairs in use.
     """
 
     nodes: IntArray
@@ -45,13 +45,13 @@ class Sides(NamedTuple):
 
 
 def free_sides(mesh: Mesh, common: IntArray) -> IntArray:
-    """Return the sides of the boundary of a grid that are no part of the interface, whose sides are `common`, shape (w, 2)."""
+    """Return the boundary sides of a grid outside the interface, whose sides are `common`, shape (w, 2)."""
     known = {tuple(side) for side in common.tolist()}
     return np.array([side for side in mesh.sides.tolist() if tuple(side) not in known], np.int64).reshape(-1, 2)
 
 
 def include_nodes(interface: Interface, nodes: IntArray) -> Interface:
-    """Return an interface with further nodes, which carry no automata."""
+    """Return the interface extended by nodes that carry no automata."""
     every = np.unique(np.concatenate([interface.nodes, nodes]))
     counts, mass = np.zeros(len(every), np.int64), np.zeros(len(every))
     known = np.searchsorted(every, interface.nodes)
@@ -62,13 +62,13 @@ def include_nodes(interface: Interface, nodes: IntArray) -> Interface:
 def make_sides(
     interface: Interface, sides: IntArray, nodes: FloatArray, centres: FloatArray, radius: float, stiffness: FloatArray
 ) -> Sides:
-    """Return sides without pairs.
+    """Return the free sides with an empty list of pairs.
 
     Args:
-        interface: with the nodes of the sides.
+        interface: includes the nodes of the sides.
         sides: see `free_sides`.
-        nodes: of the grid before anything moves, shape (nodes, 2) [m].
-        centres: of the automata, likewise, shape (n, 2) [m].
+        nodes: initial positions of the grid nodes, shape (nodes, 2) [m].
+        centres: initial positions of the automata, shape (n, 2) [m].
         radius: of an automaton [m].
         stiffness: of a contact of each automaton, shape (n,) [N/m].
     """
@@ -82,13 +82,13 @@ def make_sides(
 
 
 def find_near(sides: Sides, nodes: FloatArray, centres: FloatArray, automata: IntArray, margin: float) -> IntArray:
-    """Return which of some automata are nearer to sides than to touch them by a margin [m], in order, shape (m, 2).
+    """Return sorted pairs of an automaton and a side that may be closer than contact plus a margin, shape (m, 2).
 
     Args:
         sides: `Sides`.
-        nodes: of the grid, where they are, shape (nodes, 2) [m].
-        centres: of the automata, where they are, shape (n, 2) [m].
-        automata: numbers of those to look at.
+        nodes: present positions of the grid nodes, shape (nodes, 2) [m].
+        centres: present positions of the automata, shape (n, 2) [m].
+        automata: numbers of the automata to examine.
         margin: [m].
     """
     from scipy.spatial import cKDTree  # type: ignore[attr-defined]
@@ -105,10 +105,10 @@ def find_near(sides: Sides, nodes: FloatArray, centres: FloatArray, automata: In
 
 @internal_inlined
 def _place_beside(start, end, centre):
-    """Return the unit vector from the nearest point of a side to a centre (x, y), the distance, and the part s of the point.
+    """Return the unit vector from the nearest point of a side to a centre (x, y), the distance, and the fraction s.
 
-    Where that point is inside the side, the distance of what lies in the body, on the left, is negative, and the vector still
-    points out of it. Beyond an end of the side it is inf for what lies in the body.
+    The body lies on the left of the side. A centre inside the body next to the side has a negative distance, and the vector
+    still points out of the body. A centre inside the body beyond an end of the side has an infinite distance.
     """
     wx, wy, x, y = end[0] - start[0], end[1] - start[1], centre[0] - start[0], centre[1] - start[1]
     length = np.sqrt(wx * wx + wy * wy)
@@ -126,7 +126,7 @@ def _place_beside(start, end, centre):
 
 @jit
 def shorten_radii(sides, nodes, centres, pairs, radii):
-    """Lower the radii of automata to how far off the sides they stand; arguments as for `make_sides` and `Sides`."""
+    """Reduce the radii of automata to their distances from the sides; for the arguments see `make_sides` and `Sides`."""
     for row in range(pairs.shape[0]):
         i, a, b = pairs[row, 0], sides[pairs[row, 1], 0], sides[pairs[row, 1], 1]
         start, end = (nodes[a, 0], nodes[a, 1]), (nodes[b, 0], nodes[b, 1])
@@ -136,7 +136,7 @@ def shorten_radii(sides, nodes, centres, pairs, radii):
 
 @internal_inlined
 def _nearest(sides, nodes, automata, row):
-    """Return the side nearest to the automaton of a pair, its normal, distance and part, and the row of the next automaton."""
+    """Return the side nearest to a pair's automaton, its normal, distance and fraction, and the row of the next automaton."""
     i, best, (reference, displacement) = sides.pairs[row, 0], -1, nodes
     nx, ny, nearest, part = 0.0, 0.0, np.inf, 0.0
     p, cells, motion = automata.body.layout.place[i], automata.body.cells, automata.motion
@@ -155,13 +155,13 @@ def _nearest(sides, nodes, automata, row):
 
 @jit
 def add_side_forces(sides, nodes, automata, automata_force):
-    """Add the forces of sides on automata and on interface nodes, and return the energy of these contacts [J].
+    """Add the forces of sides to automata and interface nodes, and return the energy of these contacts [J].
 
     Args:
-        sides: `Sides`; None without.
-        nodes: of the grid before anything moves, and their displacements, both of shape (nodes, 2) [m].
+        sides: `Sides`, or None.
+        nodes: initial positions of the grid nodes, and their displacements, both of shape (nodes, 2) [m].
         automata: a `parts.AutomataPart`; its forces are updated.
-        automata_force: see `exchange.Exchange`, updated.
+        automata_force: see `exchange.Exchange`; updated.
     """
     row, energy, cells = 0, 0.0, automata.scratch.cells
     if sides is not None:
@@ -185,7 +185,7 @@ def add_side_forces(sides, nodes, automata, automata_force):
 
 @internal
 def largest_speed_of_sides(sides, velocity):
-    """Return the speed of the fastest node of sides [m/s], 0 without sides."""
+    """Return the speed of the fastest node of the sides [m/s], 0 without sides."""
     largest = 0.0
     if sides is not None:
         for side in range(sides.nodes.shape[0]):

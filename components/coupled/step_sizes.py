@@ -1,18 +1,18 @@
-"""The step of a coupled body, in lockstep or with micro-steps of the automata: chosen, or refused where it is not stable.
+"""Choice and stability check of the step of a coupled body, in lockstep or with micro-steps of the automata.
 
-A step h kicks with the forces of the cells, -Kg u, for h/2, lets the automata make n micro-steps, and kicks again. Where a mode
-of the automata has the frequency w, with sin(p/2) = w h/2n and W = (n/h) sin p these turn u into u cos np + v sin(np)/W, and
+A step h kicks with the cell forces -Kg u for h/2, lets the automata make n micro-steps, and kicks again. If a mode of the
+automata has the frequency w, with sin(p/2) = w h/2n and W = (n/h) sin p, these turn u into u cos np + v sin(np)/W, and
 
     u(k+1) + u(k-1) = 2 (C - (h/2) S Kg) u(k),        C = cos np,  S = sin(np)/W,    functions of one matrix, M^-1 Ka.
 
-As long as np < pi for all modes S is positive, the matrix on the right is similar to a symmetric one, and all motion is bounded
-if Kg < (2/h) W cot(np/2). This is a concave function of w^2 from 4/h^2 at 0 to 0 at np = pi, so it lies above its chord. With
-Kg <= (2/h_g)^2 M_g, Ka <= (2/h_a)^2 M_a, and M = M_g + M_a it is enough that
+As long as np < pi for all modes, S is positive and the matrix on the right is similar to a symmetric one. All motion is bounded
+if Kg < (2/h) W cot(np/2). The bound is a concave function of w^2, from 4/h^2 at 0 to 0 at np = pi, and so lies above its chord.
+With Kg <= (2/h_g)^2 M_g, Ka <= (2/h_a)^2 M_a, and M = M_g + M_a it is sufficient that
 
     h < h_g,        h < n sin(pi/2n) h_a,
 
-h_g and h_a being the largest stable steps of the two parts. Beyond the second one there are pairs of modes with
-n(p + q) = 2 pi, which the kicks feed.
+where h_g and h_a are the largest stable steps of the two parts. Beyond the second bound, the kicks excite pairs of modes with
+n(p + q) = 2 pi.
 """
 
 from __future__ import annotations
@@ -25,10 +25,10 @@ from ..support.round_numbers import round_down_to_125
 from ..support.stable_step import ALLOWED, SUGGESTED
 from .parameters import CoupledParameters
 
-# The part of the largest stable step that is allowed, and the part that is suggested, for the grid where automata make several
-# steps in one of it: with 0.44 the energy of noise stays within 8 % of what it was.
+# Allowed and suggested fractions of the grid's largest stable step if the automata make several steps in it. With 0.44 the
+# energy of noise stays within 8 % of its initial value.
 _ALLOWED_IMPULSES, _SUGGESTED_IMPULSES = 0.44, 0.35
-# The part that is suggested of the longest step with several micro-steps.
+# Suggested fraction of the longest step with several micro-steps.
 _SUGGESTED_KICK = 0.85
 
 
@@ -36,10 +36,10 @@ class StepSizes(NamedTuple):
     """The steps of both parts.
 
     Attributes:
-        step: of the grid, and of the whole [s].
-        micro: how many the automata make in it.
-        grid_part: the step in largest stable ones of the grid.
-        automata_part: the micro-step in largest stable ones of the automata.
+        step: of the grid and of the coupled body [s].
+        micro: number of steps of the automata in it.
+        grid_part: step over the largest stable step of the grid.
+        automata_part: micro-step over the largest stable step of the automata.
     """
 
     step: float
@@ -49,15 +49,15 @@ class StepSizes(NamedTuple):
 
 
 def choose_steps(parameters: CoupledParameters, grid_limit: float, automata_limit: float) -> StepSizes:
-    """Return the steps of both parts: those that are given, or else those that fit.
+    """Return the steps of both parts, given or chosen.
 
     Args:
         parameters: of the coupled body.
-        grid_limit: the largest stable step of the grid [s].
-        automata_limit: that of the automata [s].
+        grid_limit: largest stable step of the grid [s].
+        automata_limit: largest stable step of the automata [s].
 
     Raises:
-        ParameterError: the step that is given is not stable.
+        ParameterError: the given step is not stable.
     """
     given, micro = parameters.step_size, parameters.micro_steps
     together = micro == 1 or parameters.scheme == "literal"
@@ -80,6 +80,6 @@ def choose_steps(parameters: CoupledParameters, grid_limit: float, automata_limi
 
 
 def _steps_between_kicks(micro: int) -> tuple[float, float]:
-    """Return how many largest stable steps of the automata a step with micro-steps may have, and should have at most."""
+    """Return the allowed and the suggested step with micro-steps, in largest stable steps of the automata."""
     longest = micro * float(sine_of_pi(0.5 / micro))
     return ALLOWED * longest, _SUGGESTED_KICK * longest

@@ -1,4 +1,4 @@
-"""Energies and momenta of the whole, and what the energy of the leapfrog scheme needs."""
+"""Energies and momenta of the coupled body, and the terms of the discrete energy of the leapfrog scheme."""
 
 from __future__ import annotations
 
@@ -14,19 +14,19 @@ from .parts import AutomataPart, GridPart, Seam
 
 
 class Sums(NamedTuple):
-    """Energies [J], momenta [N s], their moments [N m s], and force^2 / mass [N^2/kg]; links and contacts are left out.
+    """Energies [J], momenta [N s], their moments [N m s] and force^2 / mass [N^2/kg], without links and contacts.
 
     Attributes:
-        kinetic: of the grid; of interface nodes with its own mass.
+        kinetic: of the grid; interface nodes count with the mass of the grid.
         hourglass: energy of the hourglass modes.
         pulled: force^2 / mass of the grid.
-        elastic: work of the stresses of the cells, without the plastic work.
+        elastic: stress work of the cells, without the plastic work.
         plastic: plastic work of the cells.
-        automata_kinetic: of the automata; of interface nodes with the mass that these carry.
+        automata_kinetic: of the automata; interface nodes count with the mass of the automata that they carry.
         rotational: energy of the rotations.
         automata_pulled: force^2 / mass and torque^2 / inertia of the automata.
-        momentum: of the whole, shape (2,).
-        angular_momentum: of the whole, about the origin.
+        momentum: of the coupled body, shape (2,).
+        angular_momentum: of the coupled body, about the origin.
     """
 
     kinetic: float
@@ -48,8 +48,8 @@ def sum_up(grid: GridPart, automata: AutomataPart, seam: Seam, own_mass: FloatAr
         grid: the grid.
         automata: the automata.
         seam: the interface.
-        own_mass: of each node of the grid, without joined nodes and automata, shape (n,) [kg].
-        together: whether the forces on interface nodes are those of both sides, as in lockstep.
+        own_mass: of each grid node, without joined nodes and automata, shape (n,) [kg].
+        together: whether the forces on interface nodes are the sum of both sides, as in lockstep.
     """
     of_grid = np.zeros(6)
     grid_kernels.energies(grid.grid, grid.state, own_mass, of_grid)
@@ -59,7 +59,7 @@ def sum_up(grid: GridPart, automata: AutomataPart, seam: Seam, own_mass: FloatAr
     pulled = ordered_sum(of_grid[2], np.where(moves, share * force * force / mass, 0.0))
     plastic = ordered_sum(state.plastic_work)
 
-    # Automata that move on their own; those of the interface rotate alone.
+    # Only free automata have translational momentum here; interface automata merely rotate freely.
     place, free = automata.body.layout.place, interface.free > 0
     cells, motion, forces = (
         automata.body.cells[:, place],
@@ -69,13 +69,13 @@ def sum_up(grid: GridPart, automata: AutomataPart, seam: Seam, own_mass: FloatAr
     own, inertia, spin, torque = np.where(free, cells[MASS], 0.0), cells[INERTIA], motion[SPIN], forces[TORQUE]
     vx, vy, x, y = motion[VX], motion[VY], cells[X] + motion[X], cells[Y] + motion[Y]
     squares = (forces[FORCE_X] * forces[FORCE_X] + forces[FORCE_Y] * forces[FORCE_Y]) / cells[MASS]
-    # What is held does not move with the force.
+    # Held components do not respond to the force.
     grip, inertias = automata.edges.grip, np.stack([cells[MASS], cells[MASS], inertia])
     held = np.stack(
         [free[grip.automata] & (grip.held & bit > 0) for bit in (HOLDS_X, HOLDS_Y)] + [grip.held & HOLDS_ROTATION > 0]
     )
     resisted = np.where(held, -(forces * forces / inertias)[:, grip.automata], 0.0).T
-    # The mass of automata that moves with interface nodes.
+    # Mass of the automata that interface nodes carry.
     nodes, rows = interface.nodes, seam.exchange.places
     carried, (u, v) = interface.mass * conditions.share[rows], state.velocity[nodes].T
     at_x, at_y = (grid.grid.reference[nodes] + state.displacement[nodes]).T
@@ -99,6 +99,6 @@ def sum_up(grid: GridPart, automata: AutomataPart, seam: Seam, own_mass: FloatAr
 
 
 def leapfrog(found: Sums, step: float, micro: int) -> float:
-    """Return -h^2/8 times the sum of force^2 / mass, each part with its own step [J]."""
+    """Return -h^2/8 times the sum of force^2 / mass, with the step size of each part [J]."""
     own = step / micro
     return -0.125 * (step * step * found.pulled + own * own * found.automata_pulled)

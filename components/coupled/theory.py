@@ -1,4 +1,4 @@
-"""Plane waves that meet the interface at right angles: what two materials send back, and what two lattices do.
+"""Plane waves at normal incidence on the interface: reflection by two materials and by two lattices.
 
 No step calls these.
 """
@@ -13,9 +13,9 @@ from ..materials.elastic import Material
 
 
 def reflection(first: Material, second: Material, *, shear: bool = False) -> float:
-    """Return the velocity of the reflected wave over that of the one that comes from `first`, long against cells and automata.
+    """Return the velocity amplitude of the reflected wave over that of the incident wave from `first`.
 
-    (Z1 - Z2) / (Z1 + Z2), Z = density x speed, of P waves or of S waves.
+    (Z1 - Z2) / (Z1 + Z2) with Z = density x speed, for P or S waves that are long compared with cells and automata.
     """
     one, two = (material.density * _speed(material, shear) for material in (first, second))
     return (one - two) / (one + two)
@@ -49,7 +49,7 @@ def automata_speed(
         wavelength: [m].
         diameter: of the automata [m].
         packing: "square" or "hexagonal".
-        axis: along which it runs; rows of the hexagonal packing lie along x.
+        axis: direction of propagation; rows of the hexagonal packing lie along x.
         shear: whether it is an S wave.
     """
     number, slow = 2.0 * math.pi / wavelength, _speed(material, shear)
@@ -64,12 +64,12 @@ def lattice_reflection(
     material: Material, wavelength: float, cell_size: float, diameter: float, packing: str, *, axis: str = "x",
     shear: bool = False,
 ) -> float:  # fmt: skip
-    """Return of what order the wave is that comes back where both sides are of one material: it falls as wavelength^-2.
+    """Return an estimate of the reflection between grid and automata of one material; it falls as wavelength^-2.
 
-    (c1 - c2) / (c1 + c2) of the phase speeds of grid and automata: the impedances of two continua with these speeds. How the
-    first automata stand beside the interface is left out: what was measured is 1.1 (P) and 1.7 (S) times this for the square
-    packing, 3 and 0.6 times for rows of the hexagonal one, 1.2 and 2.3 times for its zigzag. Where automata are smaller than
-    cells more comes back, up to (2 pi cell_size / wavelength)^2 / 16: masses h apart have the impedance Z cos(k h / 2).
+    The estimate is (c1 - c2) / (c1 + c2) with the phase speeds of grid and automata, as for two continua with these speeds. It
+    ignores the arrangement of automata next to the interface. Measured reflections are 1.1 (P) and 1.7 (S) times the estimate
+    for the square packing, 3 and 0.6 times for hexagonal rows, 1.2 and 2.3 times for hexagonal zigzags. If automata are smaller
+    than cells, up to (2 pi cell_size / wavelength)^2 / 16 is reflected: masses h apart have the impedance Z cos(k h / 2).
     """
     one = grid_speed(material, wavelength, cell_size, shear=shear)
     two = automata_speed(material, wavelength, diameter, packing, axis=axis, shear=shear)

@@ -1,7 +1,7 @@
-"""Ticks of the grid and of the automata on one state, in stages.
+"""Ticks of the grid and of the automata, in stages (see `schemes`).
 
-`advance` can stop where the lists of contacts and of broken links need more room, and continue from there. See `schemes` for
-the stages. Code that a run does not need is not compiled: of `linked` and `cracking` one is None.
+`advance` can stop to let the caller enlarge the lists of contacts and of broken links, and continue from there. One of
+`linked` and `cracking` is None, so that numba does not compile the branch that a run does not need.
 """
 
 from __future__ import annotations
@@ -20,20 +20,20 @@ from .parts import update_automata_forces
 from .schemes import act, begin_tick, end_tick, move
 from .side_contacts import add_side_forces, largest_speed_of_sides
 
-# Results of `advance`: all ticks are done, one has failed, or the reason why it stopped.
+# Results of `advance`: all ticks are done, a tick has failed, or the reason for an interruption.
 DONE, INVERTED, TOO_FAST, SEARCH, BREAK = 0, 1, 2, 3, 4
-# Entries of `Course.progress`: the tick in the call, the step of the automata in it, and the stage of that.
+# Entries of `Course.progress`: the tick in the call, the step of the automata in the tick, and its stage.
 ROW, MICRO, STAGE, PROGRESS = 0, 1, 2, 3
 # Stages: before a tick, before a step of the automata, after its links have been judged.
 BEGIN, MOVE, ACT = 0, 1, 2
 
 
 class Course(NamedTuple):
-    """How far a call has come.
+    """Progress of a call.
 
     Attributes:
-        progress: where `advance` has stopped and continues, shape (PROGRESS,); zeros at the beginning of a call.
-        failure: where a cell is inverted, its number; and the tick at which anything failed, shape (2,).
+        progress: the point at which `advance` has stopped and continues, shape (PROGRESS,); zeros at the beginning of a call.
+        failure: the number of an inverted cell, if any, and the tick at which a part failed, shape (2,).
     """
 
     progress: IntArray
@@ -42,17 +42,17 @@ class Course(NamedTuple):
 
 @jit
 def advance(grid, automata, linked, cracking, seam, factors, steps, tick, course):
-    """Advance by whole ticks, or up to where links break or contacts have to be found again.
+    """Advance by whole ticks, or until links break or contacts have to be searched again.
 
     Args:
         grid: a `parts.GridPart`.
         automata: a `parts.AutomataPart`.
-        linked: the body of automata that stay linked and elastic; None for others.
+        linked: body of automata that stay linked and elastic; None for others.
         cracking: a `parts.Cracking`; None for automata that stay linked and elastic.
         seam: a `parts.Seam`.
-        factors: of the signals of the grid in the middle of each tick, shape (ticks, signals), one row for each tick.
+        factors: of the grid's signals at the middle of each tick, shape (ticks, signals), one row per tick.
         steps: a scheme, see `schemes`.
-        tick: at the beginning of the first row.
+        tick: number at the beginning of the first row.
         course: a `Course`, updated.
 
     Returns:
@@ -86,7 +86,7 @@ def advance(grid, automata, linked, cracking, seam, factors, steps, tick, course
             fast += count_fast(automata.motion, steps.speed_limit * steps.speed_limit)
             if cracking is not None:
                 if cracking.specimen.medium.ground.damping > 0.0:
-                    # Between the two halves of the kick, so that these are the mean velocities.
+                    # Between the two halves of the kick, where the velocities are the mean velocities.
                     power = dashpot_power(automata.body.layout.place, cracking.contacts, automata.motion)
                     cracking.specimen.losses[DAMPING] += time * power
             progress[MICRO], progress[STAGE] = progress[MICRO] + 1, MOVE

@@ -9,7 +9,7 @@ from pydantic import SerializeAsAny
 from ..support.parameter_fields import Magnitude, field
 from ..support.tagged_union import ByName, Named
 
-# Codes for kernels; a diaphragm that has opened is an open end.
+# Codes for kernels; a diaphragm that has burst acts as an open end.
 CLOSED, OPEN, ABSORBING, DIAPHRAGM, PISTON = 0, 1, 2, 3, 4
 
 
@@ -27,9 +27,9 @@ class Closed(End):
 
 
 class Open(End):
-    """An opening into a room at rest with the pressure of the input `<end>_pressure` and the initial temperature of the tube.
+    """An opening to a room at rest with the pressure of the input `<end>_pressure` and the initial temperature of the tube.
 
-    Gas passes it either way, at most at the speed of sound; what enters keeps entropy and total enthalpy of the room.
+    Gas flows in or out, at most at the speed of sound. Inflowing gas keeps the entropy and total enthalpy of the room.
     """
 
     code: ClassVar[int] = OPEN
@@ -37,14 +37,14 @@ class Open(End):
 
 
 class Absorbing(End):
-    """An end that lets waves out: the flow goes on beyond it as it is before it."""
+    """A transmitting end: the flow continues unchanged beyond it."""
 
     code: ClassVar[int] = ABSORBING
     name: Literal["absorbing"] = field("absorbing", "lets waves out", "1")
 
 
 class Diaphragm(End):
-    """A wall that opens for good once the pressure on it reaches `burst_pressure`."""
+    """A wall that bursts, and stays open, once the pressure on it reaches `burst_pressure`."""
 
     code: ClassVar[int] = DIAPHRAGM
     name: Literal["diaphragm"] = field("diaphragm", "a wall that bursts, and is open from then on", "1")
@@ -52,7 +52,7 @@ class Diaphragm(End):
 
 
 class Piston(End):
-    """A wall that moves with the velocity of the input `<end>_velocity`; the cells shrink and grow evenly with it."""
+    """A wall that moves at the velocity of the input `<end>_velocity`; all cells shrink or grow uniformly with it."""
 
     code: ClassVar[int] = PISTON
     name: Literal["piston"] = field("piston", "a wall whose velocity along x is an input", "1")

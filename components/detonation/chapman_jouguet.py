@@ -1,4 +1,4 @@
-"""The Chapman-Jouguet detonation of a perfect gas: the slowest one that burns it all, sonic behind.
+"""The Chapman-Jouguet detonation of a perfect gas: the slowest complete burn, with sonic flow behind it.
 
 With M = D / c0 and H = (gamma^2 - 1) q / (2 c0^2): M = sqrt(1 + H) + sqrt(H).
 Source: W. Fickett, W. C. Davis, Detonation (1979), section 2A.
@@ -32,8 +32,8 @@ class Detonation(NamedTuple):
     Attributes:
         speed: D [m/s].
         mach: D over the speed of sound ahead.
-        burnt: the Chapman-Jouguet state, where all has reacted.
-        shocked: the von Neumann point, behind the shock, where nothing has reacted.
+        burnt: the Chapman-Jouguet state, at the end of the reaction.
+        shocked: the von Neumann point, behind the shock and before the reaction.
         sound_speed: of the burnt state [m/s].
     """
 
@@ -45,7 +45,7 @@ class Detonation(NamedTuple):
 
 
 def chapman_jouguet(gas: Gas, pressure: float, density: float) -> Detonation:
-    """Return the Chapman-Jouguet detonation into gas at rest; a sound wave where the gas releases no heat.
+    """Return the Chapman-Jouguet detonation into gas at rest; a sound wave if the gas releases no heat.
 
     Args:
         gas: with its heat release.
@@ -57,14 +57,14 @@ def chapman_jouguet(gas: Gas, pressure: float, density: float) -> Detonation:
     h = 0.5 * (gamma * gamma - 1.0) * gas.heat_release / (sound * sound)
     mach = math.sqrt(1.0 + h) + math.sqrt(h)
     speed = mach * sound
-    # Half way between no reaction and the shock, along the Rayleigh line.
+    # On the Rayleigh line, the sonic point is halfway between the initial state and the shocked state.
     burnt = _behind_wave(gamma, mach, pressure, density, 1.0)
     shocked = _behind_wave(gamma, mach, pressure, density, 2.0)
     return Detonation(speed, mach, burnt, shocked, math.sqrt(gamma * burnt.pressure / burnt.density))
 
 
 def _behind_wave(gamma: float, mach: float, pressure: float, density: float, way: float) -> Flow:
-    """Return the state on the Rayleigh line of a wave, 1 at the sonic point, 2 at the shock."""
+    """Return a state on the Rayleigh line: `way` is 1 at the sonic point and 2 at the shocked state."""
     square = mach * mach
     after = pressure * (1.0 + way * gamma * (square - 1.0) / (gamma + 1.0))
     velocity = way * (square - 1.0) / ((gamma + 1.0) * square) * mach * math.sqrt(gamma * pressure / density)

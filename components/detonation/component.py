@@ -23,19 +23,19 @@ from .kernel_arrays import Events, Medium, State, Tables, Tube
 from .limiters import LIMITERS
 from .parameters import DetonationParameters
 
-# The Courant number of the default step, for the fastest wave that is expected.
+# Courant number of the default step, for the fastest expected wave.
 _SUGGESTED_COURANT = 0.5
-# That of the step which is advised where one was too long.
+# Courant number of the step that an error message advises.
 _ADVISED_COURANT = 0.7
-# Behind a detonation and its reflection waves run at up to so many times its speed; in an inert gas, at so many times the
-# speed of sound of its hottest region.
+# Speed of the fastest expected waves: behind a detonation and its reflection, in units of the detonation speed; in an inert
+# gas, in units of the speed of sound of its hottest region.
 _DETONATION_WAVES, _SOUND_WAVES = 1.3, 2.5
-# State, scratch, tables and what is there for a while when they are built, for each cell: 488 measured.
+# Memory per cell for state, scratch, tables and temporary arrays of the build: 488 bytes measured.
 _BYTES_OF_CELL = 500
-# Cells over which the speed of the front is measured, where so many have burnt, and the least number: a burn of a few cells
-# makes the arrival in one cell uncertain by a tenth of the time that the front takes to cross it.
+# Largest and smallest number of cells over which the front speed is measured. A burn zone of a few cells makes the arrival time
+# in a cell uncertain by a tenth of the time in which the front crosses the cell.
 _SPEED_CELLS, _LEAST_SPEED_CELLS = 50, 10
-# No pistons push or pull a tube to less or more than these parts of its length.
+# Pistons may not shorten or lengthen a tube to less or more than these fractions of its length.
 _SHORTEST, _LONGEST = 1e-9, 1e9
 _STATE = ("density", "momentum", "energy", "fuel", "velocity", "pressure", "progress", "area", "arrival", "flags")
 
@@ -50,7 +50,7 @@ class DetonationTube(Component):
     version = 3
     Parameters = DetonationParameters
     parameters: DetonationParameters
-    # In the order of their numbers in `kernels`.
+    # In the order of the numbers in `kernels`.
     event_kinds = {
         "diaphragm_opened": "the pressure on a diaphragm reached its bursting pressure: 0 left, 1 right",
         "end_reached": "half of the gas had reacted at an end, ignited elsewhere: 0 left, 1 right",
@@ -66,13 +66,13 @@ class DetonationTube(Component):
 
     @classmethod
     def memory_needed(cls, parameters: DetonationParameters) -> int:
-        """Return the largest memory that building and stepping take."""
+        """Return the peak memory of building and stepping."""
         return _BYTES_OF_CELL * parameters.cells
 
     def _build(self) -> None:
         p = self.parameters
         self.gas = p.chosen_gas
-        # Where the ends are now, and where the front passed each cell; of the block if an end moves.
+        # Positions of the ends, and front positions per cell; views of the state block if an end moves.
         self._walls: FloatArray = np.array([0.0, p.length, 0.0, 0.0])
         self._places: FloatArray = np.zeros(p.cells)
         self.ahead = Flow(p.initial_pressure / (self.gas.gas_constant * p.initial_temperature), 0.0, p.initial_pressure)
@@ -90,7 +90,7 @@ class DetonationTube(Component):
 
     @property
     def longest_suggested_step(self) -> float:
-        """Default step before rounding [s]: half a cell at the speed of the fastest wave that is expected."""
+        """Default step before rounding [s]: half a cell per step for the fastest expected wave."""
         p = self.parameters
         hottest = max([p.initial_temperature, *(one.temperature or p.initial_temperature for one in p.regions)])
         fastest = max(abs(one.velocity) for one in p.regions) if p.regions else 0.0
@@ -113,7 +113,7 @@ class DetonationTube(Component):
         )
 
     def _cells_between(self, begin: float, end: float) -> tuple[int, int]:
-        """Return the first cell whose middle lies there, and the one behind the last; the nearest cell where there is none."""
+        """Return the first cell with its centre in the interval and the cell after the last; without any, the nearest cell."""
         first, last = (int(number) for number in np.searchsorted(self.centres, [begin, end]))
         if first == last:
             first = int(np.abs(self.centres - 0.5 * (begin + end)).argmin())
@@ -142,12 +142,12 @@ class DetonationTube(Component):
 
     @property
     def centres(self) -> FloatArray:
-        """Middles of the cells as they are now, shape (n,) [m]."""
+        """Present positions of the cell centres, shape (n,) [m]."""
         return np.asarray(self._walls[moving_mesh.LEFT] + (np.arange(self.parameters.cells) + 0.5) * self.cell_size)
 
     @property
     def cell_size(self) -> float:
-        """Length of a cell now [m]."""
+        """Present length of a cell [m]."""
         return float(self._walls[moving_mesh.RIGHT] - self._walls[moving_mesh.LEFT]) / self.parameters.cells
 
     # -- the contract -----------------------------------------------------------------------------------------------
@@ -190,7 +190,7 @@ class DetonationTube(Component):
         yield Variable("gauge_velocity", "output", "m/s", (len(p.gauges),), "velocity at the `gauges`", axes=gauges)
 
     def _declare_pistons(self) -> Iterable[Variable]:
-        """Yield what a tube has of which an end moves."""
+        """Yield the variables of a tube with a moving end."""
         p, n = self.parameters, self.parameters.cells
         for name, end in (("left", p.left), ("right", p.right)):
             if end.code == PISTON:
@@ -219,7 +219,7 @@ class DetonationTube(Component):
         return found
 
     def _outline_displacement(self) -> FloatArray:
-        """Return how far the corners of the cells have moved, those below and then those above, shape (2 (n + 1), 2) [m]."""
+        """Return the displacements of the cell corners, lower ones first, shape (2 (n + 1), 2) [m]."""
         p, walls = self.parameters, self._walls
         moved = np.linspace(walls[moving_mesh.LEFT], walls[moving_mesh.RIGHT] - p.length, p.cells + 1)
         return np.stack([np.tile(moved, 2), np.zeros(2 * (p.cells + 1))], axis=1)
@@ -241,7 +241,7 @@ class DetonationTube(Component):
 
     @np.errstate(all="ignore")
     def _courant_numbers(self, tick: int | None = None) -> FloatArray:
-        """Return (|u| + c) dt / dx, shape (n,); u relative to the cells as they move in the tick that begins at `tick`."""
+        """Return (|u| + c) dt / dx, shape (n,); u is relative to the cells as they move in the tick that begins at `tick`."""
         state, n = self._state, self.parameters.cells
         left, right = (0.0, 0.0) if tick is None else self._end_velocities(tick)
         relative = state.velocity - (left + (right - left) * (np.arange(n) + 0.5) / n)
@@ -249,12 +249,12 @@ class DetonationTube(Component):
         return speeds * self.step_size / self.cell_size
 
     def _end_velocities(self, tick: int) -> tuple[float, float]:
-        """Return the velocities of the two ends in the tick that begins at `tick`, 0 where they do not move [m/s]."""
+        """Return the velocities of both ends in the tick that begins at `tick`, 0 for an end at rest [m/s]."""
         left, right = tick_signals(self._held, tick, 1)[0, kernel_arrays.LEFT_VELOCITY : kernel_arrays.RIGHT_VELOCITY + 1]
         return float(left), float(right)
 
     def fronts(self) -> tuple[float, float]:
-        """Return where the progress passes 1/2 for the first and for the last time, linear between cells [m]."""
+        """Return the first and last positions at which the progress passes 1/2, interpolated linearly between cells [m]."""
         progress = self._state.progress
         burnt = np.flatnonzero(progress >= kernels.BURNT)
         if not len(burnt):
@@ -270,7 +270,7 @@ class DetonationTube(Component):
         return float(begin), float(end)
 
     def _front_speed(self) -> float:
-        """Return the speed of the front that runs to the right, or where there is none, of that to the left [m/s]."""
+        """Return the speed of the front that runs to the right or, without one, of the front that runs to the left [m/s]."""
         reached = np.flatnonzero(self._state.arrival >= 0.0)
         if len(reached) < _LEAST_SPEED_CELLS:
             return 0.0
@@ -280,7 +280,7 @@ class DetonationTube(Component):
         )
 
     def _speed_between(self, earlier: int, later: int) -> float:
-        """Return the mean speed of a front from one cell to another [m/s]; 0 where none ran that way."""
+        """Return the mean speed of a front from one cell to another [m/s], or 0 if no front ran in this direction."""
         begin, end = (float(self._state.arrival[cell]) for cell in (earlier, later))
         way = abs(later - earlier) * self.cell_size
         if self.parameters.has_pistons:
@@ -343,13 +343,13 @@ class DetonationTube(Component):
             )
 
     def tables(self) -> Tables:
-        """Return the arrays of the kernels, for a parent that calls them itself."""
+        """Return the arrays of the kernels, for a parent component that calls the kernels directly."""
         return Tables(self._medium, self._tube, self._state, self._scratch, self._block["tally"])
 
     def _advance(self, ticks: int) -> int:
         signals = tick_signals(self._held, self._tick, ticks)
         used = np.array([self._block.count("events")])
-        # Each gauge, the first ignition, both ends and both diaphragms once.
+        # At most one event for each gauge, the first ignition, both ends and both diaphragms.
         events = Events(self._block.room("events", len(self.parameters.gauges) + 5), used)
         tables, tick, failed = self.tables(), self._tick, self._failed
         if self.parameters.has_pistons:
@@ -400,7 +400,7 @@ class DetonationTube(Component):
 
     @property
     def mass(self) -> float:
-        """Mass of the gas in the tube now [kg]."""
+        """Present mass of the gas in the tube [kg]."""
         return self._sums()["mass"]
 
     @np.errstate(all="ignore")
@@ -414,7 +414,7 @@ class DetonationTube(Component):
         return {"mass": mass, "momentum": momentum, "energy": energy, "kinetic": kinetic, "chemical": chemical}
 
     def balances(self) -> tuple[Balance, ...]:
-        """Return energy, momentum and mass since the reset."""
+        """Return the balances of energy, momentum and mass since the reset."""
         sums, tally, start = self._sums(), self._block["tally"].tolist(), self._block["start"].tolist()
         stored = {
             "internal_energy": sums["energy"] - sums["kinetic"] - sums["chemical"],
@@ -441,7 +441,7 @@ class DetonationTube(Component):
         )
 
     def report(self) -> dict[str, float]:
-        """Return the Courant number, and how the front compares with the Chapman-Jouguet detonation."""
+        """Return the Courant number, and the front's speed and pressure relative to the Chapman-Jouguet detonation."""
         return {
             "largest Courant number now": self.get("courant_number"),
             "speed of the front over that of Chapman and Jouguet": self.get("cj_ratio"),
@@ -451,25 +451,25 @@ class DetonationTube(Component):
 
     @property
     def dud(self) -> str:
-        """Words for gas that could detonate and does not: not ignited, burning no more or slowly; "" for other gas."""
+        """Description of gas that could detonate but does not: not ignited, extinguished, or burning slowly; else ""."""
         return ignition.describe_dud(self)
 
     @property
     def unburnt_part(self) -> float:
-        """Part of the gas in the tube that has not reacted."""
+        """Unreacted fraction of the gas in the tube."""
         state = self._state
         return float((state.fuel * state.area).sum() / (state.density * state.area).sum())
 
     def conclusions(self) -> list[str]:
-        """Return whether the gas has ignited, where and when, and how much of it is unburnt."""
+        """Return a sentence that states whether, where and when the gas ignited, and the unburnt fraction."""
         return [ignition.conclude(self)]
 
     def cautions(self) -> list[str]:
-        """Return a sentence for gas that does not burn, and for assumptions of the reaction."""
+        """Return cautions about gas that does not burn, and about assumptions of the reaction law."""
         return [*ignition.cautions(self), *self.parameters.chosen_reaction.cautions(self.cell_size)]
 
     def drawables(self) -> tuple[Drawable, ...]:
-        """Return the tube from the side, coloured by pressure, and pressure, velocity, temperature and progress along it."""
+        """Return a side view of the tube, coloured by pressure, and curves of pressure, velocity, temperature and progress."""
         radius = np.sqrt(self.areas / np.pi)
         radius = np.concatenate([radius[:1], 0.5 * (radius[1:] + radius[:-1]), radius[-1:]])
         x, n = np.arange(len(radius)) * self.parameters.cell_size, len(self.areas)

@@ -1,6 +1,6 @@
-"""Fluxes through faces: HLLC between cells, and what the ends of the tube let through.
+"""Fluxes through faces: HLLC between cells, and the fluxes at the ends of the tube.
 
-A flux is that of mass, momentum, energy and fuel per area. Energy is thermal, kinetic and chemical.
+A flux contains mass, momentum, energy and fuel per area. Energy is thermal, kinetic and chemical.
 Source: E. F. Toro, Riemann Solvers and Numerical Methods for Fluid Dynamics (2009), section 10.4.
 """
 
@@ -12,16 +12,16 @@ from ..support.jit import inlined, internal, internal_inlined
 from ..support.powers import power
 from .boundaries import ABSORBING, CLOSED, DIAPHRAGM, PISTON
 
-# A room at less than this part of the pressure inside is a vacuum: the flow is choked long before.
+# Lower limit of the room pressure, as a fraction of the pressure inside; the flow is choked well above it.
 _VACUUM = 1e-6
-# Steps of Newton's method converge quadratically once they are small: what follows one of this part of the speed of sound is
-# below rounding. There are 2 to 6 of them, up to 12 where gas inside is lighter than that of the room by orders of magnitude.
+# Newton steps converge quadratically once they are small: after a step of this fraction of the sonic speed the error is below
+# rounding. There are 2 to 6 steps, and up to 12 if the gas inside is lighter than the room's by orders of magnitude.
 _NEWTON_TOLERANCE, _NEWTON_STEPS = 1e-9, 40
 
 
 @internal_inlined
 def flux_of(medium, density, velocity, pressure, fraction):
-    """Return the flux of a state: density [kg/m^3], velocity [m/s], pressure [Pa], and the part that has not reacted."""
+    """Return the flux of a state: density [kg/m^3], velocity [m/s], pressure [Pa] and unreacted fraction."""
     mass = density * velocity
     heat = pressure * medium.gamma / (medium.gamma - 1.0)
     kinetic = 0.5 * velocity * velocity
@@ -30,7 +30,7 @@ def flux_of(medium, density, velocity, pressure, fraction):
 
 @internal_inlined
 def hllc_flux(medium, left, right):
-    """Return the flux between two states, each density, velocity, pressure and the part that has not reacted."""
+    """Return the flux between two states; each is density, velocity, pressure and unreacted fraction."""
     gamma = medium.gamma
     rl, ul, pl, yl = left
     rr, ur, pr, yr = right
@@ -45,7 +45,7 @@ def hllc_flux(medium, left, right):
     r, u = (rr if leftward else rl), (ur if leftward else ul)
     p, y = (pr if leftward else pl), (yr if leftward else yl)
     s, m = (sr if leftward else sl), (mr if leftward else ml)
-    # All waves go one way: the flux is that of the state they come from.
+    # All waves run the same way: the flux is that of the upstream state.
     outside = s < 0.0 if leftward else s > 0.0
     density = r if outside else m / (s - contact)
     velocity = u if outside else contact
@@ -58,24 +58,24 @@ def hllc_flux(medium, left, right):
 
 @internal_inlined
 def wall_flux(medium, state, side):
-    """Return the flux at a rigid wall: its pressure alone, that between the state and its mirror image.
+    """Return the flux at a rigid wall: the pressure alone, from the Riemann problem of the state and its mirror image.
 
     Args:
         medium: the gas.
-        state: density, velocity, pressure and the part that has not reacted, at the wall.
+        state: density, velocity, pressure and unreacted fraction at the wall.
         side: -1.0 at the left end, 1.0 at the right one.
     """
     r, u, p, _ = state
     out = side * u
     c = sqrt(medium.gamma * p / r)
     speed = out + c if out > 0.0 else c - out
-    # The wave goes back at `speed`, relative to gas that comes at `out`.
+    # The reflected wave runs at `speed` relative to gas that approaches at `out`.
     return 0.0, p + r * (speed + out) * out, 0.0, 0.0
 
 
 @internal_inlined
 def piston_pressure(gamma, density, speed, pressure):
-    """Return the pressure on a wall that gas runs into with a speed, or, where that is negative, leaves [Pa]."""
+    """Return the pressure on a wall that gas approaches at `speed`; it recedes if `speed` is negative [Pa]."""
     sound = sqrt(gamma * pressure / density)
     if speed > 0.0:
         half = 0.25 * (gamma + 1.0) * speed
@@ -86,7 +86,7 @@ def piston_pressure(gamma, density, speed, pressure):
 
 @internal_inlined
 def piston_impedance(gamma, density, speed, pressure):
-    """Return by how much the pressure of `piston_pressure` rises with the speed [Pa s/m]."""
+    """Return the derivative of `piston_pressure` with respect to the speed [Pa s/m]."""
     sound = sqrt(gamma * pressure / density)
     if speed > 0.0:
         half = 0.25 * (gamma + 1.0) * speed
@@ -100,12 +100,12 @@ def piston_impedance(gamma, density, speed, pressure):
 def opening_flux(medium, state, side, outside):
     """Return the flux through an opening into a room at rest.
 
-    Gas that leaves expands, or is compressed, without a change of entropy to the pressure outside; sonic flow is the most that
-    leaves. What enters is gas of the room, without fuel, see `inflow_flux`. Where nothing flows both give the pressure outside.
+    Outflowing gas expands or is compressed isentropically to the pressure outside; the outflow is at most sonic. Inflowing gas
+    is that of the room, without fuel, see `inflow_flux`. At zero velocity both give the pressure outside.
 
     Args:
         medium: the gas.
-        state: as of `wall_flux`.
+        state: as in `wall_flux`.
         side: -1.0 at the left end, 1.0 at the right one.
         outside: pressure of the room [Pa].
     """
@@ -115,7 +115,7 @@ def opening_flux(medium, state, side, outside):
     c = sqrt(gamma * p / r)
     room = outside if outside > _VACUUM * p else _VACUUM * p
     ratio = room / p
-    # power() takes exponents that are not negative.
+    # power() accepts only non-negative exponents.
     scale = power(ratio, 0.5 * (gamma - 1.0) / gamma)
     sound = c * scale
     speed = out + 2.0 / (gamma - 1.0) * (c - sound)
@@ -132,16 +132,16 @@ def opening_flux(medium, state, side, outside):
 
 @internal
 def inflow_flux(medium, density, out, pressure, side, outside):
-    """Return the flux of gas that a room at rest sends through an opening into the tube.
+    """Return the flux of gas that flows through an opening from a room at rest into the tube.
 
-    It keeps entropy and total enthalpy of the room, with c0 the speed of sound there and w the velocity at the opening:
+    Inflowing gas keeps the entropy and total enthalpy of the room. With c0 the speed of sound there and w the inflow velocity:
 
         T = T0 (1 - (gamma - 1) w^2 / (2 c0^2)),    p = p0 (T / T0)^(gamma / (gamma - 1)).
 
-    The gas inside has the same pressure and velocity behind the wave that runs into it, a shock or a rarefaction, exactly. Gas
-    that runs out is first brought to rest without a change of entropy, as where it leaves, so that the flux does not jump
-    between the two: up to the speed of sound that pressure is right within 4 %. Where the room could give more than sonic
-    flow, w is sonic, and the gas expands further inside.
+    The gas inside has the same pressure and velocity behind the shock or rarefaction that runs into it; this is exact. If the
+    gas inside moves outwards, it is first brought to rest isentropically, as at an outflow, so that the flux is continuous
+    between the two cases; up to the speed of sound this pressure is right within 4 %. If the pressures allow more than sonic
+    inflow, w is sonic, and the gas expands further inside.
     Source: A. H. Shapiro, The Dynamics and Thermodynamics of Compressible Fluid Flow (1953), 4; Toro, section 4.2.
 
     Args:
@@ -168,13 +168,13 @@ def inflow_flux(medium, density, out, pressure, side, outside):
 
 @internal
 def inflow_velocity(medium, density, out, pressure, outside):
-    """Return how fast gas of the room enters: where its pressure is that behind the wave inside, sonic at most [m/s].
+    """Return the inflow velocity from the room, at which its pressure equals that behind the wave inside, at most sonic [m/s].
 
-    The pressure of the room's gas less that of the gas inside falls with w ever faster (for subsonic w). So Newton's method
-    from w = 0 first goes too far, and then comes back to the solution without passing it.
+    The pressure of the entering gas minus that behind the wave falls with w, ever more steeply (for subsonic w). Newton's
+    method from w = 0 therefore overshoots once and then converges to the solution from above.
 
     Args:
-        medium: this and the following four as of `inflow_flux`, `out` not positive.
+        medium: as in `inflow_flux`, like the following; `out` is not positive.
         density: inside.
         out: velocity inside.
         pressure: inside.
@@ -189,7 +189,7 @@ def inflow_velocity(medium, density, out, pressure, outside):
         fall = gamma * entering * w / (square * cooling) + piston_impedance(gamma, density, out + w, pressure)
         if (excess >= 0.0 and w == sonic) or (excess <= 0.0 and w == 0.0):
             return w
-        # Gas that has left a vacuum behind has no impedance.
+        # Gas that leaves a vacuum behind has no impedance.
         change = sonic if excess >= sonic * fall else excess / fall
         w += change
         w = 0.0 if w < 0.0 else (sonic if w > sonic else w)
@@ -200,11 +200,11 @@ def inflow_velocity(medium, density, out, pressure, outside):
 
 @internal_inlined
 def end_flux(medium, state, side, code, is_open, outside):
-    """Return the flux at an end; `code` is that of `boundaries`, a diaphragm is a wall until `is_open`."""
+    """Return the flux at an end; `code` is defined in `boundaries`. A diaphragm is a wall until `is_open`."""
     if code == ABSORBING:
         return flux_of(medium, state[0], state[1], state[2], state[3])
     if is_open:
         return opening_flux(medium, state, side, outside)
     if code == CLOSED or code == DIAPHRAGM or code == PISTON:
         return wall_flux(medium, state, side)
-    return nan, nan, nan, nan  # an end that no kernel knows ends the run
+    return nan, nan, nan, nan  # an unknown code ends the run

@@ -1,8 +1,8 @@
-"""The gas: perfect, with one adiabatic exponent, and a heat that its reaction sets free.
+"""The gas: perfect, with one adiabatic exponent, and with a heat of reaction.
 
 p = (gamma - 1) rho e, where e is the thermal part of the internal energy, and T = p / (rho R). A mixture of a real fuel has one
-gamma and one heat for each initial pressure, so chosen that the detonation speed and the Chapman-Jouguet pressure are those of
-chemical equilibrium.
+gamma and one heat release for each initial pressure, fitted so that the detonation speed and the Chapman-Jouguet pressure are
+those of chemical equilibrium.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from ..errors import ParameterError
 from ..support.parameter_fields import Magnitude, NotNegativeMagnitude, field
 from ..support.validation import Parameters, positive_number
 
-# Bounds of gamma: what lies between them covers every gas.
+# Bounds of gamma; they include every gas.
 SMALLEST_GAMMA, LARGEST_GAMMA = 1.01, 3.0
 
 
@@ -28,12 +28,12 @@ class Gas(Parameters):
 
 
 class Mixture(NamedTuple):
-    """A fuel and its oxidiser, at one initial temperature.
+    """A fuel and its oxidiser at one initial temperature.
 
     Attributes:
         gas_constant: of the unburnt mixture [J/(kg K)].
         temperature: initial [K].
-        rows: initial pressure [Pa], gamma [1], heat release [J/kg], by increasing pressure.
+        rows: initial pressure [Pa], gamma [1] and heat release [J/kg], in order of increasing pressure.
     """
 
     gas_constant: float
@@ -41,8 +41,8 @@ class Mixture(NamedTuple):
     rows: tuple[tuple[float, float, float], ...]
 
 
-# Chemical equilibrium of the Chapman-Jouguet state by Cantera 3.2 with the mechanism GRI-Mech 3.0 (gri30.yaml): the least
-# detonation speed D over all densities of the products; then `fit_gas` of D and the pressure. D is 2363, 2374, 2383, 2390,
+# Chemical equilibrium of the Chapman-Jouguet state by Cantera 3.2 with the mechanism GRI-Mech 3.0 (gri30.yaml): the smallest
+# detonation speed D over all densities of the products, then `fit_gas` with D and the pressure. D is 2363, 2374, 2383, 2390,
 # 2397, 2402 m/s, the pressure 2.680, 3.378, 4.082, 4.789, 5.500, 6.215 MPa.
 MIXTURES = {
     "ethylene_oxygen": Mixture(  # C2H4 + 3 O2
@@ -60,7 +60,7 @@ MIXTURES = {
 }
 INERT_GASES = {"air": Gas()}
 _OWN_GAS = "or give gamma, gas_constant and heat_release"
-# How far the initial temperature may be from that of a mixture's table [K].
+# Largest difference of the initial temperature from the temperature of a mixture's table [K].
 _TEMPERATURE_RANGE = 15.0
 
 
@@ -72,11 +72,11 @@ def _validate_name(name: str) -> str:
 
 
 GasName = Annotated[str, AfterValidator(_validate_name)]
-"""The name of a gas or a mixture, as a parameter."""
+"""Parameter type: the name of a gas or a mixture."""
 
 
 def gas_at(value: str | Gas, pressure: float, temperature: float) -> Gas:
-    """Return the gas that a name stands for at an initial state, between the rows of its table linear in pressure.
+    """Return the gas with a given name at an initial state; table rows are interpolated linearly in pressure.
 
     Args:
         value: a name, or the gas itself.
@@ -84,7 +84,7 @@ def gas_at(value: str | Gas, pressure: float, temperature: float) -> Gas:
         temperature: initial [K].
 
     Raises:
-        ValueError: the table of the mixture does not hold this state.
+        ValueError: the table of the mixture does not cover this state.
     """
     if isinstance(value, Gas):
         return value
@@ -115,14 +115,14 @@ def fit_gas(speed: float, cj_pressure: float, pressure: float, density: float, t
     gamma = (p0 + rho0 D^2) / P_CJ - 1, and q from M = D / c0: H = ((M^2 - 1) / 2 M)^2 = (gamma^2 - 1) q / (2 c0^2).
 
     Args:
-        speed: of the detonation, of chemical equilibrium or measured [m/s].
-        cj_pressure: where the reaction is complete [Pa].
+        speed: of the detonation, computed for chemical equilibrium or measured [m/s].
+        cj_pressure: at the end of the reaction [Pa].
         pressure: initial [Pa].
         density: initial [kg/m^3].
         temperature: initial [K].
 
     Raises:
-        ParameterError: a number is not positive, or no gas has these.
+        ParameterError: a number is not positive, or no gas has these properties.
     """
     given = {"speed": speed, "cj_pressure": cj_pressure, "pressure": pressure, "density": density, "temperature": temperature}
     for name, value in given.items():

@@ -1,14 +1,14 @@
-"""Ignition: whether the gas burns, and the heat that raises the pressure of the ignition zone to what a reaction needs.
+"""Ignition: whether the gas burns, and the heat that raises the ignition zone to the pressure that a reaction needs.
 
-Heat that comes before sound has crossed the zone acts at constant volume, E = V (p - p0) / (gamma - 1). Heat that comes slowly
-expands the gas: at the pressure p hot gas leaves the zone with the velocity u behind a shock of that pressure, and takes away
-the power P for each cross-section A through which it can leave,
+Heat that is added before sound has crossed the zone acts at constant volume, E = V (p - p0) / (gamma - 1). Heat that is added
+slowly expands the gas. At the pressure p hot gas leaves the zone with the velocity u behind a shock of that pressure, and
+carries away the power P through each open cross-section A,
 
     P = gamma / (gamma - 1) p u A,    u = (p - p0) sqrt(2 / (rho0 ((gamma + 1) p + (gamma - 1) p0))).
 
-Measured, for a zone at a closed end and triggers of 0.1 to 0.4: E within 1 % for heat within 0.3 of the time in which sound
-crosses the zone; 0.7 to 0.8 of P ignite.
-Source: of u, E. F. Toro, Riemann Solvers and Numerical Methods for Fluid Dynamics (2009), section 3.1.3.
+Measured, for a zone at a closed end and triggers of 0.1 to 0.4: E is right within 1 % for heat added within 0.3 of the time in
+which sound crosses the zone; 0.7 to 0.8 of P suffice for ignition.
+Source of u: E. F. Toro, Riemann Solvers and Numerical Methods for Fluid Dynamics (2009), section 3.1.3.
 """
 
 from __future__ import annotations
@@ -26,32 +26,32 @@ from .reactions.inert import Inert
 if TYPE_CHECKING:
     from .component import DetonationTube
 
-# Heat acts at constant volume within this part of the time in which sound crosses the zone, or half of it from two exits.
+# Heat acts at constant volume within this fraction of the time in which sound crosses the zone (half the zone with two exits).
 _AT_ONCE = 0.3
-# A tube with a smaller part of unburnt gas has burnt; a front below this part of D is no detonation; and gas that has not burnt
-# for the time in which a detonation crosses so many cells burns no more.
+# Below this unburnt fraction the tube counts as burnt. A front below this fraction of D is not a detonation. Combustion has
+# ended if no gas has burnt for the time in which a detonation crosses this number of cells.
 _UNBURNT, _SLOW, _IDLE_CELLS = 0.01, 0.5, 10.0
 
 
 def heat_at_once(gas: Gas, ahead: Flow, pressure: float, volume: float) -> float:
-    """Return the heat that brings gas to a pressure [Pa] at constant volume [m^3], in J."""
+    """Return the heat that brings gas to a pressure [Pa] in a constant volume [m^3], in J."""
     return volume * (pressure - ahead.pressure) / (gas.gamma - 1.0)
 
 
 def steady_power(gas: Gas, ahead: Flow, pressure: float, area: float) -> float:
-    """Return the power that holds a zone at a pressure [Pa] while gas leaves it through an area [m^2], in W."""
+    """Return the power that keeps a zone at a pressure [Pa] while gas leaves it through an area [m^2], in W."""
     gamma, excess = gas.gamma, pressure - ahead.pressure
     speed = excess * math.sqrt(2.0 / (ahead.density * ((gamma + 1.0) * pressure + (gamma - 1.0) * ahead.pressure)))
     return gamma / (gamma - 1.0) * pressure * speed * area
 
 
 def pressure_needed(gas: DetonationTube) -> float:
-    """Return the pressure [Pa] to which gas has to be heated at constant volume to ignite; NaN where the law has none."""
+    """Return the pressure [Pa] to which gas must be heated at constant volume to ignite; NaN if the law has none."""
     return gas.parameters.chosen_reaction.ignition_pressure(gas.front, (gas.ahead.pressure, gas.ahead.density))
 
 
 def describe_dud(gas: DetonationTube) -> str:
-    """Return words for gas that could detonate and does not; "" for other gas."""
+    """Return a description of gas that could detonate but does not; "" for other gas."""
     _, _, state, _, tally = gas.tables()
     if isinstance(gas.parameters.chosen_reaction, Inert) or gas.unburnt_part <= _UNBURNT:
         return ""
@@ -61,7 +61,7 @@ def describe_dud(gas: DetonationTube) -> str:
 
 
 def conclude(gas: DetonationTube) -> str:
-    """Return a sentence on whether the gas has ignited, where and when, and how much of it is unburnt."""
+    """Return a sentence that states whether, where and when the gas ignited, and the unburnt fraction."""
     _, _, state, _, tally = gas.tables()
     if isinstance(gas.parameters.chosen_reaction, Inert):
         least, largest = (1e-3 * float(one) for one in (state.pressure.min(), state.pressure.max()))
@@ -83,7 +83,7 @@ def conclude(gas: DetonationTube) -> str:
 
 
 def cautions(gas: DetonationTube) -> list[str]:
-    """Return the heat or the power that the ignition zone lacks where the gas does not burn."""
+    """Return the heat or power that the ignition zone lacks if the gas does not burn."""
     dud = describe_dud(gas)
     if not dud:
         return []

@@ -1,4 +1,4 @@
-"""Signals of the held inputs: their means over each tick."""
+"""Means of the held inputs over each tick."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ COLUMNS = {
 
 
 def tick_signals(held: Mapping[str, Held], tick: int, ticks: int) -> FloatArray:
-    """Return the mean of each input over each of `ticks` ticks from `tick` on, shape (ticks, SIGNALS)."""
+    """Return the mean of each input over each of `ticks` ticks, starting at `tick`, shape (ticks, SIGNALS)."""
     signals = np.zeros((ticks, SIGNALS))
     for name, column in COLUMNS.items():
         signals[:, column] = _factors(held.get(name, 0.0), tick, ticks)
@@ -33,9 +33,9 @@ def _factors(held: Any, tick: int, ticks: int) -> FloatArray | float:
 
 
 def area_pattern(held: Mapping[str, Held]) -> FloatArray:
-    """Return a copy of what the area's signal is multiplied by, shape (n,) [m^2].
+    """Return a copy of the cross-sections that the area's signal scales, shape (n,) [m^2].
 
-    Held arrays are read-only and those of some profiles are not: kernels would be compiled for both.
+    The copy is always writable. Held arrays are read-only and arrays of some profiles are not: numba would compile twice.
     """
     area = held["area"]
     pattern = area.pattern if isinstance(area, CompiledProfile) else area

@@ -1,12 +1,12 @@
-"""The gas over one tick: MUSCL slopes, HLLC fluxes and two stages of Heun; then heat, reaction, and what follows from both.
+"""One tick of the gas: MUSCL slopes, HLLC fluxes and the two stages of Heun's method; then heat, reaction and derived state.
 
     (A rho)_t + (A rho u)_x = 0
     (A rho u)_t + (A (rho u^2 + p))_x = p A_x
     (A E)_t + (A u (E + p))_x = -p A_t + heat,    E = p / (gamma - 1) + rho u^2 / 2 + rho Y q
     (A rho Y)_t + (A rho u Y)_x = reaction.
 
-Momentum fluxes are taken less the pressure of the cell, so that gas at rest stays at rest to the bit whatever A(x) is. What
-crosses a face leaves one cell and enters the other: mass, energy and momentum are conserved to rounding.
+Momentum fluxes are taken relative to the pressure of the cell, so that gas at rest stays at rest, bitwise, for any A(x). The
+flux through a face leaves one cell and enters the other: mass, energy and momentum are conserved to rounding.
 """
 
 from __future__ import annotations
@@ -44,28 +44,28 @@ from .kernel_arrays import (
 from .limiters import limited_difference
 from .reactions.reaction import react
 
-# The largest Courant number (|u| + c) dt / dx at which a tick is made.
+# Largest Courant number (|u| + c) dt / dx that a tick accepts.
 LARGEST_COURANT = 0.9
-# Kinds of events, in the order of `DetonationTube.event_kinds`, and the progress at which gas counts as burnt.
+# Kinds of events, in the order of `DetonationTube.event_kinds`, and the progress from which gas counts as burnt.
 _OPENED, _END_REACHED, _FRONT_PASSED, _IGNITED = np.int64(0), np.int64(1), np.int64(2), np.int64(3)
 BURNT = 0.5
-# Gas of which less than this part reacts in a tick burns in no front: cold gas by Arrhenius' law, and air that has come in.
+# Gas of which a smaller fraction reacts in a tick is not in a front: cold gas with Arrhenius' law, or air from outside.
 _LEAST_BURN = 1e-5
-# Cells that do not move: velocity of the left end, and by how much a cell is faster than the one before it [m/s].
+# Motion of a fixed mesh: velocity of the left end, and the increase of velocity from cell to cell [m/s].
 AT_REST = (0.0, 0.0)
 
 
 @jit
 def advance(tables, signals, areas, first_tick, events, failed):
-    """Advance by as many ticks as `signals` has rows; return 0 or a status of `kernel_arrays`.
+    """Advance by one tick per row of `signals`; return 0 or a status of `kernel_arrays`.
 
     Args:
         tables: `kernel_arrays.Tables`, whose state and tally are updated.
-        signals: the means of the inputs over each tick, shape (ticks, SIGNALS).
-        areas: what the area's factor is multiplied by, shape (n,) [m^2].
-        first_tick: before the first of these ticks.
+        signals: means of the inputs over each tick, shape (ticks, SIGNALS).
+        areas: cross-sections that the area's factor scales, shape (n,) [m^2].
+        first_tick: number at the beginning of the first of these ticks.
         events: `kernel_arrays.Events`, updated.
-        failed: of a failure the cell and the tick, shape (2,).
+        failed: cell and tick of a failure, shape (2,).
     """
     for row in range(signals.shape[0]):
         tick = first_tick + row + 1
@@ -85,7 +85,7 @@ def advance(tables, signals, areas, first_tick, events, failed):
 
 @internal
 def change_area(tables, areas, factor, failed):
-    """Let the walls move to a new area, before the tick, and tally the work that they do; return 0 or a status.
+    """Move the walls to a new area before the tick, and tally their work; return 0 or a status.
 
     Each cell is compressed at the mean of its pressures before and after, without flow along the tube.
     """
@@ -116,7 +116,7 @@ def change_area(tables, areas, factor, failed):
 
 @internal
 def load_stage(state, stage):
-    """Write density, velocity, pressure and unreacted part of the state to a stage."""
+    """Write density, velocity, pressure and unreacted fraction of the state to a stage."""
     for i in range(state.density.size):
         stage[0, i + 1] = state.density[i]
         stage[1, i + 1] = state.velocity[i]
@@ -126,7 +126,7 @@ def load_stage(state, stage):
 
 @internal
 def load_first_stage(tables, failed):
-    """Write the stage that follows from the first one; return 0, or a status where it leaves no gas or no pressure."""
+    """Write the stage after the first Heun step; return 0, or a status if a density or pressure is not positive."""
     medium, state, stage, first = tables.medium, tables.state, tables.scratch.stage, tables.scratch.first
     for i in range(state.density.size):
         r, momentum, energy, fuel = first[0, i], first[1, i], first[2, i], first[3, i]
@@ -141,9 +141,9 @@ def load_first_stage(tables, failed):
 
 @internal
 def flow(tables, signals, tick, events, failed):
-    """Move the gas by one step of Heun: a whole step, and a second one from there, of which the mean is taken.
+    """Move the gas by one step of Heun's method: the mean of the state and of the result of two whole steps.
 
-    Returns 0, or a status where the first one leaves no gas in a cell, or no pressure.
+    Returns 0, or a status if the first step leaves a density or pressure that is not positive.
     """
     load_stage(tables.state, tables.scratch.stage)
     compute_fluxes(tables, signals, tick, events)
@@ -160,7 +160,7 @@ def flow(tables, signals, tick, events, failed):
 
 @internal
 def compute_fluxes(tables, signals, tick, events):
-    """Write the fluxes through all faces, of the stage whose cells are in scratch."""
+    """Write the fluxes through all faces, for the stage in scratch."""
     medium, scratch = tables.medium, tables.scratch
     fill_ghosts(tables)
     compute_slopes(medium.limiter, scratch)
@@ -187,7 +187,7 @@ def compute_slopes(limiter, scratch):
 
 @internal
 def compute_end_fluxes(tables, signals, tick, events):
-    """Write the fluxes at both ends; a diaphragm on which the pressure is too high opens."""
+    """Write the fluxes at both ends; a diaphragm opens if the pressure on it reaches its bursting pressure."""
     medium, tube, state, scratch = tables.medium, tables.tube, tables.state, tables.scratch
     n, stage, slopes = state.density.size, scratch.stage, scratch.slopes
     for side in range(2):
@@ -230,7 +230,7 @@ def fill_ghosts(tables):
 
 @internal
 def tally_ends(tables):
-    """Add to the tally what one stage, half a step, lets in at the ends."""
+    """Tally the amounts that enter at the ends in one stage, i.e. half a step."""
     state, fluxes, tally = tables.state, tables.scratch.fluxes, tables.tally
     n = state.density.size
     half = 0.5 * tables.medium.step_size
@@ -244,7 +244,7 @@ def tally_ends(tables):
 
 @internal_inlined
 def face_areas(area, i):
-    """Return the areas of the faces of a cell: means of neighbours, at the ends that of the cell."""
+    """Return the areas of the faces of a cell: means of neighbouring cells, at the ends the area of the cell."""
     here = area[i]
     before = area[i - 1] if i > 0 else here
     behind = area[i + 1] if i + 1 < area.size else here
@@ -252,7 +252,7 @@ def face_areas(area, i):
 
 
 class Losses(NamedTuple):
-    """What a cell loses in a whole step, per volume, and the force of its walls on the gas [N]."""
+    """Losses of a cell in a whole step, per volume, and the force of its walls on the gas [N]."""
 
     density: float
     momentum: float
@@ -278,7 +278,7 @@ def losses_of(fluxes, area, pressure, rate, i):
 
 @internal
 def update_first(tables):
-    """Write what a whole step makes of the state."""
+    """Write the state after a whole step."""
     medium, state, scratch = tables.medium, tables.state, tables.scratch
     first, rate, wall = scratch.first, medium.step_size / medium.cell_size, 0.0
     for i in range(state.area.size):
@@ -293,7 +293,7 @@ def update_first(tables):
 
 @internal
 def update_second(tables):
-    """Write the mean of the state and of what a second whole step makes of the first."""
+    """Write the mean of the state and of the result of a second whole step."""
     medium, state, scratch = tables.medium, tables.state, tables.scratch
     first, rate, wall = scratch.first, medium.step_size / medium.cell_size, 0.0
     for i in range(state.area.size):
@@ -323,10 +323,10 @@ def add_heat(tables, heat_rate):
 
 @internal
 def finish(tables, motion, tick, events, failed):
-    """Let the gas react, compute velocity, pressure and progress, note what happened; return 0 or a status.
+    """Let the gas react, compute velocity, pressure and progress, and record events; return 0 or a status.
 
-    Where cells move, as `motion` says, waves are too fast if they are for a cell at rest and for the cell as it moved: how it
-    moves next is known at the next tick alone, which begins with a check of its own (`moving_mesh.refuse_long_tick`).
+    If the cells move, given by `motion`, waves are too fast only if they are too fast both for a cell at rest and for the
+    moving cell. The next motion is unknown here; the next tick begins with its own check (`moving_mesh.refuse_long_tick`).
     """
     medium, state, tally, law = tables.medium, tables.state, tables.tally, tables.tube.reaction
     gamma, heat = medium.gamma, medium.heat
@@ -353,7 +353,7 @@ def finish(tables, motion, tick, events, failed):
                     overwritten += (wanted - energy) * state.area[i]
                     state.energy[i] = energy = wanted
                 pressure = (gamma - 1.0) * (energy - kinetic - state.fuel[i] * heat)
-                if not pressure > 0.0:  # a law that turns burnt gas into fresh gas takes heat
+                if not pressure > 0.0:  # a law that turns burnt into fresh gas absorbs heat
                     state.pressure[i] = pressure
                     return NOT_POSITIVE
         progress = 1.0 - fraction
@@ -377,7 +377,7 @@ def finish(tables, motion, tick, events, failed):
 
 @internal
 def note_front(tube, state, cell, progress, tick, events):
-    """Note that a front has passed a cell: the first that burns, a gauge, an end."""
+    """Record the front's passage through a cell: first ignition, a gauge, an end."""
     flags, last = state.flags, state.density.size - 1
     starts = flags[IGNITED] == 0
     if starts:

@@ -1,4 +1,4 @@
-"""Limiters of slopes, by name: one family, minmod(theta a, (a + b) / 2, theta b) of the differences to both neighbours.
+"""Slope limiters by name: the family minmod(theta a, (a + b) / 2, theta b) of the differences a, b to the two neighbours.
 
 Source: B. van Leer, J. Comput. Phys. 32 (1979) 101, section 3; theta = 2 is his monotonised central difference.
 """

@@ -1,11 +1,11 @@
-"""The gas on a moving mesh: cells that shrink and grow evenly between pistons.
+"""The gas on a moving mesh: cells that shrink and grow uniformly between pistons.
 
-Face i of n cells moves with w_i, linear from the left end to the right one; a cell of length d holds d U of what is conserved:
+Face i of n cells moves at w_i, linear from the left end to the right one. A cell of length d contains the conserved amount d U:
 
     d(t + h) U(t + h) = d(t) U(t) - h (G_i+1 - G_i),    G_i = F - w_i U at the face.
 
-G is the flux of the state as seen from the face, transformed back (Galileo): gas that moves evenly keeps its state to rounding.
-On a piston the pressure is the exact one of a wall that runs into the gas (shock) or away from it (rarefaction).
+G is the flux in the frame of the face, transformed back (Galileo), so that a uniform flow is preserved to rounding. On a piston
+the pressure is exact for a wall that moves into the gas (shock) or away from it (rarefaction).
 Source: E. F. Toro, Riemann Solvers and Numerical Methods for Fluid Dynamics (2009), section 4.3; Donea et al., Arbitrary
 Lagrangian-Eulerian methods, in the Encyclopedia of Computational Mechanics (2004).
 """
@@ -30,24 +30,24 @@ from .kernels import (
     tally_ends,
 )
 
-# Columns of the walls: where the ends are, and the mean pressure on them over the last tick.
+# Entries of the walls: positions of the ends, and mean pressures on them over the last tick.
 LEFT, RIGHT, LEFT_WALL_PRESSURE, RIGHT_WALL_PRESSURE, WALLS = 0, 1, 2, 3, 4
-# Where no front has come by, in `places`.
+# Entry of `places` for a cell that no front has passed.
 NOWHERE = -1e300
 
 
 @jit
 def advance(tables, walls, places, signals, first_tick, events, failed):
-    """Advance as `kernels.advance` does, with ends that move; the cross-section is one number, and stays.
+    """Advance as `kernels.advance` does, with moving ends; the cross-section is one constant number.
 
     Args:
         tables: `kernel_arrays.Tables`; the cell size of its medium has no effect.
-        walls: of the ends, shape (WALLS,).
-        places: where the front passed each cell, shape (n,) [m].
+        walls: positions of the ends and pressures on them, shape (WALLS,); updated.
+        places: position of each cell when the front passed it, shape (n,) [m]; updated.
         signals: the means of the inputs over each tick, shape (ticks, SIGNALS).
-        first_tick: before the first of these ticks.
+        first_tick: number at the beginning of the first of these ticks.
         events: `kernel_arrays.Events`, updated.
-        failed: of a failure the cell and the tick, shape (2,).
+        failed: cell and tick of a failure, shape (2,).
     """
     given, state = tables.medium, tables.state
     n, step = state.density.size, given.step_size
@@ -82,9 +82,9 @@ def advance(tables, walls, places, signals, first_tick, events, failed):
 
 @internal
 def refuse_long_tick(medium, state, motion, size, failed):
-    """Return a status where waves cross a cell too fast, as seen from the cell, or the ends would meet; otherwise 0.
+    """Return a status if waves cross a cell too fast, relative to the cell, or if the ends would meet; otherwise 0.
 
-    The cell that failed is then the one whose waves are the fastest, so that a step that suits it suits all.
+    `failed` then names the cell with the fastest waves, so that a step that suits this cell suits all cells.
     """
     step, fastest, fits = medium.step_size, 0.0, True
     allowed = LARGEST_COURANT * size / step
@@ -102,17 +102,17 @@ def refuse_long_tick(medium, state, motion, size, failed):
 
 @internal
 def flow(tables, walls, signals, velocities, sizes, tick, events, failed):
-    """Move gas and faces by one step of Heun, as `kernels.flow` does; return 0 or a status.
+    """Move gas and faces by one Heun step, as `kernels.flow` does; return 0 or a status.
 
     Args:
-        tables: this and the following as of `advance`.
+        tables: as in `advance`, like the following.
         walls: of the ends.
-        signals: the inputs of the tick.
+        signals: inputs of the tick.
         velocities: of the two ends [m/s].
-        sizes: of a cell before and after the tick [m].
-        tick: the one that is made.
+        sizes: length of a cell before and after the tick [m].
+        tick: number at the end of the tick.
         events: updated.
-        failed: of a failure the cell and the tick.
+        failed: cell and tick of a failure.
     """
     state, step, (before, after) = tables.state, tables.medium.step_size, sizes
     first, f = tables.scratch.first, tables.scratch.fluxes
@@ -141,7 +141,7 @@ def flow(tables, walls, signals, velocities, sizes, tick, events, failed):
 
 @internal
 def compute_fluxes(tables, walls, signals, velocities, tick, events):
-    """Write the fluxes through all faces as these move, of the stage whose cells are in scratch."""
+    """Write the fluxes through all moving faces, for the stage in scratch."""
     medium, ends, scratch, n = tables.medium, tables.tube.ends, tables.scratch, tables.state.density.size
     fill_ghosts(tables)
     density, velocity, pressure, fraction = scratch.stage[0], scratch.stage[1], scratch.stage[2], scratch.stage[3]

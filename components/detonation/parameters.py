@@ -11,12 +11,12 @@ from .gases import MIXTURES, Gas, GasName, gas_at
 from .limiters import LimiterName
 from .reactions import ChosenReaction, Inert, PressureBurn, Reaction
 
-# Of the length, by so much a place may lie beyond an end: it is computed, as is the length.
+# Tolerance for a position beyond an end, as a fraction of the length: both are computed numbers.
 _ROUNDING = 1e-9
 
 
 class StartRegion(Parameters):
-    """A part of the tube that starts in another state."""
+    """A part of the tube with another initial state."""
 
     x: SignedPair = field(..., "where it begins and ends in the tube; it holds the cells whose middle lies between", "m")
     pressure: Magnitude | None = field(None, "pressure at the start; default: that of the tube", "Pa")
@@ -62,7 +62,7 @@ class DetonationParameters(Parameters):
 
     @property
     def chosen_reaction(self) -> Reaction:
-        """The law of its reaction; none of a gas that releases no heat."""
+        """The law of the reaction; `Inert` for a gas that releases no heat."""
         return self.reaction if self.chosen_gas.heat_release > 0.0 else Inert()
 
     @property
@@ -77,7 +77,7 @@ class DetonationParameters(Parameters):
 
     @property
     def has_pistons(self) -> bool:
-        """True where an end moves, and the cells with it."""
+        """Whether an end, and the cells with it, moves."""
         return isinstance(self.left, Piston) or isinstance(self.right, Piston)
 
     @model_validator(mode="after")
@@ -114,7 +114,7 @@ class DetonationParameters(Parameters):
                 raise ValueError(f"{name}: got {begin:g} to {end:g} m, expected a begin below its end")
             if end <= 0.0 or begin >= self.length:
                 raise ValueError(f"{name}: got {begin:g} to {end:g} m, outside the tube of 0 to {self.length:g} m")
-            # The default ignition zone may reach beyond a short tube.
+            # The default ignition zone may be longer than a short tube.
             if name != "ignition_zone" and max(-begin, end - self.length) > _ROUNDING * self.length:
                 raise ValueError(
                     f"{name}: got {begin:g} to {end:g} m, which reaches beyond the tube of 0 to {self.length:g} m; give the "

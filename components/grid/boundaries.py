@@ -1,4 +1,4 @@
-"""Conditions of the domain's edges, by name: free, fixed, symmetry, periodic, velocity, traction, absorbing."""
+"""Boundary conditions of the edges, by name: free, fixed, symmetry, periodic, velocity, traction, absorbing."""
 
 from __future__ import annotations
 
@@ -20,30 +20,30 @@ Along = Literal["edge", "nodes"]
 
 
 class Periodic(boundaries.Periodic):
-    """A joined edge: what leaves here enters at the opposite edge, which is periodic too; their nodes move as one."""
+    """A joined edge: waves that leave here enter at the opposite edge, which is periodic too; their nodes move together."""
 
     partner: str = field("", "the opposite edge; may be left out for left, right, bottom and top", "1")
 
 
 class PrescribedVelocity(boundaries.PrescribedVelocity):
-    """Nodes move with the velocity that the input `<edge>_velocity` gives."""
+    """Nodes move at the velocity of the input `<edge>_velocity`."""
 
     along: Along = field("edge", "edge: one velocity for the edge; nodes: one for each of its nodes", "1")
 
 
 class Traction(boundaries.Traction):
-    """A force per area, the input `<edge>_traction`: of the area before anything moved, in fixed directions x and y."""
+    """A force per initial area, the input `<edge>_traction`, in the fixed directions x and y."""
 
     along: Along = field("edge", "edge: one traction for the edge; nodes: one for each of its nodes, linear between", "1")
 
 
 class Absorbing(Boundary):
-    """Dashpots of the medium's impedance (Lysmer and Kuhlemeyer), and before them a layer in which waves decay, if wanted.
+    """Dashpots with the impedance of the medium (Lysmer and Kuhlemeyer), and an optional damping layer in front of them.
 
     J. Lysmer, R. L. Kuhlemeyer, J. Eng. Mech. Div. ASCE 95 (1969) 859: traction -rho c_p v_n along the normal, -rho c_s v_t
-    along the edge; nothing of a plane wave at normal incidence comes back. The layer (sponge) has the damping force
+    along the edge; a plane wave at normal incidence is not reflected. The layer (sponge) has the damping force
     -m (strength c_p / width) (depth / width)^2 v: a P wave that crosses it twice keeps exp(-strength / 3) of its amplitude.
-    The dashpots act in addition to the static traction, that of the stress at the reset, which the edge keeps.
+    The dashpots act in addition to the static traction of the stress at the reset, which the edge keeps.
     """
 
     name: Literal["absorbing"] = field("absorbing", "lets waves out", "1")

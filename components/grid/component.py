@@ -34,11 +34,11 @@ from .yielding import NoYield
 
 # Below this number of cells a tick is too short for threads: measured, see docs/benchmarks.md.
 LEAST_CELLS = 100_000
-# A cell with so little of its area has passed what the step was chosen for.
+# Fraction of its area at rest below which a cell is too compressed for the step.
 _COMPRESSED = 0.5
-# A point that is farther from its node, in sides of the smallest cell, has been moved there.
+# A point farther from its node, in sides of the smallest cell, counts as moved to the node.
 _OFF_NODE = 1e-6
-# The state, and what kernels keep beside it, for each cell of a large mesh.
+# Bytes per cell of a large mesh, for the state and the tables of the kernels.
 _BYTES_OF_CELL = 420
 _STATE = ("displacement", "velocity", "force", "stress", "hourglass_force", "energy", "plastic_strain", "plastic_work")
 _YIELD = {"cell_yielded": "the equivalent stress of a cell reached its yield stress for the first time"}
@@ -61,7 +61,7 @@ class Grid(Component):
 
     @classmethod
     def memory_needed(cls, parameters: GridParameters) -> int:
-        """Return what mesh, state, its copy and the kernels' tables take."""
+        """Return the memory of mesh, state, its copy and the tables of the kernels."""
         return _BYTES_OF_CELL * parameters.mesh.cell_count
 
     def _build(self) -> None:
@@ -111,7 +111,7 @@ class Grid(Component):
         return numbers
 
     def _nodes_at(self, name: str, places: list[Place]) -> IntArray:
-        """Return the nodes that are meant by numbers or points."""
+        """Return the nodes given by numbers or points."""
         found = []
         for index, place in enumerate(places):
             if isinstance(place, int) and place >= len(self.mesh.nodes):
@@ -122,7 +122,7 @@ class Grid(Component):
         return np.array(found, dtype=np.int64)
 
     def _refuse_held_forces(self) -> None:
-        """Refuse forces on nodes whose motion is prescribed along both axes: they would do nothing."""
+        """Refuse forces on nodes whose motion is prescribed along both axes: they would have no effect."""
         held = self._conditions.prescribed[self._assembly.places[self._forced]].all(axis=1)
         for index in np.flatnonzero(held).tolist():
             raise ParameterError(
@@ -132,7 +132,7 @@ class Grid(Component):
             )
 
     def _node_near(self, where: str, point: Sequence[float]) -> int:
-        """Return the node nearest to a point of the body, and keep a sentence where it is not at that point."""
+        """Return the node nearest to a point of the body, and keep a caution if it is not at the point."""
         squares = ((self.mesh.nodes - np.array(point)) ** 2).sum(axis=1)
         node = int(np.argmin(squares))
         (x, y), distance = self.mesh.nodes[node].tolist(), math.sqrt(squares[node])
@@ -144,13 +144,13 @@ class Grid(Component):
         return node
 
     def attach(self, mass: FloatArray | None, pushed: Sequence[int] = ()) -> None:
-        """Let nodes carry masses of another body too, whose forces a parent adds to those of the cells.
+        """Let nodes carry masses of another body, whose forces a parent adds to those of the cells.
 
-        To be called before the first step.
+        Call it before the first step.
 
         Args:
             mass: shape (n,) [kg].
-            pushed: nodes to which the parent adds forces although they carry no such mass.
+            pushed: nodes without such mass to which the parent adds forces.
         """
         p = self.parameters
         self._assembly: Assembly = assemble(
@@ -162,7 +162,7 @@ class Grid(Component):
     def _lay_out_state(self) -> None:
         n, m = len(self.mesh.nodes), len(self.mesh.cells)
         plastic = m if self._plastic else 0
-        if self._plastic:  # only then can anything happen that is an event
+        if self._plastic:  # other grids have no events
             self._declare_events(_YIELD, _YIELD_DETAILS)
         self._lay_out(
             displacement=("f8", (n, 2)), velocity=("f8", (n, 2)), force=("f8", (n, 2)), stress=("f8", (m, 4)),
@@ -176,7 +176,7 @@ class Grid(Component):
         self.failed_at = np.zeros(2, dtype=np.int64)
 
     def _contradiction(self, state: Mapping[str, np.ndarray]) -> str:
-        # Each cell notes one event, when its plastic strain leaves 0.
+        # Each cell records one event, when its plastic strain first exceeds 0.
         yielded = np.count_nonzero(state["plastic_strain"])
         if not self._plastic or len(state["events"]) == yielded:
             return ""
@@ -229,7 +229,7 @@ class Grid(Component):
         }
 
     def _reaction(self, edge: str) -> FloatArray:
-        """Return minus the force of the cells on the nodes of an edge, where it prescribes their motion, shape (2,) [N]."""
+        """Return minus the force of the cells on the nodes of an edge, along prescribed components, shape (2,) [N]."""
         nodes, own = self._assembly.held_edges[edge]
         share = self._conditions.share[self._assembly.places[nodes], None]
         return 0.0 - np.where(own, share * self._state.force[nodes], 0.0).sum(axis=0)
@@ -249,7 +249,7 @@ class Grid(Component):
             if law is not None:
                 cells = self.cell_material == number
                 limit = yield_limit(law, strain[cells], pressure[cells])
-                # At the tip of a cone there is no stress left that could grow.
+                # At the tip of a cone no stress can grow.
                 at_tip = limit <= 1e-9 * yield_limit(law, 0.0, 0.0)
                 ratio[cells] = np.where(at_tip, 1.0, equivalent[cells] / np.where(at_tip, 1.0, limit))
         return ratio
@@ -284,14 +284,14 @@ class Grid(Component):
         return {}
 
     def _static_force(self) -> FloatArray:
-        """Return the force sigma n L that holds each side of the absorbing edges against the stress, shape (k, 2) [N]."""
+        """Return the force sigma n L that balances the stress on each side of the absorbing edges, shape (k, 2) [N]."""
         sides, positions = self._assembly.absorbing_sides, self.mesh.nodes + self._state.displacement
         x, y = (positions[sides[:, 1]] - positions[sides[:, 0]]).T
         xx, yy, _, xy = self._state.stress[cells_of_sides(self.mesh, sides)].T
         return np.stack([xx * y - xy * x, xy * y - yy * x], axis=1)
 
     def _strain_elastically(self) -> None:
-        """Write the elastic stresses and hourglass forces of the displacements, for rotations of any angle."""
+        """Write the elastic stresses and hourglass forces of the present displacements, for rotations of any angle."""
         state, corners = self._state, self.mesh.nodes[self.mesh.cells]
         moved = state.displacement[self.mesh.cells]
         first, second = corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1]
@@ -307,7 +307,7 @@ class Grid(Component):
         state.hourglass_force[:] = self._grid.hourglass[:, None] * (bent - by_x * pattern[:, :1] - by_y * pattern[:, 1:])
 
     def _update_forces(self, step: float) -> int:
-        """Advance stresses elastically by velocity x step [s], and write the forces; return a cell that is inverted, or -1."""
+        """Advance stresses elastically by velocity x step [s], and write the forces; return an inverted cell, or -1."""
         elastic = self._grid._replace(laws=NoYield())
         return int(kernels.update_forces(elastic, self._state, self._conditions.groups, self._corner, step))
 
@@ -321,20 +321,20 @@ class Grid(Component):
 
     @property
     def joined(self) -> IntArray:
-        """Groups of nodes that periodic edges join, the rest of each row -1, shape (k, 4)."""
+        """Groups of nodes that periodic edges join, rows padded with -1, shape (k, 4)."""
         return self._assembly.joined
 
     @property
     def tally(self) -> FloatArray:
-        """Return what came in, or went out, through the conditions since the reset; see `kernel_arrays`."""
+        """Return the work and impulses of the conditions since the reset; see `kernel_arrays`."""
         return self._block["tally"]
 
     def tables(self) -> Tables:
-        """Return the arrays of the kernels, for a parent that calls them itself."""
+        """Return the arrays of the kernels, for a parent component that calls the kernels directly."""
         return Tables(self._grid, self._state, self._conditions, self._corner)
 
     def factors(self, tick: int, ticks: int) -> FloatArray:
-        """Lay out what the held inputs do; return the means of the signals over each of `ticks` ticks from `tick` on."""
+        """Set up the drive of the held inputs; return the means of the signals over `ticks` ticks from `tick` on."""
         if self._held is not self._driven_by:
             self._signals, drive = make_drive(self._assembly, self._held, self._block["static_force"])
             self._conditions = self._conditions._replace(drive=drive)
@@ -350,14 +350,14 @@ class Grid(Component):
         return int(status)
 
     def event_room(self) -> Yields:
-        """Return room for an event of each cell that can yield."""
+        """Return free rows for one event per cell that can yield."""
         if not self._plastic:
             return Yields(np.zeros((1, 5)), np.zeros(1, dtype=np.int64))
         count = self._block.count("events")
         return Yields(self._block.room("events", len(self.mesh.cells) - count), np.array([count]))
 
     def keep_events(self, yields: Yields) -> None:
-        """Store how many rows of `event_room` are in use."""
+        """Store the number of rows of `event_room` in use."""
         if self._plastic:
             self._block.set_count("events", int(yields.used[0]))
 
@@ -372,7 +372,7 @@ class Grid(Component):
         )  # fmt: skip
 
     def _smallest_corner(self, cell: int) -> Any:
-        """Return the area of the triangle at a corner of a cell [m2]: the smallest, which is negative past 180 degrees."""
+        """Return the smallest triangle area at a corner of a cell [m2]; it is negative for an angle above 180 degrees."""
         nodes = self.mesh.cells[cell]
         with np.errstate(all="ignore"):
             corners = self.mesh.nodes[nodes] + self._state.displacement[nodes]
@@ -382,7 +382,7 @@ class Grid(Component):
     # -- reading ----------------------------------------------------------------------------------------------------
 
     def _sums(self) -> dict[str, Any]:
-        """Return energies, momentum, angular momentum as they are."""
+        """Return the present energies, momentum and angular momentum."""
         sums = np.zeros(6)
         with np.errstate(all="ignore"):
             kernels.energies(self._grid, self._state, self.mass, sums)
@@ -400,7 +400,7 @@ class Grid(Component):
         }  # fmt: skip
 
     def report(self) -> dict[str, float]:
-        """Return how close the step is to the largest stable one, how small cells have become, and how much has yielded."""
+        """Return the step over the largest stable one, the smallest relative cell area, and the yielded fraction of cells."""
         moved = self.mesh.nodes + self._state.displacement
         return {
             "step over the largest stable one, at rest": 0.5 * self.highest_frequency * self.step_size,
@@ -409,7 +409,7 @@ class Grid(Component):
         }
 
     def cautions(self) -> list[str]:
-        """Return sentences on nodes that are not at their points, and where cells are too compressed for the step."""
+        """Return cautions about nodes that are not at their points, and about cells too compressed for the step."""
         smallest = self.report()["smallest area of a cell over that at rest"]
         compressed = (
             f"a cell has {smallest:.2g} of its area at rest: the elastic law is meant for small elastic strains, and the step "
@@ -418,9 +418,9 @@ class Grid(Component):
         return [*self._off_nodes, *([] if smallest > _COMPRESSED else [compressed])]
 
     def balances(self) -> tuple[Balance, ...]:
-        """Return energy, momentum, angular momentum about the origin (not where edges are periodic), and mass.
+        """Return balances of energy, momentum, mass and, without periodic edges, angular momentum about the origin.
 
-        `leapfrog_energy` is -h^2/8 times the sum of force^2 / mass: with it, the energy that the scheme conserves to rounding.
+        `leapfrog_energy` is -h^2/8 times the sum of force^2 / mass; with it, the scheme conserves the energy to rounding.
         """
         sums, tally, start = self._sums(), self._block["tally"].copy(), self._block["start"].copy()
         stored = {
@@ -452,7 +452,7 @@ class Grid(Component):
     def drawables(self) -> tuple[Drawable, ...]:
         """Return the grid and its nodes, coloured by speed."""
         mesh = self.mesh
-        # A quarter of the side of a square of the mean area around a node.
+        # A quarter of the side of a square with the mean cell area at a node.
         around = np.maximum(np.bincount(mesh.cells.ravel(), minlength=len(mesh.nodes)), 1)
         area = np.bincount(mesh.cells.ravel(), np.repeat(mesh.areas, 4), len(mesh.nodes)) / around
         return (

@@ -22,19 +22,19 @@ from .yielding import law_list
 
 @dataclass(frozen=True)
 class Assembly:
-    """The arrays for kernels beside the state, and what they were made from.
+    """The arrays for kernels except the state, and the tables they were made from.
 
     Attributes:
         grid: mesh, masses, materials.
-        conditions: nodes with conditions; without a drive.
+        conditions: nodes with conditions, without a drive.
         corner: scratch of the kernels.
-        mass: of each node by itself, shape (n,) [kg].
-        places: node -> its row in `conditions`, -1 for the others, shape (n,).
-        joined: groups of nodes that move as one, shape (k, 4), the rest of each row -1.
-        leaders: whose prescribed velocity each node with conditions has; see `nodal_conditions.leading_rows`.
+        mass: of each node alone, shape (n,) [kg].
+        places: node -> its row in `conditions`, -1 for other nodes, shape (n,).
+        joined: groups of nodes that move together, rows padded with -1, shape (k, 4).
+        leaders: nodes whose prescribed velocities the nodes with conditions follow; see `nodal_conditions.leading_rows`.
         held_edges: nodes and components that edges prescribe; see `nodal_conditions.held_edges`.
-        inputs: of the edges, and the forces on nodes.
-        absorbing_sides: the two nodes of each side of the absorbing edges, the body on the left, shape (k, 2).
+        inputs: of the edges, and forces on nodes.
+        absorbing_sides: the two nodes of each side of the absorbing edges, with the body on the left, shape (k, 2).
     """
 
     grid: kernel_arrays.Grid
@@ -70,10 +70,10 @@ def assemble(
         laws: plastic law of each material.
         boundaries: of edges by name.
         forced: nodes with the input `force`.
-        hourglass: stiffness against hourglass modes, as a part of full integration's.
-        attached: masses of another body that nodes carry too, whose forces a parent adds to those of the cells; nodes that
-            carry some become nodes with conditions, shape (n,) [kg].
-        pushed: nodes to which a parent adds forces although they carry nothing.
+        hourglass: stiffness against hourglass modes, as a fraction of that of full integration.
+        attached: masses of another body that nodes carry too, shape (n,) [kg]; a parent adds its forces to those of the cells.
+            Nodes that carry mass become nodes with conditions.
+        pushed: nodes without such mass to which a parent adds forces.
 
     Raises:
         ParameterError: a boundary does not fit its edge.
@@ -133,23 +133,23 @@ def assemble(
 
 
 def lump(mesh: Mesh, amounts: FloatArray) -> FloatArray:
-    """Return what each node has of amounts of the cells: a quarter of each cell around it, shape (n,)."""
+    """Distribute cell amounts to the nodes, a quarter to each node of a cell; return nodal sums, shape (n,)."""
     corners = np.zeros((len(mesh.nodes), 4))
     for corner in range(4):
         np.add.at(corners[:, corner], mesh.cells[:, corner], 0.25 * amounts)
-    # In two pairs, so that mirror images have the same bits.
+    # Summed in two pairs, so that mirror images give bitwise equal sums.
     return (corners[:, 0] + corners[:, 1]) + (corners[:, 2] + corners[:, 3])
 
 
 def hourglass_stiffness(mesh: Mesh, moduli: FloatArray, part: float) -> FloatArray:
     """Return part (lambda + 3 mu) / 12 of each cell, times (w^2 + h^2) / 2 w h for its width and height, shape (m,) [Pa].
 
-    That is the mean of what full integration gives the two hourglass modes of a rectangle; of a square it is just that.
+    For part = 1 it is the mean stiffness of the two hourglass modes of a fully integrated rectangle; in a square both have it.
 
     Args:
         mesh: nodes and cells.
         moduli: Lame's constants of each cell, shape (m, 2) [Pa].
-        part: of full integration's stiffness.
+        part: fraction of the stiffness of full integration.
     """
     corners = mesh.nodes[mesh.cells]
     first, second = corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1]
@@ -167,9 +167,9 @@ def _prescribed_flags(
 
 
 def _corners_of_nodes(nodes: int, cells: IntArray) -> tuple[IntArray, IntArray]:
-    """Return the rows of the corner forces on each node, one for each corner, shape (nodes, 4), and the pairs beyond these.
+    """Return the rows of the corner forces on each node, one per local corner, shape (nodes, 4), and the remaining pairs.
 
-    Row 4 m is that of no cell.
+    Row 4 m belongs to no cell.
     """
     rows = np.full((nodes, 4), 4 * len(cells), dtype=np.int64)
     beyond = []
@@ -186,14 +186,14 @@ def _corners_of_nodes(nodes: int, cells: IntArray) -> tuple[IntArray, IntArray]:
 def make_drive(
     assembly: Assembly, held: Mapping[str, Held], static_force: FloatArray
 ) -> tuple[list[CompiledProfile], FloatArray]:
-    """Return the profiles among the held inputs, and the drive: see `kernel_arrays.Conditions`.
+    """Return the profiles among the held inputs, and the drive (see `kernel_arrays.Conditions`).
 
-    The first signal is 1 and holds all that does not change; the others are the profiles.
+    The first signal is 1 and carries all constant inputs; the other signals are the profiles.
 
     Args:
-        assembly: its nodes with conditions.
+        assembly: with the nodes with conditions.
         held: the held inputs by name.
-        static_force: on each side of the absorbing edges, half of it on each of its nodes, shape (k, 2) [N].
+        static_force: on each side of the absorbing edges, half of it on each node of the side, shape (k, 2) [N].
     """
     values = [held[one.variable.name] for one in assembly.inputs]
     profiles = [value for value in values if isinstance(value, CompiledProfile)]
@@ -215,7 +215,7 @@ def make_drive(
 
 
 def signal_factors(profiles: list[CompiledProfile], tick: int, ticks: int) -> FloatArray:
-    """Return the mean of each signal over each of `ticks` ticks from `tick` on, shape (ticks, 1 + profiles); the first is 1."""
+    """Return the mean of each signal over `ticks` ticks from `tick` on, shape (ticks, 1 + profiles); the first signal is 1."""
     factors = np.ones((ticks, 1 + len(profiles)))
     for place, profile in enumerate(profiles):
         factors[:, 1 + place] = profile.mean_factors(tick, ticks)

@@ -1,11 +1,11 @@
 """The moving grid: strains, stresses, forces, and the motion of the nodes.
 
-Wilkins' scheme on quadrilaterals: one stress a cell, and the contour integral (11) of Psakhie et al. (2003) for the force on a
-node; hourglass modes have the stiffness of a fully integrated cell. A tick is a half kick, a drift, new stresses and forces, a
-half kick (velocity Verlet), which is Wilkins' leapfrog with the velocities of whole ticks. Every node gathers its forces in a
-fixed order, and pairs them so that mirror images along x or y have mirrored bits.
+Wilkins' scheme on quadrilaterals: one stress per cell, and the contour integral (11) of Psakhie et al. (2003) for the force on
+a node. Hourglass modes have the stiffness of a fully integrated cell. A tick is a half kick, a drift, new stresses and forces,
+and a half kick (velocity Verlet). It equals Wilkins' leapfrog, with velocities at whole ticks. Every node sums its forces in a
+fixed order and in pairs, so that mirror images along x or y are bitwise mirror images.
 
-A parent that advances the grid together with another body calls `kick`, `drift`, `advance_cells` and `finish_nodes` itself.
+A parent that advances the grid together with another body calls `kick`, `drift`, `advance_cells` and `finish_nodes` directly.
 """
 
 from __future__ import annotations
@@ -21,14 +21,14 @@ from ..support.parts import call_in_parts, split
 from .kernel_arrays import ABSORBED, ANGULAR, BOUNDARY_ANGULAR, BOUNDARY_IMPULSE, IMPULSE, WORK, Yields
 from .yielding import CellStep, plastic_step
 
-# A slower node is at rest [m/s]. Ahead of a wave velocities fall off to where they, or products of what follows from them, are
-# no normal numbers any more, with which a processor is tens of times as slow.
+# A slower node counts as at rest [m/s]. Ahead of a wave velocities decay until they, or products of them, become subnormal
+# numbers, which slow a processor down by a factor of tens.
 _REST = 1e-140
-# Number of the event kind for a cell that yields first.
+# Number of the event kind for the first yield of a cell.
 _YIELDED = 0
-# The first cell or node. numba compiles a function again for an argument that is a literal number.
+# The first cell or node. numba compiles a function again for a literal argument.
 _ZERO = np.int64(0)
-# Indices are unsigned throughout the long loops: numba then need not look for negative ones.
+# Unsigned indices in the long loops, so that numba need not check for negative ones.
 _ONE, _TWO, _THREE = np.uint64(1), np.uint64(2), np.uint64(3)
 
 
@@ -36,7 +36,7 @@ _ONE, _TWO, _THREE = np.uint64(1), np.uint64(2), np.uint64(3)
 def corner_forces(stress, hourglass, diagonals, pattern):
     """Return the stress part of the forces on the first two corners: x and y of one, then of the other [N].
 
-    The other two get the opposite. The contour integral (11), less what the hourglass forces do in a linear field.
+    The other two corners get the opposite. The contour integral (11), minus the work of hourglass forces in a linear field.
 
     Args:
         stress: xx, yy, xy [Pa].
@@ -54,7 +54,7 @@ def corner_forces(stress, hourglass, diagonals, pattern):
 
 @internal
 def note_yield(yields, tick, cell, flow):
-    """Add the event of a cell that yields for the first time."""
+    """Append the event of a cell that yields for the first time."""
     row = yields.used[0]
     rows = yields.rows
     rows[row, 0], rows[row, 1], rows[row, 2], rows[row, 3], rows[row, 4] = tick, _YIELDED, cell, flow.equivalent, flow.limit
@@ -63,22 +63,22 @@ def note_yield(yields, tick, cell, flow):
 
 @internal
 def advance_cells(grid, state, corner_out, step, tick, yields, begin, end):
-    """Advance stresses and energies of the cells begin..end-1 after their nodes have drifted, and write the corner forces.
+    """Advance stresses and energies of cells begin..end-1 after their nodes have drifted, and write the corner forces.
 
     Args:
         grid: see `kernel_arrays.Grid`.
         state: `stress`, `hourglass_force`, `energy` and the plastic arrays are updated.
         corner_out: force of each cell on each of its nodes, shape (4 m + 1, 2); the last row is 0 [N].
         step: length of the drift [s].
-        tick: at the end of the step, for events.
+        tick: number at the end of the step, for events.
         yields: a `kernel_arrays.Yields`, to which first yields are added.
-        begin: the first cell.
-        end: after the last cell.
+        begin: first cell.
+        end: one past the last cell.
 
     Returns:
-        The first cell that is not convex, or -1.
+        The first non-convex cell, or -1.
     """
-    # Arrays are taken out of their tuples before the loop: inside, each access would count references.
+    # Read the arrays from their tuples before the loop: inside it, each access would count references.
     cells, x, u, v = grid.cells, grid.reference, state.displacement, state.velocity
     stresses, twists, energy, stiffness = state.stress, state.hourglass_force, state.energy, grid.hourglass
     material, moduli, laws = grid.material, grid.moduli, grid.laws
@@ -95,18 +95,18 @@ def advance_cells(grid, state, corner_out, step, tick, yields, begin, end):
         px, py = (x0 + x2) - (x1 + x3), (y0 + y2) - (y1 + y3)
         wax, way, wbx, wby = vx2 - vx0, vy2 - vy0, vx3 - vx1, vy3 - vy1
         gx, gy = (vx0 + vx2) - (vx1 + vx3), (vy0 + vy2) - (vy1 + vy3)
-        # The gradient of the velocity times the step, in the middle of the step.
+        # Velocity gradient times the step, at mid-step.
         mx_a, my_a, mx_b, my_b = ax - half * wax, ay - half * way, bx - half * wbx, by - half * wby
         twice = mx_a * my_b - mx_b * my_a
         scale = step / twice
         exx, eyx = (my_b * wax - my_a * wbx) * scale, (my_b * way - my_a * wby) * scale
         exy, eyy = (mx_a * wbx - mx_b * wax) * scale, (mx_a * wby - mx_b * way) * scale
-        # The old stress turns by the rotation of the step, the increment of mid-step by the second half of it.
+        # The old stress rotates by the rotation of the step, the mid-step increment by the second half of it.
         turn = 0.25 * (eyx - exy)
         cosine, sine = rotation_of(2.0 * turn)
         half_cosine = sqrt(0.5 + 0.5 * cosine)
         half_sine = turn * half_cosine
-        # Hourglass forces grow with what the gradient does not explain.
+        # Hourglass forces grow with the hourglass motion that the velocity gradient does not include.
         mpx, mpy, rate = px - half * gx, py - half * gy, stiffness[c]
         hx, hy = cosine * twists[c, 0] - sine * twists[c, 1], sine * twists[c, 0] + cosine * twists[c, 1]
         ix, iy = rate * (step * gx - (exx * mpx + exy * mpy)), rate * (step * gy - (eyx * mpx + eyy * mpy))
@@ -135,8 +135,8 @@ def advance_cells(grid, state, corner_out, step, tick, yields, begin, end):
                 if plastic_strains[c] == 0.0:
                     note_yield(yields, tick, c, flow)
                 plastic_strains[c] += flow.strain
-                # The hourglass force stands for deviators within the cell: it returns with that of the cell. The strain that
-                # flows is (1 - kept) q / rate; the mean of the force before and after the step does its work.
+                # The hourglass force represents deviators within the cell, so it is scaled like them. The plastic strain is
+                # (1 - kept) q / rate; the mean of the force before and after the step does its work.
                 work, kept = flow.work, flow.kept
                 if rate > 0.0:
                     twisted = (1.0 - kept) * (qx * (hx + kept * qx) + qy * (hy + kept * qy)) / (2.0 * rate)
@@ -145,7 +145,7 @@ def advance_cells(grid, state, corner_out, step, tick, yields, begin, end):
                     energy[c] += twisted
                 plastic_works[c] += work
         twists[c, 0], twists[c, 1] = qx, qy
-        # The kick before the drift saw the old stress as it was then, not turned with the cell.
+        # The kick before the drift used the old stress in its old orientation, not rotated with the cell.
         mean_xx, mean_yy, mean_xy = stresses[c, 0] + txx, stresses[c, 1] + tyy, stresses[c, 3] + txy
         energy[c] += (0.25 * twice) * ((mean_xx * exx + mean_yy * eyy) + 2.0 * (mean_xy * shear_strain))
         stresses[c, 0], stresses[c, 1], stresses[c, 2], stresses[c, 3] = txx, tyy, tzz, txy
@@ -155,7 +155,7 @@ def advance_cells(grid, state, corner_out, step, tick, yields, begin, end):
         corner_out[slot + _ONE, 0], corner_out[slot + _ONE, 1] = dx + qx, dy + qy
         corner_out[slot + _TWO, 0], corner_out[slot + _TWO, 1] = -cx - qx, -cy - qy
         corner_out[slot + _THREE, 0], corner_out[slot + _THREE, 1] = qx - dx, qy - dy
-        # All four corners are below 180 degrees; what is not a number is not either.
+        # All four corners must be below 180 degrees; NaN fails this test too.
         area = ax * by - bx * ay
         if not (area > abs(px * by - py * bx) and area > abs(ax * py - ay * px)) and failed < 0:
             failed = np.int64(c)
@@ -164,7 +164,7 @@ def advance_cells(grid, state, corner_out, step, tick, yields, begin, end):
 
 @internal_inlined
 def gather(slots, corner, n):
-    """Return the force on a node [N]: its corners in two pairs, so that mirror images have mirrored bits."""
+    """Return the force on a node [N], summed in two pairs of corners, so that mirror images are bitwise mirror images."""
     a, b, c, d = slots[n, 0], slots[n, 1], slots[n, 2], slots[n, 3]
     fx = (corner[a, 0] + corner[b, 0]) + (corner[c, 0] + corner[d, 0])
     fy = (corner[a, 1] + corner[b, 1]) + (corner[c, 1] + corner[d, 1])
@@ -183,7 +183,7 @@ def write_forces(grid, state, corner, begin, end):
 def finish_nodes(grid, state, corner, step, again, begin, end):
     """Write the forces on the nodes begin..end-1, and kick those without conditions for the second half of a step.
 
-    Where another tick follows (`again`) they start it: half a kick, then the drift.
+    If another tick follows (`again`), these nodes begin it: half a kick, then the drift.
     """
     slots, special, half_inverse = grid.node_slots, grid.special, grid.half_inverse
     force, velocity, displacement = state.force, state.velocity, state.displacement
@@ -203,7 +203,7 @@ def finish_nodes(grid, state, corner, step, again, begin, end):
 
 @internal
 def finish_forces(grid, state, groups, corner):
-    """Add the corner forces of nodes with more cells than one for each corner, and sum the forces of joined nodes."""
+    """Add the corner forces of nodes where a local corner occurs in several cells, and sum the forces of joined nodes."""
     further, force = grid.further, state.force
     for row in range(len(further)):
         n, slot = further[row, 0], further[row, 1]
@@ -229,10 +229,10 @@ def join(force, groups):
 def update_forces(grid, state, groups, corner, step):
     """Advance all stresses elastically by a step [s] after the nodes have drifted, and write the forces on all nodes.
 
-    For a grid whose `laws` do not yield. `groups` are the nodes that move as one; see `kernel_arrays.Conditions`.
+    For a grid whose `laws` do not yield. `groups` are the nodes that move together; see `kernel_arrays.Conditions`.
 
     Returns:
-        The first cell that is not convex, or -1.
+        The first non-convex cell, or -1.
     """
     nothing = Yields(np.zeros((1, 5)), np.zeros(1, np.int64))
     failed = advance_cells(grid, state, corner, step, _ZERO, nothing, _ZERO, len(grid.cells))
@@ -243,13 +243,13 @@ def update_forces(grid, state, groups, corner, step):
 
 @internal_inlined
 def moving(velocity):
-    """Return a velocity before a drift, 0 where it is next to nothing; what is not a number stays so."""
+    """Return a velocity before a drift, or 0 if it is negligible; NaN is kept."""
     return 0.0 if abs(velocity) < _REST else velocity
 
 
 @internal
 def kick(grid, state, step, begin, end):
-    """Add what the forces give in the first half of a step [s] to the velocities of nodes begin..end-1 without conditions."""
+    """Add the first half kick of a step [s] to the velocities of nodes begin..end-1 without conditions."""
     special, half_inverse, velocity, force = grid.special, grid.half_inverse, state.velocity, state.force
     for n in range(begin, end):
         if not special[n]:
@@ -260,7 +260,7 @@ def kick(grid, state, step, begin, end):
 
 @internal
 def drift(grid, state, step, begin, end):
-    """Move the nodes begin..end-1 that have no conditions with their velocities for a step [s]."""
+    """Move the nodes begin..end-1 without conditions at their velocities for a step [s]."""
     special, displacement, velocity = grid.special, state.displacement, state.velocity
     for n in range(begin, end):
         if not special[n]:
@@ -270,15 +270,15 @@ def drift(grid, state, step, begin, end):
 
 @internal
 def begin_conditions(grid, state, conditions, factors, row, step):
-    """Kick and drift the nodes with conditions: half a kick with what is applied in this tick, then the drift.
+    """Kick and drift the nodes with conditions: half a kick with the loads of this tick, then the drift.
 
-    Dashpots are implicit in the velocity of the middle of the step, so that no damping is unstable.
+    Dashpots are implicit in the mid-step velocity, so that any damping is stable.
 
     Args:
         grid: see `kernel_arrays.Grid`.
         state: `velocity` and `displacement` of these nodes are updated.
         conditions: see `kernel_arrays.Conditions`; `begin` is written.
-        factors: the means of the signals over each tick, shape (ticks, signals).
+        factors: means of the signals over each tick, shape (ticks, signals).
         row: of this tick.
         step: [s].
     """
@@ -313,10 +313,10 @@ def begin_conditions(grid, state, conditions, factors, row, step):
 
 @internal
 def finish_conditions(grid, state, conditions, step, tally):
-    """Kick the nodes with conditions for the second half of a step, and add up work and impulses.
+    """Kick the nodes with conditions for the second half of a step, and tally work and impulses.
 
-    Work of a force f that is held over a tick is f.(v0 + v1)/2 times the step: with it the energy that leapfrog conserves
-    closes to rounding. See `begin_conditions`; `tally` has the entries of `kernel_arrays`.
+    The work of a force f that is constant over a tick is f.(v0 + v1)/2 times the step; with this definition the discrete energy
+    of leapfrog balances to rounding. See `begin_conditions`; `tally` has the entries of `kernel_arrays`.
     """
     for i in range(len(conditions.nodes)):
         n, mass, share = conditions.nodes[i], conditions.mass[i], conditions.share[i]
@@ -329,7 +329,7 @@ def finish_conditions(grid, state, conditions, step, tally):
             given = conditions.prescribed[i, k] > 0
             after = middle if given else middle + weight * ((new + applied) + dashpot)
             state.velocity[n, k] = after
-            # What the condition gives in the first half of the step, and in the second.
+            # Impulses of the condition in the first and second half of the step.
             if given:
                 first = mass * (middle - before) - 0.5 * step * old
                 second = -0.5 * step * new
@@ -360,7 +360,7 @@ def begin_advance(body, factors, step):
 
 @internal
 def finish_tick(body, factors, tally, row, step):
-    """Finish a tick after `finish_nodes`: nodes with conditions; start the next tick for them where one follows."""
+    """Finish a tick after `finish_nodes`: finish the nodes with conditions, and begin their next tick if there is one."""
     finish_forces(body.grid, body.state, body.conditions.groups, body.corner)
     finish_conditions(body.grid, body.state, body.conditions, step, tally)
     if row + 1 < len(factors):
@@ -373,15 +373,15 @@ def advance(body, factors, tally, step, tick, yields, failure_out):
 
     Args:
         body: a `kernel_arrays.Tables`; its state is updated.
-        factors: the means of the signals over each tick, shape (ticks, signals).
+        factors: means of the signals over each tick, shape (ticks, signals).
         tally: work and impulses since the reset, updated, shape (TALLY,).
         step: internal step [s].
-        tick: at the beginning.
+        tick: number at the beginning.
         yields: a `kernel_arrays.Yields`, updated.
-        failure_out: the number of a cell that is not convex, and the tick, shape (2,).
+        failure_out: the number of a non-convex cell, and the tick, shape (2,).
 
     Returns:
-        0, or 1 where a cell is not convex.
+        0, or 1 if a cell is not convex.
     """
     grid, state, corner = body.grid, body.state, body.corner
     begin_advance(body, factors, step)
@@ -395,7 +395,7 @@ def advance(body, factors, tally, step, tick, yields, failure_out):
     return 0
 
 
-# Entries from Python for single parts of a tick, which are compiled where threads are used alone.
+# Entry points from Python for single parts of a tick; compiled only if threads are used.
 
 
 @jit
@@ -406,7 +406,7 @@ def start_in_parts(body, factors, step):
 
 @jit
 def advance_part_of_cells(body, step, tick, yields, begin, end):
-    """Advance some cells; return the first one that is not convex, or -1."""
+    """Advance some cells; return the first non-convex one, or -1."""
     return advance_cells(body.grid, body.state, body.corner, step, tick, yields, begin, end)
 
 
@@ -418,14 +418,14 @@ def finish_part_of_nodes(body, step, again, begin, end):
 
 @jit
 def finish_parts(body, factors, tally, row, step):
-    """Finish a tick after all parts."""
+    """Finish a tick once all parts are done."""
     finish_tick(body, factors, tally, row, step)
 
 
 def advance_in_parts(body, factors, tally, step, tick, yields, failure_out, parts):
-    """Advance like `advance` with the cells, then the nodes, in contiguous parts, one thread each; the bits are the same.
+    """Advance like `advance`, with contiguous parts of the cells, then of the nodes, one thread each; bitwise identical.
 
-    For a grid that cannot yield: the events of cells that yield are in the order of the cells.
+    Only for a grid that cannot yield, because yield events must be in the order of the cells.
     """
     cells, nodes = split(len(body.grid.cells), parts), split(len(body.grid.reference), parts)
     start_in_parts(body, factors, step)
@@ -448,7 +448,7 @@ def energies(grid, state, own_mass, sums_out):
     Args:
         grid: see `kernel_arrays.Grid`.
         state: see `kernel_arrays.State`.
-        own_mass: of each node, without those that it is joined to, shape (n,) [kg].
+        own_mass: of each node, without nodes joined to it, shape (n,) [kg].
         sums_out: written, shape (6,).
     """
     special, velocity, force, twists = grid.special, state.velocity, state.force, state.hourglass_force
@@ -474,7 +474,7 @@ def energies(grid, state, own_mass, sums_out):
 
 @jit
 def stress_energies(grid, state):
-    """Write the elastic energy of the stresses as they are into `energy` [J], as at a start."""
+    """Write the elastic energy of the present stresses to `energy` [J], for a start."""
     cells, x, u, s, energy = grid.cells, grid.reference, state.displacement, state.stress, state.energy
     material, moduli = grid.material, grid.moduli
     for c in range(len(cells)):
@@ -487,7 +487,7 @@ def stress_energies(grid, state):
 
 @jit
 def norm_ratio(image, vector, mass):
-    """Return |image| / |vector| in the norm that weighs nodes with their masses; both of shape (n, 2)."""
+    """Return |image| / |vector| in the mass-weighted norm; both have shape (n, 2)."""
     above = below = 0.0
     for n in range(len(mass)):
         above += mass[n] * (image[n, 0] * image[n, 0] + image[n, 1] * image[n, 1])

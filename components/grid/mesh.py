@@ -13,10 +13,10 @@ import numpy.typing as npt
 from ..support.float_arrays import FloatArray
 
 IntArray = npt.NDArray[np.int64]
-# A cell that is flatter than this, its area over the square of its longest side, is a slip.
+# Smallest ratio of the triangle area at a cell's corner to the square of its longest side; flatter cells are refused.
 _FLATTEST = 1e-6
-# A node lies on a side that is nearer than this part of its length, and at a corner that is nearer than this part of the
-# distance from the cell's centre to its farthest corner.
+# A node lies on a side if its distance is below this fraction of the side, and at a corner if its distance is below this
+# fraction of the distance from the cell's centre to its farthest corner.
 _ON_SIDE, _AT_CORNER = 1e-3, 5e-3
 
 
@@ -25,10 +25,10 @@ class Mesh:
     """Nodes, cells, and the edges of the domain.
 
     Attributes:
-        nodes: where they are before anything moves, shape (n, 2) [m].
+        nodes: initial positions, shape (n, 2) [m].
         cells: the nodes of each cell, counterclockwise, shape (m, 4).
-        edges: name -> sides of cells on that part of the boundary, shape (k, 2): their two nodes, the body on the left.
-        orders: name -> nodes of an edge, shape (k,), of edges whose nodes were given one after the other.
+        edges: name -> cell sides on this part of the boundary, shape (k, 2): their two nodes, with the body on the left.
+        orders: name -> nodes of an edge in the given order, shape (k,), only for edges that were given as lists of nodes.
     """
 
     nodes: FloatArray
@@ -49,18 +49,18 @@ class Mesh:
 
     @cached_property
     def sides(self) -> IntArray:
-        """The sides that belong to one cell alone, shape (k, 2): their two nodes, the body on the left."""
+        """The sides that belong to one cell only, shape (k, 2): their two nodes, with the body on the left."""
         sides = np.concatenate([self.cells[:, [j, (j + 1) % 4]] for j in range(4)])
         keys = np.sort(sides, axis=1)
         _, places, counts = np.unique(keys[:, 0] * len(self.nodes) + keys[:, 1], return_index=True, return_counts=True)
         return sides[np.sort(places[counts == 1])]
 
     def edge_nodes(self, name: str) -> IntArray:
-        """Return the nodes of an edge, as they were given or else in the order of x, then y, shape (k,)."""
+        """Return the nodes of an edge in the given order, or sorted by x, then y, shape (k,)."""
         return self.orders[name] if name in self.orders else self.sorted_edge_nodes(name)
 
     def sorted_edge_nodes(self, name: str) -> IntArray:
-        """Return the nodes of an edge in the order of their coordinates, first x, then y, shape (k,)."""
+        """Return the nodes of an edge sorted by x, then y, shape (k,)."""
         nodes = np.unique(self.edges[name])
         return nodes[np.lexsort((self.nodes[nodes, 1], self.nodes[nodes, 0]))]
 
@@ -70,12 +70,12 @@ class Mesh:
         return np.sqrt(((self.nodes[self.cells] - self.centres[:, np.newaxis]) ** 2).sum(axis=2).max(axis=1))
 
     def lengths(self, sides: IntArray) -> FloatArray:
-        """Return the lengths of sides that are given by their two nodes, shape (k,) [m]."""
+        """Return the lengths of sides given by their two nodes, shape (k,) [m]."""
         x, y = (self.nodes[sides[:, 1]] - self.nodes[sides[:, 0]]).T
         return np.sqrt(x * x + y * y)
 
     def problem(self) -> tuple[str, str] | None:
-        """Return what is wrong, as location and sentence; None where it is a mesh that can be computed on."""
+        """Return location and description of the first error, or None for a usable mesh."""
         n = len(self.nodes)
         outside = np.argwhere((self.cells < 0) | (self.cells >= n))
         if len(outside):
@@ -110,7 +110,7 @@ class Mesh:
         )
 
     def _side_problem(self) -> tuple[str, str] | None:
-        """Return a side on whose one side lie several cells: such as twice the same, or two that overlap."""
+        """Return a directed side that several cells share, e.g. a duplicated cell or two cells that overlap."""
         sides = np.concatenate([self.cells[:, [j, (j + 1) % 4]] for j in range(4)])
         keys, counts = np.unique(sides[:, 0] * len(self.nodes) + sides[:, 1], return_counts=True)
         if counts.max() == 1:
@@ -120,7 +120,7 @@ class Mesh:
         return "cells", f"the cells {cells} lie on the same side of the line from node {start} to node {end}, expected one cell"
 
     def _foreign_node_problem(self) -> tuple[str, str] | None:
-        """Return a node in a cell or on its sides that is no corner of it: cells overlap there, or nothing joins them."""
+        """Return a node inside a cell or on its sides that is not its corner: cells overlap there or are not connected."""
         from scipy.spatial import cKDTree  # type: ignore[attr-defined]
 
         corners, tree = self.nodes[self.cells], cKDTree(self.nodes)
@@ -132,7 +132,7 @@ class Mesh:
             side, way = corners[cell, (j + 1) % 4] - corners[cell, j], self.nodes[node] - corners[cell, j]
             inside = side[:, 0] * way[:, 1] - side[:, 1] * way[:, 0]
             foreign &= inside > -_ON_SIDE * (side * side).sum(axis=1)
-            # Neither a corner nor a second node at its place, as on the other face of a slit.
+            # Exclude corners, and second nodes at the same position, as on the other face of a slit.
             foreign &= (way * way).sum(axis=1) > (_AT_CORNER * self.reach[cell]) ** 2
         if not foreign.any():
             return None
@@ -144,7 +144,7 @@ class Mesh:
 
 
 def cell_areas(nodes: FloatArray, cells: IntArray) -> FloatArray:
-    """Return the area of each cell, negative where its nodes run clockwise, shape (m,) [m2]."""
+    """Return the area of each cell, negative if its nodes run clockwise, shape (m,) [m2]."""
     corners = nodes[cells]
     first, second = corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1]
     return 0.5 * (first[:, 0] * second[:, 1] - first[:, 1] * second[:, 0])
@@ -153,7 +153,7 @@ def cell_areas(nodes: FloatArray, cells: IntArray) -> FloatArray:
 def rectangle(columns: int, rows: int, size: tuple[float, float], centre: tuple[float, float] | None) -> Mesh:
     """Return columns x rows equal cells; nodes and cells are numbered along x first.
 
-    Coordinates are the centre plus a multiple of the cell's size: about a centre of 0 they are mirror images, to the bit.
+    Coordinates are the centre plus multiples of the cell size: about a centre of 0, mirror images are bitwise exact.
 
     Args:
         columns: cells along x.
@@ -178,13 +178,13 @@ def rectangle(columns: int, rows: int, size: tuple[float, float], centre: tuple[
 
 
 def without_cells(mesh: Mesh, removed: npt.NDArray[np.bool_]) -> Mesh:
-    """Return a mesh without some of its cells, and without the nodes that then belong to none."""
+    """Return a mesh without some of its cells, and without the nodes that no remaining cell uses."""
     cells = mesh.cells[~removed]
     used = np.zeros(len(mesh.nodes), dtype=bool)
     used[cells] = True
     number = np.cumsum(used) - 1
     left = Mesh(mesh.nodes[used], number[cells])
-    # A side of an edge stays where its cell does.
+    # A side remains in its edge if its cell remains.
     there = {tuple(side) for side in left.sides.tolist()}
     edges: dict[str, Any] = {}
     for name, sides in mesh.edges.items():

@@ -1,4 +1,4 @@
-"""Meshes as parameters, chosen by name: a rectangle with holes and notches, or nodes and cells that are given."""
+"""Meshes as parameters, chosen by name: a rectangle with holes and notches, or explicit nodes and cells."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _MOST_CELLS = 100_000_000
 
 
 def _edge_name(name: str) -> str:
-    """Refuse names that would give inputs no name, or that of an output."""
+    """Refuse edge names that do not make valid input names, or that clash with an output."""
     if not re.fullmatch("[a-z][a-z0-9_]*", name) or name == "receiver":
         raise ValueError(f"edges: got the name {name!r}, expected small letters, digits and _, and not 'receiver'")
     return name
@@ -35,7 +35,7 @@ class Shape(Named):
     @property
     @abstractmethod
     def cell_count(self) -> int:
-        """Number of cells, at most; known without building."""
+        """Upper bound of the number of cells, known before building."""
 
     @property
     @abstractmethod
@@ -44,11 +44,11 @@ class Shape(Named):
 
     @abstractmethod
     def build(self) -> Mesh:
-        """Return the mesh; `ParameterError` where it cannot be computed on."""
+        """Return the mesh; raise `ParameterError` if it is unusable."""
 
 
 class Rectangle(Shape):
-    """Equal cells along the axes, without those whose middle lies in a hole."""
+    """Equal cells along the axes, except cells whose middle lies in a hole."""
 
     name: Literal["rectangle"] = field("rectangle", "equal cells along the axes", "1")
     columns: int = field(40, "cells along x", "1", ge=1, le=_MOST_CELLS)
@@ -98,7 +98,7 @@ class Rectangle(Shape):
 
 
 class Quadrilaterals(Shape):
-    """Nodes and cells that are given."""
+    """A mesh of explicit nodes and cells."""
 
     name: Literal["quadrilaterals"] = field("quadrilaterals", "nodes and cells that are given", "1")
     nodes: list[Pair] = field(..., "x and y of each node", "m", min_length=4)

@@ -1,4 +1,4 @@
-"""Nodes with conditions, from boundaries and inputs: which they are, what is prescribed, and what inputs do to them."""
+"""Nodes with conditions, derived from boundaries and inputs: their numbers, prescribed components, and loads by inputs."""
 
 from __future__ import annotations
 
@@ -17,21 +17,21 @@ from ..variables import Variable
 from .boundaries import Absorbing, Boundary, Fixed, Periodic, PrescribedVelocity, Symmetry, Traction
 from .mesh import IntArray, Mesh
 
-# Coordinates of joined nodes may differ by this part of the edge's length.
+# Tolerance of the coordinates of joined nodes, as a fraction of the distance between the edges.
 _MISFIT = 1e-9
 
 
 @dataclass(frozen=True)
 class EdgeInput:
-    """An input, and what it does to nodes.
+    """An input and its action on nodes.
 
     Attributes:
         variable: the input.
-        nodes: which nodes it acts on, shape (k,).
-        velocity: whether it prescribes a velocity; otherwise it is a force, or a traction.
-        sides: of a traction, the two nodes of each side of the edge, as places in `nodes`, shape (sides, 2).
+        nodes: on which it acts, shape (k,).
+        velocity: whether it prescribes a velocity; otherwise it is a force or a traction.
+        sides: for a traction, the two nodes of each side of the edge, as indices into `nodes`, shape (sides, 2).
         lengths: of the sides, shape (sides,) [m].
-        own: of a velocity, whether it is this edge that prescribes each component of each node, shape (k, 2).
+        own: for a velocity, whether this edge prescribes each component of each node, shape (k, 2).
     """
 
     variable: Variable
@@ -42,13 +42,13 @@ class EdgeInput:
     own: npt.NDArray[np.bool_] | None = None
 
     def act(self, value: Any) -> FloatArray:
-        """Return what each of the nodes gets of a value, shape (k, 2) [N or m/s]."""
+        """Return the nodal forces or velocities for a value of the input, shape (k, 2) [N or m/s]."""
         rows = np.broadcast_to(np.asarray(value).reshape(-1, 2), (len(self.nodes), 2))
         if self.own is not None:
             return np.where(self.own, rows, 0.0)
         if self.sides is None or self.lengths is None:
             return rows
-        # The exact integral of linear tractions with linear displacements along each side, one metre thick.
+        # Exact integral of linear tractions times linear displacements along each side, for unit thickness.
         third, sixth = self.lengths[:, None] / 3.0, self.lengths[:, None] / 6.0
         first, second = rows[self.sides[:, 0]], rows[self.sides[:, 1]]
         given = np.zeros((len(self.nodes), 2))
@@ -58,10 +58,10 @@ class EdgeInput:
 
 
 def joined_nodes(mesh: Mesh, boundaries: Mapping[str, Boundary]) -> IntArray:
-    """Return the groups of nodes that periodic edges join, the rest of each row -1, shape (k, 4).
+    """Return the groups of nodes that periodic edges join, rows padded with -1, shape (k, 4).
 
     Raises:
-        ParameterError: an edge has no partner, or their nodes do not lie opposite each other.
+        ParameterError: an edge has no partner, or the nodes of the two edges do not lie opposite each other.
     """
     pairs: list[IntArray] = []
     for name, boundary in boundaries.items():
@@ -94,7 +94,7 @@ def joined_nodes(mesh: Mesh, boundaries: Mapping[str, Boundary]) -> IntArray:
 
 
 def _opposite_nodes(mesh: Mesh, first: str, second: str) -> IntArray:
-    """Return pairs of nodes of two edges that differ by one vector, shape (k, 2)."""
+    """Return pairs of nodes of two edges that differ by a constant vector, shape (k, 2)."""
     one, two = mesh.sorted_edge_nodes(first), mesh.sorted_edge_nodes(second)
     if len(one) != len(two):
         raise ParameterError(
@@ -114,7 +114,7 @@ def edge_inputs(
     forced: Sequence[int],
     held: Mapping[str, tuple[IntArray, npt.NDArray[np.bool_]]],
 ) -> list[EdgeInput]:
-    """Return the inputs of a grid: tractions, velocities, forces on nodes; `held` as `held_edges` gives it."""
+    """Return the inputs of a grid: tractions, velocities, forces on nodes; `held` is the result of `held_edges`."""
     found = []
     for name, boundary in boundaries.items():
         if isinstance(boundary, Traction):
@@ -134,7 +134,7 @@ def edge_inputs(
 
 
 def _edge_variable(mesh: Mesh, name: str, boundary: Traction | PrescribedVelocity) -> Variable:
-    """Return the declaration of an edge's input: one vector, or one for each node."""
+    """Return the declaration of an edge's input: one vector, or one vector per node."""
     variable = edge_variable(name, boundary)
     if boundary.along == "edge":
         return variable
@@ -145,7 +145,7 @@ def _edge_variable(mesh: Mesh, name: str, boundary: Traction | PrescribedVelocit
 
 
 def prescribed_components(mesh: Mesh, boundaries: Mapping[str, Boundary]) -> dict[int, dict[int, str]]:
-    """Return node -> component -> edge whose boundary prescribes it; "" is never one.
+    """Return node -> component -> name of the edge that prescribes it; the name is never empty.
 
     Raises:
         ParameterError: a symmetry edge does not lie along an axis.
@@ -156,7 +156,7 @@ def prescribed_components(mesh: Mesh, boundaries: Mapping[str, Boundary]) -> dic
 def held_edges(
     mesh: Mesh, boundaries: Mapping[str, Boundary], prescribed: Mapping[int, Mapping[int, str]]
 ) -> dict[str, tuple[IntArray, npt.NDArray[np.bool_]]]:
-    """Return of edges that prescribe velocities the nodes, shape (k,), and which components they prescribe, shape (k, 2)."""
+    """Return the nodes on velocity-controlled edges, shape (k,), and a mask of the prescribed components, shape (k, 2)."""
     found = {}
     for name, boundary in boundaries.items():
         if isinstance(boundary, (Fixed, PrescribedVelocity, Symmetry)):
@@ -181,15 +181,15 @@ def dashpots(
 ) -> FloatArray:  # fmt: skip
     """Return the damping coefficients xx, yy, xy of each node from absorbing edges and their sponges, shape (n, 3) [N s/m].
 
-    A side adds half of (rho c_p n n + rho c_s t t) times its length to each of its nodes.
+    Each side adds half of (rho c_p n n + rho c_s t t) times its length to each of its nodes.
 
     Args:
         mesh: the mesh.
         boundaries: of the edges.
-        density: of each cell, shape (m,), as the next two [kg/m3].
+        density: of each cell, shape (m,), like the next two arrays [kg/m3].
         longitudinal: wave speed [m/s].
         shear: wave speed [m/s].
-        mass: of each node by itself, shape (n,) [kg].
+        mass: of each node alone, shape (n,) [kg].
     """
     damping = np.zeros((len(mesh.nodes), 3))
     for name, boundary in boundaries.items():
@@ -207,7 +207,7 @@ def dashpots(
 
 
 def _sponge(mesh: Mesh, name: str, boundary: Absorbing, longitudinal: FloatArray, mass: FloatArray) -> FloatArray:
-    """Return the damping coefficient of each node from the layer before an absorbing edge, shape (n,) [N s/m]."""
+    """Return the damping coefficient of each node in the layer at an absorbing edge, shape (n,) [N s/m]."""
     from scipy.spatial import cKDTree  # type: ignore[attr-defined]
 
     width, speed = boundary.sponge_width, np.zeros(len(mesh.nodes))
@@ -225,7 +225,7 @@ def _sponge(mesh: Mesh, name: str, boundary: Absorbing, longitudinal: FloatArray
 
 
 def absorbing_sides(mesh: Mesh, boundaries: Mapping[str, Boundary]) -> IntArray:
-    """Return the two nodes of each side of the absorbing edges, the body on the left, shape (k, 2)."""
+    """Return the two nodes of each side of the absorbing edges, with the body on the left, shape (k, 2)."""
     sides = [mesh.edges[name] for name, boundary in boundaries.items() if isinstance(boundary, Absorbing)]
     return np.concatenate([np.zeros((0, 2), dtype=np.int64), *sides])
 
@@ -239,7 +239,7 @@ def cells_of_sides(mesh: Mesh, sides: IntArray) -> IntArray:
 
 
 def join_rows(rows: FloatArray, places: IntArray, joined: IntArray) -> FloatArray:
-    """Return rows, one for each special node, with those of joined nodes added up.
+    """Return the rows of the special nodes, with the rows of joined nodes summed.
 
     Args:
         rows: shape (s, k).
@@ -257,9 +257,9 @@ def join_rows(rows: FloatArray, places: IntArray, joined: IntArray) -> FloatArra
 def leading_rows(
     prescribed: Mapping[int, Mapping[int, str]], places: IntArray, joined: IntArray, count: int
 ) -> npt.NDArray[np.int64]:
-    """Return whose prescribed velocity each special node has, by component, shape (count, 2): a row of `places`.
+    """Return, per special node and component, the row of the node whose prescribed velocity it follows, shape (count, 2).
 
-    Of joined nodes that of the first with one; otherwise its own.
+    Joined nodes follow the first member with a prescribed velocity; all other nodes follow themselves.
     """
     leaders = np.repeat(np.arange(count)[:, None], 2, axis=1)
     for group in joined:

@@ -19,7 +19,7 @@ Place = Index | Pair
 
 
 class Region(Parameters):
-    """A part of the body with one of several materials."""
+    """A part of the body with one of the materials."""
 
     area: ChosenArea = field(..., "cells whose middle lies in this area: a box or a disc", "1")
     material: int = field(..., "number of the material, from 0", "1", ge=0)
@@ -55,7 +55,7 @@ class GridParameters(Parameters):
 
     @property
     def materials(self) -> list[Any]:
-        """Presets or materials by their number."""
+        """Presets or materials, by number."""
         return self.material if isinstance(self.material, list) else [self.material]
 
     @property
@@ -66,7 +66,7 @@ class GridParameters(Parameters):
     @field_validator("plasticity", mode="before")
     @classmethod
     def _one_law_for_all(cls, given: Any) -> Any:
-        """Take one law, without brackets, for all materials."""
+        """Accept one law without brackets for all materials."""
         return given if isinstance(given, (list, tuple)) else [given]
 
     @model_validator(mode="after")

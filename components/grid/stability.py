@@ -1,4 +1,4 @@
-"""The highest frequency of a grid at rest, which bounds the step: 2 / omega is the largest stable one of leapfrog."""
+"""The highest frequency of a grid at rest, which limits the step: the largest stable one of leapfrog is 2 / omega."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from .kernel_arrays import Conditions, Grid, State
 from .mesh import cell_areas
 from .yielding import NoYield
 
-# Strains so small that the geometry stays what it is, to rounding.
+# Strains small enough to leave the geometry unchanged to rounding.
 _SMALL = 1e-13
 _ITERATIONS = 100
 _SETTLED = 2e-5
@@ -27,10 +27,10 @@ def highest_frequency(grid: Grid, conditions: Conditions, corner: FloatArray) ->
 
     Args:
         grid: see `kernel_arrays.Grid`.
-        conditions: what is prescribed, and what moves as one.
+        conditions: prescribed components, and nodes that move together.
         corner: scratch of the kernels; its last row is 0.
     """
-    # Of plastic laws nothing counts, and of the conditions where nodes cannot move and which move as one.
+    # The frequency does not depend on plastic laws; of the conditions, only prescribed and joined nodes affect it.
     nothing = np.zeros(0)
     inputs = (*grid._replace(laws=nothing), conditions.nodes, conditions.prescribed, conditions.groups)
     return _found.get(inputs, lambda: _compute_frequency(grid, conditions, corner))
@@ -52,7 +52,7 @@ def _compute_frequency(grid: Grid, conditions: Conditions, corner: FloatArray) -
         shape[members] = shape[members[0]]
 
     def force(moved: FloatArray) -> FloatArray:
-        # In one step of 1 s.
+        # One step of 1 s.
         state.velocity[:] = moved
         state.stress[:] = 0.0
         state.hourglass_force[:] = 0.0

@@ -1,7 +1,7 @@
 """The plastic step of a cell in plane strain, for one or several materials.
 
-The laws of the materials are a list of named tuples, so that their types decide what is compiled: a material that yields is a
-`Yielding`, an elastic one before it a `Skipped`, and all materials after the last one that yields are the `NoYield` at the end.
+The laws form a nested list of named tuples, so that their types decide which code is compiled. A material that yields is a
+`Yielding`, an elastic one before it a `Skipped`. `NoYield` at the end represents all materials after the last that yields.
 """
 
 from __future__ import annotations
@@ -21,13 +21,13 @@ class NoYield(NamedTuple):
 
 
 class Skipped(NamedTuple):
-    """A material that does not yield, and the others."""
+    """A material that does not yield, and the rest of the list."""
 
     others: Any
 
 
 class Yielding(NamedTuple):
-    """The law of a material that yields, and the others."""
+    """The law of a material that yields, and the rest of the list."""
 
     law: Any
     others: Any
@@ -39,9 +39,9 @@ class CellStep(NamedTuple):
     Attributes:
         moduli: Lame's constants [Pa].
         plastic_strain: equivalent, before the step.
-        area: in the middle of the step [m2].
-        old: stress before the step, turned [Pa].
-        trial: stress after the step [Pa].
+        area: at mid-step [m2].
+        old: stress before the step, rotated [Pa].
+        trial: trial stress after the step [Pa].
     """
 
     moduli: Any
@@ -58,9 +58,9 @@ class PlasticStep(NamedTuple):
         stress: xx, yy, zz, xy [Pa].
         strain: equivalent plastic strain of the step.
         work: plastic work [J].
-        kept: factor of the trial deviator, 1 where nothing flows.
+        kept: factor of the trial deviator, 1 without plastic flow.
         equivalent: of the trial stress [Pa].
-        limit: at which it yields [Pa].
+        limit: yield stress [Pa].
     """
 
     stress: PlaneTensor
@@ -72,7 +72,7 @@ class PlasticStep(NamedTuple):
 
 
 def law_list(laws: Sequence[PlasticLaw]) -> Any:
-    """Return the laws of the materials as kernels see them."""
+    """Return the laws of the materials for kernels."""
     found: Any = NoYield()
     for constants in reversed([law.constants() for law in laws]):
         if constants is not None:
@@ -114,7 +114,7 @@ def _yield_first(laws, material, step):
 
 @internal
 def yield_cell(law, step):
-    """Return the `PlasticStep` of a cell whose material has a law."""
+    """Return the `PlasticStep` of a cell whose material can yield."""
     trial, moduli = step.trial, step.moduli
     bulk = moduli.first_lame + 2.0 * moduli.shear / 3.0
     pressure = -(trial.xx + trial.yy + trial.zz) / 3.0
@@ -125,7 +125,7 @@ def yield_cell(law, step):
     kept = found.equivalent / q if found.plastic_strain > 0.0 and q > 0.0 else 1.0
     gone, after = 1.0 - kept, found.pressure
     stress = PlaneTensor(kept * sxx - after, kept * syy - after, kept * szz - after, kept * sxy)
-    # The mean of the stress before and after does the work: on the plastic strain of the deviator and on the dilation.
+    # The mean of the stress before and after the step does the work, on the deviatoric plastic strain and on the dilation.
     old = step.old
     middle = -(old.xx + old.yy + old.zz) / 6.0 + 0.5 * after
     sheared = (

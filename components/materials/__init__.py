@@ -1,1 +1,1 @@
-"""Materials and material laws that several components share."""
+"""Materials and material laws shared by several components."""

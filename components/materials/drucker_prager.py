@@ -1,10 +1,10 @@
 """Drucker-Prager plasticity with a non-associated flow rule and linear hardening, by return to the cone or to its tip.
 
-q <= Y + H e + a p, p the pressure (positive in compression), a the friction; the flow dilates: the plastic volume strain is b
-times the equivalent plastic strain e, b the dilatancy. A trial stress outside returns by
+q <= Y + H e + a p, where p is the pressure (positive in compression) and a the friction. The flow is dilatant: the plastic
+volume strain is b times the equivalent plastic strain e, b the dilatancy. A trial stress outside the yield surface returns by
 e' = (q - Y - H e - a p) / (3 mu + K a b + H), q -> q - 3 mu e', p -> p + K b e'. A stress beyond the tip of the cone returns to
-the tip p = -(Y + H e) / a, and e grows by q / 3 mu and by the plastic volume strain. With b = 0 the return is Wilkins' radial
-one. The usual sqrt(J2) + alpha I1 = k has alpha = a / (3 sqrt 3), k = Y / sqrt 3.
+the tip p = -(Y + H e) / a, and e grows by q / 3 mu and by the plastic volume strain. For b = 0 this is Wilkins' radial return.
+The usual form sqrt(J2) + alpha I1 = k has alpha = a / (3 sqrt 3), k = Y / sqrt 3.
 Source: D. C. Drucker, W. Prager, Q. Appl. Math. 10 (1952) 157; the return as in E. A. de Souza Neto, D. Peric, D. R. J. Owen,
 Computational Methods for Plasticity (2008), section 8.3.
 """
@@ -69,8 +69,8 @@ def _return(law, moduli, plastic_strain, equivalent, pressure):
     left = equivalent - 3.0 * moduli.shear * strain
     if left >= 0.0:
         return Returned(strain, left, pressure + bulk * law.dilatancy * strain)
-    # Beyond the tip the deviator vanishes and the pressure returns to that of the tip. The opening counts as plastic strain,
-    # and hardening moves the tip by H / a times that strain.
+    # Beyond the tip the deviator vanishes and the pressure returns to the tip. The opening counts as plastic strain, and
+    # hardening moves the tip by H / a times that strain.
     strain = equivalent / (3.0 * moduli.shear) + (-strength / law.friction - pressure) / bulk
     strain /= 1.0 + law.hardening / (law.friction * bulk)
     return Returned(strain, 0.0, -(strength + law.hardening * strain) / law.friction)

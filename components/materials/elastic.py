@@ -19,7 +19,7 @@ class Material(Fixed):
         density: mass density [kg/m^3].
         young: Young's modulus [Pa].
         poisson: Poisson's ratio, more than -1 and less than 0.5.
-        yield_strength: in compression, or None where it is not known [Pa].
+        yield_strength: in compression, or None if unknown [Pa].
     """
 
     density: float = Field(gt=0.0, description="mass density", json_schema_extra={"unit": "kg/m^3"})
@@ -45,7 +45,7 @@ class Material(Fixed):
 
     @property
     def plane_compliance(self) -> float:
-        """(1 - nu^2) / E [1/Pa], what a Hertz contact sees of the material."""
+        """(1 - nu^2) / E [1/Pa], the compliance of the material in a Hertz contact."""
         return (1.0 - self.poisson * self.poisson) / self.young
 
     @property
@@ -77,7 +77,7 @@ def rayleigh_speed(material: Material) -> float:
     """
     ratio = material.shear_speed / material.longitudinal_speed
     k, low, high = ratio * ratio, 0.1, 1.0
-    # The difference is negative below the root, x = 0 apart, and positive up to 1.
+    # The difference is negative below the root, except at x = 0, and positive up to 1.
     for _ in range(200):
         middle = 0.5 * (low + high)
         difference = (2.0 - middle) * (2.0 - middle) - 4.0 * math.sqrt((1.0 - middle) * (1.0 - k * middle))
@@ -98,7 +98,7 @@ PRESETS = {
 
 
 def constants_of(given: str | Material | list[str | Material]) -> Iterator[tuple[Location, float]]:
-    """Yield density and Young's modulus of the materials of a parameter `material`, each with its place there."""
+    """Yield density and Young's modulus of the materials of a parameter `material`, each with its location there."""
     for place, one in enumerate(given if isinstance(given, list) else [given]):
         if isinstance(one, Material):
             where: Location = ("material", place) if isinstance(given, list) else ("material",)
@@ -118,7 +118,7 @@ def _validate_preset(name: str) -> str:
 
 
 Preset = Annotated[str, AfterValidator(_validate_preset)]
-"""The name of a preset, as a parameter."""
+"""Parameter type: the name of a preset."""
 
 
 def preset_list() -> str:

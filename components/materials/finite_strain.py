@@ -1,10 +1,10 @@
-"""Strain and rotation of a tick in three dimensions, and the stress that turns with the material.
+"""Strain and rotation of a tick in three dimensions, and rotation of the stress with the material.
 
-With F before and G after a tick, the velocity gradient of mid-tick is L dt = 2 (G - F) (G + F)^-1; D dt is its symmetric part,
-W dt the antisymmetric one. The stress turns by Q = (I - W dt / 2)^-1 (I + W dt / 2), so that a rigid rotation strains nothing
-and keeps the invariants of the stress to rounding for any step; tau + dt (W tau - tau W) is its limit. The strain of mid-tick
-is turned by half of the spin, to the orientation of the stress at the end. Without that half turn, strain and rotation
-together would leave an error of first order in the step: 8e-4 for a turn by 90 degrees in 1,000 ticks, instead of 6e-7.
+With the deformation gradients F before and G after a tick, the mid-tick velocity gradient is L dt = 2 (G - F) (G + F)^-1; D dt
+is its symmetric part, W dt the antisymmetric one. The stress is rotated by Q = (I - W dt / 2)^-1 (I + W dt / 2). For any step a
+rigid rotation then causes no strain and keeps the invariants of the stress to rounding; the limit is tau + dt (W tau - tau W).
+The mid-tick strain is rotated by half of the spin, to the orientation of the stress at the end. Otherwise strain and rotation
+together would give a first-order error: 8e-4 for a rotation by 90 degrees in 1,000 ticks, instead of 6e-7.
 Source: T. J. R. Hughes, J. Winget, Int. J. Numer. Methods Eng. 15 (1980) 1862; in the plane: `hypoelastic`.
 """
 
@@ -25,7 +25,7 @@ class Spin(NamedTuple):
 
 
 class Motion(NamedTuple):
-    """The strain D dt of a tick, in the orientation at its end, and its spin."""
+    """The strain D dt of a tick, in the orientation at its end, and the spin of the tick."""
 
     strain: SymmetricTensor
     spin: Spin
@@ -42,7 +42,7 @@ def strain_and_spin(f, g):
     axx, axy, axz = g.xx - f.xx, g.xy - f.xy, g.xz - f.xz
     ayx, ayy, ayz = g.yx - f.yx, g.yy - f.yy, g.yz - f.yz
     azx, azy, azz = g.zx - f.zx, g.zy - f.zy, g.zz - f.zz
-    # Half of L dt off the diagonal: sums and differences make D dt and W dt.
+    # Half of the off-diagonal terms of L dt; their sums and differences give D dt and W dt.
     lxy, lyx = axx * i.xy + axy * i.yy + axz * i.zy, ayx * i.xx + ayy * i.yx + ayz * i.zx
     lyz, lzy = ayx * i.xz + ayy * i.yz + ayz * i.zz, azx * i.xy + azy * i.yy + azz * i.zy
     lzx, lxz = azx * i.xx + azy * i.yx + azz * i.zx, axx * i.xz + axy * i.yz + axz * i.zz
@@ -56,13 +56,13 @@ def strain_and_spin(f, g):
 
 @internal_inlined
 def turn_stress(stress, spin):
-    """Return a stress, or another symmetric tensor, turned by the spin of a tick."""
+    """Return a stress, or another symmetric tensor, rotated by the spin of a tick."""
     x, y, z = -0.5 * spin.yz, -0.5 * spin.zx, -0.5 * spin.xy
     scale = 2.0 / (1.0 + (x * x + y * y + z * z))
     qxx, qxy, qxz = 1.0 - scale * (y * y + z * z), scale * (x * y - z), scale * (z * x + y)
     qyx, qyy, qyz = scale * (x * y + z), 1.0 - scale * (z * z + x * x), scale * (y * z - x)
     qzx, qzy, qzz = scale * (z * x - y), scale * (y * z + x), 1.0 - scale * (x * x + y * y)
-    # Q tau, row by row, and that times Q^T.
+    # Q tau, row by row, and its product with Q^T.
     xx, yy, zz, xy, yz, zx = stress.xx, stress.yy, stress.zz, stress.xy, stress.yz, stress.zx
     axx, axy, axz = qxx * xx + qxy * xy + qxz * zx, qxx * xy + qxy * yy + qxz * yz, qxx * zx + qxy * yz + qxz * zz
     ayx, ayy, ayz = qyx * xx + qyy * xy + qyz * zx, qyx * xy + qyy * yy + qyz * yz, qyx * zx + qyy * yz + qyz * zz
@@ -79,7 +79,7 @@ def turn_stress(stress, spin):
 
 @internal_inlined
 def nominal_stress(f, stress):
-    """Return the nominal stress P = F^-1 tau [Pa], a `Tensor`: P_ji works on dN/dX_j and gives the force along i.
+    """Return the nominal stress P = F^-1 tau [Pa], a `Tensor`: P_ji multiplies dN/dX_j and gives the force along i.
 
     Args:
         f: deformation gradient, a `Tensor`.

@@ -1,10 +1,9 @@
 """Hypoelasticity with the Jaumann rate: Ds/Dt = 2 mu dev(D) + W s - s W, dp/dt = -K tr(D), in plane strain.
 
-sigma' = lambda tr(D) I + 2 mu D, rotated with the material. Over a step the rotation is the exact one of Hughes and Winget
-(Int. J. Numer. Methods Eng. 15 (1980) 1862), of which Wilkins' first-order formula is the limit: a rigid motion leaves the
-invariants of the stress alone, whatever the step. The increment C : D of the middle of the step is turned by the second half
-of the rotation, which makes the update of second order. Valid for small elastic strains; rotations and plastic strains may be
-large.
+sigma' = lambda tr(D) I + 2 mu D, rotated with the material. The rotation over a step is the exact one of Hughes and Winget
+(Int. J. Numer. Methods Eng. 15 (1980) 1862), whose limit is Wilkins' first-order formula: a rigid motion keeps the invariants
+of the stress for any step. The mid-step increment C : D is rotated by the second half of the rotation, which makes the update
+second order. Valid for small elastic strains; rotations and plastic strains may be large.
 Source: M. L. Wilkins, Methods in Computational Physics 3 (1964) 211; S. G. Psakhie et al., Physical Mesomechanics 6 (2003),
 equations (6) to (9).
 """
@@ -21,7 +20,7 @@ from ..support.jit import internal_inlined
 
 
 class PlaneTensor(NamedTuple):
-    """A symmetric tensor in plane strain: its entries in the plane, and zz."""
+    """A symmetric tensor in plane strain: its in-plane entries, and zz."""
 
     xx: float
     yy: float
@@ -34,7 +33,7 @@ def rotation_of(spin):
     """Return cos and sin of the angle whose half has the tangent spin / 2.
 
     Args:
-        spin: (dv_y/dx - dv_x/dy) / 2 times the step, in the middle of the step [rad].
+        spin: (dv_y/dx - dv_x/dy) / 2 times the step, at mid-step [rad].
     """
     half = 0.5 * spin
     square = half * half
@@ -44,13 +43,13 @@ def rotation_of(spin):
 
 @internal_inlined
 def rotate_stress(xx, yy, xy, cosine, sine):
-    """Return the in-plane stresses [Pa] turned by an angle; zz stays."""
+    """Return the in-plane stresses [Pa] rotated by an angle; zz does not change."""
     return rotate_by_half(xx, yy, xy, cosine * cosine - sine * sine, 2.0 * sine * cosine)
 
 
 @internal_inlined
 def rotate_by_half(xx, yy, xy, cosine, sine):
-    """Return the in-plane entries of a symmetric tensor turned by half of an angle."""
+    """Return the in-plane entries of a symmetric tensor, rotated by half of an angle."""
     mean, half = 0.5 * (xx + yy), 0.5 * (xx - yy)
     turned = half * cosine - xy * sine
     return mean + turned, mean - turned, half * sine + xy * cosine
@@ -58,7 +57,7 @@ def rotate_by_half(xx, yy, xy, cosine, sine):
 
 @internal_inlined
 def elastic_increment(exx, eyy, exy, first_lame, shear):
-    """Return what strains of a step add to the stresses xx, yy, zz, xy [Pa]; exy is half the engineering shear strain."""
+    """Return the increments of the stresses xx, yy, zz, xy [Pa] for a strain; exy is half the engineering shear strain."""
     volume = first_lame * (exx + eyy)
     double = 2.0 * shear
     return volume + double * exx, volume + double * eyy, volume, double * exy
@@ -77,10 +76,10 @@ def energy_density(xx, yy, zz, xy, first_lame, shear):
 def logarithmic_strain(
     xx: FloatArray, xy: FloatArray, yx: FloatArray, yy: FloatArray
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Return the entries xx, yy, xy of ln V, V^2 = F F^T, of the displacement gradients H = F - 1, each of shape (m,).
+    """Return the entries xx, yy, xy of ln V, V^2 = F F^T, for the displacement gradients H = F - 1, each of shape (m,).
 
-    With F = V R = R U, C : ln V is the stress C : ln U of the unturned body, turned by R. The rate above has it as its limit
-    where the axes of the stretch turn with the body. det F has to be positive; rotations may be of any angle.
+    With F = V R = R U, C : ln V is the stress C : ln U of the unrotated body, rotated by R. It is the limit of the rate above
+    if the axes of stretch rotate with the body. det F must be positive; rotations may have any angle.
     """
     # B = F F^T: mean and deviator of B - 1; its eigenvalues are 1 + mean +- radius.
     first, second = 2.0 * xx + xx * xx + xy * xy, 2.0 * yy + yx * yx + yy * yy
@@ -93,6 +92,6 @@ def logarithmic_strain(
 
 
 def _logarithm_1p(x: FloatArray) -> FloatArray:
-    """Return ln(1 + x), exact to rounding for small x too (W. Kahan)."""
+    """Return ln(1 + x), to rounding also for small x (W. Kahan)."""
     above = 1.0 + x
     return np.where(above == 1.0, x, logarithm(above) * x / np.where(above == 1.0, 1.0, above - 1.0))

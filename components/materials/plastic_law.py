@@ -1,7 +1,7 @@
-"""The base of the plastic laws, and the two functions of a law that kernels call.
+"""The base class of plastic laws, and their two kernel functions.
 
-A law states the equivalent stress q = sqrt(3/2 s:s) at which a material yields, and how a trial stress beyond it returns.
-`constants` gives the law as kernels see it: a named tuple, whose class selects `yield_limit` and `return_stress`.
+A law states the equivalent stress q = sqrt(3/2 s:s) at which a material yields, and the return of a trial stress beyond it.
+`constants` returns the law for kernels: a named tuple, whose class selects `yield_limit` and `return_stress`.
 """
 
 from __future__ import annotations
@@ -29,11 +29,11 @@ class Returned(NamedTuple):
 
 
 class PlasticLaw(Named):
-    """A law of when and how a material yields, chosen by its `name`."""
+    """A law of yield and plastic flow, chosen by its `name`."""
 
     @abstractmethod
     def constants(self) -> Any:
-        """Return the law as kernels see it, a named tuple; None where nothing yields."""
+        """Return the law for kernels, a named tuple; None if it never yields."""
 
 
 class Elastic(PlasticLaw):
@@ -48,7 +48,7 @@ class Elastic(PlasticLaw):
 
 @dispatched
 def yield_limit(law, plastic_strain, pressure):
-    """Return the equivalent stress at which the material yields [Pa], after a plastic strain and at a pressure [Pa]."""
+    """Return the equivalent stress at which the material yields, for a plastic strain and a pressure [Pa]."""
 
 
 @dispatched

@@ -1,4 +1,4 @@
-"""Plastic laws by name, one a file: elastic (none), von Mises, Drucker-Prager. A new one is a file and a line in the table."""
+"""Plastic laws by name, one module each: elastic (none), von Mises, Drucker-Prager. A new law needs a module and an entry."""
 
 from __future__ import annotations
 

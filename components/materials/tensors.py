@@ -1,6 +1,6 @@
-"""Tensors in three dimensions as named tuples, and their invariants: + x / and sqrt alone, the same bits everywhere.
+"""Tensors in three dimensions as named tuples, and their invariants from + x / and sqrt alone: bitwise the same everywhere.
 
-Tension is positive. Shear strains are those of the tensor, half the engineering ones.
+Tension is positive. Shear strains are tensor components, half the engineering ones.
 """
 
 from __future__ import annotations
@@ -10,8 +10,8 @@ from typing import NamedTuple
 
 from ..support.jit import internal_inlined
 
-# Jacobi's rotations end where the entries off the diagonal are smaller than this, relative to the tensor, squared; they
-# converge quadratically, so that the limit on their rounds is never met.
+# Jacobi's rotations stop when the squared off-diagonal entries are smaller than this, relative to the squared tensor. They
+# converge quadratically, so that the limit on their number is never reached.
 _SMALL, _ROUNDS = 1e-30, 12
 
 
@@ -86,7 +86,7 @@ def determinant(f):
 
 @internal_inlined
 def inverse(f):
-    """Return the inverse of a tensor; infinite where it has none."""
+    """Return the inverse of a tensor; infinite for a singular one."""
     x, y, z = f.yy * f.zz - f.yz * f.zy, f.yz * f.zx - f.yx * f.zz, f.yx * f.zy - f.yy * f.zx
     scale = 1.0 / (f.xx * x + f.xy * y + f.xz * z)
     return Tensor(
@@ -157,7 +157,7 @@ def trial_stress(stress, strain, moduli):
 def largest_principal(stress):
     """Return the largest principal value of a symmetric tensor and its axis, a `Principal`.
 
-    The axis of a double principal value is one of those that belong to it.
+    For a double principal value it is one of the corresponding axes.
     Source: Jacobi's rotations, as in G. H. Golub, C. F. Van Loan, Matrix Computations (2013), section 8.5.
     """
     xx, yy, zz, xy, yz, zx = stress.xx, stress.yy, stress.zz, stress.xy, stress.yz, stress.zx
@@ -195,7 +195,7 @@ def largest_principal(stress):
 
 @internal_inlined
 def _rotation(first, second, between):
-    """Return cosine, sine and tangent of the rotation that makes the entry between two axes 0."""
+    """Return cosine, sine and tangent of the rotation that makes the entry between two axes vanish."""
     if between == 0.0:
         return 1.0, 0.0, 0.0
     half = 0.5 * (second - first) / between

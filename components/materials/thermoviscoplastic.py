@@ -1,22 +1,22 @@
-"""Thermo-elasto-viscoplasticity of metals: a power law of the rate, hardening, thermal softening and adiabatic heating.
+"""Thermo-elasto-viscoplasticity of metals: power-law rate dependence, hardening, thermal softening and adiabatic heating.
 
 tau^ = C : (D - D_p - alpha T' I),  D_p = 3 e' s / (2 q),  q = sqrt(3/2 s:s),  tau the Kirchhoff stress, ^ Jaumann's rate
 e' = e0' (q / g)^m,  g = sigma_0 (1 + e / e0)^n {1 - delta [exp((T - T0) / kappa) - 1]},  rho c T' = chi q e'
 
-and, where the constants depend on temperature, t = T - T0:
+If the constants depend on temperature, with t = T - T0, they are
 E - E_1 t - E_2 t^2,  nu + nu_1 t,  sigma_0 - S t^2,  alpha + alpha_1 t.
 
-Both together soften twice, as the source has it: `softening = 0` or `temperature_dependent = False` leaves one of them out.
+Both effects together soften twice, as in the source: `softening = 0` or `temperature_dependent = False` omits one of them.
 
-The flow of a tick solves q = q_trial - 3 mu de for the stress at its end, one scalar equation with one root, by a guarded
-Newton method: stable for any step, of first order. Flow stress and elastic constants are taken at the temperature before the
+The flow in a tick solves q = q_trial - 3 mu de for the stress at its end, a scalar equation with one root, by a safeguarded
+Newton method: stable for any step, of first order. Flow stress and elastic constants are those at the temperature before the
 tick.
 
-Powers and exponentials are reproducible ones: a point that flows costs about 150 ns instead of 96 with the C library's, one
-that does not 17 instead of 11; all else of a tick of a meshfree solid takes several hundred.
+Powers and exponentials are reproducible. With them a point that flows costs about 150 ns instead of 96 with the C library, and
+a point that does not flow 17 ns instead of 11; the rest of a tick of a meshfree solid takes several hundred.
 
-Valid for small elastic strains; rotations and plastic strains may be large. Flow stress and Young's modulus end at a
-thousandth of their reference value, and Poisson's ratio at 0.49, however hot a point becomes.
+Valid for small elastic strains; rotations and plastic strains may be large. At high temperature, flow stress and Young's
+modulus are at least a thousandth of their reference value, and Poisson's ratio is at most 0.49.
 Source: M. Zhou, G. Ravichandran, A. J. Rosakis, J. Mech. Phys. Solids 44 (1996) 1007; D. Peirce, C. F. Shih, A. Needleman,
 Comput. Struct. 18 (1984) 875; Gato & Shie (2010), whose values are the defaults (its sigma_0 is printed in GPa for MPa).
 """
@@ -32,14 +32,14 @@ from ..support.powers import exponential, power
 from ..support.tagged_union import Named
 from .tensors import Moduli, SymmetricTensor, equivalent_stress, trace, trial_stress
 
-# The least flow stress and Young's modulus, over those at the reference temperature, and the largest Poisson's ratio.
+# Smallest flow stress and Young's modulus, over those at the reference temperature, and largest Poisson's ratio.
 LEAST_FLOW, _LARGEST_POISSON = 1e-3, 0.49
-# Plastic strains of a tick below this are none.
+# Smaller plastic strains of a tick are set to zero.
 _NO_FLOW = 1e-18
-# Newton's steps shrink quadratically: one of this size, relative to the strain, leaves an error of rounding. The limit on their
-# number is far above the ten that random stresses need.
+# Newton's steps shrink quadratically: after one of this size, relative to the strain, the error is below rounding. The limit on
+# their number is far above the ten that random stresses need.
 _LAST_STEP, _MOST_STEPS = 1e-6, 60
-# (1 + x)^p has a series that is exact to rounding up to this x.
+# Up to this x the series of (1 + x)^p is exact to rounding.
 _SHORT_SERIES = 0.01
 
 
@@ -70,7 +70,7 @@ class Thermoviscoplastic(Named):
 
     @property
     def melting_temperature(self) -> float | None:
-        """Temperature at which the flow stress has fallen to its end [K]; None where it never does."""
+        """Temperature at which the flow stress reaches its minimum [K], or None if it never does."""
         rises = [math.inf]
         if self.softening > 0.0:
             rises.append(self.softening_temperature * math.log1p(1.0 / self.softening))
@@ -79,7 +79,7 @@ class Thermoviscoplastic(Named):
         return self.reference_temperature + min(rises) if min(rises) < math.inf else None
 
     def constants(self, step_size: float) -> FlowConstants:
-        """Return the law as kernels see it, for ticks of this length [s]."""
+        """Return the law for kernels, for ticks of a given length [s]."""
         slope = 1.0 if self.temperature_dependent else 0.0
         strain = self.reference_rate * step_size
         return FlowConstants(
@@ -109,16 +109,16 @@ class FlowConstants(NamedTuple):
     """The constants of the law in kernels.
 
     Attributes:
-        young, young_slope, young_curvature: E [Pa], its losses [Pa/K], [Pa/K^2].
-        poisson, poisson_slope: nu, its growth [1/K].
-        yield_stress, yield_curvature: sigma_0 [Pa], its loss [Pa/K^2].
-        expansion, expansion_slope: alpha [1/K], its growth [1/K^2].
+        young, young_slope, young_curvature: E [Pa], its decrease [Pa/K], [Pa/K^2].
+        poisson, poisson_slope: nu, its increase [1/K].
+        yield_stress, yield_curvature: sigma_0 [Pa], its decrease [Pa/K^2].
+        expansion, expansion_slope: alpha [1/K], its increase [1/K^2].
         reference_temperature: T0 [K].
         softening, softening_rate: delta, 1 / kappa [1/K].
         hardening_exponent, hardening_rate: n, 1 / e0.
         rate_exponent, rate_root: m, 1 / m.
         reference_flow: e0' times the tick, a strain.
-        still: q / g below which nothing flows.
+        still: q / g below which there is no flow.
         heating: chi / (rho c) [K m^3/J].
     """
 
@@ -196,7 +196,7 @@ def advance_stress(law, stress, strain, plastic_strain, temperature):
 
     Args:
         law: `FlowConstants`.
-        stress: Kirchhoff stress before the tick, turned by its spin (`turn_stress`) [Pa].
+        stress: Kirchhoff stress before the tick, rotated by its spin (`turn_stress`) [Pa].
         strain: of the tick, D dt (`strain_and_spin`).
         plastic_strain: equivalent, before the tick.
         temperature: before the tick [K].
@@ -222,15 +222,15 @@ def advance_stress(law, stress, strain, plastic_strain, temperature):
 def implicit_flow(law, before, trial, strain, temperature, shear):
     """Return the plastic strain of a tick, the root of q_trial - 3 mu de = g(e + de) (de / (e0' dt))^(1/m).
 
-    The left side falls with de, the right side grows: there is one root. Steps of Newton upwards are taken in de, which do not
-    pass it since the difference is convex; those downwards in 1 / de, which keeps them positive.
+    The left side decreases with de, the right side increases: there is one root. Upward Newton steps are taken in de and cannot
+    overshoot, because the difference is convex; downward steps are taken in 1 / de, which keeps de positive.
 
     Args:
         law: `FlowConstants`.
         before: equivalent stress before the tick [Pa].
-        trial: equivalent stress after the tick if nothing flowed [Pa].
+        trial: trial equivalent stress after the tick [Pa].
         strain: equivalent plastic strain before the tick.
-        temperature: at which the flow stress is taken [K].
+        temperature: for the flow stress [K].
         shear: mu [Pa].
     """
     initial = initial_flow_stress(law, temperature)
@@ -240,8 +240,8 @@ def implicit_flow(law, before, trial, strain, temperature, shear):
     if not trial > law.still * stress:
         return 0.0
     hardness = law.hardening_rate / (1.0 + strain * law.hardening_rate)
-    # Where it flows as in the tick before, stress grows with hardening alone. More than the other two it cannot be: what leaves
-    # the least stress that flows, and the rate at the trial stress.
+    # First guess: if it flows as in the tick before, stress grows by hardening alone. Two upper bounds are the strain that
+    # leaves the smallest stress with flow, and the rate at the trial stress.
     flow = (trial - before) / (triple + law.hardening_exponent * hardness * before)
     largest = (trial - law.still * stress) / triple
     if not (flow > 0.0 and flow < largest and before > stress):
@@ -259,7 +259,7 @@ def implicit_flow(law, before, trial, strain, temperature, shear):
 
 @internal_inlined
 def _grown(x, p):
-    """Return (1 + x)^p for x >= 0 and 0 <= p <= 1; by its series where that is exact, which costs a fifth."""
+    """Return (1 + x)^p for x >= 0 and 0 <= p <= 1; small x use the series, which takes a fifth of the time."""
     if x > _SHORT_SERIES:
         return power(1.0 + x, p)
     series = 1.0 + x * ((p - 6.0) / 7.0)

@@ -1,8 +1,8 @@
 """Von Mises plasticity with linear isotropic hardening, by radial return.
 
-q = sqrt(3/2 s:s) <= Y + H e, e the equivalent plastic strain, q the equivalent stress. A trial stress outside is scaled back
-along its deviator, e' = (q - Y - H e) / (3 mu + H); the pressure stays. For plane strain with H = 0 that is exact where the
-direction of the strain does not turn.
+q = sqrt(3/2 s:s) <= Y + H e, where e is the equivalent plastic strain and q the equivalent stress. A trial stress outside is
+scaled back along its deviator, e' = (q - Y - H e) / (3 mu + H); the pressure does not change. In plane strain with H = 0 this
+is exact if the direction of the strain is constant.
 Source: M. L. Wilkins, Methods in Computational Physics 3 (1964) 211.
 """
 

@@ -1,6 +1,6 @@
 """Boundaries of the body, by name: clamped, symmetry, moved, platen, wall; an edge that is not named is free.
 
-And the signals of their inputs.
+The module also computes the signals of their inputs.
 """
 
 from __future__ import annotations
@@ -20,17 +20,17 @@ from .kernel_arrays import IntArray
 
 EdgeName = Literal["start", "end", "left", "right", "bottom", "top"]
 BoundaryName = Literal["clamped", "symmetry", "moved", "platen", "wall"]
-# In `kernel_arrays.Nodes.prescribed`: at rest; smaller numbers are columns of the signals.
+# Value of `kernel_arrays.Nodes.prescribed` for a component at rest; smaller numbers refer to columns of the signals.
 AT_REST = 255
 
 
 class Conditions(NamedTuple):
-    """The velocities that are prescribed.
+    """The prescribed velocities.
 
     Attributes:
-        prescribed: see `kernel_arrays.Body`, shape (n, 3).
-        moved: edges whose velocity is an input, in the order of their columns of the signals, three each from column 1 on;
-            with the axis of a platen, which moves along that alone, and -1 for such as move in all directions.
+        prescribed: see `kernel_arrays.Nodes`, shape (n, 3).
+        moved: edges whose velocity is an input, in the order of their columns in the signals, three per edge from column 1 on;
+            with the axis of a platen, which moves only along that axis, or -1 for an edge that moves in all directions.
         wall: see `kernel_arrays.Solid`, shape (2,).
     """
 
@@ -40,7 +40,7 @@ class Conditions(NamedTuple):
 
 
 def edge_nodes(lattice: Lattice, edge: str) -> IntArray:
-    """Return the nodes of an edge, ascending; the bottom of a notch in it is none of it."""
+    """Return the nodes of an edge, ascending; nodes at the bottom of a notch do not belong to the edge."""
     axis, end = EDGES[edge]
     numbers = np.arange(lattice.node_count).reshape(lattice.shape)
     nodes = np.take(numbers, end, axis=axis).ravel()
@@ -48,7 +48,7 @@ def edge_nodes(lattice: Lattice, edge: str) -> IntArray:
 
 
 def make_conditions(body: object, lattice: Lattice, boundaries: dict[EdgeName, BoundaryName]) -> Conditions:
-    """Return what the boundaries prescribe; where edges meet, the later of the order of `EDGES` decides."""
+    """Return the velocities prescribed by the boundaries; where edges meet, the later one in the order of `EDGES` applies."""
     prescribed = np.zeros((lattice.node_count, 3), dtype=np.uint8)
     kinds = {edge: boundaries.get(edge) for edge in EDGES}  # type: ignore[call-overload]
     axes = {edge: axis for edge, (axis, _) in EDGES.items()}
@@ -73,7 +73,7 @@ def make_conditions(body: object, lattice: Lattice, boundaries: dict[EdgeName, B
 
 
 def tick_signals(held: Mapping[str, Held], moved: Mapping[str, int], tick: int, ticks: int) -> FloatArray:
-    """Return the mean factor of the pressure and the mean velocities of moved edges over each of `ticks` ticks from `tick` on.
+    """Return the mean pressure factor and the mean velocities of moved edges over each of `ticks` ticks from `tick` on.
 
     Returns:
         Shape (ticks, 1 + 3 edges).
@@ -91,9 +91,9 @@ def tick_signals(held: Mapping[str, Held], moved: Mapping[str, int], tick: int, 
 
 
 def pattern_of(held: Held) -> FloatArray:
-    """Return a copy of what the signal of an array input is multiplied by.
+    """Return a copy of the array that the signal of an array input scales.
 
-    Held arrays are read-only and those of some profiles are not: kernels would be compiled for both.
+    The copy is always writable. Held arrays are read-only and arrays of some profiles are not: numba would compile twice.
     """
     pattern = held.pattern if isinstance(held, CompiledProfile) else held
     return np.array(1.0 if pattern is None else pattern, dtype=np.float64)

@@ -1,10 +1,10 @@
-"""The stress that is judged, reported and drawn: its mean over neighbouring columns of points, with the weights 1, 2, 1.
+"""Stress means over neighbouring columns of points, with the weights 1, 2, 1, for fracture laws, outputs and drawings.
 
-Points at columns differentiate centrally, so that the forces that hold a column in balance come from the stresses of the two
-next to it: those of even and of odd columns are balanced apart, and alternate where a step of the wall loads both differently.
-The mean, along the body and then across it, removes alternating fields and keeps linear ones. Only columns of the same
-section are averaged; at the end of such a row the two outermost columns share theirs. A point next to one that a crack has
-parted keeps its own stress in that direction: a mean would hide what drives the crack on.
+With points at columns, derivatives are central differences: the forces that balance a column come from the stresses of the two
+neighbouring ones. Even and odd columns balance separately, and their stresses alternate where a step of the wall loads both
+differently. The mean, along the body and then across it, removes alternating fields and keeps linear ones. Only columns of the
+same section are averaged; at the end of such a row the two outermost columns share a mean. A point next to a parted point keeps
+its own stress in that direction: a mean would hide the stress that drives the crack.
 """
 
 from __future__ import annotations
@@ -22,14 +22,14 @@ from .quadrature import IntegrationPoints
 
 
 class ColumnMeans(NamedTuple):
-    """The tables of the means, of m points in c columns, and the means.
+    """The tables of the means for m points in c columns, and the means.
 
     Attributes:
-        alike: columns before and after each one along and across, itself where there is none of its section, shape (4, c).
+        alike: columns before and after each one along and across, itself without a neighbour of its section, shape (4, c).
         sound: whether no crack has parted a point, shape (m,).
-        sine, cosine: of the angle by which the frame of each point is turned, shape (m,).
-        halfway: means along the body alone, in the frames of the points, shape (m, 6) [Pa].
-        stress: the means, as stresses are kept, shape (m, 6) [Pa].
+        sine, cosine: of the rotation angle of the frame of each point, shape (m,).
+        halfway: means along the body only, in the frames of the points, shape (m, 6) [Pa].
+        stress: the means, in the layout of stresses, shape (m, 6) [Pa].
     """
 
     alike: ColumnArray
@@ -44,7 +44,7 @@ def make_column_means(lattice: Lattice, points: IntegrationPoints) -> ColumnMean
     """Return the tables of a body without cracks."""
     along, across, through = (len(line.at) for line in points.lines)
     around, own = column_neighbours(along, across, lattice.axes[1].closed).T, np.arange(along * across)
-    # Below a notch points lie at other heights.
+    # Below a notch the points have other heights.
     lowest = points.heights.reshape(-1, through)[:, 0]
     alike = np.where(lowest[around] == lowest, around, own).astype(np.int32)
     count = len(points.volume)
@@ -62,7 +62,7 @@ def write_column_means(stress: FloatArray, means: ColumnMeans) -> None:
 
 @jit
 def write_means(stress, before, after, sound, cosine, sine, out):
-    """Write the means of the stresses of three columns, the middle one with twice the weight, in a frame rotated about x.
+    """Write stress means over three columns, the middle one with twice the weight, in a frame rotated about x.
 
     Args:
         stress: shape (m, 6).
@@ -70,7 +70,7 @@ def write_means(stress, before, after, sound, cosine, sine, out):
         after: the column after it.
         sound: whether no crack has parted a point, shape (m,).
         cosine: of the angle of rotation at each point, shape (m,).
-        sine: of that angle.
+        sine: of the same angle, shape (m,).
         out: shape (m, 6).
     """
     through = stress.shape[0] // before.size
@@ -79,7 +79,7 @@ def write_means(stress, before, after, sound, cosine, sine, out):
         q, r = before[column] * through + layer, after[column] * through + layer
         if not (sound[p] and sound[q] and sound[r]):
             q, r = p, p
-        # At an end one of the two others counts twice.
+        # At an end the only neighbour counts twice.
         if r == p:
             r = q
         if q == p:

@@ -29,20 +29,20 @@ from .stability import CRACKED, WALL_STIFFNESS, highest_frequency
 from .ticks import advance, measure_wall, update_forces
 
 _STATE = ("displacement", "velocity", "force", "gradient", "stress", "plastic_strain", "temperature", "plastic_work", "area")
-# Bytes of a node, and of an integration point, at least: tables, state, its copy, scratch, and the stencils by which fields are
-# read. A notch adds up to a twentieth.
+# Bytes per node and per integration point, at least: tables, state, its copy, scratch, and the stencils for reading fields. A
+# notch adds up to a twentieth.
 _BYTES_OF_NODE, _BYTES_OF_POINT = 385, 670
-# The addition for a node of a body that can break: its points, pairs and surfaces, whole and as they are.
+# Additional bytes per node of a body that can break: its points, pairs and surfaces, intact and cracked.
 _BYTES_OF_BREAKING = 190
 _POINTS_OF_CELL: dict[RuleName, int] = {"column": 1, "cell": 4}
-# Status -> what happened, and to which output.
+# Status -> description of the failure, and the output concerned.
 _FAILURES = {
     kernel_arrays.INVERTED: ("the body is inverted, its volume {value:.3g} of that at the start", "stress"),
     kernel_arrays.STRAINED: ("a strain of {value:.3g} in one tick, more than {limit:g},", "stress"),
     kernel_arrays.FLOWN: ("a plastic strain of {value:.3g}, more than {limit:g},", "plastic_strain"),
     kernel_arrays.HEATED: ("{value:.4g} K, more than {limit:g} K,", "temperature"),
 }
-# Part of the energy that hourglass control may hold without a caution.
+# Largest energy fraction of hourglass control without a caution.
 _HOURGLASS_PART = 0.05
 
 
@@ -62,7 +62,7 @@ class Shell(Component):
 
     @classmethod
     def memory_needed(cls, parameters: ShellParameters) -> int:
-        """Return what tables, state, its copy and the kernels' scratch take."""
+        """Return the memory of tables, state, its copy and the scratch of the kernels."""
         along, across, layers = parameters.body.counts
         points = along * across * parameters.rule.through * _POINTS_OF_CELL[parameters.rule.surface]
         of_node = _BYTES_OF_NODE + (_BYTES_OF_BREAKING if isinstance(parameters.fracture, FractureLaw) else 0)
@@ -88,7 +88,7 @@ class Shell(Component):
         self._lay_out_state(whole)
 
     def _finish_solid(self) -> Solid:
-        """Return the tables with what depends on the step."""
+        """Return the tables, including those that depend on the step."""
         p, wall = self.parameters, self.assembly.conditions.wall
         stiffness = WALL_STIFFNESS * self.highest_frequency * self.highest_frequency * self.mass
         return self.assembly.solid._replace(
@@ -119,7 +119,7 @@ class Shell(Component):
         return "" if self._breaking is None else self._breaking.contradiction(state)
 
     def tables(self) -> Tables:
-        """Return the arrays of the kernels with the cracks that the state has, for a parent that calls `ticks` itself."""
+        """Return the arrays of the kernels with the cracks of the state, for a parent that calls `ticks` directly."""
         return self._whole if self._breaking is None else self._breaking.tables()
 
     @property
@@ -129,7 +129,7 @@ class Shell(Component):
 
     @property
     def surface_nodes(self) -> IntArray:
-        """Numbers of the nodes of the outer surface, of a plate the upper one."""
+        """Numbers of the nodes of the outer surface, or the upper one of a plate."""
         return self.lattice.top_nodes
 
     # -- inputs and outputs -----------------------------------------------------------------------------------------
@@ -163,7 +163,7 @@ class Shell(Component):
                 if not is_sound:
                     raise ParameterError("got a value that is too small", expected=expected, at=("start", name))
         if "nodal_displacement" in values:
-            # As if it had happened in one tick.
+            # As if the displacement had happened in one tick.
             self._write_start("nodal_displacement", state.displacement, values)
         if update_forces(solid, state, self._scratch, self._failed):
             raise ParameterError(
@@ -213,14 +213,14 @@ class Shell(Component):
 
     @np.errstate(all="ignore")
     def _sums(self) -> dict[str, Any]:
-        """Return energies and momentum as they are."""
+        """Return the present energies and momentum."""
         return energies.measure(self.tables())
 
     def balances(self) -> tuple[Balance, ...]:
-        """Return energy, momentum, and mass.
+        """Return the balances of energy, momentum, and mass.
 
-        `leapfrog_energy` is -h^2/8 times the sum of force^2 / mass: with it, the energy that the scheme conserves for a
-        linear body. The remainder is of second order in the step.
+        `leapfrog_energy` is -h^2/8 times the sum of force^2 / mass; with it, the scheme conserves the energy of a linear body.
+        The remainder is of second order in the step.
         """
         sums, tally, start = self._sums(), self._block["tally"].copy(), self._block["start"].copy()
         stored = {name: sums[name] for name in energies.STORED}
@@ -242,7 +242,7 @@ class Shell(Component):
         )
 
     def report(self) -> dict[str, float]:
-        """Return how close the step is to the largest stable one, and what the body has borne."""
+        """Return the step over the largest stable one, and the largest loads and strains of the body."""
         sums = self._sums()
         stored = sums["elastic_energy"] + sums["kinetic_energy"] + sums["plastic_work"]
         found = {
@@ -266,7 +266,7 @@ class Shell(Component):
         return found if self._breaking is None else {**found, **self._breaking.report(self.step_size)}
 
     def conclusions(self) -> list[str]:
-        """Return whether the body is whole, has bulged or cracked, how far cracks ran, and how near it came to parting."""
+        """Return whether the body is whole, has bulged or cracked, the extent of cracks, and the largest fracture ratio."""
         if self._breaking is not None:
             return self._breaking.conclusions(self.step_size)
         if not self._plastic:
@@ -279,7 +279,7 @@ class Shell(Component):
         ]
 
     def cautions(self) -> list[str]:
-        """Return a sentence where hourglass control holds too much, and where the body is compressed too far for the step."""
+        """Return cautions if hourglass control holds too much energy, or if the body is compressed too much for the step."""
         found, report = [], self.report()
         part, step = report["hourglass energy over that of the body"], self._compressed_step()
         if part > _HOURGLASS_PART:
@@ -303,7 +303,7 @@ class Shell(Component):
         return found
 
     def _compressed_step(self) -> float:
-        """Return the step over the largest stable one where the body is compressed most, and its frequencies are highest."""
+        """Return the step over the largest stable one at the largest compression, where frequencies are highest."""
         return 0.5 * self.highest_frequency * self.step_size / energies.smallest_stretch(self._state.gradient)
 
     def drawables(self) -> tuple[Drawable, ...]:

@@ -1,4 +1,4 @@
-"""Energies, momentum and the smallest stretch of the solid as it is."""
+"""Present energies, momentum and smallest stretch of the solid."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ STORED = ("kinetic_energy", "elastic_energy", "hourglass_energy", "wall_energy",
 
 @jit
 def write_elastic_densities(law, stress, temperature, out):
-    """Write the elastic energy per volume of points [J/m^3]; `temperature` has the shape (0,) where nothing depends on it."""
+    """Write the elastic energy per volume of points [J/m^3]; `temperature` has the shape (0,) if it has no effect."""
     moduli = elastic_moduli(law, law.reference_temperature)
     for p in range(out.size):
         if temperature.size > 0:
@@ -36,7 +36,7 @@ def write_largest_principal(stress, out):
 
 
 def elastic_energy(solid: Solid, state: State, points: IntArray | slice = slice(None)) -> float:
-    """Return the elastic energy of some points, by default of all [J]."""
+    """Return the elastic energy of some points, by default of all points [J]."""
     volume, temperature = solid.points.volume[points], state.temperature[points] if solid.plastic else np.zeros(0)
     density = np.zeros(len(volume))
     write_elastic_densities(solid.law, state.stress[points], temperature, density)
@@ -44,13 +44,13 @@ def elastic_energy(solid: Solid, state: State, points: IntArray | slice = slice(
 
 
 def leapfrog_energy(solid: Solid, state: State, nodes: IntArray | slice = slice(None)) -> float:
-    """Return the part of some nodes of the energy that the scheme adds: -h^2/8 times the sum of force^2 / mass [J]."""
+    """Return the contribution of some nodes to the leapfrog energy: -h^2/8 times the sum of force^2 / mass [J]."""
     mass, force, free = solid.nodes.mass[nodes], state.force[nodes], solid.nodes.prescribed[nodes] == 0
     return -0.125 * solid.step * solid.step * ordered_sum((force * force / mass[:, None])[free])
 
 
 def smallest_stretch(gradient: FloatArray) -> float:
-    """Return the smallest principal stretch of all points: the root of the least eigenvalue of F^T F, at least 1e-6."""
+    """Return the smallest principal stretch of all points: the root of the smallest eigenvalue of F^T F, at least 1e-6."""
     f = gradient.reshape(-1, 3, 3) + np.eye(3)
     pairs = ((0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (2, 0))
     square, largest = np.stack([-(f[:, :, i] * f[:, :, j]).sum(axis=1) for i, j in pairs], axis=1), np.zeros(len(f))

@@ -1,4 +1,4 @@
-"""Fields of the solid that are read: at its nodes and points, on its surface, at its gauges."""
+"""Output fields of the solid: at its nodes and points, on its surface, at its gauges."""
 
 from __future__ import annotations
 
@@ -22,13 +22,13 @@ class Fields:
     """The outputs of a solid, computed from its state when they are read."""
 
     def __init__(self, assembly: Assembly, whole: Tables, breaking: BreakingBody | None, temperature: float) -> None:
-        """Take the tables of the body without cracks, its cracks where it can break, and its temperature at the start [K]."""
+        """Build from the tables of the body without cracks, its cracks if it can break, and its initial temperature [K]."""
         self._assembly, self._breaking, self._temperature_at_start = assembly, breaking, temperature
         self._solid, self._state = whole.solid, whole.state
         self._lattice, self._point_count = assembly.lattice, len(assembly.points.volume)
 
     def outputs(self) -> Iterator[Output]:
-        """Yield the outputs of the solid, those on its cracks among them."""
+        """Yield the outputs of the solid, including those on its cracks."""
         state, plastic, top, lattice = self._state, self._solid.plastic, self._lattice.top_nodes, self._lattice
         n, m, k, s = lattice.node_count, self._point_count, len(self._assembly.gauges), len(top)
         yield output(
@@ -96,7 +96,7 @@ class Fields:
         )  # fmt: skip
 
     def at_lattice(self, parameters: FloatArray) -> FloatArray:
-        """Return a field where the nodes are, from its parameters, shape (n, 3)."""
+        """Return the values of a field at the positions of the nodes, from its parameters, shape (n, 3)."""
         if self._breaking is not None:
             return self._breaking.node_field(parameters)
         out = np.zeros_like(parameters)
@@ -104,7 +104,7 @@ class Fields:
         return out
 
     def around_nodes(self, values: FloatArray) -> FloatArray:
-        """Return means of a field of the points around each node, shape (n,); 0 where no point sees it."""
+        """Return means around each node of a field of the points, shape (n,); 0 for a node in no point's support."""
         sums, assembly = np.zeros((len(self._lattice.nodes), 2)), self._assembly
         seen = assembly.stencils if self._breaking is None else self._breaking.seen
         kernels.weigh_points(seen, assembly.solid.nodes, assembly.points.volume, np.arange(len(sums)), values, sums)
@@ -127,7 +127,7 @@ class Fields:
 
     @np.errstate(all="ignore")
     def equivalent_stress(self) -> FloatArray:
-        """Return the equivalent stress of von Mises at the points, shape (m,) [Pa]."""
+        """Return the von Mises equivalent stress at the points, shape (m,) [Pa]."""
         xx, yy, zz, xy, yz, zx = self.mean_stress().T
         spread = (xx - yy) ** 2 + (yy - zz) ** 2 + (zz - xx) ** 2
         return np.sqrt(0.5 * spread + 3.0 * (xy * xy + yz * yz + zx * zx))
@@ -139,11 +139,11 @@ class Fields:
 
     @property
     def judges(self) -> bool:
-        """True where there is a fracture law, or a yield stress to compare with."""
+        """True with a fracture law, or with a yield stress for comparison."""
         return self._solid.plastic or self._breaking is not None
 
     def fracture_ratio(self) -> FloatArray:
-        """Return how near each point is to parting, by the fracture law, or by the paper's where there is none, shape (m,)."""
+        """Return the fracture ratio of each point, by the fracture law or, without one, by that of the paper, shape (m,)."""
         if self._breaking is not None:
             return self._breaking.ratios()
         out = np.zeros(self._point_count)

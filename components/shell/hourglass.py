@@ -1,13 +1,13 @@
-"""Hourglass control: ties between neighbouring columns against what integration points at the columns do not see.
+"""Hourglass control: ties between neighbouring columns against modes that integration points at the columns do not resolve.
 
-The derivative in the middle of three columns is blind to displacements that alternate from column to column. Between columns
-C and D at a distance X the mean displacements through the thickness have to follow the mean of both gradients,
+The derivative in the middle of three columns vanishes for displacements that alternate from column to column. Between columns
+C and D at a distance X the mean displacements through the thickness must follow the mean of both gradients,
 
     r = (u_D - u_C) - (H_C + H_D) X / 2,    energy k r^2 / 2,    k = alpha E A / |X|.
 
-r is 0 to the third order of a smooth field, so that bending is not stiffened, and it is twice the amplitude of an alternating
-one. All forces derive from the energy: momentum and angular momentum are kept. Beyond the flow stress times A the force does
-not grow. Source: the idea of G. C. Ganzenmüller, Comput. Methods Appl. Mech. Eng. 286 (2015) 87, with both gradients.
+r vanishes to third order for a smooth field, so that bending is not stiffened; for an alternating field it is twice the
+amplitude. All forces derive from the energy, so momentum and angular momentum are conserved. The force is limited to the flow
+stress times A. Source: the idea of G. C. Ganzenmüller, Comput. Methods Appl. Mech. Eng. 286 (2015) 87, with both gradients.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ def misfit(tied, u, h, c, d):
     x, y, z = 0.0, 0.0, 0.0
     for layer in range(tied.layers):
         a, b = c * tied.layers + layer, d * tied.layers + layer
-        # Layers have other shares below a notch.
+        # Below a notch the layers have other shares.
         share, other = tied.shares[a], tied.shares[b] - tied.shares[a]
         x += share * (u[b, 0] - u[a, 0]) + other * u[b, 0]
         y += share * (u[b, 1] - u[a, 1]) + other * u[b, 1]
@@ -52,7 +52,7 @@ def distance(place, c, d):
 
 @internal
 def least_flow_stress(law, plastic_strain, temperature, column, count):
-    """Return the least flow stress of the points of a column [Pa]."""
+    """Return the smallest flow stress of the points of a column [Pa]."""
     least = np.inf
     for p in range(column * count, (column + 1) * count):
         least = min(least, flow_stress(law, plastic_strain[p], temperature[p]))
@@ -61,9 +61,9 @@ def least_flow_stress(law, plastic_strain, temperature, column, count):
 
 @jit
 def hold_columns(tied, points, law, plastic, state, scratch, columns):
-    """Write forces and energies of the ties of some columns, and add to what pulls at their points.
+    """Write forces and energies of the ties of some columns, and add to the pull of their points.
 
-    Half of the energy of a tie belongs to each of its columns; beyond the largest force it is that of a constant one.
+    Half of the energy of a tie belongs to each of its columns; beyond the largest force the energy is that of a constant force.
 
     Args:
         tied: `kernel_arrays.Hourglass`.
@@ -72,7 +72,7 @@ def hold_columns(tied, points, law, plastic, state, scratch, columns):
         plastic: whether the material can yield.
         state: `kernel_arrays.State`.
         scratch: `kernel_arrays.Scratch`.
-        columns: their numbers, shape (k,).
+        columns: numbers of the columns, shape (k,).
     """
     pull, count = scratch.pull, tied.points
     for number in range(columns.size):
@@ -120,9 +120,9 @@ def hold_columns(tied, points, law, plastic, state, scratch, columns):
 
 
 def tie_energy(tables: Tables, columns: IntArray) -> float:
-    """Return the energy of the ties of some columns, half of each: the other column has the rest [J].
+    """Return half of the energy of the ties of some columns; the other half belongs to the other columns [J].
 
-    It is measured by the kernel of a tick, in its scratch.
+    The kernel of a tick computes it, in the scratch of the tick.
     """
     solid, state, scratch, _ = tables
     hold_columns(solid.hourglass, solid.points, solid.law, solid.plastic, state, scratch, columns)
@@ -132,7 +132,7 @@ def tie_energy(tables: Tables, columns: IntArray) -> float:
 def make_hourglass(lattice: Lattice, points: int, young: float, alpha: float) -> Hourglass:
     """Return the ties of a body whose points lie at the columns.
 
-    A column at an end of an axis sees its neighbour's derivative one-sided, which is not blind: ties along the axis end before.
+    A column at an end of an axis has a one-sided derivative, which resolves these modes: ties along the axis end before it.
 
     Args:
         lattice: the body.
@@ -155,7 +155,7 @@ def make_hourglass(lattice: Lattice, points: int, young: float, alpha: float) ->
     apart = place[partner] - place[:, None]
     distance = np.sqrt(apart[..., 0] ** 2 + apart[..., 1] ** 2 + apart[..., 2] ** 2)
     distance = np.where(partner >= 0, distance, 1.0)
-    # Volume of half of both columns over the distance: the section of what lies between them.
+    # Volume of half of both columns over the distance, i.e. the section between them.
     section = 0.5 * (volumes.sum(axis=1)[:, None] + volumes.sum(axis=1)[partner]) / distance
     section = np.where(partner >= 0, section, 0.0)
     return Hourglass(

@@ -1,4 +1,4 @@
-"""Tuples of plain arrays and numbers for kernels: points, nodes, hourglass control, surface, state, and scratch.
+"""Tuples of arrays and numbers for kernels: points, nodes, hourglass control, surface, state, and scratch.
 
 n nodes, m integration points, c columns of nodes through the thickness.
 """
@@ -15,7 +15,7 @@ from ..support.float_arrays import FloatArray
 
 IntArray = npt.NDArray[np.int64]
 IndexArray = npt.NDArray[np.uint32]
-# Columns, -1 for none.
+# Column numbers, -1 for none.
 ColumnArray = npt.NDArray[np.int32]
 
 
@@ -23,14 +23,14 @@ class Points(NamedTuple):
     """The constant arrays of integration points.
 
     Attributes:
-        begin: where the neighbours of each point begin in `nodes`, and the end of the last, shape (m + 1,).
+        begin: start of the neighbours of each point in `nodes`, and the end of the last one, shape (m + 1,).
         nodes: neighbours of the points, shape (entries,).
         kind: number of each point's stencil, shape (m,).
-        first: where each stencil begins in `gradients`, shape (stencils + 1,).
+        first: start of each stencil in `gradients`, shape (stencils + 1,).
         gradients: of the shape functions in the frame of the point, shape (rows, 3) [1/m].
-        along: by what the gradients along the body are multiplied at each point, shape (m,).
+        along: factor of the gradients along the body at each point, shape (m,).
         volume: shape (m,) [m^3].
-        sine, cosine: of the angle by which the frame of a point is turned, shape (m,).
+        sine, cosine: of the rotation angle of the frame of a point, shape (m,).
     """
 
     begin: IndexArray
@@ -49,10 +49,10 @@ class Nodes(NamedTuple):
 
     Attributes:
         mass: shape (n,) [kg].
-        prescribed: 0 where the velocity is free, otherwise 1 + the first column of its signal, shape (n, 3).
-        begin: where the points that see each node begin in `points`, and the end of the last, shape (n + 1,).
-        points: those that see the nodes, in ascending order for each, shape (entries,).
-        slot: which neighbour the node is of that point, shape (entries,).
+        prescribed: 0 for a free velocity component, otherwise 1 + the first column of its signal, shape (n, 3).
+        begin: start of the points with each node in their supports in `points`, and the end of the last one, shape (n + 1,).
+        points: points with the node in their supports, in ascending order for each node, shape (entries,).
+        slot: index of the node among the neighbours of this point, shape (entries,).
     """
 
     mass: FloatArray
@@ -63,16 +63,16 @@ class Nodes(NamedTuple):
 
 
 class Hourglass(NamedTuple):
-    """Springs between columns against what the points at the columns do not see; see `hourglass`.
+    """Springs between columns against modes that points at the columns do not resolve; see `hourglass`.
 
     Attributes:
         layers: nodes of a column.
         points: integration points of a column.
-        shares: of each node in the mean displacement of its column, shape (n,).
+        shares: weight of each node in the mean displacement of its column, shape (n,).
         place: mean position of each column, shape (c, 3) [m].
-        partner: columns that each is tied to, -1 for none, shape (c, 4).
-        stiffness: of those ties, shape (c, 4) [N/m].
-        section: area of those ties, by which the flow stress bounds their force, shape (c, 4) [m^2].
+        partner: columns tied to each column, -1 for none, shape (c, 4).
+        stiffness: of these ties, shape (c, 4) [N/m].
+        section: area of these ties; times the flow stress it limits their force, shape (c, 4) [m^2].
     """
 
     layers: int
@@ -89,8 +89,8 @@ class Surface(NamedTuple):
 
     Attributes:
         nodes: shape (s,).
-        station: along the body, shape (s,).
-        around: nodes of the surface before and after each one along the body and across it, itself where there is none,
+        station: number of the station along the body, shape (s,).
+        around: nodes of the surface before and after each one along the body and across it, itself if there is none,
             shape (s, 4).
         reference: positions, shape (s, 3) [m].
     """
@@ -102,7 +102,7 @@ class Surface(NamedTuple):
 
 
 class State(NamedTuple):
-    """The changing arrays; all of one tick.
+    """The changing arrays, all at the same tick.
 
     Attributes:
         displacement: parameters of the nodes, shape (n, 3) [m].
@@ -110,10 +110,10 @@ class State(NamedTuple):
         force: of stresses, hourglass control and wall on the nodes, shape (n, 3) [N].
         gradient: of the displacement, du_i/dX_j row by row, shape (m, 9).
         stress: Kirchhoff stress xx, yy, zz, xy, yz, zx, tension positive, shape (m, 6) [Pa].
-        plastic_strain: equivalent, shape (m,); (0,) of an elastic material, as the following.
+        plastic_strain: equivalent, shape (m,); (0,) for an elastic material, like the following.
         temperature: shape (m,) [K].
         plastic_work: per reference volume, shape (m,) [J/m^3].
-        area: of the inner surface, normal into the body, on each of its nodes, shape (s, 3) [m^2].
+        area: vector area of the inner surface at each of its nodes, normal into the body, shape (s, 3) [m^2].
     """
 
     displacement: FloatArray
@@ -128,14 +128,14 @@ class State(NamedTuple):
 
 
 class Scratch(NamedTuple):
-    """Memory that holds nothing between ticks.
+    """Scratch memory; its contents are not kept between ticks.
 
     Attributes:
         pull: nominal stress times volume of each point, in its frame, shape (m, 9) [N m].
         column_force: of the hourglass control, shape (c, 3) [N].
         tie_energy: half of the energy of each tie of the columns, shape (c, 4) [J].
-        before: velocity of the nodes of the inner surface at the begin of the tick, shape (s, 3) [m/s].
-        area: of the inner surface on these nodes at the end of the tick, shape (s, 3) [m^2].
+        before: velocity of the nodes of the inner surface at the beginning of the tick, shape (s, 3) [m/s].
+        area: of the inner surface at these nodes at the end of the tick, shape (s, 3) [m^2].
     """
 
     pull: FloatArray
@@ -146,18 +146,18 @@ class Scratch(NamedTuple):
 
 
 class Solid(NamedTuple):
-    """All that does not change.
+    """The constant tables.
 
     Attributes:
         points: the integration points.
         nodes: the nodes.
-        hourglass: its control.
-        surface: the inner one.
+        hourglass: the hourglass control.
+        surface: the inner surface.
         law: of the material.
-        plastic: whether it can yield.
+        plastic: whether the material can yield.
         step: length of a tick [s].
-        wall: x of a rigid wall, and 1 where the body lies above it, -1 where below, 0 where there is none, shape (2,).
-        bounce: stiffness of the wall against each node, shape (n,) [N/m]; (0,) where there is none.
+        wall: x of a rigid wall, and 1 for a body above it, -1 for one below, 0 without a wall, shape (2,).
+        bounce: stiffness of the wall against each node, shape (n,) [N/m]; (0,) without a wall.
         reference: positions of the nodes, shape (n, 3) [m].
     """
 
@@ -174,7 +174,7 @@ class Solid(NamedTuple):
 
 
 class Tables(NamedTuple):
-    """All that a tick works on; `tally` has the entries named below, shape (TALLY,)."""
+    """All arguments of a tick; `tally` has the entries named below, shape (TALLY,)."""
 
     solid: Solid
     state: State
@@ -182,21 +182,21 @@ class Tables(NamedTuple):
     tally: FloatArray
 
 
-# Entries of the tally since the reset; three each where it is a vector. WALL_FORCE is that of now.
+# Entries of the tally since the reset; vectors have three entries. WALL_FORCE is the present value.
 PRESSURE_WORK, BOUNDARY_WORK, PRESSURE_IMPULSE, BOUNDARY_IMPULSE, WALL_IMPULSE, WALL_FORCE, TALLY = 0, 1, 2, 5, 8, 9, 10
-# Statuses of a tick: a point is inverted, strained too much in one tick, has flown or become hot beyond measure.
+# Statuses of a tick: a point is inverted, strained too much in one tick, or beyond the limits of plastic strain or temperature.
 INVERTED, STRAINED, FLOWN, HEATED = 1, 2, 3, 4
 
 
 def make_scratch(points: int, columns: int, surface: int) -> Scratch:
-    """Return scratch for numbers of integration points, columns and nodes of the inner surface."""
+    """Return scratch for given numbers of integration points, columns and nodes of the inner surface."""
     return Scratch(
         np.zeros((points, 9)), np.zeros((columns, 3)), np.zeros((columns, 4)), np.zeros((surface, 3)), np.zeros((surface, 3))
     )
 
 
 def entries_of(points: Any, numbers: IntArray) -> tuple[IntArray, IntArray, IntArray]:
-    """Return for all neighbours of some points: the place of their point in `numbers`, the node, the row of its function.
+    """Return for all neighbours of some points: the index of the point in `numbers`, the node, the row of its function.
 
     Args:
         points: `Points`, or the `Stencils` of points.

@@ -21,7 +21,7 @@ from .shape_functions import UnspannedBasisError
 from .stencils import Stencils, make_stencils
 from .zero_modes import RIGID_MOTIONS, zero_mode_count
 
-# Layers, rule, points through the thickness, basis and radius that are known to have no modes without energy.
+# Layers, rule, points through the thickness, basis and radius that are known to have no zero-energy modes.
 _KNOWN = (3, "column", 2, "linear", 1.7)
 
 
@@ -31,7 +31,7 @@ class Gauge(NamedTuple):
     Attributes:
         neighbours: of the node, shape (k,).
         gradients: of their shape functions in the frame of the node, shape (k, 3) [1/m].
-        along: by what those along the body are multiplied, see `Stencils`.
+        along: factor of the gradients along the body, see `Stencils`.
         directions: unit vectors along the body, and across or around it, shape (2, 3).
     """
 
@@ -43,14 +43,14 @@ class Gauge(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Assembly:
-    """The tables that the component builds once, and that components of alike bodies share; they are read-only.
+    """The tables that a component builds once; components with alike bodies share them. They are read-only.
 
     Attributes:
         lattice: the nodes.
         points: the integration points.
         stencils: of the points.
-        node_stencils: of the nodes themselves, at which fields are read; without gradients.
-        gauges: at which strains are read.
+        node_stencils: stencils of the nodes themselves, for reading fields; without gradients.
+        gauges: strain gauges.
         solid: the tables of the kernels, without step and wall.
         conditions: the prescribed velocities.
     """
@@ -64,26 +64,26 @@ class Assembly:
     conditions: Conditions
 
     def coordinates(self, point: int) -> list[float]:
-        """Return where an integration point is in the undeformed body: x, y, z [m], or x [m], angle [rad], radius [m]."""
+        """Return the initial position of an integration point: x, y, z [m], or x [m], angle [rad], radius [m]."""
         return [
             float(axis.at(one)) for axis, one in zip(self.lattice.axes, self.points.places(np.array([point]))[0], strict=True)
         ]
 
     def describe(self, point: int) -> str:
-        """Return that place in words."""
+        """Return this position in words."""
         return self.lattice.describe(self.coordinates(point))
 
 
-# The parameters that determine the tables, and the assemblies that are in use.
+# The parameters that determine the tables, and the assemblies in use.
 _SOURCES = ("body", "material", "boundaries", "basis", "radius", "integration", "hourglass", "gauges")
 _in_use: WeakValueDictionary[str, Assembly] = WeakValueDictionary()
 
 
 def assemble(p: ShellParameters) -> Assembly:
-    """Return the tables: those of a component of an alike body where there is one, such as that from which a tube has its step.
+    """Return the tables, shared with a component of an alike body if there is one, e.g. that from which a tube gets its step.
 
     Raises:
-        ParameterError: the rule has modes without energy, or the neighbours of a point do not span the basis.
+        ParameterError: the rule has zero-energy modes, or the neighbours of a point do not span the basis.
     """
     key = repr([getattr(p, name) for name in _SOURCES])
     found = _in_use.get(key)
@@ -124,13 +124,13 @@ def _assemble(p: ShellParameters) -> Assembly:
 
 
 def refuse_soft_rule(p: ShellParameters) -> None:
-    """Raise `ParameterError` where the integration rule has modes without energy besides the rigid motions."""
+    """Raise `ParameterError` if the integration rule has zero-energy modes in addition to rigid motions."""
     chosen = (p.body.counts[2], p.rule.surface, p.rule.through, p.basis, p.chosen_radius)
     if chosen == _KNOWN:
         return
     try:
         modes = zero_mode_count(*chosen)
-    except UnspannedBasisError:  # the stencils of the body name the point
+    except UnspannedBasisError:  # the stencils of the body report the point
         return
     if modes != RIGID_MOTIONS:
         raise ParameterError(
@@ -151,7 +151,7 @@ def transpose(stencils: Stencils, nodes: int) -> tuple[IndexArray, IndexArray, n
 
 
 def inner_surface(lattice: Lattice) -> Surface:
-    """Return the surface on which the pressure acts: the inner one of a tube, the lower one of a plate."""
+    """Return the surface under pressure: the inner one of a tube, the lower one of a plate."""
     n, m, _ = lattice.shape
     nodes = edge_nodes(lattice, "bottom")
     around = column_neighbours(n, m, lattice.axes[1].closed).astype(np.int32)
@@ -159,7 +159,7 @@ def inner_surface(lattice: Lattice) -> Surface:
 
 
 def surface_quads(lattice: Lattice) -> IntArray:
-    """Return the four columns around each cell of the surface, in order around it, shape (cells, 4)."""
+    """Return the four columns of each cell of the surface, in cyclic order, shape (cells, 4)."""
     n, m, _ = lattice.shape
     rows = m if lattice.axes[1].closed else m - 1
     along, across = (one.ravel() for one in np.meshgrid(np.arange(n - 1), np.arange(rows), indexing="ij"))

@@ -2,9 +2,9 @@
 
     f_I = -sum_p V_p (dN_I/dX_j)(X_p) P_ji,    P = F^-1 tau,    F = 1 + sum_J u_J (x) dN_J/dX
 
-A tick is a half kick, a drift, new stresses and forces, a half kick (velocity Verlet, which is the central difference of the
-paper with the velocities of whole ticks). Points gather from their neighbours, and nodes from the points that see them, both
-in a fixed order: the bits do not depend on which part is computed first. `ticks` calls these kernels.
+A tick is a half kick, a drift, new stresses and forces, and a half kick (velocity Verlet, i.e. the central difference of the
+paper with velocities at whole ticks). Points sum over their neighbours, and nodes over the points with the node in their
+supports, both in a fixed order: results are bitwise independent of the order of computation. `ticks` calls these kernels.
 Source: Gato & Shie (2010), section 2.
 """
 
@@ -38,13 +38,13 @@ from .kernel_arrays import (
     STRAINED,
 )
 
-# A plastic strain, a temperature [K] or a strain in one tick beyond these is absurd.
+# Larger plastic strains, temperatures [K], or strains in one tick are absurd.
 LARGEST_PLASTIC_STRAIN, LARGEST_TEMPERATURE, LARGEST_STRAIN_OF_TICK = 10.0, 1e4, 0.2
 
 
 @jit
 def drift(nodes, surface, state, scratch, signals, pressures, step, tally):
-    """Make the first half kick, and move the nodes; tally what prescribed velocities do.
+    """Make the first half kick, and move the nodes; tally the work and impulse of prescribed velocities.
 
     Args:
         nodes: `kernel_arrays.Nodes`.
@@ -52,7 +52,7 @@ def drift(nodes, surface, state, scratch, signals, pressures, step, tally):
         state: `kernel_arrays.State`.
         scratch: `kernel_arrays.Scratch`; `before` is written.
         signals: means over the tick: the factor of the pressure, then velocities of edges, shape (k,).
-        pressures: what the factor is multiplied by at each station of the surface, shape (stations,) [Pa].
+        pressures: pressure that the factor scales at each station of the surface, shape (stations,) [Pa].
         step: length of the tick [s].
         tally: shape (TALLY,).
     """
@@ -84,7 +84,7 @@ def drift(nodes, surface, state, scratch, signals, pressures, step, tally):
 
 @jit
 def kick(nodes, surface, state, scratch, signals, pressures, step, tally):
-    """Make the second half kick with the new forces and areas, and tally the work of the pressure; as `drift`."""
+    """Make the second half kick with the new forces and areas, and tally the work of the pressure; arguments as in `drift`."""
     v, f, mass, prescribed = state.velocity, state.force, nodes.mass, nodes.prescribed
     half, factor = 0.5 * step, signals[0]
     for j in range(mass.size):
@@ -114,9 +114,9 @@ def kick(nodes, surface, state, scratch, signals, pressures, step, tally):
 
 @jit
 def write_areas(surface, u, out):
-    """Write the area of the inner surface on each of its nodes, along its normal into the body, shape (s, 3) [m^2].
+    """Write the area vector of the inner surface at each of its nodes, along its normal into the body, shape (s, 3) [m^2].
 
-    A quarter of the four triangles to its neighbours, twice: exact for the quarter cells of a plane surface.
+    Half the area of the quadrilateral spanned by the four neighbours, which is exact for the quarter cells of a plane surface.
     """
     x, nodes = surface.reference, surface.nodes
     for s in range(nodes.size):
@@ -133,7 +133,7 @@ def write_areas(surface, u, out):
 
 @jit
 def update_stresses(points, law, plastic, state, pull, begin, end, failed):
-    """Advance the stresses of some points to the displacements of now, and write what pulls on their nodes.
+    """Advance the stresses of some points to the present displacements, and write their pull on their nodes.
 
     Args:
         points: `kernel_arrays.Points`.
@@ -141,12 +141,12 @@ def update_stresses(points, law, plastic, state, pull, begin, end, failed):
         plastic: whether the material can yield.
         state: `kernel_arrays.State`.
         pull: `kernel_arrays.Scratch.pull`.
-        begin: the first of the points.
-        end: the first one after them.
-        failed: of a failure the first entry is set to the point.
+        begin: first of the points.
+        end: one past the last point.
+        failed: in a failure, its first entry is set to the point.
 
     Returns:
-        0, or a status; then `pull` holds in the row of the point the value that decided and its limit.
+        0, or a status; then the row of the point in `pull` contains the decisive value and its limit.
     """
     u, starts, nodes = state.displacement, points.begin, points.nodes
     kind, first, gradients = points.kind, points.first, points.gradients
@@ -223,7 +223,7 @@ def write_point_pull(pull, p, nominal, volume, cosine, sine, along):
 def dissipation(moduli, before, after, strain):
     """Return the work of a tick that is not stored, by the mean of both stresses: plastic, and against thermal expansion.
 
-    `before` and `after` are the turned stress before the tick and the stress after it [Pa], `strain` that of the tick.
+    `before` is the rotated stress before the tick and `after` the stress after it [Pa], `strain` the strain of the tick.
     """
     twice_mean, change = add(before, after), subtract(after, before)
     traces = trace(twice_mean) * (after.xx + after.yy + after.zz - before.xx - before.yy - before.zz)
@@ -234,13 +234,13 @@ def dissipation(moduli, before, after, strain):
 
 @jit
 def gather_forces(points, nodes, hourglass, scratch, force, numbers):
-    """Write the forces on some nodes, of the points that see them and of the hourglass control.
+    """Write the forces on some nodes, from the points with the node in their supports and from the hourglass control.
 
     Args:
         points: `kernel_arrays.Points`.
         nodes: `kernel_arrays.Nodes`.
         hourglass: `kernel_arrays.Hourglass`.
-        scratch: `kernel_arrays.Scratch`, with what pulls at the nodes.
+        scratch: `kernel_arrays.Scratch`, with the pull of the points.
         force: written, shape (n, 3) [N].
         numbers: of the nodes, shape (k,).
     """
@@ -286,7 +286,7 @@ def interpolate(stencils, field, out):
 
 @jit
 def weigh_points(stencils, nodes, volume, numbers, field, out):
-    """Write for some nodes how much the points see them, sum_p |N_J| V_p, and the sum of that times a field at the points.
+    """Write for some nodes their total weight in points, sum_p |N_J| V_p, and the same sum weighted by a field at the points.
 
     Args:
         stencils: `Stencils` of the points.

@@ -17,9 +17,9 @@ from .geometry.notch import edge_at
 from .quadrature import RuleName
 from .shape_functions import BasisName
 
-# Radius within which a point sees nodes, in spacings: with each basis the smallest that is sound.
+# Support radius of a point, in spacings: the smallest sound one for each basis.
 _RADII = {"linear": 1.7, "quadratic": 2.7}
-# An example that is built in no time, also by kernels that are interpreted.
+# An example that is quick to build, also by interpreted kernels.
 COARSE_RING = {"name": "tube", "along": 4, "around": 12, "layers": 2}
 
 
@@ -33,11 +33,11 @@ class LinearElastic(Named):
 
     @property
     def melting_temperature(self) -> float | None:
-        """None: an elastic body knows no temperature."""
+        """None: an elastic body has no temperature."""
         return None
 
     def constants(self, step_size: float) -> FlowConstants:
-        """Return what kernels want to know, for ticks of this length [s]; nothing of the flow."""
+        """Return the constants for kernels, for ticks of a given length [s], without plastic flow."""
         law = Thermoviscoplastic(
             young=self.young, poisson=self.poisson, density=self.density, temperature_dependent=False, softening=0.0
         )
@@ -99,7 +99,7 @@ class ShellParameters(Parameters):
 
     @property
     def chosen_radius(self) -> float:
-        """Radius within which a point sees nodes, in spacings."""
+        """Support radius of a point, in spacings."""
         return _RADII[self.basis] if self.radius is None else self.radius
 
     @property

@@ -1,8 +1,8 @@
-"""Integration rules: where the points lie at which stresses are computed, and the volume of each.
+"""Integration rules: positions and volumes of the points at which stresses are computed.
 
-A rule is a rule in the surface times Gauss points through the thickness. In the surface, `column` has one point at each
-column of nodes: cheap, but blind to displacements that alternate from column to column, which `hourglass` holds; `cell` has
-2 x 2 Gauss points in each cell between four columns.
+A rule combines a surface rule with Gauss points through the thickness. The surface rule `column` has one point at each column
+of nodes: cheap, but it does not resolve displacements that alternate from column to column, which `hourglass` controls. `cell`
+has 2 x 2 Gauss points in each cell between four columns.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ class LinePoints(NamedTuple):
 
     Attributes:
         at: fractional indices of the axis, shape (m,).
-        length: part of the axis that belongs to each, shape (m,) [m or rad].
+        length: of the axis that belongs to each point, shape (m,) [m or rad].
     """
 
     at: FloatArray
@@ -34,13 +34,13 @@ class LinePoints(NamedTuple):
 
 
 class IntegrationPoints(NamedTuple):
-    """Points of a body, those of a column together.
+    """Points of a body, ordered by columns.
 
     Attributes:
-        lines: the points along each axis, whose product they are; below a notch they lie elsewhere through the thickness.
-        heights: fractional index of each through the thickness, shape (m,).
+        lines: the points along each axis; their product gives all points, except heights below a notch.
+        heights: fractional index of each point through the thickness, shape (m,).
         volume: shape (m,) [m^3].
-        sine, cosine: of the angle by which the frame of each is turned, shape (m,).
+        sine, cosine: of the rotation angle of the frame of each point, shape (m,).
     """
 
     lines: tuple[LinePoints, LinePoints, LinePoints]
@@ -50,12 +50,12 @@ class IntegrationPoints(NamedTuple):
     cosine: FloatArray
 
     def places(self, points: IntArray) -> FloatArray:
-        """Return fractional indices of the axes at which points are, shape (len(points), 3)."""
+        """Return the fractional indices of points along the axes, shape (len(points), 3)."""
         along, across, _ = np.unravel_index(points, [len(line.at) for line in self.lines])
         return np.stack([self.lines[0].at[along], self.lines[1].at[across], self.heights[points]], axis=-1)
 
     def all_places(self) -> FloatArray:
-        """Return those of all points, shape (m, 3)."""
+        """Return the fractional indices of all points, shape (m, 3)."""
         return self.places(np.arange(len(self.volume)))
 
 
@@ -65,7 +65,7 @@ def points_at_planes(axis: Axis) -> LinePoints:
 
 
 def points_in_cells(axis: Axis, radius: float) -> LinePoints:
-    """Return two Gauss points between each plane and the next, each for half a plane times dX/dxi as the functions see it."""
+    """Return two Gauss points between neighbouring planes, each with half a plane times dX/dxi of the shape functions."""
     cells = axis.count if axis.closed else axis.count - 1
     offset, _ = gauss_points(2)
     index = (np.arange(cells)[:, None] + 0.5 + 0.5 * offset).ravel()
@@ -73,7 +73,7 @@ def points_in_cells(axis: Axis, radius: float) -> LinePoints:
 
 
 def _seen_slope(axis: Axis, index: float, radius: float) -> float:
-    """Return dX/dxi at an index: of moving least squares along one axis that reproduces linear functions of the index xi."""
+    """Return dX/dxi at an index, from moving least squares along one axis that reproduces linear functions of the index xi."""
     planes = np.array(axis.neighbours(index, radius))
     offset = planes - index
     weight, slope = quartic_spline(-offset / radius)
@@ -81,9 +81,9 @@ def _seen_slope(axis: Axis, index: float, radius: float) -> float:
     m0, m1, m2 = weight.sum(), (weight * offset).sum(), (weight * offset * offset).sum()
     d0, d1 = slope.sum(), (slope * offset).sum()
     d2, determinant = (slope * offset * offset).sum(), m0 * m2 - m1 * m1
-    if not determinant > 0.0:  # too few planes, which the stencils refuse
+    if not determinant > 0.0:  # too few planes; the stencils refuse this
         return float(axis.slope(np.array([index]))[0])
-    # N = (a + b offset) weight with the factors that give the sums 1 and 0; their changes, of basis and weights.
+    # N = (a + b offset) weight with factors that give the sums 1 and 0; then their derivatives, by basis and weights.
     a, b = m2 / determinant, -m1 / determinant
     first, second = a * d0 + b * d1, a * d1 + b * d2 - 1.0
     change = -(m2 * first - m1 * second) / determinant, (m1 * first - m0 * second) / determinant
@@ -92,7 +92,7 @@ def _seen_slope(axis: Axis, index: float, radius: float) -> float:
 
 
 def points_through(axis: Axis, count: int, top: int = -1) -> LinePoints:
-    """Return Gauss points between the first plane and the last, or that of number `top`."""
+    """Return Gauss points between the first plane and the last, or the plane with number `top`."""
     offset, weight = gauss_points(count)
     first, last = axis.positions[0], axis.positions[top]
     place = 0.5 * (first + last) + 0.5 * (last - first) * offset
@@ -116,7 +116,7 @@ def gauss_points(count: int) -> tuple[FloatArray, FloatArray]:
 
 
 def integration_points(lattice: Lattice, rule: RuleName, through: int, radius: float) -> IntegrationPoints:
-    """Return the points of a rule with a number of points through the thickness, which see nodes within a radius [planes]."""
+    """Return the points of a rule with `through` points through the thickness and a support radius [planes]."""
     along, across, thickness = lattice.axes
     first, second = (
         points_at_planes(axis) if rule == "column" else points_in_cells(axis, radius) for axis in (along, across)
@@ -127,7 +127,7 @@ def integration_points(lattice: Lattice, rule: RuleName, through: int, radius: f
     volume = section * third
     heights = np.broadcast_to(lines[2].at, volume.shape)
     if lattice.hollow is not None:
-        # A point is below the notch where the nearest column is.
+        # A point is below the notch if its nearest column is.
         places = np.stack(np.meshgrid(lines[0].at, lines[1].at, indexing="ij"), axis=-1)
         nearest = lattice.nearest_columns(places.reshape(-1, 2))
         below = lattice.hollow.columns.ravel()[nearest].reshape(volume.shape[:2])
@@ -141,5 +141,5 @@ def integration_points(lattice: Lattice, rule: RuleName, through: int, radius: f
 
 
 def thickness_volumes(lattice: Lattice, line: LinePoints) -> FloatArray:
-    """Return what the volume of points through the thickness is, over their part of the surface coordinates."""
+    """Return the volume of points through the thickness per area in surface coordinates."""
     return line.length * lattice.axes[2].at(line.at) if lattice.bent else line.length

@@ -4,8 +4,8 @@ N_J = p(0)^T A^-1 p_J W_J, A = sum p_J p_J^T W_J, with the basis p in coordinate
 
     N_J,k = (p_,k - A_,k A^-1 p(0))^T A^-1 p_J W_J + p(0)^T A^-1 p_J W_J,k.
 
-Sums go over the neighbours one by one, and the moment matrix is decomposed without a library: the same bits on every machine.
-The functions reproduce what the basis spans, and do not interpolate: the field at a node is not that node's parameter.
+Sums run over the neighbours in order, and the moment matrix is decomposed without a library: bitwise the same on every machine.
+The functions reproduce the span of the basis but do not interpolate: the field at a node is not the parameter of the node.
 Source: Gato & Shie (2010), after (2).
 """
 
@@ -19,7 +19,7 @@ from ..support.float_arrays import FloatArray
 from ..support.jit import internal, jit
 
 BasisName = Literal["linear", "quadratic"]
-# A pivot of the moment matrix that is smaller than this part of its entry is rounding: its point sees too few nodes.
+# A pivot of the moment matrix below this fraction of its entry is a rounding error: the point has too few neighbours.
 SMALLEST_PIVOT = 1e-10
 
 
@@ -27,8 +27,8 @@ class UnspannedBasisError(ValueError):
     """The neighbours of a point do not span the basis.
 
     Attributes:
-        point: its number among those that were asked for.
-        place: its coordinates along the axes of the lattice, () where they are not known.
+        point: its index among the requested points.
+        place: its coordinates along the axes of the lattice, () if they are unknown.
     """
 
     def __init__(self, point: int, message: str = "", place: tuple[float, ...] = ()) -> None:
@@ -46,7 +46,7 @@ def quartic_spline(s: FloatArray) -> tuple[FloatArray, FloatArray]:
 
 
 def basis_at(offsets: FloatArray, basis: BasisName) -> list[FloatArray]:
-    """Return the basis at offsets (..., 3): 1, the three coordinates, and their six products where it is quadratic."""
+    """Return the basis at offsets (..., 3): 1, the three coordinates, and their six products for a quadratic basis."""
     x, y, z = offsets[..., 0], offsets[..., 1], offsets[..., 2]
     linear = [np.ones_like(x), x, y, z]
     return linear if basis == "linear" else [*linear, x * x, y * y, z * z, y * z, z * x, x * y]
@@ -59,15 +59,15 @@ def moving_least_squares(
 
     Args:
         offsets: of the neighbours from the point, shape (k, s, 3) [m].
-        weights: of the neighbours, 0 for such as are none, shape (k, s).
+        weights: of the neighbours, 0 for padding, shape (k, s).
         slopes: gradients of the weights with respect to the point, shape (k, s, 3) [1/m].
-        basis: what is reproduced.
+        basis: reproduced functions.
 
     Raises:
         UnspannedBasisError: the neighbours of a point do not span the basis.
     """
     length = np.abs(np.where(weights[..., None] > 0.0, offsets, 0.0)).max(axis=(0, 2))
-    # A point that sees nothing, or itself alone, has no length; its moment matrix is singular with any other one, too.
+    # A point without neighbours other than itself has no length; its moment matrix is singular with any length.
     length = np.where(length > 0.0, length, 1.0)
     p = basis_at(offsets / length[:, None], basis)
     lower, pivots = decompose(_moments(p, weights))
@@ -96,10 +96,10 @@ def _moments(p: list[FloatArray], weights: FloatArray) -> list[list[FloatArray]]
 
 
 def decompose(matrix: list[list[FloatArray]]) -> tuple[list[list[FloatArray]], list[FloatArray]]:
-    """Return L and D of A = L D L^T for many symmetric matrices, whose lower triangle is given; L without its diagonal.
+    """Return L and D of A = L D L^T for many symmetric matrices, given by their lower triangles; L without its diagonal.
 
     Raises:
-        UnspannedBasisError: one is singular to working precision; its number is the point.
+        UnspannedBasisError: a matrix is singular to working precision; its index is the point.
     """
     lower: list[list[FloatArray]] = []
     pivots: list[FloatArray] = []
@@ -143,13 +143,13 @@ def solve(lower: list[list[FloatArray]], pivots: list[FloatArray], right: list[F
 def least_squares_rows(offsets, weights, slopes, size, values, gradients, sound):
     """Write moving-least-squares functions and their gradients, point by point, in a fixed order of sums.
 
-    As `moving_least_squares`, whose sums depend on how many points there are at a time.
+    Like `moving_least_squares`, whose sums however depend on the number of points per call.
 
     Args:
         offsets: of the neighbours, shape (s, k, 3) [m].
-        weights: 0 of those that are none, shape (s, k).
+        weights: 0 for padding, shape (s, k).
         slopes: gradients of the weights, shape (s, k, 3) [1/m].
-        size: functions of the basis, 4 or 10.
+        size: number of basis functions, 4 or 10.
         values: written, shape (s, k).
         gradients: written, shape (s, k, 3) [1/m].
         sound: written: whether the neighbours span the basis, shape (s,).
@@ -205,7 +205,7 @@ def least_squares_rows(offsets, weights, slopes, size, values, gradients, sound)
 
 @internal
 def write_basis(offset, length, size, p):
-    """Write the basis at an offset over a length: 1, the coordinates, and of ten functions their products."""
+    """Write the basis at an offset divided by a length: 1, the coordinates and, for ten functions, their products."""
     x, y, z = offset[0] / length, offset[1] / length, offset[2] / length
     p[0], p[1], p[2], p[3] = 1.0, x, y, z
     if size > 4:
@@ -214,7 +214,7 @@ def write_basis(offset, length, size, p):
 
 @internal
 def decompose_in_place(moment, factor, size):
-    """Write L below the diagonal and D on it, of a symmetric matrix given below; return whether it is regular."""
+    """Write L below the diagonal and D on it, for a symmetric matrix (lower triangle); return whether it is regular."""
     for row in range(size):
         for column in range(row):
             entry = moment[row, column]
@@ -232,7 +232,7 @@ def decompose_in_place(moment, factor, size):
 
 @internal
 def solve_in_place(factor, size, x):
-    """Put the solution of L D L^T x = right in the place of the right side."""
+    """Overwrite the right side with the solution of L D L^T x = right."""
     for row in range(size):
         for k in range(row):
             x[row] -= factor[row, k] * x[k]

@@ -1,4 +1,4 @@
-"""The highest frequency of the body at rest, which bounds the step: 2 / omega is the largest that leapfrog allows."""
+"""The highest frequency of the body at rest, which limits the step: the largest stable one of leapfrog is 2 / omega."""
 
 from __future__ import annotations
 
@@ -11,24 +11,24 @@ from ..support.stable_step import ResultCache
 from . import ticks
 from .kernel_arrays import Solid, State, make_scratch
 
-# Displacements, over the size of the stencils, that leave the geometry as it is.
+# Displacements, over the size of the stencils, small enough to leave the geometry unchanged.
 _SMALL = 1e-7
 _ITERATIONS = 60
 _SETTLED = 1e-4
-# The highest frequency of a body with cracks over that of a whole one, as measured at most: what sees one side of a crack alone
-# is stiffer.
+# Upper bound, from measurements, of the highest frequency of a cracked body over that of the intact one: points with neighbours
+# on one side of a crack only are stiffer.
 CRACKED = 1.5
-# Stiffness of a wall against a node over mass times the highest frequency squared: the step is hardly smaller for it, and a
-# node that bounces loses no energy to the step (with ten times as much 1 % of an impact would be lost).
+# Stiffness of a wall against a node over mass times the highest frequency squared: the step hardly decreases, and a rebounding
+# node loses no energy to the step (with ten times this stiffness 1 % of an impact would be lost).
 WALL_STIFFNESS = 0.05
 _found = ResultCache()
 
 
 def highest_frequency(solid: Solid) -> float:
-    """Return the highest angular frequency of the body at rest [rad/s], by power iteration; 0 where nothing can move.
+    """Return the highest angular frequency of the body at rest [rad/s], by power iteration; 0 if no node can move.
 
     Args:
-        solid: without a wall; its material counts as elastic.
+        solid: without a wall; its material is treated as elastic.
     """
     nodes, tied = solid.nodes, solid.hourglass
     inputs = (
@@ -63,6 +63,6 @@ def _compute_frequency(solid: Solid) -> float:
 
 @np.errstate(all="ignore")
 def _norm_ratio(image: FloatArray, vector: FloatArray, mass: FloatArray) -> float:
-    """Return |image| / |vector| in the norm that weighs nodes with their masses; both of shape (n, 3)."""
+    """Return |image| / |vector| in the mass-weighted norm; both have shape (n, 3)."""
     above, below = (ordered_sum(mass[:, None] * one * one) for one in (image, vector))
     return float(np.sqrt(above / below))

@@ -1,8 +1,8 @@
-"""Stencils: the nodes that each point sees and their weights, shared by all points whose neighbourhoods look alike.
+"""Stencils: the neighbouring nodes of each point and their weights, shared by points with alike neighbourhoods.
 
-In its own frame (along, around, through the thickness) a point of an even tube sees what all others in its row see: the
-gradients of the shape functions are kept once for each kind of neighbourhood, and turned by the angle of the point. Where
-distances grow evenly along the body, neighbourhoods are alike but for their length: their gradients along it are multiplied.
+In its own frame (along, around, through the thickness) a point of an even tube has the same neighbourhood as all points in its
+row: the gradients of the shape functions are stored once per kind of neighbourhood, and rotated by the angle of the point. If
+distances grow uniformly along the body, neighbourhoods differ only in length, and their gradients along it are scaled.
 """
 
 from __future__ import annotations
@@ -25,14 +25,14 @@ class Stencils(NamedTuple):
     """Neighbours of m points, and their shape functions; s kinds of neighbourhood.
 
     Attributes:
-        begin: where the neighbours of each point begin in `nodes`, and the end of the last, shape (m + 1,).
+        begin: start of the neighbours of each point in `nodes`, and the end of the last one, shape (m + 1,).
         nodes: the neighbours, shape (entries,).
         kind: number of each point's stencil, shape (m,).
-        first: where each stencil begins in the two tables, and the end of the last, shape (s + 1,).
+        first: start of each stencil in the two tables, and the end of the last one, shape (s + 1,).
         values: shape functions, shape (rows,).
         gradients: their gradients in the frame of the point, shape (rows, 3) [1/m].
-        along: by what those along the body are multiplied, shape (m,): the spacing there at the point for which the stencil
-            was computed over that at the point.
+        along: factor of the gradients along the body, shape (m,): the spacing at the point for which the stencil was computed
+            over the spacing at the point itself.
     """
 
     begin: IndexArray
@@ -48,7 +48,7 @@ class Stencils(NamedTuple):
         return self.nodes[self.begin[point] : self.begin[point + 1]]
 
     def counts(self, points: IntArray) -> IntArray:
-        """Return how many neighbours some points have."""
+        """Return the number of neighbours of some points."""
         return self.begin[points + 1].astype(np.int64) - self.begin[points]
 
     def gradients_at(self, point: int) -> FloatArray:
@@ -57,25 +57,25 @@ class Stencils(NamedTuple):
         return self.gradients[first:end]
 
     def without_gradients(self) -> Stencils:
-        """Return these without their gradients, which take most of the memory of shape functions, and what multiplies them."""
+        """Return the stencils without gradients, which take most of the memory, and without the factors of the gradients."""
         return self._replace(gradients=np.zeros((0, 3)), along=np.zeros(0))
 
 
-# Spacings that differ by less than this part, which is rounding, are the same.
+# Spacings with a smaller relative difference, which is a rounding error, count as equal.
 _SAME = 1e-12
 _Marks = npt.NDArray[np.bool_]
 
 
 class _Line(NamedTuple):
-    """The planes that points along one axis see; k at most.
+    """The neighbouring planes of points along one axis; at most k.
 
     Attributes:
-        planes: shape (m, k); beyond the number of neighbours a copy of the first.
+        planes: shape (m, k); padded with copies of the first.
         present: shape (m, k).
         kinds: number of the kind of each point, shape (m,).
-        kept: a point of each kind, shape (kinds,).
+        kept: a representative point of each kind, shape (kinds,).
         at: fractional indices of the points, shape (m,).
-        stretch: spacing at the point of the kind over that at each point, shape (m,).
+        stretch: spacing at the representative point over the spacing at each point, shape (m,).
     """
 
     planes: IntArray
@@ -95,8 +95,8 @@ def _line(axis: Axis, index: FloatArray, radius: float, shared: bool, scaled: bo
     most = max(map(len, found))
     planes = np.array([[*some, *[some[0]] * (most - len(some))] for some in found], dtype=np.int64)
     present = np.array([[number < len(some) for number in range(most)] for some in found])
-    # Planes that look alike from two points, to rounding, make one kind, where the axis may be scaled also such as are farther
-    # apart for one; nothing does through the thickness of a bent body.
+    # Points whose planes look alike, to rounding, are of one kind; if the axis may be scaled, also points whose planes differ
+    # by a factor. Through the thickness of a bent body no two points are alike.
     slope = axis.slope(index)
     scale = slope[:, None] if scaled else float(np.abs(slope).min())
     seen = np.concatenate([axis.at_any(planes) - axis.at(index)[:, None], slope[:, None]], axis=1)
@@ -113,14 +113,14 @@ def make_stencils(
     lattice: Lattice, lines: tuple[LinePoints, LinePoints, LinePoints], radius: float, basis: BasisName,
     places: FloatArray | None = None,
 ) -> Stencils:  # fmt: skip
-    """Return the stencils of points that are the product of points along the axes, but for those at a notch.
+    """Return the stencils of points that are the product of points along the axes, except those at a notch.
 
     Args:
         lattice: the nodes.
         lines: points along each axis.
-        radius: within which a point sees nodes along each axis, in spacings.
+        radius: support radius of a point along each axis, in spacings.
         basis: of the shape functions.
-        places: where the points are, shape (m, 3), if a notch makes that differ from the product.
+        places: positions of the points, shape (m, 3), if a notch makes them differ from the product.
 
     Raises:
         UnspannedBasisError: the neighbours of a point do not span the basis.
@@ -139,7 +139,7 @@ def make_stencils(
 def _replace(
     even: Stencils, picked: IntArray, nodes: IntArray, there: _Marks, values: FloatArray, gradients: FloatArray
 ) -> Stencils:
-    """Return stencils in which some points have others, each its own."""
+    """Return stencils with individual stencils for some points."""
     counts, own = np.diff(even.begin.astype(np.int64)), there.sum(axis=1)
     is_own = np.zeros(len(counts), dtype=bool)
     is_own[picked] = True
@@ -159,7 +159,7 @@ def _replace(
 def _stencils_at(
     lattice: Lattice, places: FloatArray, radius: float, basis: BasisName
 ) -> tuple[IntArray, _Marks, FloatArray, FloatArray]:
-    """Return neighbours of points anywhere, marks of those that there are, shape (m, k), and their functions and gradients.
+    """Return neighbours of arbitrary points, a mask of the valid ones, shape (m, k), and their functions and gradients.
 
     Below a notch the third radius is shorter, see `Lattice.reach`.
     """
@@ -182,7 +182,7 @@ def _stencils_at(
 
 
 def _cross(lines: list[Any]) -> list[Any]:
-    """Return the product of what each point has along three axes, each of shape (m, k)."""
+    """Return the product of the values of each point along three axes, each of shape (m, k)."""
     shape = (len(lines[0]), *(line.shape[1] for line in lines))
     forms = ((slice(None), slice(None), None, None), (slice(None), None, slice(None), None), (slice(None), None, None))
     return [np.broadcast_to(line[form], shape).reshape(shape[0], -1) for line, form in zip(lines, forms, strict=True)]
@@ -196,23 +196,23 @@ def _least_squares(
     radii: tuple[float, float, float | FloatArray],
     basis: BasisName,
 ) -> tuple[FloatArray, FloatArray]:
-    """Return shape functions (m, k) and their gradients (m, k, 3) [1/m] of points anywhere.
+    """Return shape functions (m, k) and their gradients (m, k, 3) [1/m] of arbitrary points.
 
-    The functions reproduce the basis in coordinates. Their gradients are those of functions that reproduce it in indices of
-    the planes, dN/dX = (dN/dxi) (dX/dxi)^-1: where planes lie at uneven distances, the gradients of linear fields are exact
-    for both, but only with the latter does a constant stress leave no force on the nodes inside.
+    The functions reproduce the basis in coordinates. Their gradients are those of functions that reproduce it in plane indices,
+    dN/dX = (dN/dxi) (dX/dxi)^-1. For unevenly spaced planes both give exact gradients of linear fields, but only the latter
+    leave no force on interior nodes under constant stress.
 
     Args:
         lattice: the nodes.
         own: indices of the points along each axis, each of shape (m, 1).
-        seen: indices of the neighbours along each axis, counted on beyond a seam, through the thickness fractional ones, each
-            of shape (m, k).
-        present: which of them there are, shape (m, k).
-        radii: within which a point sees nodes along each axis, in planes; the third may be one for each point, shape (m, 1).
+        seen: indices of the neighbours along each axis, counted on beyond a seam, fractional through the thickness, each of
+            shape (m, k).
+        present: mask of valid neighbours, shape (m, k).
+        radii: support radii along each axis, in planes; the third may differ per point, shape (m, 1).
         basis: of the shape functions.
 
     Raises:
-        UnspannedBasisError: the neighbours of a point do not span the basis; its place is named.
+        UnspannedBasisError: the neighbours of a point do not span the basis; the error names its position.
     """
     offsets, weights, slopes = weights_at(lattice, own, seen, present, radii)
     at_point = [axis.at(one) for axis, one in zip(lattice.axes, own, strict=True)]
@@ -224,7 +224,7 @@ def _least_squares(
     except UnspannedBasisError as error:
         place = tuple(float(one[error.point, 0]) for one in at_point)
         raise UnspannedBasisError(error.point, str(error), place) from None
-    # In units of what the point sees along each axis: distances may differ by many powers of ten.
+    # In units of the support's extent along each axis: distances may differ by many powers of ten.
     reach = np.abs(offsets).max(axis=1, keepdims=True)
     offsets, gradients = offsets / reach, gradients.swapaxes(0, 1) * reach
     # d(coordinate i)/d(the uniform coordinate j), by which the gradients are divided.
@@ -240,19 +240,19 @@ def _divide(gradients: FloatArray, stretch: list[list[FloatArray]]) -> FloatArra
         for p, q in ((b, c), (c, a), (a, b))
     ]
     volume = a[0] * minors[0][0] + a[1] * minors[0][1] + a[2] * minors[0][2]
-    volume = np.where(np.abs(volume) > _SAME, volume, 1.0)  # a node on the axis of a tube has no direction around it
+    volume = np.where(np.abs(volume) > _SAME, volume, 1.0)  # on the axis of a tube there is no direction around it
     return np.stack([sum(gradients[..., j] * (minors[i][j] / volume)[:, None] for j in range(3)) for i in range(3)], axis=-1)
 
 
 def _product_stencils(
     lattice: Lattice, lines: tuple[LinePoints, LinePoints, LinePoints], radius: float, basis: BasisName
 ) -> Stencils:
-    """Return the stencils of points that are the product of points along the axes, as if all nodes were there."""
+    """Return the stencils of points that are the product of points along the axes, as if all nodes existed."""
     rows = [
         _line(axis, line.at, radius, not (lattice.bent and place == 2), place == 0)
         for place, (axis, line) in enumerate(zip(lattice.axes, lines, strict=True))
     ]
-    # A point of each kind: the product of the kinds along the axes.
+    # A representative point of each kind: the product of the kinds along the axes.
     picks = [one.ravel() for one in np.meshgrid(*(row.kept for row in rows), indexing="ij")]
     pairs = list(zip(rows, picks, strict=True))
     own, seen = [row.at[pick][:, None] for row, pick in pairs], _cross([row.planes[pick] for row, pick in pairs])
@@ -273,10 +273,10 @@ def _ends(counts: IntArray) -> npt.NDArray[np.uint32]:
 
 
 def _neighbours(lattice: Lattice, rows: Sequence[_Line]) -> tuple[npt.NDArray[np.uint32], npt.NDArray[np.bool_]]:
-    """Return the neighbours of all points, and which of them there are, shape (m, k).
+    """Return the neighbours of all points, and a mask of the valid ones, shape (m, k).
 
-    The number of a node is a sum of one of each axis: no index of a neighbour is kept, which would be most of the memory that a
-    body takes while it is built.
+    The number of a node is the sum of one number per axis. Indices of neighbours are not stored, because they would take most
+    of the memory during the build.
     """
     _, across, layers = lattice.shape
     along, around, through = rows
@@ -286,7 +286,7 @@ def _neighbours(lattice: Lattice, rows: Sequence[_Line]) -> tuple[npt.NDArray[np
 
 
 def _spread(parts: list[npt.NDArray[Any]], join: np.ufunc) -> npt.NDArray[Any]:
-    """Return what the points of a product have along its three axes, joined, shape (m, k)."""
+    """Return the values of product points along the three axes, joined by `join`, shape (m, k)."""
     first, second, third = parts
     plane = join(second[:, None, :, None], third[None, :, None, :])
     joined = join(first[:, None, None, :, None, None], plane[None, :, :, None])
@@ -302,7 +302,7 @@ def weights_at(
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Return offsets (m, k, 3), weights (m, k) and gradients of the weights (m, k, 3) of points at indices `own` (m, 1).
 
-    The arguments are those of `_least_squares`.
+    The arguments are as in `_least_squares`.
     """
     parts = [quartic_spline((own[k] - seen[k]) / radii[k]) for k in range(3)]
     there = present.astype(np.float64)
@@ -320,7 +320,7 @@ def weights_at(
 
 
 def local_offsets(lattice: Lattice, seen: list[FloatArray], own: list[FloatArray]) -> FloatArray:
-    """Return where nodes lie in the frames of the points that see them, shape (m, k, 3) [m].
+    """Return the positions of nodes in the frames of the points with these neighbours, shape (m, k, 3) [m].
 
     Args:
         lattice: straight or bent.

@@ -4,19 +4,19 @@ from __future__ import annotations
 
 import math
 
-# A long tube of an elastic material under inner pressure, its length held.
+# A long elastic tube under inner pressure, with its length held constant.
 #
 # Source: S. P. Timoshenko, J. N. Goodier, Theory of Elasticity (1951), 28; for the critical speed W. M. Beltman,
 # J. E. Shepherd, J. Sound Vib. 252 (2002) 617.
 
 
 def breathing_frequency(young: float, poisson: float, density: float, radius: float) -> float:
-    """Return the frequency [Hz] at which a thin tube of that mean radius breathes: plane strain along it."""
+    """Return the breathing frequency [Hz] of a thin tube with this mean radius, in plane strain along the tube."""
     return math.sqrt(young / (density * (1.0 - poisson * poisson))) / (2.0 * math.pi * radius)
 
 
 def lame_displacement(young: float, poisson: float, inner: float, wall: float, pressure: float, radius: float) -> float:
-    """Return the radial displacement [m] at a radius, of plane strain."""
+    """Return the radial displacement [m] at a radius, in plane strain."""
     outer = inner + wall
     scale = pressure * inner * inner / (outer * outer - inner * inner)
     return (1.0 + poisson) / young * scale * ((1.0 - 2.0 * poisson) * radius + outer * outer / radius)
@@ -28,17 +28,17 @@ def static_hoop_stress(inner: float, wall: float, pressure: float) -> float:
 
 
 def critical_speed(young: float, poisson: float, density: float, radius: float, wall: float) -> float:
-    """Return the speed [m/s] at which a load that travels along a thin tube resonates with its flexural waves."""
+    """Return the speed [m/s] at which a load travelling along a thin tube resonates with its flexural waves."""
     squared = young * wall / (density * radius) / math.sqrt(3.0 * (1.0 - poisson * poisson))
     return math.sqrt(squared)
 
 
 # The number of pieces of an expanding ring, after N. F. Mott.
 #
-# Where the ring has parted, a release runs away from the fracture, and behind it nothing parts any more. In a rigid, perfectly
-# plastic ring it has come c sqrt(e) far when the strain has grown by e, with c = sqrt(2 Y / rho) / rate. Fractures begin at
-# random, k of them per length and strain, so that after e a part exp(-4/3 k c e^(3/2)) of the ring is not released
-# yet, and their number per length is
+# A fracture sends out a release wave, behind which the ring does not part any more. In a rigid, perfectly plastic ring the wave
+# has travelled c sqrt(e) when the strain has grown by e, with c = sqrt(2 Y / rho) / rate. Fractures start at random, k of them
+# per length and strain. After e a fraction exp(-4/3 k c e^(3/2)) of the ring is not yet released, and the number of fractures
+# per length is
 #
 #     n = k int_0^inf exp(-4/3 k c e^(3/2)) de = Gamma(5/3) k (4 k c / 3)^(-2/3).
 #
@@ -49,18 +49,18 @@ def mott_fragments(radius: float, rate: float, flow_stress: float, density: floa
     """Return the mean number of pieces of a ring.
 
     Args:
-        radius: when it parts [m].
+        radius: of the ring when it parts [m].
         rate: of the hoop strain [1/s].
         flow_stress: Y [Pa].
         density: [kg/m^3].
-        frequency: k, of the fractures that begin per length and strain [1/m].
+        frequency: k, number of fractures that start per length and strain [1/m].
     """
     release = math.sqrt(2.0 * flow_stress / density) / rate
     spacing = (4.0 * frequency * release / 3.0) ** (2.0 / 3.0) / (math.gamma(5.0 / 3.0) * frequency)
     return 2.0 * math.pi * radius / spacing
 
 
-# A step of pressure that travels along a long thin tube, of an elastic material without axial force.
+# A pressure step that travels along a long thin elastic tube without axial force.
 #
 #     D w'''' + rho h w_tt + E h w / R^2 = p H(v t - x),    D = E h^3 / 12 (1 - nu^2)
 #
@@ -69,7 +69,7 @@ def mott_fragments(radius: float, rate: float, flow_stress: float, density: floa
 #     w / w_0 = 1 - e^(a s) (cos(c s) + q sin(c s) / sqrt(1 - q^2)) / 2 behind it for v < v_c, 2 a^2 = 1 - q, 2 c^2 = 1 + q,
 #     w / w_0 = 1 - (q + r) cos(s sqrt(q - r)) / 2 r behind it for v > v_c, r = sqrt(q^2 - 1).
 #
-# Long waves follow a fast front, as their energy is slower; short ones precede it. Source: S. C. Tang, J. Eng. Mech. Div.
+# Long waves follow a fast front, because their energy is slower; short ones precede it. Source: S. C. Tang, J. Eng. Mech. Div.
 # ASCE 91 (1965) 97; W. M. Beltman, J. E. Shepherd, J. Sound Vib. 252 (2002) 617.
 
 
@@ -80,7 +80,7 @@ def front_amplification(ratio: float) -> float:
         ratio: speed of the front over the critical one, see `critical_speed`.
 
     Returns:
-        1.03 for a slow front, infinity for a critical one (which takes for ever to become steady), 2 for a fast one.
+        1.03 for a slow front, infinity for a critical one (which never becomes steady), 2 for a fast one.
     """
     square = ratio * ratio
     if square == 1.0:
@@ -90,6 +90,6 @@ def front_amplification(ratio: float) -> float:
         return 1.0 + (square + root) / (2.0 * root)
     decay, turn = math.sqrt(0.5 * (1.0 - square)), math.sqrt(0.5 * (1.0 + square))
     lead = square / math.sqrt(1.0 - square * square)
-    # Where the slope vanishes for the first time behind the front.
+    # First zero of the slope behind the front.
     s = (math.atan2(decay + turn * lead, turn - decay * lead) - math.pi) / turn
     return 1.0 - 0.5 * math.exp(decay * s) * (math.cos(turn * s) + lead * math.sin(turn * s))

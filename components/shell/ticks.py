@@ -1,6 +1,6 @@
-"""Ticks of the solid, whose points, columns and nodes are swept in contiguous parts, one thread each.
+"""Ticks of the solid; points, columns and nodes are processed in contiguous parts, one thread each.
 
-Points gather from their neighbours and nodes from the points that see them, so the bits do not depend on the parts.
+Points sum over their neighbours and nodes over their points, so the results are bitwise independent of the parts.
 """
 
 from __future__ import annotations
@@ -16,12 +16,12 @@ from . import kernels
 from .hourglass import hold_columns
 from .kernel_arrays import WALL_FORCE, WALL_IMPULSE, IntArray, Scratch, Solid, State, Tables
 
-# Below this number of integration points a sweep is too short for threads to meet after it.
+# Below this number of integration points a sweep is too short for the synchronisation of threads.
 LEAST_POINTS = 20_000
 
 
 class Failure(NamedTuple):
-    """The failure of a tick at a point: a status of `kernel_arrays`, the value that decided, and its limit."""
+    """The failure of a tick at a point: a status of `kernel_arrays`, the decisive value, and its limit."""
 
     status: int
     point: int
@@ -30,14 +30,14 @@ class Failure(NamedTuple):
 
 
 def advance(tables: Tables, signals: FloatArray, pressures: FloatArray, first_tick: int, failed: IntArray) -> int:
-    """Advance by as many ticks as `signals` has rows; return 0 or a status of `kernel_arrays`.
+    """Advance by one tick per row of `signals`; return 0 or a status of `kernel_arrays`.
 
     Args:
         tables: the state in them is updated.
         signals: means over each tick: the factor of the pressure, then velocities of edges, shape (ticks, k).
-        pressures: what the factor is multiplied by at each station of the inner surface, shape (stations,) [Pa].
-        first_tick: before the first of these ticks.
-        failed: written: of a failure the point and the tick, shape (2,).
+        pressures: pressure that the factor scales at each station of the inner surface, shape (stations,) [Pa].
+        first_tick: number at the beginning of the first of these ticks.
+        failed: written: point and tick of a failure, shape (2,).
     """
     for row in range(len(signals)):
         failures = advance_tick(tables, signals[row], pressures, lambda _: False)
@@ -49,9 +49,9 @@ def advance(tables: Tables, signals: FloatArray, pressures: FloatArray, first_ti
 def advance_tick(
     tables: Tables, signals: FloatArray, pressures: FloatArray, is_bearable: Callable[[int], bool]
 ) -> list[Failure]:
-    """Advance by a tick; return the points at which that failed, ascending, after which the tick is yet to be finished.
+    """Advance by a tick; return the points at which it failed, ascending. After failures the tick must still be finished.
 
-    A part of the points ends early, behind a failure that ends the run.
+    A part of the points ends early at a failure that ends the run.
     """
     solid, state, scratch, tally = tables
     kernels.drift(solid.nodes, solid.surface, state, scratch, signals, pressures, solid.step, tally)
@@ -77,14 +77,14 @@ def finish_tick(tables: Tables, signals: FloatArray, pressures: FloatArray) -> N
 def write_forces(
     solid: Solid, state: State, scratch: Scratch, columns: IntArray | None = None, nodes: IntArray | None = None
 ) -> None:
-    """Write the forces on nodes: of the stresses, of the hourglass control, of a wall.
+    """Write the forces on nodes: by stresses, hourglass control and a wall.
 
     Args:
         solid: tables.
         state: `force` is written.
-        scratch: with what pulls at the nodes.
-        columns: those whose ties have changed; all by default.
-        nodes: on which forces have changed; all by default.
+        scratch: with the pull of the points.
+        columns: columns whose ties have changed; all by default.
+        nodes: nodes whose forces have changed; all by default.
     """
     tied, points = solid.hourglass, solid.points
     columns = np.arange(len(tied.partner)) if columns is None else columns
@@ -99,7 +99,7 @@ def write_forces(
 
 
 def wall_depths(solid: Solid, state: State) -> FloatArray:
-    """Return how far each node is behind the wall, shape (n,) [m]; (0,) where there is none."""
+    """Return the depth of each node behind the wall, shape (n,) [m]; (0,) without a wall."""
     if not len(solid.bounce):
         return solid.bounce
     depth = solid.wall[1] * (solid.wall[0] - (solid.reference[:, 0] + state.displacement[:, 0]))
@@ -107,13 +107,13 @@ def wall_depths(solid: Solid, state: State) -> FloatArray:
 
 
 def measure_wall(solid: Solid, state: State, tally: FloatArray) -> None:
-    """Write the force of the wall on the body now [N]."""
+    """Write the present force of the wall on the body [N]."""
     if len(solid.bounce):
         tally[WALL_FORCE] = ordered_sum(solid.wall[1] * solid.bounce * wall_depths(solid, state))
 
 
 def update_forces(solid: Solid, state: State, scratch: Scratch, failed: IntArray) -> int:
-    """Advance stresses elastically to the displacements of now, and write the forces; return 0 or a status."""
+    """Advance stresses elastically to the present displacements, and write the forces; return 0 or a status."""
     elastic = solid._replace(plastic=False)
     status = _update_stresses(elastic, state, scratch, 0, len(solid.points.volume), failed)
     if status == 0:
@@ -144,7 +144,7 @@ def _update_stresses(solid: Solid, state: State, scratch: Scratch, begin: int, e
 
 
 def note_failure(failure: Failure, scratch: Scratch, tick: int, failed: IntArray) -> int:
-    """Write a failure in the tick after `tick` to `failed` and to the row of its point in the scratch; return its status."""
+    """Write a failure in the tick after `tick` to `failed` and to the scratch row of its point; return its status."""
     failed[:] = failure.point, tick + 1
     scratch.pull[failure.point, :2] = failure.value, failure.limit
     return failure.status

@@ -1,6 +1,6 @@
-"""The number of modes without energy of a free patch: what an integration rule does not see.
+"""The number of zero-energy modes of a free patch, i.e. modes that an integration rule does not resolve.
 
-A body that nothing holds has six, the rigid motions. A rule that has more lets the body deform at no cost.
+A free body has six, the rigid motions. With a rule that has more, the body can deform without energy.
 """
 
 from __future__ import annotations
@@ -18,14 +18,14 @@ from .shape_functions import BasisName
 from .stencils import Stencils, make_stencils
 
 RIGID_MOTIONS = 6
-# Columns along each side of the patch, and the part of the largest stiffness below which one counts as 0.
+# Columns along each side of the patch, and the fraction of the largest stiffness below which a stiffness counts as 0.
 _COLUMNS, _NONE = 6, 1e-10
 _POISSON = 0.3
 
 
 @lru_cache(maxsize=32)
 def zero_mode_count(layers: int, rule: RuleName, through: int, basis: BasisName, radius: float) -> int:
-    """Return how many modes of a free patch of cubes have no energy.
+    """Return the number of zero-energy modes of a free patch of cubes.
 
     Raises:
         UnspannedBasisError: the neighbours of a point do not span the basis.
@@ -49,7 +49,7 @@ def gradient_matrices(nodes: int, points: IntegrationPoints, stencils: Stencils)
 
 
 def stiffness_matrix(nodes: int, points: IntegrationPoints, stencils: Stencils, young: float, poisson: float) -> FloatArray:
-    """Return the stiffness of a small body, all x first, then y, then z, shape (3n, 3n) [N/m]."""
+    """Return the stiffness of a small body, ordered by all x, then y, then z, shape (3n, 3n) [N/m]."""
     first_lame, shear = young * poisson / ((1 + poisson) * (1 - 2 * poisson)), 0.5 * young / (1 + poisson)
     slopes = gradient_matrices(nodes, points, stencils)
     # Sums over the points of V dN_J/dX_i dN_L/dX_k.

@@ -1,1 +1,1 @@
-"""Support for components: compiled code, reproducible arithmetic, serialisation, checks of what people give."""
+"""Support for components: compiled code, reproducible arithmetic, serialisation, validation of user input."""

@@ -1,4 +1,4 @@
-"""Arrays whose references compiled code does not count."""
+"""Arrays without reference counting in compiled code."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from .jit import JIT
 
 
 def _borrowed(typing_context: Any, array: Any) -> Any:
-    """Return the same array without its owner."""
+    """Return the array without its owner."""
 
     def generate(context: Any, builder: Any, signature: Any, values: Any) -> Any:
         found = context.make_array(array)(context, builder, values[0])
@@ -20,6 +20,6 @@ def _borrowed(typing_context: Any, array: Any) -> Any:
     return array(array), generate
 
 
-# borrowed(array): numba counts references to the owner of an array and of each view of it, atomically. In a tick of a hundred
-# grains that takes longer than the arithmetic. The caller keeps the owner alive: an argument from Python is.
+# borrowed(array): numba counts references to the owner of an array, and of each view of it, atomically. In a tick of a hundred
+# grains the counting takes longer than the arithmetic. The caller must keep the owner alive; Python does so for its arguments.
 borrowed: Any = intrinsic(_borrowed) if JIT else lambda array: array

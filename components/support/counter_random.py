@@ -20,12 +20,12 @@ def _mix(word: npt.NDArray[np.uint64]) -> npt.NDArray[np.uint64]:
 
 
 def uniform(seed: int, stream: int, count: int) -> npt.NDArray[np.float64]:
-    """`count` numbers in [0, 1), 53 random bits each, from integers alone.
+    """Return `count` numbers in [0, 1) with 53 random bits each, computed from integers alone.
 
     Args:
         seed: 0 <= seed < 2^64.
-        stream: tells apart the draws of one seed.
-        count: how many.
+        stream: distinguishes independent sequences of one seed.
+        count: number of values.
     """
     with np.errstate(over="ignore"):
         key = _mix(_mix(np.array([seed], np.uint64) + _GOLDEN) + np.uint64(stream) * _GOLDEN)
@@ -33,7 +33,7 @@ def uniform(seed: int, stream: int, count: int) -> npt.NDArray[np.float64]:
     return (words >> np.uint64(11)).astype(np.float64) * 2.0**-53
 
 
-# Twelve uniform numbers of 16 bits have a sum of variance 1 about this, in units of 2^16.
+# The sum of twelve uniform 16-bit numbers has variance 1 about this mean, in units of 2^16.
 _WORDS, _MIDDLE = 3, 12 * 32767.5
 
 
@@ -42,7 +42,7 @@ mix_word: Any = jit(_mix)
 
 @jit
 def stream_key(seed, stream):
-    """Return the key that `normal` draws from: one stream of one seed, both from 0."""
+    """Return the key of a stream of `normal` numbers; seed and stream are counted from 0."""
     return mix_word(mix_word(np.uint64(seed) + _GOLDEN) + np.uint64(stream) * _GOLDEN)
 
 
@@ -50,7 +50,7 @@ def stream_key(seed, stream):
 def normal(key, index):
     """Return a number with mean 0 and variance 1 from a `stream_key`: exactly the sum of twelve uniform ones, so within +-6.
 
-    Against the normal distribution its fourth moment is 2.9 instead of 3; nothing is rounded, so all machines agree.
+    Its fourth moment is 2.9 instead of the normal distribution's 3. No operation rounds, so that all machines agree.
     """
     total = 0
     for word in range(_WORDS):

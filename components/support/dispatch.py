@@ -18,23 +18,23 @@ from numba.extending import overload
 from .jit import OPTIONS, is_kept
 
 _COMPILED = {**OPTIONS, "no_cpython_wrapper": True}
-# Name -> class of everything that a function dispatches on: machine code tells classes apart by their names.
+# Name -> class, for all classes used in dispatch: machine code distinguishes classes by their names.
 _classes: dict[str, type] = {}
 
 
 def dispatched(function: Callable[..., Any], *, inlined: bool = False, has_default: bool = False) -> Any:
-    """Make a function dispatch on the class of its first argument, or on that argument where it is a class.
+    """Make a function dispatch on the class of its first argument, or on the argument itself if it is a class.
 
     ``function.register(Law)`` is a decorator for the implementation for one class: a named function of a module with the same
-    arguments. (numba's cache tells functions apart by their names: an implementation must not be a lambda or a closure.)
+    arguments. (numba's cache distinguishes functions by name: an implementation must not be a lambda or a closure.)
 
     Args:
         function: gives the name, the arguments and the docstring.
-        inlined: whether compiled callers inline the implementations, as the loops over many contacts need it.
-        has_default: whether the body of the function serves the classes that register nothing; else it is never run.
+        inlined: whether compiled callers inline the implementations, as loops over many contacts require.
+        has_default: whether the body of the function serves unregistered classes; otherwise the body is never run.
 
     Raises:
-        TypeError: called, or compiled, for a class without an implementation; or two registered classes have one name.
+        TypeError: for a class without an implementation, when called or compiled; or if two classes have the same name.
     """
     implementations: dict[type, Callable[..., Any]] = {}
 
@@ -70,10 +70,10 @@ def dispatched(function: Callable[..., Any], *, inlined: bool = False, has_defau
 
 
 def _note_class(kind: type) -> None:
-    """Refuse a second class of a name; let numba pickle a class that other processes may not be able to import.
+    """Refuse a second class with the same name; let numba pickle a class that other processes may not be able to import.
 
-    The index of numba's cache names classes by their modules. Where a module is neither part of this package nor of a plug-in,
-    the class itself goes into the index: another process can always load that, and compiles its own kernels.
+    The index of numba's cache names classes by their modules. If a module is part of neither this package nor a plug-in, the
+    class itself is put into the index: another process can always load the index, and compiles its own kernels.
     """
     known = _classes.setdefault(kind.__name__, kind)
     if known is not kind:

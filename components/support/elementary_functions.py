@@ -1,7 +1,7 @@
-"""Elementary functions, rational powers, a Fourier transform and a spline by + - x / and sqrt alone: reproducible bits.
+"""Elementary functions, rational powers, a Fourier transform and a spline from + - x / and sqrt alone: reproducible bits.
 
-numpy and the C library choose among several versions of exp, log, sin and pow by CPU, and their last bits differ. Constants of
-components and environments use these functions. In compiled loops use `powers.power` for x^p.
+numpy and the C library select versions of exp, log, sin and pow by CPU, and their last bits differ. Constants of components
+and environments use the functions here. In compiled loops use `powers.power` for x^p.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ import numpy.typing as npt
 
 from .float_arrays import FloatArray
 
-# ln 2 in two parts: the first has so few bits that its product with a small whole number is exact.
+# ln 2 in two parts: the first has few bits, so that its product with a small whole number is exact.
 _LN2_HIGH, _LN2_LOW = 0.693147180369123816490, 1.90821492927058770002e-10
 _NEWTON_STEPS, _MOST_STEPS = 60, 200
 
@@ -44,7 +44,7 @@ def root(x: npt.ArrayLike, degree: int) -> FloatArray:
     whole, left = np.divmod(twos, degree)
     inside = np.ldexp(fraction, left)
     found = np.full(inside.shape, 2.0)
-    for _ in range(_NEWTON_STEPS):  # from above, so that it falls until rounding ends it
+    for _ in range(_NEWTON_STEPS):  # from above: decreasing until rounding stops it
         found = found - (found - inside / _power(found, degree - 1)) / degree
     return np.ldexp(found, whole)
 
@@ -64,7 +64,7 @@ def sine_of_pi(x: npt.ArrayLike) -> FloatArray:
 def fourier(real: FloatArray, imaginary: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return the discrete Fourier transform sum_j z_j exp(-2 pi i j k / n) of n numbers, n a power of 2, as two arrays.
 
-    The transform of a real even sequence is real and even: two of them fit into one call, as real and imaginary part.
+    The transform of a real even sequence is real and even: two such sequences fit into one call, as real and imaginary part.
     """
     re, im = real.reshape(-1, 1).copy(), imaginary.reshape(-1, 1).copy()
     for cosine, sine in _twiddles(len(real)):
@@ -80,7 +80,7 @@ def fourier(real: FloatArray, imaginary: FloatArray) -> tuple[FloatArray, FloatA
 
 @lru_cache(maxsize=8)
 def _twiddles(count: int) -> list[tuple[FloatArray, FloatArray]]:
-    """Return cosine and sine of -2 pi k / length of each stage, shape (length / 2, 1)."""
+    """Return cosine and sine of -2 pi k / length for each stage, shape (length / 2, 1)."""
     stages, length = [], count
     while length > 1:
         turns = np.arange(length // 2)[:, None] / length
@@ -90,11 +90,11 @@ def _twiddles(count: int) -> list[tuple[FloatArray, FloatArray]]:
 
 
 def spline_through(values: FloatArray, finer: int) -> FloatArray:
-    """Return the natural cubic spline through equidistant values, at every 1/finer of their distance.
+    """Return the natural cubic spline through equidistant values, at every 1/finer of their spacing.
 
     Args:
         values: shape (n,).
-        finer: points for one.
+        finer: points per interval.
 
     Returns:
         Shape ((n - 1) finer + 1,).
@@ -124,7 +124,7 @@ def _curvatures(values: list[float]) -> list[float]:
 
 
 def _series(x: FloatArray, coefficients: list[float]) -> FloatArray:
-    """Return c_0 + c_1 x + ..., from the inside."""
+    """Return c_0 + c_1 x + ..., by Horner's rule."""
     result = np.full(x.shape, coefficients[-1])
     for coefficient in reversed(coefficients[:-1]):
         result = result * x + coefficient
@@ -149,7 +149,7 @@ def two_thirds_power(value: FloatArray) -> FloatArray:
         better = np.maximum(better, 0.0)
         if np.all(np.abs(better - root) <= 1e-16 * root):
             break
-        if np.array_equal(better, before):  # alternates between two neighbours
+        if np.array_equal(better, before):  # alternates between two adjacent floats
             root = root if left % 2 == 0 else better
             break
         before, root = root, better
@@ -157,7 +157,7 @@ def two_thirds_power(value: FloatArray) -> FloatArray:
 
 
 def nth_root(value: float, degree: int) -> float:
-    """Return value^(1/degree) for a finite number > 0 and a degree from 1, by bisection down to two neighbouring floats."""
+    """Return value^(1/degree) for a finite number > 0 and a degree >= 1, by bisection down to two adjacent floats."""
     if not (0.0 < value < float("inf") and degree >= 1):
         raise ValueError(f"root of degree {degree} of {value}")
     low, high = min(1.0, value), max(1.0, value)
@@ -169,7 +169,7 @@ def nth_root(value: float, degree: int) -> float:
 
 
 def integer_power(base: float, exponent: int) -> float:
-    """Return base^exponent for an exponent from 0, by squaring: about 2 log2(exponent) multiplications."""
+    """Return base^exponent for an exponent >= 0, by squaring: about 2 log2(exponent) multiplications."""
     result = 1.0
     while exponent:
         result = result * base if exponent & 1 else result

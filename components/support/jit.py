@@ -1,4 +1,4 @@
-"""`jit`: numba without reassociation, and with numba's own cache in a folder that belongs to this version of the sources."""
+"""`jit`: numba without reassociation, with numba's own cache in a folder for this version of the sources."""
 
 from __future__ import annotations
 
@@ -17,10 +17,10 @@ import numba
 import numpy as np
 
 _settings: Any = numba.config  # pyright: ignore[reportPrivateImportUsage]
-# Whether anything is compiled at all.
+# Whether functions are compiled at all.
 JIT = not _settings.DISABLE_JIT
-# Options of every kernel. Kernels raise nothing, and a division that may raise would keep a loop from being vectorised.
-# No kernel is called from C, and that entry would be a tenth of the compilation.
+# Options of all kernels. Kernels do not raise, and a division that could raise would prevent vectorisation. Kernels are not
+# called from C, and the wrapper for C would take a tenth of the compilation.
 OPTIONS = {"nogil": True, "error_model": "numpy", "no_cfunc_wrapper": True}
 # Entry points of packages whose kernels and laws are compiled together with those of this package.
 _PLUGIN_GROUPS = ("granular_env.components", "granular_env.chain_laws")
@@ -29,10 +29,10 @@ F = TypeVar("F", bound=Callable[..., Any])
 
 
 def jit(function: F) -> F:
-    """Compile a function for this CPU without reassociation: the same bits with the JIT on or off. It releases the GIL.
+    """Compile a function for this CPU without reassociation: bitwise the same results with the JIT on or off. Releases the GIL.
 
-    Machine code of this package and of its plug-ins is kept on disk. Other functions are compiled in each process: numba's
-    cache would miss an edit of what they import.
+    Machine code of this package and of its plug-ins is cached on disk. Other functions are compiled in each process, because
+    numba's cache would miss changes in modules that they import.
     """
     return _compile(function)
 
@@ -43,17 +43,17 @@ def inlined(function: F) -> F:
 
 
 def internal(function: F) -> F:
-    """Compile like `jit` a function that other kernels call and Python does not: without its entry from Python.
+    """Compile like `jit` a function that only other kernels call, without a wrapper for Python.
 
-    That entry takes longer to compile than a short function.
+    The wrapper takes longer to compile than a short function.
     """
     return _compile(function, no_cpython_wrapper=True)
 
 
 def spliced(function: F) -> F:
-    """Compile a function as a part of its callers: for one that calls others and is called in one place.
+    """Compile a function as part of its callers; for a function that calls others and is called in one place.
 
-    LLVM optimises a callee by itself and again in each caller; without the call it does so once.
+    LLVM would optimise a callee separately and again in each caller; without the call it does so once.
     """
     return _compile(function, inline="always", no_cpython_wrapper=True)
 
@@ -76,13 +76,13 @@ def _compile(function: F, **options: Any) -> F:
 
 
 def is_kept(module: str) -> bool:
-    """Return whether machine code of a module is kept on disk: it belongs to this package or to a plug-in."""
+    """Return whether machine code of a module is cached on disk, i.e. whether it belongs to this package or a plug-in."""
     return module.partition(".")[0] in _hashed_packages()
 
 
 @cache
 def cache_folder() -> Path | None:
-    """Return the folder of compiled kernels of these sources, or None where none can be written.
+    """Return the folder of compiled kernels of these sources, or None if none can be written.
 
     It lies in ``GRANULAR_ENV_CACHE`` or in the user's cache. Folders of other versions are deleted 30 days after their last
     use.
@@ -94,7 +94,7 @@ def cache_folder() -> Path | None:
         folder.mkdir(mode=0o700, parents=True, exist_ok=True)
         os.utime(folder)
         _delete_old(kernels)
-    except (OSError, RuntimeError) as error:  # a RuntimeError: there is no home
+    except (OSError, RuntimeError) as error:  # RuntimeError: no home folder
         reason = getattr(error, "strerror", None) or str(error)
         tell(f"compiled kernels cannot be kept ({reason}): every process compiles them; set GRANULAR_ENV_CACHE")
         return None
@@ -104,13 +104,13 @@ def cache_folder() -> Path | None:
 
 
 def tell(message: str) -> None:
-    """Write one line to stderr, unless ``GRANULAR_ENV_QUIET`` is set to anything but 0."""
+    """Write one line to stderr, unless ``GRANULAR_ENV_QUIET`` is set to a value other than 0."""
     if os.environ.get("GRANULAR_ENV_QUIET", "0") in ("", "0") and sys.stderr is not None:
         print(f"granular-env: {message}", file=sys.stderr, flush=True)
 
 
 def cache_base() -> Path:
-    """Return ``GRANULAR_ENV_CACHE``, else the package's folder in the user's cache."""
+    """Return ``GRANULAR_ENV_CACHE``, or else the package's folder in the user's cache."""
     given = os.environ.get("GRANULAR_ENV_CACHE")
     if given:
         return Path(given)
@@ -125,7 +125,7 @@ def _delete_old(kernels: Path) -> None:
 
 
 def hash_with_plugins() -> str:
-    """Hash the sources of all components and of plug-ins, and the versions of Python, numba and numpy."""
+    """Return a hash of the sources of all components and plug-ins, and of the versions of Python, numba and numpy."""
     state = hashlib.sha256(f"{sys.version} {numba.__version__} {np.__version__}".encode())
     for root in (Path(__file__).resolve().parent.parent, *_plugin_sources()):
         for path in sorted(root.rglob("*.py")) if root.is_dir() else [root]:
@@ -136,13 +136,13 @@ def hash_with_plugins() -> str:
 
 @cache
 def _hashed_packages() -> frozenset[str]:
-    """Return the names of this package and of those that add components and laws."""
+    """Return the names of this package and of plug-in packages with components or laws."""
     plugins = [entry.module for group in _PLUGIN_GROUPS for entry in metadata.entry_points(group=group)]
     return frozenset(module.partition(".")[0] for module in (__name__, *plugins))
 
 
 def _plugin_sources() -> list[Path]:
-    """Return the folders, or single files, of the packages that add components and laws."""
+    """Return the folders, or single files, of plug-in packages with components or laws."""
     specs = [util.find_spec(name) for name in sorted(_hashed_packages()) if name != __name__.partition(".")[0]]
     files = [Path(spec.origin) for spec in specs if spec is not None and spec.origin]
     return [file.parent if file.name == "__init__.py" else file for file in files]

@@ -1,4 +1,4 @@
-"""Limits of memory, so that what does not fit is refused before it is tried."""
+"""Memory limits, so that oversized requests are refused before they are tried."""
 
 from __future__ import annotations
 
@@ -8,22 +8,22 @@ from pathlib import Path
 from ..errors import GranularError, ParameterError
 
 _MEMINFO = Path("/proc/meminfo")
-# More bytes than this are told as so many: whole numbers may be larger than any float.
+# Largest number of bytes in messages: whole numbers may exceed any float.
 _COUNTLESS = 10**300
 _CONTAINER_LIMIT = Path("/sys/fs/cgroup/memory.max")
 
 
 def available() -> int | None:
-    """Bytes that a program may still take without driving others out; None where the system does not say.
+    """Return the memory available to a program without displacing others, in bytes; None if the system does not report it.
 
-    On Linux what the kernel estimates, and never more than a container may have; elsewhere all the memory of the machine.
+    On Linux this is the kernel's estimate, at most the limit of the container; on other systems the memory of the machine.
     """
     amounts = [amount for amount in (_meminfo(), _container_limit()) if amount is not None]
     return min(amounts) if amounts else whole_memory()
 
 
 def refuse_beyond(needed: int, what: str, kind: type[GranularError] = ParameterError) -> None:
-    """Raise an error of that `kind`, with both numbers, where `needed` bytes are more than there are."""
+    """Raise an error of type `kind`, with both numbers, if more than the available bytes are needed."""
     there = available()
     if there is not None and needed > there:
         raise kind(
@@ -50,7 +50,7 @@ def _container_limit() -> int | None:
 
 
 def whole_memory() -> int | None:
-    """Return the bytes of memory of this machine; None where the system does not say."""
+    """Return the memory of this machine in bytes; None if the system does not report it."""
     try:
         return os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
     except (AttributeError, OSError, ValueError):

@@ -44,7 +44,7 @@ NotNegative = Annotated[float, Field(ge=0.0)]
 Index = Annotated[int, Field(ge=0)]
 Pair = Annotated[list[float], Field(min_length=2, max_length=2)]
 PositivePair = Annotated[list[Positive], Field(min_length=2, max_length=2)]
-# The same within the bounds above.
+# The same types within the bounds above.
 Magnitude = Annotated[float, Field(gt=0.0), AfterValidator(_validate_magnitude)]
 NotNegativeMagnitude = Annotated[float, Field(ge=0.0), AfterValidator(_validate_magnitude)]
 SignedMagnitude = Annotated[float, AfterValidator(_validate_signed)]
@@ -52,7 +52,7 @@ SignedPair = Annotated[list[SignedMagnitude], Field(min_length=2, max_length=2)]
 
 
 def field(default: Any, description: str, unit: str, *, without: str | None = None, **bounds: Any) -> Any:
-    """Return a parameter field with its meaning and unit; `without` says what an absent value means if it is not computed."""
+    """Return a parameter field with its meaning and unit; `without` is the meaning of an absent value that is not computed."""
     extra: dict[str, Any] = {"unit": unit} if without is None else {"unit": unit, "left_out": without}
     return Field(default, description=description, json_schema_extra=extra, **bounds)
 
@@ -63,7 +63,7 @@ def unit_of(field: FieldInfo) -> str:
 
 
 def left_out(field: FieldInfo) -> str:
-    """Return what an absent value means: "automatic" if it is computed, or the declared words."""
+    """Return the meaning of an absent value: "automatic" if it is computed, or the declared words."""
     return _extra(field, "left_out", "automatic")
 
 

@@ -1,6 +1,6 @@
 """Contiguous parts of a body, each computed by its own thread.
 
-A node or an automaton sums its own forces in a fixed order, so the bits do not depend on the number of parts.
+A node or an automaton sums its forces in a fixed order, so the results are bitwise independent of the number of parts.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from typing import Any
 
 
 def thread_count() -> int:
-    """Return ``GRANULAR_ENV_THREADS``, else the number of cores that this process may use."""
+    """Return ``GRANULAR_ENV_THREADS``, or else the number of cores that this process may use."""
     given = os.environ.get("GRANULAR_ENV_THREADS", "")
     if given.isdigit() and int(given) > 0:
         return int(given)
@@ -31,7 +31,7 @@ def split(size: int, parts: int) -> list[tuple[int, int]]:
 def call_in_parts(kernel: Callable[..., Any], arguments: Iterable[tuple[Any, ...]]) -> list[Any]:
     """Call a kernel that releases the GIL with each tuple of arguments, the first in this thread; return the results in order.
 
-    All calls have ended when this returns or raises, so that no thread writes to a state that is being restored.
+    All calls have finished when this returns or raises, so that no thread writes to a state that is being restored.
     """
     first, *others = arguments
     if not others:
@@ -46,5 +46,5 @@ def call_in_parts(kernel: Callable[..., Any], arguments: Iterable[tuple[Any, ...
 
 @cache
 def _pool(process: int, threads: int) -> ThreadPoolExecutor:
-    """Return the threads of this process; a forked process has none of its parent's."""
+    """Return the threads of this process; a forked process does not inherit those of its parent."""
     return ThreadPoolExecutor(threads, "component")

@@ -1,4 +1,4 @@
-"""x^p and e^x by + x / and bits alone: the same results on every machine, where the library's pow and exp are not."""
+"""x^p and e^x from + - x / and bit operations alone: identical results on every machine, unlike the C library's."""
 
 from __future__ import annotations
 
@@ -9,21 +9,21 @@ from .jit import inlined, internal_inlined
 _LN2 = 0.6931471805599453
 _TWO_OVER_LN2 = 2.8853900817779268
 _ROOT_2 = 1.4142135623730951
-# ln 2 in two parts: the first has so few bits that its product with a small whole number is exact.
+# ln 2 in two parts: the first has few bits, so that its product with a small whole number is exact.
 _LN2_HIGH, _LN2_LOW = 0.693147180369123816490, 1.90821492927058770002e-10
-# Beyond these e^x is no normal number.
+# Outside these limits e^x is not a normal number.
 _SMALLEST, _LARGEST = -708.0, 709.0
-# Adding and taking away 1.5 x 2^52 rounds to a whole number.
+# Adding and subtracting 1.5 x 2^52 rounds to a whole number.
 _ROUNDING = 6755399441055744.0
 _FRACTION, _ONE_BITS, _EXPONENT_BIAS = np.int64(0x000FFFFFFFFFFFFF), np.int64(0x3FF0000000000000), np.int64(1023)
 _FRACTION_WIDTH = np.int64(52)
-# The upper 26 bits of a number: times an exponent they are exact.
+# Mask of the upper 26 bits of a number: their product with an exponent is exact.
 _UPPER_BITS = np.int64(-(1 << 27))
 
 
 @inlined
 def power(x, p):
-    """x^p for a normal x > 0 and 0 <= p <= 100, to about an ulp; 0 where it would be smaller than a normal number."""
+    """x^p for a normal x > 0 and 0 <= p <= 100, to about an ulp; 0 if the result would be subnormal."""
     bits = np.float64(x).view(np.int64)
     exponent = np.float64((bits >> _FRACTION_WIDTH) - _EXPONENT_BIAS)
     fraction = np.int64((bits & _FRACTION) | _ONE_BITS).view(np.float64)
@@ -72,7 +72,7 @@ def _logarithm(fraction):
 
 @internal_inlined
 def _exponential(z):
-    """e^z for |z| <= 0.35, by its series."""
+    """e^z for |z| <= 0.35, by its Taylor series."""
     series = 1.0 / 6227020800.0
     series = series * z + 1.0 / 479001600.0
     series = series * z + 1.0 / 39916800.0

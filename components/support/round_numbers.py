@@ -1,15 +1,15 @@
-"""Round numbers, 1, 2 or 5 x 10^k: the nearest one below or above."""
+"""Round numbers 1, 2 or 5 x 10^k: the nearest one below or above a value."""
 
 from __future__ import annotations
 
 
 def round_down_to_125(value: float) -> float:
-    """Return the largest of 1, 2, 5 x 10^k that is not above a number > 0: what people type divides by it."""
+    """Return the largest of 1, 2, 5 x 10^k that is at most `value` > 0, so that typical durations are multiples of it."""
     return max(candidate for candidate in _candidates_125(value) if candidate <= value)
 
 
 def round_up_to_125(value: float) -> float:
-    """Return the smallest of 1, 2, 5 x 10^k that is not below a number > 0."""
+    """Return the smallest of 1, 2, 5 x 10^k that is at least `value` > 0."""
     return min(candidate for candidate in _candidates_125(value) if candidate >= value)
 
 

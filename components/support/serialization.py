@@ -1,9 +1,9 @@
-"""Arrays and JSON values to bytes and back: the format of snapshots and of every record in a log.
+"""Conversion of arrays and JSON values to bytes and back: the format of snapshots and of every record in a log.
 
-Layout: magic ``GRNL``, version (u16), length of the JSON header (u32), the header, then the arrays' bytes one after the
-other, then a checksum: 8 bytes of BLAKE2b over all before the arrays and the CRC-32 of the arrays (u32). The header lists
-each array's name, dtype and shape. Only numbers are stored: reading bytes from a stranger can raise `LogError` but never
-runs code, and never allocates more than the bytes that came.
+Layout: magic ``GRNL``, version (u16), length of the JSON header (u32), the header, then the arrays' bytes in order, then a
+checksum: 8 bytes of BLAKE2b over the part before the arrays and the CRC-32 of the arrays (u32). The header lists each array's
+name, dtype and shape. Only numbers are stored: bytes from an untrusted source can raise `LogError` but never run code, and
+never cause allocations larger than the data.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ _HEAD, _CRC = struct.Struct("<4sHI"), struct.Struct("<I")
 _DIGEST_SIZE = 8
 _MAXIMUM_DIMENSIONS = 8
 _DAMAGED = "the data is damaged"
-# Little-endian numbers only: what a file from any x86-64 machine holds.
+# Little-endian numbers only, the byte order of x86-64 machines.
 _DTYPES = {"<f8", "<f4", "<i8", "<i4", "<u8", "<u4", "|u1"}
 
 
@@ -40,17 +40,17 @@ def canonical_json(value: Any) -> bytes:
 
 
 def pack(header: Mapping[str, Any], arrays: Mapping[str, np.ndarray]) -> bytes:
-    """One self-checking block of bytes from a JSON-able header and named arrays."""
+    """Return one self-checking block of bytes from a JSON-able header and named arrays."""
     return b"".join(pack_parts(header, arrays))
 
 
 def pack_parts(header: Mapping[str, Any], arrays: Mapping[str, np.ndarray]) -> list[bytes | memoryview]:
-    """Return the parts that `pack` joins; the arrays are not copied: do not change them before the parts are written."""
+    """Return the parts that `pack` joins. Arrays are not copied: do not change them before the parts are written."""
     listed: list[list[Any]] = []
     parts: list[bytes | memoryview] = []
     for name, array in arrays.items():
         little = np.ascontiguousarray(array, dtype=array.dtype.newbyteorder("<"))
-        # The shape is the given array's: ascontiguousarray makes a scalar one-dimensional.
+        # Use the shape of the given array: ascontiguousarray makes a scalar one-dimensional.
         listed.append([name, little.dtype.str, list(np.shape(array))])
         parts.append(little.reshape(-1).view(np.uint8).data)
     text = canonical_json({"header": header, "arrays": listed})
@@ -59,7 +59,7 @@ def pack_parts(header: Mapping[str, Any], arrays: Mapping[str, np.ndarray]) -> l
 
 
 def _checksum(front: bytes | memoryview, parts: Iterable[bytes | memoryview]) -> bytes:
-    """Return the checksum of a block; the arrays, of which there is much, by what takes a fifth of BLAKE2b's time."""
+    """Return the checksum of a block; the large arrays enter by CRC-32, which takes a fifth of the time of BLAKE2b."""
     crc = 0
     for part in parts:
         crc = zlib.crc32(part, crc)
@@ -67,11 +67,11 @@ def _checksum(front: bytes | memoryview, parts: Iterable[bytes | memoryview]) ->
 
 
 def unpack(data: bytes | memoryview, most_text: int | None = None) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
-    """Return header and arrays (fresh, writable) of a block that `pack` wrote; raise `LogError` for anything else.
+    """Return header and arrays (new, writable) of a block written by `pack`; raise `LogError` for anything else.
 
     Args:
         data: the block.
-        most_text: limit on the bytes of its JSON header: parsed, JSON takes up to forty times its length.
+        most_text: limit on the size of the JSON header in bytes: parsed JSON takes up to forty times its length.
     """
     if not isinstance(data, (bytes, bytearray, memoryview)):
         raise LogError(f"got {one_line(data)}", expected="the bytes of a packed block")

@@ -14,19 +14,19 @@ from ..errors import ParameterError
 from .float_arrays import FloatArray
 from .round_numbers import round_down_to_125
 
-# The part of the largest stable step that is allowed, and the part that is suggested.
+# Allowed and suggested fractions of the largest stable step.
 ALLOWED, SUGGESTED = 0.9, 0.8
 _KEPT = 16
 
 
 class ResultCache:
-    """The last results of a function: a body that is built twice computes its frequencies once."""
+    """The last results of a function, so that building a body twice computes its frequencies once."""
 
     def __init__(self) -> None:
         self._results: dict[bytes, Any] = {}
 
     def get(self, inputs: Iterable[Any], compute: Callable[[], Any]) -> Any:
-        """Return what `compute` gives, or gave before for the same bits of `inputs`: all numbers and arrays that it reads."""
+        """Return the result of `compute`, cached for bitwise equal `inputs`, i.e. all numbers and arrays that it reads."""
         digest = hashlib.blake2b(digest_size=32)
         for value in inputs:
             array = np.ascontiguousarray(value)
@@ -51,17 +51,17 @@ def highest_frequency(
     iterations: int,
     settled: float,
 ) -> float:
-    """Return the highest angular frequency of a body at rest [rad/s], by power iteration, from below; 0 where nothing can move.
+    """Return a lower estimate of the highest angular frequency of a body at rest [rad/s]; 0 if all nodes are held.
 
     Args:
-        shape: displacements to begin with, shape (n, dimensions).
-        size: largest displacement that is tried [m]; so small that the geometry stays what it is.
-        held: where a displacement is prescribed, of the same shape, bool.
+        shape: initial displacements, shape (n, dimensions).
+        size: largest trial displacement [m]; small enough to leave the geometry unchanged.
+        held: mask of prescribed displacements, of the same shape, bool.
         mass: of the nodes, shape (n,) [kg].
-        force: gives the forces of displacements from rest, both of that shape [m, N].
-        norm_ratio: of an image and a vector, in the norm that weighs nodes with their masses.
-        iterations: how many there are at most.
-        settled: change of the square of the frequency, over itself, at which they end.
+        force: function that returns the forces for displacements from rest, both of that shape [m, N].
+        norm_ratio: function that returns |image| / |vector| in the mass-weighted norm.
+        iterations: largest number of power iterations.
+        settled: relative change of the squared frequency at which the iteration stops.
     """
     square = 0.0
     for _ in range(iterations):
@@ -73,7 +73,7 @@ def highest_frequency(
         found = force(vector)
         found[held] = 0.0
         shape = found / (-mass[:, np.newaxis])
-        # |K x| / |M x| in the norm of the masses: between Rayleigh's quotient and the highest one.
+        # |K x| / |M x| in the mass-weighted norm lies between Rayleigh's quotient and the highest squared frequency.
         before, square = square, norm_ratio(shape, vector, mass)
         if abs(square - before) <= settled * square:
             break
@@ -81,19 +81,19 @@ def highest_frequency(
 
 
 def suggest_step(frequency: float, hint: str) -> float:
-    """Return a stable step [s], rounded down to 1, 2 or 5 x 10^k; `ParameterError` with the hint where nothing can move."""
+    """Return a stable step [s], rounded down to 1, 2 or 5 x 10^k; raise `ParameterError` with the hint if no node can move."""
     if frequency == 0.0:
         raise ParameterError("no node can move", hint=hint, at="boundaries")
     return round_down_to_125(longest_suggested_step(frequency))
 
 
 def longest_suggested_step(frequency: float) -> float:
-    """Return the suggested part of the largest stable step [s], not rounded."""
+    """Return the suggested fraction of the largest stable step [s], without rounding."""
     return SUGGESTED * 2.0 / frequency
 
 
 def refuse_large_step(step: float, frequency: float, hint: str) -> None:
-    """Raise `ParameterError` where a step [s] is too near to the largest stable one; `hint` says what to do."""
+    """Raise `ParameterError` if a step [s] is too close to the largest stable one; `hint` is advice for the user."""
     if frequency * step > 2.0 * ALLOWED:
         largest = 2.0 / frequency
         expected = f"at most {ALLOWED * largest:.4g} s, {ALLOWED:g} of the largest stable one, 2 / omega = {largest:.4g} s"

@@ -1,4 +1,4 @@
-"""Parameters that are tables of their own, chosen by name: `law = "hertz"`, `arrangement = {name = "dimer", ...}`."""
+"""Parameters that are tables chosen by name: `law = "hertz"`, `arrangement = {name = "dimer", ...}`."""
 
 from __future__ import annotations
 
@@ -14,33 +14,33 @@ from .validation import Choices, Parameters, faults_of
 
 
 class Named(Parameters):
-    """A table of parameters that its `name` chooses among several; each declares that name, a Literal, as its default."""
+    """A table of parameters, chosen among several by its `name`; each class declares that name, a Literal, as its default."""
 
     name: Any
 
     @model_serializer(mode="wrap")
     def _always_with_its_name(self, serialize: SerializerFunctionWrapHandler) -> dict[str, Any]:
-        """Also where defaults are left out: names may differ while all fields agree, and identities must tell them apart."""
+        """Include the name even if defaults are omitted: tables that differ only by name must have different identities."""
         return {"name": self.name, **serialize(self)}
 
 
 @dataclass(frozen=True)
 class ByName(Choices):
-    """Chooses the table of a field: given as a bare name, as a table with its name, or as what that makes.
+    """Select the table of a field, given as a name, as a mapping with its name, or as an instance.
 
         law: Annotated[SerializeAsAny[Law], ByName({"hertz": Hertz, "power": Power})]
 
-    A bare name stands for the table with its defaults.
+    A bare name selects the table with its defaults.
     """
 
     choices: Mapping[str, type[Named]]
 
     def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
-        """For pydantic: choose first."""
+        """Select the table before pydantic validates it."""
         return core_schema.no_info_before_validator_function(self.choose, handler(source))
 
     def choose(self, given: Any) -> Named:
-        """Return the table; raise a fault where there is none, or where it is not valid."""
+        """Return the table; raise a fault if it is unknown or not valid."""
         if type(given) in self.choices.values():
             return given
         fields = {"name": given} if isinstance(given, str) else given
@@ -63,10 +63,10 @@ class ByName(Choices):
 
 @dataclass(frozen=True)
 class OneOrEach(ByName):
-    """Chooses one table for all, or a list of tables, one for each of several things."""
+    """Select one table for all of several items, or a list with one table for each."""
 
     def choose(self, given: Any) -> Any:
-        """Return the table, or a list of them; raise a fault with its place in the list."""
+        """Return the table, or a list of tables; raise a fault with its position in the list."""
         if not isinstance(given, (list, tuple)):
             return super().choose(given)
         chosen = []

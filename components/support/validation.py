@@ -1,4 +1,4 @@
-"""Validation of parameters against their model, and of single numbers; each fault is located."""
+"""Validation of parameters against their model, and of single numbers; every fault has a location."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ class Fixed(BaseModel):
     @model_validator(mode="before")
     @classmethod
     def _plain(cls, given: Any) -> Any:
-        """Return the fields as pydantic takes them: arrays and tuples as lists, numpy's numbers as Python's."""
+        """Return the fields in the types of pydantic: arrays and tuples as lists, numpy numbers as Python numbers."""
         return {name: plain(value) for name, value in given.items()} if isinstance(given, dict) else given
 
 
@@ -45,10 +45,10 @@ class Parameters(Fixed):
 
 @dataclass(frozen=True)
 class Choices:
-    """Marks a field of parameters that holds one of several tables.
+    """Mark of a parameter field that holds one of several tables.
 
     Attributes:
-        choices: the model of each table, by the name that chooses it.
+        choices: the model of each table, by its name.
     """
 
     choices: Mapping[str, type[Parameters]]
@@ -61,7 +61,7 @@ def tables(model: type[BaseModel]) -> dict[str, Mapping[str, type[Parameters]]]:
 
 
 def validate_parameters(model: type[Model], fields: Mapping[str, Any], where: str) -> Model:
-    """Return a pydantic model from keyword arguments; every fault in one `ParameterError`, unknown names with the nearest."""
+    """Return a model from keyword arguments; one `ParameterError` reports all faults and the names nearest to unknown ones."""
     try:
         return model(**fields)
     except ValidationError as error:
@@ -69,7 +69,7 @@ def validate_parameters(model: type[Model], fields: Mapping[str, Any], where: st
 
 
 def faults_of(error: ValidationError, given: Any, model: type[BaseModel]) -> list[Fault]:
-    """Return the errors of pydantic as faults, located by the keys and indices of the given values."""
+    """Return pydantic's errors as faults, located by the keys and indices of the given values."""
     groups: dict[str, list[Any]] = {}
     for one in error.errors():
         groups.setdefault(str(one["loc"][0]) if one["loc"] else "", []).append(one)
@@ -100,9 +100,9 @@ _EXPECTED = {
 
 
 def _faults_of_field(errors: list[Any], given: Any, model: type[BaseModel]) -> list[Fault]:
-    """Return the faults of one field; of a union those of the alternative of the right type.
+    """Return the faults of one field; for a union, those of the alternative with the matching type.
 
-    There a value is out of range, or the wrong type lies deepest, in a table or a list.
+    The matching alternative has a value out of range, or the most deeply nested type error.
     """
     located = [(_place(one["loc"], given), one["type"].endswith(("_type", "_parsing")), one) for one in errors]
     outermost = min(len(place) for place, *_ in located)
@@ -118,7 +118,7 @@ def _faults_of_field(errors: list[Any], given: Any, model: type[BaseModel]) -> l
 
 def _faults_of_error(error: Any, given: Any, model: type[BaseModel]) -> list[Fault]:
     raised, place = error.get("ctx", {}).get("error"), _place(error["loc"], given)
-    if isinstance(raised, GranularError):  # of a validator of ours
+    if isinstance(raised, GranularError):  # raised by our own validator
         return [replace(fault, location=(*place, *fault.location), source="") for fault in raised.faults]
     return [_fault(error, place, given, model)]
 
@@ -144,7 +144,7 @@ def _fault(error: Any, place: Location, given: Any, model: type[BaseModel]) -> F
 
 
 def _place(loc: Location, given: Any) -> Location:
-    """Return a location without the names that pydantic inserts for the alternatives of a union."""
+    """Return a location without the names that pydantic inserts for alternatives of a union."""
     place = list(loc[:1])
     inner: Any = given.get(loc[0]) if loc and isinstance(given, Mapping) else None
     for part in loc[1:]:
@@ -167,7 +167,7 @@ def _advice_for_unknown(place: Location, given: Any, value: Any, model: type[Bas
 
 
 def _part_of(model: type[BaseModel], name: str | int) -> type[BaseModel] | None:
-    """Return the model of a field that holds a table, also one that may be left out."""
+    """Return the model of a field that holds a table, including an optional one."""
     field = model.model_fields.get(str(name))
     kinds = (field.annotation, *get_args(field.annotation)) if field else ()
     return next((kind for kind in kinds if isinstance(kind, type) and issubclass(kind, BaseModel)), None)
@@ -187,7 +187,7 @@ def _advice_for_missing(place: Location, model: type[BaseModel]) -> str:
 
 
 def _owner(model: type[BaseModel], name: str, value: Any) -> str:
-    """Return the hint for a name that belongs to a table which another parameter chooses by name; else ""."""
+    """Return the hint for a name that belongs to a table chosen by another parameter; otherwise ""."""
     for parameter, choices in tables(model).items():
         owners = [choice for choice, table in choices.items() if name in table.model_fields]
         if owners:
@@ -204,7 +204,7 @@ def finite_number(at: str | Location, value: Any, expected: str = "a number", hi
             raise TypeError
         if isinstance(value, np.ma.MaskedArray):
             raise TypeError
-        with np.errstate(over="ignore"):  # of a wider float
+        with np.errstate(over="ignore"):  # for a wider float type
             number = float(value)
     except (TypeError, ValueError, OverflowError):
         raise ParameterError(f"got {one_line(value)}", expected=expected, hint=hint, at=at) from None
@@ -235,7 +235,7 @@ def whole_number(at: str | Location, value: Any, least: int = 1, most: int | Non
 
 
 def plain(value: Any) -> Any:
-    """Return a parameter as pydantic takes it; a masked array is returned as it is, and refused."""
+    """Return a parameter in the types of pydantic; a masked array is returned unchanged, so that it is refused."""
     match value:
         case np.ma.MaskedArray():
             return value

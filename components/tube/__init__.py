@@ -1,4 +1,4 @@
-"""A detonation in a tube a part of which gives way: Gato & Shie (2010)."""
+"""A detonation in a tube, of which one section can yield and break: Gato & Shie (2010)."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Balances of the whole from those of the gas and the shell."""
+"""Balances of the tube, composed from those of the gas and the shell."""
 
 from __future__ import annotations
 
@@ -15,20 +15,20 @@ _ABSENT = ("wall_energy",)
 
 
 def join_energy(gas: Balance, shell: Balance, leaked: float) -> Balance:
-    """Return the energy of both; what leaks out is lost."""
+    """Return the energy balance of both parts; leakage counts as a loss."""
     stored = {name: amount for name, amount in _sums((gas.stored, shell.stored)).items() if name not in _ABSENT}
     supplied, lost = _sums((gas.supplied, shell.supplied)), {**shell.lost, "leaked_energy": leaked}
     return Balance("energy", "J", stored, supplied, lost, gas.initial + shell.initial)
 
 
 def join_mass(gas: Balance, shell: Balance, leaked: float) -> Balance:
-    """Return the mass of both; what leaks out is lost."""
+    """Return the mass balance of both parts; leakage counts as a loss."""
     stored = {"gas_mass": gas.stored["mass"], "shell_mass": shell.stored["mass"]}
     return Balance("mass", "kg", stored, gas.supplied, {"leaked_mass": leaked}, gas.initial + shell.initial)
 
 
 def join_momentum(gas: Balance, shell: Balance, leaked: float) -> Balance:
-    """Return the momentum of both; that of the gas is along x, and `wall_impulse` is what walls give to it."""
+    """Return the momentum balance of both parts; gas momentum is along x, and `wall_impulse` acts from walls on the gas."""
     ours = {name: along_x(amount) for name, amount in gas.supplied.items()}
     theirs = {name: amount for name, amount in shell.supplied.items() if name != "wall_impulse"}
     stored = {"momentum": along_x(gas.stored["momentum"]) + shell.stored["momentum"]}
@@ -37,12 +37,12 @@ def join_momentum(gas: Balance, shell: Balance, leaked: float) -> Balance:
 
 
 def along_x(amount: Amount) -> FloatArray:
-    """Return a vector along x."""
+    """Return a vector along x with this component."""
     return np.array([float(amount), 0.0, 0.0])
 
 
 def _sums(parts: Sequence[Mapping[str, Amount]]) -> dict[str, Any]:
-    """Return the entries of all parts; those of one name are added."""
+    """Return the entries of all parts; entries of the same name are added."""
     found: dict[str, Any] = {}
     for part in parts:
         for name, amount in part.items():

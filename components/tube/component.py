@@ -1,4 +1,4 @@
-"""A gas in a tube and the section of the tube that gives way, as one component: both advance in one tick, in one memory."""
+"""The gas in a tube and a deformable section of the tube as one component: both advance in one tick, in one memory."""
 
 from __future__ import annotations
 
@@ -25,15 +25,15 @@ from . import balances, exchange
 from .interface_overlaps import Interface, find_overlaps
 from .parameters import MOST_STEPS, TubeParameters
 
-# Words of a state from which on it matters that a component that is not needed any more leaves memory at once.
+# Number of state words above which an unused component is garbage-collected at once.
 _LARGE_STATE = 100_000
-# Loads below this part of the pressure outside come from rounding: the shell sleeps until one is larger.
+# Smallest load that wakes the shell, as a fraction of the pressure outside; smaller loads are rounding errors.
 _WAKING = 1e-9
-# What `_advance` returns for the gas, the shell and what passes between them: this and their own status.
+# Status offsets of `_advance` for failures of the gas, the shell and the exchange; the part's own status is added.
 _GAS, _SHELL, _WALL = 16, 32, 48
-# A change of the cross-section that a gas in a rigid tube should have felt.
+# Change of the cross-section above which a gas in a rigid tube gets a caution.
 _LARGE_CHANGE = 0.02
-# Growth of the cross-section beyond which a gas in a rigid tube loads a wall that is no tube any more.
+# Growth of the cross-section above which the load of a gas in a rigid tube is no longer valid.
 _LARGEST_GROWTH = 0.5
 _GROWN = "cross_section_grown"
 
@@ -41,7 +41,7 @@ _GROWN = "cross_section_grown"
 class Tube(Component):
     """A detonation in a rigid tube, a section of which is a shell: the experiment of Gato & Shie (2010).
 
-    The gas loads the wall, and with two-way coupling feels it. See `TubeParameters`.
+    The gas loads the wall; with two-way coupling the motion of the wall acts back on the gas. See `TubeParameters`.
     """
 
     name = "tube"
@@ -57,11 +57,11 @@ class Tube(Component):
 
     @classmethod
     def memory_needed(cls, parameters: TubeParameters) -> int:
-        """Return what the parts take."""
+        """Return the memory that both parts need."""
         return DetonationTube.memory_needed(parameters.gas) + Shell.memory_needed(parameters.shell)
 
     def _build(self) -> None:
-        # Built alone first: they know their steps and how large their states are.
+        # Both parts are first built alone, to find their steps and the sizes of their states.
         gas, shell = make_part(DetonationTube, self, "gas"), make_part(Shell, self, "shell")
         self._choose_steps(gas, shell)
         stations, words = shell.parameters.body.counts[0], shell.memory.size
@@ -69,7 +69,7 @@ class Tube(Component):
             gas=("f8", (gas.memory.size,)), shell=("f8", (words,)), peak_pressure=("f8", (stations,)),
             widening=("f8", (stations,)), tally=("f8", (exchange.TALLY,)), awake=("i8", (1,), 0, 1),
         )  # fmt: skip
-        # The second shell shares the tables of the first one while it is there.
+        # The second shell shares the tables of the first one while these exist.
         tables = shell.assembly
         del shell
         if words > _LARGE_STATE:
@@ -81,15 +81,15 @@ class Tube(Component):
         self._include(self.gas, "gas", self.gas_steps)
         self._include(self.shell, "shell", self.shell_steps)
         self.interface: Interface = self._find_interface()
-        # As the field gives it, which does not pass through the nodes' parameters.
+        # Read from the field, which does not interpolate the parameters of the nodes.
         self._rest_radii: FloatArray = self.shell.get("mean_inner_radius")
-        # Step of the gas or of the shell in which something failed, and a cell without pressure.
+        # Step of the gas or the shell that failed, and a cell without pressure.
         self._failed_tick = self._failed_cell = 0
 
     def _choose_steps(self, gas: DetonationTube, shell: Shell) -> None:
-        """Set the internal step, and how many steps each part makes in it, from those that they suggest.
+        """Choose the internal step and the number of steps of each part in it, from the steps that the parts suggest.
 
-        The internal step is rounded down; what the parts make in it need not be.
+        The default internal step is a round number. The steps of the parts divide it evenly and need not be round.
         """
         p = self.parameters
         self.step_size = max(gas.step_size, shell.step_size) if p.step_size is None else p.step_size
@@ -97,7 +97,7 @@ class Tube(Component):
         self.shell_steps: int = p.shell_steps or self._steps_in("shell", shell.longest_suggested_step)
 
     def _make_stepped(self, kind: type[Part], part: str, step: float) -> Part:
-        """Return a part in the memory of this one; a step that is too large for it is a fault of the number of its steps."""
+        """Return a part in this component's memory; report a step that is too large for it as a fault of its step number."""
         try:
             return make_part(kind, self, part, step_size=step, memory=self._block[part])
         except ParameterError as error:
@@ -110,7 +110,7 @@ class Tube(Component):
             ) from None  # fmt: skip
 
     def _steps_in(self, part: str, limit: float) -> int:
-        """Return how many steps of at most that limit [s] a part makes in an internal step."""
+        """Return the number of steps of at most `limit` [s] that a part makes in an internal step."""
         steps = max(self.step_size / limit * (1.0 - 1e-9), 1.0)
         if not steps <= MOST_STEPS:
             raise ParameterError(
@@ -131,7 +131,7 @@ class Tube(Component):
 
     @property
     def mass(self) -> float:
-        """Mass of the gas and the shell now [kg]."""
+        """Present mass of gas and shell [kg]."""
         return self.gas.mass + float(self.shell.mass.sum())
 
     # -- description ------------------------------------------------------------------------------------------------
@@ -162,7 +162,7 @@ class Tube(Component):
         )  # fmt: skip
 
     def _declare_output(self, variable: Variable) -> Variable:
-        """Return the variable, as an output where it is an input of a part that the other part decides."""
+        """Return the variable, as an output if it is an input of one part that the other part sets."""
         if variable.name not in ("gas_area", "shell_pressure"):
             return variable
         text = (
@@ -214,14 +214,14 @@ class Tube(Component):
     def _begin(
         self, part: Component, prefix: str, seed: int | None, values: Mapping[str, FloatArray], more: Mapping[str, FloatArray]
     ) -> Mapping[str, Any]:
-        """Write the start state of a part; what is wrong with its values is named as one of this component."""
+        """Write the start state of a part; report faults in its values as faults of this component."""
         try:
             return part._start(seed, {**part_values(prefix, values), **more})
         except ParameterError as error:
             raise ParameterError(*(_fault_of_part(fault, prefix) for fault in error.faults)) from None
 
     def _present_area(self) -> FloatArray:
-        """Return the cross-section of the cells of the gas that the shell leaves them as it is now, shape (cells,) [m^2]."""
+        """Return the present cross-section of the gas cells, as the shell leaves it, shape (cells,) [m^2]."""
         interface, widening, overlaps = self.interface, self._block["widening"], self.interface.overlaps
         exchange.write_widening(interface, self.shell.tables().state, widening)
         growth = interface.to_cells(overlaps.length * widening[overlaps.station])
@@ -235,7 +235,7 @@ class Tube(Component):
         return 0
 
     def _advance_tick(self, tick: int) -> int:
-        """Advance gas, then shell, by an internal step; then let the gas feel how the wall has moved."""
+        """Advance gas, then shell, by an internal step; then apply the motion of the wall to the gas."""
         before = self._shell_pressure()
         status = self._advance_gas(tick)
         if status:
@@ -258,14 +258,14 @@ class Tube(Component):
         return 0 if self._failed_cell < 0 else _WALL
 
     def _note_growth(self, tick: int) -> None:
-        """Note, once, that a gas of one-way coupling flows through a cross-section that is not that of the wall."""
+        """Record, once, that the one-way-coupled gas flows through a cross-section different from that of the wall."""
         station = int(self._block["widening"].argmax())
         growth = float(self._block["widening"][station])
         if growth > _LARGEST_GROWTH and not self._block.count("events"):
             self._add_event(tick + 1, _GROWN, station, growth, _LARGEST_GROWTH)
 
     def _advance_gas(self, tick: int) -> int:
-        """Advance the gas with the area that it has, and let it out through openings."""
+        """Advance the gas with its present area, and let it leak through openings."""
         gas = self.gas.tables().state
         for step in range(self.gas_steps):
             own = {
@@ -283,7 +283,7 @@ class Tube(Component):
         return 0
 
     def _let_out(self, tick: int) -> None:
-        """Let gas out of the vent and of open cracks."""
+        """Let gas leak from the vent and from open cracks."""
         p, interface, overlaps, openings = (
             self.parameters,
             self.interface,
@@ -302,22 +302,22 @@ class Tube(Component):
 
     @property
     def _cracks_leak(self) -> bool:
-        """Return whether gas can leave through cracks."""
+        """Return whether gas can leak through cracks."""
         return self.parameters.coupling.leaks and self.parameters.shell.fracture.name != "none"
 
     def wake(self) -> None:
-        """Let the shell move, which sleeps at rest until something loads it."""
+        """Let the shell move; otherwise it sleeps at rest until it is loaded."""
         self._block["awake"][0] = True
 
     def _is_awake(self, pressures: FloatArray) -> bool:
-        """Return whether the shell moves; it sleeps at rest until something loads it."""
+        """Return whether the shell moves; it sleeps at rest until it is loaded."""
         awake, room = self._block["awake"], self.parameters.room_pressure
         if not awake[0]:
             awake[0] = float(np.abs(pressures - room).max()) > _WAKING * room
         return bool(awake[0])
 
     def _advance_shell(self, tick: int, before: FloatArray, after: FloatArray, works: FloatArray) -> int:
-        """Advance the shell under pressures that go linearly through the tick, and add the work of the gas at each station."""
+        """Advance the shell under pressures linear in time over the tick, and add the work of the gas at each station."""
         room, tally, around = self.parameters.room_pressure, self._block["tally"], self.shell.lattice.shape[1]
         for step in range(self.shell_steps):
             acting = before + (step + 0.5) / self.shell_steps * (after - before)
@@ -343,7 +343,7 @@ class Tube(Component):
         return self._explain_wall()
 
     def _explain_part(self, part: Component, prefix: str, status: int, steps: int) -> StepError:
-        """Return the error of a part as one of the whole."""
+        """Return the error of a part as an error of the tube."""
         part.adopt(self._failed_tick, {})
         error = part._explain(status).of_part(prefix)
         if part is self.shell and error.index is not None:
@@ -354,7 +354,7 @@ class Tube(Component):
         return error.with_hint(f"the {prefix} makes {steps} such steps in a tick of {self.step_size:g} s")
 
     def _explain_wall(self) -> StepError:
-        """Return the error for a cell that the wall leaves without pressure."""
+        """Return the error for a cell that has no pressure left after a motion of the wall."""
         cell, time = self._failed_cell, (self._failed_tick + 1) * self.step_size
         value = float(self.gas.tables().state.pressure[cell])
         return StepError(
@@ -366,10 +366,10 @@ class Tube(Component):
     # -- reading ----------------------------------------------------------------------------------------------------
 
     def balances(self) -> tuple[Balance, ...]:
-        """Return energy, momentum and mass of gas and shell since the reset.
+        """Return the balances of energy, momentum and mass of gas and shell since the reset.
 
-        `wall_work` and `wall_impulse` are what walls do to the gas, `pressure_work` and `pressure_impulse` what the gas, less
-        the pressure outside, does to the shell.
+        `wall_work` and `wall_impulse` are done by the walls on the gas. `pressure_work` and `pressure_impulse` are done on the
+        shell by the gas pressure minus the pressure outside.
         """
         mass, momentum, energy = (float(amount) for amount in self._block["tally"][: exchange.ROOM_WORK])
         gas, shell = self.gas.balances(), self.shell.balances()
@@ -380,7 +380,7 @@ class Tube(Component):
         )
 
     def report(self) -> dict[str, float]:
-        """Return the reports of both parts, how far the cross-section has changed, and the work that passed between them."""
+        """Return the reports of both parts, the change of the cross-section, and the work exchanged between them."""
         found = {f"gas: {name}": figure for name, figure in self.gas.report().items()}
         found |= {f"shell: {name}": figure for name, figure in self.shell.report().items()}
         work = float(self.shell.balances()[0].supplied["pressure_work"])
@@ -397,11 +397,11 @@ class Tube(Component):
         }
 
     def _largest_change(self) -> float:
-        """Return the largest relative change of a station's cross-section now."""
+        """Return the largest present relative change of a station's cross-section."""
         return float(np.abs(self._block["widening"]).max())
 
     def conclusions(self) -> list[str]:
-        """Return those of both parts, what the wall has borne, and from when on a one-way coupling is not valid."""
+        """Return the conclusions of both parts, the load on the wall, and the time from which one-way coupling is not valid."""
         dud, found = self.gas.dud, [f"gas: {text}" for text in self.gas.conclusions()]
         found.append(
             f"wall: the largest pressure on it was {1e-6 * self._block['peak_pressure'].max():.4g} MPa, and the cross-section "
@@ -418,7 +418,7 @@ class Tube(Component):
         return found + [f"shell: {text}{outcome if text.startswith('outcome: ') else ''}" for text in self.shell.conclusions()]
 
     def cautions(self) -> list[str]:
-        """Return those of the parts, and a sentence where the gas should have felt the wall."""
+        """Return the cautions of the parts, and one if the motion of the wall should have affected the gas."""
         said = [f"gas: {text}" for text in self.gas.cautions()] + [f"shell: {text}" for text in self.shell.cautions()]
         change = self._largest_change()
         if change > _LARGE_CHANGE and not self.parameters.coupling.moves_gas:
@@ -429,7 +429,7 @@ class Tube(Component):
         return said
 
     def drawables(self) -> tuple[Drawable, ...]:
-        """Return the shell at its place along the tube, and the gas from the side."""
+        """Return the shell at its position along the tube, and a side view of the gas."""
         shift, shown = np.array([self.parameters.position, 0.0, 0.0]), []
         for prefix, part in (("shell", self.shell), ("gas", self.gas)):
             for drawable in part.drawables():
@@ -443,7 +443,7 @@ class Tube(Component):
 
 
 def _fault_of_part(fault: Fault, prefix: str) -> Fault:
-    """Return the fault of a start value of a part, with the name of that value here."""
+    """Return the fault of a part's start value, with the name of the value in this component."""
     first, *others = fault.location if fault.location and fault.location[0] == "start" else ("start", *fault.location)
     name = f"{prefix}_{others[0]}" if others else prefix
     return dataclasses.replace(fault, location=(first, name, *others[1:]))

@@ -1,7 +1,7 @@
-"""Exchange between the gas and the shell in a tick: pressures to the stations, area and work back, gas through openings.
+"""Exchange between gas and shell in a tick: pressures to the stations, area and work back to the gas, leaks through openings.
 
-The pressure of the gas is taken as linear in each cell (limited, with its mean), and each station has the mean over the part of
-the length that belongs to it: the sum of pressure times length over the overlaps of a cell is that of the cell.
+The pressure of the gas is linear in each cell, with limited slopes and exact cell means. Each station gets the mean over its
+part of the length: the sum of pressure times length over the overlaps of a cell is that of the cell.
 """
 
 from __future__ import annotations
@@ -18,14 +18,14 @@ from ..support.jit import internal, jit
 from ..support.powers import power
 from .interface_overlaps import Interface, Overlaps
 
-# Entries of the tally since the reset: what has left through openings, and the work of the shell on the room.
+# Entries of the tally since the reset: leaked mass, momentum and energy, and the work of the shell on the room.
 LEAKED_MASS, LEAKED_MOMENTUM, LEAKED_ENERGY, ROOM_WORK, TALLY = 0, 1, 2, 3, 4
 
 
 def overlap_pressures(overlaps: Overlaps, pressure: FloatArray) -> FloatArray:
     """Return the mean pressure of the gas over each overlap, shape (overlaps,) [Pa].
 
-    Slopes are limited (minmod): no overlap has more than the largest pressure around it.
+    Slopes are limited (minmod): no overlap exceeds the largest pressure of the neighbouring cells.
     """
     i, last = overlaps.cell, len(pressure) - 1
     back = np.where(i > 0, pressure[i] - pressure[np.maximum(i - 1, 0)], 0.0)
@@ -36,14 +36,14 @@ def overlap_pressures(overlaps: Overlaps, pressure: FloatArray) -> FloatArray:
 
 
 def station_pressures(interface: Interface, pressure: FloatArray) -> FloatArray:
-    """Return the pressure at the stations, shape (stations,), from that of the cells of the gas, shape (cells,) [Pa]."""
+    """Return the pressures at the stations, shape (stations,), from the cell pressures, shape (cells,) [Pa]."""
     return interface.to_stations(interface.overlaps.length * overlap_pressures(interface.overlaps, pressure)) / interface.width
 
 
 def write_widening(interface: Interface, state: State, out: FloatArray) -> None:
-    """Write by how much the cross-section at each station is larger than at rest, relatively: of the mean radius squared.
+    """Write the relative growth of the cross-section at each station, i.e. of the square of the mean radius.
 
-    The mean goes over the nodes on which the gas presses; a station that has lost all of them keeps its value.
+    The mean is over nodes that the gas loads; a station that has lost all these nodes keeps its value.
 
     Args:
         interface: the nodes of the stations.
@@ -53,7 +53,7 @@ def write_widening(interface: Interface, state: State, out: FloatArray) -> None:
     y, z = (interface.reference + state.displacement[interface.nodes]).T[1:]
     share = np.where((state.area != 0.0).any(axis=1), interface.share, 0.0)
     shares = np.stack([share, share * (np.sqrt(y * y + z * z) / interface.rest)])
-    # Around each station, in a fixed order.
+    # Sum around each station in a fixed order.
     total, radius = ordered_sum_of_rows(shares.reshape(2, len(out), -1).transpose(2, 0, 1))
     some = total > 0.0
     ratio = radius[some] / total[some]
@@ -61,9 +61,9 @@ def write_widening(interface: Interface, state: State, out: FloatArray) -> None:
 
 
 def swept_volumes(tables: Tables, area: FloatArray) -> FloatArray:
-    """Return the volume that each node of the inner surface has swept in a step of the shell, shape (s,) [m^3].
+    """Return the volume swept by each node of the inner surface in a step of the shell, shape (s,) [m^3].
 
-    It is the mean of its areas before and after times the mean of its velocities, as the shell counts it.
+    It is the mean of the areas before and after times the mean of the velocities, as in the work of the shell.
 
     Args:
         tables: of the shell, after the step.
@@ -78,19 +78,19 @@ def swept_volumes(tables: Tables, area: FloatArray) -> FloatArray:
 
 @np.errstate(all="ignore")
 def move_wall(gas: GasTables, interface: Interface, pressures: FloatArray, widening: FloatArray, works: FloatArray) -> int:
-    """Give the gas the cross-section that the shell leaves it, and take the work from it that it did on the wall.
+    """Set the cross-section of the gas to the present one of the shell, and subtract the work of the gas on the wall.
 
     Mass and momentum of each cell do not change. Overlaps share the work of their station by pressure and length.
 
     Args:
         gas: its tables.
         interface: the overlaps.
-        pressures: of the gas at the stations now, shape (stations,) [Pa].
-        widening: of the stations now, see `write_widening`, shape (stations,).
-        works: of the gas at each station in this tick, shape (stations,) [J].
+        pressures: present gas pressures at the stations, shape (stations,) [Pa].
+        widening: present growth at the stations, see `write_widening`, shape (stations,).
+        works: work of the gas at each station in this tick, shape (stations,) [J].
 
     Returns:
-        -1, or the first cell that has no pressure left.
+        -1, or the first cell without pressure left.
     """
     medium, state, size, overlaps = gas.medium, gas.state, gas.medium.cell_size, interface.overlaps
     part = (works / (interface.width * pressures))[overlaps.station]
@@ -114,13 +114,13 @@ def move_wall(gas: GasTables, interface: Interface, pressures: FloatArray, widen
 
 @internal
 def nozzle_flow(gamma, density, pressure, room_pressure):
-    """Return the mass flow through an ideal nozzle [kg/(m^2 s)] from gas at rest into a room; 0 where that has more pressure.
+    """Return the mass flow through an ideal nozzle from gas at rest into a room [kg/(m^2 s)]; 0 if the room pressure is higher.
 
     Source: A. H. Shapiro, The Dynamics and Thermodynamics of Compressible Fluid Flow (1953), 4.
     """
     if not pressure > room_pressure:
         return 0.0
-    # Behind the narrowest place the flow is as fast as sound where the room has less than the critical pressure.
+    # The flow is sonic at the throat if the room pressure is below the critical pressure.
     root = power(2.0 / (gamma + 1.0), 0.5 * gamma / (gamma - 1.0))
     ratio, critical = room_pressure / pressure, root * root
     ratio = ratio if ratio > critical else critical
@@ -131,15 +131,15 @@ def nozzle_flow(gamma, density, pressure, room_pressure):
 
 @jit
 def leak(medium, gas, openings, discharge, room_pressure, step, tally):
-    """Let gas out through openings in the wall, with its velocity along the tube; nothing flows in.
+    """Let gas leak through openings in the wall, with its velocity along the tube; there is no inflow.
 
-    What stays behind expands without heat, its pressure going with density^gamma, at most down to the pressure of the room.
+    The remaining gas expands adiabatically, with pressure proportional to density^gamma, at most down to the room pressure.
 
     Args:
         medium: `detonation.kernel_arrays.Medium`.
         gas: `detonation.kernel_arrays.State`.
         openings: area of the openings of each cell, shape (cells,) [m^2].
-        discharge: mass flow over that of the ideal nozzle.
+        discharge: mass flow divided by that of the ideal nozzle.
         room_pressure: outside, 0 in a vacuum [Pa].
         step: length of the tick [s].
         tally: shape (TALLY,).

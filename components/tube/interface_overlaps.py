@@ -1,7 +1,7 @@
-"""Overlaps of the cells of the gas with the stations of the shell.
+"""Overlaps of gas cells with stations of the shell.
 
-A station is a plane of nodes of the shell, and the part of the length that belongs to it. Each overlap of a station with a
-cell of the gas has a length; that of all overlaps of a cell is the part of the cell that the shell covers.
+A station is a plane of shell nodes together with its part of the length. Each overlap of a station with a gas cell has a
+length; the overlaps of a cell together cover the part of the cell that lies in the shell.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ import numpy.typing as npt
 from ..support.float_arrays import FloatArray
 
 IntArray = npt.NDArray[np.int64]
-# Overlaps shorter than this part of a cell come from rounding.
+# Overlaps shorter than this fraction of a cell are rounding errors.
 _ROUNDING = 1e-9
 
 
@@ -25,7 +25,7 @@ class Overlaps(NamedTuple):
         station: of each overlap, shape (overlaps,).
         cell: of each overlap, shape (overlaps,).
         length: of each overlap, shape (overlaps,) [m].
-        offset: from the middle of the cell to that of the overlap, over the length of the cell, shape (overlaps,).
+        offset: from the middle of the cell to the middle of the overlap, over the length of the cell, shape (overlaps,).
     """
 
     station: IntArray
@@ -41,10 +41,10 @@ class Interface(NamedTuple):
         overlaps: of stations and cells.
         width: of each station, shape (stations,) [m].
         nodes: of the inner surface, station by station, shape (s,).
-        share: of each of these in the mean over its station, shape (s,).
-        reference: positions of these, shape (s, 3) [m].
-        rest: distance of these from the axis, shape (s,) [m].
-        area: cross-section of each cell of the gas before anything moves, shape (cells,) [m^2].
+        share: weight of each of these nodes in the mean over its station, shape (s,).
+        reference: positions of these nodes, shape (s, 3) [m].
+        rest: distance of these nodes from the axis at rest, shape (s,) [m].
+        area: initial cross-section of each gas cell, shape (cells,) [m^2].
     """
 
     overlaps: Overlaps
@@ -56,11 +56,11 @@ class Interface(NamedTuple):
     area: FloatArray
 
     def to_stations(self, amounts: FloatArray) -> FloatArray:
-        """Return the sums of amounts of the overlaps over those of each station, shape (stations,)."""
+        """Return the sums of overlap amounts for each station, shape (stations,)."""
         return np.bincount(self.overlaps.station, amounts, minlength=len(self.width)).astype(np.float64)
 
     def to_cells(self, amounts: FloatArray) -> FloatArray:
-        """Return the sums over the overlaps of each cell of the gas, shape (cells,)."""
+        """Return the sums of overlap amounts for each gas cell, shape (cells,)."""
         return np.bincount(self.overlaps.cell, amounts, minlength=len(self.area)).astype(np.float64)
 
 
@@ -69,7 +69,7 @@ def find_overlaps(bounds: FloatArray, cell_size: float, cells: int) -> Overlaps:
 
     Args:
         bounds: ends of the stations in the coordinate of the gas, ascending, shape (stations + 1,) [m].
-        cell_size: length of the cells of the gas, which begin at 0 [m].
+        cell_size: length of the gas cells; the first one begins at 0 [m].
         cells: number of cells.
     """
     rows = []

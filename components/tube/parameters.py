@@ -1,4 +1,4 @@
-"""Parameters of a gas in a tube, of the part of the tube that gives way, and of the coupling of both."""
+"""Parameters of a gas in a tube, of the deformable section of the tube, and of their coupling."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ from ..support.parameter_fields import Magnitude, NotNegativeMagnitude, field
 from ..support.tagged_union import ByName, Named
 from ..support.validation import Parameters
 
-# How far the cross-section of the gas may differ from that of the shell, relatively.
+# Largest relative difference between the cross-sections of gas and shell.
 _SAME_AREA = 1e-3
-# Steps of a part in an internal step at most.
+# Largest number of steps of a part in an internal step.
 MOST_STEPS = 1000
-# Boundaries of the shell that a tube gives: they neither move nor open.
+# Boundaries of a shell in a tube: they neither move nor open.
 _ENDS = ("clamped", "symmetry")
 
 
@@ -27,12 +27,12 @@ class Coupling(Named):
 
     @property
     def moves_gas(self) -> bool:
-        """True where the gas has the cross-section of the wall as it is, and pays for the work on it."""
+        """Whether the gas has the present cross-section of the wall and loses the work on it."""
         return False
 
     @property
     def leaks(self) -> bool:
-        """True where gas leaves through open cracks."""
+        """Whether gas leaks through open cracks."""
         return False
 
 
@@ -43,7 +43,7 @@ class OneWay(Coupling):
 
 
 class TwoWay(Coupling):
-    """The gas flows through the cross-section that the wall leaves it, and does work on it."""
+    """The gas flows through the present cross-section of the wall, and does work on the wall."""
 
     name: Literal["two_way"] = field("two_way", "the gas feels the wall", "1")
     motion: bool = field(True, "whether the gas feels that the wall moves", "1")
@@ -51,12 +51,12 @@ class TwoWay(Coupling):
 
     @property
     def moves_gas(self) -> bool:
-        """True where the gas has the cross-section of the wall as it is, and pays for the work on it."""
+        """Whether the gas has the present cross-section of the wall and loses the work on it."""
         return self.motion
 
     @property
     def leaks(self) -> bool:
-        """True where gas leaves through open cracks."""
+        """Whether gas leaks through open cracks."""
         return self.leakage
 
 
@@ -140,7 +140,7 @@ class TubeParameters(Parameters):
         if self.vent is not None and self.vent > length:
             raise ValueError(f"vent: got {self.vent:g} m, expected 0 to {length:g} m, the length of the gas")
         areas = self.gas.cross_section
-        # Of a half tube the gas is halved too, so that all amounts are those of the half.
+        # For a half tube the gas is halved too, so that all amounts belong to the half.
         part = 0.5 if body.half else 1.0
         size, expected = self.gas.cell_size, part * math.pi * body.inner_radius * body.inner_radius
         first, last = int(begin / size), min(math.ceil(end / size), self.gas.cells)

@@ -1,6 +1,6 @@
-"""Criteria by which linked pairs break, one a file: parameters, formula, source.
+"""Breaking criteria for linked pairs, one module each: parameters, formula, source.
 
-A new criterion is a file and a line in `CRITERIA`.
+A new criterion needs a module and an entry in `CRITERIA`.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""The base of breaking criteria, and the function by which kernels judge a link, dispatched on the class of the law."""
+"""The base class of breaking criteria, and the kernel function that judges a link, dispatched on the class of the law."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from ...support.tagged_union import Named
 
 
 class LinkStress(NamedTuple):
-    """What a criterion judges.
+    """The quantities that a criterion uses.
 
     Attributes:
         eps: strain along the link.
@@ -41,7 +41,7 @@ class LinkStress(NamedTuple):
 
 @dispatched
 def failure(law, link):
-    """Return what decides whether a link breaks, the limit at which it does, and the number of the cause.
+    """Return the decisive quantity of a link, its limit, and the number of the cause.
 
     Args:
         law: constants of the criterion; a criterion registers its function for their class.
@@ -53,9 +53,9 @@ class Criterion(Named):
     """A condition under which a linked pair breaks."""
 
     causes: ClassVar[Mapping[str, str]]
-    """Kinds of events, in the order in which `failure` numbers its causes -> what happened."""
+    """Kinds of events, in the order in which `failure` numbers its causes -> description."""
     unit: ClassVar[str] = "Pa"
-    """Unit of what decides and of its limit."""
+    """Unit of the decisive quantity and its limit."""
 
     @abstractmethod
     def law(self) -> Any:
@@ -74,13 +74,13 @@ class Never(NamedTuple):
 
 
 class Unbreakable(Criterion):
-    """Pairs stay linked."""
+    """Pairs always stay linked."""
 
     name: Literal["none"] = field("none", "which criterion", "1")
     causes = {}
 
     def law(self) -> Never:
-        """Return a limit without end."""
+        """Return a law with an infinite limit."""
         return Never()
 
 
@@ -90,11 +90,11 @@ def _never(law, link):
 
 
 class Weaker(NamedTuple):
-    """The law of links of several materials: the weaker of two breaks a link.
+    """The law of links between several materials: the weaker of two laws breaks a link.
 
     Attributes:
         laws: constants of one criterion.
-        rows: which two of these each link has, shape (links, 2).
+        rows: indices of the two laws of each link, shape (links, 2).
     """
 
     laws: tuple[Any, ...]

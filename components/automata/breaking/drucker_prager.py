@@ -1,8 +1,8 @@
-"""Drucker and Prager: the strength grows with pressure.
+"""Drucker and Prager: the strength increases with pressure.
 
     ((a + 1) / 2) sigma_eq + (3 / 2) (a - 1) sigma_m >= sigma_c,        a = sigma_c / sigma_t
 
-so that uniaxial compression breaks at sigma_c and uniaxial tension at sigma_t. Drucker & Prager (1952), Q. Appl. Math. 10, 157.
+Uniaxial compression breaks a pair at sigma_c, uniaxial tension at sigma_t. Drucker & Prager (1952), Q. Appl. Math. 10, 157.
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ class DruckerPrager(Criterion):
         return DruckerPragerLaw(self.compressive, 0.5 * (a + 1.0), 1.5 * (a - 1.0))
 
     def unbreakable(self) -> DruckerPragerLaw:
-        """Return a strength without end, and no part of the stress."""
+        """Return an infinite strength, and factors of 0 for the stress."""
         return DruckerPragerLaw(math.inf, 0.0, 0.0)
 
 

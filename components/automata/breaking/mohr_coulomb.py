@@ -1,8 +1,8 @@
-"""Mohr and Coulomb on the face of a pair, with a tension cut-off.
+"""Mohr-Coulomb on the face of a pair, with a tension cut-off.
 
     |tau| + sigma_n tan(phi) >= cohesion        or        sigma_n >= tensile strength
 
-tau and sigma_n are the tractions on the pair's own face, so that it also matters how a pair lies. Jaeger, Cook & Zimmerman
+tau and sigma_n are the tractions on the face of the pair, so the orientation of the pair matters too. Jaeger, Cook & Zimmerman
 (2007), Fundamentals of Rock Mechanics, section 4.5.
 """
 
@@ -40,13 +40,13 @@ class MohrCoulomb(Criterion):
         return MohrCoulombLaw(self.cohesion, self.internal_friction, self.tensile)
 
     def unbreakable(self) -> MohrCoulombLaw:
-        """Return strengths without end, and no part of the normal traction."""
+        """Return infinite strengths, and no effect of the normal traction."""
         return MohrCoulombLaw(math.inf, 0.0, math.inf)
 
 
 @failure.register(MohrCoulombLaw)
 def _failure(law, link):
-    """Judge by the cause that is exceeded by the larger part."""
+    """Choose the cause with the larger ratio to its limit."""
     shear = abs(link.tangential) + law.internal_friction * link.normal
     if link.normal * law.cohesion >= shear * law.tensile:
         return link.normal, link.factor * law.tensile, 1

@@ -34,7 +34,7 @@ class Strain(Criterion):
 
 @failure.register(StrainLaw)
 def _failure(law, link):
-    """Judge by the cause that is exceeded by the larger part."""
+    """Choose the cause with the larger ratio to its limit."""
     if abs(link.gamma) / law.shear > link.eps / law.tensile:
         return abs(link.gamma), link.factor * law.shear, 1
     return link.eps, link.factor * law.tensile, 0

@@ -1,4 +1,4 @@
-"""Von Mises: a pair breaks when its equivalent stress reaches a strength; equally strong in tension and compression."""
+"""Von Mises: a pair breaks when its equivalent stress reaches the strength, equal in tension and compression."""
 
 from __future__ import annotations
 

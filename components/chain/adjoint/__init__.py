@@ -1,9 +1,9 @@
 """Exact gradients of driven chains: the discrete adjoint of the compositions that integrate them.
 
-A control step is a chain of drifts and kicks, each linear in velocities and displacements but for the contact forces.
-Transposed and taken in reverse order they carry the derivative of a number at the end back to everything that it came from: the
-inputs, the start, and the constants of the table. The states of the forward run are recomputed from checkpoints, so
-that memory grows with the square root of the horizon (A. Griewank, Optim. Methods Softw. 1 (1992) 35, with one level).
+A control step is a sequence of drifts and kicks, which are linear in velocities and displacements except for the contact
+forces. Their transposes, applied in reverse order, propagate the derivative of a final number to everything that it depends on:
+the inputs, the start, and the constants of the table. The states of the forward run are recomputed from checkpoints, so that
+memory grows with the square root of the horizon (A. Griewank, Optim. Methods Softw. 1 (1992) 35, with one level).
 """
 
 from __future__ import annotations

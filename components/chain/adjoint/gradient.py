@@ -23,23 +23,23 @@ from ..objective import Objective
 from .loops import JudgeLoops, judge_loops, loops
 from .reverse import INVERSE_MASS_SUM, reverse_tick
 
-# Control steps of a block where nothing is kept for the way back.
+# Control steps of a block if nothing is saved for the backward sweep.
 _LONG_BLOCK = 256
-# The rows of a table that a run changes and an adjoint starts from.
+# Rows of a table that a run changes and an adjoint starts from.
 _STATE = slice(U, V + 1)
 
 
 @dataclass(frozen=True, eq=False)
 class Adjoints:
-    """An objective and its derivatives by everything that the kernels see.
+    """An objective and its derivatives with respect to all numbers of the kernels.
 
     Attributes:
         value: J.
-        inputs: by the left and right input of each control step, shape (steps, 2); 0 where an end has none.
-        table: by the entries of the chain's table; those that are constants count: STIFFNESS, REST_OVERLAP, INVERSE_MASS,
-            LAW_CONSTANTS, what the objective itself takes from it (MASS), and LEFT_STATIC, RIGHT_STATIC and GRAVITY of SCALARS.
-        displacement: by the start displacement, shape (n,).
-        velocity: by the start velocity, shape (n,).
+        inputs: derivatives by the left and right input of each control step, shape (steps, 2); 0 for an end without input.
+        table: derivatives by entries of the table. Only constants are meaningful: STIFFNESS, REST_OVERLAP, INVERSE_MASS,
+            LAW_CONSTANTS, those that the objective uses (MASS), and LEFT_STATIC, RIGHT_STATIC and GRAVITY of SCALARS.
+        displacement: derivatives by the start displacement, shape (n,).
+        velocity: derivatives by the start velocity, shape (n,).
     """
 
     value: float
@@ -50,19 +50,19 @@ class Adjoints:
 
 
 def evaluate(chain: Chain, drives: npt.ArrayLike, ticks: int, objective: Objective) -> FloatArray:
-    """Return the objective of each of many drives, each from the chain's present state; the chain stays as it is.
+    """Return the objective of each of many drives, each from the chain's present state; the chain is not changed.
 
     Args:
         chain: any chain.
-        drives: inputs left and right held in each control step, shape (members, steps, 2); 0 where an end has none.
-        ticks: internal steps of a control step.
+        drives: inputs held in each control step, left and right, shape (members, steps, 2); 0 for an end without input.
+        ticks: internal steps per control step.
         objective: what to evaluate.
 
     Returns:
         The values, shape (members,).
 
     Raises:
-        ParameterError: a drive that does not fit, or an objective that is not a number.
+        ParameterError: a drive does not fit, or the objective is not a number.
         StepError: the physics breaks down; it names the control step.
     """
     given = number_array("drives", drives, "an array of numbers")
@@ -79,19 +79,19 @@ def evaluate(chain: Chain, drives: npt.ArrayLike, ticks: int, objective: Objecti
 
 
 def value_and_adjoint(chain: Chain, drive: npt.ArrayLike, ticks: int, objective: Objective) -> Adjoints:
-    """Return the objective of a drive from the chain's present state, and its exact derivatives; the chain stays as it is.
+    """Return the objective of a drive from the chain's present state, with exact derivatives; the chain is not changed.
 
-    The derivatives are those of the floating-point run itself, by the transpose of each of its operations (in another order of
-    sums than theirs). Time: some four plain runs. Memory: the states of sqrt(steps) checkpoints, and as much for the tape.
+    The derivatives are those of the floating-point run itself, from the transpose of each of its operations (with another order
+    of summation). Time: about four plain runs. Memory: the states of sqrt(steps) checkpoints, and as much for the tape.
 
     Args:
-        chain: one of the integrators pefrl and leapfrog, of any law without history.
-        drive: inputs left and right held in each control step, shape (steps, 2); 0 where an end has none.
-        ticks: internal steps of a control step.
+        chain: with the integrator pefrl or leapfrog, and a law without history.
+        drive: inputs held in each control step, left and right, shape (steps, 2); 0 for an end without input.
+        ticks: internal steps per control step.
         objective: what to differentiate.
 
     Raises:
-        ParameterError: there is no adjoint of this chain, the drive does not fit, or the objective is not a number.
+        ParameterError: this chain has no adjoint, the drive does not fit, or the objective is not a number.
         StepError: the physics breaks down; it names the control step.
     """
     refuse_without_adjoint(chain)
@@ -110,7 +110,7 @@ class _Run:
 
     Attributes:
         table: of the copy.
-        start: the table at the start.
+        start: the table at the beginning.
     """
 
     def __init__(self, chain: Chain, ticks: int, objective: Objective, steps: int) -> None:
@@ -122,7 +122,7 @@ class _Run:
         self._judge = compiled_judge(objective, chain)
 
     def forward(self, drive: FloatArray, block: int, saved: list[FloatArray] | None = None) -> FloatArray:
-        """Return the sums of the features; with a list, put the states at the begin of each block into it."""
+        """Return the sums of the features; append the states at the beginning of each block to `saved` if it is given."""
         sums, tick = np.zeros(self.objective.count), self.chain.tick
         states, nothing = np.empty((block, 2, self.table.shape[1])), self.table[:0]
         for begin in range(0, len(drive), block):
@@ -145,7 +145,7 @@ class _Run:
     def backward(
         self, drive: FloatArray, block: int, saved: list[FloatArray], slopes: FloatArray
     ) -> tuple[FloatArray, FloatArray]:
-        """Return the derivatives by the table and by the inputs: each block is run again with a tape, then reversed."""
+        """Return the derivatives by the table and by the inputs; each block is run again with a tape, then reversed."""
         adjoint, input_adjoints, running = np.zeros_like(self.table), np.zeros_like(drive), np.zeros((2, self.table.shape[1]))
         states, sources = (np.zeros((block, 2, self.table.shape[1])) for _ in range(2))
         tape = np.zeros((block * self.ticks * tape_rows(self.chain), self.table.shape[1]))
@@ -165,7 +165,7 @@ class _Run:
             if sound > 0:
                 _explain_derivative(adjoint, begin + sound - 1, self.steps, by_objective=False)
             running[:] = adjoint[_STATE]
-        # The sums of the inverse masses ran in units of these, in a row of scratch.
+        # The sums for the inverse masses, in a row of scratch, are in units of the inverse masses.
         moved = self.table[INVERSE_MASS] > 0.0
         adjoint[INVERSE_MASS, moved] += adjoint[INVERSE_MASS_SUM, moved] / self.table[INVERSE_MASS, moved]
         adjoint[LEFT_DRIVE : LOST + 1] = 0.0
@@ -173,12 +173,12 @@ class _Run:
 
 
 def tape_rows(chain: Chain) -> int:
-    """Return the rows of a tape for each tick: the displacements of each kick, and the velocities that dissipation meets."""
+    """Return the tape rows per tick: the displacements of each kick, and the velocities before dissipation."""
     return len(chain.scheme.kicks) + isinstance(chain.scheme, DampedComposition)
 
 
 def compiled_judge(objective: Objective, chain: Chain) -> JudgeLoops:
-    """Return the loops of an objective after compiling them; `ParameterError` where a function does not compile."""
+    """Return the loops of an objective after compiling them; `ParameterError` if a function does not compile."""
     judge = judge_loops(chain.parameters.law.contacts, objective.note, objective.pullback)
     table, sums = chain.table.copy(), np.zeros(objective.count)
     none, no_states = np.zeros((0, 2)), np.zeros((0, 2, table.shape[1]))
@@ -196,7 +196,7 @@ def compiled_judge(objective: Objective, chain: Chain) -> JudgeLoops:
 
 
 def value_and_slopes(objective: Objective, sums: FloatArray) -> tuple[float, FloatArray]:
-    """Return the objective for these sums of its features, and dJ/dsums; `ParameterError` where one is no finite number."""
+    """Return the objective and dJ/dsums for these sums of features; `ParameterError` if one is not a finite number."""
     slopes = np.zeros(objective.count)
     given = objective.value(sums, objective.constants, slopes)
     if not isinstance(given, (int, float, np.number)):
@@ -211,12 +211,12 @@ def value_and_slopes(objective: Objective, sums: FloatArray) -> tuple[float, Flo
 
 
 def has_gradient(law: type[Law]) -> bool:
-    """Return whether runs of a contact law have gradients: it has the functions for them, and no history."""
+    """Return whether runs with a contact law have gradients, i.e. whether it has the functions for them and no history."""
     return not law.history_rows and not missing_parts(law, gradient=True)
 
 
 def refuse_without_adjoint(chain: Chain) -> None:
-    """Raise `ParameterError` where there is no adjoint of the law or the integrator of a chain."""
+    """Raise `ParameterError` if the law or the integrator of a chain has no adjoint."""
     law, integrator = chain.parameters.law, chain.parameters.integrator
     if not has_gradient(type(law)):
         missing = missing_parts(type(law), gradient=True)
@@ -233,7 +233,7 @@ def refuse_without_adjoint(chain: Chain) -> None:
 
 
 def validate_drive(chain: Chain, given: npt.ArrayLike) -> FloatArray:
-    """Return a copy, contiguous and finite, with zeros where an end takes no input, shape (steps, 2)."""
+    """Return a contiguous, finite copy with zeros for ends without an input, shape (steps, 2)."""
     drive = number_array("drive", given, "an array of numbers")
     if drive.ndim != 2 or drive.shape[1] != 2 or not len(drive):
         raise ParameterError(f"got the shape {drive.shape}", expected="(control steps, 2): left and right input", at="drive")
@@ -242,7 +242,7 @@ def validate_drive(chain: Chain, given: npt.ArrayLike) -> FloatArray:
 
 
 def _keep_to_inputs(chain: Chain, columns: FloatArray) -> None:
-    """Walls take no input."""
+    """Set the columns of walls, which take no input, to 0."""
     numbers = chain.table[SCALARS]
     for side, (free, piston) in enumerate(((LEFT_FREE, LEFT_PISTON), (RIGHT_FREE, RIGHT_PISTON))):
         if not numbers[free] and not numbers[piston]:
@@ -264,7 +264,7 @@ def _explain_derivative(adjoint: FloatArray, step: int, steps: int, *, by_object
 
 
 def _explain_failure(chain: Chain, drive: FloatArray, ticks: int, failed: int) -> None:
-    """Step a twin of the chain to the control step that failed, for its own account of what went wrong."""
+    """Step a twin of the chain to the failed control step, so that it raises its own error."""
     twin = type(chain)(**chain.parameters.model_dump())
     twin.restore(chain.save())
     names = [name for name, variable in twin.variables.items() if variable.causality == "input"]

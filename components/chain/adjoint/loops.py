@@ -1,7 +1,7 @@
-"""The loops over control steps that Python calls: forward, backward, and over the states that an objective judges.
+"""Loops over control steps that Python calls: forward, backward, and over the states that an objective evaluates.
 
-A block is a number of control steps that follow each other. `states` has the displacements and velocities after each of them,
-shape (steps, 2, columns), and `tape` the rows that each of their ticks needs on the way back.
+A block is a number of successive control steps. `states` are the displacements and velocities after each of them,
+shape (steps, 2, columns). `tape` has the rows that each of their ticks needs for the backward sweep.
 """
 
 from __future__ import annotations
@@ -28,10 +28,10 @@ class Loops(NamedTuple):
     """The loops of a law and an integrator.
 
     Attributes:
-        forward: forward(table, drive, tick, ticks, states, tape) runs a block; the number of control steps done.
-        backward: backward(table, adjoint, drive, ticks, tape, sources, input_adjoints) reverses a block; to the adjoint of the
-            state after each control step it adds its `sources`. It returns 0, or one more than the control step in which a
-            derivative became infinite.
+        forward: forward(table, drive, tick, ticks, states, tape) runs a block; returns the number of completed control steps.
+        backward: backward(table, adjoint, drive, ticks, tape, sources, input_adjoints) reverses a block and adds the `sources`
+            of each control step to the adjoint of the state after it. It returns 0, or one more than the index of the control
+            step in which a derivative became infinite.
     """
 
     forward: Any
@@ -42,11 +42,11 @@ class JudgeLoops(NamedTuple):
     """The loops of an objective for a law.
 
     Attributes:
-        note: note(table, drive, states, span, constants, sums) adds the features of a block; the control steps that left the
-            sums finite. The block begins with step span[0] of span[1].
+        note: note(table, drive, states, span, constants, sums) adds the features of a block; returns the number of control
+            steps with finite sums. The block begins with step span[0] of span[1].
         pullback: pullback(table, adjoint, drive, input_adjoints, states, sources, span, numbers) writes the derivatives by the
-            states into `sources`, and adds those by constants to `adjoint`; `numbers` are constants and slopes. It returns the
-            control steps whose derivatives are finite.
+            states to `sources`, and adds those by constants to `adjoint`; `numbers` are constants and slopes. It returns the
+            number of control steps with finite derivatives.
     """
 
     note: Any
@@ -55,7 +55,7 @@ class JudgeLoops(NamedTuple):
 
 @internal
 def _has_infinity(a):
-    """Return whether a derivative by the state is infinite or not a number."""
+    """Return whether a derivative by the state is infinite or NaN."""
     found = False
     for i in range(a.shape[1]):
         found |= not (abs(a[U, i]) <= _LARGEST and abs(a[V, i]) <= _LARGEST)
@@ -70,7 +70,7 @@ def _set_state(a, state):
 
 @cache
 def loops(kind: type, scheme: Any) -> Loops:
-    """Return the loops for a law's class and the numbers of an integrator."""
+    """Return the loops for the class of a law and the numbers of an integrator."""
 
     @jit
     def forward(table, drive, tick, ticks, states, tape):
@@ -106,7 +106,7 @@ def loops(kind: type, scheme: Any) -> Loops:
 
 @lru_cache(maxsize=64)
 def judge_loops(kind: type, note: Callable[..., Any], pullback: Callable[..., Any]) -> JudgeLoops:
-    """Return the loops for a law's class and the functions of an objective."""
+    """Return the loops for the class of a law and the functions of an objective."""
     note, pullback = _jitted(note), _jitted(pullback)
 
     @jit

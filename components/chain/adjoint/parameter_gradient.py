@@ -1,8 +1,8 @@
-"""Derivatives by a chain's parameters, from those by the table that was made from them: the transpose of `geometry`.
+"""Derivatives by a chain's parameters, from those by the table computed from them: the transpose of `geometry`.
 
-The internal step is held, whatever the parameters would suggest; so are the start displacements and velocities, measured from
-the configuration at rest. A gradient has the shape of the parameter as it was given: one number for all, or one each; radii
-that an arrangement or a draw gives have one each. Gradients by numbers of contacts have n + 1 places, 0 without a contact.
+The internal step is kept constant, whatever the parameters would suggest; so are the start displacements and velocities
+relative to the rest configuration. A gradient has the shape of the parameter as given: one number for all, or one each; radii
+from an arrangement or a draw have one each. Gradients by numbers of contacts have n + 1 places, 0 without a contact.
 """
 
 from __future__ import annotations
@@ -25,10 +25,10 @@ from .gradient import Adjoints
 
 
 def parameter_gradient(chain: Chain, adjoints: Adjoints, name: str) -> float | FloatArray:
-    """Return the derivative by the drive, shape (steps, 2), a start value, shape (n,), or a parameter, in its own shape.
+    """Return the derivative by the drive, shape (steps, 2), a start value, shape (n,), or a parameter, in its given shape.
 
     Raises:
-        ParameterError: there is no such derivative; says what to do.
+        ParameterError: there is no such derivative; the message gives advice.
     """
     if name not in KNOWN:
         raise ParameterError(f"{name!r} has no gradient", hint=nearest(name, KNOWN), at="with_respect_to")
@@ -36,7 +36,7 @@ def parameter_gradient(chain: Chain, adjoints: Adjoints, name: str) -> float | F
 
 
 class _Built:
-    """Derivatives by what `geometry` computes: masses, stiffnesses and static forces, each with all that follows from it."""
+    """Derivatives by results of `geometry`: masses, stiffnesses and static forces, each including all dependent quantities."""
 
     def __init__(self, chain: Chain, adjoints: Adjoints) -> None:
         p, g, n = chain.parameters, chain.geometry, chain.parameters.grains
@@ -58,7 +58,7 @@ class _Built:
         self.gap = -rest
         inner = slice(1, n + 1)
         self.mass = adjoints.table[MASS, inner] - adjoints.table[INVERSE_MASS, inner] / (g.mass * g.mass)
-        # A piston's motion does not depend on its mass.
+        # The motion of a prescribed grain does not depend on its mass.
         self.moved = chain.table[INVERSE_MASS, inner] > 0.0
         self.weight = _weight_adjoint(chain, self.static) if _hangs(chain) else np.zeros(n)
         self.mass = np.where(self.moved, self.mass + p.gravity * self.weight, 0.0)
@@ -80,12 +80,12 @@ def _write_static_slopes(kind, table, adjoint, overlap, out):
 
 
 def _hangs(chain: Chain) -> bool:
-    """Return whether contacts carry weight at the start: there is gravity, and no gaps."""
+    """Return whether contacts carry weight at the start, i.e. with gravity and without gaps."""
     return chain.parameters.gravity != 0.0 and not np.any(np.asarray(chain.parameters.gap) > 0.0)
 
 
 def _weight_adjoint(chain: Chain, static: FloatArray) -> FloatArray:
-    """Return the derivative by each grain's weight, which contacts on one side of it carry (`static_forces.static_forces`)."""
+    """Return the derivative by the weight of each grain, carried by contacts on one side of it (`geometry.static_forces`)."""
     p = chain.parameters
     carried = np.cumsum(static[::-1])[::-1][1:]
     total = p.gravity * float(chain.table[MASS, 1 : p.grains + 1].sum())
@@ -94,9 +94,9 @@ def _weight_adjoint(chain: Chain, static: FloatArray) -> FloatArray:
 
 
 def _refuse_dependent_constants(chain: Chain, name: str) -> None:
-    """Refuse a law whose constants follow from the stiffness or the radius: the derivative would lack their part."""
+    """Refuse a law whose constants depend on stiffness or radius, because the derivative would lack this dependence."""
     g, chosen = chain.geometry, chain.parameters.law
-    # By unlike factors, so that k / R* changes too.
+    # Different factors, so that k / R* changes too.
     moved = chosen.contact_constants(1.5 * g.stiffness, 1.25 * g.reduced_radius, g.yield_strength, g.contact_slice)
     if not np.array_equal(moved, g.law_constants[g.contact_slice, : moved.shape[1]]):
         raise ParameterError(
@@ -129,14 +129,14 @@ def _radius(chain: Chain, adjoints: Adjoints) -> float | FloatArray:
         by_curvature[g.contact_slice] = (0.5 * built.stiffness * g.stiffness * g.reduced_radius)[g.contact_slice]
         gradient += (by_curvature[1:] + by_curvature[:-1]) / (g.radius * g.radius)
         for end, column, place in ((p.left, 0, 0), (p.right, -1, n)):
-            if end == "fixed_grain":  # it is as large as the grain that it meets
+            if end == "fixed_grain":  # it has the radius of the adjacent grain
                 gradient[column] += by_curvature[place] / (g.radius[column] * g.radius[column])
     one_for_all = isinstance(p.radius, float) and isinstance(p.arrangement, Uniform)
     return float(gradient.sum()) if one_for_all else gradient
 
 
 def natural_mass(chain: Chain) -> npt.NDArray[np.bool_]:
-    """Return which grains weigh density x volume, shape (n,)."""
+    """Return which grains have the mass density x volume, shape (n,)."""
     p = chain.parameters
     natural = np.isnan(p.arrangement.masses(np.full(p.grains, np.nan)))
     if isinstance(p.mass, dict):

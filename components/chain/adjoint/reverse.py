@@ -1,9 +1,9 @@
 """The backward sweep: the transpose of each drift, kick and dissipative flow, in reverse order, at the states of the tape.
 
-The adjoint of a chain is a table like that of the chain, with the derivative of the objective by each number in its place.
-While a stage is reversed, its rows of scratch hold for each grain c = kick w v_adjoint (FORCE_ADJOINT, the derivative by the
-force on it) and the sum of c times that force (INVERSE_MASS_SUM, w times the derivative by the inverse mass w), for each
-contact its force (FORCE) and g = dF/dd times the derivative by that (OVERLAP_ADJOINT, the derivative by its overlap).
+The adjoint of a chain is a table like that of the chain; each entry is the derivative of the objective by the same entry of the
+chain. While a stage is reversed, scratch rows hold for each grain c = kick w v_adjoint (FORCE_ADJOINT, the derivative by the
+force on it) and the sum of c times this force (INVERSE_MASS_SUM, w times the derivative by the inverse mass w); for each
+contact its force (FORCE) and g = dF/dd times the derivative by the force (OVERLAP_ADJOINT, the derivative by its overlap).
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ from ..layout import (
     V,
 )  # fmt: skip
 
-# Scratch of the adjoint table. The dissipative part uses the approaches before each half sweep, and two rows more.
+# Scratch of the adjoint table. The dissipative part uses the approaches before each half sweep, and two additional rows.
 OVERLAP_ADJOINT, FORCE, FORCE_ADJOINT = range(DISSIPATION, DISSIPATION + 3)
 INVERSE_MASS_SUM = LEFT_DRIVE
 _PER_SPEED_ADJOINT, _LEAST_ADJOINT = DISSIPATION, DISSIPATION + 1
@@ -41,15 +41,15 @@ _SPEED_ADJOINT, _IMPULSE = HISTORY + 2, LOST
 
 @dispatched
 def reverse_tick(scheme, chain, adjoint, inputs, input_adjoint, tape):
-    """Carry the adjoint from the end of a tick to its begin, and add the derivatives by the inputs to `input_adjoint`.
+    """Propagate the adjoint from the end of a tick to its beginning, and add the derivatives by the inputs to `input_adjoint`.
 
     Args:
         scheme: the integrator.
         chain: a `ChainState` with the constants of the run.
         adjoint: a `ChainState` of the adjoint table.
-        inputs: held left and right, shape (2,).
-        input_adjoint: likewise.
-        tape: the rows that `one_tick` wrote in that tick.
+        inputs: held left and right inputs, shape (2,).
+        input_adjoint: derivatives by the inputs, shape (2,).
+        tape: the rows that `one_tick` wrote in this tick.
     """
 
 
@@ -83,7 +83,7 @@ def reverse_damped_tick(scheme, chain, adjoint, inputs, input_adjoint, tape):
         if s == stages // 2:
             row -= 1
             _reverse_drift(chain, adjoint, 0.0, scheme.drifts[s + 1] * h)
-            # The speeds of pistons meanwhile are the inputs, and before and after it they do not matter.
+            # During the flow the speeds of pistons are the inputs; before and after it they have no effect.
             _forget_piston_speeds(chain, adjoint)
             _reverse_dissipation(chain, adjoint, tape[row], tape[row + 1])
             _reverse_piston_speeds(chain, adjoint, input_adjoint)
@@ -108,7 +108,7 @@ def _reverse_kick(chain, adjoint, inputs, input_adjoint, u, stage):
 
 @internal_inlined
 def _reverse_drift(chain, adjoint, kick, drift):
-    """Add drift u_adjoint to v_adjoint, and the effect on the adjoint of the force on each grain, in the kick before."""
+    """Add drift u_adjoint to v_adjoint, and write the adjoint of the force on each grain in the preceding kick."""
     a, n = adjoint.rows, chain.settings.grains
     u, v, c, w = a[U, 1 : n + 1], a[V, 1 : n + 1], a[FORCE_ADJOINT, 1 : n + 1], chain.rows[INVERSE_MASS, 1 : n + 1]
     for i in range(n):
@@ -118,7 +118,7 @@ def _reverse_drift(chain, adjoint, kick, drift):
 
 @internal_inlined
 def _reverse_forces(chain, adjoint, u):
-    """Carry adjoints from the forces on the grains to the contacts: constants, overlap. Short loops become vectors."""
+    """Propagate adjoints from grain forces to contacts: constants and overlap. Short loops vectorise."""
     a, n, law, left, right = adjoint.rows, chain.settings.grains, chain.law, u[:-1], u[1:]
     overlaps, rest, values = a[OTHER_U, : n + 1], chain.rows[REST_OVERLAP], a[FORCE]
     before, after, by_overlap, by_rest = a[FORCE_ADJOINT, :-1], a[FORCE_ADJOINT, 1:], a[OVERLAP_ADJOINT], a[REST_OVERLAP]
@@ -134,7 +134,7 @@ def _reverse_forces(chain, adjoint, u):
 
 @internal_inlined
 def _reverse_overlaps(n, a):
-    """Carry adjoints from overlaps to displacements, and from the forces on grains to their inverse masses."""
+    """Propagate adjoints from overlaps to displacements, and from forces on grains to their inverse masses."""
     u, sums, c = a[U, 1 : n + 1], a[INVERSE_MASS_SUM, 1 : n + 1], a[FORCE_ADJOINT, 1 : n + 1]
     left, right, left_force, right_force = a[OVERLAP_ADJOINT, :n], a[OVERLAP_ADJOINT, 1:], a[FORCE, :n], a[FORCE, 1:]
     for i in range(n):
@@ -144,7 +144,7 @@ def _reverse_overlaps(n, a):
 
 @internal_inlined
 def _reverse_ends(chain, adjoint, inputs, input_adjoint):
-    """Replace the forces of the missing contacts at free ends by the forces on those ends."""
+    """Replace the forces of missing contacts at free ends by the forces on these ends."""
     a, n, left, right = adjoint.rows, chain.settings.grains, chain.settings.left, chain.settings.right
     if left.is_free:
         a[FORCE, 0] = left.static_force + inputs[0]
@@ -172,7 +172,7 @@ def _reverse_gravity(chain, adjoint, kick):
 
 @internal_inlined
 def _reverse_places(chain, adjoint, input_adjoint, e):
-    """Reverse the places at e, which are those at the tick plus the input's integral; return the adjoints of those."""
+    """Reverse the positions at e, i.e. those at the tick plus the input's integral; return the adjoints of the former."""
     u, h, n, left, right = adjoint.rows[U], chain.settings.step, chain.settings.grains, 0.0, 0.0
     if chain.settings.left.is_piston:
         left, u[1] = u[1], 0.0
@@ -185,7 +185,7 @@ def _reverse_places(chain, adjoint, input_adjoint, e):
 
 @internal_inlined
 def _reverse_piston_speeds(chain, adjoint, input_adjoint):
-    """Reverse the speeds of prescribed grains, which are the inputs."""
+    """Reverse the speeds of prescribed grains, which equal the inputs."""
     if chain.settings.left.is_piston:
         input_adjoint[0] += adjoint.rows[V, 1]
     if chain.settings.right.is_piston:
@@ -203,7 +203,7 @@ def _forget_piston_speeds(chain, adjoint):
 
 @internal_inlined
 def _reverse_begin(chain, adjoint, bases, drift):
-    """Reverse the first drift of a tick; prescribed grains have the adjoints of their places at the tick."""
+    """Reverse the first drift of a tick; prescribed grains get the adjoints of their positions at the tick."""
     a, n = adjoint.rows, chain.settings.grains
     _reverse_drift(chain, adjoint, 0.0, drift)
     if chain.settings.left.is_piston:
@@ -257,7 +257,7 @@ def _reverse_half_sweep(a, b, n, approach, parity):
 
 @internal_inlined
 def _reverse_preparation(chain, adjoint, u):
-    """Reverse `prepare`; leave the adjoints of the overlaps and of the approaches in the two rows that it reads."""
+    """Reverse `prepare`; `_PER_SPEED_ADJOINT` and `_LEAST_ADJOINT` return the adjoints of the overlaps and the approaches."""
     a, b, law, h = chain.rows, adjoint.rows, chain.law, chain.settings.step
     for j in range(chain.settings.grains + 1):
         middle, w = u[j] - u[j + 1] + a[REST_OVERLAP, j], b[_APPROACHES[0], j]

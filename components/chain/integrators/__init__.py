@@ -1,4 +1,4 @@
-"""Integrators of the chain: name -> the numbers of the scheme, its force evaluations, and its rows of history and scratch."""
+"""Integrators of the chain: name -> the numbers of the scheme, its force evaluations, and its history and scratch rows."""
 
 from __future__ import annotations
 
@@ -18,13 +18,13 @@ class Scheme:
 
     Attributes:
         numbers: the tuple for whose class `one_tick` is registered.
-        damped: the same where contacts dissipate.
-        evaluations: force evaluations of a step.
+        damped: the same for contacts with dissipation.
+        evaluations: force evaluations per step.
         history_rows: rows of state in addition to displacement, velocity and peak.
         scratch_rows: rows of scratch.
-        step_factor: the step for the accuracy of the default, in units of PEFRL's.
+        step_factor: step for the default accuracy, in units of the step of PEFRL.
         pressed_angle: largest step x the lattice's highest angular frequency, under a static load.
-        wanted_forces: force evaluations that a contact should see, so that velocities are about as exact as 1e-3.
+        wanted_forces: force evaluations per contact for a relative velocity error of about 1e-3.
     """
 
     numbers: Any
@@ -38,13 +38,13 @@ class Scheme:
 
     @property
     def explicit(self) -> bool:
-        """Return whether it treats dissipation as a force like any other; a strong one then makes it unstable."""
+        """Return whether dissipation is treated explicitly, like any other force; strong dissipation is then unstable."""
         return not isinstance(self.numbers, Composition)
 
 
 SCHEMES = {
     "pefrl": Scheme(compositions.PEFRL, compositions.DAMPED_PEFRL, 4),
-    # Second order: an eighth of the step for the error of the others.
+    # Second order: an eighth of the step for the same error as the other schemes.
     "leapfrog": Scheme(
         compositions.LEAPFROG, compositions.DAMPED_LEAPFROG, 1, step_factor=0.125, pressed_angle=0.0625, wanted_forces=120.0
     ),

@@ -1,8 +1,8 @@
 """Symplectic compositions of drifts (u += c h v) and kicks (v += b h F/m): PEFRL and leapfrog.
 
-PEFRL: I. P. Omelyan, I. M. Mryglod, R. Folk, Comput. Phys. Commun. 146 (2002) 188, eq. (20): order 4, four forces a
-step. Leapfrog (position Verlet): order 2, one force a step. With dissipation its flow over the whole step takes the middle: the
-composition stays symmetric, and so of second order.
+PEFRL: I. P. Omelyan, I. M. Mryglod, R. Folk, Comput. Phys. Commun. 146 (2002) 188, eq. (20): order 4, four forces per
+step. Leapfrog (position Verlet): order 2, one force per step. The dissipative flow over the whole step is inserted in the
+middle: the composition stays symmetric, and is thus of second order.
 
 Work and impulse of the ends are advanced by the exact flow of each kick, so they have the order of the scheme.
 """
@@ -34,7 +34,7 @@ from .scheme import one_tick
 
 
 class Composition(NamedTuple):
-    """Drifts and kicks in turn, as parts of the step; and the part of it that has passed when each kick falls."""
+    """Alternating drifts and kicks as fractions of the step, and the fraction of the step that has passed at each kick."""
 
     drifts: tuple[float, ...]
     kicks: tuple[float, ...]
@@ -42,7 +42,7 @@ class Composition(NamedTuple):
 
 
 class DampedComposition(NamedTuple):
-    """The same, of which the middle kick is the flow of the dissipative forces."""
+    """The same, with the dissipative flow as the middle kick."""
 
     drifts: tuple[float, ...]
     kicks: tuple[float, ...]
@@ -67,7 +67,7 @@ DAMPED_LEAPFROG = DampedComposition((0.5, 0.0, 0.0, 0.5), (0.5, 0.0, 0.5), (0.5,
 
 
 class EndForces(NamedTuple):
-    """Forces in the outermost contacts 0, 1, n - 1 and n, or on free ends in place of the first and the last."""
+    """Forces in the outermost contacts 0, 1, n - 1 and n; on free ends, external forces replace the first and the last."""
 
     first: float
     second: float
@@ -77,7 +77,7 @@ class EndForces(NamedTuple):
 
 @one_tick.register(Composition)
 def composed_tick(scheme, chain, drive, tick, tape):
-    """Advance by drifts and kicks; `tape` takes the displacements at each kick, if it has rows."""
+    """Advance by drifts and kicks; record the displacements at each kick if the tape has rows."""
     h, a, n = chain.settings.step, chain.rows, chain.settings.grains
     here, there, v = a[U, : n + 2], a[OTHER_U, : n + 2], a[V, : n + 1]
     bases, before = forces.end_values(chain, here), forces.end_values(chain, v)
@@ -99,7 +99,7 @@ def composed_tick(scheme, chain, drive, tick, tape):
 
 @one_tick.register(DampedComposition)
 def damped_tick(scheme, chain, drive, tick, tape):
-    """Advance by drifts, kicks, and the flow of the dissipative forces; the tape takes the velocities before that flow too."""
+    """Advance by drifts, kicks, and the dissipative flow; the tape also records the velocities before this flow."""
     h, a, n = chain.settings.step, chain.rows, chain.settings.grains
     here, there, v = a[U, : n + 2], a[OTHER_U, : n + 2], a[V, : n + 1]
     bases, before = forces.end_values(chain, here), forces.end_values(chain, v)
@@ -113,7 +113,7 @@ def damped_tick(scheme, chain, drive, tick, tape):
             forces.copy(here, tape[row])
             row += 1
         if s == middle:
-            # Prescribed grains move at the speed of the middle meanwhile.
+            # During the flow prescribed grains move at the mid-step speed.
             forces.set_piston_velocities(chain, v, drive, 0.5)
             if len(tape) > 0:
                 forces.copy(v, tape[row])
@@ -126,7 +126,7 @@ def damped_tick(scheme, chain, drive, tick, tape):
             kick(chain, here, there, drive, (scheme.passed[s], scheme.kicks[s] * h, scheme.drifts[s + 1] * h))
             forces.place_pistons(chain, there, drive, bases, e)
             here, there = there, here
-    # The kicks of a symmetric damped composition are even in number: the displacements are back in their row.
+    # A symmetric damped composition has an even number of kicks: the displacements are back in their row.
     forces.set_piston_velocities(chain, v, drive, 1.0)
     forces.book_pistons(chain, before)
     return passed_limit
@@ -141,21 +141,21 @@ def drift(u, v, time):
 
 @internal
 def kick_and_drift(law, here, there, velocities, constants, f, times):
-    """Kick all grains but the last by the forces left and right of each and by gravity, then drift from here to there.
+    """Kick all grains except the last by the contact forces on each and by gravity, then drift from `here` to `there`.
 
-    Displacements are read from one row and written to another, because a loop in place would not vectorise: 1.4 times the time.
+    Displacements are read from one row and written to another: an in-place loop would not vectorise and take 1.4 times as long.
 
     Args:
         law: of the contacts.
         here: displacements of all columns.
-        there: likewise; written.
+        there: displacements after the drift; written.
         velocities: of the grains; written.
         constants: overlaps at rest of the contacts, inverse masses of the grains.
         f: force left of the first grain.
-        times: of the kick; the velocity that gravity adds in it; of the drift.
+        times: duration of the kick; velocity that gravity adds in it; duration of the drift.
 
     Returns:
-        The force right of these grains.
+        The force right of the last of these grains.
     """
     left, right, moved = here[1:-2], here[2:-1], there[1:-2]
     rest, inverse_mass = constants
@@ -171,14 +171,14 @@ def kick_and_drift(law, here, there, velocities, constants, f, times):
 
 @internal_inlined
 def kick(chain, here, there, drive, stage):
-    """Kick the velocities, then drift from here to there; book the work and impulse of the ends.
+    """Kick the velocities, then drift from `here` to `there`; tally the work and impulse of the ends.
 
-    `stage` is where the kick falls, as a part of the step, and the times of kick and drift.
+    `stage` is the time of the kick as a fraction of the step, and the durations of kick and drift.
     """
     a, n, v = chain.rows, chain.settings.grains, chain.rows[V]
     e, time, drift_time = stage
     fall, before = time * chain.settings.gravity, forces.end_values(chain, v)
-    # The forces on free ends take the places of the missing contacts.
+    # External forces on free ends replace the missing contact forces.
     first = forces.elastic_force(chain, here, 0) + forces.left_push(chain, drive, e)
     last = forces.elastic_force(chain, here, n) - forces.right_push(chain, drive, e)
     second, constants = forces.elastic_force(chain, here, 1), (a[REST_OVERLAP, 1:], a[INVERSE_MASS, 1:])
@@ -191,7 +191,7 @@ def kick(chain, here, there, drive, stage):
 
 @internal_inlined
 def _restore_pistons(chain, velocities):
-    """Give prescribed grains their velocities back: gravity and contacts do not move them."""
+    """Restore the velocities of prescribed grains, which gravity and contacts do not change."""
     if chain.settings.left.is_piston:
         chain.rows[V, 1] = velocities[0]
     if chain.settings.right.is_piston:
@@ -200,7 +200,7 @@ def _restore_pistons(chain, velocities):
 
 @internal_inlined
 def _book_kick(chain, drive, stage, before, f):
-    """Add impulse and work of both ends in a kick; a free end moves at the mean of its velocities before and after."""
+    """Tally impulse and work of both ends in a kick; a free end moves at the mean of its velocities before and after."""
     left, right, tally = chain.settings.left, chain.settings.right, chain.rows[TALLY]
     first, last = forces.end_values(chain, chain.rows[V])
     e, time = stage

@@ -1,11 +1,11 @@
-"""The part of a step in which dissipative forces alone act, displacements at rest: pair by pair, each by a closed formula.
+"""The part of a step in which only dissipative forces act, at constant displacements: pair by pair, in closed form.
 
-In a contact F = max(c w, -F_e) acts in addition to the elastic force F_e; the speed of approach w falls as exp(-c s t), s being
+In a contact F = max(c w, -F_e) acts in addition to the elastic force F_e. The approach speed w decays as exp(-c s t), with s
 the sum of the inverse masses. Over a time t the impulse is the larger of G w and -F_e t, with s G = 1 - 1 / (1 + x + x^2/2) and
-x = c s t: of second order, never more than what stops the approach however large c is, and the same momentum for both grains.
-Contacts of even number act for half the step, those of odd number for all of it, and the even ones again: a symmetric sequence,
-and second order for all of it. T. Shardlow, SIAM J. Sci. Comput. 24 (2003) 1267, splits dissipative particle dynamics so.
-A dashpot whose contact closes within the step acts from there on (`closed_time`).
+x = c s t. It is second order, never exceeds the impulse that stops the approach however large c is, and conserves momentum.
+Even contacts act for half the step, odd ones for the whole step, and the even ones again: the sequence is symmetric and thus
+second order. T. Shardlow, SIAM J. Sci. Comput. 24 (2003) 1267, splits dissipative particle dynamics in this way.
+A dashpot whose contact closes within the step acts from then on (`closed_time`).
 """
 
 from __future__ import annotations
@@ -28,23 +28,23 @@ from ..layout import (
     V,
 )  # fmt: skip
 
-# A contact that closes where two steps meet, as round numbers make it, closes in the second: its slope is found there, once.
+# A contact that closes exactly between two steps, as with round numbers, counts once, in the second step.
 _EDGE = 1e-3
 
 
 @internal_inlined
 def is_closing(d, w, h):
-    """Return whether a contact closes within a step of length h, d its overlap in the middle and w its speed of approach."""
+    """Return whether a contact closes within a step h; d is its mid-step overlap, w its approach speed."""
     reach = 0.5 * h * w
     return reach > SMALLEST_OVERLAP and -(1.0 - _EDGE) * reach < d <= (1.0 + _EDGE) * reach
 
 
 @internal_inlined
 def closed_time(law, d, w, h):
-    """Return the part of a step in which a contact acts; for a force that jumps, from where it closes within the step.
+    """Return the part of a step in which a contact acts; if its force jumps, this begins where it closes within the step.
 
-    Otherwise the impulse of the dashpot would jump where the closing passes from one step to the next: the order would be 1
-    where contacts close, and slopes of the run would be those between two jumps, which no step makes right.
+    Otherwise the impulse of the dashpot would jump when the closing moves from one step to the next. The order would be 1 at
+    closing contacts, and gradients of a run would be those between two jumps, which are wrong for any step.
     """
     if not jumps(law):
         return h
@@ -54,13 +54,13 @@ def closed_time(law, d, w, h):
 
 @internal_inlined
 def share(j):
-    """Return the part of the step for which contact j acts in a half sweep: a half where j is even, else the whole."""
+    """Return the fraction of the step for which contact j acts in a half sweep: 1/2 for even j, 1 for odd j."""
     return 0.5 + 0.5 * (j % 2)
 
 
 @internal
 def prepare(chain, u):
-    """Write of each contact the impulse per speed of approach, and the least impulse, which leaves no pull."""
+    """Write the impulse per approach speed of each contact, and the smallest impulse without attraction."""
     v, w, h = chain.rows[V], chain.rows[INVERSE_MASS], chain.settings.step
     per_speed, least = chain.rows[DISSIPATION], chain.rows[DISSIPATION + 1]
     for j in range(chain.settings.grains + 1):
@@ -82,7 +82,7 @@ def impulse(rows, j):
 
 @internal
 def half_sweep(chain, parity):
-    """Apply the impulses of all contacts of one parity: no two of them share a grain."""
+    """Apply the impulses of all contacts of one parity, no two of which share a grain."""
     v, w = chain.rows[V], chain.rows[INVERSE_MASS]
     for j in range(parity, chain.settings.grains + 1, 2):
         given = impulse(chain.rows, j)
@@ -92,7 +92,7 @@ def half_sweep(chain, parity):
 
 @internal
 def dissipate(chain, u):
-    """Let the dissipative forces act for a step at the displacements u; book the lost energy, impulse and work of the ends."""
+    """Apply the dissipative forces for a step at the displacements u; tally dissipation, and impulse and work of the ends."""
     a, n = chain.rows, chain.settings.grains
     v, old, tally = a[V], a[DISSIPATION + 2], a[TALLY]
     left, right = 1 if chain.settings.left.is_piston else 0, n - 1 if chain.settings.right.is_piston else n
@@ -108,7 +108,7 @@ def dissipate(chain, u):
         half_sweep(chain, parity)
     for i in range(1, n + 1):
         a[LOST, i] += 0.5 * a[MASS, i] * ((old[i] - v[i]) * (old[i] + v[i]))
-    # Pistons have worked against the contacts too.
+    # Pistons have also done work against the contacts.
     a[LOST, 0] += works[0] + works[1]
     forces.add(tally, IMPULSE_LEFT, impulses[0])
     forces.add(tally, IMPULSE_RIGHT, impulses[1])

@@ -1,9 +1,8 @@
-"""Hamming's predictor-corrector with its modifier, the other scheme that Nesterenko (1983) used.
+"""Hamming's predictor-corrector with its modifier, the other scheme used by Nesterenko (1983).
 
-R. W. Hamming, J. ACM 6 (1959) 37: p = y_{n-3} + (4h/3)(2 f_n - f_{n-1} + 2 f_{n-2}); the modifier 112/121 and the
-mop-up 9/121; two forces a step. The formulas are of order 4; the mop-up takes their leading error away, and order 5 is
-what is measured. Three Runge-Kutta steps start it, and start it again where an input jumps. Its memory is part of the
-state.
+R. W. Hamming, J. ACM 6 (1959) 37: p = y_{n-3} + (4h/3)(2 f_n - f_{n-1} + 2 f_{n-2}); the modifier 112/121 and the mop-up 9/121;
+two forces per step. The formulas are of order 4; the mop-up removes their leading error, and the measured order is 5. Three
+Runge-Kutta steps start the scheme, and restart it when an input jumps. Its history is part of the state.
 """
 
 from __future__ import annotations
@@ -17,7 +16,7 @@ from ..layout import FREE_ROW, HISTORY_DRIVE, HISTORY_LENGTH, LIMIT, PEAK, REST_
 from . import runge_kutta
 from .scheme import one_tick
 
-# Rows of history: u and v one, two, three steps ago; dv/dt now, one and two steps ago; predictor minus corrector of u and v.
+# History rows: u and v one, two, three steps ago; dv/dt now, one and two steps ago; predictor minus corrector of u and v.
 _U1, _V1, _U2, _V2, _U3, _V3, _A0, _A1, _A2, _GAP_U, _GAP_V = range(11)
 HISTORY_ROWS = 11
 # Scratch: the Runge-Kutta rows, then predicted and modified u and v, and dv/dt there.
@@ -26,7 +25,7 @@ SCRATCH_ROWS = runge_kutta.SCRATCH_ROWS + 5
 
 
 class Hamming(NamedTuple):
-    """The scheme, with the one that starts it."""
+    """The scheme, with its starting scheme."""
 
     start: runge_kutta.RungeKutta
 
@@ -58,7 +57,7 @@ def hamming_tick(scheme, chain, drive, tick, tape):
 
 @internal
 def _start(chain, drive):
-    """Forget the steps before the drive changed."""
+    """Discard the steps before the drive changed."""
     u, v, rows = forces.displacements(chain), forces.velocities_and_tallies(chain), chain.rows[FREE_ROW:]
     forces.fill(rows[_GAP_U], 0.0)
     forces.fill(rows[_GAP_V], 0.0)

@@ -1,4 +1,4 @@
-"""The classical Runge-Kutta scheme of order 4, one of the two that Nesterenko (1983) used."""
+"""The classical Runge-Kutta scheme of order 4, one of the two used by Nesterenko (1983)."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ SCRATCH_ROWS = 5
 
 
 class RungeKutta(NamedTuple):
-    """The scheme, with the parts of the step at which its four stages lie."""
+    """The scheme, with the times of its four stages as fractions of the step."""
 
     parts: tuple[float, ...]
 
@@ -32,9 +32,9 @@ def runge_kutta_tick(scheme, chain, drive, tick, tape):
 
 @internal
 def runge_kutta_step(scheme, chain, drive, scratch):
-    """Take one step of u and v, whose last five numbers are the sums of the ends.
+    """Take one step of u and v; the last five entries of v are the tallies of the ends.
 
-    The five rows of scratch are a stage's u, v and dv/dt, and the weighted sums of v and dv/dt.
+    The five scratch rows are u, v and dv/dt of a stage, and the weighted sums of v and dv/dt.
     """
     u, v, h = forces.displacements(chain), forces.velocities_and_tallies(chain), chain.settings.step
     stage_u, stage_v, rate = scratch[0, : len(u)], scratch[1, : len(v)], scratch[2, : len(v)]

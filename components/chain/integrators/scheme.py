@@ -1,4 +1,4 @@
-"""Integrators: a `NamedTuple` of its numbers, for whose class `one_tick` is registered; and the loop over ticks."""
+"""Integrators: a `NamedTuple` of numbers, for whose class `one_tick` is registered; and the loop over ticks."""
 
 from __future__ import annotations
 
@@ -13,29 +13,29 @@ from ..drive import drive_of, turn_to
 from ..layout import V
 from ..state import chain_state
 
-# `advance` subtracts this from its result where a velocity passed its limit, or is not a number.
+# `advance` subtracts this from its result if a velocity passed its limit or is NaN.
 UNSOUND = 1 << 60
 
 
 @partial(dispatched, inlined=True)
 def one_tick(scheme, chain, drive, tick, tape):
-    """Advance a chain by one tick, the drive being turned to it; return whether an overlap passed its limit.
+    """Advance a chain by one tick, with the drive set to it; return whether an overlap passed its limit.
 
     Args:
         scheme: the integrator.
         chain: a `ChainState`.
         drive: a `Drive`.
         tick: number of the tick.
-        tape: takes what an adjoint needs of the tick, if it has rows.
+        tape: records what an adjoint needs of the tick, if it has rows.
     """
 
 
 @internal_inlined
 def advance(scheme, chain, drive, tick, ticks, tape):
-    """Advance by `ticks`, or until a limit is passed; the tape, if it has rows, has as many for each tick.
+    """Advance by `ticks`, or until a limit is passed; a tape with rows has the same number for each tick.
 
     Returns:
-        The ticks done: negative if an overlap passed its limit, less `UNSOUND` if a velocity did.
+        The completed ticks: negative if an overlap passed its limit, minus `UNSOUND` if a velocity did.
     """
     v, rows = chain.rows[V, 1 : chain.settings.grains + 1], len(tape) // ticks
     for t in range(tick, tick + ticks):
@@ -51,14 +51,14 @@ def advance(scheme, chain, drive, tick, ticks, tape):
 
 
 class Entries(NamedTuple):
-    """The functions of a law and an integrator that Python calls; all take the table of a chain.
+    """The functions of a law and an integrator that Python calls; all take a chain's table.
 
     Attributes:
         advance: advance(table, pieces, left_pieces, left, right, tick, ticks), for a drive of pieces.
-        advance_held: advance_held(table, left, right, tick, ticks), for numbers that hold.
-        advance_batch: advance_batch(tables, inputs, ticks, count, moving, kept, first) advances each chain that moves by
-            `count` ticks, with the inputs held; one that cannot stays where it was and no longer moves. `kept` takes the state
-            of a chain, whose rows begin with `first`.
+        advance_held: advance_held(table, left, right, tick, ticks), for constant inputs.
+        advance_batch: advance_batch(tables, inputs, ticks, count, moving, kept, first) advances each chain in `moving` by
+            `count` ticks with the inputs held; a chain that fails keeps its state and is removed from `moving`. `kept` is
+            scratch for the state of a chain, whose rows begin at `first`.
         energies: energies(table, mass), see `forces.energies`.
         contact_forces: contact_forces(table, out).
         begin_histories: begin_histories(table).
@@ -76,9 +76,9 @@ class Entries(NamedTuple):
 
 @cache
 def entries(kind: type, integrator: Any) -> Entries:
-    """Return the functions for a law's class and an integrator: numba looks at a few arrays and numbers at each call.
+    """Return the functions for a law's class; numba then examines only a few arrays and numbers per call.
 
-    A `ChainState` as an argument would cost a call from Python a microsecond for each of its arrays.
+    A `ChainState` as an argument would cost a microsecond per array in each call from Python.
     """
 
     @jit

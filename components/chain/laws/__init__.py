@@ -1,7 +1,7 @@
-"""Contact laws, one a file: parameters, formulas, their derivatives, sources. `functions.py` lists the functions of a law.
+"""Contact laws, one module each: parameters, formulas, derivatives, sources. `functions.py` lists the functions of a law.
 
-A law is conservative, depends on velocities, or has a history. A new law is a file and a line in `LAWS`; one of another package
-is an entry point of the group ``granular_env.chain_laws``, whose name is that of the law and whose object is its class.
+A law is conservative, dissipative, or has a history. A new law needs a module and an entry in `LAWS`; a law of another package
+is an entry point of the group ``granular_env.chain_laws``, with the name of the law and its class as the object.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ LAWS: dict[str, type[Law]] = {
 
 
 class _KnownLaws(Mapping[str, type[Law]]):
-    """`LAWS`, and the laws of other packages, which are imported when they are chosen."""
+    """`LAWS` and the laws of other packages, which are imported when chosen."""
 
     @cached_property
     def _foreign(self) -> dict[str, EntryPoint]:
@@ -55,7 +55,7 @@ class _KnownLaws(Mapping[str, type[Law]]):
         point = self._foreign[name]
         try:
             law = point.load()
-        except Exception as error:  # the package of a third party
+        except Exception as error:  # from a third-party package
             raise ParameterError(f"law {name!r} of {point.value} cannot be loaded: {one_line(error)}", at="law") from error
         if not (isinstance(law, type) and issubclass(law, Law)):
             raise ParameterError(f"law {name!r}: {point.value} is {one_line(law)}", expected="a subclass of Law", at="law")

@@ -1,12 +1,12 @@
 """Elastic-perfectly plastic spheres: C. Thornton, J. Appl. Mech. 64 (1997) 383.
 
 Loading follows Hertz up to the overlap d_y at which the pressure in the middle of the contact reaches the yield pressure p_y,
-d_y = R* (pi p_y / 2E*)^2, and from there the tangent: F = F_y + pi p_y R* (d - d_y). Unloading from the deepest overlap D
-follows Hertz for the flattened contact, whose radius is R* F_H(D) / F(D), F_H being Hertz's force: F = k_u (d - d_r)^1.5 with
-k_u = k sqrt(F_H(D) / F(D)); reloading follows the same curve back to D.
+d_y = R* (pi p_y / 2E*)^2, and then the tangent: F = F_y + pi p_y R* (d - d_y). Unloading from the deepest overlap D
+follows Hertz for the flattened contact of radius R* F_H(D) / F(D), with Hertz's force F_H: F = k_u (d - d_r)^1.5 with
+k_u = k sqrt(F_H(D) / F(D)). Reloading follows the same curve back to D.
 
-A contact's history (k_u, d_r, D) changes once per completed step; inside a step the force is that of the history at its begin,
-so each step is conservative and the loss is booked when the history changes.
+A contact's history (k_u, d_r, D) is updated once per completed step. Within a step the force uses the history at its beginning,
+so each step is conservative, and the dissipation is tallied when the history is updated.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ class ElasticPlasticContacts(NamedTuple):
 
     Attributes:
         stiffness: k of Hertz's law [N/m^1.5].
-        yield_root: root of the overlap at which the contact yields [m^0.5].
+        yield_root: square root of the overlap at yield [m^0.5].
         unloading: k_u [N/m^1.5].
         residual: d_r [m].
         deepest: D [m].
@@ -47,7 +47,7 @@ class ElasticPlasticContacts(NamedTuple):
 
 
 class ElasticPlastic(Law):
-    """Hertz up to the yield pressure, its tangent beyond, unloading along the flattened spheres' own Hertz law."""
+    """Hertz up to the yield pressure, its tangent beyond; unloading by Hertz's law of the flattened spheres."""
 
     contacts: ClassVar[type] = ElasticPlasticContacts
     exponent: ClassVar[float] = 1.5
@@ -64,7 +64,7 @@ class ElasticPlastic(Law):
     def contact_constants(
         self, stiffness: FloatArray, reduced_radius: FloatArray, yield_strength: FloatArray, contacts: slice
     ) -> FloatArray:
-        """Return the root of the yield overlap, pi p_y R* / (1.5 k), which follows from d_y with k = (4/3) E* sqrt(R*)."""
+        """Return the square root of the yield overlap, pi p_y R* / (1.5 k); it follows from d_y with k = (4/3) E* sqrt(R*)."""
         pressure = YIELD_PRESSURE * yield_strength if self.yield_pressure is None else np.asarray(self.yield_pressure)
         pressure = (np.zeros(len(stiffness)) + pressure)[contacts]
         if np.any(np.isnan(pressure)):
@@ -77,7 +77,7 @@ class ElasticPlastic(Law):
         return (math.pi * pressure * reduced_radius[contacts] / (1.5 * stiffness[contacts]))[:, None]
 
     def overlap_at(self, force: FloatArray, stiffness: FloatArray, constants: FloatArray) -> FloatArray:
-        """Return Hertz's, and along the tangent beyond the yield overlap."""
+        """Return the overlap by Hertz's law, or along the tangent beyond the yield overlap."""
         root = constants[:, 0]
         with np.errstate(divide="ignore", invalid="ignore"):
             tangent = (force / (stiffness * root) + 0.5 * root * root) / 1.5
@@ -107,7 +107,7 @@ def force(law, j, d):
 
 @functions.energy.register(ElasticPlasticContacts)
 def energy(law, j, d):
-    """Return the energy that the contact would give back if it were unloaded now."""
+    """Return the energy that the contact would release on unloading."""
     past = (d if d < law.deepest[j] else law.deepest[j]) - law.residual[j]
     return hertz_energy(law.unloading[j], 0.0 if past < SMALLEST_OVERLAP else past)
 
@@ -128,17 +128,17 @@ def begin(law, j):
 
 @functions.remember.register(ElasticPlasticContacts)
 def remember(law, j, d):
-    """Load contact j to the overlap d where that is beyond its deepest; return the energy that this has dissipated."""
+    """Load contact j to the overlap d if this exceeds its deepest overlap; return the dissipated energy."""
     k, root, before = law.stiffness[j], law.yield_root[j], law.deepest[j]
     if not d > before:
         return 0.0
     past = before - law.residual[j]
     stored = hertz_energy(law.unloading[j], 0.0 if past < SMALLEST_OVERLAP else past)
-    # The tangent's integral from the deepest overlap so far.
+    # Integral of the tangent from the previous deepest overlap.
     work = k * root * ((0.75 * (d + before) - 0.5 * root * root) * (d - before))
     loaded = k * root * (1.5 * d - 0.5 * root * root)
     unloading = k * sqrt(k * (d * sqrt(d)) / loaded)
-    # (F / k_u)^(2/3), which k_u = k sqrt(k d^1.5 / F) makes a quotient.
+    # (F / k_u)^(2/3); with k_u = k sqrt(k d^1.5 / F) this is a quotient.
     elastic = loaded / (k * sqrt(d))
     law.deepest[j], law.unloading[j], law.residual[j] = d, unloading, d - elastic
     return stored + work - hertz_energy(unloading, elastic)

@@ -1,10 +1,9 @@
-"""The functions of a contact law, which kernels call; each chooses the implementation for the class of the law.
+"""The kernel functions of a contact law; each selects the implementation for the class of the law.
 
-A law in a kernel is a `NamedTuple` whose fields are arrays with one number for each contact: the stiffness, further constants,
-and the contact's history. Its file registers the functions that the law needs, for example ``force.register(HertzContacts)``;
-j is a contact, d its overlap where it is pressed and 0 where it is open. In ``x_pullback(law, adjoint, j, d, slope)``
-`adjoint` is a law of the same class, whose arrays take the derivatives: slope times the derivative of x by each constant
-of contact j is added to them.
+In a kernel a law is a `NamedTuple` whose fields are arrays with one number per contact: the stiffness, other constants, and the
+history of the contact. The module of a law registers its functions, for example ``force.register(HertzContacts)``. j is a
+contact, d its overlap if it is closed and 0 if it is open. In ``x_pullback(law, adjoint, j, d, slope)``, `adjoint` is a law of
+the same class. Slope times the derivative of x with respect to each constant of contact j is added to its arrays.
 """
 
 from __future__ import annotations
@@ -25,7 +24,7 @@ def contact_law(kind, stiffness, constants, history):
         kind: the class.
         stiffness: one row.
         constants: three rows; the first ones are the columns that `Law.contact_constants` returns.
-        history: three rows; a law with k history rows has the last k.
+        history: three rows; a law with k history rows uses the last k.
     """
 
 
@@ -36,7 +35,7 @@ def force(law, j, d):
 
 @_required
 def energy(law, j, d):
-    """Return the elastic energy that contact j would give back if it were unloaded now [J]."""
+    """Return the elastic energy that contact j would release on unloading [J]."""
 
 
 @_optional
@@ -59,18 +58,18 @@ def remembers(law):
 
 @_optional
 def begin(law, j):
-    """Write the history of a contact that was never loaded."""
+    """Write the history of a contact that has never been loaded."""
 
 
 @_optional
 def remember(law, j, d):
-    """Update the history of contact j, loaded to the overlap d; return the energy that this has dissipated [J]."""
+    """Update the history of contact j, loaded to the overlap d; return the dissipated energy [J]."""
     return 0.0
 
 
 @_required
 def force_pullback(law, adjoint, j, d, slope):
-    """Add slope dF/dc to the adjoint of each constant c; return slope dF/dd, which is 0 where the contact is open."""
+    """Add slope dF/dc to the adjoint of each constant c; return slope dF/dd, which is 0 for an open contact."""
 
 
 @_required
@@ -80,26 +79,26 @@ def energy_pullback(law, adjoint, j, d, slope):
 
 @_optional
 def damping_pullback(law, adjoint, j, d, slope):
-    """Add slope times the derivative of the damping by each constant; return slope times that by d."""
+    """Add slope times the derivative of the damping by each constant; return slope times its derivative by d."""
     return 0.0
 
 
 @_required
 def energy_root(law, j, d, rest):
-    """Return the root of the energy of contact j above that at its overlap at rest, negative where it is less pressed."""
+    """Return the root of the energy of contact j above its energy at rest, negative if it is less compressed."""
 
 
 @_required
 def energy_root_pullback(law, adjoint, j, d, rest, slope):
-    """Add slope times its derivative by each constant; return those by d and by `rest`, times slope."""
+    """Add slope times its derivative by each constant; return slope times its derivatives by d and by `rest`."""
 
 
 ELASTIC = (contact_law, force, energy)
-"""Every law has these."""
+"""Functions that every law has."""
 DISSIPATIVE = (damping,)
 HISTORY = (remembers, begin, remember)
 ELASTIC_GRADIENT = (force_pullback, energy_pullback)
-"""A law that has these too has gradients, unless it has a history."""
+"""Additional functions of a law with gradients; a law with a history has none."""
 DISSIPATIVE_GRADIENT = (damping_pullback,)
 ENERGY_ROOT = (energy_root, energy_root_pullback)
-"""Distances in the energy norm need these."""
+"""Functions for distances in the energy norm."""

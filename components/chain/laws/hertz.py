@@ -2,9 +2,9 @@
 
 K. L. Johnson, Contact Mechanics (Cambridge 1985), section 4.2.
 
-The root of the energy: with s = sqrt(d) and s0 = sqrt(d0), d0 the overlap at rest, the energy above that at rest is
-e = k (s - s0)^2 Q, Q = 0.4 s^3 + 0.8 s^2 s0 + 1.2 s s0^2 + 0.6 s0^3: no difference of large numbers, whatever the
-precompression. Without one, sqrt(e) = sqrt(0.4 k) d^1.25.
+The root of the energy: with s = sqrt(d) and s0 = sqrt(d0), d0 the overlap at rest, the energy above the rest state is
+e = k (s - s0)^2 Q, Q = 0.4 s^3 + 0.8 s^2 s0 + 1.2 s s0^2 + 0.6 s0^3; no large numbers are subtracted at any precompression.
+Without precompression sqrt(e) = sqrt(0.4 k) d^1.25.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ class HertzContacts(NamedTuple):
 
 
 class HertzRest:
-    """The exponent and the rest of contacts whose spring is Hertz's."""
+    """Exponent and static overlap of contacts with a Hertzian spring."""
 
     exponent: ClassVar[float] = 1.5
 
@@ -103,7 +103,7 @@ def energy_root(law, j, d, rest):
 
 
 def energy_root_pullback(law, adjoint, j, d, rest, slope):
-    """Add slope times the derivative by k; return those by d and by the overlap at rest."""
+    """Add slope times the derivative by k; return slope times the derivatives by d and by the overlap at rest."""
     s, s0 = _roots(d, rest)
     quotient = _quotient(s, s0)
     if quotient <= 0.0 or law.stiffness[j] <= 0.0:
@@ -111,12 +111,12 @@ def energy_root_pullback(law, adjoint, j, d, rest, slope):
     root = sqrt(law.stiffness[j] / quotient)
     adjoint.stiffness[j] += slope * 0.5 * root * quotient * (s - s0) / law.stiffness[j]
     along = slope * 0.5 * root * (s * s + s * s0 + s0 * s0) if s > 0.0 else 0.0
-    # A longer overlap at rest makes the whole overlap longer, and is what the energy counts from.
+    # A larger overlap at rest increases the whole overlap, and shifts the reference of the energy.
     return along, -slope * 0.75 * root * s0 * (s + s0)
 
 
 def register_spring(kind: type) -> None:
-    """Give a law with a field `stiffness` Hertz's spring."""
+    """Register Hertz's spring for a law with a field `stiffness`."""
     for function, implementation in (
         (functions.force, force),
         (functions.energy, energy),

@@ -1,4 +1,4 @@
-"""Kuwabara and Kono (1987): viscoelastic spheres, F = k d^1.5 + gamma sqrt(d) dd/dt, and never a pull.
+"""Kuwabara and Kono (1987): viscoelastic spheres, F = k d^1.5 + gamma sqrt(d) dd/dt, never attractive.
 
 G. Kuwabara, K. Kono, Jpn. J. Appl. Phys. 26 (1987) 1230; N. V. Brilliantov, F. Spahn, J.-M. Hertzsch, T. Poeschel, Phys. Rev. E
 53 (1996) 5382. The loss in a collision grows with speed, 1 - e ~ v^(1/5).

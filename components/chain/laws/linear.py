@@ -1,8 +1,8 @@
-"""A linear spring and dashpot: F = k d + c dd/dt while the grains touch, and never a pull.
+"""A linear spring and dashpot: F = k d + c dd/dt while the grains touch, never attractive.
 
-P. A. Cundall, O. D. L. Strack, Geotechnique 29 (1979) 47, the contact of most discrete element codes. With
-zeta = c / (2 sqrt(k m*)), m* the reduced mass, a contact that may pull has the restitution exp(-pi zeta / sqrt(1 - zeta^2)) at
-any speed; one that opens where its force is 0 has more: T. Schwager, T. Poeschel, Granular Matter 9 (2007) 465, eq. (10).
+P. A. Cundall, O. D. L. Strack, Geotechnique 29 (1979) 47; the contact of most discrete element codes. With
+zeta = c / (2 sqrt(k m*)), m* the reduced mass, a contact with attraction has the restitution exp(-pi zeta / sqrt(1 - zeta^2))
+at any speed; a contact that opens at zero force has more: T. Schwager, T. Poeschel, Granular Matter 9 (2007) 465, eq. (10).
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ class LinearContacts(NamedTuple):
 
 
 class Dashpot(Dissipative):
-    """A law whose dissipation is a constant force per speed of approach while the grains touch."""
+    """A law whose dissipation is a constant force per approach speed while the grains touch."""
 
     jumps: ClassVar[bool] = True
 
@@ -33,7 +33,7 @@ class Dashpot(Dissipative):
         return constants[:, 0]
 
     def overlap_of(self, constants: FloatArray, coefficients: FloatArray) -> FloatArray:
-        """Return 0 or infinity: at once, or never."""
+        """Return 0 (always) or infinity (never)."""
         return np.where(constants[:, 0] > coefficients, 0.0, np.inf)
 
 
@@ -97,6 +97,6 @@ def energy_pullback(law, adjoint, j, d, slope):
 
 @functions.damping_pullback.register(LinearContacts)
 def damping_pullback(law, adjoint, j, d, slope):
-    """Add slope to the derivative by c; the overlap does not matter."""
+    """Add slope to the derivative by c; the overlap has no effect."""
     adjoint.dissipation[j] += slope
     return 0.0

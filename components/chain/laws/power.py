@@ -19,14 +19,14 @@ from .law import FloatArray, Law
 
 
 class PowerContacts(NamedTuple):
-    """Constants of the contacts: k [N/m^p] and p, the same in all of them."""
+    """Constants of the contacts: k [N/m^p] and p, the same for all contacts."""
 
     stiffness: FloatArray
     exponent: FloatArray
 
 
 class Power(Law):
-    """F = k d^exponent, k the parameter `contact_stiffness` in N/m^exponent, which has to be given."""
+    """F = k d^exponent; k is the parameter `contact_stiffness` in N/m^exponent, which must be given."""
 
     contacts: ClassVar[type] = PowerContacts
     needs_stiffness: ClassVar[bool] = True
@@ -56,7 +56,7 @@ def power_contacts(kind, stiffness, constants, history):
 
 @internal_inlined
 def _open_power(d, p):
-    """Return d^p, 0 where the contact is open."""
+    """Return d^p, or 0 for an open contact."""
     raised = power(d if d > SMALLEST_OVERLAP else SMALLEST_OVERLAP, p)
     return raised if d > SMALLEST_OVERLAP else 0.0 * d
 

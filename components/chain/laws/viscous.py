@@ -1,7 +1,7 @@
-"""Hertz with a dashpot: F = k d^1.5 + c dd/dt while the spheres touch, and never a pull.
+"""Hertz with a dashpot: F = k d^1.5 + c dd/dt while the spheres touch, never attractive.
 
-The simplest dissipation there is, and the wrong one for spheres: it loses more at low speed, 1 - e ~ v^(-1/5). P. A. Cundall,
-O. D. L. Strack, Geotechnique 29 (1979) 47, with Hertz's spring in the place of their linear one.
+The simplest form of dissipation, and the wrong one for spheres: the loss increases at low speed, 1 - e ~ v^(-1/5). P. A.
+Cundall, O. D. L. Strack, Geotechnique 29 (1979) 47, with Hertz's spring instead of their linear one.
 """
 
 from __future__ import annotations

@@ -4,8 +4,8 @@ O. R. Walton, R. L. Braun, J. Rheol. 30 (1986) 949, with constant k1 and k2. Unl
 residual overlap d_r = D (1 - k1/k2); reloading follows the same line back to D. A collision has the restitution sqrt(k1/k2) at
 any speed.
 
-A contact's history, D, changes once per completed step; inside a step the force is that of the history at its begin, so each
-step is conservative and the loss is booked when the history changes.
+A contact's history, D, is updated once per completed step. Within a step the force uses the history at its beginning, so each
+step is conservative, and the dissipation is tallied when the history is updated.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ class WaltonBraunContacts(NamedTuple):
     Attributes:
         stiffness: k1 [N/m].
         unloading: k2 [N/m].
-        residual_part: 1 - k1/k2, the part of the deepest overlap that stays.
+        residual_part: 1 - k1/k2, the fraction of the deepest overlap that remains.
         deepest: D [m].
     """
 
@@ -39,7 +39,7 @@ class WaltonBraunContacts(NamedTuple):
 
 
 class WaltonBraun(Law):
-    """k1 d in loading, k1 being `contact_stiffness` in N/m, and along the stiffness k2 in unloading."""
+    """k1 d in loading, where k1 is `contact_stiffness` in N/m, and the stiffness k2 in unloading."""
 
     contacts: ClassVar[type] = WaltonBraunContacts
     exponent: ClassVar[float] = 1.0
@@ -94,7 +94,7 @@ def force(law, j, d):
 
 @functions.energy.register(WaltonBraunContacts)
 def energy(law, j, d):
-    """Return the energy that the contact would give back if it were unloaded now."""
+    """Return the energy that the contact would release on unloading."""
     past = (d if d < law.deepest[j] else law.deepest[j]) - law.residual_part[j] * law.deepest[j]
     past = past if past > 0.0 else 0.0
     return 0.5 * law.unloading[j] * (past * past)
@@ -108,13 +108,13 @@ def remembers(law):
 
 @functions.begin.register(WaltonBraunContacts)
 def begin(law, j):
-    """Write the history of a contact that was never loaded."""
+    """Write the history of a contact that has never been loaded."""
     law.deepest[j] = 0.0
 
 
 @functions.remember.register(WaltonBraunContacts)
 def remember(law, j, d):
-    """Note a contact that is deeper than ever; return the loss between two depths, the integral of k1 (1 - k1/k2) d."""
+    """Record a new deepest overlap; return the loss between two depths, the integral of k1 (1 - k1/k2) d."""
     deepest = law.deepest[j]
     if not d > deepest:
         return 0.0

@@ -1,10 +1,10 @@
 # ruff: noqa: F401
 """Closed forms and quadratures for the chain; no step calls them. Numbers in brackets are Nesterenko's (1983) equations.
 
-SI units, or dimensionless where a module says so.
+SI units, or dimensionless if the module says so.
 
-Arguments annotated `Number` are numbers or arrays, those annotated `float` one number each; each docstring states the range in
-which its formula holds. Ranges are not checked: a wrong sign may vanish in a square.
+Arguments annotated `Number` are numbers or arrays, arguments annotated `float` single numbers. Each docstring states the range
+in which its formula holds. Ranges are not checked: a wrong sign may vanish in a square.
 """
 
 from __future__ import annotations

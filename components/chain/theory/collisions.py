@@ -1,14 +1,14 @@
-"""Collisions of two grains: duration, overlap, loss; and a pulse as one collision after another. SI units.
+"""Collisions of two grains: duration, overlap, loss; and a pulse as a sequence of collisions. SI units.
 
 The numbers in brackets are the equations of Nesterenko (1983). Durations and overlaps are exact for Hertz's static law.
 
 Restitution: without loss the approach speed at overlap d is v sqrt(1 - x^2.5), x = d/d_m, 4k d_m^2.5 = 5 m* v^2. The work of
-the dissipative force along that motion, there and back, is the loss m* v^2 (1 - e^2)/2, and 1 - e^2 = 2 (1 - e) to leading
+the dissipative force along this motion, there and back, is the loss m* v^2 (1 - e^2)/2, and 1 - e^2 = 2 (1 - e) to leading
 order.
 
-Tapers: binary collisions are exact with gaps between the grains. In a touching chain the pulse is five grains wide, and the law
-is the limit of small tapers: the settled ratio of successive peaks is off by -0.03 % at q = 0.02, -0.35 % at 0.05, -2.5 % at
-0.1, -0.05 % at -0.05 (growing grains), in runs of the chain.
+Tapers: binary collisions are exact if there are gaps between the grains. In a touching chain the pulse is five grains wide, and
+the law is the limit of small tapers: in runs of the chain the settled ratio of successive peaks differs by -0.03 % at q = 0.02,
+-0.35 % at 0.05, -2.5 % at 0.1, -0.05 % at -0.05 (growing grains).
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ COLLISION_COEFFICIENT = 2.943275184324706
 
 
 def collision_duration(reduced_mass: Number, stiffness: Number, speed: Number) -> Number:
-    """T1, the time two spheres touch when they meet at `speed`: 2.943 (5 m*/4k)^(2/5) v^(-1/5) [s].
+    """T1, the contact time of two spheres that meet at `speed`: 2.943 (5 m*/4k)^(2/5) v^(-1/5) [s].
 
     Between equal spheres m*/k = 1/(2A), and it is the paper's T1 = 2.94 (5/8A)^(2/5) / v0^(1/5) (section 3).
 
@@ -46,14 +46,14 @@ def collision_overlap(reduced_mass: Number, stiffness: Number, speed: Number) ->
 
 
 def duration_of_overlap(reduced_mass: Number, stiffness: Number, overlap: Number) -> Number:
-    """T1 of the collision whose largest overlap is `overlap`: both formulas above, the speed eliminated [s]."""
-    # Not a power: a run's report comes from here, and has the same bits on every machine.
+    """T1 of the collision whose largest overlap is `overlap`: both formulas above with the speed eliminated [s]."""
+    # No power function, because the report of a run must be bitwise the same on every machine.
     root = np.sqrt(overlap)
     return COLLISION_COEFFICIENT * np.sqrt(1.25 * reduced_mass / (stiffness * root))
 
 
 def duration_times_frequency(growth: float) -> float:
-    """Duration of a collision x its largest angular frequency, where F = k d^growth: 4.03 for spheres, pi for springs.
+    """Duration of a collision x its largest angular frequency, for F = k d^growth: 4.03 for spheres, pi for springs.
 
     With D the largest overlap, v^2 = 2 k D^(p + 1) / ((p + 1) m*), the duration is (2 D / v) sqrt(pi) Gamma(1 + 1/(p + 1)) /
     Gamma(1/2 + 1/(p + 1)) and the frequency sqrt(p k D^(p - 1) / m*).
@@ -72,8 +72,8 @@ def kuwabara_kono_loss(reduced_mass: Number, stiffness: Number, damping: Number,
     """1 - e for F = k d^1.5 + gamma d^0.5 d': 1.1534 (gamma/m*)(m*/k)^(3/5) v^(1/5).
 
     The work is 2 gamma v d_m^1.5 int x^0.5 sqrt(1 - x^2.5) dx = 0.8 B(3/5, 3/2) gamma v d_m^1.5.
-    With A of gamma = (3/2) A k it is 1.15344 (3/2) A (k/m*)^(2/5) v^(1/5) (Kuwabara & Kono 1987; Ramirez et al. 1999). The next
-    term is -(3/5)(1 - e)^2: up to 0.02 the formula is right to 1.2 % of itself.
+    With gamma = (3/2) A k it becomes 1.15344 (3/2) A (k/m*)^(2/5) v^(1/5) (Kuwabara & Kono 1987; Ramirez et al. 1999). The next
+    term is -(3/5)(1 - e)^2, so the relative error is at most 1.2 % for 1 - e up to 0.02.
 
     Args:
         reduced_mass: m* [kg].
@@ -88,8 +88,8 @@ def viscous_loss(reduced_mass: Number, stiffness: Number, damping: Number, speed
     """1 - e for F = k d^1.5 + g d': 1.7878 (g/m*)(m*/k)^(2/5) v^(-1/5).
 
     The work is 2 g v d_m int sqrt(1 - x^2.5) dx = 0.8 B(2/5, 3/2) g v d_m. If the force is clipped at 0 (no tension) the
-    contact opens at d_c = (g v/k)^(2/3), and (3/5)(g/m* v) d_c is lost less: a correction of the relative order (1 - e)^(2/3).
-    `viscous_loss_without_tension` takes it in.
+    contact opens at d_c = (g v/k)^(2/3), and the loss is smaller by (3/5)(g/m* v) d_c: a correction of the relative order
+    (1 - e)^(2/3). `viscous_loss_without_tension` includes it.
 
     Args:
         reduced_mass: m* [kg].
@@ -101,7 +101,7 @@ def viscous_loss(reduced_mass: Number, stiffness: Number, damping: Number, speed
 
 
 def viscous_loss_without_tension(reduced_mass: Number, stiffness: Number, damping: Number, speed: Number) -> Number:
-    """`viscous_loss` less what a contact that cannot pull does not lose at its end, (3/5)(g/m* v)(g v/k)^(2/3)."""
+    """`viscous_loss` minus the loss that a contact without tension does not have at its end, (3/5)(g/m* v)(g v/k)^(2/3)."""
     whole = viscous_loss(reduced_mass, stiffness, damping, speed)
     return whole - 0.6 * damping / (reduced_mass * speed) * (damping * speed / stiffness) ** (2.0 / 3.0)
 

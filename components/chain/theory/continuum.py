@@ -1,15 +1,14 @@
 """The continuum (2.4): the potential W(y), heights and speeds of its waves, and waves without precompression.
 
 Dimensionless: lengths in diameters a, speeds V and particle velocities v in the paper's c (`contact_speed`), so that strain xi,
-stress xi^1.5 and v = V xi are pure numbers. The overshoots are those of a front with weak losses.
+stress xi^1.5 and v = V xi are pure numbers. The overshoots are for a front with weak losses.
 
 A stationary wave u(x - Vt) of (2.4) moves as a particle of unit mass in the potential W (Nesterenko 1983, section 2):
 
     y'' = -dW/dy,   W(y) = -5/8 y^(8/5) + 1/2 y^2 + C3 y^(4/5),   strain xi = (V/c)^4 y^(4/5),   x = a eta / sqrt 10
 
-with C3 = (5/4) C2 of (2.6), whose scale of length is printed wrong. For 0 < C3 < 5/27 W has a maximum y1 < (2/3)^(5/2), the
-state in front of a wave, and a minimum y2 > y1, the state behind a shock. With s = y^(2/5) both are
-roots of s^2 - s^3 = 4 C3/5.
+with C3 = (5/4) C2 of (2.6), whose length scale is misprinted. For 0 < C3 < 5/27 W has a maximum y1 < (2/3)^(5/2), the state in
+front of a wave, and a minimum y2 > y1, the state behind a shock. With s = y^(2/5) both are roots of s^2 - s^3 = 4 C3/5.
 """
 
 from __future__ import annotations
@@ -26,7 +25,7 @@ LARGEST_C3 = 5.0 / 27.0
 
 
 class Extremes(NamedTuple):
-    """The places of W's maximum y1 and of its minimum y2."""
+    """Positions of W's maximum y1 and its minimum y2."""
 
     y1: float
     y2: float
@@ -47,20 +46,20 @@ def extreme_roots(c3: float) -> tuple[float, float]:
     """s1 and s2, s = y^(2/5): the two positive roots of s^2 - s^3 = 4 C3/5."""
     if not 0.0 <= c3 < LARGEST_C3:
         raise ParameterError(f"got {c3:g}", expected="at least 0 and less than 5/27: beyond it W has no extremes", at="c3")
-    # With s = 1/3 + 2/3 cos(angle) the cubic is cos(3 angle) = 1 - 10.8 C3; with sines no digit is lost at C3 -> 0.
+    # With s = 1/3 + 2/3 cos(angle) the cubic is cos(3 angle) = 1 - 10.8 C3; with sines no digits are lost for C3 -> 0.
     third = 2.0 / 3.0 * float(np.arcsin(min(1.0, (5.4 * c3) ** 0.5)))
     low = 2.0 * np.sin(0.5 * third) ** 2 + 3.0**0.5 * np.sin(third)
     return float(low) / 3.0, float(1.0 + 2.0 * np.cos(third)) / 3.0
 
 
 def c3_of_ratio(ratio: Number) -> Number:
-    """C3 of the solitary wave whose largest strain is r = xi_m/xi_0 > 1 times that at rest."""
+    """C3 of the solitary wave whose largest strain is r = xi_m/xi_0 > 1 times the strain at rest."""
     root = _first_root(ratio)
     return 1.25 * root**2 * (1.0 - root)
 
 
 def ratio_of_c3(c3: float) -> float:
-    """Return the ratio r = xi_m/xi_0 of the solitary wave with this C3, 0 < C3 < 5/27; the other way round is `c3_of_ratio`."""
+    """Return the ratio r = xi_m/xi_0 of the solitary wave with this C3, 0 < C3 < 5/27; the inverse of `c3_of_ratio`."""
     root = extreme_roots(c3)[0]
     # From W(y_m) = W(y1), sigma = sqrt r = s_m/s1: s1 (2 sigma^3 + 4 sigma^2 + 6 sigma + 3) = 5/2 (sigma + 1)^2.
     found = np.roots([2.0 * root, 4.0 * root - 2.5, 6.0 * root - 5.0, 3.0 * root - 2.5])
@@ -70,10 +69,10 @@ def ratio_of_c3(c3: float) -> float:
 def speed_ratio(ratio: Number) -> Number:
     """V/c0 of the solitary wave of height r = xi_m/xi_0 > 1: sqrt((4/15)(3 + 2 r^2.5 - 5 r))/(r - 1).
 
-    The closed form of the quadrature of W. It is slower than the wave of the chain itself (`lattice_wave`) by
+    This is the closed form of the quadrature of W. It is slower than the wave of the lattice (`lattice_wave`) by
     0.04 % at r = 1.563, 0.6 % at 7.93, 1.2 % at 186.
     """
-    # With sigma = sqrt r the factor (sigma - 1)^2 cancels, and with it the loss of digits near r = 1.
+    # With sigma = sqrt r the factor (sigma - 1)^2 cancels, and so does the loss of digits near r = 1.
     sigma = ratio**0.5
     return (4.0 / 15.0 * (2.0 * sigma**3 + 4.0 * sigma**2 + 6.0 * sigma + 3.0)) ** 0.5 / (sigma + 1.0)
 
@@ -99,7 +98,7 @@ def _first_root(ratio: Number) -> Number:
 PERIOD = 5.0 * math.pi / math.sqrt(10.0)
 # Full width of (2.7) at half its height, in diameters.
 HALF_WIDTH = 10.0 / math.sqrt(10.0) * math.acos(0.5**0.25)
-# On a front of weak losses over what remains behind it: strain (and velocity) 25/16, pressure 125/64 (paper: 1.56, 1.95).
+# Peak of a front with weak losses over the state behind it: strain (and velocity) 25/16, pressure 125/64 (paper: 1.56, 1.95).
 STRAIN_OVERSHOOT = 1.5625
 PRESSURE_OVERSHOOT = 1.953125
 # V = (16/25)^(1/5) v_m^(1/5), the paper's 0.915; the chain itself: `SOLITARY_SPEED`.
@@ -107,7 +106,7 @@ CONTINUUM_SOLITARY_SPEED = 0.64**0.2
 
 
 def largest_strain(speed: Number) -> Number:
-    """xi_m of (2.7): (5 V^2 / 4 c^2)^2, with the power 2 that its misprints hide."""
+    """xi_m of (2.7): (5 V^2 / 4 c^2)^2; the power 2 is misprinted in the paper."""
     return (1.25 * speed**2) ** 2
 
 
@@ -125,15 +124,15 @@ def solitary_strain(position: Number, speed: float) -> Number:
 
 
 def shock_strain(speed: Number) -> Number:
-    """xi_c = V^4/c^4, behind a stationary shock that runs into an uncompressed chain."""
+    """xi_c = V^4/c^4, the strain behind a stationary shock into an uncompressed chain."""
     return speed**4
 
 
 def shock_speed(constant: Number, diameter: Number, piston: Number) -> Number:
-    """D1 of section 3.4, the shock before a piston of velocity v0: c^(4/5) v0^(1/5) [m/s]; SI units.
+    """D1 of section 3.4, the shock ahead of a piston of velocity v0: c^(4/5) v0^(1/5) [m/s]; SI units.
 
-    From mass and momentum, v0 = D1 xi_c and xi_c = (D1/c)^4; independent of the grains' size. It needs losses: without
-    them the front is a solitary wave that outruns it.
+    From mass and momentum, v0 = D1 xi_c and xi_c = (D1/c)^4, independent of the size of the grains. It requires losses: without
+    losses the front is a faster solitary wave.
 
     Args:
         constant: A = k/m [1/(m^0.5 s^2)].
@@ -144,5 +143,5 @@ def shock_speed(constant: Number, diameter: Number, piston: Number) -> Number:
 
 
 def front_velocity_ratio(coefficient: float) -> float:
-    """v_m1/v0 of a solitary wave as fast as D1: coefficient^(-5) (paper, with 0.915: 1.56; the chain's 0.907470: 1.625)."""
+    """v_m1/v0 of a solitary wave of speed D1: coefficient^(-5) (paper, with 0.915: 1.56; the lattice's 0.907470: 1.625)."""
     return coefficient**-5

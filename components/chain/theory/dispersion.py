@@ -1,7 +1,7 @@
-"""Small oscillations of a pressed chain: frequencies and band edges. SI units.
+"""Small oscillations of a precompressed chain: frequencies and band edges. SI units.
 
-Exact for infinitely small waves, K = (3/2) k d0^(1/2) the tangent stiffness of every contact. Wave numbers lie within the first
-zone.
+Exact for infinitesimal waves; K = (3/2) k d0^(1/2) is the tangent stiffness of every contact. Wave numbers lie within the first
+Brillouin zone.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from .long_waves import Number
 
 
 class BandEdges(NamedTuple):
-    """Angular frequencies between which waves travel: up to the first, and from the second to the third [rad/s]."""
+    """Angular frequencies of propagating waves: up to the first, and from the second to the third [rad/s]."""
 
     acoustic: float
     optical_low: float
@@ -45,7 +45,7 @@ def monatomic_edge(tangent: float, mass: float) -> float:
 
 
 def diatomic_frequencies(wave_number: Number, tangent: float, light: float, heavy: float, cell: float) -> tuple[Number, Number]:
-    """Both branches, acoustic and optical, of a chain of two masses in turn [rad/s].
+    """Both branches, acoustic and optical, of a chain with two alternating masses [rad/s].
 
     omega^2 = K (1/m1 + 1/m2) -+ K sqrt((1/m1 + 1/m2)^2 - 4 sin^2(kappa L/2)/(m1 m2)).
 
@@ -57,14 +57,14 @@ def diatomic_frequencies(wave_number: Number, tangent: float, light: float, heav
         cell: L, the distance between equal grains [m].
     """
     half = 0.5 * wave_number * cell
-    # As (1/m1 - 1/m2)^2 + 4 cos^2/(m1 m2), and the acoustic branch as a quotient: neither loses digits where it is small.
+    # As (1/m1 - 1/m2)^2 + 4 cos^2/(m1 m2), with the acoustic branch as a quotient: no digits are lost when either is small.
     root = ((1.0 / light - 1.0 / heavy) ** 2 + 4.0 * np.cos(half) ** 2 / (light * heavy)) ** 0.5
     high = 1.0 / light + 1.0 / heavy + root
     return 2.0 * np.abs(np.sin(half)) * (tangent / (light * heavy * high)) ** 0.5, (tangent * high) ** 0.5
 
 
 def diatomic_edges(tangent: float, light: float, heavy: float) -> BandEdges:
-    """sqrt(2K/m_heavy), sqrt(2K/m_light), sqrt(2K (1/m1 + 1/m2)) [rad/s]; between the first two lies the gap."""
+    """sqrt(2K/m_heavy), sqrt(2K/m_light), sqrt(2K (1/m1 + 1/m2)) [rad/s]; the gap lies between the first two."""
     light, heavy = min(light, heavy), max(light, heavy)
     return BandEdges(
         math.sqrt(2.0 * tangent / heavy),

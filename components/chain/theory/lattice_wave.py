@@ -1,11 +1,11 @@
-"""The solitary wave of the chain itself, no continuum: a travelling wave u(x - Vt) of (2.1). Dimensionless: m = A = a = 1.
+"""The solitary wave of the lattice, not the continuum: a travelling wave u(x - Vt) of (2.1). Dimensionless: m = A = a = 1.
 
-With d(x) the overlap above that at rest, F the contact force above that at rest, and the tent 1 - |x| on |x| < 1,
+With d(x) the overlap above its rest value, F the contact force above its rest value, and the tent 1 - |x| on |x| < 1,
 
     V^2 d = tent * F(d),   F = (d0 + d)^1.5 - d0^1.5,   V v = box * F,
 
-where * is convolution (Friesecke & Wattis 1994; English & Pego 2005). Iterated with the height held fixed it converges, quickly
-if the linear part of F goes to the left side first.
+where * is convolution (Friesecke & Wattis 1994; English & Pego 2005). Iteration at fixed height converges, and does so
+quickly if the linear part of F is first moved to the left side.
 """
 
 from __future__ import annotations
@@ -19,23 +19,23 @@ from ...errors import GranularError, ParameterError
 from ...support.elementary_functions import exponential, fourier, root, sine_of_pi
 from ...support.float_arrays import FloatArray
 
-# The uncompressed wave, by `lattice_wave(0)`; runs of the chain agree with all of them to six digits.
+# The uncompressed wave from `lattice_wave(0)`; runs of the chain agree with all values to six digits.
 # Speed in diameters and units of (k/m)^(2/5) v_m^(1/5) (paper: 0.915).
 SOLITARY_SPEED = 0.9074700784
 # Energy in m v_m^2, momentum in m v_m.
 SOLITARY_ENERGY = 1.0693229458
 SOLITARY_MOMENTUM = 1.6699712493
-# Over what remains behind a shock of its speed, front of weak losses: overlap, pressure (2.7: 1.5625, 1.9531).
+# Peak of a front with weak losses over the state behind the shock: overlap, pressure (2.7: 1.5625, 1.9531).
 LATTICE_STRAIN_OVERSHOOT = 1.4873593743
 LATTICE_PRESSURE_OVERSHOOT = 1.8139439880
-# Velocity with which a free end leaves, in v_m; by a run of the chain.
+# Velocity at which a free end leaves, in v_m; from a run of the chain.
 FREE_END_VELOCITY = 1.44606
 
-# The shape's; what is nonlinear in a wave that rises by e << 1 is known to the second only.
+# Tolerance of the shape: the first, or the second over e^2 for a wave with a small rise e, where rounding limits the accuracy.
 _TOLERANCE, _ROUNDING = 1e-13, 5e-13
 _ITERATIONS = 500
 _POINTS_PER_GRAIN = 16
-# Half the box: an uncompressed wave falls doubly exponentially, others by exp(-2 sqrt(e/2) |x|) or faster.
+# Half the box: an uncompressed wave decays doubly exponentially, other waves as exp(-2 sqrt(e/2) |x|) or faster.
 _HALF_BOX = 16.0
 _DECADES = 34.0
 _SMALLEST_RISE = 0.005
@@ -43,11 +43,11 @@ _SMALLEST_RISE = 0.005
 
 @dataclass(frozen=True, eq=False)
 class LatticeWave:
-    """The discrete solitary wave; it travels towards larger x. All in the units in which m = A = a = 1.
+    """The discrete solitary wave; it travels towards larger x. All values are in units with m = A = a = 1.
 
     Attributes:
-        position: x - Vt of a contact (overlap) or a grain (velocity), equidistant, the crest at 0, shape (n,).
-        overlap: above that at rest, shape (n,).
+        position: x - Vt of a contact (overlap) or a grain (velocity), equidistant, with the crest at 0, shape (n,).
+        overlap: above its rest value, shape (n,).
         velocity: of the grains, shape (n,).
         rest_overlap: d0; 0 without precompression.
         speed: V.
@@ -61,8 +61,8 @@ class LatticeWave:
 
     @property
     def displacement(self) -> FloatArray:
-        """Return the grains' displacement: 0 far in front, the whole of it far behind, shape (n,)."""
-        # u' = -v/V, integrated as the Fourier series that it is.
+        """Return the displacement of the grains: 0 far ahead, the total displacement far behind, shape (n,)."""
+        # u' = -v/V, integrated as a Fourier series.
         step = self.position[1] - self.position[0]
         wave_number = 2.0 * np.pi * np.fft.rfftfreq(len(self.position), step)
         series = np.fft.rfft(-self.velocity / self.speed)
@@ -74,7 +74,7 @@ class LatticeWave:
 
     @property
     def speed_coefficient(self) -> float:
-        """V / v_m^(1/5); 0.907470 for the uncompressed wave, whatever its height."""
+        """V / v_m^(1/5); 0.907470 for the uncompressed wave of any height."""
         return self.speed / float(root(self.velocity.max(), 5))
 
     @property
@@ -84,23 +84,23 @@ class LatticeWave:
 
     @property
     def momentum(self) -> float:
-        """Sum of the grains' velocities, the same at all times."""
+        """Sum of the grains' velocities, constant in time."""
         return float(self.velocity.sum()) * self._step
 
     @property
     def kinetic_energy(self) -> float:
-        """Sum over the grains, its mean over time; without precompression 5/4 of the potential energy (virial theorem)."""
+        """Sum over the grains, averaged over time; without precompression 5/4 of the potential energy (virial theorem)."""
         return 0.5 * float((self.velocity**2).sum()) * self._step
 
     @property
     def potential_energy(self) -> float:
-        """Return the contacts' energy above that at rest, less the work of the force that presses, in its mean over time."""
+        """Return the contacts' energy above its rest value minus the work of the compressive force, averaged over time."""
         rest, whole = self.rest_overlap, self.rest_overlap + self.overlap
         return float((0.4 * (whole**2.5 - rest**2.5) - rest**1.5 * self.overlap).sum()) * self._step
 
     @property
     def energy_ratio(self) -> float:
-        """Mean of Ek/Ep over the time in which the wave moves on by one grain; 1.25077 for the uncompressed one."""
+        """Mean of Ek/Ep over the time in which the wave advances by one grain; 1.25077 for the uncompressed wave."""
         every = round(1.0 / self._step)
         rest, whole = self.rest_overlap, self.rest_overlap + self.overlap
         stored = 0.4 * (whole**2.5 - rest**2.5) - rest**1.5 * self.overlap
@@ -126,12 +126,12 @@ class LatticeWave:
 def lattice_wave(rest_overlap: float, height: float = 1.0) -> LatticeWave:
     """Return the solitary wave of (2.1) whose overlap rises by `height` from `rest_overlap` d0, r = 1 + height/d0.
 
-    V is exact to about 1e-11, the shape of a wave that rises by e = height/d0 << 1 to 5e-13/e^2. From the closed form of the
-    continuum (`speed_ratio`) V differs by what the continuum leaves out.
+    V is exact to about 1e-11, the shape of a wave that rises by e = height/d0 << 1 to 5e-13/e^2. The difference between V and
+    the closed form of the continuum (`speed_ratio`) is the error of the continuum.
 
     Args:
-        rest_overlap: d0 >= 0, in diameters, as the height.
-        height: > 0; at least 0.005 d0, below which `korteweg_de_vries_speed_ratio` is good to 1e-6.
+        rest_overlap: d0 >= 0, in diameters, like the height.
+        height: > 0; at least 0.005 d0, below which `korteweg_de_vries_speed_ratio` has an error of less than 1e-6.
     """
     rest, height = float(rest_overlap), float(height)
     if not (rest >= 0.0 and 0.0 < height < math.inf and height >= _SMALLEST_RISE * rest):
@@ -148,7 +148,7 @@ def lattice_wave(rest_overlap: float, height: float = 1.0) -> LatticeWave:
     place, waves = steps / _POINTS_PER_GRAIN, steps * (_POINTS_PER_GRAIN / count)
     box = np.where(steps == 0, 1.0, sine_of_pi(waves) / np.where(steps == 0, 1.0, math.pi * waves))
     tent = box * box
-    # All in units of the height: the force has the power 1.5, so V scales with its fourth root.
+    # All in units of the height: the force has the power 1.5, so V scales as the fourth root of the height.
     start = rest / height
     linear = 1.5 * math.sqrt(start)
     rise_of_guess = exponential(np.minimum(rate * np.abs(place), 300.0))
@@ -156,10 +156,10 @@ def lattice_wave(rest_overlap: float, height: float = 1.0) -> LatticeWave:
     shape = guess * guess
     tolerance = max(_TOLERANCE, _ROUNDING / rise**2)
     for _ in range(_ITERATIONS):
-        # Functions that are even about index 0 have real spectra; without the imaginary rounding the wave cannot drift.
+        # Functions even about index 0 have real spectra; without the imaginary rounding errors the wave cannot drift.
         force, overlap = fourier(_force(shape, start), shape)
         square = float((force * tent).sum()) / count
-        # The force's linear part is taken to the left side: then low waves converge as quickly as high ones.
+        # The linear part of the force is moved to the left side, so that low wave numbers converge as fast as high ones.
         better, _ = fourier((force - linear * overlap) * tent / (square - linear * tent), np.zeros(count))
         better = better / better[0]
         change = float(np.abs(better - shape).max())
@@ -174,7 +174,7 @@ def lattice_wave(rest_overlap: float, height: float = 1.0) -> LatticeWave:
     pushed = fourier(_force(shape, start), np.zeros(count))[0] * box
     velocity = fourier(pushed, np.zeros(count))[0] / (speed * count)
     place, shape, velocity = (np.roll(values, count // 2) for values in (place, shape, velocity))
-    # Rounding leaves +-1e-16 where there is nothing.
+    # Rounding leaves +-1e-16 far from the wave.
     overlap = np.maximum(shape, 0.0) * height
     fourth_root = math.sqrt(math.sqrt(height))
     return LatticeWave(place, overlap, velocity * (height * fourth_root), rest, speed * fourth_root)

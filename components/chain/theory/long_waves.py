@@ -1,10 +1,10 @@
 """The chain's equations of motion, (2.1) to (2.4), its units, and the soliton of long waves. SI units.
 
-(2.1) is the lattice itself; (2.2) its anharmonic approximation, valid while overlaps change by much less than their rest value;
-(2.3) describes long waves in which strains change little, (2.4) long waves of any height. The soliton is that of Korteweg and
-de Vries, to whose equation (2.3) leads for waves that run one way.
+(2.1) is the lattice; (2.2) its anharmonic approximation, valid if overlaps change by much less than their rest value; (2.3)
+describes long waves with small changes of strain, (2.4) long waves of any height. The soliton is that of Korteweg and de Vries,
+whose equation follows from (2.3) for waves in one direction.
 
-A = k/m [1/(m^0.5 s^2)] of equal grains, a = 2R their diameter. The paper's c^2 = 2E/(pi rho (1 - nu^2)) is A a^(5/2).
+A = k/m [1/(m^0.5 s^2)] for equal grains, a = 2R is their diameter. The paper's c^2 = 2E/(pi rho (1 - nu^2)) is A a^(5/2).
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ def contact_constant(young: Number, poisson: float, density: Number, radius: Num
 
 
 def paper_speed(young: Number, poisson: float, density: Number) -> Number:
-    """Return the paper's c of (2.4), sqrt(2E / (pi rho (1 - nu^2))) [m/s]; no sound travels at it."""
+    """Return the paper's c of (2.4), sqrt(2E / (pi rho (1 - nu^2))) [m/s]; it is not a speed of sound."""
     return (2.0 * young / (math.pi * density * (1.0 - poisson**2))) ** 0.5
 
 
@@ -48,7 +48,7 @@ def contact_speed(constant: Number, diameter: Number) -> Number:
 
 
 def sound_speed(constant: Number, diameter: Number, overlap: Number) -> Number:
-    """c0 of (2.3), of long waves in a chain pressed to `overlap` delta0: a sqrt(3/2 A delta0^(1/2)) [m/s].
+    """c0 of (2.3), for long waves in a chain compressed to `overlap` delta0: a sqrt(3/2 A delta0^(1/2)) [m/s].
 
     With a = 2R it is the paper's c0^2 = 6 A R^2 delta0^(1/2). It vanishes with delta0: an uncompressed chain has no sound.
     """
@@ -56,15 +56,15 @@ def sound_speed(constant: Number, diameter: Number, overlap: Number) -> Number:
 
 
 def lattice_acceleration(displacement: FloatArray, constant: float, overlap: float) -> FloatArray:
-    """Return the right-hand side of (2.1), exact; open contacts pull at nothing.
+    """Return the right-hand side of (2.1), exact; open contacts have no force.
 
     Args:
-        displacement: u of at least three neighbouring grains from their pressed rest, shape (n,) [m].
+        displacement: u of at least three neighbouring grains from their compressed rest state, shape (n,) [m].
         constant: A = k/m [1/(m^0.5 s^2)].
         overlap: delta0 at rest, may be 0 [m].
 
     Returns:
-        Accelerations of all grains but the first and the last, shape (n - 2,) [m/s^2].
+        Accelerations of all grains except the first and the last, shape (n - 2,) [m/s^2].
     """
     approach = -np.diff(displacement) + overlap
     return -constant * np.diff(np.maximum(approach, 0.0) ** 1.5)
@@ -91,8 +91,8 @@ def long_wave_acceleration(derivatives: FloatArray, constant: float, diameter: f
 def nesterenko_acceleration(derivatives: FloatArray, constant: float, diameter: float) -> FloatArray:
     """Return the right-hand side of (2.4) from (u_x, u_xx, u_xxx, u_xxxx), shape (4,) or (4, n); shape () or (n,) [m/s^2].
 
-    u includes the displacement that presses the chain, so that -u_x is the whole strain and has to be > 0. Valid for waves much
-    longer than a diameter a, whatever their height: the terms left out are (a/L)^4 of the first.
+    u includes the displacement by precompression, so that -u_x is the total strain and must be > 0. Valid for waves much longer
+    than a diameter a, of any height: the omitted terms are (a/L)^4 of the first.
     """
     slope, curvature, third, fourth = derivatives
     strain = -slope
@@ -109,8 +109,8 @@ def nesterenko_acceleration(derivatives: FloatArray, constant: float, diameter: 
 def korteweg_de_vries_speed_ratio(rise: Number) -> Number:
     """V/c0 = sqrt(1 + e/6) of the soliton whose strain rises by e times the strain at rest.
 
-    Exact for (2.3). Against the closed form of (2.4) it is fast by 1.0e-6 at e = 0.01, 1.0e-4 at 0.1, 7.1e-3 at 1; against
-    the wave of the chain itself (`lattice_wave`) by 8.3e-7, 8.1e-5, 6.1e-3.
+    Exact for (2.3). Compared with the closed form of (2.4) it is too fast by 1.0e-6 at e = 0.01, 1.0e-4 at 0.1, 7.1e-3 at 1;
+    compared with the wave of the lattice (`lattice_wave`) by 8.3e-7, 8.1e-5, 6.1e-3.
     """
     return (1.0 + rise / 6.0) ** 0.5
 
@@ -118,6 +118,6 @@ def korteweg_de_vries_speed_ratio(rise: Number) -> Number:
 def korteweg_de_vries_shape(position: Number, rise: float) -> Number:
     """(xi - xi0)/(xi_m - xi0) = sech^2(sqrt(e/2) x/a) of that soliton, `position` x in diameters."""
     rate = (0.5 * rise) ** 0.5
-    # Twice the exponential of -|x|: no overflow far away.
+    # In terms of the decaying exponential of -|x|, which cannot overflow.
     decay = np.exp(-np.abs(position) * rate)
     return (2.0 * decay / (1.0 + decay**2)) ** 2

@@ -1,6 +1,6 @@
 """The solitary wave of (2.4), by quadrature of W(y). Dimensionless.
 
-Lengths in diameters a, speeds in the sound speed c0 of the state in front, strains in its strain xi_0.
+Lengths are in diameters a, speeds in the sound speed c0 of the state ahead, strains in its strain xi_0.
 """
 
 from __future__ import annotations
@@ -16,19 +16,19 @@ from ...support.float_arrays import FloatArray
 from ...support.validation import whole_number
 from .continuum import extreme_roots, ratio_of_c3
 
-# Gauss's points on each piece of a profile; the integrands are smooth, eight leave rounding only.
+# Gauss points on each piece of a profile; for these smooth integrands eight points leave only rounding errors.
 _POINTS, _WEIGHTS = np.polynomial.legendre.leggauss(8)
-# A solitary wave is followed until its strain above xi_0 has fallen by cosh^2 of this: 6e-11 of its height.
+# A solitary wave extends until its strain above xi_0 has decayed by cosh^2 of this: to 6e-11 of its height.
 _TAIL = 13.0
 
 
 @dataclass(frozen=True, eq=False)
 class StationaryWave:
-    """A solitary wave u(x - Vt) of (2.4) as arrays; it travels towards larger x, its crest is at x = 0.
+    """A solitary wave u(x - Vt) of (2.4) as arrays; it travels towards larger x, with its crest at x = 0.
 
     Attributes:
         c3: C3 of W.
-        energy: of the particle in W, W(y1).
+        energy: of the particle in W, i.e. W(y1).
         position: x/a, increasing, not equidistant, shape (n,).
         y: of (2.6), shape (n,).
         width: full width of the strain at half its height above the lowest strain, in a.
@@ -52,7 +52,7 @@ class StationaryWave:
 
     @property
     def amplitude_ratio(self) -> float:
-        """The largest xi/xi_0."""
+        """Largest xi/xi_0."""
         return float(self.strain_ratio.max())
 
     @property
@@ -65,8 +65,8 @@ def solitary_wave(c3: float, samples: int = 401) -> StationaryWave:
     """Return the solitary wave, 0 < C3 < 5/27; its height over xi_0 is `ratio_of_c3`(C3).
 
     Args:
-        c3: `c3_of_ratio` gives it for a height.
-        samples: points of the profile, odd, so that one is the crest.
+        c3: for a given height, from `c3_of_ratio`.
+        samples: number of points of the profile, odd, so that one is the crest.
     """
     if whole_number("samples", samples, 5) % 2 == 0:
         raise ParameterError(f"got {samples}", expected="an odd number, so that one point is the crest", at="samples")
@@ -75,7 +75,7 @@ def solitary_wave(c3: float, samples: int = 401) -> StationaryWave:
     high, rest = _solitary_factors(c3, low)
     depth = high - low
 
-    # s - s1 = depth sech^2(angle): the particle's infinite time near the hilltop is an infinite angle, and all is smooth.
+    # s - s1 = depth sech^2(angle): the infinite time near the hilltop becomes an infinite angle, and all functions are smooth.
     def root(angle: FloatArray) -> FloatArray:
         return low + depth / np.cosh(angle) ** 2
 
@@ -87,7 +87,7 @@ def solitary_wave(c3: float, samples: int = 401) -> StationaryWave:
     middle = (0.5 * (low**2 + high**2)) ** 0.5
     at_half = float(np.arccosh((depth / (middle - low)) ** 0.5))
     width = 2.0 * _antiderivative(rate, np.linspace(0.0, at_half, 33))[-1]
-    # Both halves from that right of the crest; eta in diameters.
+    # Both halves from the one right of the crest; eta in diameters.
     eta, crest, scale = _antiderivative(rate, angles), root(angles), 10.0**-0.5
     position, y = np.concatenate((-eta[:0:-1], eta)) * scale, np.concatenate((crest[:0:-1], crest)) ** 2.5
     return StationaryWave(c3, energy, position, y, float(width) * scale)
@@ -99,7 +99,7 @@ def _hill(c3: float) -> Polynomial:
 
 
 def _solitary_factors(c3: float, low: float) -> tuple[float, Polynomial]:
-    """Return the crest s_m, and the quadratic that is left of W(y1) - W(y) = (s - s1)^2 (s_m - s) rest(s)."""
+    """Return the crest s_m, and the quadratic factor rest(s) of W(y1) - W(y) = (s - s1)^2 (s_m - s) rest(s)."""
     high = low * ratio_of_c3(c3) ** 0.5
     quotient = [-0.5, 0.625, 0.0, -c3, 0.0, float(_hill(c3)(low))]
     for root in (low, low, high):
@@ -116,7 +116,7 @@ def _divide_by_root(coefficients: list[float], root: float) -> list[float]:
 
 
 def _antiderivative(rate: Callable[[FloatArray], FloatArray], nodes: FloatArray) -> FloatArray:
-    """Integral of `rate` from the first node to each, shape (nodes,)."""
+    """Integral of `rate` from the first node to each node, shape (nodes,)."""
     half = 0.5 * np.diff(nodes)
     places = nodes[:-1, None] + half[:, None] * (1.0 + _POINTS)
     return np.concatenate(([0.0], np.cumsum(half * (rate(places) @ _WEIGHTS))))

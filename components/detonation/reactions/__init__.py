@@ -1,4 +1,4 @@
-"""Laws of reaction, one a file, by name."""
+"""Reaction laws by name, one module each."""
 
 from __future__ import annotations
 

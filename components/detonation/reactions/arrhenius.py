@@ -1,10 +1,10 @@
-"""One-step reaction with the rate of Arrhenius: Gato & Shie (2010).
+"""One-step reaction with an Arrhenius rate: Gato & Shie (2010).
 
-    dY/dt = -k Y exp(-E rho / p), Y the part that has not reacted.
+    dY/dt = -k Y exp(-E rho / p), where Y is the unreacted fraction.
 
-Over a step the exponential is held, so that Y falls by exp(-k dt exp(-E rho / p)) exactly. k follows from the length behind the
-shock in which half of the gas reacts in the steady wave. The zone has to be resolved: with 5, 10, 20 cells in that length, at
-the default activation, the speed of the steady wave is right within 0.7, 0.2, 0.1 %, its peak within 5, 3, 2 %.
+In a step the exponential is constant: Y falls exactly by exp(-k dt exp(-E rho / p)). k follows from the half-reaction length,
+the distance behind the shock of the steady wave at which half the gas has reacted. The mesh must resolve it: with 5, 10, 20
+cells and the default activation, the speed of the steady wave is right within 0.7, 0.2, 0.1 %, its peak within 5, 3, 2 %.
 """
 
 from __future__ import annotations
@@ -20,10 +20,10 @@ from ..gases import Gas
 from .reaction import Reacted, Reaction, react
 
 _ONE_OVER_E = 0.36787944117144233
-# Beyond this exponent there is no reaction, for `power`.
+# The rate is zero above this exponent, to limit the argument of `power`.
 _LARGEST_EXPONENT = 100.0
 _INTERVALS = 400
-# Cells in the half-reaction length below which there is a caution.
+# Number of cells in the half-reaction length below which there is a caution.
 _LEAST_CELLS = 10.0
 
 
@@ -35,7 +35,7 @@ class ArrheniusConstants(NamedTuple):
 
 
 class Arrhenius(Reaction):
-    """A rate that grows with p / rho, so that the shock's heat starts it."""
+    """A rate that grows with p / rho, so that the heat of the shock starts the reaction."""
 
     name: Literal["arrhenius"] = field("arrhenius", "one step, k Y exp(-E rho / p)", "1")
     activation: Magnitude = field(2.5, "activation energy E over p / rho behind the leading shock", "1", le=40.0)
@@ -49,11 +49,11 @@ class Arrhenius(Reaction):
         return ArrheniusConstants(half_reaction_integral(gas, front, ahead, energy) / self.half_reaction_length, energy)
 
     def ignition_pressure(self, front: Detonation, ahead: tuple[float, float]) -> float:
-        """Return the pressure at which gas of the initial density is as hot as behind the leading shock [Pa]."""
+        """Return the pressure at which gas of the initial density has the temperature behind the leading shock [Pa]."""
         return ahead[1] * front.shocked.pressure / front.shocked.density
 
     def cautions(self, cell_size: float) -> list[str]:
-        """Return a sentence where cells do not resolve the reaction zone."""
+        """Return a caution if the cells do not resolve the reaction zone."""
         cells = self.half_reaction_length / cell_size
         if cells >= _LEAST_CELLS:
             return []
@@ -66,7 +66,7 @@ class Arrhenius(Reaction):
 def half_reaction_integral(gas: Gas, front: Detonation, ahead: tuple[float, float], energy: float) -> float:
     """Return the half-reaction length of the steady wave times k [m/s]: the integral of (D - u) exp(E rho / p) / Y over Y.
 
-    By Simpson's rule over s = 1 - sqrt(Y), with numbers that are the same on every machine.
+    By Simpson's rule over s = 1 - sqrt(Y), in arithmetic that is bitwise identical on every machine.
     """
     pressure, density = ahead
     square = front.mach * front.mach

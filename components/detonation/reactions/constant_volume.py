@@ -1,14 +1,14 @@
-"""The constant-volume burn that Gato & Shie (2010) name, taken at its word: a negative result, kept for comparison.
+"""The constant-volume burn named by Gato & Shie (2010), implemented literally: a negative result, kept for comparison.
 
-The gas burns as it is compressed, and its pressure is overwritten:
+Gas burns in proportion to its compression, and the law overwrites the pressure:
 
     Y' = 1 - (V - V0) / (V_CJ - V0), V = 1 / rho, between 0 and 1;
     Y' = 0 where Y < Y' and Y' < 0.9;  p = (1 - Y') P_CJ where Y' < 0.99;  Y = Y'.
 
-Energy is not conserved; its balance shows what the overwriting added. The front locks to a simple number of cells in a step h,
-such as 1/6, 2/7 or 1/2. So it runs 9 to 40 % faster than D, depending on D h / dx and not on the mesh; near D h / dx = 0.6 it
-is not even steady. Use `pressure_burn`.
-Source: C. L. Mader, Numerical Modeling of Detonations (1979), as it is used for tubes of thin wall.
+Energy is not conserved; the energy balance shows the amount added by the overwriting. The front locks to a simple number of
+cells per step h, such as 1/6, 2/7 or 1/2. It therefore runs 9 to 40 % faster than D, depending on D h / dx but not on the mesh;
+near D h / dx = 0.6 it is not even steady. Use `pressure_burn`.
+Source: C. L. Mader, Numerical Modeling of Detonations (1979), as used for thin-walled tubes.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ class ConstantVolume(Reaction):
         return ConstantVolumeConstants(1.0 / ahead[1], 1.0 / front.burnt.density, front.burnt.pressure)
 
     def cautions(self, cell_size: float) -> list[str]:
-        """Return the sentence that this law is wrong."""
+        """Return the caution that this law is wrong."""
         return [
             "the reaction constant_volume overwrites pressures: its front is too fast on any mesh, by 9 to 40 % or more as the "
             "step is chosen, and it does not conserve energy; take the reaction pressure_burn"

@@ -20,7 +20,7 @@ class Inert(Reaction):
     name: Literal["inert"] = field("inert", "no reaction", "1")
 
     def constants(self, gas: Gas, front: Detonation, ahead: tuple[float, float], cell_size: float) -> InertConstants:
-        """Return the class by which kernels choose the law."""
+        """Return an empty tuple, whose class selects this law in kernels."""
         return InertConstants()
 
 

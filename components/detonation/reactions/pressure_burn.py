@@ -1,10 +1,10 @@
-"""Burn that pressure triggers: where p > trigger P_CJ, the gas burns to the end while the front crosses `width` cells.
+"""Pressure-triggered burn: once p > trigger P_CJ, the gas burns completely while the front crosses `width` cells.
 
-    dY/dt = -D / (width dx)    where p > trigger P_CJ and Y > 0, Y the part that has not reacted.
+    dY/dt = -D / (width dx)    if p > trigger P_CJ and Y > 0, where Y is the unreacted fraction.
 
-Energy is conserved: the heat goes from its chemical to its thermal part. The reaction zone has the width of the mesh, and so
-no physical length; speed, Chapman-Jouguet state and the wave behind it do not depend on it. Where trigger x width is small,
-gas burns before its shock has come: the front outruns it, a weak detonation.
+Energy is conserved: chemical energy becomes thermal energy. The reaction zone has a width of some cells and thus no physical
+length; speed, Chapman-Jouguet state and the wave behind it do not depend on it. If trigger x width is small, gas burns before
+its shock arrives: the front outruns the shock, which is a weak detonation.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from ..chapman_jouguet import Detonation
 from ..gases import Gas
 from .reaction import Reacted, Reaction, react
 
-# Measured at triggers of 0.1 to 0.3: from here on the speed is that of Chapman and Jouguet within 0.4 %.
+# Measured at triggers of 0.1 to 0.3: from this product on the speed is that of Chapman and Jouguet within 0.4 %.
 _LEAST_PRODUCT = 0.3
 
 
@@ -38,7 +38,7 @@ class PressureBurn(Reaction):
     width: float = field(2.0, "cells that the front crosses while the gas burns", "1", ge=1.0, le=20.0)
 
     def cautions(self, cell_size: float) -> list[str]:
-        """Return a sentence where the front may outrun its shock."""
+        """Return a caution if the front may outrun its shock."""
         if self.trigger * self.width >= _LEAST_PRODUCT:
             return []
         return [
@@ -47,7 +47,7 @@ class PressureBurn(Reaction):
         ]
 
     def constants(self, gas: Gas, front: Detonation, ahead: tuple[float, float], cell_size: float) -> PressureBurnConstants:
-        """Return the trigger [Pa] and the rate [1/s]; `ParameterError` where the gas ahead of the front would burn at once."""
+        """Return the trigger [Pa] and the rate [1/s]; `ParameterError` if the gas ahead of the front would burn at once."""
         if ahead[0] >= self.trigger * front.burnt.pressure:
             part = ahead[0] / front.burnt.pressure
             raise ParameterError(

@@ -1,4 +1,4 @@
-"""The base of reaction laws, and the functions of a law that kernels call."""
+"""The base class of reaction laws, and their kernel function."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from ..gases import Gas
 
 
 class Reacted(NamedTuple):
-    """The part of the gas that has not reacted after a tick, and the pressure that a law has written over the old one [Pa]."""
+    """The unreacted fraction of the gas after a tick, and its pressure, which a law may overwrite [Pa]."""
 
     fraction: float
     pressure: float
@@ -27,32 +27,32 @@ def react(law, density, pressure, fraction, step):
         law: constants of the reaction.
         density: [kg/m^3].
         pressure: [Pa].
-        fraction: part that has not reacted before the tick.
+        fraction: unreacted fraction before the tick.
         step: length of the tick [s].
     """
 
 
 class Reaction(Named):
-    """A law of how the gas reacts, chosen by its `name`.
+    """A law of the reaction, chosen by its `name`.
 
-    `constants` gives the law as kernels see it: a named tuple, whose class selects `react`.
+    `constants` returns the law for kernels: a named tuple whose class selects `react`.
     """
 
     @abstractmethod
     def constants(self, gas: Gas, front: Detonation, ahead: tuple[float, float], cell_size: float) -> Any:
-        """Return the law as kernels see it.
+        """Return the law for kernels.
 
         Args:
             gas: with its heat release.
-            front: its Chapman-Jouguet detonation.
+            front: the Chapman-Jouguet detonation of the gas.
             ahead: initial pressure [Pa] and density [kg/m^3].
             cell_size: [m].
         """
 
     def ignition_pressure(self, front: Detonation, ahead: tuple[float, float]) -> float:
-        """Return the pressure to which gas has to be heated at constant volume to ignite [Pa]; NaN where there is none."""
+        """Return the pressure to which gas must be heated at constant volume to ignite [Pa]; NaN if the law has none."""
         return math.nan
 
     def cautions(self, cell_size: float) -> list[str]:
-        """Return a sentence for each assumption that this law does not meet on such cells."""
+        """Return a caution for each assumption of this law that such cells violate."""
         return []

@@ -1,4 +1,4 @@
-"""Exact solutions for the gas: the Riemann problem, shocks, detonations, their reaction zone and the wave behind them.
+"""Exact solutions for the gas: the Riemann problem, shocks, detonations, their reaction zone and the Taylor wave behind them.
 
 No step calls them.
 """

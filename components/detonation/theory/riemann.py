@@ -1,4 +1,4 @@
-"""The Riemann problem of a perfect gas, exactly: two states that meet at x = 0 and t = 0.
+"""The exact Riemann problem of a perfect gas: two uniform states that meet at x = 0 and t = 0.
 
 Source: E. F. Toro, Riemann Solvers and Numerical Methods for Fluid Dynamics (2009), chapter 4.
 """
@@ -25,7 +25,7 @@ class RiemannSolution:
         right: the state at x > 0.
         gamma: adiabatic exponent.
         pressure: between the two waves [Pa].
-        velocity: between the two waves, that of the contact [m/s].
+        velocity: between the two waves, i.e. of the contact [m/s].
     """
 
     left: Flow
@@ -48,7 +48,7 @@ def riemann_problem(left: Flow, right: Flow, gamma: float) -> RiemannSolution:
     """Return the solution for two states.
 
     Raises:
-        ValueError: they part so fast that a vacuum opens.
+        ValueError: the states separate so fast that a vacuum opens.
     """
     speeds = [math.sqrt(gamma * one.pressure / one.density) for one in (left, right)]
     parting = right.velocity - left.velocity
@@ -68,7 +68,7 @@ def riemann_problem(left: Flow, right: Flow, gamma: float) -> RiemannSolution:
 
 
 def _velocity_change(state: Flow, gamma: float, pressure: float) -> float:
-    """Return by how much a wave to this pressure slows the gas down [m/s]."""
+    """Return the decrease of the gas velocity through a wave to this pressure [m/s]."""
     density, _, ahead = state
     if pressure > ahead:
         return (pressure - ahead) * math.sqrt(2.0 / density / ((gamma + 1.0) * pressure + (gamma - 1.0) * ahead))
@@ -77,7 +77,7 @@ def _velocity_change(state: Flow, gamma: float, pressure: float) -> float:
 
 
 def _side(state: Flow, gamma: float, pressure: float, velocity: float, ratio: FloatArray) -> FloatArray:
-    """Return the state left of the contact at x / t, shape (3, n)."""
+    """Return the states to the left of the contact at x / t, shape (3, n)."""
     density, speed, ahead = state
     sound = math.sqrt(gamma * ahead / density)
     outer = np.stack([np.full(ratio.shape, value) for value in state])

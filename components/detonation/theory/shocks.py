@@ -1,4 +1,4 @@
-"""Plane shocks of a perfect gas: the relations of Rankine and Hugoniot.
+"""Plane shocks of a perfect gas: the Rankine-Hugoniot relations.
 
 Source: H. W. Liepmann, A. Roshko, Elements of Gasdynamics (1957), sections 2.13 and 3.9.
 """
@@ -11,7 +11,7 @@ from ..chapman_jouguet import Flow
 
 
 def behind_shock(ahead: Flow, gamma: float, mach: float) -> Flow:
-    """Return the state behind a shock that runs to the right, at `mach` times the speed of sound relative to the gas ahead."""
+    """Return the state behind a shock that runs to the right at Mach number `mach` relative to the gas ahead."""
     density, velocity, pressure = ahead
     square = mach * mach
     sound = math.sqrt(gamma * pressure / density)
@@ -21,7 +21,7 @@ def behind_shock(ahead: Flow, gamma: float, mach: float) -> Flow:
 
 
 def reflected_pressure(coming: Flow, gamma: float) -> float:
-    """Return the pressure [Pa] on a rigid wall that stops gas which comes at `coming.velocity`.
+    """Return the pressure [Pa] on a rigid wall that stops a gas flow of velocity `coming.velocity`.
 
     The positive root of (P - p)^2 = rho u^2 ((gamma + 1) P + (gamma - 1) p) / 2.
     """

@@ -1,7 +1,7 @@
 """The wave behind a Chapman-Jouguet front that starts at a closed end: G. I. Taylor (1950), Ya. B. Zeldovich.
 
 Behind the front at x = D t the gas expands, c = ((gamma - 1) x / t + 2 c3) / (gamma + 1), until it is at rest at x = c3 t:
-c3 = (gamma + 1) c_CJ / 2 - (gamma - 1) D / 2. It is the same at all times in x / t.
+c3 = (gamma + 1) c_CJ / 2 - (gamma - 1) D / 2. The wave depends on x / t alone.
 Source: G. I. Taylor, Proc. R. Soc. A 200 (1950) 235.
 """
 
@@ -23,7 +23,7 @@ class TaylorWave:
 
     Attributes:
         front: the detonation.
-        ahead: gas that it runs into.
+        ahead: gas at rest ahead of the front.
         gamma: adiabatic exponent.
     """
 
@@ -43,7 +43,7 @@ class TaylorWave:
         return self.front.burnt.pressure * ratio ** (2.0 * self.gamma / (self.gamma - 1.0))
 
     def at(self, x: FloatArray, time: float | FloatArray) -> FloatArray:
-        """Return density, velocity and pressure at places [m] and times [s] after the start, shape (3, n)."""
+        """Return density, velocity and pressure at positions [m] and times [s] after the start, shape (3, n)."""
         gamma, rest, sonic = self.gamma, self.resting_sound_speed, self.front.sound_speed
         ratio = np.asarray(x) / np.asarray(time)
         inside = np.clip(ratio, rest, self.front.speed)
@@ -58,9 +58,9 @@ class TaylorWave:
         return np.where(ratio > self.front.speed, ahead, wave)
 
     def decay_time(self, x: float) -> float:
-        """Return the time in which the pressure at a place decays, about x / 3 D [s].
+        """Return the decay time of the pressure at a position, about x / 3 D [s].
 
-        Of the T for which P3 + (P2 - P3) exp(-(t - x / D) / T) fits the wave best from its front until the gas rests.
+        It is the T for which P3 + (P2 - P3) exp(-(t - x / D) / T) best fits the wave from its front until the gas is at rest.
         """
         front, rest = x / self.front.speed, x / self.resting_sound_speed
         times = np.linspace(front, rest, 2001)[1:]
@@ -69,7 +69,7 @@ class TaylorWave:
 
 
 def fit_decay(times: FloatArray, excess: FloatArray) -> float:
-    """Return the T for which exp(-t / T) is nearest to `excess` at equidistant times, in the mean square [s]."""
+    """Return the T for which exp(-t / T) best fits `excess` at equidistant times, in the least-squares sense [s]."""
 
     def misfit(logarithm: float) -> float:
         return float(((np.exp(-times / np.exp(logarithm)) - excess) ** 2).sum())

@@ -1,6 +1,6 @@
-"""The steady reaction zone of Zeldovich, von Neumann and Doering: a shock and the reaction behind it, in the frame of the wave.
+"""The steady reaction zone of Zeldovich, von Neumann and Doering: a shock followed by the reaction, in the frame of the wave.
 
-At each progress the state lies on the Rayleigh line of the wave; of the Chapman-Jouguet wave
+At each progress the state lies on the Rayleigh line of the wave. For the Chapman-Jouguet wave
 
     p = p0 (1 + gamma (M^2 - 1) (1 + sqrt(1 - progress)) / (gamma + 1)),
 
@@ -25,7 +25,7 @@ class ReactionZone:
 
     Attributes:
         gas: with its heat release.
-        ahead: gas at rest that the wave runs into.
+        ahead: gas at rest ahead of the wave.
         rate: k [1/s].
         activation_energy: E [J/kg].
     """
@@ -41,7 +41,7 @@ class ReactionZone:
         return chapman_jouguet(self.gas, self.ahead.pressure, self.ahead.density)
 
     def state(self, progress: FloatArray) -> FloatArray:
-        """Return density, velocity and pressure where so much has reacted, shape (3, n)."""
+        """Return density, velocity and pressure at given values of the progress, shape (3, n)."""
         front, gamma = self.front, self.gas.gamma
         square = front.mach**2
         way = 1.0 + np.sqrt(1.0 - np.asarray(progress))
@@ -50,9 +50,9 @@ class ReactionZone:
         return np.stack([self.ahead.density / (1.0 - slowing), slowing * front.speed, pressure])
 
     def distance(self, progress: FloatArray) -> FloatArray:
-        """Return how far behind the shock so much has reacted, for increasing values from 0 to less than 1 [m]."""
+        """Return the distances behind the shock at which the progress has given increasing values from 0 to less than 1 [m]."""
         values = np.concatenate([[0.0], np.asarray(progress, dtype=np.float64)])
-        # Gauss-Legendre between neighbours, over s = 1 - sqrt(1 - progress), in which nothing is singular at the shock.
+        # Gauss-Legendre quadrature between neighbouring values, over s = 1 - sqrt(1 - progress), which is regular at the shock.
         nodes, weights = np.polynomial.legendre.leggauss(20)
         s = 1.0 - np.sqrt(1.0 - values)
         middle, half = 0.5 * (s[1:] + s[:-1]), 0.5 * (s[1:] - s[:-1])

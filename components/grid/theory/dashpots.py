@@ -1,8 +1,7 @@
-"""Reflection of plane waves from dashpots of the medium's impedance: Lysmer and Kuhlemeyer (1969).
+"""Reflection of plane waves from dashpots with the impedance of the medium: Lysmer and Kuhlemeyer (1969).
 
-The edge has the tractions sigma_nn = -rho c_p v_n, sigma_nt = -rho c_s v_t. Of a plane wave that comes at an angle to the
-normal, a P and an S wave go back, with the same slowness along the edge; past the critical angle of S the P wave clings to the
-edge.
+The edge has the tractions sigma_nn = -rho c_p v_n, sigma_nt = -rho c_s v_t. A plane wave at oblique incidence reflects as a P
+and an S wave with the same slowness along the edge. Beyond the critical angle of S the reflected P wave is evanescent.
 """
 
 from __future__ import annotations
@@ -18,29 +17,29 @@ Vector = tuple[complex, complex]
 
 
 def reflected_energy(material: Material, angle: float, *, shear: bool = False) -> float:
-    """Return the part of a plane wave's energy that dashpots send back.
+    """Return the fraction of a plane wave's energy that dashpots reflect.
 
     Args:
         material: of the medium.
-        angle: between the wave that comes and the normal of the edge [rad].
-        shear: whether that is an S wave.
+        angle: of incidence, between the incident wave and the normal of the edge [rad].
+        shear: whether the incident wave is an S wave.
     """
     p, s = material.longitudinal_speed, material.shear_speed
     sine, cosine, speed = math.sin(angle), math.cos(angle), s if shear else p
     along = sine / speed
     p_cosine, s_cosine = (cmath.sqrt(1.0 - (along * one) ** 2) for one in (p, s))
-    # The waves by slowness and direction of motion, normal and along the edge.
+    # The waves, by slowness and direction of motion, normal to the edge and along it.
     coming = _excess_traction(material, (cosine / speed, along), (-sine, cosine) if shear else (cosine, sine))
     p_goes = _excess_traction(material, (-p_cosine / p, along), (-p_cosine, along * p))
     s_goes = _excess_traction(material, (-s_cosine / s, along), (along * s, s_cosine))
     amplitudes = np.linalg.solve(np.array([p_goes, s_goes]).T, -np.array(coming))
-    # Past the critical angle the cosine of the P wave is imaginary, and it takes no energy away.
+    # Beyond the critical angle the cosine of the P wave is imaginary, and this wave carries no energy away.
     energies = abs(amplitudes) ** 2 * (p * p_cosine.real, s * s_cosine.real)
     return float(energies.sum()) / (speed * cosine)
 
 
 def _excess_traction(material: Material, slowness: Vector, motion: Vector) -> Vector:
-    """Return what a wave of unit amplitude has beyond the tractions of the dashpots, per i omega: normal, tangential."""
+    """Return the traction of a wave of unit amplitude minus that of the dashpots, per i omega: normal, tangential."""
     (sx, sy), (dx, dy) = slowness, motion
     first, shear = material.first_lame, material.shear_modulus
     normal = first * (sx * dx + sy * dy) + 2.0 * shear * sx * dx - material.density * material.longitudinal_speed * dx

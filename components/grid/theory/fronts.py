@@ -1,4 +1,4 @@
-"""Fronts of the waves of a short load on the surface of a half-space: P, S, head waves (C) and the Rayleigh wave (R).
+"""Wave fronts of a short load on the surface of a half-space: P, S, head waves (C) and the Rayleigh wave (R).
 
 Source: J. D. Achenbach, Wave Propagation in Elastic Solids (1973), section 7.
 """
@@ -14,18 +14,18 @@ from ...materials.elastic import Material, rayleigh_speed
 from ...support.float_arrays import FloatArray
 
 _POINTS = 181
-# A Rayleigh wave is drawn down to this part of the way that it has gone: most of it is above.
+# Depth to which a Rayleigh front is drawn, as a fraction of the distance travelled; most of the wave lies above it.
 _DEPTH_OF_RAYLEIGH = 0.25
 
 
 @dataclass(frozen=True)
 class Front:
-    """The front of a wave, seen in the plane of x along the surface and y upwards.
+    """A wave front in the plane of x, along the surface, and y, upwards.
 
     Attributes:
         name: P, S, C (head wave) or R (Rayleigh).
-        points: a line through the front, shape (k, 2) [m].
-        outward: a point on it, and the direction in which it moves there, shape (2, 2): a place for its name.
+        points: polyline along the front, shape (k, 2) [m].
+        outward: a point of the front and the direction of propagation there, for its label, shape (2, 2).
     """
 
     name: str
@@ -39,7 +39,7 @@ def load_fronts(material: Material, time: float, source: float = 0.0) -> tuple[F
     Args:
         material: of the half-space.
         time: since the impulse [s].
-        source: where it acted, along x [m].
+        source: position of the impulse along x [m].
     """
     fast, slow, reach = (
         speed * time for speed in (material.longitudinal_speed, material.shear_speed, rayleigh_speed(material))
@@ -48,7 +48,7 @@ def load_fronts(material: Material, time: float, source: float = 0.0) -> tuple[F
     circle = np.stack([np.cos(angles), np.sin(angles)], axis=1)
     p_way, s_way = (np.array([math.sin(angle), -math.cos(angle)]) for angle in (0.25 * math.pi, 0.12 * math.pi))
     found = [("P", fast * circle, fast * p_way, p_way), ("S", slow * circle, slow * s_way, s_way)]
-    # The head wave goes from where P meets the surface to the front of S, which it touches at the critical angle.
+    # The head wave extends from the P front at the surface to the S front, which it touches at the critical angle.
     normal = np.array([slow / fast, -math.sqrt(1.0 - (slow / fast) ** 2)])
     head = np.array([[fast, 0.0], slow * normal])
     rayleigh = np.array([[reach, 0.0], [reach, -_DEPTH_OF_RAYLEIGH * reach]])

@@ -1,14 +1,14 @@
 """A line load on the surface of an elastic half-space (Lamb's problem), by the method of Cagniard and de Hoop.
 
-A force per length F(t) in the direction of depth z, on the line x = z = 0. With the slownesses a = 1 / c_p, b = 1 / c_s of P
-and S, eta_c = sqrt(c^2 - p^2), g = b^2 - 2 p^2 and Rayleigh's function R = g^2 + 4 p^2 eta_a eta_b, an impulse gives
+The force per length F(t) points along the depth z and acts on the line x = z = 0. With the slownesses a = 1 / c_p, b = 1 / c_s
+of P and S, eta_c = sqrt(c^2 - p^2), g = b^2 - 2 p^2, Rayleigh's function R = g^2 + 4 p^2 eta_a eta_b, the impulse response is
 
     P:  u_z = Im[eta_a g / R dp/dt] / (pi mu),         u_x = Im[p g / R dp/dt] / (pi mu),
     S:  u_z = Im[2 p^2 eta_a / R dp/dt] / (pi mu),     u_x = Im[-2 p eta_a eta_b / R dp/dt] / (pi mu)
 
-along p = c (sin v cosh s + i cos v sinh s), t = c r cosh s, c = a or b, v the angle from the depth, r the distance. Where
-sin v > a / b, a head wave comes before S: p = b sin f, f from asin(a / b) to v, t = b r cos(v - f). No root is sought: that of
-R, the Rayleigh wave, lies near the path of S. Valid below the surface, z > 0.
+along p = c (sin v cosh s + i cos v sinh s), t = c r cosh s, c = a or b; v is the angle from the depth axis, r the distance. If
+sin v > a / b, a head wave arrives before S: p = b sin f, f from asin(a / b) to v, t = b r cos(v - f). The root of R, i.e. the
+Rayleigh wave, need not be computed: it lies near the path of S. Valid below the surface, z > 0.
 Source: A. T. de Hoop, Appl. Sci. Res. B 8 (1960) 349; J. D. Achenbach, Wave Propagation in Elastic Solids (1973), section 7.
 """
 
@@ -24,7 +24,7 @@ import numpy as np
 from ...materials.elastic import Material
 from ...support.float_arrays import FloatArray
 
-# Points of the quadratures along each path.
+# Quadrature points along each path.
 _POINTS = 4000
 
 
@@ -35,7 +35,7 @@ class LineLoad:
     Attributes:
         material: of the half-space.
         force: load per length as a function of time, positive into the depth, 0 before 0; takes arrays [N/m].
-        duration: how long the load lasts [s].
+        duration: of the load [s].
     """
 
     material: Material
@@ -58,7 +58,7 @@ class LineLoad:
         return found / (math.pi * self.material.shear_modulus)
 
     def arrivals(self, x: float, depth: float) -> dict[str, float]:
-        """Return when P, S, and where there is one the head wave first arrive at a point [s]."""
+        """Return the first arrival times of P, S and, if there is one, the head wave at a point [s]."""
         a, b = self._slownesses
         r, angle = math.hypot(x, depth), math.atan2(abs(x), depth)
         critical = math.asin(a / b)
@@ -86,7 +86,7 @@ class LineLoad:
         r, angle, critical = math.hypot(x, depth), math.atan2(x, depth), math.asin(a / b)
         if angle <= critical:
             return np.zeros((len(times), 2))
-        # The response grows as the root of f - critical: points in the square of an even grid.
+        # The response grows as sqrt(f - critical), so the points are the squares of a uniform grid.
         part = (np.arange(_POINTS) + 0.5) / _POINTS
         f = critical + (angle - critical) * part * part
         weight = 2.0 * (angle - critical) * part / _POINTS

@@ -1,4 +1,4 @@
-"""Plane waves: the ellipse of Rayleigh waves, and dispersion on a square mesh."""
+"""Plane waves: the Rayleigh-wave ellipse, and dispersion on a square mesh."""
 
 from __future__ import annotations
 
@@ -8,9 +8,9 @@ from ...materials.elastic import Material, rayleigh_speed
 
 
 def rayleigh_ellipse(material: Material) -> float:
-    """Return the vertical over the horizontal axis of the ellipse that a point of the surface describes.
+    """Return the ratio of the vertical to the horizontal axis of the ellipse that a surface point describes in a Rayleigh wave.
 
-    It is sqrt(q / s), q = sqrt(1 - (c / c_p)^2), s = sqrt(1 - (c / c_s)^2), by (1 + s^2)^2 = 4 q s; the frequency is not in it.
+    It is sqrt(q / s) with q = sqrt(1 - (c / c_p)^2), s = sqrt(1 - (c / c_s)^2), (1 + s^2)^2 = 4 q s, at any frequency.
     Source: J. D. Achenbach, Wave Propagation in Elastic Solids (1973), section 5.11.
     """
     speed = rayleigh_speed(material)
@@ -21,17 +21,17 @@ def rayleigh_ellipse(material: Material) -> float:
 def mesh_frequencies(
     wave_vector: tuple[float, float], cell_size: float, material: Material, *, step_size: float = 0.0, hourglass: float = 1.0
 ) -> tuple[float, float]:
-    """Return the angular frequencies of the P and the S wave of a wave vector as the grid computes them [rad/s].
+    """Return the angular frequencies of P and S waves with a given wave vector on the grid [rad/s].
 
-    With a = k_x h / 2, b = k_y h / 2 the gradient of a cell has the symbol D = (2 / h)(sin a cos b, cos a sin b), and hourglass
-    forces add 16 kappa (lambda + 3 mu) / 12 sin^2 a sin^2 b / h^2. So rho w^2 = (lambda + 2 mu) |D|^2 + hourglass for waves
-    along D, and mu |D|^2 + hourglass across it; leapfrog makes sin(Omega dt / 2) = w dt / 2 of it.
+    With a = k_x h / 2, b = k_y h / 2 the cell gradient has the symbol D = (2 / h)(sin a cos b, cos a sin b), and hourglass
+    forces add 16 kappa (lambda + 3 mu) / 12 sin^2 a sin^2 b / h^2. Thus rho w^2 = (lambda + 2 mu) |D|^2 + hourglass for motion
+    along D, and mu |D|^2 + hourglass across it. Leapfrog changes w to Omega, with sin(Omega dt / 2) = w dt / 2.
 
     Args:
         wave_vector: k_x and k_y [rad/m].
         cell_size: side h of the cells [m].
         material: of all cells.
-        step_size: internal step [s]; 0 for exact integration in time.
+        step_size: internal step [s]; 0 for exact time integration.
         hourglass: the parameter of the grid.
 
     Raises:

@@ -1,4 +1,4 @@
-"""Fracture of a body: laws, one a file, by name; cracks, and the outcome for the body."""
+"""Fracture of a body: laws by name, one module each; cracks, and the outcome for the body."""
 
 from __future__ import annotations
 

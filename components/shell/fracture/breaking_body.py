@@ -1,4 +1,4 @@
-"""A body that breaks: ticks one by one, the cracks after each, their energies and events, and outputs on them."""
+"""A body that breaks: single ticks, cracks after each of them, their energies and events, and outputs on cracks."""
 
 from __future__ import annotations
 
@@ -33,12 +33,12 @@ from .pieces import ACROSS, ALONG, Marks
 from .visibility import Visibility
 
 _FRACTURE, _ERODED = 0, 1
-# Values of events are at most this one.
+# Largest value of an event.
 _LARGEST = 1e300
-# Volumes over that at the start outside of which a point at a crack sees displacements of other pieces.
+# Range of relative volumes outside which a point at a crack has neighbours on other pieces.
 _VOLUMES = (0.5, 2.0)
 _FEWEST = {"linear": 4, "quadratic": 10}
-# Part of the mass that may carry no stress any more without a caution.
+# Largest mass fraction of eroded points without a caution.
 _ERODED_PART = 0.1
 AddEvent = Callable[[int, str, int, float, float], None]
 
@@ -47,10 +47,10 @@ class BreakingBody:
     """The cracks of a component, in its state and in the tables of its kernels."""
 
     def __init__(self, parameters: ShellParameters, law: FractureLaw, assembly: Assembly, whole: Solid) -> None:
-        """Take the body without cracks.
+        """Build from the body without cracks.
 
         Raises:
-            ParameterError: the law wants a material that flows.
+            ParameterError: the law requires a material with plastic flow.
         """
         if law.needs_flow and not whole.plastic:
             raise ParameterError(
@@ -75,11 +75,11 @@ class BreakingBody:
         self._seen_facets = np.zeros((0, 9))
 
     def attach(self, block: Block, tables: Tables, add_event: AddEvent) -> None:
-        """Take the state, which is laid out with `growing` and `fields`, and the tables of the whole body that hold it."""
+        """Attach the state, laid out with `growing` and `fields`, and the tables of the whole body that contain it."""
         self._block, self._tables, self._add_event = block, tables, add_event
 
     def contradiction(self, state: Mapping[str, np.ndarray]) -> str:
-        """Return which list of the state has another length than its events; "" where none has."""
+        """Return which list of the state does not match its events in length, or ""."""
         names, numbers = list(KINDS), state["events"][:, 1].astype(np.int64)
         for name, kinds in (("facets", (PARTED,)), ("eroded", LOST_KINDS), ("loosened", (LOOSENED,))):
             noted = np.count_nonzero(np.isin(numbers, [names.index(kind) for kind in kinds]))
@@ -95,7 +95,7 @@ class BreakingBody:
     # -- ticks ------------------------------------------------------------------------------------------------------
 
     def advance(self, signals: FloatArray, pressures: FloatArray, first_tick: int, failed: IntArray) -> int:
-        """Advance as `ticks.advance` does, and part at the end of each tick the points beyond their limit."""
+        """Advance like `ticks.advance`, and at the end of each tick part the points beyond their limit."""
         tables, cracks, block = self.tables(), self.cracks, self._block
         state = tables.state
         for row in range(len(signals)):
@@ -115,7 +115,7 @@ class BreakingBody:
         return 0
 
     def _part(self, found: IntArray, tick: int) -> Tables:
-        """Part the body at some points; return its tables."""
+        """Part the body at some points; return its new tables."""
         state, scratch, losses = self._tables.state, self._tables.scratch, self._block["losses"]
         before = self.cracks.solid
         parting = self._without_distorted(self.cracks.part(state, found, tick))
@@ -131,7 +131,7 @@ class BreakingBody:
         return self._tables._replace(solid=after)
 
     def _tear(self, failures: list[Failure], tick: int) -> Tables:
-        """Erode the points at which a tick failed; return the tables with which it is finished."""
+        """Erode the points at which a tick failed; return the tables for finishing the tick."""
         state, scratch = self._tables.state, self._tables.scratch
         torn = {failure.point: Cause(TORN, failure.value, failure.limit) for failure in failures}
         self._block["losses"][_ERODED] += ordered_sum(*(work_of_half_kick(self.cracks.solid, state, point) for point in torn))
@@ -142,9 +142,9 @@ class BreakingBody:
         return self._tables._replace(solid=self.cracks.solid)
 
     def _without_distorted(self, parting: Parting) -> Parting:
-        """Take the stress from points that see, with the neighbours that are left to them, a volume that no metal has.
+        """Erode points whose remaining neighbours give a volume that no metal has.
 
-        Their stress would be turned into forces beyond measure.
+        Their stress would produce extremely large forces.
         """
         while True:
             left = np.setdiff1d(parting.changed, np.array(list(parting.eroded), dtype=np.int64))
@@ -156,14 +156,14 @@ class BreakingBody:
             parting = parting.joined(self.cracks.erode({p: Cause(TORN, ratio, _VOLUMES[ratio > 1.0]) for p, ratio in found}))
 
     def _erode(self, parting: Parting) -> None:
-        """Take the stress from the points that carry no stress any more, and update the gradients of all that changed."""
+        """Remove the stress of eroded points, and update the gradients of all changed points."""
         state, points = self._tables.state, np.array(list(parting.eroded), dtype=np.int64)
         self._block["losses"][_ERODED] += elastic_energy(self.cracks.solid, state, points)
         state.stress[points] = state.gradient[points] = 0.0
         state.gradient[parting.changed] = new_gradients(self.cracks.points, state.displacement, parting.changed)
 
     def _surroundings(self, changed: IntArray) -> tuple[IntArray, IntArray, IntArray]:
-        """Return the points, columns with ties, and nodes whose forces change with some points."""
+        """Return the points, tied columns, and nodes whose forces change with some points."""
         tied, points, columns = self._assembly.solid.hourglass, changed, np.zeros(0, dtype=np.int64)
         if len(tied.partner):
             own = np.unique(changed // tied.points)
@@ -173,7 +173,7 @@ class BreakingBody:
         return points, columns, np.unique(entries_of(self._assembly.solid.points, points)[1]).astype(np.int64)
 
     def _note(self, parting: Parting, tick: int) -> None:
-        """Put the cracks of a tick into the state, and their events."""
+        """Append the cracks of a tick to the state, and record their events."""
         for facet, cause in parting.facets:
             self._block.append("facets", facet)
             self._add_event(tick, PARTED, int(facet[0]), cause.value, cause.limit)
@@ -202,13 +202,13 @@ class BreakingBody:
 
     @cached_property
     def _nodes(self) -> Visibility:
-        """Stencils of the nodes themselves, at which displacements are reported."""
+        """Stencils of the nodes themselves, for the output of displacements."""
         lattice, p = self._assembly.lattice, self._parameters
         self._seen_facets = np.zeros((0, 9))
         return Visibility(lattice, lattice.places, self._assembly.node_stencils, p.chosen_radius, p.basis)
 
     def node_field(self, parameters: FloatArray) -> FloatArray:
-        """Return a field where the nodes are; a node that cracks have left alone has its parameter."""
+        """Return the values of a field at the nodes; a node isolated by cracks has the value of its parameter."""
         self.tables()
         nodes, facets, known = self._nodes, self.cracks.facets, len(self._seen_facets)
         if known > len(facets) or not np.array_equal(facets[:known], self._seen_facets):
@@ -225,22 +225,22 @@ class BreakingBody:
         return out
 
     def mean_stress(self) -> FloatArray:
-        """Return the stress that is judged, shape (m, 6)."""
+        """Return the mean stress used by the fracture law, shape (m, 6)."""
         write_column_means(self.tables().state.stress, self.cracks.means)
         return self.cracks.means.stress
 
     def ratios(self) -> FloatArray:
-        """Return what decides at each point over its limit."""
+        """Return the fracture ratio of each point, i.e. the decisive value over its limit."""
         self.mean_stress()
         return self.cracks.ratios(self._tables.state)
 
     def losses(self) -> dict[str, float]:
-        """Return the energies that cracks have taken [J]: of ties that were cut, and of eroded points."""
+        """Return the energies dissipated by cracks [J]: of cut ties, and of eroded points."""
         fracture, eroded = self._block["losses"].tolist()
         return {"fracture_energy": fracture, "eroded_energy": eroded}
 
     def report(self, step_size: float) -> dict[str, float]:
-        """Return how near the body came to parting, where and when, and what cracks have done."""
+        """Return the largest fracture ratio with its place and time, and figures on the cracks."""
         self.tables()
         ratio, point, tick = self._block["nearest"].tolist()
         found = {
@@ -257,7 +257,7 @@ class BreakingBody:
         return found
 
     def drawables(self, size: float) -> tuple[Drawable, ...]:
-        """Return the points, coloured by how near they are to parting, and the links of the surface that cracks have left."""
+        """Return the points, coloured by their fracture ratio, and the surface links that no crack has cut."""
         lattice = self._assembly.lattice
         indices = self._assembly.points.all_places().T
         places = lattice.place(*(axis.at(one) for axis, one in zip(lattice.axes, indices, strict=True)))
@@ -267,7 +267,7 @@ class BreakingBody:
         )
 
     def outputs(self) -> Iterator[Output]:
-        """Yield the outputs on cracks; each follows the cracks of the state before it is read."""
+        """Yield the outputs on cracks; each one updates the cracks from the state before it is read."""
 
         def follow(read: Callable[[], Any]) -> Any:
             self.tables()
@@ -323,13 +323,13 @@ class BreakingBody:
         return out
 
     def eroded_mass(self) -> float:
-        """Return the mass of the points that carry no stress any more [kg]."""
+        """Return the mass of the eroded points [kg]."""
         volume = self._assembly.points.volume[self.cracks.eroded.astype(np.int64)]
         return float(self._parameters.material.density * volume.sum())
 
     @property
     def surface_pairs(self) -> ColumnArray:
-        """Columns that lie next to each other, along and across, shape (links, 2)."""
+        """Neighbouring columns, along and across, shape (links, 2)."""
         n, m, _ = self._assembly.lattice.shape
         columns = np.arange(n * m, dtype=np.int32).reshape(n, m)
         pairs = ((columns[:-1], columns[1:]), (columns[:, : self._rows], np.roll(columns, -1, axis=1)[:, : self._rows]))
@@ -337,12 +337,12 @@ class BreakingBody:
 
     @property
     def _rows(self) -> int:
-        """Number of cells of the surface across or around the body."""
+        """Number of surface cells across or around the body."""
         across = self._assembly.lattice.axes[1]
         return across.count if across.closed else across.count - 1
 
     def _holding_sides(self) -> tuple[Marks, Marks]:
-        """Return whether columns hold the next one along, shape (n - 1, m), and across, shape (n, rows), at the surface."""
+        """Return whether columns are linked at the surface to the next one along, (n - 1, m), and across, (n, rows)."""
         cut, borne = (
             self._sides_of(self.cracks.links[:, :, -1] > 0),
             self.cracks.borne.reshape(self._assembly.lattice.shape[:2]),
@@ -351,28 +351,28 @@ class BreakingBody:
         return ~cut.along[:-1] & borne[:-1] & borne[1:], across[:, : self._rows]
 
     def _surface_links(self) -> FloatArray:
-        """Return 1 for each of `surface_pairs` that hold together, 0 with a crack between, or where no point sees one."""
+        """Return 1 for each intact link of `surface_pairs`, 0 for one cut by a crack or at a column without any support."""
         return np.concatenate([sides.ravel() for sides in self._holding_sides()]).astype(np.float64)
 
     def _surface_cells(self) -> FloatArray:
-        """Return 1 for each cell of the surface whose edges all hold together, otherwise 0."""
+        """Return 1 for each cell of the surface whose edges are all intact, otherwise 0."""
         along, across = self._holding_sides()
         sides = (along & np.roll(along, -1, axis=1))[:, : self._rows]
         return (sides & across[:-1] & across[1:]).ravel().astype(np.float64)
 
     def _cut_sides(self) -> CutSides:
-        """Return where a crack lies between neighbouring columns, at whatever depth of the wall.
+        """Return the sides between neighbouring columns that a crack cuts, at any depth of the wall.
 
-        Columns that no point sees any more do not count.
+        Columns in no point's support do not count.
         """
         return self._sides_of(np.any(self.cracks.links > 0, axis=2))
 
     def _leaking_sides(self) -> CutSides:
-        """Return where a crack goes through the whole wall."""
+        """Return the sides that a crack cuts through the whole wall."""
         return self._sides_of(self.cracks.severed)
 
     def _sides_of(self, cut: Marks) -> CutSides:
-        """Return which of the links that are cut, shape (columns, 4), lie between neighbouring columns."""
+        """Return which of the cut links, shape (columns, 4), lie between neighbouring columns."""
         around, (n, m, _) = self._assembly.solid.surface.around, self._assembly.lattice.shape
         own = np.arange(len(around))
         return CutSides(*((cut[:, way] & (around[:, side] != own)).reshape(n, m) for way, side in ((ALONG, 1), (ACROSS, 3))))
@@ -386,7 +386,7 @@ class BreakingBody:
         return outcome(lattice, through if through.is_cut else self._cut_sides(), is_severed, strain)
 
     def conclusions(self, step_size: float) -> list[str]:
-        """Return sentences on what has become of the body, and why it did or did not break."""
+        """Return sentences on the outcome for the body, and why it did or did not break."""
         self.tables()
         facets, number = self.cracks.facets, self.outcome()
         found = [f"outcome: {OUTCOMES[number]}"]
@@ -404,7 +404,7 @@ class BreakingBody:
         return [*found, f"{self.law.quantity} {near if ratio > 0.0 else 'stayed below half of its limit everywhere'}"]
 
     def _crack_words(self) -> str:
-        """Return in words how far cracks reach, at any depth and through the wall."""
+        """Return the extent of cracks in words, at any depth and through the wall."""
         lattice, through = self._assembly.lattice, self._leaking_sides()
         whole, leaks = "circumference" if lattice.bent else "width", "none of them goes through the wall"
         if through.is_cut:
@@ -412,13 +412,13 @@ class BreakingBody:
         return f"cracks {_reach_words(lattice, self._cut_sides())} of the {whole}, {leaks}"
 
     def _piece_words(self) -> str:
-        """Return in words how many pieces there are, and what belongs to none."""
+        """Return the number of pieces in words, and the number of detached columns."""
         pieces, lost = self.cracks.piece_count, np.count_nonzero(~self.cracks.borne)
         words = f"{pieces} {'piece' if pieces == 1 else 'pieces'}"
         return f"{words}, and {lost} fully detached {'column' if lost == 1 else 'columns'} of nodes" if lost else words
 
     def cautions(self, events: list[Event], step_size: float, mass: float) -> list[str]:
-        """Return a sentence where too much of the body has been taken out of it: that stays, whatever comes after."""
+        """Return a caution if a large part of the body has been eroded, which is irreversible."""
         self.tables()
         part = self.eroded_mass() / mass
         if part <= _ERODED_PART:

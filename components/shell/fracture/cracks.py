@@ -1,4 +1,4 @@
-"""The cracks of a body: facets in the state, and the tables of kernels that follow from them."""
+"""The cracks of a body: facets in the state, and the kernel tables derived from them."""
 
 from __future__ import annotations
 
@@ -20,21 +20,21 @@ from .law import FractureLaw
 from .pieces import Marks, crack_lips, detached_columns, label_columns, severed_links
 from .visibility import Visibility
 
-# A facet runs next to its point: half way to the next nodes where points lie at nodes, otherwise next to the point.
+# Offset of a facet from its point: about halfway to the next nodes if points lie at nodes, otherwise close to the point.
 _BESIDE_NODES, _BESIDE_POINTS = 0.45, 0.05
-# Sides are taken as equal where the sums of what decides on them differ by less than this part.
+# Relative difference below which the ratios on two sides count as equal.
 _EQUAL = 1e-9
-# A point lies to a side of another one where it is farther beyond it than this, in index space.
+# Offset in index space beyond which a point lies on one side of another point.
 _ASIDE = 0.3
-# A point whose share of the squared frequency would exceed this multiple of the largest one at the start is eroded.
+# A point is eroded if its share of the squared frequency exceeds this multiple of the largest initial one.
 _STIFFEST = 2.0
-# A node that points see less than this part as much as before any crack is loosened: nothing sees it any more.
+# A node is loosened, i.e. removed from all supports, if its weight in points falls below this fraction of the initial one.
 _LOOSE = 0.2
-# Points whose stiffness is computed at a time.
+# Number of points whose stiffness is computed at a time.
 _AT_A_TIME = 4096
-# Time for a point that has parted to unload: that of sound over this number of the longest spacings.
+# Unloading time of a parted point: the time in which sound travels this number of the longest spacings.
 _SPACINGS_TO_UNLOAD = 4.0
-# More ticks than any run has.
+# A larger number of ticks than in any run.
 _ENDLESS = 2.0**62
 
 
@@ -46,12 +46,12 @@ KINDS = {
     LOOSENED: "hardly any point sees a node any more: it flies on, and nothing holds it",
     ERODED: "the nodes that cracks have left to a point do not span its functions: it carries no stress any more",
 }
-# After these a point carries no stress any more.
+# Events after which a point carries no stress.
 LOST_KINDS = (SPENT, TORN, ERODED)
 
 
 class Cause(NamedTuple):
-    """The cause of an event: its kind, what decided, and the limit of that."""
+    """The cause of an event: its kind, the decisive value, and its limit."""
 
     kind: str
     value: float
@@ -62,10 +62,10 @@ class Parting(NamedTuple):
     """The new cracks at the end of a tick.
 
     Attributes:
-        facets: new ones, rows of `facets.facet_rows`, and the causes.
-        eroded: points that carry no stress any more, and the causes; None where cracks have left too few neighbours.
-        loosened: nodes that hardly any point saw any more.
-        changed: points with other neighbours than before, the eroded ones among them, shape (k,).
+        facets: new ones, rows of `facets.facet_rows`, with their causes.
+        eroded: points that carry no stress any more, with their causes; None if cracks have left too few neighbours.
+        loosened: nodes that had hardly any weight in points.
+        changed: points whose neighbours have changed, including eroded ones, shape (k,).
     """
 
     facets: list[tuple[FloatArray, Cause]]
@@ -74,16 +74,16 @@ class Parting(NamedTuple):
     changed: IntArray
 
     def joined(self, other: Parting) -> Parting:
-        """Return this one with the points and nodes of another one that followed from it."""
+        """Return this parting extended by the points and nodes of one that it caused."""
         eroded, loosened = {**self.eroded, **other.eroded}, self.loosened + other.loosened
         return Parting(self.facets, eroded, loosened, np.union1d(self.changed, other.changed))
 
 
 class Cracks:
-    """The cracks, and the tables that follow from them; they are rebuilt where the state has other cracks."""
+    """The cracks and the tables derived from them, which are rebuilt if the state has other cracks."""
 
     def __init__(self, parameters: ShellParameters, law: FractureLaw, assembly: Assembly, whole: Solid) -> None:
-        """Take a body without cracks."""
+        """Build from a body without cracks."""
         self._lattice, self._points, self._whole = assembly.lattice, assembly.points, whole
         lattice, points = self._lattice, self._points
         along, across, thickness = lattice.axes
@@ -106,7 +106,7 @@ class Cracks:
         self.clear()
 
     def _ticks_to_unload(self, solid: Solid) -> int:
-        """Return the ticks in which sound runs over a few spacings of the lattice."""
+        """Return the number of ticks in which sound travels a few spacings of the lattice."""
         axes, density = self._lattice.axes, float(solid.nodes.mass[0] / self._lattice.volumes[0])
         radius = axes[2].positions[-1] if self._lattice.bent else 1.0
         longest = max(float(np.diff(axes[0].positions).max()), float(np.diff(axes[1].positions).max()) * radius)
@@ -114,7 +114,7 @@ class Cracks:
         return math.ceil(min(max(ticks, 1.0), _ENDLESS))
 
     def clear(self) -> None:
-        """Go back to a body without cracks."""
+        """Return to a body without cracks."""
         self.facets, self.eroded, self.loosened = np.zeros((0, 9)), np.zeros(0), np.zeros(0)
         self.links = np.zeros((self._lattice.shape[0] * self._lattice.shape[1], 4, self._lattice.shape[2]), dtype=np.uint8)
         self.severed: Marks = severed_links(self.links)
@@ -125,7 +125,7 @@ class Cracks:
         self._update_tables()
 
     def follow(self, facets: FloatArray, eroded: FloatArray, loosened: FloatArray) -> None:
-        """Make the tables those of the facets, eroded points and loosened nodes of the state, where they are not."""
+        """Update the tables to the facets, eroded points and loosened nodes of the state if they differ."""
         given, known = (facets, eroded, loosened), (self.facets, self.eroded, self.loosened)
         if all(np.array_equal(one, other) for one, other in zip(given, known, strict=True)):
             return
@@ -142,11 +142,11 @@ class Cracks:
     # -- parting ----------------------------------------------------------------------------------------------------
 
     def part(self, state: State, found: IntArray, tick: int) -> Parting:
-        """Part the body at points that have passed their limit: the one whose own stress is farthest beyond it first.
+        """Part the body at points beyond their limit, beginning with the one whose own stress exceeds it most.
 
-        Means of neighbouring columns may pass it together. A point that loses neighbours to a crack of this tick waits for the
-        next one. One that has parted and has had time to unload carries no stress any more: what it still connects is a
-        bridge that the lattice leaves between cracks.
+        Several points may pass it together, because stresses are means over columns. A point that loses neighbours to a crack
+        of this tick waits for the next tick. A parted point that has had time to unload is eroded: its remaining links are
+        bridges that the lattice leaves between cracks.
         """
         limit, judged = self.judged.limit, self.judged
         decided = dict(zip(found.tolist(), self._judge(state, self.means.stress, found)[:, 0].tolist(), strict=True))
@@ -165,25 +165,25 @@ class Cracks:
         return self._settle(changed, spent)._replace(facets=facets)
 
     def erode(self, points: dict[int, Cause]) -> Parting:
-        """Let some points carry no stress any more."""
+        """Erode some points, which then carry no stress any more."""
         return self._settle(set(), points)
 
     def _judge(self, state: State, stress: FloatArray, points: IntArray) -> FloatArray:
-        """Return for some points what decides, and the normal of a crack there in index space, shape (k, 4)."""
+        """Return for some points the decisive value, and the normal of a crack there in index space, shape (k, 4)."""
         out = np.zeros((len(points), 4))
         write_judgements(self.judged, stress, state.gradient, state.plastic_strain, points, out)
         return out
 
     def ratios(self, state: State) -> FloatArray:
-        """Return what decides at each point over its limit, by the means that were written last, shape (m,)."""
+        """Return the fracture ratio of each point, by the means written last, shape (m,)."""
         return self._judge(state, self.means.stress, np.arange(len(self.judged.limit)))[:, 0] / self.judged.limit
 
     def _settle(self, changed: set[int], lost: dict[int, Cause]) -> Parting:
-        """Rebuild what points see; erode those that see too little, and loosen nodes that are hardly seen, until all is sound.
+        """Rebuild supports, erode points with too few neighbours, and loosen nodes with hardly any weight, until all is sound.
 
         Args:
             changed: points that have lost neighbours.
-            lost: points that carry no stress from now on.
+            lost: points to be eroded.
         """
         seen, loosened, gone = self.visibility, list[int](), {int(p) for p in self.eroded}
         eroded: dict[int, Cause | None] = {**lost}
@@ -206,7 +206,7 @@ class Cracks:
         return Parting([], eroded, loosened, np.array(sorted(concerned), dtype=np.int64))
 
     def _loosen(self, points: IntArray, loosened: list[int]) -> set[int]:
-        """Hide the nodes near some points that hardly any point sees any more; return the points that lose them."""
+        """Hide nodes near some points that have hardly any weight left; return the points that lose them as neighbours."""
         nodes = np.unique(entries_of(self.points, points)[1]).astype(np.int64)
         losing = set[int]()
         known = {int(j) for j in self.loosened} | set(loosened)
@@ -217,13 +217,13 @@ class Cracks:
         return losing
 
     def _measure_hold(self, nodes: IntArray) -> FloatArray:
-        """Return how much points see some nodes: the sum of shape functions times volumes, shape (k,) [m^3]."""
+        """Return the total weight of nodes in points: the sum of shape functions times volumes, shape (k,) [m^3]."""
         found, volume = np.zeros((len(nodes), 2)), self._points.volume
         weigh_points(self.visibility.seen, self._whole.nodes, volume, nodes, volume, found)
         return found[:, 0]
 
     def _hide_node(self, node: int) -> IntArray:
-        """Hide a node from all points; return those that saw it."""
+        """Hide a node from all points; return those of which it was a neighbour."""
         nodes, hidden = self._whole.nodes, self.visibility.hidden
         entries = slice(int(nodes.begin[node]), int(nodes.begin[node + 1]))
         points = nodes.points[entries].astype(np.int64)
@@ -238,7 +238,7 @@ class Cracks:
         return bool(self.visibility.hidden[begin:end].any()) and float(point) not in self.eroded
 
     def _add(self, facet: FloatArray) -> IntArray:
-        """Take a facet; return the points that lose neighbours."""
+        """Add a facet; return the points that lose neighbours."""
         p = int(facet[0])
         if self.judged.cracks[p] == 0:
             self.judged.normal[p] = facet[4:7]
@@ -258,7 +258,7 @@ class Cracks:
         return (along[:, None] * around + across).ravel()
 
     def _choose_facet(self, state: State, p: int) -> FloatArray:
-        """Return the facet of a point: on the side where a crack is already, otherwise where more is loaded."""
+        """Return the facet of a point: on the side where a crack already is, otherwise on the more loaded side."""
         normal = self._judge(state, self.means.stress, np.array([p]))[0, 1:]
         side = self._open_side(p, normal) or self._loaded_side(state, p, normal) or 1
         first = self._facet(p, normal, side)
@@ -280,7 +280,7 @@ class Cracks:
     def _thickness_cell(self, p: int) -> tuple[float, float]:
         """Return the middle and half the extent of a point's part of the thickness, in index space.
 
-        The outermost parts reach beyond the surface, below a notch through all that it leaves out.
+        The outermost parts extend beyond the surface, and below a notch through the whole notch.
         """
         column, layer = divmod(p, self._through)
         heights = self._points.heights[column * self._through : (column + 1) * self._through]
@@ -289,7 +289,7 @@ class Cracks:
         return 0.5 * (high + low), 0.5 * (high - low)
 
     def _offsets(self, places: FloatArray, p: int) -> FloatArray:
-        """Return the way from a point to places, in index space, the shorter one around a ring, shape (k, 3)."""
+        """Return the vectors from a point to places, in index space, the shorter way around a ring, shape (k, 3)."""
         offsets, ring = places - self._place(p), self._lattice.axes[1]
         if ring.closed:
             offsets[:, 1] -= ring.count * np.floor(offsets[:, 1] / ring.count + 0.5)
@@ -303,7 +303,7 @@ class Cracks:
         return int(np.sign(np.sign((self._offsets(self._lattice.places(lost), p) * normal).sum(axis=1)).sum()))
 
     def _loaded_side(self, state: State, p: int, normal: FloatArray) -> int:
-        """Return the side on which the points next to one are nearer to their limits; 0 where both are alike."""
+        """Return the side whose neighbouring points are closer to their limits; 0 if the sides are equal."""
         around = self._points_around(p)
         beyond = (self._offsets(self._points.places(around), p) * normal).sum(axis=1)
         ratios = self._judge(state, self.means.stress, around)[:, 0] / self.judged.limit[around]
@@ -311,7 +311,7 @@ class Cracks:
         return 0 if abs(high - low) <= _EQUAL * (abs(low) + abs(high)) else (1 if high > low else -1)
 
     def _points_around(self, p: int) -> IntArray:
-        """Return the points of the same layer in the columns of points around that of a point."""
+        """Return the points in the same layer of the neighbouring columns of points."""
         along, across = len(self.judged.along), len(self.judged.across)
         column, layer = divmod(p, self._through)
         x, y = (one.ravel() for one in np.meshgrid(*(np.arange(-1, 2) + one for one in divmod(column, across)), indexing="ij"))
@@ -320,7 +320,7 @@ class Cracks:
         return around[around != column] * self._through + layer
 
     def _stiffness(self, points: IntArray) -> FloatArray:
-        """Return V sum |grad N_J|^2 / m_J of points: their share of the squared frequency, over that of sound."""
+        """Return V sum |grad N_J|^2 / m_J of points: their share of the squared frequency, over the squared speed of sound."""
         table = self.points
         owner, nodes, rows = entries_of(table, points)
         gradients = table.gradients[rows]
@@ -332,12 +332,12 @@ class Cracks:
 
     @property
     def points(self) -> Points:
-        """The integration points with the stencils that cracks have left them."""
+        """The integration points with the stencils that remain after cracks."""
         seen = self.visibility.seen
         return self._whole.points._replace(kind=seen.kind, first=seen.first, gradients=seen.gradients, along=seen.along)
 
     def _update_tables(self) -> None:
-        """Make the tables of the kernels: rows, ties and the surface under pressure."""
+        """Update the tables of the kernels: rows, ties and the surface under pressure."""
         lattice, whole = self._lattice, self._whole
         self.means.sound[self.eroded.astype(np.int64)] = False
         self.labels, self.borne = self._label_pieces()
@@ -349,7 +349,7 @@ class Cracks:
         )
 
     def _label_pieces(self) -> tuple[IntArray, Marks]:
-        """Return the number of the piece of each column, that of its first column, and whether a point sees it."""
+        """Return the piece number of each column, i.e. the piece's first column, and whether a point supports the column."""
         n, m, layers = self._lattice.shape
         labels, borne = np.zeros(n * m, dtype=np.int64), np.zeros(n * m, dtype=bool)
         if not len(self.facets):
@@ -361,18 +361,18 @@ class Cracks:
 
     @property
     def piece_count(self) -> int:
-        """Number of pieces; columns that no point sees are none."""
+        """Number of pieces; columns in no point's support do not count."""
         return len(np.unique(self.labels[self.borne]))
 
     def _cut_sides(self, cut: npt.NDArray[np.bool_]) -> npt.NDArray[np.bool_]:
-        """Return whether each column is cut from the ones before and after it along and across, shape (columns, 4)."""
+        """Return whether each column is cut from its neighbours before and after along and across, shape (columns, 4)."""
         n, m, _ = self._lattice.shape
         along, across = cut[:, 0].reshape(n, m), cut[:, 1].reshape(n, m)
         sides = (np.roll(along, 1, axis=0), along, np.roll(across, 1, axis=1), across)
         return np.stack([one.ravel() for one in sides], axis=1)
 
     def _ties(self) -> ColumnArray:
-        """Return the partners of the hourglass control: none across a crack, and none of a column with an eroded point."""
+        """Return the partners of hourglass control: none across a crack, and none for a column with an eroded point."""
         partner = self._whole.hourglass.partner
         if len(partner) == 0:
             return partner
@@ -382,9 +382,9 @@ class Cracks:
         return np.where(cut | lost[:-1, None] | lost[partner], -1, partner)
 
     def _loaded_neighbours(self) -> ColumnArray:
-        """Return the neighbours that span the area of each node of the inner surface: itself across a crack.
+        """Return the neighbours that span the area of each node of the inner surface; across a crack it is the node itself.
 
-        A loose node spans no area with those that it has left, which would grow without bound.
+        A loose node spans no area with the nodes from which it has separated, because this area would grow without bound.
         """
         around = self._whole.surface.around
         own = np.broadcast_to(np.arange(len(around), dtype=np.int32)[:, None], around.shape)
@@ -392,7 +392,7 @@ class Cracks:
         return np.where(cut | self.released[:, None] | self.detached[around], own, around)
 
     def _loose_columns(self) -> Marks:
-        """Return the columns whose node on the inner surface nothing holds."""
+        """Return the columns whose node on the inner surface has been loosened."""
         found = np.zeros(len(self.labels), dtype=bool)
         loosened = self.loosened.astype(np.int64)
         layers = self._lattice.shape[2]

@@ -1,8 +1,8 @@
-"""Facets: the pieces of crack surface, one for each point that has parted, and what lies on either side of them.
+"""Facets: pieces of crack surface, one for each parted point, and the lines that they cross.
 
 A facet is the part of a plane, in the index space of the lattice, that lies in the cell of its point: half a spacing to each
-side in the surface, and its share of the thickness. It runs between the columns of nodes, not through them. A point and a node
-do not see each other where the straight line between them crosses a facet.
+side in the surface, and its share of the thickness. It runs between the columns of nodes, not through them. A node is hidden
+from a point if the straight line between them crosses a facet.
 """
 
 from __future__ import annotations
@@ -17,18 +17,18 @@ from ..geometry.lattice import Lattice
 from ..kernel_arrays import IntArray
 from .pieces import Marks
 
-# Neighbouring facets overlap by this [spacings].
+# Overlap of neighbouring facets [spacings].
 _OVERLAP = 0.01
 _HALF_CELL = 0.5
-# From a column to the next one along, across, and both ways diagonally.
+# Steps from a column to the next one along, across, and both ways diagonally.
 _WAYS = ((1, 0), (0, 1), (1, 1), (1, -1))
 
 
 def facet_rows(points: int, shape: tuple[int, int, int]) -> Field:
-    """Return facets in the state: point, middle, normal in index space, half the extent along the thickness, tick.
+    """Return the declaration of facets in the state: point, middle, normal in index space, half thickness extent, tick.
 
     Args:
-        points: how many there are; each parts at most twice.
+        points: number of points; each parts at most twice.
         shape: numbers of planes of nodes along the axes.
     """
     high = (points - 1, *shape, 1.0, 1.0, 1.0, shape[2], MOST_INDEX)
@@ -40,7 +40,7 @@ def crosses(facet: FloatArray, period: int, a: FloatArray, b: FloatArray) -> Mar
 
     Args:
         facet: a row of `facet_rows`.
-        period: planes around a closed second axis, 0 where it has ends.
+        period: planes around a closed second axis, 0 for an axis with ends.
         a: places in index space, each within half a period of b, shape (k, 3).
         b: places in index space, shape (k, 3).
     """
@@ -49,7 +49,7 @@ def crosses(facet: FloatArray, period: int, a: FloatArray, b: FloatArray) -> Mar
         shift = np.zeros_like(a)
         shift[:, 1] = round_to_period(middle[1] - a[:, 1], period)
         a, b = a + shift, b + shift
-    # Term by term: a sum along an axis has no fixed order.
+    # Term by term, because a sum along an axis has no fixed order.
     first, second = (
         (one[:, 0] - middle[0]) * normal[0] + (one[:, 1] - middle[1]) * normal[1] + (one[:, 2] - middle[2]) * normal[2]
         for one in (a, b)
@@ -62,7 +62,7 @@ def crosses(facet: FloatArray, period: int, a: FloatArray, b: FloatArray) -> Mar
 
 
 def round_to_period(distance: FloatArray, period: int) -> FloatArray:
-    """Return the whole numbers of periods that are nearest to distances."""
+    """Return the multiples of the period nearest to the distances."""
     return period * np.floor(distance / period + 0.5)
 
 
@@ -72,8 +72,8 @@ def mark_links(facet: FloatArray, lattice: Lattice, columns: IntArray, links: np
     Args:
         facet: a row of `facet_rows`.
         lattice: of the nodes.
-        columns: which are near, shape (k,).
-        links: 1 where cut, of each column with the ones after it along, after it across, and both ways diagonally, for each
+        columns: nearby columns, shape (k,).
+        links: 1 for a cut link of each column with the ones after it along, after it across, and both ways diagonally, for each
             layer, updated in place, shape (columns, 4, layers).
     """
     along, across, layers = lattice.shape

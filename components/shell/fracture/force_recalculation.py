@@ -1,4 +1,4 @@
-"""Gradients, forces and energies of points and nodes at new cracks, with the neighbours that are left."""
+"""Gradients, forces and energies of points and nodes at new cracks, with the remaining neighbours."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from ..kernels import write_point_pull
 
 
 def new_gradients(points: Points, displacement: FloatArray, numbers: IntArray) -> FloatArray:
-    """Return the displacement gradients of k points as they see the nodes now, shape (k, 9); summed as in a tick."""
+    """Return the displacement gradients of k points with their present neighbours, shape (k, 9); summed as in a tick."""
     owner, neighbours, rows = entries_of(points, numbers)
     local = points.gradients[rows]
     terms = displacement[neighbours][:, :, None] * local[:, None, :]
@@ -24,7 +24,7 @@ def new_gradients(points: Points, displacement: FloatArray, numbers: IntArray) -
 
 
 def volume_ratios(gradients: FloatArray) -> FloatArray:
-    """Return the volumes over those at the start that displacement gradients mean, shape (k,)."""
+    """Return the relative volumes for displacement gradients, shape (k,)."""
     f = gradients.reshape(-1, 3, 3) + np.eye(3)
     minors = f[:, 1, [1, 2, 0]] * f[:, 2, [2, 0, 1]] - f[:, 1, [2, 0, 1]] * f[:, 2, [1, 2, 0]]
     return (f[:, 0, 0] * minors[:, 0] + f[:, 0, 1] * minors[:, 1]) + f[:, 0, 2] * minors[:, 2]
@@ -41,13 +41,13 @@ def work_of_half_kick(solid: Solid, state: State, point: int) -> float:
 
 @jit
 def write_pulls(gradient, stress, volume, cosine, sine, along, numbers, pull):
-    """Write what some points pull with, without ties, from the stresses and gradients as they are; as `write_point_pull`."""
+    """Write the pull of some points, without ties, from present stresses and gradients, like `write_point_pull`."""
     for p in numbers:
         nominal = nominal_stress(load_deformation(gradient, p), load_symmetric(stress, p))
         write_point_pull(pull, p, nominal, volume[p], cosine[p], sine[p], along[p])
 
 
 def write_pull(solid: Solid, state: State, scratch: Scratch, numbers: IntArray) -> None:
-    """Write what some points of the body pull with."""
+    """Write the pull of some points of the body."""
     p = solid.points
     write_pulls(state.gradient, state.stress, p.volume, p.cosine, p.sine, p.along, numbers, scratch.pull)

@@ -1,4 +1,4 @@
-"""The judgement of points: the value that decides whether each one parts, and the plane of its crack."""
+"""The judgement of points: the decisive value for parting, and the plane of the crack."""
 
 from __future__ import annotations
 
@@ -18,30 +18,30 @@ from ..parameters import ShellParameters
 from .law import Point, decisive_value, may_exceed
 from .pieces import Marks
 
-# A point parts a second time in a direction whose cosine with the first one is smaller.
+# A point parts a second time if the cosine between the two crack normals is smaller than this.
 _ANOTHER_DIRECTION = 0.7
-# A plane whose normal has this part along the thickness is parallel to the wall, any other one goes straight through it.
+# A crack plane is parallel to the wall if its normal has at least this component along the thickness, else normal to it.
 _PARALLEL = 0.9
-# Ratios to the limit below this one are not noted.
+# Smaller ratios to the limit are not recorded.
 _NOTED = 0.5
-# The limit of what does not part: above any stress and strain, its square is finite.
+# The limit of unbreakable points: above any stress and strain, with a finite square.
 UNBREAKABLE = 1e100
 _GRIPPED = ("clamped", "moved")
 
 
 class Judgement(NamedTuple):
-    """The tables by which points are judged.
+    """The tables for the judgement of points.
 
     Attributes:
         law: constants of the fracture law.
-        limit: at which each point parts, shape (m,).
-        along, across, through: distances of planes at the points along each axis, an angle where the axis is one [m].
-        radius: at the points through the thickness, 1 where the body is straight, shape (points through,).
-        sine, cosine: of the angle by which the frame of each point is turned, shape (m,).
+        limit: of each point, shape (m,).
+        along, across, through: distances of planes at the points along each axis, or angles [m].
+        radius: at the points through the thickness, 1 for a straight body, shape (points through,).
+        sine, cosine: of the rotation angle of the frame of each point, shape (m,).
         normal: of the first crack of each point, in index space, shape (m, 3).
-        cracks: number of each point's cracks, shape (m,).
-        since: tick of the last one, shape (m,).
-        wait: ticks that a point has to unload once it has parted.
+        cracks: number of cracks of each point, shape (m,).
+        since: tick of the last crack, shape (m,).
+        wait: number of ticks for a parted point to unload.
     """
 
     law: Any
@@ -60,19 +60,19 @@ class Judgement(NamedTuple):
 
 @jit
 def find_parting(judged, stress, gradient, plastic_strain, found, nearest, tick):
-    """Write the points that pass their limit, ascending, and return how many there are.
+    """Write the points that pass their limit, ascending, and return their number.
 
-    A point that has parted passes it where its stress has another direction, or where it has had time to unload.
+    A parted point passes its limit if its stress has another direction, or after the time for unloading.
 
     Args:
         judged: `Judgement`.
-        stress: by which points are judged: the means over columns, shape (m, 6) [Pa].
+        stress: mean stress over columns, shape (m, 6) [Pa].
         gradient: of the displacement, shape (m, 9).
-        plastic_strain: shape (m,); (0,) of an elastic body.
+        plastic_strain: shape (m,); (0,) for an elastic body.
         found: written, shape (m,).
-        nearest: the largest ratio to the limit so far of points that had not parted, from a half on, its point and its tick,
-            updated, shape (3,).
-        tick: its number.
+        nearest: largest ratio to the limit so far of intact points, from one half on, with its point and its tick; updated,
+            shape (3,).
+        tick: number of the tick.
     """
     count = 0
     for p in range(judged.limit.size):
@@ -96,7 +96,7 @@ def find_parting(judged, stress, gradient, plastic_strain, found, nearest, tick)
 
 @jit
 def write_judgements(judged, stress, gradient, plastic_strain, points, out):
-    """Write for some points what decides, and the normal in index space of a crack there, shape (k, 4); as `find_parting`."""
+    """Write for some points the decisive value, and the crack normal in index space, shape (k, 4); like `find_parting`."""
     for number in range(points.size):
         p = points[number]
         value, nx, ny, nz = judge(judged.law, stress, gradient, plastic_strain, p)
@@ -106,13 +106,13 @@ def write_judgements(judged, stress, gradient, plastic_strain, points, out):
 
 @internal_inlined
 def flown(plastic_strain, p):
-    """Return the plastic strain of a point, 0 of an elastic body."""
+    """Return the plastic strain of a point, 0 for an elastic body."""
     return plastic_strain[p] if plastic_strain.size > 0 else 0.0
 
 
 @internal
 def judge(law, stress, gradient, plastic_strain, p):
-    """Return what decides at a point, to be compared with its limit, and the direction of the largest principal stress."""
+    """Return the decisive value of a point and the direction of its largest principal stress."""
     volume = determinant(load_deformation(gradient, p))
     largest, nx, ny, nz = largest_principal(load_symmetric(stress, p))
     return decisive_value(law, Point(largest, volume, flown(plastic_strain, p))), nx, ny, nz
@@ -120,9 +120,9 @@ def judge(law, stress, gradient, plastic_strain, p):
 
 @internal
 def index_normal(judged, h, p, nx, ny, nz):
-    """Return the unit normal, in index space, of the reference plane that has this normal (nx, ny, nz) now.
+    """Return the unit normal, in index space, of the reference plane whose present normal is (nx, ny, nz).
 
-    It is either in the surface of the body or through the thickness, and points towards growing indices.
+    The normal lies in the surface of the body or along the thickness, and points towards increasing indices.
     """
     x = nx * (1.0 + h[p, 0]) + ny * h[p, 3] + nz * h[p, 6]
     y = nx * h[p, 1] + ny * (1.0 + h[p, 4]) + nz * h[p, 7]
@@ -143,10 +143,10 @@ def index_normal(judged, h, p, nx, ny, nz):
 
 
 def points_in_grips(p: ShellParameters, assembly: Assembly, length: float) -> Marks:
-    """Return which points lie within a length of an edge that is clamped or moved, shape (m,).
+    """Return which points lie within a length of a clamped or moved edge, shape (m,).
 
     Raises:
-        ParameterError: there is no such edge, or they are all points.
+        ParameterError: there is no such edge, or all points lie within the length.
     """
     places: FloatArray = assembly.points.all_places()
     found: Marks = places[:, 0] < -1.0

@@ -1,6 +1,6 @@
-"""The base of fracture laws, and the functions of a law that kernels call.
+"""The base class of fracture laws, and the kernel functions of a law.
 
-`constants` gives a law as kernels see it: a named tuple, whose class selects `decisive_value` and `may_exceed`.
+`constants` returns the law for kernels: a named tuple, whose class selects `decisive_value` and `may_exceed`.
 """
 
 from __future__ import annotations
@@ -21,12 +21,12 @@ _STREAM = 3
 
 
 class Point(NamedTuple):
-    """An integration point as a law judges it.
+    """The quantities of an integration point that a law uses.
 
     Attributes:
         principal: largest principal Kirchhoff stress [Pa].
-        volume: over that at the start.
-        plastic_strain: equivalent; 0 of an elastic body.
+        volume: relative to the start.
+        plastic_strain: equivalent; 0 for an elastic body.
     """
 
     principal: float
@@ -36,12 +36,12 @@ class Point(NamedTuple):
 
 @dispatched
 def decisive_value(law, point):
-    """Return the value that a law compares with its limit, at a `Point`."""
+    """Return the value at a `Point` that a law compares with its limit."""
 
 
 @dispatched
 def may_exceed(law, value, stress, plastic_strain):
-    """Return False where a cheap bound shows that the decisive value is not above a value.
+    """Return False if a cheap bound shows that the decisive value is not above `value`.
 
     Args:
         law: constants of a fracture law.
@@ -52,7 +52,7 @@ def may_exceed(law, value, stress, plastic_strain):
 
 
 class FractureLaw(Named):
-    """A law of when a point parts, chosen by its `name`; its crack is normal to the largest principal stress."""
+    """A condition for the parting of a point, chosen by its `name`; the crack is normal to the largest principal stress."""
 
     unit: ClassVar[str]
     quantity: ClassVar[str]
@@ -66,18 +66,18 @@ class FractureLaw(Named):
 
     @property
     def needs_flow(self) -> bool:
-        """True where it asks for a material that flows: for its plastic strain, or its yield stress."""
+        """Whether the law needs a material with plastic flow, for its plastic strain or yield stress."""
         return False
 
     @abstractmethod
     def limit(self, law: FlowConstants) -> float:
-        """Return what decides where a point parts, in `unit`."""
+        """Return the limit at which a point parts, in `unit`."""
 
     @abstractmethod
     def constants(self, law: FlowConstants) -> Any:
-        """Return the law as kernels see it, a named tuple."""
+        """Return the law for kernels, a named tuple."""
 
     def limits(self, law: FlowConstants, columns: int, through: int) -> FloatArray:
-        """Return the limit of each point, the same for all of a column, shape (columns * through,)."""
+        """Return the limit of each point, the same for all points of a column, shape (columns * through,)."""
         spread = 1.0 + self.scatter * (2.0 * uniform(self.seed, _STREAM, columns) - 1.0)
         return np.repeat(self.limit(law) * spread, through)

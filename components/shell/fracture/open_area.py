@@ -1,4 +1,4 @@
-"""The open area of cracks through the wall, station by station, and the length of all cracks."""
+"""The open area of cracks through the wall at each station, and the length of all cracks."""
 
 from __future__ import annotations
 
@@ -11,18 +11,18 @@ from ..kernel_setup import Assembly
 from .cracks import Cracks
 from .pieces import ACROSS, ALONG, Marks
 
-# Links of a run over which a gap is measured in one: on a ring the distance of columns says less and less beyond.
+# Largest number of links over which a gap is measured at once: on a ring longer chords become inaccurate.
 _LONGEST = 4
 
 
 def crack_length(assembly: Assembly, cracks: Cracks) -> float:
-    """Return the length of all facets in the surface, each with its share of the thickness [m]."""
+    """Return the length of all facets in the surface, each weighted by its share of the thickness [m]."""
     if not len(cracks.facets):
         return 0.0
     judged, through = cracks.judged, len(assembly.points.lines[2].at)
     point = cracks.facets[:, 0].astype(np.int64)
     a, b, layer = point // through // len(judged.across), point // through % len(judged.across), point % through
-    # The part of the line that lies in the cell of the point, along both axes.
+    # The part of the line inside the cell of the point, along both axes.
     line = np.stack([-cracks.facets[:, 5], cracks.facets[:, 4]], axis=1)
     line = line / np.maximum(np.abs(line).max(axis=1), 1e-300)[:, None]
     x, y = line[:, 0] * judged.along[a], line[:, 1] * judged.across[b] * judged.radius[layer]
@@ -33,8 +33,8 @@ def crack_length(assembly: Assembly, cracks: Cracks) -> float:
 def open_areas(lattice: Lattice, cracks: Cracks, displacement: FloatArray) -> FloatArray:
     """Return the open area of the cracks through the wall at each station, on the inner surface, shape (stations,) [m^2].
 
-    It is how far the distance of the columns on both sides has grown, times the width of the edge. Columns that are severed
-    from both neighbours, or that no point sees, close no gap: it is measured over them, and shared evenly by the cracks there.
+    It is the increase of the distance between the columns on both sides, times the width of the edge. Columns severed from both
+    neighbours, or in no point's support, do not bound a gap: it is measured across them and shared by the cracks there.
     """
     n, m, layers = lattice.shape
     inner = (lattice.nodes + displacement)[::layers].reshape(n, m, 3)
@@ -50,20 +50,20 @@ def open_areas(lattice: Lattice, cracks: Cracks, displacement: FloatArray) -> Fl
 
 
 def _marks(cracks: Cracks, shape: tuple[int, int], way: int) -> tuple[Marks, Marks]:
-    """Return which columns do not hold the next one that way, and which of them a crack through the wall severs from it."""
+    """Return which columns are not linked to the next one in a direction, and which are severed by a crack through the wall."""
     borne, severed = cracks.borne.reshape(shape), cracks.severed[:, way].reshape(shape)
     return severed | ~borne | ~np.roll(borne, -1, axis=way), severed
 
 
 def openings(cut: Marks, severed: Marks, inner: FloatArray, rest: FloatArray, closed: bool) -> FloatArray:
-    """Return how far each severed link has opened, of rows of columns one after the other, shape (rows, k) [m].
+    """Return the opening of each severed link, for rows of successive columns, shape (rows, k) [m].
 
     Args:
-        cut: whether each column does not hold the next one, the last one the first, shape (rows, k).
-        severed: whether a crack through the wall lies between them; these are cut.
-        inner: where the columns are now, shape (rows, k, 3) [m].
-        rest: where they were at rest.
-        closed: the first column follows the last one; otherwise a row has ends.
+        cut: whether each column is not linked to the next one (the last to the first), shape (rows, k).
+        severed: whether a crack through the wall lies between them; these links are cut.
+        inner: present positions of the columns, shape (rows, k, 3) [m].
+        rest: initial positions of the columns.
+        closed: whether the first column follows the last one; otherwise a row has ends.
     """
     cut, severed = cut.copy(), severed.copy()
     if not closed:
@@ -79,9 +79,9 @@ def openings(cut: Marks, severed: Marks, inner: FloatArray, rest: FloatArray, cl
 
 
 def _runs(cut: Marks) -> list[IntArray]:
-    """Return the links that are cut, in pieces of neighbours, at most a few links long."""
+    """Return the cut links as runs of neighbours, at most a few links long."""
     count = len(cut)
-    # From a link that holds on, so that no run is divided where the row begins.
+    # Start at an intact link, so that no run is divided at the beginning of the row.
     start = int(np.argmin(cut)) if not cut.all() else 0
     links = start + np.flatnonzero(np.roll(cut, -start))
     runs = np.split(links, np.flatnonzero(np.diff(links) > 1) + 1) if len(links) else []
@@ -89,9 +89,9 @@ def _runs(cut: Marks) -> list[IntArray]:
 
 
 def _gaps(places: FloatArray, rest: FloatArray, rows: list[int], ends: list[tuple[int, int]], closed: bool) -> FloatArray:
-    """Return how far pairs of columns have moved apart, at least 0 [m].
+    """Return the increase of the distance between pairs of columns, at least 0 [m].
 
-    Lips that hang on a few points swing back: where the columns beyond them have moved less, these count.
+    Crack lips supported by few points may swing back: if the columns beyond them have moved apart less, these are used.
     """
     count, row = places.shape[1], np.array(rows, dtype=np.int64)
     first, last = np.array(ends, dtype=np.int64).reshape(-1, 2).T

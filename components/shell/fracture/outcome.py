@@ -1,4 +1,4 @@
-"""The outcome for a body in one word, and how far its cracks have run along it and around it."""
+"""The outcome for a body in one word, and the extent of its cracks along and around it."""
 
 from __future__ import annotations
 
@@ -15,19 +15,19 @@ from .pieces import Marks
 
 OUTCOMES = ("whole", "bulged", "axial crack", "hoop crack", "severed")
 WHOLE, BULGED, AXIAL, HOOP, SEVERED = range(5)
-# A wall has bulged where the plastic strain is so large in the mean over a station: its circumference has grown for good.
+# Mean plastic strain over a station above which a wall has bulged: its circumference has grown permanently.
 BULGED_STRAIN = 0.002
-# Cracks that take less than this part of the circumference at one place, or fewer sides of columns, have not turned around
-# the body: one that runs along it steps aside by a column or two.
+# Cracks with a smaller fraction of the circumference at one station, or fewer sides of columns, have not turned around the
+# body: a crack along the body may step aside by a column or two.
 _TURNED, _TURNED_SIDES = 0.05, 3
 
 
 class CutSides(NamedTuple):
-    """The sides of the columns of nodes that a crack cuts off from the next column.
+    """The sides of columns that a crack cuts from the next column.
 
     Attributes:
-        along: from the next one along the body, shape (n, m): such a crack runs around it.
-        across: from the next one around it, shape (n, m): such a crack runs along it.
+        along: from the next column along the body, shape (n, m); the crack runs around the body.
+        across: from the next column around the body, shape (n, m); the crack runs along the body.
     """
 
     along: Marks
@@ -40,18 +40,18 @@ class CutSides(NamedTuple):
 
 
 def crack_along(lattice: Lattice, cut: CutSides) -> float:
-    """Return how far cracks reach along the body, from the first place to the last [m]; 0 where none runs along it."""
+    """Return the extent of cracks along the body, from the first station to the last [m]; 0 if none runs along it."""
     stations = np.flatnonzero(cut.across.any(axis=1))
     return float(np.ptp(lattice.axes[0].positions[stations])) if len(stations) else 0.0
 
 
 def crack_around(lattice: Lattice, cut: CutSides) -> float:
-    """Return the largest part of the circumference, or of the width of a plate, that one crack takes at one place along."""
+    """Return the largest fraction of the circumference, or of the width of a plate, that one crack takes at one station."""
     return float(_turns(lattice, cut)[0].max(initial=0.0))
 
 
 def _turns(lattice: Lattice, cut: CutSides) -> tuple[FloatArray, IntArray]:
-    """Return what each crack takes at each place along that it crosses: part of the circumference, and number of sides."""
+    """Return the extent of each crack at each station that it crosses: fraction of the circumference, and number of sides."""
     widths = lattice.axes[1].widths
     station, column = np.nonzero(cut.along)
     if not len(station):
@@ -62,7 +62,7 @@ def _turns(lattice: Lattice, cut: CutSides) -> tuple[FloatArray, IntArray]:
 
 
 def _cracks(lattice: Lattice, cut: CutSides) -> IntArray:
-    """Return to which crack each cut side along the body belongs: cracks meet in corners, halfway between four columns."""
+    """Return the crack number of each cut side along the body; cracks join at corners, halfway between four columns."""
     n, m = cut.along.shape
     corners = m if lattice.axes[1].closed else m + 1
     ends = []
@@ -80,7 +80,7 @@ def connects_ends(labels: IntArray, borne: Marks, shape: tuple[int, int]) -> boo
 
     Args:
         labels: number of the piece of each column, shape (n m,).
-        borne: whether a point sees each column, shape (n m,).
+        borne: whether a point supports each column, shape (n m,).
         shape: n, m.
     """
     rows, bearing = labels.reshape(shape), borne.reshape(shape)
@@ -93,8 +93,8 @@ def outcome(lattice: Lattice, cut: CutSides, is_severed: bool, plastic_strain: F
     Args:
         lattice: of the nodes.
         cut: sides of the columns that cracks cut.
-        is_severed: whether nothing joins both ends any more.
-        plastic_strain: mean of each station, or row of points, shape (stations,).
+        is_severed: whether no piece joins both ends any more.
+        plastic_strain: mean at each station, i.e. row of points, shape (stations,).
     """
     if is_severed:
         return SEVERED

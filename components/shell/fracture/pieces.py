@@ -12,22 +12,22 @@ from ..kernel_arrays import IntArray
 # Ways of `facets.mark_links`: along, across, and both diagonals.
 ALONG, ACROSS = 0, 1
 Marks = npt.NDArray[np.bool_]
-# A shape function that connects: that of a direct neighbour is 0.04, of one across a corner 0.006.
+# Smallest shape function that connects: that of a direct neighbour is 0.04, across a corner 0.006.
 _CONNECTS = 0.01
 
 
 @jit
 def label_columns(stencils, blind, layers, labels, borne):
-    """Write for each column of nodes the first column that points connect with it.
+    """Write for each column of nodes the first column to which points connect it.
 
-    A point that carries stress connects all columns of which it sees a node, unless it hardly does.
+    A point that carries stress connects all columns with nodes in its support, except nodes with very small shape functions.
 
     Args:
         stencils: `Stencils` of the points.
         blind: which points carry no stress, shape (m,).
         layers: nodes of a column.
         labels: written, shape (columns,).
-        borne: written: whether any point sees each column, shape (columns,).
+        borne: written: whether any point supports each column, shape (columns,).
     """
     begin, nodes, values = stencils.begin, stencils.nodes, stencils.values
     for column in range(labels.size):
@@ -68,7 +68,7 @@ def severed_links(links: npt.NDArray[np.uint8]) -> Marks:
 
 
 def crack_lips(lattice: Lattice, severed: Marks) -> Marks:
-    """Return the columns at cracks that go through the whole wall."""
+    """Return the columns next to cracks through the whole wall."""
     n, m, _ = lattice.shape
     lips = np.zeros((n, m), dtype=bool)
     for way, axis in ((ALONG, 0), (ACROSS, 1)):
@@ -80,7 +80,7 @@ def crack_lips(lattice: Lattice, severed: Marks) -> Marks:
 
 
 def detached_columns(lattice: Lattice, severed: Marks, labels: IntArray) -> Marks:
-    """Return the columns of detached pieces: all but the largest one, and of a tube those that close around nowhere."""
+    """Return the columns of detached pieces: all but the largest piece and, for a tube, pieces that form closed rings."""
     n, m, _ = lattice.shape
     sizes = np.bincount(labels, minlength=n * m)
     held = {int(sizes.argmax())}

@@ -1,4 +1,4 @@
-"""A point parts where its plastic strain passes a limit, while its largest principal stress is above half the yield stress."""
+"""A point parts if its plastic strain passes a limit while its largest principal stress is above half the yield stress."""
 
 from __future__ import annotations
 
@@ -8,18 +8,18 @@ from ...materials.thermoviscoplastic import FlowConstants
 from ...support.parameter_fields import Magnitude, field
 from .law import FractureLaw, decisive_value, may_exceed
 
-# Part of the yield stress that a point needs to part.
+# Fraction of the yield stress that the largest principal stress of a parting point must exceed.
 _TENSION = 0.5
 
 
 class PlasticStrainConstants(NamedTuple):
-    """Largest principal stress below which nothing parts [Pa]: a point that a crack has unloaded does not."""
+    """Largest principal stress that a parting point must exceed [Pa]; a point unloaded by a crack does not part."""
 
     tension: float
 
 
 class PlasticStrain(FractureLaw):
-    """The equivalent plastic strain decides, where the largest principal stress is above half the yield stress."""
+    """The equivalent plastic strain decides, if the largest principal stress is above half the yield stress."""
 
     unit: ClassVar[str] = "1"
     quantity: ClassVar[str] = "the plastic strain"
@@ -28,7 +28,7 @@ class PlasticStrain(FractureLaw):
 
     @property
     def needs_flow(self) -> bool:
-        """True: only what flows has a plastic strain."""
+        """True: an elastic material has no plastic strain."""
         return True
 
     def limit(self, law: FlowConstants) -> float:
@@ -36,7 +36,7 @@ class PlasticStrain(FractureLaw):
         return self.strain
 
     def constants(self, law: FlowConstants) -> PlasticStrainConstants:
-        """Return the tension below which nothing parts."""
+        """Return the tension below which no point parts."""
         return PlasticStrainConstants(_TENSION * law.yield_stress)
 
 

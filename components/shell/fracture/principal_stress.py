@@ -1,7 +1,7 @@
-"""A point parts where its largest principal Cauchy stress passes a multiple of the yield stress, or a given strength.
+"""A point parts if its largest principal Cauchy stress passes a multiple of the yield stress, or a given strength.
 
-Source: Gato & Shie (2010), whose factor is 3. Their material flows at up to 1.6; whether constraint in a notch lifts the stress
-to 3 depends on the mesh.
+Source: Gato & Shie (2010), whose factor is 3. Their material flows at up to 1.6; whether constraint in a notch raises the
+stress to 3 depends on the mesh.
 """
 
 from __future__ import annotations
@@ -17,12 +17,12 @@ from ...support.parameter_fields import Magnitude, field
 from .law import FractureLaw, decisive_value, may_exceed
 
 _FACTOR = 3.0
-# Kirchhoff stresses below this part of a limit give no Cauchy stress beyond it: a body in tension does not shrink so far.
+# Below this fraction of the limit, a Kirchhoff stress gives no Cauchy stress above it: bodies in tension do not shrink more.
 _SAFE = 0.8
 
 
 class PrincipalStressConstants(NamedTuple):
-    """The law has no constants but its limit."""
+    """The law has no constants except its limit."""
 
 
 class PrincipalStress(FractureLaw):
@@ -36,7 +36,7 @@ class PrincipalStress(FractureLaw):
 
     @model_validator(mode="after")
     def _validate_one_limit(self) -> PrincipalStress:
-        # As laws are written out with all that they have, the factor of the paper next to a stress is no choice.
+        # Laws are written out with all their fields, so the default factor next to a stress is not a second limit.
         if self.stress is not None and self.factor != _FACTOR:
             raise ParameterError(
                 f"got {self.factor:g} beside stress = {self.stress:g} Pa", expected="one of the two",
@@ -46,7 +46,7 @@ class PrincipalStress(FractureLaw):
 
     @property
     def needs_flow(self) -> bool:
-        """True where the limit is a multiple of the yield stress."""
+        """True if the limit is a multiple of the yield stress."""
         return self.stress is None
 
     def limit(self, law: FlowConstants) -> float:
@@ -54,7 +54,7 @@ class PrincipalStress(FractureLaw):
         return self.factor * law.yield_stress if self.stress is None else self.stress
 
     def constants(self, law: FlowConstants) -> PrincipalStressConstants:
-        """Return the class by which kernels choose the law."""
+        """Return an empty tuple, whose class selects this law in kernels."""
         return PrincipalStressConstants()
 
 
@@ -65,6 +65,6 @@ def _cauchy_stress(law, point):
 
 @may_exceed.register(PrincipalStressConstants)
 def _may_exceed(law, value, stress, plastic_strain):
-    # The largest principal stress is at most the mean one plus two thirds of the equivalent one.
+    # The largest principal stress is at most the mean stress plus two thirds of the equivalent stress.
     left = 1.5 * (_SAFE * value - trace(stress) / 3.0)
     return not (left > 0.0 and equivalent_square(stress) < left * left)

@@ -1,4 +1,4 @@
-"""Stencils of points at cracks: rebuilt where a crack hides neighbours, shared with all other points elsewhere."""
+"""Stencils of points at cracks: rebuilt for points whose neighbours a crack hides, shared with all other points elsewhere."""
 
 from __future__ import annotations
 
@@ -15,25 +15,25 @@ from ..stencils import Stencils, weights_at
 from .facets import crosses, round_to_period
 
 _BASIS_SIZES = {"linear": 4, "quadratic": 10}
-# Points whose functions are computed at a time: many at once would take more memory on the way than their functions.
+# Number of points whose functions are computed at a time, to limit temporary memory.
 _AT_A_TIME = 256
 
 
 class Visibility:
     """Stencils of points that may lose neighbours.
 
-    The lists of neighbours stay as they are: a hidden neighbour has the shape function 0. Behind the rows of the stencils
-    without cracks come rows of zeros for points that see nothing, and then rows for each point.
+    The lists of neighbours do not change: a hidden neighbour has the shape function 0. After the rows of the stencils without
+    cracks come rows of zeros for points without neighbours, and then rows for each point.
 
     Attributes:
         hidden: marks of all entries of the lists of neighbours, shape (entries,).
-        seen: the stencils as cracks have left them; without gradients where the given ones have none.
+        seen: the stencils after cracks; without gradients if the given ones have none.
     """
 
     def __init__(
         self, lattice: Lattice, places: Callable[[IntArray], FloatArray], stencils: Stencils, radius: float, basis: BasisName
     ) -> None:
-        """Take what returns fractional indices of points, shape (k, 3), and their stencils without any crack."""
+        """Build from a function for the fractional indices of points, shape (k, 3), and their stencils without cracks."""
         self._lattice, self._places, self._even, self._radius, self._basis = lattice, places, stencils, radius, basis
         self._order = _bins(lattice, places(np.arange(len(stencils.kind))))
         self._period = lattice.shape[1] if lattice.axes[1].closed else 0
@@ -41,7 +41,7 @@ class Visibility:
         self.clear()
 
     def clear(self) -> None:
-        """Go back to where nothing is hidden."""
+        """Return to a state in which no neighbour is hidden."""
         self.hidden = np.zeros(len(self._even.nodes), dtype=bool)
         self.seen = self._even
 
@@ -57,11 +57,11 @@ class Visibility:
         return np.concatenate([order[begin[cell] : begin[cell + 1]] for cell in cells]).astype(np.int64)
 
     def hide(self, facet: FloatArray) -> IntArray:
-        """Hide neighbours behind a facet; return the points that lose any, ascending."""
+        """Hide neighbours behind a facet; return the points that lose neighbours, ascending."""
         return self._mark_hidden(facet, self.near(facet[1:4]))
 
     def is_sound_behind(self, facet: FloatArray, point: int) -> bool:
-        """Return whether the nodes that a point would see behind one more facet span the basis."""
+        """Return whether the remaining neighbours of a point would span the basis after one more facet."""
         begin, end = (int(one) for one in self._even.begin[point : point + 2])
         before = self.hidden[begin:end].copy()
         own = np.array([point])
@@ -71,7 +71,7 @@ class Visibility:
         return bool(sound[0])
 
     def _mark_hidden(self, facet: FloatArray, points: IntArray) -> IntArray:
-        """Hide what points lose to a facet; return those that lose a neighbour, ascending."""
+        """Hide the neighbours of points behind a facet; return the points that lose a neighbour, ascending."""
         counts = self._even.counts(points)
         owner = np.repeat(np.arange(len(points)), counts)
         entry = np.arange(len(owner)) + np.repeat(
@@ -87,7 +87,7 @@ class Visibility:
         return np.unique(points[owner[lost]])
 
     def rebuild(self, points: IntArray) -> npt.NDArray[np.bool_]:
-        """Give points their own rows, of the nodes that they see; return which of them span the basis."""
+        """Give points their own rows, for their remaining neighbours; return which of them span the basis."""
         sound = np.zeros(len(points), dtype=bool)
         self._set_kinds(points, len(self._even.first) + points)
         for begin in range(0, len(points), _AT_A_TIME):
@@ -102,14 +102,14 @@ class Visibility:
         return sound
 
     def blind(self, points: IntArray) -> None:
-        """Let points see nothing."""
+        """Remove all neighbours of some points."""
         self._set_kinds(points, len(self._even.first) - 1)
 
     def _set_kinds(self, points: IntArray, kinds: IntArray | int) -> None:
-        """Set the numbers of the stencils of points, after there is room for rows of all points."""
+        """Set the stencil numbers of points, after allocating rows for all points."""
         even = self._even
         if self.seen is even:
-            # Rows that are never written take no memory.
+            # Rows that are never written take no physical memory.
             room, own = self._slots + len(even.nodes), len(even.values) + self._slots + even.begin[:-1]
             self.seen = even._replace(
                 kind=even.kind.copy(), first=np.concatenate([even.first, own]).astype(np.uint32), along=even.along.copy(),
@@ -121,7 +121,7 @@ class Visibility:
             self.seen.along[points] = 1.0
 
     def _compute(self, points: IntArray) -> tuple[FloatArray, FloatArray, npt.NDArray[np.bool_]]:
-        """Return shape functions (s, k), gradients (s, k, 3) of points as they see now, and whether they span the basis."""
+        """Return shape functions (s, k), gradients (s, k, 3) of points with present neighbours, and if they span the basis."""
         some, counts = self._even, self._even.counts(points)
         slot = np.arange(int(counts.max(initial=1)))
         entry = some.begin[points].astype(np.int64)[:, None] + np.minimum(slot, counts[:, None] - 1)
@@ -142,7 +142,7 @@ class Visibility:
 
 
 def _bins(lattice: Lattice, places: FloatArray) -> tuple[IndexArray, IndexArray]:
-    """Return where the points of each column of nodes begin in a list, and that list: each point is of the nearest column."""
+    """Return the start of each column's points in a list, and this list; each point belongs to its nearest column."""
     n, m, _ = lattice.shape
     column = lattice.nearest_columns(places)
     order = np.argsort(column, kind="stable")

@@ -1,4 +1,4 @@
-"""One axis of a lattice of nodes (along, around or through the body): where its planes lie, evenly or closer at a notch."""
+"""One axis of a lattice of nodes (along, around or through the body), with planes at equal distances or graded at a notch."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from ...errors import ParameterError
 from ...support.float_arrays import FloatArray
 
 IntArray = npt.NDArray[np.int64]
-# Distance of neighbouring planes over their coordinate, from which on rounding does not spoil gradients.
+# Smallest distance of neighbouring planes over their coordinate; below it rounding would spoil gradients.
 _LEAST_DISTANCE = 1e-6
 # Largest ratio of neighbouring distances.
 LARGEST_GROWTH = 1.6
@@ -22,11 +22,11 @@ _ROUNDING = 1e-9
 
 @dataclass(frozen=True)
 class Axis:
-    """Coordinates of the planes of nodes along one direction; between them index and coordinate go linearly.
+    """Coordinates of the planes of nodes along one direction; between planes the coordinate is linear in the index.
 
     Attributes:
         positions: shape (n,), increasing [m, or rad around a tube].
-        period: after which the first plane follows the last one; 0 where the axis has two ends.
+        period: after which the first plane follows the last one; 0 for an axis with two ends.
     """
 
     positions: FloatArray
@@ -39,17 +39,17 @@ class Axis:
 
     @property
     def closed(self) -> bool:
-        """True where it has no ends."""
+        """True for an axis without ends."""
         return self.period > 0.0
 
     @property
     def length(self) -> float:
-        """Length, around a closed axis its period."""
+        """Length; the period for a closed axis."""
         return self.period if self.closed else float(self.positions[-1])
 
     @property
     def bounds(self) -> FloatArray:
-        """The ends of the parts that belong to each plane: half way to its neighbours, shape (n + 1,)."""
+        """The ends of the part of each plane, halfway to its neighbours, shape (n + 1,)."""
         x = self.positions
         middle = 0.5 * (x[1:] + x[:-1])
         if self.closed:
@@ -59,23 +59,23 @@ class Axis:
 
     @property
     def widths(self) -> FloatArray:
-        """Length of the part that belongs to each plane, shape (n,)."""
+        """Length of the part of each plane, shape (n,)."""
         return np.diff(self.bounds)
 
     def at(self, index: FloatArray) -> FloatArray:
-        """Return the coordinate at fractional indices."""
+        """Return the coordinates at fractional indices."""
         return np.interp(index, *self._extended(self.positions, self.period))
 
     def at_any(self, planes: IntArray) -> FloatArray:
-        """Return the coordinates of planes that may be counted on beyond the seam."""
+        """Return the coordinates of planes, which may be counted on beyond the seam."""
         return self.positions[planes % self.count] + self.period * (planes // self.count)
 
     def slope(self, index: FloatArray) -> FloatArray:
-        """Return how fast the coordinate grows with the index."""
+        """Return the derivative of the coordinate with respect to the index."""
         return np.interp(index, *self._extended(self._slopes(), 0.0))
 
     def _slopes(self) -> FloatArray:
-        """Return differences between the neighbours of each plane over two; at ends that to the only one."""
+        """Return half the distance between the neighbours of each plane; at ends the distance to the only neighbour."""
         _, x = self._extended(self.positions, self.period)
         if self.closed:
             return 0.5 * (x[2:] - x[:-2])
@@ -83,7 +83,7 @@ class Axis:
         return np.concatenate([step[:1], 0.5 * (step[1:] + step[:-1]), step[-1:]])
 
     def _extended(self, values: FloatArray, jump: float) -> tuple[FloatArray, FloatArray]:
-        """Return indices and values, of a closed axis with one more on each side."""
+        """Return indices and values; for a closed axis with one additional value on each side."""
         if not self.closed:
             return np.arange(self.count, dtype=np.float64), values
         return np.arange(-1.0, self.count + 1.0), np.concatenate([[values[-1] - jump], values, [values[0] + jump]])
@@ -95,7 +95,7 @@ class Axis:
         return found if self.closed else [plane for plane in found if 0 <= plane < self.count]
 
     def is_covered(self, middle: float, extent: float) -> bool:
-        """Return whether an interval reaches over the whole axis."""
+        """Return whether an interval covers the whole axis."""
         if self.closed:
             return extent >= self.length * (1.0 - _ROUNDING)
         first, last = middle - 0.5 * extent, middle + 0.5 * extent
@@ -103,7 +103,7 @@ class Axis:
 
 
 def even_axis(length: float, count: int) -> Axis:
-    """Return planes at equal distances from 0 to a length."""
+    """Return planes at equal distances from 0 to `length`."""
     return Axis(length * np.arange(count) / (count - 1))
 
 
@@ -113,12 +113,12 @@ def closed_axis(period: float, count: int) -> Axis:
 
 
 def refuse_coinciding(axis: Axis, given: float, *name: str) -> None:
-    """Raise `ParameterError` where rounding does not keep planes of an axis apart.
+    """Raise `ParameterError` if rounding errors could make planes of an axis coincide.
 
     Args:
-        axis: its planes in ascending order.
-        given: the measure of the body from which their distances follow [m].
-        name: of that measure, in the body.
+        axis: with its planes in ascending order.
+        given: the measure of the body that determines their distances [m].
+        name: of this measure, in the body.
     """
     x = axis.positions
     distance, largest = float(np.diff(x).min()), float(np.abs(x).max())
@@ -130,21 +130,21 @@ def refuse_coinciding(axis: Axis, given: float, *name: str) -> None:
 
 
 def graded_axis(even: Axis, middle: float, extent: float, spacing: float, name: str, unit: str) -> Axis:
-    """Return an axis of as many planes as an even one, closer together in an interval.
+    """Return an axis with the same number of planes as an even one, closer together in an interval.
 
-    Each plane has the part of the axis nearest to it: those of the interval together for just the interval. Its middle
-    may be an end of the axis, which is then a plane of symmetry.
+    Each plane has the part of the axis nearest to it; the parts of the planes in the interval together make up the interval.
+    The middle of the interval may be an end of the axis, which is then a plane of symmetry.
 
     Args:
         even: planes at equal distances, from 0.
         middle: of the interval.
         extent: of the interval.
-        spacing: largest distance of planes there.
+        spacing: largest distance of planes in the interval.
         name: of the number of planes, for messages.
         unit: of the coordinate, m or rad, for messages.
 
     Raises:
-        ParameterError: the interval lies outside, or the planes do not resolve it.
+        ParameterError: the interval lies outside the axis, or the planes do not resolve it.
     """
     refuse_outside(even, middle, extent, name, unit)
     if even.is_covered(middle, extent):
@@ -176,7 +176,7 @@ def graded_axis(even: Axis, middle: float, extent: float, spacing: float, name: 
 
 
 def refuse_outside(even: Axis, middle: float, extent: float, name: str, unit: str) -> None:
-    """Raise `ParameterError` where an interval does not lie on an axis; half of it may lie beyond an end that is its middle."""
+    """Raise `ParameterError` for an interval off the axis; half of it may lie beyond an end that is its middle."""
     length, low, high, small = even.length, middle - 0.5 * extent, middle + 0.5 * extent, _ROUNDING * even.length
     if even.closed:
         inside = middle <= length + small and extent <= length + small
@@ -193,11 +193,11 @@ def refuse_outside(even: Axis, middle: float, extent: float, name: str, unit: st
 
 
 def divided_cells(below: float, above: float, cells: int, step: float, name: str) -> tuple[int, int]:
-    """Return how many of the cells go to each side, so that distances grow about equally on both."""
+    """Return the number of cells on each side, so that distances grow about equally on both."""
     counts, lengths = [int(below > 0.0), int(above > 0.0)], (below, above)
     for _ in range(cells - sum(counts)):
         growths = [growth(length, count, step) if count else 0.0 for length, count in zip(lengths, counts, strict=True)]
-        # The lower side first where both are alike, to rounding.
+        # The lower side first if both growths are equal, to rounding.
         counts[1 if growths[1] > growths[0] * (1.0 + _ROUNDING) else 0] += 1
     if cells < 1 or sum(counts) != cells:
         raise too_few(name, "they do not reach beyond the notch")
@@ -205,7 +205,7 @@ def divided_cells(below: float, above: float, cells: int, step: float, name: str
 
 
 def growing_steps(length: float, count: int, step: float, name: str) -> FloatArray:
-    """Return distances that grow from a first one, with a given number and sum."""
+    """Return distances that grow from a given first one, with a given number and sum."""
     if count == 0:
         return np.zeros(0)
     steps = step * powers(refuse_growth(growth(length, count, step), name), count)
@@ -223,7 +223,7 @@ def closing_steps(length: float, count: int, step: float, name: str) -> FloatArr
 
 
 def refuse_growth(ratio: float, name: str) -> float:
-    """Return a ratio of neighbouring distances; raise `ParameterError` where it is too large."""
+    """Return a ratio of neighbouring distances; raise `ParameterError` if it is too large."""
     if ratio > LARGEST_GROWTH:
         raise too_few(name, f"distances would grow by {ratio:.3g} from plane to plane")
     return ratio
@@ -243,7 +243,7 @@ def growth(length: float, count: float, step: float) -> float:
 
 
 def powers(ratio: float, count: int) -> FloatArray:
-    """Return 1, q, ..., q^(count - 1) by multiplication."""
+    """Return 1, q, ..., q^(count - 1) by repeated multiplication."""
     return np.multiply.accumulate(np.concatenate([[1.0], np.full(count - 1, ratio)]))
 
 

@@ -14,7 +14,7 @@ from .axis import Axis, closed_axis, even_axis, refuse_coinciding
 from .lattice import Lattice
 from .notch import Notch, notched_lattice
 
-# Planes of nodes along a body, and through one, which has a Gauss point for each layer but one.
+# Largest number of planes of nodes along a body, and through it (one Gauss point fewer than layers).
 MOST_PLANES, MOST_LAYERS = 1_000_000, 9
 _AT_MOST = f"at most {MOST_LAYERS}, as there are up to {MOST_LAYERS - 1} Gauss points"
 # The ends of the three axes of a lattice, by name.
@@ -25,7 +25,7 @@ class BodyShape(Named):
     """A body, chosen by its `name`."""
 
     def lattice(self) -> Lattice:
-        """Return its nodes."""
+        """Return the nodes of the body."""
         raise NotImplementedError
 
     @property
@@ -35,7 +35,7 @@ class BodyShape(Named):
 
     @property
     def edges(self) -> tuple[str, ...]:
-        """Names of the edges that it has."""
+        """Names of the edges of the body."""
         return tuple(EDGES)
 
 
@@ -85,7 +85,7 @@ class Rod(BodyShape):
 
 
 class Tube(BodyShape):
-    """A tube around the x axis; by default a piece of that of Gato & Shie (2010)."""
+    """A tube around the x axis; by default a piece of the tube of Gato & Shie (2010)."""
 
     name: Literal["tube"] = field("tube", "a tube around the x axis", "1")
     length: Magnitude = field(0.02, "along x", "m")
@@ -117,7 +117,7 @@ class Tube(BodyShape):
 
     @property
     def edges(self) -> tuple[str, ...]:
-        """Names of the edges that it has; those of a half tube across y = 0 are planes of symmetry anyway."""
+        """Names of the edges; the edges of a half tube at y = 0 are planes of symmetry anyway."""
         return ("start", "end")
 
 

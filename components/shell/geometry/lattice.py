@@ -16,21 +16,21 @@ from .axis import Axis, IntArray
 
 
 class Hollow(NamedTuple):
-    """The part of a lattice that a notch leaves out.
+    """The part of a lattice that a notch removes.
 
-    Columns that end at its bottom have as many nodes as all others, closer together: with two planes of nodes a ligament could
-    not get thinner on one side alone, and would lock where it flows.
+    Columns below a notch have the same number of nodes as all others, closer together: with two planes of nodes a ligament
+    could not get thinner on one side alone, and would lock under plastic flow.
 
     Attributes:
         columns: whether a column of nodes ends at the bottom of the notch, shape (along, across).
-        bottom: number of the plane of nodes through the thickness that is the bottom.
+        bottom: number of the plane of nodes through the thickness at the bottom.
     """
 
     columns: npt.NDArray[np.bool_]
     bottom: int
 
     def step(self, layers: int) -> float:
-        """Return the distance of the nodes of its columns, of which each has `layers`, in planes of the lattice."""
+        """Return the distance of nodes in columns below the notch, in planes of the lattice; each column has `layers` nodes."""
         return self.bottom / (layers - 1)
 
 
@@ -38,13 +38,13 @@ class Hollow(NamedTuple):
 class Lattice:
     """Nodes in rows along the body, across (or around) it, and through its thickness; the last index runs fastest.
 
-    Of a straight body the coordinates of the axes are x, y, z. Of a bent one they are x, an angle t and a radius r, and a
+    The coordinates along the axes of a straight body are x, y, z. For a bent body they are x, an angle t and a radius r, and a
     node is at (x, r sin t, r cos t).
 
     Attributes:
         axes: along, across or around, through the thickness.
         bent: whether the second axis is an angle [rad] and the third one a radius.
-        hollow: what a notch leaves out: the nodes of its columns lie in the ligament below it.
+        hollow: the part that a notch removes; the nodes of its columns lie in the ligament below it.
     """
 
     axes: tuple[Axis, Axis, Axis]
@@ -78,7 +78,7 @@ class Lattice:
 
     @property
     def volumes(self) -> FloatArray:
-        """Volume that belongs to each node, shape (n,) [m^3]."""
+        """Volume of each node, shape (n,) [m^3]."""
         along, across, _ = (axis.widths for axis in self.axes)
         through = self._thickness_parts(self.axes[2].bounds)
         volumes = along[:, None, None] * across[:, None] * through
@@ -93,26 +93,26 @@ class Lattice:
 
     @cached_property
     def layer_steps(self) -> FloatArray:
-        """Distance of the nodes of each column through the thickness, in planes: 1, below a notch less, shape (columns,)."""
+        """Distance of the nodes of each column through the thickness, in planes: 1, or less below a notch, shape (columns,)."""
         steps = np.ones(self.shape[:2])
         if self.hollow is not None:
             steps[self.hollow.columns] = self.hollow.step(self.shape[2])
         return steps.ravel()
 
     def places(self, nodes: IntArray) -> FloatArray:
-        """Return fractional indices of the axes at which nodes are, shape (len(nodes), 3); whole ones but below a notch."""
+        """Return the indices of nodes along the axes, shape (len(nodes), 3); fractional only below a notch."""
         places = np.stack(np.unravel_index(nodes, self.shape), axis=-1).astype(np.float64)
         places[:, 2] = self.heights(nodes)
         return places
 
     def reach(self, index: FloatArray, radius: float) -> FloatArray:
-        """Return how far points see through the thickness, shape (m,) [planes].
+        """Return the support radius of points through the thickness, shape (m,) [planes].
 
-        Below a notch a point sees close nodes in its column, and wide ones next to it: their mean distance counts.
+        Below a notch a point has close nodes in its column and distant ones in the next; their mean distance is used.
 
         Args:
             index: fractional indices of the points, shape (m, 3).
-            radius: in distances of nodes, as their geometric mean.
+            radius: in node distances, of which the geometric mean is used.
         """
         return radius * np.sqrt(self.layer_steps[self.nearest_columns(index)])
 
@@ -123,7 +123,7 @@ class Lattice:
         return np.minimum(nearest[:, 0], n - 1) * m + nearest[:, 1] % m
 
     def heights(self, nodes: IntArray) -> FloatArray:
-        """Return the fractional indices of nodes through the thickness, as of `places`."""
+        """Return the fractional indices of nodes through the thickness, as in `places`."""
         layers = self.shape[2]
         return nodes % layers * self.layer_steps[nodes // layers]
 
@@ -133,31 +133,31 @@ class Lattice:
         return np.arange(self.shape[2] - 1, self.node_count, self.shape[2])
 
     def place(self, along: FloatArray, across: FloatArray, through: FloatArray) -> FloatArray:
-        """Return the points at coordinates of the axes, shape (m, 3) [m]."""
+        """Return the positions of points with given coordinates along the axes, shape (m, 3) [m]."""
         if not self.bent:
             return np.stack([along, across, through], axis=-1)
         sine, cosine = self.turn(across)
         return np.stack([along, through * sine, through * cosine], axis=-1)
 
     def turn(self, across: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return sine and cosine of the angle by which the frame of a point is turned about -x; 0 and 1 of a straight body."""
+        """Return sine and cosine of the rotation angle of a point's frame about -x; 0 and 1 for a straight body."""
         if not self.bent:
             return np.zeros_like(across), np.ones_like(across)
         return sine_of_pi(across / np.pi), sine_of_pi(0.5 - across / np.pi)
 
     def number(self, along: IntArray, across: IntArray, through: IntArray) -> IntArray:
-        """Return the numbers of nodes by their indices; those of a closed axis count on beyond its seam."""
+        """Return the numbers of nodes from their indices, which may be counted on beyond the seam of a closed axis."""
         _, m, k = self.shape
         return (along * m + across % m) * k + through
 
 
 def column_neighbours(n: int, m: int, closed: bool) -> IntArray:
-    """Return the columns before and after each one along and across, itself where there is none, shape (n m, 4).
+    """Return the columns before and after each one along and across, itself if there is none, shape (n m, 4).
 
     Args:
         n: columns along the body.
         m: columns across it.
-        closed: whether the last one across is followed by the first.
+        closed: whether the first column across follows the last one.
     """
     along, across = np.meshgrid(np.arange(n), np.arange(m), indexing="ij")
     before, after = np.maximum(along - 1, 0), np.minimum(along + 1, n - 1)

@@ -1,4 +1,4 @@
-"""A notch: a slot that is cut into the outer surface of a tube, or the upper one of a plate."""
+"""A notch: a slot in the outer surface of a tube, or in the upper surface of a plate."""
 
 from __future__ import annotations
 
@@ -13,15 +13,15 @@ from ...support.validation import Parameters
 from .axis import Axis, graded_axis, refuse_coinciding
 from .lattice import Hollow, Lattice
 
-# Positions that agree within this part of the notch are the same.
+# Relative tolerance, as a fraction of the notch, for positions that count as equal.
 _ROUNDING = 1e-9
 _FEWEST_ALONG, _MOST_COLUMNS = 3, 1000
-# Planes of nodes above the bottom of a notch are at most closer together by this factor than those below it.
+# Largest factor by which planes above the bottom of a notch are closer together than those below it.
 _CROWDED = 20.0
 
 
 class Notch(Parameters):
-    """A slot in the outer surface; the lattice is graded so that it is resolved."""
+    """A slot in the outer surface; the lattice is graded to resolve it."""
 
     length: Magnitude = field(0.0254, "of the slot", "m")
     depth: Magnitude = field(0.0006, "from the outer surface, less than the wall", "m")
@@ -41,18 +41,18 @@ class Notch(Parameters):
 
 
 def notched_lattice(notch: Notch, even: tuple[Axis, Axis], inner: float, wall: float, layers: int, bent: bool) -> Lattice:
-    """Return a lattice of as many planes as the even axes have, graded towards the notch.
+    """Return a lattice with the same number of planes as the even axes, graded towards the notch.
 
     Args:
         notch: the slot.
         even: planes at equal distances along the body, and across or around it.
-        inner: coordinate of the inner surface, of a tube its radius [m].
+        inner: coordinate of the inner surface; for a tube its radius [m].
         wall: thickness [m].
-        layers: planes through it.
+        layers: number of planes through the wall.
         bent: whether the second axis is an angle.
 
     Raises:
-        ParameterError: the notch lies outside, or the planes do not resolve it.
+        ParameterError: the notch lies outside the body, or the planes do not resolve it.
     """
     radius, (name, unit) = (inner + wall, ("around", "rad")) if bent else (1.0, ("across", "m"))
     (measure, length), (other, width) = measures(notch)
@@ -67,20 +67,20 @@ def notched_lattice(notch: Notch, even: tuple[Axis, Axis], inner: float, wall: f
 
 
 def edge_at(middle: float | None, length: float, start: str, end: str) -> str | None:
-    """Return the edge of a body of that length on or beyond which the middle of a notch lies; None where it lies within."""
+    """Return the edge at or beyond which the middle of a notch lies, or None if it lies inside a body of that length."""
     if middle is None or _ROUNDING * length < middle < (1.0 - _ROUNDING) * length:
         return None
     return start if middle < 0.5 * length else end
 
 
 def measures(notch: Notch) -> tuple[tuple[str, float], tuple[str, float]]:
-    """Return names and sizes [m] of its measures along the body, and across it or around."""
+    """Return names and sizes [m] of the notch's measures along the body, and across or around it."""
     length, width = ("length", notch.length), ("width", notch.width)
     return (length, width) if notch.direction == "axial" else (width, length)
 
 
 def notch_spacing(notch: Notch, narrow: str, axis: Axis, radius: float) -> float:
-    """Return the largest distance of planes in the notch: that of the even axis, across its length a part of its width."""
+    """Return the largest distance of planes in the notch: that of the even axis or, across the notch, a part of its width."""
     even = float(axis.slope(np.zeros(1))[0])
     if notch.direction == narrow:
         return min(even, notch.width / (notch.columns * radius))
@@ -95,7 +95,7 @@ def notch_spacing(notch: Notch, narrow: str, axis: Axis, radius: float) -> float
 
 
 def planes_through(notch: Notch, inner: float, wall: float, layers: int) -> tuple[Axis, int]:
-    """Return the planes through a wall, one of them at the bottom of the notch, and the number of that.
+    """Return the planes through a wall, one of them at the bottom of the notch, and the number of this plane.
 
     Raises:
         ParameterError: the notch is deeper than the wall, or so shallow that its planes would crowd; or too few layers.
