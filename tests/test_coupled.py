@@ -90,7 +90,7 @@ def test_two_materials_carry_one_traction_through_the_interface() -> None:
         np.testing.assert_allclose(stress[:, 1], SMALL, rtol=1e-11)
 
 
-# -- what is conserved ---------------------------------------------------------------------------------------------------
+# -- conservation --------------------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("scheme", ["force", "momentum"])

@@ -104,7 +104,7 @@ def test_many_logs_with_forged_states(example: Example, tmp_path: Path) -> None:
     try_forged_logs(example, tmp_path, 20, seed=2)
 
 
-# -- what is refused ------------------------------------------------------------------------------------------------------
+# -- refusals -------------------------------------------------------------------------------------------------------------
 
 
 def torn_discs() -> ge.Component:

@@ -99,7 +99,7 @@ def test_stresses_turn_with_a_body_that_spins() -> None:
     np.testing.assert_allclose(grid.get("stress"), [[0.0, 1.0, 0.0, 0.0]], atol=1e-12)
 
 
-# -- what is conserved ---------------------------------------------------------------------------------------------------
+# -- conservation --------------------------------------------------------------------------------------------------------
 
 
 def test_energy_and_momentum_of_a_plane_wave_are_conserved() -> None:

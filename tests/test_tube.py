@@ -226,7 +226,7 @@ def test_the_gas_pays_in_a_tick_that_tears_points_too() -> None:
     assert abs(tube.get("exchange_difference") - before) < 1e-10 * abs(work)
 
 
-# -- what is refused -----------------------------------------------------------------------------------------------------------
+# -- refusals ------------------------------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("coupling", ["one_way", "two_way"])

@@ -59,7 +59,7 @@ def test_a_log_of_which_only_the_start_is_left_was_not_compared(tmp_path: Path, 
     assert status == 3 and "nothing was compared" in text and "identical" not in text
 
 
-# -- what is compared --------------------------------------------------------------------------------------------------
+# -- comparisons -------------------------------------------------------------------------------------------------------
 
 
 def test_incidents_that_cannot_be_compared_are_named(tmp_path: Path) -> None:
