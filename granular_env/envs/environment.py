@@ -113,7 +113,7 @@ class ComponentEnv(gymnasium.Env[Observation, npt.NDArray[np.float32]]):
         self._acting = action_rate, control_delay
         self._sensing = observe, noise, clock, self.deadline
         self.drawn: Drawn = {}
-        # As it is at the first save of an episode: only a start draws random numbers.
+        # State at the first save of an episode; only a start draws random numbers.
         self._origin: Origin | None = None
         self._fit()
         self.clock = self.sensors.clock
@@ -126,14 +126,14 @@ class ComponentEnv(gymnasium.Env[Observation, npt.NDArray[np.float32]]):
             redrawn(component, drawn)
 
     def _fit(self) -> None:
-        """Take the parts that depend on the component and its task."""
+        """Set the parts that depend on the component and its task."""
         self.task.hold, self.task.counters = self.hold, {}
         self.actuator = Actuator(self.task, self.component, *self._acting)
         self.sensors = Sensors(self.task, self.component, *self._sensing)
         self._elements = [(name, parse_element(name)) for name in self.task.observations]
 
     def bind(self) -> None:
-        """Divide the memory, and show the component to a task that judges rows."""
+        """Partition the memory, and wrap the component for a row-based task."""
         self._row, self._commands, self._bytes = self.memory[None], self.memory[COMMANDS:], self.memory.data.cast("B")
         self._rows: Any = None
         if isinstance(self.task, RowTask):
@@ -144,7 +144,7 @@ class ComponentEnv(gymnasium.Env[Observation, npt.NDArray[np.float32]]):
             self._rows = native([self.component])
 
     def __getstate__(self) -> dict[str, Any]:
-        """Leave out the attributes that `bind` makes: a copy has other memory."""
+        """Omit the attributes made by `bind`, because a copy has different memory."""
         return {name: value for name, value in vars(self).items() if name not in ("_row", "_commands", "_bytes", "_rows")}
 
     def __setstate__(self, state: dict[str, Any]) -> None:
@@ -157,11 +157,11 @@ class ComponentEnv(gymnasium.Env[Observation, npt.NDArray[np.float32]]):
         """Start an episode; see the class.
 
         Args:
-            seed: decides what is drawn.
-            options: start values; or "snapshot": the state that the component continues from, such as one of a log.
+            seed: seed of all random samples.
+            options: start values; or "snapshot": a state from which the component continues, such as a state in a log.
 
         Raises:
-            ParameterError: an option is not valid.
+            ParameterError: an option is invalid.
         """
         if not isinstance(options or {}, Mapping):
             raise ParameterError(f"got {one_line(options)}", expected="a mapping of start values", at="options")
@@ -173,7 +173,7 @@ class ComponentEnv(gymnasium.Env[Observation, npt.NDArray[np.float32]]):
             numbers = task.given_goal(given.pop("goal")) if "goal" in given else task.goal(self.np_random)
             goal = dict(zip(task.goal_names, numbers, strict=True))
         number = int(self.np_random.integers(2**31))
-        # Options that are not valid are refused before anything is replaced.
+        # Refuse invalid options before replacing anything.
         if "snapshot" in given:
             snapshot = given.pop("snapshot")
             if given or self.randomization.parameters:
@@ -187,10 +187,10 @@ class ComponentEnv(gymnasium.Env[Observation, npt.NDArray[np.float32]]):
         return self.observe()
 
     def step(self, action: npt.ArrayLike) -> tuple[Observation, SupportsFloat, bool, bool, dict[str, Any]]:
-        """Advance by one action: `hold` control steps, or fewer where the episode ends; see the class.
+        """Advance by one action: `hold` control steps, or fewer if the episode ends; see the class.
 
         Raises:
-            ParameterError: the action is not one, or the episode is over.
+            ParameterError: the action is invalid, or the episode is over.
         """
         memory, task, actuator = self.memory, self.task, self.actuator
         if not memory[RUNNING]:
@@ -219,7 +219,7 @@ class ComponentEnv(gymnasium.Env[Observation, npt.NDArray[np.float32]]):
             if over or late:
                 memory[RUNNING] = 0.0
                 break
-        # An agent that has seen the end come has reached it.
+        # With a clock the agent observes the deadline, which therefore terminates the episode.
         terminated = bool(over or (late and self.clock > 0))
         return self._observation(seen), total, terminated, late and not terminated, self._info(seen, inputs)
 
@@ -231,21 +231,21 @@ class ComponentEnv(gymnasium.Env[Observation, npt.NDArray[np.float32]]):
             return None
         return draw(self.component, self.task, self.task.wanted(int(self.memory[ELAPSED])))
 
-    # -- mid-episode ------------------------------------------------------------------------------------------------
+    # -- saved states -----------------------------------------------------------------------------------------------
 
     def observe(self) -> tuple[Observation, dict[str, Any]]:
-        """Return the present observation and info, as `reset` gives them; after `restore`, for instance."""
+        """Return the present observation and info in the form returned by `reset`, for instance after `restore`."""
         seen = self._see()
         return self._observation(seen), self._info(seen, self.actuator.inputs(self._commands))
 
     def save(self) -> EnvState:
-        """Return everything that changes in an episode; restoring it gives the same bits from there on."""
+        """Return the complete changing state of an episode; a restored episode continues bitwise identically."""
         if self._origin is None:
             self._origin = self.task.name, self.np_random.bit_generator.state, self.drawn
         return EnvState(self.component.save(), bytes(self._bytes), dict(self.task.counters), self._origin)
 
     def restore(self, state: EnvState) -> None:
-        """Continue from a saved state, of this environment or of one made in the same way; `observe` returns what is seen.
+        """Continue from a saved state of this or an equally built environment; `observe` returns the observation.
 
         Raises:
             ParameterError: the state belongs to another component or task; nothing has changed.
@@ -266,7 +266,7 @@ class ComponentEnv(gymnasium.Env[Observation, npt.NDArray[np.float32]]):
     # -- details ----------------------------------------------------------------------------------------------------
 
     def _redraw(self, drawn: Drawn) -> Ready:
-        """Return the component and the task for parameters that were drawn."""
+        """Return the component and the task for sampled parameters."""
         if drawn == self.drawn:
             return self.component, self.task, self.drawn
         if drawn.keys() != self.randomization.parameters.keys():
@@ -302,11 +302,11 @@ class ComponentEnv(gymnasium.Env[Observation, npt.NDArray[np.float32]]):
         self._settle_counters()
 
     def _settle_counters(self) -> None:
-        """Keep the task's counters as numbers: those of rows may be views of the component's memory."""
+        """Convert the task's counters to numbers, because counters of rows may be views of the component's memory."""
         self.task.counters = {name: float(value) for name, value in self.task.counters.items()}
 
     def _see(self) -> dict[str, Any]:
-        """Return the task's outputs, fresh; none where nothing needs them."""
+        """Return new values of the task's outputs, or an empty mapping if they are not needed."""
         if self._rows is not None and self.info == "brief":
             return {}
         return {name: element.of(self.component.get(element.name)) for name, element in self._elements}
@@ -329,7 +329,7 @@ def validate_actions(actions: npt.ArrayLike, shape: tuple[int, ...], at: str) ->
     """Return actions as finite numbers of a shape; `ParameterError` for anything else."""
     try:
         numbers = np.asarray(actions, dtype=np.float64)
-    except (TypeError, ValueError):  # words, or rows of unlike length
+    except (TypeError, ValueError):  # text, or rows of unequal length
         numbers = np.zeros(0)
     if numbers.shape != shape:
         raise ParameterError(f"got {one_line(actions)}", expected=f"numbers from -1 to 1 of shape {shape}", at=at)
