@@ -196,7 +196,7 @@ def test_an_interrupt_inside_the_loop_gives_a_result(tmp_path):
         def on_failure(self, component, error): ...
 
     handler = signal.getsignal(signal.SIGINT)
-    # So long that the interrupted piece is never the last on any machine.
+    # The duration is so large that the interrupted piece is never the last on any machine.
     result = run(OSCILLATOR, log=tmp_path / "x.mcap", overrides={"duration": 1e5}, observers=[Interrupter()])
     assert signal.getsignal(signal.SIGINT) is handler
     assert result.interrupted

@@ -33,50 +33,49 @@ class ComponentEnv(gymnasium.Env[Observation, npt.NDArray[np.float32]]):
     `Box(-1, 1, (entries,), float32)`: an entry for each input that is a number, one for each element of an array, row by row,
     and one for an element such as `force[3,0]`; elements that are not driven are 0. Each entry is clipped, limited in rate,
     delayed, multiplied by the task's scale (`env.unwrapped.task.actions`, in the input's unit), and held over `hold` control
-    steps. NaN, infinity and wrong shapes are refused with `ParameterError`, and nothing has moved.
+    steps. NaN, infinity and wrong shapes are refused with `ParameterError`, without a change of state.
 
     ## Observation space
-    `Box(-limit, limit, (size,), float32)`: the outputs of the task, or those that `observe` chooses, one after the other,
-    arrays row by row, each divided by its scale (`env.unwrapped.task.observations`), with noise, clipped to +-
-    `task.observation_limit`; then the goal, where the task draws one; then the clock, whose readings lie in [-1, 1].
+    `Box(-limit, limit, (size,), float32)`: the outputs of the task, or the outputs selected by `observe`, concatenated (arrays
+    row by row), each divided by its scale (`env.unwrapped.task.observations`), with noise, clipped to +-
+    `task.observation_limit`; then the goal, if the task samples one; then the clock, with readings in [-1, 1].
 
     ## Info
-    "time" [s], the task's outputs, unscaled in float64 and without noise (not with `info="brief"`), the inputs that the action
-    drives as they were applied, the task's counters, and the parameters that were drawn ("drawn_radius" and so on). Arrays are
-    fresh.
+    "time" [s], the task's outputs, unscaled in float64 and without noise (not with `info="brief"`), the applied values of the
+    driven inputs, the task's counters, and the sampled parameters ("drawn_radius" and so on). Arrays are new copies.
 
     ## Rewards, start and end
-    The task's. A step that the component refuses (`StepError`: the physics would break down) ends the episode: the reward is
-    `step_error_reward`, `terminated` is true, `info["step_error"]` holds the message, the state is that from before the step.
-    After `deadline` control steps the episode ends: with a clock it is `terminated`, because the agent has seen the end come,
-    without one it is `truncated`.
+    Rewards, start and end are those of the task. A step that the component refuses (`StepError`: the physics would break
+    down) ends the episode: the reward is `step_error_reward`, `terminated` is true, `info["step_error"]` holds the message, and
+    the state is that before the step. After `deadline` control steps the episode ends: it is `terminated` with a clock, because
+    the agent observes the deadline, and `truncated` without a clock.
 
     ## Arguments
     * `component`: any `Component`.
-    * `task`: any `Task` whose inputs and outputs the component has, or a function that makes one for a component: it is called
-      for each component that is drawn. A task holds the counters of an episode: give each environment another one.
+    * `task`: any `Task` with inputs and outputs of the component, or a function that makes a task for a component, which is
+      called for each sampled component. A task holds the counters of an episode, so each environment needs its own task.
     * `internal_steps` (3): internal steps of the component in a control step.
     * `deadline` (None): control steps of an episode; None for no end.
     * `hold` (1): control steps for which an action is held (frame skip); the reward of a step is the sum of theirs. Rates,
       delays and noise count control steps.
     * `clock` (0): numbers at the end of the observation that show the time, cos(pi k t / deadline), k = 1 to `clock`.
     * `observe` ("full"): the task's outputs; or output -> places along its first axis, or "all":
-      `{"velocity": [0, 31], "right_wall_force": "all"}`. Outputs that the task does not name take the scale of their unit.
+      `{"velocity": [0, 31], "right_wall_force": "all"}`. Outputs that the task does not name use the scale of their unit.
     * `noise` (0.0): standard deviation of the noise on each reading, in units of its scale. It is a function of the episode's
       seed, the control step and the reading, nearly normal (a sum of twelve uniform numbers, within 6 deviations).
     * `action_rate` (None): largest change of an entry of the action in a control step, in scales; None for no limit.
-      It begins at the input that holds at the start.
-    * `control_delay` (0): control steps between an action and its effect; before, the start's input holds.
-    * `randomise` (None): `{"radius": (low, high)}` draws a parameter of the component for each episode, and
+      It starts from the input held at the start.
+    * `control_delay` (0): control steps between an action and its effect; until then, the start's input is held.
+    * `randomise` (None): `{"radius": (low, high)}` samples a parameter of the component for each episode, and
       `{"velocity": (low, high)}` the start value of a state variable; see `granular_env.envs.randomization`.
     * `info` ("full"): "full" or "brief".
-    * `step_error_reward` (-10.0): reward of a step that the component refuses. An episode that it does not refuse can return
+    * `step_error_reward` (-10.0): reward of a step that the component refuses. Episodes without a refused step can return
       less.
     * `render_mode` (None): None or "rgb_array".
 
-    `reset(options={"velocity": {0: 5.0}})` gives start values, as `Component.reset` takes them; `{"snapshot": state}` continues
-    from a state of the component, such as `granular_env.open_log(path).branch(at).component.save()`. `copy.deepcopy`, pickle
-    and cloudpickle give an independent environment that continues with the same bits; a recording stays with the original.
+    `reset(options={"velocity": {0: 5.0}})` sets start values, as for `Component.reset`; `{"snapshot": state}` continues from a
+    state of the component, such as `granular_env.open_log(path).branch(at).component.save()`. `copy.deepcopy`, pickle and
+    cloudpickle give an independent environment that continues with the same bits; a recording stays with the original.
     """
 
     metadata: dict[str, Any] = {"render_modes": ["rgb_array"], "render_fps": 30}  # noqa: RUF012

@@ -47,7 +47,7 @@ def run_sweep(
         sweep = ge.run_sweep("plan.toml", "sweeps/mine")
         sweep.table
 
-    After Ctrl-C the results so far are kept, and the same call computes the rest. The next call also repeats tasks that
+    Ctrl-C keeps the finished results, and the same call computes the rest. The next call also repeats tasks that
     failed because of the machine (memory, disk, a lost worker, the time limit).
 
     Args:

@@ -54,7 +54,7 @@ class Waves(NamedTuple):
 
 
 class WaveTask(DrivenEndTask):
-    """Base of the tasks that want solitary waves to stand in the chain at the deadline."""
+    """Base of the tasks whose goal is a set of solitary waves at given places at the deadline."""
 
     constants: Waves
 
