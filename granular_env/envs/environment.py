@@ -27,11 +27,11 @@ Ready = tuple[Component, Task, Drawn]
 
 
 class ComponentEnv(gymnasium.Env[Observation, npt.NDArray[np.float32]]):
-    """A component driven by an agent, as a task sees it.
+    """The environment of a component that an agent drives, and a task.
 
     ## Action space
-    `Box(-1, 1, (entries,), float32)`: an entry for each input that is a number, one for each element of an array, row by row,
-    and one for an element such as `force[3,0]`; elements that are not driven are 0. Each entry is clipped, limited in rate,
+    `Box(-1, 1, (entries,), float32)`: an entry for each scalar input, for each element of an array (row by row), and for a
+    single element such as `force[3,0]`; elements that are not driven are 0. Each entry is clipped, limited in rate,
     delayed, multiplied by the task's scale (`env.unwrapped.task.actions`, in the input's unit), and held over `hold` control
     steps. NaN, infinity and wrong shapes are refused with `ParameterError`, without a change of state.
 
